@@ -1,21 +1,25 @@
-//! What a frame costs the belief systems: `cargo bench -p belief-process`; for so many things alone,
+//! Cost of a step of the belief systems per frame: `cargo bench -p belief-process`. For selected numbers of things:
 //! `cargo bench -p belief-process -- 64 1000`.
 //!
-//! Things are tracked at 200 Hz. Nine of ten stand on a grid of 11 cm and wobble by a few millimetres; the tenth goes to
-//! and fro along a lane between them at 0.2 to 1 m/s. At any time one of a hundred of those that stand is gone for
-//! 800 ms, and culled, and others appear where there was nothing; after every frame, each thing is one belief
-//! from when it is seen until it was unseen for 600 ms, and there is no other.
+//! Things are tracked at 200 Hz. Nine of ten stand on a grid of 11 cm with a noise of a few millimetres. The tenth
+//! moves back and forth along a lane between them at 0.2 to 1 m/s. At any time one in a hundred of the standing things
+//! is gone for 800 ms and culled, and others appear at free places. After every frame the benchmark checks the beliefs.
+//! Each thing must be exactly one belief, from its first observation until 600 ms after the last one. There must be no
+//! other belief.
 //!
-//! The first table is of one source that sees all of them, for the robot alone, and for the robot and a partner who
-//! sees all of them, up to 1,000 things in three passes over the same frames; of the latter also what it costs to read
-//! what both believe, as the belief buffers get it, and to compare the two; what each frame costs itself, which is the
-//! least that it took in any pass; and what a loop takes that only counts, about as long as the step at p50 and as
-//! often: so much the machine itself adds. Beside it, in the same run, one frame's clustering alone: as it is done here, as the
-//! paper's loop does it, and as agglomerative clustering by an independent library (average linkage) over the
-//! same points, its distances included; the best of five runs of each, and of more things than a minute allows none.
-//! The second is of two sources with a frame each in every step, of which the second sees every fifth
-//! thing: then who is merged is decided group by group, and not by matching. All of it takes some eight minutes, and
-//! says at its end how long it took. Whatever else runs is in the figures, most in those of many things.
+//! The first table is for one source that sees all things. It has the cost for the robot alone, and for the robot and a
+//! partner that sees all things. Up to 1,000 things there are three passes over the same frames. Further columns are:
+//!
+//! - the cost of a frame itself, which is the minimum over the passes;
+//! - the noise of the machine: a counting loop about as long as the step at p50, run as often;
+//! - the cost of reading the beliefs of both perspectives for the belief buffers, and of comparing them;
+//! - the clustering of one frame alone, as the best of five runs: this implementation, the paper's loop, and
+//!   agglomerative clustering by an independent library (average linkage) over the same points, including its
+//!   distances. Sizes that would take more than a minute are omitted.
+//!
+//! The second table is for two sources with a frame each in every step; the second source sees every fifth thing. Then
+//! the association is decided by grouping instead of matching. The whole benchmark takes about eight minutes and prints
+//! its duration at the end. Other load on the machine affects the figures, most those of many things.
 
 #![expect(
     clippy::print_stdout,
@@ -36,36 +40,36 @@ use perception::{Frame, Perception};
 use quantity::number::{float, float_of_count, floor_usize, single};
 
 const SIZES: [usize; 8] = [16, 64, 256, 1_000, 3_000, 10_000, 30_000, 100_000];
-/// The slope of the cost is taken from here on.
+/// The slope of the cost is computed from this number of things on.
 const LARGE: usize = 1_000;
-/// The naive loop looks at all pairs after each merge: more things than this take minutes.
+/// The naive loop compares all pairs after each merge: more things than this take minutes.
 const NAIVE_MOST: usize = 256;
-/// The library holds the distances of all pairs.
+/// The library stores the distances of all pairs.
 const LIBRARY_MOST: usize = 3_000;
 /// Frames until every history is full and the memory is warm.
 const WARM: usize = 80;
 
-/// Passes over the same frames, of so many things at most.
+/// Passes over the same frames, for at most `PASSES_MOST` things.
 const PASSES: usize = 3;
 const PASSES_MOST: usize = 1_000;
 
-/// Frames are measured at least.
+/// Minimum number of measured frames.
 const MEASURED: usize = 200;
 const PERIOD: Duration = Duration::from_millis(5);
 /// Frames for which a thing is gone: 800 ms.
 const GONE: usize = 160;
-/// Frames after which what is unseen is still believed: 600 ms.
+/// Frames after which an unseen thing is still a belief: 600 ms.
 const BELIEVED: usize = 120;
-/// Of so many places of which no two are neighbours one is empty. They are a fourth of all: what appears is
-/// not near what has just gone, and cannot be taken for it.
+/// Of this many places, no two of which are neighbours, one is empty. Such places are a fourth of all. So a new thing
+/// is not near one that has just gone, and cannot be associated with its belief.
 const COHORTS: usize = 25;
-/// One of so many goes to and fro.
+/// One of this many things moves.
 const GOES: usize = 10;
 /// Between two neighbours.
 const PITCH_M: f64 = 0.11;
-/// Between the rows to both sides of a lane, besides: who goes there is further from them than the threshold.
+/// Additional gap between the rows on both sides of a lane: a moving thing is farther from them than the threshold.
 const LANE_M: f64 = 0.24;
-/// How far they go before they turn.
+/// Distance that a moving thing covers before it turns.
 const WAY_M: f64 = 0.55;
 
 /// Places in a row.
@@ -73,7 +77,7 @@ fn side(count: usize) -> usize {
     floor_usize(float_of_count(count).sqrt().ceil())
 }
 
-/// The row of a thing that stands, and its place in it.
+/// Row and column of a standing thing.
 fn stands(count: usize, index: usize) -> [usize; 2] {
     let standing = index - index / GOES;
     [standing / side(count), standing % side(count)]
@@ -83,7 +87,7 @@ fn goes(index: usize) -> bool {
     index % GOES == GOES - 1
 }
 
-/// Where a thing is in a frame.
+/// Position of a thing in a frame.
 fn place(count: usize, index: usize, frame: usize) -> [f32; 3] {
     let along = |cells: usize| float_of_count(cells) * PITCH_M;
     let row_m = |row: usize| along(row) + float_of_count(row / (GOES - 1)) * LANE_M;
@@ -91,7 +95,7 @@ fn place(count: usize, index: usize, frame: usize) -> [f32; 3] {
         let (lane, slot) = (index / GOES / side(count), index / GOES % side(count));
         let speed_m_s = 0.2 + 0.1 * float_of_count(lane % 9);
         let gone_m = speed_m_s * PERIOD.as_secs_f64() * float_of_count(frame) % (2.0 * WAY_M);
-        // In the middle between the last row before the lane and the first behind it.
+        // In the middle between the rows on both sides of the lane.
         let x = row_m(lane * (GOES - 1) + GOES - 2) + (PITCH_M + LANE_M) / 2.0;
         (x, along(slot) + gone_m.min(2.0 * WAY_M - gone_m))
     } else {
@@ -102,7 +106,7 @@ fn place(count: usize, index: usize, frame: usize) -> [f32; 3] {
     [x + wobble, y - wobble, 0.03].map(single)
 }
 
-/// For how many frames, with this one, a thing has not been seen; `None` where it is seen.
+/// Number of frames, including this one, for which a thing has not been seen; `None` if it is seen.
 fn gone_for(count: usize, index: usize, frame: usize) -> Option<usize> {
     let [row, column] = stands(count, index);
     if goes(index) || row % 2 > 0 || column % 2 > 0 {
@@ -114,14 +118,14 @@ fn gone_for(count: usize, index: usize, frame: usize) -> Option<usize> {
     (since < GONE).then_some(since + 1)
 }
 
-/// How many things ought to be believed in.
+/// Expected number of beliefs.
 fn believed(count: usize, frame: usize) -> usize {
     let is_believed =
         |index: &usize| gone_for(count, *index, frame).is_none_or(|gone_for| gone_for <= BELIEVED.min(frame));
     (0..count).filter(is_believed).count()
 }
 
-/// What one source sees in a frame, and the partner, whom the first sees.
+/// The observations of one source in a frame, and of the partner, whom the first source sees.
 fn observations(count: usize, frame: usize, source: u16, at: Instant) -> impl Iterator<Item = Observation> {
     let side_m = float_of_count(count).sqrt() * PITCH_M;
     let eye = Pose::<Base, Eye>::looking(
@@ -149,14 +153,14 @@ fn observations(count: usize, frame: usize, source: u16, at: Instant) -> impl It
     (source == 0).then_some(person).into_iter().chain(seen)
 }
 
-/// Nanoseconds of each frame, in their order: of the step, of reading what is believed, and of comparing it.
+/// Nanoseconds of each frame, in order: of the step, of reading the beliefs, and of comparing them.
 fn track(count: usize, partners: u32, sources: u16) -> [Vec<u64>; 3] {
     let percepts = Percepts::builtin();
     let perception = Perception::new(&percepts).expect("the built-in percepts need no program");
     let mut config = Perspective::builtin();
     config.sight.range_m = 1e4.try_into().expect("a range");
     config.sight.cone_half_angle_deg = Angle::try_from(89.0).expect("an angle");
-    // Room for what several sources see of one thing in one step.
+    // Capacity for the observations of one thing by several sources in one step.
     let capacity = count * usize::from(sources) + 1;
     let mut believer =
         Believer::new(&percepts, &config, partners, 1, capacity).expect("the capacity is in range");
@@ -165,7 +169,7 @@ fn track(count: usize, partners: u32, sources: u16) -> [Vec<u64>; 3] {
     let mut divergences = Divergences::new(&percepts, &believer, capacity);
     let mut costs = [(); 3].map(|()| Vec::with_capacity(frames));
     let mut at = Instant::from_nanos(1_000_000_000);
-    // Of each perspective, how many came and stayed, and how many were culled.
+    // Per perspective, the number of beliefs that were created and remained, and the number culled.
     let turnover = |believer: &Believer| -> Vec<[u64; 2]> {
         let heads = (0..believer.perspectives()).map(|perspective| believer.head(perspective));
         heads.map(|head| [head.created - head.merged, head.culled]).collect()
@@ -173,7 +177,7 @@ fn track(count: usize, partners: u32, sources: u16) -> [Vec<u64>; 3] {
     let mut warm = Vec::new();
     for frame in 0..frames {
         if frame == WARM {
-            // As the process does before it says that it is ready.
+            // As the process does before it reports that it is ready.
             let _bytes = realtime::use_huge_pages();
             warm = turnover(&believer);
         }
@@ -213,15 +217,15 @@ fn track(count: usize, partners: u32, sources: u16) -> [Vec<u64>; 3] {
     })
 }
 
-/// Of passes over the same frames, the least that each frame took: what it costs itself. An interrupt does not
-/// come to one frame every time.
+/// The minimum of each frame over passes over the same frames: the cost of the frame itself. An interrupt does not hit
+/// the same frame in every pass.
 fn least(passes: &[Vec<u64>]) -> Vec<u64> {
     let frames = passes.iter().map(Vec::len).min().unwrap_or(0);
     (0..frames).filter_map(|frame| passes.iter().filter_map(|pass| pass.get(frame)).min().copied()).collect()
 }
 
-/// Nanoseconds of a loop that only counts, as often as asked: what the machine adds to work that
-/// takes so long when nothing comes between.
+/// Nanoseconds of a counting loop, run `times` times, sorted: the noise that the machine adds to undisturbed work of
+/// that length.
 fn count_to(length_us: f64, times: usize) -> Vec<u64> {
     let count = |most: usize| {
         let started = clock::now();
@@ -238,7 +242,7 @@ fn count_to(length_us: f64, times: usize) -> Vec<u64> {
     costs
 }
 
-/// A frame's points and those before: positions with a colour, merged half way.
+/// The points of a frame and of an earlier one: positions with a colour; a merge takes the midpoint.
 #[derive(Clone)]
 struct Points {
     places: Vec<[f32; 3]>,
@@ -247,7 +251,7 @@ struct Points {
     fresh: Vec<u32>,
     lives: Vec<bool>,
     versions: Vec<u32>,
-    /// Who has taken in a point of this frame.
+    /// Members that merged with a point of this frame.
     taken: Vec<bool>,
 }
 
@@ -324,7 +328,7 @@ impl Population for Points {
         true
     }
 
-    /// Each takes in a point of this frame before two of them would merge.
+    /// Each merges with a point of this frame before two of them would merge.
     fn is_companion(&self, _old: u32) -> bool {
         true
     }
@@ -350,12 +354,12 @@ impl Population for Points {
     }
 }
 
-/// Milliseconds of the best of five runs: the first finds its memory cold.
+/// Milliseconds of the best of five runs: the first has a cold cache.
 fn best_of_some(mut run: impl FnMut() -> Duration) -> f64 {
     (0..5).map(|_| float(clock::nanos(run())) / 1e6).fold(f64::INFINITY, f64::min)
 }
 
-/// Milliseconds of one frame's clustering: here, by the naive loop, by the library.
+/// Milliseconds of one frame's clustering: this implementation, the naive loop, the library.
 fn cluster(count: usize) -> [Option<f64>; 3] {
     let points = Points::new(count);
     let mut fast = points.clone();
@@ -466,7 +470,7 @@ fn table(sizes: &[usize], sources: u16) {
     }
 }
 
-/// Of the line of least squares.
+/// Slope of the least-squares line.
 fn slope(points: &[(f64, f64)]) -> f64 {
     let count = float_of_count(points.len());
     let mean_x = points.iter().map(|(x, _)| x).sum::<f64>() / count;

@@ -7,7 +7,7 @@ use perception::{Perception, Unperceivable};
 use perspective::{Nested, NoPerspective, Partner, Robot};
 use quantity::number::{saturating_u16, saturating_u32};
 
-/// What a program brings along itself, by the names that `percepts.toml` calls it.
+/// The plug-ins of a program, under the names that `percepts.toml` uses.
 #[derive(Clone, Default)]
 pub struct Own {
     /// Percepts, for `kernel = { own = "NAME" }`.
@@ -16,23 +16,22 @@ pub struct Own {
     pub functions: belief::Functions,
 }
 
-/// Why nothing can be believed.
+/// Reasons why a [`Believer`] cannot be created.
 #[derive(Debug, thiserror::Error)]
 pub enum Unbelieving {
     /// The percepts cannot be evaluated.
     #[error(transparent)]
     Percepts(#[from] Unperceivable),
-    /// A perspective cannot be made.
+    /// A perspective cannot be created.
     #[error(transparent)]
     Perspective(#[from] NoPerspective),
 }
 
-/// What the robot believes, what it takes each of its partners to believe, and what it takes them to
-/// take each other, and the robot, to believe.
+/// All perspectives: the robot's beliefs, the beliefs that the robot attributes to each partner, and nested ones. A
+/// nested perspective has the beliefs that a partner is assumed to attribute to another partner or to the robot.
 ///
-/// Perspective 0 is the robot's own, n that of partner n; those nested deeper follow, in the order of
-/// [`Nested`]. Without partners nothing of anybody else's perspective is computed. Allocates in `new`
-/// alone.
+/// Perspective 0 is the robot's, n that of partner n. Perspectives nested deeper follow in the order of [`Nested`].
+/// Without partners, only the robot's perspective is computed. Only `new` allocates.
 ///
 /// ```
 /// use belief_process::Believer;
@@ -53,18 +52,18 @@ pub enum Unbelieving {
 /// assert_eq!(believer.perspectives(), 2);
 /// assert_eq!(believer.len(0), 1);
 /// assert!(believer.entry(0, 0).is_some());
-/// // Nobody has seen partner 1 yet: he is taken to believe nothing.
+/// // Partner 1 has not been observed yet, so their perspective has no beliefs.
 /// assert_eq!((believer.len(1), believer.head(1).present), (0, 0));
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 #[derive(Clone)]
 pub struct Believer {
     robot: Robot,
-    /// Perspectives 1, 2, …: each is made from an earlier one.
+    /// Perspectives 1, 2, …: each is derived from one with a lower number.
     others: Vec<Other>,
     header: Header,
     at: Instant,
-    /// Frames that were taken as of another instant than they alleged.
+    /// Frames whose instant was corrected.
     untimely: u64,
     computed: Perspectives,
 }
@@ -72,18 +71,18 @@ pub struct Believer {
 #[derive(Clone)]
 struct Other {
     path: Path,
-    /// The number of the perspective that it is made from.
+    /// The number of the parent perspective, from which it is derived.
     within: usize,
     partner: Partner,
 }
 
 impl Believer {
-    /// Nothing believed yet. Perspectives are nested `depth` deep: 1 is what each partner believes.
+    /// Creates the perspectives, without beliefs. `depth` is their nesting depth: at 1 there is one for each partner.
     /// `capacity` is that of a frame of observations and of each belief system.
     ///
     /// # Errors
     ///
-    /// The configuration's percepts, beliefs or cones cannot be, or there would be too many
+    /// The configuration of the percepts, the beliefs or the view cones is invalid, or there would be too many
     /// perspectives, or too deep ones.
     pub fn new(
         percepts: &Percepts,
@@ -95,8 +94,7 @@ impl Believer {
         Self::with_own(percepts, &Own::default(), config, partners, depth, capacity)
     }
 
-    /// The same with the program's own percepts and functions of the Belief System: every perspective
-    /// has them.
+    /// Like [`Self::new`], with plug-in percepts and functions, which every perspective uses.
     ///
     /// # Errors
     ///
@@ -110,7 +108,7 @@ impl Believer {
     /// use config::percepts::Percepts;
     /// use config::perspective::Perspective;
     ///
-    /// /// Nobody forgets what somebody has in hand.
+    /// /// Things in an agent's hand are not culled.
     /// struct InNobodysHand;
     ///
     /// impl Cull for InNobodysHand {
@@ -162,11 +160,11 @@ impl Believer {
         Ok(Self { robot, others, header: Header::default(), at: Instant::EPOCH, untimely: 0, computed })
     }
 
-    /// Brings every perspective to the instant that a frame of the percept buffer speaks about.
+    /// Advances every perspective to the instant of a frame of the percept buffer.
     ///
-    /// A frame that claims to come from the future counts as of `now`, and one older than its predecessor as of that
-    /// one, and both are [counted](Self::untimely): beliefs never run backwards. What none of the sources that
-    /// looked saw before does not vanish in it.
+    /// A frame with an instant after `now` is processed at `now`. One older than the previous frame is processed at
+    /// that frame's instant. Both are [counted](Self::untimely). So the time of the beliefs never goes backwards. A
+    /// thing counts as missing only if one of the frame's sources saw it before.
     pub fn step(&mut self, now: Instant, head: &PerceptHead, entries: &[Perceived]) {
         let header = &head.header;
         let alleged = Instant::from_nanos(header.valid_at_ns);
@@ -181,7 +179,7 @@ impl Believer {
                 None => Some(self.robot.awareness()),
                 Some(index) => earlier.get(index).and_then(|parent| parent.partner.awareness()),
             };
-            // A perspective that contains others is aware: `new` saw to it.
+            // A perspective that contains others has a perceptual context; `new` guarantees it.
             if let Some(awareness) = awareness {
                 let (robot, within) = (&self.robot, other.within);
                 let surveyed = |place: &Position<Base>| all_survey(robot, earlier, within, place);
@@ -191,13 +189,13 @@ impl Believer {
         }
     }
 
-    /// Frames that were ahead of now, or older than the one before.
+    /// Number of frames whose instant was after `now` or before that of the previous frame.
     #[must_use]
     pub fn untimely(&self) -> u64 {
         self.untimely
     }
 
-    /// What was computed of each perspective, counted where it is computed.
+    /// Computation counters of each perspective, incremented where the work is done.
     #[must_use]
     pub fn computed(&self) -> &Perspectives {
         &self.computed
@@ -214,14 +212,13 @@ impl Believer {
         }
     }
 
-    /// How many perspectives there are, the robot's among them.
+    /// Number of perspectives, including the robot's.
     #[must_use]
     pub fn perspectives(&self) -> u32 {
         saturating_u32(self.others.len()).saturating_add(1)
     }
 
-    /// The head of a perspective's belief buffer. Of a perspective that there is not, the head
-    /// says that it is absent.
+    /// The head of a perspective's belief buffer. For a perspective that does not exist, the head is marked as absent.
     #[must_use]
     pub fn head(&self, perspective: u32) -> BeliefHead {
         match self.other(perspective) {
@@ -231,14 +228,14 @@ impl Believer {
                 let mut head = partner.head(self.header);
                 head.perspective = perspective;
                 head.path = *path;
-                // What the robot could not use, it could not hand on.
+                // Entries that the robot rejected were not passed on, so they count for every perspective.
                 head.refused = head.refused.saturating_add(self.robot.refused());
                 head
             }
         }
     }
 
-    /// How many objects a perspective believes in.
+    /// Number of beliefs of a perspective.
     #[must_use]
     pub fn len(&self, perspective: u32) -> usize {
         match self.other(perspective) {
@@ -248,21 +245,20 @@ impl Believer {
         }
     }
 
-    /// The perspective that one is made from and nested in, by its number; `None` for the robot's
-    /// own, and where there is none.
+    /// The number of the parent perspective; `None` for the robot's, and for a perspective that does not exist.
     #[must_use]
     pub fn within(&self, perspective: u32) -> Option<u32> {
         Some(saturating_u32(self.other(perspective)?.within))
     }
 
-    /// Whether a perspective believes in no object.
+    /// Whether a perspective has no beliefs.
     #[must_use]
     pub fn is_empty(&self, perspective: u32) -> bool {
         self.len(perspective) == 0
     }
 
-    /// A belief of a perspective, in the order of identities, evaluated at the frame's instant
-    /// (of an absent partner, at the last instant at which he was present).
+    /// A belief of a perspective, by its index in order of the identities, evaluated at the frame's instant. For an
+    /// absent partner it is evaluated at the last instant at which the partner was present.
     #[must_use]
     pub fn entry(&self, perspective: u32, index: usize) -> Option<Belief> {
         match self.other(perspective) {
@@ -278,8 +274,8 @@ impl Believer {
     }
 }
 
-/// Whether the perspective of a number, and all within which it is, would notice that a thing is gone
-/// from a place.
+/// Whether a position is fully in view of a perspective and of all its ancestors, so that each would notice a missing
+/// thing there.
 fn all_survey(robot: &Robot, others: &[Other], number: usize, place: &Position<Base>) -> bool {
     match number.checked_sub(1) {
         None => robot.surveys(place),

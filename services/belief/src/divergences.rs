@@ -5,11 +5,11 @@ use quantity::number::saturating_u32;
 
 use crate::Believer;
 
-/// What every perspective believes at one instant, as the belief buffers hold it, and how each
-/// differs from the one that it is nested in: a partner's from the robot's.
+/// The beliefs of all perspectives at one instant, as in the belief buffers, and how each perspective diverges from its
+/// parent (a partner's from the robot's).
 ///
-/// Nothing is compared before he whose perspective it is has been observed, or taken to believe
-/// anything. Allocates in `new` alone; the cost is that of [`Divergence`] for each perspective.
+/// A perspective is compared only once its partner has been observed, or it has a belief. Only `new` allocates. The
+/// cost is that of [`Divergence`] for each perspective.
 ///
 /// ```
 /// use belief_process::{Believer, Divergences};
@@ -30,7 +30,7 @@ use crate::Believer;
 /// divergences.compare();
 ///
 /// assert_eq!(divergences.beliefs(0).len(), 1);
-/// // Nobody has seen partner 1 yet.
+/// // Partner 1 has not been observed yet.
 /// assert_eq!(divergences.head(1).compared, 0);
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
@@ -43,29 +43,29 @@ pub struct Divergences {
 struct Mind {
     head: BeliefHead,
     beliefs: Vec<Belief>,
-    /// The number of the perspective that it is nested in.
+    /// The number of the parent perspective.
     within: usize,
-    /// How it differs from that one.
+    /// The divergence from the parent.
     divergence: Divergence,
     compared: bool,
 }
 
 impl Divergences {
-    /// Nothing compared yet. `capacity` is that of each belief system.
+    /// Nothing is compared yet. `capacity` is that of each belief system.
     #[must_use]
     pub fn new(percepts: &Percepts, believer: &Believer, capacity: usize) -> Self {
         let mind = |perspective| Mind {
             head: believer.head(perspective),
             beliefs: Vec::with_capacity(capacity),
             within: believer.within(perspective).and_then(|within| usize::try_from(within).ok()).unwrap_or(0),
-            // The robot's own is compared with none.
+            // The robot's perspective has no parent.
             divergence: Divergence::new(percepts, if perspective == 0 { 0 } else { capacity }),
             compared: false,
         };
         Self { minds: (0..believer.perspectives()).map(mind).collect() }
     }
 
-    /// Reads what every perspective believes.
+    /// Reads the beliefs of every perspective.
     pub fn read(&mut self, believer: &Believer) {
         for (perspective, mind) in (0..).zip(&mut self.minds) {
             mind.head = believer.head(perspective);
@@ -75,7 +75,7 @@ impl Divergences {
         }
     }
 
-    /// Compares what was read.
+    /// Compares the beliefs that were read.
     pub fn compare(&mut self) {
         for index in 1..self.minds.len() {
             let Some((earlier, [mind, ..])) = self.minds.split_at_mut_checked(index) else { return };
@@ -87,15 +87,14 @@ impl Divergences {
         }
     }
 
-    /// The beliefs of a perspective that were read, in the order of their identities; none of a
-    /// perspective that there is not.
+    /// The beliefs read from a perspective, in order of their identities; none if the perspective does not exist.
     #[must_use]
     pub fn beliefs(&self, perspective: u32) -> &[Belief] {
         self.mind(perspective).map_or(&[], |mind| &mind.beliefs)
     }
 
-    /// The head of a perspective's divergence buffer. Of a perspective that there is not, the head
-    /// says that it was not compared.
+    /// The head of a perspective's divergence buffer. For a perspective that does not exist, the head is marked as not
+    /// compared.
     #[must_use]
     pub fn head(&self, perspective: u32) -> DivergenceHead {
         let Some(mind) = self.mind(perspective) else {
@@ -111,7 +110,7 @@ impl Divergences {
         }
     }
 
-    /// The things about which a perspective and the one that it is nested in differ.
+    /// The differences between a perspective and its parent.
     #[must_use]
     pub fn differences(&self, perspective: u32) -> &[Difference] {
         self.mind(perspective).map_or(&[], |mind| mind.divergence.differences())

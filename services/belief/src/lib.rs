@@ -1,8 +1,8 @@
-//! Belief process: one belief system per perspective, woken by the percept buffer.
+//! Belief process: one belief system per perspective, triggered by the percept buffer.
 //!
-//! Hot path. The core is [`Believer`]: it takes a frame of the percept buffer and brings every perspective
-//! to the instant of that frame. [`Divergences`] compares them with each other. Both read no clock, open
-//! nothing, and after `new` allocate nothing.
+//! Hot path. The core is [`Believer`]: it takes a frame of the percept buffer and advances every perspective to the
+//! instant of that frame. [`Divergences`] compares the perspectives. Neither reads a clock or opens a resource, and
+//! neither allocates after `new`.
 
 mod believer;
 mod divergences;

@@ -1,4 +1,4 @@
-//! What stands in the percept buffer is an allegation: whatever it says, the core goes on.
+//! The content of the percept buffer is untrusted: the core continues whatever it contains.
 
 use belief_process::Believer;
 use clock::{Duration, Instant};
@@ -9,7 +9,7 @@ use proptest::test_runner::RngSeed;
 
 const CAPACITY: usize = 8;
 
-/// Mostly numbers of the range, with every bit pattern among them.
+/// Mostly numbers of the range, sometimes any bit pattern.
 fn number(range: std::ops::Range<f32>) -> impl Strategy<Value = f32> {
     prop_oneof![60 => range, 1 => any::<u32>().prop_map(f32::from_bits)]
 }

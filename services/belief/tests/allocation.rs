@@ -1,4 +1,4 @@
-//! The hot path of the belief process allocates nothing.
+//! The hot path of the belief process does not allocate.
 
 #![expect(clippy::unwrap_used, reason = "a test fails by panicking")]
 
@@ -34,7 +34,7 @@ fn hundreds_of_frames_with_two_partners_nested_twice_and_64_things_allocate_noth
     assert_eq!(allocations, 0);
     assert!(published > 300 * 64, "only {published} beliefs were published");
     assert!(differing > 300 && (1..=2).all(|number| divergences.head(number).compared == 1));
-    // The frames were not idle: partners saw things, missed things, and turned away.
+    // The frames had varied content: partners saw things, missed things, and turned away.
     assert_eq!(believer.head(0).culled, 4);
     for perspective in 1..=2 {
         let head = believer.head(perspective);

@@ -1,4 +1,5 @@
-//! The twin of the fuzz target `believer`: whatever stands in the percept buffer, the core goes on.
+//! Property test with the same check as the fuzz target `believer`: the core continues whatever the percept buffer
+//! contains.
 
 mod bytes;
 

@@ -36,7 +36,7 @@ fn without_partners_there_is_the_robots_perspective_alone() {
     assert_eq!((alone.perspectives(), watching.perspectives()), (1, 3));
     assert_eq!((alone.len(0), alone.len(1)), (8, 0));
     assert!(watching.len(1) > 0 && watching.len(2) > 0);
-    // Who else is simulated changes nothing of what the robot believes.
+    // Simulating other perspectives does not change the robot's beliefs.
     for index in 0..8 {
         assert_eq!(alone.entry(0, index), watching.entry(0, index));
     }
@@ -99,7 +99,7 @@ fn unsound_entries_are_refused_and_counted_and_harm_nothing() {
     assert_eq!(believer.len(0), 4);
 }
 
-/// Who holds it has it: it means another thing to each perspective.
+/// A percept that depends on the perspective: whether its agent holds the thing.
 struct Mine;
 
 impl Classify for Mine {
@@ -186,8 +186,8 @@ fn nested_perspectives_are_numbered_after_the_partners_and_change_nothing_of_the
     for perspective in 3..15 {
         let head = deep.head(perspective);
         assert_eq!(head.perspective, perspective);
-        // Neither the robot's eye nor the first partner's has the second in its cone, for he stands
-        // aside; so nobody takes them to know what he believes.
+        // The second partner stands aside, outside the view cones of the robot and of the first partner. So neither is
+        // assumed to attribute beliefs to the second.
         let unseen = head.path.agents().unwrap()[1..].contains(&2);
         assert_eq!((head.present == 0, deep.is_empty(perspective)), (unseen, unseen), "{head:?}");
         present += head.present;
@@ -234,7 +234,7 @@ fn each_perspective_is_compared_with_the_one_that_it_is_nested_in() {
             differences[place] += divergences.differences(perspective).len();
         }
     }
-    // Partner 2 sees all that the robot sees, and knows as well as it what partner 1 does not.
+    // Partner 2 sees all that the robot sees, and so also knows what partner 1 does not.
     assert!(differences[1] > 0 && differences[2] == 0 && differences[6] > 0, "{differences:?}");
     assert_eq!((divergences.head(7).compared, divergences.differences(7)), (0, &[][..]));
 }

@@ -20,60 +20,59 @@ use crate::room::Room;
 use crate::sightings::{Run, Sightings};
 use crate::vacancies::Vacancies;
 
-/// B, the current set of beliefs, in slots that exist from the start.
+/// B, the current set of beliefs, in preallocated slots.
 ///
-/// Within a step a new belief is but a snapshot: nearly all of them merge into an older one at
-/// once. Those that do not get histories of their own when the step [settles](Self::settle). Then,
-/// too, the older ones take the snapshots into their histories, one belief after the other as they
-/// lie in memory: which are merged depends on the features alone, and merging goes all over the
-/// place.
+/// Within a step a new belief is only a snapshot, because nearly all new beliefs merge into an older one at once. The
+/// remaining ones get histories in [`Self::settle`], which commits the step. There the older beliefs also append the
+/// snapshots to their histories, belief by belief in memory order. Association depends on the features alone, and its
+/// merge order would access memory at random.
 #[derive(Clone, Debug)]
 pub(crate) struct Arena {
     memories: Box<[Memory]>,
-    /// Of each slot where the percepts are. Apart from the rest, as are the chains: there may be many slots, and
-    /// each pass over them fetches what it asks for and little else.
+    /// Where the percepts of each slot are. This array and the chains are separate from the rest: there may be many
+    /// slots, and each pass over them should fetch little else than it reads.
     holds: Box<[Holds]>,
     chains: Box<[Chain]>,
-    /// Of each slot, counts the beliefs that it held, and their changes.
+    /// Per slot, a counter that changes with every change or removal of its belief.
     versions: Box<[u32]>,
-    /// Of each slot the newest features that the metric compares, in the order of its terms.
+    /// Per slot, the newest features that the metric compares, in the order of its terms.
     features: Box<[Option<Feature>]>,
     terms: Box<[u16]>,
-    /// Of each slot the symbols among them that tell it from others.
+    /// Per slot, those of its symbols that are gate keys.
     symbols: Box<[Symbols]>,
-    /// Whether the features that the metric compares follow from the newest snapshot and those before
-    /// it: not where a history is the program's own.
+    /// Whether the new value of each compared feature can be predicted from the old value and the new snapshot. False
+    /// if a plug-in history keeps one of them.
     foreseen: bool,
-    /// Slots in use by beliefs of earlier steps, in the order of the identities.
+    /// Slots of beliefs of earlier steps, in order of their identities.
     live: Room<u32>,
-    /// Slots in use by beliefs of this step, likewise. All these identities are higher.
+    /// Slots of beliefs of this step, likewise. Their identities are higher than all in `live`.
     fresh: Room<u32>,
     vacancies: Vacancies,
     histories: Histories,
     metric: Metric,
     reach: Option<Reach>,
-    /// None where beliefs that were sighted at once may merge.
+    /// The cannot-link constraints; `None` if beliefs observed in the same frame may merge.
     sightings: Option<Sightings>,
-    /// No belief ever remembered anything later.
+    /// No belief ever stored a sample later than this.
     latest: Instant,
     unsound: u64,
-    /// Whether all that is perceived is sound: somebody has looked.
+    /// Whether the caller has validated all input.
     trusts: bool,
 }
 
-/// Snapshots of this step that are merged into a belief and not yet in its histories.
+/// The snapshots of this step that were merged into a belief and are not in its histories yet, as a linked list.
 #[derive(Clone, Copy, Debug)]
 struct Chain {
-    /// The slots of the first and the last, each of which names the next.
+    /// The first and the last slot of the list.
     pending: Option<(u32, u32)>,
-    /// Where the belief is such a snapshot itself: the next slot, its entry and when it was perceived.
+    /// If the belief itself is such a snapshot: the next slot, its entry and its time.
     next: u32,
     entry: u32,
     at: Instant,
 }
 
-/// So many stay in the cache from one step to the next, but for the samples of each, which are written sooner than they
-/// are fetched.
+/// The data of this many beliefs stays in the cache between steps. The samples are the exception; they are written
+/// before they could be fetched.
 const FEW: usize = 256;
 
 /// Where the percepts of a belief are.
@@ -133,23 +132,23 @@ impl Arena {
         self.memories.len()
     }
 
-    /// How far apart two beliefs may be and still be closer than the threshold, in metres.
+    /// The gate radius: the largest distance in metres between two beliefs that are closer than the threshold.
     pub(crate) fn reach_m(&self) -> Option<f64> {
         self.reach.map(|reach| reach.metres)
     }
 
-    /// Slots of the beliefs of earlier steps in the order of their identities. Those merged away
-    /// or released since the step settled are still among them.
+    /// Slots of the beliefs of earlier steps in order of their identities. Those merged or freed since the last commit
+    /// are still in the list.
     pub(crate) fn live(&self) -> &[u32] {
         &self.live
     }
 
-    /// Evaluations that were nonsense and were left out.
+    /// Evaluations that were omitted because they were invalid.
     pub(crate) fn unsound(&self) -> u64 {
         self.unsound
     }
 
-    /// What is perceived is sound from now on.
+    /// Disables the validation of input from now on.
     pub(crate) fn trust(&mut self) {
         self.trusts = true;
     }
@@ -158,7 +157,7 @@ impl Arena {
         self.trusts
     }
 
-    /// Whether beliefs that were sighted at once may not merge.
+    /// Whether beliefs observed in the same frame cannot be linked.
     pub(crate) fn keeps_apart(&self) -> bool {
         self.sightings.is_some()
     }
@@ -182,7 +181,7 @@ impl Arena {
         self.holds(slot) != Holds::Nothing
     }
 
-    /// Whether the belief in `newer` is a snapshot newer than all that the one in `older` remembers.
+    /// Whether the belief in `newer` is a snapshot newer than every sample of the one in `older`.
     #[inline]
     fn appends(&self, older: u32, newer: u32) -> bool {
         let histories =
@@ -198,8 +197,8 @@ impl Arena {
         self.features.get(start..start + self.terms.len()).unwrap_or(&[])
     }
 
-    /// Whether the symbols that tell the belief in `older` from others stay symbols when it takes in another one, of
-    /// which the symbols are known, and the features if they are asked for.
+    /// Whether the gate keys of the belief in `older` remain valid when it merges with another one. `newer` are the
+    /// other's gate keys; `features` returns its features and is called only if needed.
     #[inline]
     fn keeps_symbols<F: AsRef<[Option<Feature>]>>(
         &self,
@@ -207,7 +206,7 @@ impl Arena {
         newer: Symbols,
         features: impl FnOnce() -> Option<F>,
     ) -> bool {
-        // Where there is but the place besides, nothing else is a symbol: both were found by their places.
+        // If the position is the only other term, no other feature is a symbol: both members were found by position.
         if self.metric.weight_of_place().is_some()
             && self.symbols.get(older as usize).is_some_and(|older| older.are_among(newer))
         {
@@ -222,8 +221,8 @@ impl Arena {
         })
     }
 
-    /// D of two of which no more is to be known than what is seen at a glance, where it is below the threshold;
-    /// `None` where more is to be known.
+    /// `Some(d)` if the distance can be computed from position and symbols alone (`d` is `None` when above the
+    /// threshold); `None` if the full feature rows are needed.
     #[inline]
     fn distance_at_a_glance(&self, a: &Seen, b: &Seen) -> Option<Option<f64>> {
         let weight = self.metric.weight_of_place()?;
@@ -238,8 +237,8 @@ impl Arena {
         Some(self.histories.remains(percept, value.sound_feature()))
     }
 
-    /// Creates a belief (N, Eq. 6) of an entry of what was perceived, remembered at `at` and taken in at
-    /// `now`; its `id` is higher than that of every other. `None` when no slot is free.
+    /// Creates a belief (N, Eq. 6) from entry `entry` of the perceived things. `at` is the sample's time, `now` the
+    /// step's. `id` must be higher than every other. `None` if no slot is free.
     pub(crate) fn create(
         &mut self,
         id: u64,
@@ -277,7 +276,7 @@ impl Arena {
         Some(number)
     }
 
-    /// Forgets the beliefs of a step that was not brought to its end; how many they are.
+    /// Removes the beliefs of a step that was not finished; returns their number.
     pub(crate) fn forsake(&mut self) -> u64 {
         let mut forsaken = 0;
         while let Some(slot) = self.fresh.pop() {
@@ -287,16 +286,15 @@ impl Arena {
         forsaken
     }
 
-    /// All beliefs of the step are created: `before` says of a source and an instant which frame
-    /// of the source was the one before.
+    /// Called once all beliefs of the step are created. `before` returns the instant of a source's frame that precedes
+    /// the given one.
     pub(crate) fn follow(&mut self, before: impl Fn(u16, Instant) -> Option<Instant>) {
         if let Some(sightings) = &mut self.sightings {
             sightings.follow(&self.fresh, before);
         }
     }
 
-    /// Merges the belief in `gone` into the one in `kept` (M). `perceived` is what this step
-    /// perceived.
+    /// Merges the belief in `gone` into the one in `kept` (M). `perceived` is the input of this step.
     fn merge(&mut self, kept: u32, gone: u32, perceived: &[Perceived]) {
         if !self.append(kept, gone) {
             self.unite(kept, gone, perceived);
@@ -308,9 +306,8 @@ impl Arena {
         self.release(gone);
     }
 
-    /// Merges a snapshot newer than all that the belief in `kept` remembers, which is what comes
-    /// every time: what its features become is known from them; its histories can wait. `false`,
-    /// and nothing done, where it is another case.
+    /// Fast path of the merge: the other belief is a snapshot newer than everything in `kept`. The new features are
+    /// predicted; the histories are updated on commit. Returns `false`, with nothing changed, in any other case.
     fn append(&mut self, kept: u32, gone: u32) -> bool {
         if !self.foreseen || !self.appends(kept, gone) {
             return false;
@@ -334,7 +331,7 @@ impl Arena {
                     self.histories.foresee(*percept, feature, &newer);
                 }
             }
-            // As a rule it has the same.
+            // The symbols are usually equal.
             if let Ok([symbols, newer]) = self.symbols.get_disjoint_mut([kept as usize, gone as usize])
                 && (symbols != newer || !newer.are_all())
             {
@@ -362,7 +359,7 @@ impl Arena {
         }
     }
 
-    /// The belief in the slot is no more.
+    /// Frees the slot and its row of histories.
     pub(crate) fn release(&mut self, number: u32) {
         let Some(holds) = self.holds.get_mut(number as usize) else { return };
         match std::mem::replace(holds, Holds::Nothing) {
@@ -377,8 +374,8 @@ impl Arena {
         self.vacancies.put(number);
     }
 
-    /// The step's merging is over: what is left of the new beliefs remembers on its own, and stands
-    /// behind the others; how many they are.
+    /// Commits the step after merging: updates the histories of the older beliefs, gives histories to the remaining new
+    /// ones and appends them to the list. Returns the number of those.
     pub(crate) fn settle(&mut self, perceived: &[Perceived]) -> usize {
         self.bury();
         let old = self.live.len();
@@ -395,7 +392,7 @@ impl Arena {
         self.settle_fresh(perceived)
     }
 
-    /// [`Self::settle`] where nothing was merged into the older ones but what they have taken in.
+    /// Like [`Self::settle`], when all detections that merged are already in the histories of the older beliefs.
     pub(crate) fn settle_fresh(&mut self, perceived: &[Perceived]) -> usize {
         let old = self.live.len();
         for index in 0..self.fresh.len() {
@@ -408,14 +405,14 @@ impl Arena {
         self.live.len() - old
     }
 
-    /// Whether there are so many beliefs that what is known of them does not stay in the cache.
+    /// Whether there are too many beliefs for their data to stay in the cache.
     #[inline]
     fn are_many(&self) -> bool {
         self.live.len() > FEW
     }
 
-    /// Of many, fetches what a belief's histories say of themselves, or, if it will be asked `soon`, the cells that it
-    /// will write.
+    /// If there are many beliefs, prefetches the headers of a belief's histories, or, if `soon`, the cells that it will
+    /// write.
     #[inline(always)]
     fn prefetch(&self, slot: u32, soon: bool) {
         if self.are_many()
@@ -425,34 +422,34 @@ impl Arena {
         }
     }
 
-    /// Takes the released slots out of the order.
+    /// Removes the freed slots from the list.
     pub(crate) fn bury(&mut self) {
         let holds = &self.holds;
         self.live.retain(|&slot| holds.get(slot as usize).is_some_and(|holds| *holds != Holds::Nothing));
     }
 
-    /// The histories of a settled belief.
+    /// The histories of a committed belief.
     pub(crate) fn histories(&self, slot: u32) -> Option<(&Histories, u32)> {
         Some((&self.histories, self.row(slot)?))
     }
 
-    /// The newest feature of a percept of a settled belief.
+    /// The newest feature of a percept of a committed belief.
     #[inline]
     pub(crate) fn newest(&self, slot: u32, percept: u16) -> Option<Feature> {
-        // Most that are asked for lie close together.
+        // Features that the metric compares are cached in a contiguous array.
         match self.terms.iter().position(|term| *term == percept) {
             Some(term) => self.features(slot).get(term).copied().flatten(),
             None => Some(self.histories.newest(self.row(slot)?, percept)?.feature),
         }
     }
 
-    /// The histories of a settled belief, to be changed; [refresh](Self::refresh) it afterwards.
+    /// Mutable histories of a committed belief; the caller must [refresh](Self::refresh) the belief afterwards.
     pub(crate) fn histories_mut(&mut self, slot: u32) -> Option<(&mut Histories, u32)> {
         let row = self.row(slot)?;
         Some((&mut self.histories, row))
     }
 
-    /// The belief in the slot has changed: so have its features.
+    /// Recomputes the cached features and symbols of a belief from its histories.
     pub(crate) fn refresh(&mut self, slot: u32) {
         let Some(row) = self.row(slot) else { return };
         let features = self.features.iter_mut().skip(slot as usize * self.terms.len());
@@ -472,7 +469,8 @@ impl Arena {
         }
     }
 
-    /// The row of histories of a belief, up to date: it gets one now if it was but a snapshot.
+    /// The row of histories of a belief, with all pending snapshots appended. A belief that was only a snapshot gets
+    /// its row here.
     fn remember(&mut self, number: u32, perceived: &[Perceived]) -> Option<u32> {
         let (row, mut pending) = match self.holds(number) {
             Holds::Nothing => return None,
@@ -495,7 +493,7 @@ impl Arena {
         Some(row)
     }
 
-    /// All that a belief holds, to the last bit, and when it was sighted.
+    /// The complete contents of a belief, bit for bit, and its detection intervals.
     #[cfg(test)]
     pub(crate) fn contents(&self, slot: u32) -> String {
         let (histories, row) = self.histories(slot).unwrap();
@@ -509,7 +507,7 @@ impl Arena {
     }
 }
 
-/// What a percept says in a snapshot, if it may be used: somebody has looked through a snapshot that is trusted.
+/// The evaluation of a percept in a snapshot, if it is valid. `trusts`: the caller has validated the snapshot.
 #[inline(always)]
 fn evaluation(snapshot: &Snapshot, percept: u16, trusts: bool) -> Option<&PerceptValue> {
     snapshot.value(percept).filter(|value| trusts || value.is_sound())

@@ -1,6 +1,5 @@
-//! Clustering: the loop of "Belief Modeling", while some pair has D < threshold, merge the pair of
-//! globally minimal D. Of equally near pairs that of the lowest identities comes first; D is
-//! computed anew on every merged belief.
+//! Clustering, the loop of "Belief Modeling": while some pair has D < threshold, merge the pair of globally minimal D.
+//! Ties are broken by the lowest identities. D is recomputed for every merged belief.
 
 mod grouping;
 mod matching;
@@ -20,39 +19,38 @@ pub use population::{Population, Seen, Symbols};
 use quantity::number::saturating_u32;
 use queue::{Pair, Queue};
 
-/// What is known of a belief is fetched while those before it take something in: so many, that it has come by then.
+/// Prefetch distance, in members: the time to process this many covers the memory latency.
 pub(crate) const AHEAD: usize = 4;
 
-/// Finds the pairs to merge without looking at all pairs: with bit for bit the outcome of
-/// [the naive loop](cluster_naively).
+/// Agglomerative clustering that does not compare all pairs, with bit for bit the result of [the naive
+/// loop](cluster_naively).
 ///
-/// Each belief chooses the nearest of the younger beliefs within its reach, and a queue holds one
-/// choice of each. A merge changes one belief and ends another. What the changed one is now
-/// nearest to is found at once, so no choice is ever too late in the queue; a choice that fell on
-/// what has changed or ended is found out when it comes first, and made anew. So the cost grows
-/// with the number of beliefs times that of the neighbours each has within reach, and the
-/// logarithm of the queue.
+/// Each member chooses the nearest of the younger members within its gate, and a priority queue holds one choice of
+/// each. A merge changes one member and removes another. The nearest neighbour of the changed member is searched at
+/// once, so no choice is too late in the queue. A stale choice, of a changed or removed member, is detected at the head
+/// of the queue and replaced. The cost is the number of members times that of the neighbours within the gate, times the
+/// logarithm of the queue's length.
 ///
-/// What comes nearly every time costs less: where the fresh members are apart, and the old ones
-/// stay so ([`Population::is_companion`]), each fresh member looks no further than it must to find the
-/// nearest old one, and there is no queue. Nor is there where several frames come at once of which each
-/// shows things further apart than each has moved: what all of them show of one thing is merged by itself.
+/// Two common cases need no queue. The first: no two new members can be linked, and neither can the old ones
+/// ([`Population::is_companion`]). Then each new member searches only as far as needed to find the nearest old one. The
+/// second: several frames come at once, and the things in each are farther apart than they moved. Then the detections
+/// of each thing are merged as a separate group.
 ///
-/// Allocates in [`Clustering::new`] alone.
+/// Only [`Clustering::new`] allocates.
 #[derive(Clone, Debug)]
 pub struct Clustering {
     neighbourhood: Neighbourhood,
     queue: Queue,
     matching: Matching,
     grouping: Grouping,
-    /// Whether the fresh members are in the neighbourhood.
+    /// Whether the new members are in the spatial hash.
     fresh_inserted: bool,
 }
 
 impl Clustering {
-    /// For a population of at most `slots` members, whose [places](Population::place) are no
-    /// further apart than `reach_m` metres where their distance is below the threshold; without a
-    /// reach, everybody is near everybody.
+    /// For at most `slots` members. The positions ([`Population::place`]) of two members closer than the threshold are
+    /// at most `reach_m` metres apart, the gate radius. With `None` there is no gate: every member is a neighbour of
+    /// every other.
     #[must_use]
     pub fn new(slots: usize, reach_m: Option<f64>) -> Self {
         Self {
@@ -64,21 +62,21 @@ impl Clustering {
         }
     }
 
-    /// The member in the slot stays, and is where its place says.
+    /// Adds a member that remains to the spatial hash, or updates its position there.
     pub fn place(&mut self, population: &impl Population, slot: u32) {
         self.neighbourhood.insert(population, slot);
     }
 
-    /// The member in the slot is no more.
+    /// Removes a member from the spatial hash.
     pub fn forget(&mut self, slot: u32) {
         self.neighbourhood.remove(slot);
     }
 
-    /// Merges until no pair is closer than the threshold; how many were merged. The old members
-    /// are all [placed](Self::place), the fresh ones none.
+    /// Merges until no pair is closer than the threshold; returns the number of merges. All old members must be
+    /// [placed](Self::place), and no new one.
     ///
-    /// `settled` says that no two of the old members are closer than the threshold. `fresh_apart`
-    /// says that no two of the fresh members are ever merged, nor any with what took another in.
+    /// - `settled`: no two old members are closer than the threshold.
+    /// - `fresh_apart`: no two new members can be linked, nor a new member with any that merged with another new one.
     pub fn run(&mut self, population: &mut impl Population, settled: bool, fresh_apart: bool) -> u64 {
         if settled
             && fresh_apart
@@ -89,8 +87,8 @@ impl Clustering {
         self.run_unmatched(population, settled, fresh_apart)
     }
 
-    /// [`Self::run`] where the old members are settled and the fresh ones apart; `None`, and nothing done, where it
-    /// takes the loop.
+    /// Like [`Self::run`], where no two old members are closer than the threshold and no two new ones can be linked.
+    /// `None`, with nothing changed, if the result could differ from the loop's.
     pub(crate) fn run_matched(&mut self, population: &mut impl Population) -> Option<u64> {
         if !self.matching.find(&self.neighbourhood, population) {
             return None;
@@ -110,7 +108,7 @@ impl Clustering {
         Some(u64::from(saturating_u32(merged)))
     }
 
-    /// [`Self::run`] for all that are not matched.
+    /// Like [`Self::run`], without the matching.
     pub(crate) fn run_unmatched(
         &mut self,
         population: &mut impl Population,
@@ -121,7 +119,7 @@ impl Clustering {
             return self.grouping.merge(&mut self.neighbourhood, population);
         }
         self.fresh_inserted = false;
-        // Then the fresh members need not find one another.
+        // In that case the new members need no search among each other.
         if !(settled && fresh_apart) {
             self.insert_fresh(population);
         }
@@ -191,7 +189,7 @@ impl Clustering {
     }
 }
 
-/// The pair of two members, if they are near enough, in the order of their identities.
+/// The pair of two members, ordered by identity; `None` if they are not below the threshold.
 fn pair(population: &impl Population, a: u32, b: u32) -> Option<Pair> {
     let distance = population.distance(a, b)?;
     let (id_a, id_b) = (population.id(a), population.id(b));

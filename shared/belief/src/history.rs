@@ -1,4 +1,4 @@
-//! History functions h and their generators G (Eq. 3): what beliefs remember of their percepts.
+//! History functions h and their generators G (Eq. 3): the stored percept evaluations of beliefs.
 
 mod cells;
 mod low_pass;
@@ -23,15 +23,14 @@ use crate::own::{Functions, History, Samples, Supplied};
 use crate::room::Room;
 use crate::sample::{Kept, Narrow, Sample, Taken};
 
-/// The histories of all beliefs of a system: a row for each belief, in each row one history per
-/// percept of the set P; an empty one says that the belief does not map the percept.
+/// The histories of all beliefs of a system: one row per belief, and in each row one history per percept of the set P.
+/// An empty history means that the belief does not map the percept.
 ///
-/// A history gives the remembered evaluation of its percept at any instant. Before the first
-/// sample there is none; between two the earlier holds; after the last it holds while its
-/// confidence decays.
+/// A history gives the evaluation of its percept at any instant. Before the first sample there is none. Between two
+/// samples the earlier one holds. After the last sample it holds while its confidence decays.
 ///
-/// What lies in one row lies together, the cells of a few rows in a band, and room is taken when a row is first
-/// used: a step goes through the rows of all that is perceived, so its cost is that of fetching them.
+/// The data of a row is contiguous, and the cells of eight rows form a block. Memory of a row is first touched when the
+/// row is first used. A step visits the rows of all observations, so its cost is that of fetching them into the cache.
 #[derive(Clone, Debug)]
 pub(crate) struct Histories {
     generators: Box<[Generator]>,
@@ -39,32 +38,33 @@ pub(crate) struct Histories {
     used: usize,
     free: Room<u32>,
     low_passes: Table<LowPass>,
-    /// Of percepts that derive one number at most, and of others.
+    /// Histories of percepts that derive at most one number (`narrow`), and of all others (`wide`).
     narrow: Rings<Narrow>,
     wide: Rings<Kept>,
-    /// How many samples each history of the program's own keeps.
+    /// Number of samples in each plug-in history.
     kept: Table<u32>,
     own_cells: Table<Sample>,
 }
 
-/// Samples that a history of the program's own may keep.
+/// Largest number of samples that a plug-in history may keep.
 const OWN_MOST: usize = 4096;
 
-/// g of a percept, and where in a row its history is.
+/// The generator g of a percept, and where in a row its history is.
 #[derive(Clone, Debug)]
 enum Generator {
-    /// The filtered present; a is the share of the newest sample.
+    /// The filtered present value; a is the share of the newest sample.
     LowPass { index: usize, share: f64 },
-    /// Samples as they were, lossless or thinned on a logarithmic time scale, of what derives one number at most.
+    /// Unfiltered samples, lossless or thinned on a logarithmic time scale, of a percept that derives at most one
+    /// number.
     Narrow(Ring),
-    /// The same of what derives several numbers.
+    /// The same for a percept that derives several numbers.
     Wide(Ring),
-    /// The program's own, over samples that are kept for it.
+    /// A plug-in generator, with the cells that store its samples.
     Own { index: usize, cells: Range<usize>, history: Supplied<dyn History> },
 }
 
 impl Histories {
-    /// Room for `rows` beliefs.
+    /// Preallocates `rows` beliefs.
     pub(crate) fn new(percepts: &[Percept], own: &Functions, rows: usize) -> Result<Self, Unbelievable> {
         let of = |is_narrow| -> Vec<_> {
             let all = percepts.iter().filter(|percept| derives_one_number(&percept.kernel) == is_narrow);
@@ -114,13 +114,12 @@ impl Histories {
         })
     }
 
-    /// Whether the program's own generator remembers a percept: what it will say next, it alone
-    /// knows.
+    /// Whether a percept has a plug-in generator, whose next answer cannot be predicted.
     pub(crate) fn is_own(&self, percept: u16) -> bool {
         matches!(self.generators.get(usize::from(percept)), Some(Generator::Own { .. }))
     }
 
-    /// A row of empty histories; `None` when all are taken.
+    /// Allocates a row of empty histories; `None` if all are in use.
     pub(crate) fn take_row(&mut self) -> Option<u32> {
         if let Some(row) = self.free.pop() {
             self.low_passes.reset(row as usize);
@@ -139,20 +138,20 @@ impl Histories {
         Some(row)
     }
 
-    /// Gives a row back.
+    /// Frees a row.
     pub(crate) fn free_row(&mut self, row: u32) {
         self.free.push(row);
     }
 
-    /// Takes one sample into a history: the union with g(m, c, d), the history of that sample.
-    /// `phase`, another for each belief, spreads the work of thinning over time.
+    /// Adds a sample to a history: the union with g(m, c, d), the history of that sample. `phase` differs between
+    /// beliefs and spreads the thinning work over time.
     pub(crate) fn take(&mut self, row: u32, percept: u16, sample: Sample, phase: u64) {
         let Sample { at, matching, confidence, feature } = sample;
         let value = PerceptValue::new(percept, matching, confidence, feature);
         self.take_all(row, &[value], true, at, phase);
     }
 
-    /// Fetches what a row's histories say of themselves.
+    /// Prefetches the headers of a row's histories.
     #[inline]
     pub(crate) fn prefetch(&self, row: u32) {
         self.narrow.prefetch(row);
@@ -160,15 +159,15 @@ impl Histories {
         self.low_passes.prefetch(row);
     }
 
-    /// Fetches the cells that the next snapshot of a row will be written into.
+    /// Prefetches the cells that the next snapshot of a row will be written to.
     #[inline]
     pub(crate) fn prefetch_cells(&self, row: u32) {
         self.narrow.prefetch_cells(row);
         self.wide.prefetch_cells(row);
     }
 
-    /// Takes the evaluations of one snapshot, made at an instant; how many were nonsense and left
-    /// out, unless all `are_sound`.
+    /// Adds the evaluations of one snapshot, made at `at`. Skips invalid ones, unless `are_sound`, and returns their
+    /// number.
     pub(crate) fn take_all(
         &mut self,
         row: u32,
@@ -184,7 +183,7 @@ impl Histories {
                 continue;
             }
             let sample = Taken { at, value };
-            // Most are of these two.
+            // Most percepts are of these two kinds.
             match self.generators.get(usize::from(value.percept)) {
                 Some(Generator::Narrow(ring)) => self.narrow.take(row, ring, sample, phase),
                 Some(Generator::LowPass { index, share }) => {
@@ -198,7 +197,7 @@ impl Histories {
         unsound
     }
 
-    /// Takes a sound sample into a history of another kind.
+    /// Adds a sound sample to a history of another kind.
     #[inline(never)]
     fn take_otherwise(&mut self, row: u32, sample: Taken<'_>, phase: u64) {
         let Self { generators, wide, kept, own_cells, .. } = self;
@@ -214,8 +213,7 @@ impl Histories {
         }
     }
 
-    /// Makes the newest feature of a percept what it will be when a sound sample is taken that is newer than
-    /// all.
+    /// Updates `newest` to the value that it will have once a sound sample newer than all others is added.
     #[inline(always)]
     pub(crate) fn foresee(&self, percept: u16, newest: &mut Option<Feature>, sample: &PerceptValue) {
         match (self.generators.get(usize::from(percept)), &mut *newest) {
@@ -226,7 +224,8 @@ impl Histories {
         }
     }
 
-    /// What is remembered of a feature that a percept is said to have derived: nothing, where it could not.
+    /// The part of a feature that the history of a percept can represent; `Feature::None` for a feature that the
+    /// percept cannot derive.
     #[inline(always)]
     pub(crate) fn remains(&self, percept: u16, feature: Feature) -> Feature {
         match self.generators.get(usize::from(percept)) {
@@ -235,7 +234,7 @@ impl Histories {
         }
     }
 
-    /// Unites the histories of one row with those of another; `phase` as for [`Self::take`].
+    /// Merges the histories of one row with those of another; `phase` as for [`Self::take`].
     pub(crate) fn merge(&mut self, kept: u32, gone: u32, phase: u64) {
         let Self { generators, low_passes, narrow, wide, kept: lens, own_cells, .. } = self;
         for generator in generators.iter() {
@@ -275,12 +274,12 @@ impl Histories {
         }
     }
 
-    /// The samples of a history of the program's own.
+    /// The samples of a plug-in history.
     fn kept(&self, row: u32, index: usize, cells: &Range<usize>) -> Option<&[Sample]> {
         self.own_cells.range(row, cells)?.get(..*self.kept.get(row, index)? as usize)
     }
 
-    /// h(t), and its sample's instant: inlined, so that what is read is not put together in memory first.
+    /// h(t), with the time of its sample. Inlined, so that the result is not first assembled in memory.
     #[inline(always)]
     pub(crate) fn at(&self, row: u32, percept: u16, instant: Instant, decay_per_s: f64) -> Option<Sample> {
         match self.generators.get(usize::from(percept))? {
@@ -296,7 +295,7 @@ impl Histories {
         }
     }
 
-    /// Replaces every remembered feature of a percept.
+    /// Replaces every stored feature of a percept.
     pub(crate) fn map(&mut self, row: u32, percept: u16, change: impl Fn(Feature) -> Feature) {
         let Self { generators, low_passes, narrow, wide, kept, own_cells, .. } = self;
         match generators.get(usize::from(percept)) {
@@ -319,7 +318,7 @@ impl Histories {
         }
     }
 
-    /// Forgets everything of a percept, or begins anew with one sample.
+    /// Clears the history of a percept, and restarts it with a sample if one is given.
     pub(crate) fn begin(&mut self, row: u32, percept: u16, sample: Option<Sample>) {
         match self.generators.get(usize::from(percept)) {
             Some(Generator::LowPass { index, .. }) => {
@@ -341,7 +340,7 @@ impl Histories {
         }
     }
 
-    /// All samples that a history still has.
+    /// All samples that a history still holds.
     #[cfg(test)]
     pub(crate) fn samples(&self, row: u32, percept: u16) -> Vec<Sample> {
         match &self.generators[usize::from(percept)] {
@@ -352,7 +351,7 @@ impl Histories {
         }
     }
 
-    /// How many samples a history still has.
+    /// Number of samples that a history still holds.
     #[cfg(test)]
     pub(crate) fn len(&self, row: u32, percept: u16) -> usize {
         match &self.generators[usize::from(percept)] {
@@ -362,7 +361,7 @@ impl Histories {
         }
     }
 
-    /// All that a row holds, to the last bit; where in their cells the samples lie is no part of it.
+    /// The complete contents of a row, bit for bit. The placement of the samples in their cells is not part of it.
     #[cfg(test)]
     pub(crate) fn contents(&self, row: u32) -> String {
         let percepts = 0..u16::try_from(self.generators.len()).unwrap();
@@ -380,7 +379,7 @@ impl Histories {
     }
 }
 
-/// How many samples a history keeps as they were, and what it gives up then, if it is one that does.
+/// Number of unfiltered samples that a history keeps, and its thinning rule; `None` for other kinds of histories.
 fn keeps(history: &percepts::History) -> Option<(usize, Thinning)> {
     match history {
         percepts::History::Lossless { samples, when_full } => {
@@ -395,7 +394,7 @@ fn keeps(history: &percepts::History) -> Option<(usize, Thinning)> {
     }
 }
 
-/// Whether a kernel derives one number at most.
+/// Whether a kernel derives at most one number.
 const fn derives_one_number(kernel: &Kernel) -> bool {
     match kernel {
         Kernel::Position | Kernel::Orientation | Kernel::Extents | Kernel::Own(_) => false,

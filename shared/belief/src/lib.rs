@@ -1,8 +1,8 @@
-//! The Belief System: histories, distance, clustering, merging, culling.
+//! The Belief System: histories, distance, association and clustering, merging, culling.
 //!
-//! It is sensor fusion, object tracking and short-term memory in one: percept snapshots without
-//! identity come in, and remembered objects with identity are what it holds. The tuple
-//! (B, G, M, d, q, w, c) and the equations are those of Berlin et al. 2006, "Belief Modeling".
+//! It combines sensor fusion, multi-object tracking and short-term memory. The input is percept snapshots without
+//! identity; the output is a set of remembered objects with identities. The tuple (B, G, M, d, q, w, c) and the
+//! equations are those of Berlin et al. 2006, "Belief Modeling".
 //!
 //! | | what it is | where |
 //! |---|---|---|
@@ -13,18 +13,17 @@
 //! | M | the union of histories; the older identity survives | `memory`, `history` |
 //! | c, Eq. 5 | C(b) = Π cⱼ(b) | [`BeliefSystem::step`], `[[belief.cull]]` |
 //!
-//! The loop itself, "while some pair has D < threshold, merge the pair of globally minimal D", is
-//! [`Clustering`]: over any [`Population`], with the outcome of the [naive loop](cluster_naively)
-//! bit for bit.
+//! The clustering loop is "while some pair has D < threshold, merge the pair of globally minimal D". [`Clustering`]
+//! implements it over any [`Population`]; its result equals that of the [naive loop](cluster_naively) bit for bit.
 //!
-//! # Worked
+//! # Example
 //!
-//! With the percepts that Leo comes with: a red block is seen at x = 0.50 m, and 5 ms later
-//! something red at 0.54 m and something blue at 0.55 m. For the first, D = 1.0·0.04 + 0.5·0 +
-//! 0.5·0 = 0.04 (position, shape, colour), below the threshold 0.15, so it is the same block; the
-//! low-pass with share 0.5 places it at 0.5·0.54 + 0.5·0.50 = 0.52 m. For the blue one
-//! D = 0.05 + 0.5 is far above: it is another thing. The two of one instant are apart in any case.
-//! Unseen for 2 s, the confidence of the place falls from 0.9 to 0.9·exp(−0.2·2) = 0.603.
+//! With the built-in percepts, a red block is seen at x = 0.50 m. 5 ms later a red thing is seen at 0.54 m and a blue
+//! one at 0.55 m. For the first, D = 1.0·0.04 + 0.5·0 + 0.5·0 = 0.04 (position, shape, colour). That is below the
+//! threshold 0.15, so it is the same block. The low-pass with share 0.5 places it at 0.5·0.54 + 0.5·0.50 = 0.52 m. For
+//! the blue one D = 0.05 + 0.5 is above the threshold: it becomes a new belief. The two observations of one instant
+//! cannot be linked in any case. After 2 s without an observation, the confidence of the position has decayed from 0.9
+//! to 0.9·exp(−0.2·2) = 0.603.
 //!
 //! ```
 //! use belief::BeliefSystem;
@@ -65,10 +64,10 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 //!
-//! Eq. 5, with two culling functions: unseen for longer than 600 ms, and the place remembered with less than
-//! a floor. 0.5 s after the block was seen for the last time its confidence is 0.9·exp(−0.2·0.5) = 0.814, after 0.7 s
-//! 0.782 and after 1 s 0.737. With a floor of 0.85, C = 0·1 = 0 after 0.5 s, and it stays; after 0.7 s C = 1·1 = 1,
-//! and it goes. With a floor of 0.75, C = 0·0, 1·0 and 1·1: only after 1 s do both agree.
+//! Eq. 5 with two culling functions: "unseen for longer than 600 ms" and "confidence of the position below a floor".
+//! The confidence is 0.9·exp(−0.2·0.5) = 0.814 at 0.5 s after the last observation, 0.782 at 0.7 s and 0.737 at 1 s.
+//! With a floor of 0.85, C = 0·1 = 0 at 0.5 s, so the belief stays; at 0.7 s C = 1·1 = 1, so it is culled. With a floor
+//! of 0.75, C = 0·0, 1·0 and 1·1: both functions agree only at 1 s.
 //!
 //! ```
 //! use belief::BeliefSystem;
@@ -101,22 +100,20 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 //!
-//! # Functions of one's own
+//! # Plug-in functions
 //!
-//! A program supplies its own distance d with its applicability q ([`Distance`]), culling function c
-//! ([`Cull`]) and history generator g ([`History`]) under names ([`Functions`]), and the
-//! configuration refers to these: `measure = { own = "NAME" }`, `when = { own = "NAME" }`,
-//! `history = { own = "NAME" }`. Its own percepts are [`perception::Classify`]. Weights w stand in the
-//! configuration; M follows from the histories' own unions. Those that Leo comes with cost what
-//! they cost without any of one's own.
+//! A program can supply its own distance d with its applicability q ([`Distance`]), culling function c ([`Cull`]) and
+//! history generator g ([`History`]). It registers them under names ([`Functions`]), and the configuration refers to
+//! these names: `measure = { own = "NAME" }`, `when = { own = "NAME" }`, `history = { own = "NAME" }`. Plug-in percepts
+//! are [`perception::Classify`]. The weights w are in the configuration; M follows from the unions that the histories
+//! define. The built-in functions cost the same whether or not plug-ins exist.
 //!
 //! # Cost
 //!
-//! A frame costs in proportion to what it holds and to the number of beliefs, of which each is asked whether it is to
-//! be culled (`cargo bench -p belief-process`). Where two sources have frames in one step, and the second sees every
-//! fifth thing, it costs two and a half times as much. Which pairs merge is decided on the few features that D
-//! compares; histories take their samples afterwards, in the order of memory. Nothing allocates
-//! after [`BeliefSystem::new`].
+//! The cost of a step is proportional to the number of observations plus the number of beliefs, because every belief is
+//! tested for culling (`cargo bench -p belief-process`). A step with frames of two sources, where the second sees every
+//! fifth thing, costs two and a half times as much. Association uses only the few features that D compares; the
+//! histories are updated afterwards, in memory order. Nothing allocates after [`BeliefSystem::new`].
 
 mod arena;
 mod cluster;

@@ -16,11 +16,11 @@ pub(crate) struct Metric {
     threshold: f64,
     normalised: bool,
     no_term_applies: NoTermApplies,
-    /// The terms, by their place, whose symbols alone tell two beliefs apart.
+    /// Indices of the terms whose symbols are gate keys: a mismatch alone reaches the threshold.
     telling: Box<[usize]>,
-    /// The weight of the only term besides them, where that is in metres.
+    /// The weight of the position term, if it is the only other term.
     of_place: Option<f64>,
-    /// Where the symbols of all terms but that one are, if they are all glanced at.
+    /// The key positions of all those symbol terms, if the gate keys can hold them.
     all_told: Option<Places>,
 }
 
@@ -55,23 +55,22 @@ impl Term {
     }
 }
 
-/// A term whose features no two beliefs of one thing have further apart than this.
+/// The gate of a term: two beliefs closer than the threshold differ in its feature by at most this distance.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Reach {
-    /// The place of the term among the terms.
+    /// Index of the term.
     pub(crate) term: usize,
     pub(crate) metres: f64,
-    /// The same for each unit of D: beliefs at a distance D have them no further apart than D times
-    /// this.
+    /// The same per unit of D: at distance D the positions differ by at most D times this.
     pub(crate) metres_per_distance: f64,
 }
 
 impl Metric {
     pub(crate) fn new(config: &percepts::Belief, own: &Functions) -> Result<Self, Unbelievable> {
         let terms = config.distance.iter().map(|term| Term::new(term, own)).collect::<Result<Vec<_>, _>>()?;
-        // A term without weight says nothing, not even that it applies.
+        // A term of zero weight is ignored, also for whether any term applies.
         let terms: Vec<_> = terms.into_iter().filter(|term| term.weight > 0.0).collect();
-        // Divided by all weights, no term alone says that much.
+        // In a normalised sum no term alone reaches the threshold.
         let tells = |term: &Term| {
             matches!(term.measure, How::Differs) && term.weight >= config.threshold && !config.normalised
         };
@@ -93,7 +92,7 @@ impl Metric {
         })
     }
 
-    /// Of a belief's features, those of each term, the symbols that alone tell it from others.
+    /// The gate keys of a belief. `feature` returns the feature of the term with the given index.
     #[inline(always)]
     pub(crate) fn symbols(&self, feature: impl Fn(usize) -> Option<Feature>) -> Symbols {
         let mut symbols = Symbols::NONE;
@@ -105,14 +104,14 @@ impl Metric {
         symbols
     }
 
-    /// The same of features in the order of the terms.
+    /// Like [`Self::symbols`], of features in the order of the terms.
     #[inline(always)]
     pub(crate) fn symbols_of(&self, features: &[Option<Feature>]) -> Symbols {
         self.symbols(|term| features.get(term).copied().flatten())
     }
 
-    /// Whether these symbols are the features of all terms but [that of the place](Self::weight_of_place), which is the
-    /// only other one.
+    /// Whether these gate keys are the features of all terms but [that of the position](Self::weight_of_place), which
+    /// is the only other one.
     #[inline]
     pub(crate) fn are_all_told(&self, symbols: Symbols) -> bool {
         self.all_told.is_some_and(|places| symbols.are_at(places))
@@ -123,8 +122,7 @@ impl Metric {
         self.terms.iter().map(|term| term.percept)
     }
 
-    /// D of two beliefs, given their features in the order of the terms, where it is below the
-    /// threshold.
+    /// D of two beliefs, given their features in the order of the terms; `None` unless it is below the threshold.
     #[inline]
     pub(crate) fn below_threshold(&self, a: &[Option<Feature>], b: &[Option<Feature>]) -> Option<f64> {
         let (mut sum, mut weights) = (0.0, 0.0);
@@ -133,7 +131,7 @@ impl Metric {
             let Some(distance) = measure(&term.measure, of_a, of_b) else { continue };
             sum += term.weight * distance;
             weights += term.weight;
-            // No term is negative and addition rounds monotonically: it will not fall again.
+            // No term is negative and rounding of sums is monotonic, so the sum cannot fall again.
             if !self.normalised && sum >= self.threshold {
                 return None;
             }
@@ -146,28 +144,28 @@ impl Metric {
                 NoTermApplies::Zero => 0.0,
             }
         };
-        // Written so that NaN is no small distance.
+        // Written so that NaN counts as too far.
         if distance < self.threshold { Some(distance) } else { None }
     }
 
-    /// The weight of the term of places, where D of two beliefs that have one is that term alone, unless a symbol
-    /// tells them apart.
+    /// The weight of the position term, if D of two beliefs with positions is that term alone unless a gate key
+    /// mismatches.
     #[inline]
     pub(crate) const fn weight_of_place(&self) -> Option<f64> {
         self.of_place
     }
 
-    /// D of two beliefs with these places, in metres, where it is [that term alone](Self::weight_of_place) and
-    /// below the threshold.
+    /// D of two positions, in metres, if it is [that term alone](Self::weight_of_place); `None` unless it is below the
+    /// threshold.
     #[inline]
     pub(crate) fn below_threshold_of(&self, weight: f64, a: [f32; 3], b: [f32; 3]) -> Option<f64> {
         let distance = weight * metres(&a, &b);
         if distance < self.threshold { Some(distance) } else { None }
     }
 
-    /// What no D exceeds between any two beliefs of several, given their features in the order of the
-    /// terms, and of what becomes of them when some are merged, if what a merged one has is between what the
-    /// others had, or one of them; `None` where that is not below the threshold or cannot be told.
+    /// Upper bound on the pairwise distance within a group, valid under any merge order. A merged feature must lie in
+    /// the convex hull of its inputs or equal one of them. The features are in the order of the terms. `None` if there
+    /// is no bound below the threshold.
     pub(crate) fn spread<'a>(
         &self,
         beliefs: &(impl Iterator<Item = &'a [Option<Feature>]> + Clone),
@@ -183,14 +181,14 @@ impl Metric {
                     widest = widest.max(widest_between(&term.measure, a, b)?);
                 }
             }
-            // Of a mean of the terms one may be all.
+            // A weighted mean of the terms is at most the largest term.
             spread = if self.normalised { spread.max(widest) } else { spread + term.weight * widest };
         }
         (spread < self.threshold).then_some(spread)
     }
 
-    /// How far apart two beliefs may be and still be closer than the threshold, in the features of the term
-    /// measured in metres that is of their `place`, or else of the first such term: D is at least that term alone.
+    /// The gate: how far apart the features of two beliefs closer than the threshold can be. Uses the term in metres of
+    /// the `place` percept, or else the first term in metres; D is at least that term alone.
     pub(crate) fn reach(&self, place: Option<u16>) -> Option<Reach> {
         let in_metres =
             || self.terms.iter().enumerate().filter(|(_, term)| matches!(term.measure, How::Metres));
@@ -203,7 +201,7 @@ impl Metric {
     }
 }
 
-/// d of two features; `None` (q = 0) where the measure does not apply to them.
+/// d of two features; `None` (q = 0) if the measure does not apply to them.
 #[inline]
 fn measure(measure: &How, a: &Feature, b: &Feature) -> Option<f64> {
     match (measure, a, b) {
@@ -227,17 +225,16 @@ fn metres(a: &[f32; 3], b: &[f32; 3]) -> f64 {
     squared.sum::<f64>().sqrt()
 }
 
-/// What no d exceeds of two features and of those between them, rounding included; `None` where they have no
-/// bound.
+/// Upper bound on d between two features or any interpolations of them, rounding included; `None` if there is none.
 #[inline]
 fn widest_between(how: &How, a: &Feature, b: &Feature) -> Option<f64> {
     let distance = match (how, a, b) {
-        // Symbols are not mixed.
+        // Symbols are not interpolated.
         (How::Differs, Feature::Symbol(_), Feature::Symbol(_)) => return measure(how, a, b),
         (How::Metres, Feature::Vector(_), Feature::Vector(_)) => measure(how, a, b)?,
         (How::AngleRad, Feature::Orientation(x), Feature::Orientation(y)) => {
-            // What is mixed has norm one, and another angle to others than what had not. Further apart there is no
-            // one shorter way.
+            // Interpolated orientations have norm one, which changes angles if the inputs had not. Beyond one radian
+            // the shorter arc may be ambiguous.
             let is_unit =
                 |q: &[f32; 4]| (q.iter().map(|x| f64::from(*x).powi(2)).sum::<f64>() - 1.0).abs() < 2e-6;
             let angle_rad = measure(how, a, b).filter(|angle_rad| *angle_rad < 1.0)?;
@@ -246,24 +243,22 @@ fn widest_between(how: &How, a: &Feature, b: &Feature) -> Option<f64> {
         (How::Difference, Feature::Number(x), Feature::Number(y)) => {
             measure(how, a, b)? + f64::from(x.abs().max(y.abs())) * ROUNDING
         }
-        // The program's own distance, and features of two kinds, of which either may stay.
+        // A plug-in distance has no known bound. Of features of two kinds either may remain.
         (How::Metres | How::AngleRad | How::Difference | How::Differs | How::Own(_), _, _) => return None,
     };
     Some(distance + ROUNDING)
 }
 
-/// More than what is lost where a feature is put together from others, in metres at a kilometre.
+/// Bound on the rounding of a merged feature, in metres at 1 km.
 const ROUNDING: f64 = 1e-3;
-/// The same of angles, which the arc cosine is steep at: of two orientations whose norm is off by a millionth
-/// 4 mrad.
+/// The same for angles, where the arc cosine is steep: two orientations whose norm is off by 1e-6 differ by 4 mrad.
 const ANGLE_ROUNDING_RAD: f64 = 5e-3;
 
-/// What the program calls the distance. What is none keeps the two apart, whatever the other terms
-/// say.
+/// Calls a plug-in distance. A negative or NaN result excludes a merge, whatever the other terms are.
 #[cold]
 fn of_its_own(own: &dyn Distance, a: &Feature, b: &Feature) -> Option<f64> {
     let (one, other) = if order(a, b).is_le() { (a, b) } else { (b, a) };
     let distance = own.between(one, other)?;
-    // Written so that NaN is no distance either.
+    // Written so that NaN is rejected too.
     Some(if distance >= 0.0 { distance } else { f64::INFINITY })
 }

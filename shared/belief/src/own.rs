@@ -1,4 +1,4 @@
-//! A belief system's functions that a program supplies itself.
+//! Plug-in functions that a program supplies to a belief system.
 
 use std::fmt;
 use std::ops::Deref;
@@ -9,14 +9,13 @@ use message::{Feature, Remembered};
 
 use crate::{Sample, Unbelievable};
 
-/// A belief distance function d with its applicability q (Eq. 4), for
-/// `measure = { own = "NAME" }`.
+/// A belief distance function d with its applicability q (Eq. 4), for `measure = { own = "NAME" }`.
 ///
 /// ```
 /// use belief::Distance;
 /// use message::Feature;
 ///
-/// /// How far apart two places are along the floor: a thing that was lifted is where it was.
+/// /// Horizontal distance of two positions; the height does not count.
 /// struct AlongTheFloor;
 ///
 /// impl Distance for AlongTheFloor {
@@ -31,13 +30,12 @@ use crate::{Sample, Unbelievable};
 /// assert_eq!(AlongTheFloor.between(&low, &Feature::Symbol(3)), None);
 /// ```
 pub trait Distance: Send + Sync {
-    /// d of the term's percept, as two beliefs have it; `None` (q = 0) where the function does not
-    /// apply. The answer depends on the two features alone, which come in an order of their own, not
-    /// in that of the beliefs: D is the same whichever belief is named first.
+    /// d of the term's percept for two beliefs; `None` (q = 0) if the function does not apply. The result must depend
+    /// on the two features only. They are passed in a canonical order, independent of the order of the beliefs, so D is
+    /// symmetric.
     ///
-    /// A distance is not negative: so D is never below any other of its terms, and who is out of
-    /// reach by the distance of places stays so. What is negative, or NaN, is no distance, and the
-    /// two are not of one thing. Allocates nothing.
+    /// A distance must not be negative, so that D is never below any other of its terms and the position gate stays
+    /// valid. A negative or NaN result means that the two beliefs cannot merge. Must not allocate.
     fn between(&self, one: &Feature, other: &Feature) -> Option<f64>;
 }
 
@@ -46,7 +44,7 @@ pub trait Distance: Send + Sync {
 /// ```
 /// use belief::{Cull, Doubtful};
 ///
-/// /// What was seen but once was a reflection.
+/// /// Culls beliefs with a single observation, as reflections.
 /// struct SeenOnce;
 ///
 /// impl Cull for SeenOnce {
@@ -56,21 +54,19 @@ pub trait Distance: Send + Sync {
 /// }
 /// ```
 pub trait Cull: Send + Sync {
-    /// Whether the belief may be culled: it is when every culling function agrees. Allocates
-    /// nothing.
+    /// Whether the belief may be culled. It is culled if every culling function agrees. Must not allocate.
     fn agrees(&self, belief: &Doubtful<'_>) -> bool;
 }
 
 /// A history generator g with its histories h (Eq. 3), for `history = { own = "NAME" }`.
 ///
-/// A history is what its belief system keeps for it: some samples, in memory that is there from
-/// the start. The generator itself has no state.
+/// The belief system stores the samples of each history in preallocated memory. The generator itself is stateless.
 ///
 /// ```
 /// use belief::{History, Sample, Samples};
 /// use clock::Instant;
 ///
-/// /// The surest sample there ever was.
+/// /// Keeps the sample of the highest confidence.
 /// struct Surest;
 ///
 /// impl History for Surest {
@@ -91,29 +87,31 @@ pub trait Cull: Send + Sync {
 /// }
 /// ```
 pub trait History: Send + Sync {
-    /// Samples that a history keeps at most, from 1 to 4096.
+    /// Largest number of samples in a history, from 1 to 4096.
     fn samples(&self) -> usize;
 
-    /// Takes one sample into a history: the union with g(m, c, d). It may be older than what is
-    /// kept, or of the same instant. Allocates nothing.
+    /// Adds a sample to a history: the union with g(m, c, d). The sample may be older than those kept, or of the same
+    /// instant. Must not allocate.
     fn take(&self, kept: &mut Samples<'_>, sample: &Sample);
 
-    /// Unites a history with another of the same generator (M), in the older belief's memory:
-    /// what is kept should not depend on which of the two that was. Allocates nothing.
+    /// Merges a history with another of the same generator (M), in the older belief's memory. The result should not
+    /// depend on which of the two is older. Must not allocate.
     fn merge(&self, kept: &mut Samples<'_>, others: &[Sample]) {
         for sample in others {
             self.take(kept, sample);
         }
     }
 
-    /// h(t): the evaluation at an instant, which may be in the past, or later than everything. `None`
-    /// before there was any. Its confidence is that of its samples: after the newest of those kept
-    /// the belief system has it decay, from the instant of the answer on. An answer that is no
-    /// evaluation (a confidence of 7, a place that is NaN) counts as none. Allocates nothing.
+    /// h(t): the evaluation at an instant, which may be in the past or later than all samples. `None` before the first
+    /// sample.
+    ///
+    /// Return the confidence of the sample, undecayed. If the instant is not before the newest kept sample, the belief
+    /// system applies the decay from the time of the returned sample on. An invalid evaluation (a confidence of 7, a
+    /// NaN position) counts as `None`. Must not allocate.
     fn at(&self, kept: &[Sample], instant: Instant) -> Option<Sample>;
 }
 
-/// The samples of one history, in memory for a fixed number of them.
+/// The samples of one history, in memory of a fixed capacity.
 #[derive(Debug)]
 pub struct Samples<'a> {
     pub(crate) cells: &'a mut [Sample],
@@ -121,18 +119,18 @@ pub struct Samples<'a> {
 }
 
 impl Samples<'_> {
-    /// Those that are kept, in the order in which they were put there.
+    /// The kept samples, in order of insertion.
     #[must_use]
     pub fn as_slice(&self) -> &[Sample] {
         self.cells.get(..*self.len as usize).unwrap_or(&[])
     }
 
-    /// The same, to be changed in place.
+    /// The kept samples, mutable.
     pub fn as_mut_slice(&mut self) -> &mut [Sample] {
         self.cells.get_mut(..*self.len as usize).unwrap_or_default()
     }
 
-    /// Keeps one more; `false`, and nothing kept, when there is no room.
+    /// Appends a sample; returns `false`, with nothing changed, if there is no room.
     pub fn push(&mut self, sample: Sample) -> bool {
         match self.cells.get_mut(*self.len as usize) {
             Some(cell) => {
@@ -144,8 +142,7 @@ impl Samples<'_> {
         }
     }
 
-    /// Forgets the one at `index` and gives it back; those after it move up. `None` where there is
-    /// none.
+    /// Removes and returns the sample at `index`; later ones move up. `None` if there is none.
     pub fn remove(&mut self, index: usize) -> Option<Sample> {
         let after = self.as_mut_slice().get_mut(index..)?;
         let removed = *after.first()?;
@@ -154,13 +151,13 @@ impl Samples<'_> {
         Some(removed)
     }
 
-    /// Forgets all.
+    /// Removes all samples.
     pub fn clear(&mut self) {
         *self.len = 0;
     }
 }
 
-/// A belief of which is asked whether it still holds.
+/// Read access to a belief that is tested for culling.
 pub struct Doubtful<'a> {
     pub(crate) now: Instant,
     pub(crate) memory: &'a crate::memory::Memory,
@@ -176,58 +173,56 @@ impl Doubtful<'_> {
         self.now
     }
 
-    /// When the thing was first perceived.
+    /// Time of the first observation.
     #[must_use]
     pub const fn born_at(&self) -> Instant {
         self.memory.born_at
     }
 
-    /// When the thing was last observed: earlier than [`Self::now`] by as much as its source takes to
-    /// understand what it sees.
+    /// Time of the last observation. It is earlier than [`Self::now`] by the processing delay of its source.
     #[must_use]
     pub const fn perceived_at(&self) -> Instant {
         self.memory.perceived_at
     }
 
-    /// Whether an observation of it has been taken in now.
+    /// Whether an observation was added to the belief in this step.
     #[must_use]
     pub fn is_perceived(&self) -> bool {
         self.memory.noticed_at >= self.now
     }
 
-    /// Since when its place is found empty, in view of a source that saw it before; `None` where it is not,
-    /// or no culling function of the configuration asks for it.
+    /// Since when the belief's position is observed to be empty, in view of a source that saw it before. `None` if it
+    /// is not, or if no configured culling function needs it.
     #[must_use]
     pub const fn empty_since(&self) -> Option<Instant> {
         self.memory.empty_since
     }
 
-    /// Observations behind the belief.
+    /// Number of observations of the belief.
     #[must_use]
     pub const fn observations(&self) -> u64 {
         self.memory.observations
     }
 
-    /// The agent who last was perceived to hold it, or [`message::NOBODY`].
+    /// The agent last perceived to hold it, or [`message::NOBODY`].
     #[must_use]
     pub const fn held_by(&self) -> u16 {
         self.memory.held_by
     }
 
-    /// Where it is remembered to be, in metres in the perspective's frame.
+    /// Remembered position, in metres in the perspective's frame.
     #[must_use]
     pub const fn place_m(&self) -> Option<[f32; 3]> {
         self.place
     }
 
-    /// Whether the perspective now sees what is at that place, with a source that saw it before; `None` where
-    /// it has no place.
+    /// Whether that position is now in view of a source that saw the thing before; `None` if it has no position.
     #[must_use]
     pub fn is_in_view(&self) -> Option<bool> {
         self.place.map(|place| (self.in_view)(place))
     }
 
-    /// What is remembered of a percept, evaluated at the present instant (Eq. 3).
+    /// A percept, evaluated at the present instant (Eq. 3).
     #[must_use]
     pub fn percept(&self, percept: u16) -> Option<Remembered> {
         let Sample { at, matching, confidence, feature } = (self.remembered)(percept)?;
@@ -241,7 +236,7 @@ impl fmt::Debug for Doubtful<'_> {
     }
 }
 
-/// A program's own functions of the Belief System, by the names that the configuration calls them.
+/// The plug-in functions of a program, under the names that the configuration uses.
 ///
 /// ```
 /// use std::sync::Arc;
@@ -250,7 +245,7 @@ impl fmt::Debug for Doubtful<'_> {
 /// use config::percepts::{Measure, Percepts};
 /// use message::Feature;
 ///
-/// /// A thing may fade, and is of the same colour still: red and wood are near each other.
+/// /// Distance of colours that may fade: red and wood are near each other.
 /// struct Fading;
 ///
 /// impl Distance for Fading {
@@ -264,7 +259,7 @@ impl fmt::Debug for Doubtful<'_> {
 ///     }
 /// }
 ///
-/// // As if `percepts.toml` said `measure = { own = "fading" }` of the colour.
+/// // Like `measure = { own = "fading" }` for the colour in `percepts.toml`.
 /// let mut percepts = Percepts::builtin();
 /// let colour = percepts.index("colour").unwrap();
 /// for term in percepts.belief.distance.iter_mut().filter(|term| term.percept == colour) {
@@ -318,7 +313,7 @@ fn find<T: ?Sized>(
     Ok(Supplied(Arc::clone(function)))
 }
 
-/// A function that the program has supplied.
+/// A function supplied by the program.
 pub(crate) struct Supplied<T: ?Sized>(Arc<T>);
 
 impl<T: ?Sized> Clone for Supplied<T> {

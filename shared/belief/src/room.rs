@@ -1,7 +1,6 @@
 use std::ops::{Deref, DerefMut};
 
-/// A vector whose room is fixed from the start; a copy of it has the same room, which the copy of
-/// a plain vector has not.
+/// A vector of fixed capacity. A clone has the same capacity, unlike that of a plain vector.
 #[derive(Debug)]
 pub(crate) struct Room<T>(Vec<T>);
 

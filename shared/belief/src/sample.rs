@@ -7,10 +7,10 @@ use clock::Instant;
 use message::{Feature, PerceptValue};
 use quantity::number::{saturating_u16, single};
 
-/// One evaluation (m, c, d) of a percept and when it was made.
+/// One evaluation (m, c, d) of a percept and its time.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Sample {
-    /// When the observation behind it was made.
+    /// Time of the underlying observation.
     pub at: Instant,
     /// Match m in [0, 1].
     pub matching: f32,
@@ -21,19 +21,19 @@ pub struct Sample {
 }
 
 impl Sample {
-    /// What stands in a cell that holds no sample yet.
+    /// Initial content of an unused cell.
     pub(crate) const NONE: Self =
         Self { at: Instant::EPOCH, matching: 0.0, confidence: 0.0, feature: Feature::None };
 
-    /// Whether it is an evaluation.
+    /// Whether match, confidence and feature are valid.
     pub(crate) fn is_sound(&self) -> bool {
         let Self { matching, confidence, feature, .. } = *self;
         let within = (0.0..=1.0).contains(&matching) && (0.0..=1.0).contains(&confidence);
         within && PerceptValue::new(0, matching, confidence, feature).feature().is_some()
     }
 
-    /// Which of two samples counts at one instant: that of the higher m·c. Among equals the
-    /// numbers decide, so that the outcome does not depend on who came first.
+    /// Which of two samples of one instant is kept: that of higher m·c. Ties are broken by the values, so that the
+    /// result does not depend on the order of arrival.
     pub(crate) fn rank(&self, other: &Self) -> Ordering {
         let strength = |sample: &Self| f64::from(sample.matching) * f64::from(sample.confidence);
         strength(self)
@@ -42,8 +42,7 @@ impl Sample {
             .then_with(|| order(&self.feature, &other.feature))
     }
 
-    /// The sample as it is remembered at `now`, after the newest: its confidence decays
-    /// exponentially.
+    /// The newest sample as remembered at `now`: its confidence decays exponentially.
     pub(crate) fn decayed(self, now: Instant, decay_per_s: f64) -> Self {
         let age = now.since(self.at);
         if age.is_zero() {
@@ -54,30 +53,29 @@ impl Sample {
     }
 }
 
-/// A sample as a history keeps it, small: there are many, and each step writes one or two of every
-/// history.
+/// Compact form of a sample in a history. There are many, and each step writes one or two per history.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Kept {
     pub(crate) at: Instant,
-    /// The match, and above it the lower two bits of the kind of the feature: no number from 0 to 1 has
-    /// such bits.
+    /// The match, and in the top two bits the lower two bits of the feature's kind. Numbers from 0 to 1 leave these
+    /// bits free.
     matching: u32,
-    /// The confidence, and above it the kind's third bit.
+    /// The confidence, and in the top bits the kind's third bit.
     confidence: u32,
     numbers: [f32; 4],
 }
 
-/// Where the bits of the kind begin.
+/// First bit of the kind.
 const KIND_AT: u32 = 30;
 const SHARE: u32 = (1 << KIND_AT) - 1;
 
 impl Kept {
-    /// What stands in a cell that holds no sample yet.
+    /// Initial content of an unused cell.
     pub(crate) const NONE: Self = Self { at: Instant::EPOCH, matching: 0, confidence: 0, numbers: [0.0; 4] };
 
     #[inline(always)]
     fn new(at: Instant, matching: f32, confidence: f32, (kind, numbers): (u16, [f32; 4])) -> Self {
-        // The sum has no sign where it is zero.
+        // Adding zero turns −0.0 into 0.0, which clears the sign bit.
         let bits = |share: f32, kind: u32| (share + 0.0).to_bits() | kind << KIND_AT;
         let kind = u32::from(kind);
         Self { at, matching: bits(matching, kind & 3), confidence: bits(confidence, kind >> 2), numbers }
@@ -87,7 +85,7 @@ impl Kept {
     #[inline]
     pub(crate) fn feature(&self) -> Feature {
         let kind = self.matching >> KIND_AT | (self.confidence >> KIND_AT) << 2;
-        // What is kept is sound.
+        // Only sound samples are stored.
         Feature::from_sound(saturating_u16(kind as usize), self.numbers)
     }
 
@@ -98,7 +96,7 @@ impl Kept {
         Sample { at: self.at, matching, confidence, feature: self.feature() }
     }
 
-    /// The same with another feature.
+    /// The same sample with another feature.
     pub(crate) fn with(&self, feature: Feature) -> Self {
         Sample { feature, ..self.sample() }.into()
     }
@@ -116,11 +114,11 @@ impl From<Sample> for Kept {
     }
 }
 
-/// A sample that is taken from where it lies: it is large, and copied once.
+/// A sample by reference, because it is large and copied only once.
 #[derive(Clone, Copy)]
 pub(crate) struct Taken<'a> {
     pub(crate) at: Instant,
-    /// A sound one.
+    /// A sound evaluation.
     pub(crate) value: &'a PerceptValue,
 }
 
@@ -132,7 +130,7 @@ impl Taken<'_> {
     }
 }
 
-/// A total order of features; it has no other meaning than to be one.
+/// An arbitrary total order of features.
 pub(crate) fn order(a: &Feature, b: &Feature) -> Ordering {
     let (kind_a, numbers_a) = numbers(a);
     let (kind_b, numbers_b) = numbers(b);

@@ -1,54 +1,53 @@
 use clock::Instant;
 
-/// Runs of sightings that are told apart per belief.
+/// Largest number of detection intervals per belief.
 const RUNS: usize = 8;
 
-/// When each belief was sighted, to know which beliefs cannot be of one thing: what one sensor
-/// sees at one instant as two is two.
+/// The detection history of each belief, which yields the cannot-link constraints: two things that one sensor sees in
+/// one frame are two.
 ///
-/// A belief's sightings are runs of successive frames of a source, so that a thing that is seen
-/// all the time costs no more memory than one seen once; two beliefs were sighted at once exactly
-/// if a run of one overlaps a run of the other. A belief has room for eight runs. Beyond, the
-/// shortest interruption of a source's sightings is taken to be none: two beliefs may then count
-/// as apart that were only sighted in turns, but never the other way about. Only of more sources than
-/// that the run that ended first is given up, and never one of the frame of the step: whoever took in a
-/// thing of it is apart from the others of it.
+/// A history is a list of intervals of consecutive frames of a source. So a thing that is always seen needs no more
+/// memory than one seen once. Two beliefs cannot be linked exactly if an interval of one overlaps an interval of the
+/// other. A belief stores eight intervals. When it is full, the two intervals of one source with the shortest gap are
+/// merged. This may add false cannot-links and never removes one. If all intervals are of different sources, the one
+/// that ended first is evicted. An interval that contains the frame of the step is never evicted, so a belief cannot be
+/// linked with the other detections of that frame.
 #[derive(Clone, Debug)]
 pub(crate) struct Sightings {
-    /// Of each slot the only run, as nearly all have: what is asked most lies close together.
+    /// Per slot the only interval, which nearly all beliefs have, in a dense array for the common case.
     only: Box<[Only]>,
-    /// Of the slots that have more.
+    /// Per slot the intervals of those that have more than one.
     of: Box<[Runs]>,
-    /// The frame of the step; of several the last.
+    /// The frame of the step; the last one if there are several.
     frame: Option<Run>,
-    /// The frame before it.
+    /// The previous frame of the same source.
     before: Option<Run>,
-    /// Frames of the step.
+    /// Number of frames in the step.
     frames: usize,
 }
 
-/// How much a belief was sighted.
+/// The detection history of a belief.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Only {
     Never,
-    /// In one run.
+    /// One interval.
     Run(Run),
-    /// In more than one.
+    /// More than one interval.
     More,
 }
 
-/// Successive frames of a source, each with a sighting.
+/// An interval of consecutive frames of a source, in each of which the belief was detected.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Run {
     pub(crate) source: u16,
     pub(crate) first: Instant,
     pub(crate) last: Instant,
-    /// The source's frame before the first one of the run.
+    /// The source's frame before the first one of the interval.
     pub(crate) follows: Option<Instant>,
 }
 
 impl Run {
-    /// One sighting.
+    /// The interval of a single frame.
     pub(crate) fn of(source: u16, at: Instant) -> Self {
         Self { source, first: at, last: at, follows: None }
     }
@@ -57,7 +56,7 @@ impl Run {
         self.source == other.source && self.first <= other.last && other.first <= self.last
     }
 
-    /// Whether there is no frame of the source between the two.
+    /// Whether the intervals are adjacent: no frame of the source lies between them.
     fn continues(&self, other: &Self) -> bool {
         self.source == other.source && (self.follows == Some(other.last) || other.follows == Some(self.last))
     }
@@ -79,7 +78,7 @@ impl Run {
     }
 }
 
-/// Runs in the order of their sources and instants.
+/// Intervals, ordered by source and start.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 struct Runs {
     len: usize,
@@ -100,27 +99,26 @@ impl Sightings {
         }
     }
 
-    /// A new belief was sighted once.
+    /// Starts the history of a new belief.
     pub(crate) fn begin(&mut self, slot: usize, run: Run) {
         if let Some(only) = self.only.get_mut(slot) {
             *only = Only::Run(run);
         }
     }
 
-    /// Nothing is known of the slot any more.
+    /// Clears the history of a slot.
     pub(crate) fn clear(&mut self, slot: usize) {
         if let Some(only) = self.only.get_mut(slot) {
             *only = Only::Never;
         }
     }
 
-    /// Says, of beliefs that were each sighted once, in the frames of one step, which frames of their
-    /// sources were before.
+    /// Sets the previous frame of beliefs that were each detected once, in the frames of one step.
     pub(crate) fn follow(&mut self, slots: &[u32], before: impl Fn(u16, Instant) -> Option<Instant>) {
         (self.frame, self.before, self.frames) = (None, None, 0);
         for &slot in slots {
             let Some(Only::Run(run)) = self.only.get_mut(slot as usize) else { continue };
-            // Observations come frame by frame.
+            // Observations are grouped by frame.
             if !self.frame.is_some_and(|frame| frame.overlaps(run)) {
                 self.frame = Some(*run);
                 self.frames += 1;
@@ -130,37 +128,37 @@ impl Sightings {
         }
     }
 
-    /// Whether a belief was sighted in the frame before that of the step, if the step has but one. No
-    /// two of which that is so are of one thing.
+    /// Whether a belief was detected in the previous frame of the step's source, if the step has only one frame. Any
+    /// two such beliefs cannot be linked.
     #[inline]
     pub(crate) fn was_there(&self, slot: usize) -> bool {
         self.before.as_ref().is_some_and(|before| self.saw(slot, before))
     }
 
-    /// Whether two beliefs cannot be of one thing, even when each is sighted in every frame of the step.
+    /// Whether two beliefs cannot be linked, and still cannot after each was detected in every frame of the step.
     pub(crate) fn stay_apart(&self, a: usize, b: usize) -> bool {
         let remembers = |slot| self.has_room_for(slot, self.frames.max(1));
         self.are_apart(a, b) && remembers(a) && remembers(b)
     }
 
-    /// Whether a belief forgets no sighting when so many are added.
+    /// Whether `more` intervals can be added to a belief without evicting one.
     pub(crate) fn has_room_for(&self, slot: usize, more: usize) -> bool {
         let runs = self.runs(slot);
-        // Without room for one more run two of one source are joined, which forgets nothing; one is given up
-        // where there are no such two.
+        // When the list is full, two intervals of one source are merged, which keeps the constraint. An interval is
+        // evicted only if there are no such two.
         let room = RUNS.saturating_sub(runs.len());
         let joins = runs.windows(2).filter(|pair| matches!(pair, [a, b] if a.source == b.source));
         room >= more || room + joins.count() >= more
     }
 
-    /// All that is perceived in the step is of one frame, or nothing is.
+    /// Sets the frame of a step whose observations are all of one frame, or that has none.
     pub(crate) fn follow_frame(&mut self, frame: Option<Run>) {
         self.frame = frame;
         self.before = frame.and_then(|frame| Some(Run::of(frame.source, frame.follows?)));
         self.frames = usize::from(frame.is_some());
     }
 
-    /// Whether a belief was sighted in a run.
+    /// Whether a belief was detected in an interval.
     #[inline]
     pub(crate) fn saw(&self, slot: usize, run: &Run) -> bool {
         match self.only.get(slot) {
@@ -169,7 +167,7 @@ impl Sightings {
         }
     }
 
-    /// Whether two beliefs cannot be of one thing.
+    /// Whether two beliefs cannot be linked.
     #[inline]
     pub(crate) fn are_apart(&self, a: usize, b: usize) -> bool {
         if let (Some(Only::Run(a)), Some(Only::Run(b))) = (self.only.get(a), self.only.get(b)) {
@@ -178,7 +176,7 @@ impl Sightings {
         self.runs(a).iter().any(|run| self.runs(b).iter().any(|other| run.overlaps(other)))
     }
 
-    /// The belief in `kept` takes over the sightings of the one in `gone`.
+    /// Adds the history of the belief in `gone` to that of the one in `kept`.
     pub(crate) fn merge(&mut self, kept: usize, gone: usize) {
         match self.only.get(gone).copied() {
             Some(Only::Run(next)) => self.add(kept, &next),
@@ -190,10 +188,10 @@ impl Sightings {
         }
     }
 
-    /// A belief was sighted in one run more.
+    /// Adds an interval to the history of a belief.
     #[inline]
     pub(crate) fn add(&mut self, slot: usize, next: &Run) {
-        // What comes every time: a sighting continues a run.
+        // The common case: the interval extends an existing one.
         match self.only.get_mut(slot) {
             Some(Only::Run(run)) if run.touches(next) => run.join(next),
             Some(Only::More) if self.of.get_mut(slot).is_some_and(|of| of.extend(next)) => {}
@@ -231,7 +229,7 @@ impl Runs {
         self.runs.get(..self.len).unwrap_or(&[])
     }
 
-    /// Adds a run. `frame` is that of the step.
+    /// Adds an interval. `frame` is that of the step.
     fn add(&mut self, mut run: Run, frame: Option<&Run>) {
         while let Some(index) = self.as_slice().iter().position(|other| run.touches(other)) {
             run.join(&self.remove(index));
@@ -250,8 +248,8 @@ impl Runs {
         }
     }
 
-    /// Adds a run that touches one other, behind its beginning; `false`, and nothing added, where
-    /// it does not.
+    /// Adds an interval that touches exactly one other and does not start before it. Otherwise returns `false`, with
+    /// nothing changed.
     fn extend(&mut self, run: &Run) -> bool {
         let mut touched = self.runs.iter_mut().take(self.len).filter(|other| run.touches(other));
         match (touched.next(), touched.next()) {
@@ -271,9 +269,9 @@ impl Runs {
         self.runs.get(self.len).copied().unwrap_or(NO_RUN)
     }
 
-    /// Of all runs and `run`, joins the two of one source with the shortest interruption, or gives
-    /// up the one that ended first where all are of different sources, though not one of the `frame` of
-    /// the step; returns the one that remains to be added.
+    /// Makes room for `run` and returns the interval that remains to be added. Merges the two intervals of one source
+    /// with the shortest gap. If all are of different sources, it evicts the one that ended first, except one that
+    /// contains the `frame` of the step.
     fn make_room(&mut self, run: Run, frame: Option<&Run>) -> Run {
         let gap = |a: &Run, b: &Run| {
             let (earlier, later) = if a.first <= b.first { (a, b) } else { (b, a) };
@@ -301,7 +299,7 @@ impl Runs {
                         self.remove(index);
                         run
                     }
-                    // The one to be added is given up: one that was there is added again.
+                    // `run` itself is the one to evict: return an existing interval, which is added again.
                     Some(_) | None => self.remove(RUNS - 1),
                 }
             }
@@ -317,13 +315,13 @@ mod tests {
 
     use super::*;
 
-    /// Beliefs and the frames in which they were sighted: a bit for each frame of each source.
+    /// Beliefs and the frames in which they were detected: a set of (source, frame number).
     fn sighted() -> impl Strategy<Value = Vec<BTreeSet<(u16, u64)>>> {
         let frames = prop::collection::btree_set((0..2_u16, 0..24_u64), 1..10);
         prop::collection::vec(frames, 2..6)
     }
 
-    /// What a belief remembers when its sightings come one by one, in any order.
+    /// The history of a belief whose detections come one by one, in any order.
     fn remembered(frames: &[(u16, u64)]) -> Runs {
         let at = |number: u64| Instant::from_nanos(100 + 10 * number);
         let mut runs = NEVER;
@@ -410,7 +408,7 @@ mod tests {
 
     #[test]
     fn without_room_the_shortest_interruption_is_forgotten() {
-        // Nine sightings, each further from the one before: the first two are taken for one run.
+        // Nine detections with growing gaps: the first two are merged into one interval.
         let frames: Vec<_> = (0..9).map(|number| (0, number * (number + 3))).collect();
         let runs = remembered(&frames);
         assert_eq!(runs.len, RUNS);
@@ -420,7 +418,7 @@ mod tests {
 
     #[test]
     fn two_that_were_missed_often_stay_apart() {
-        // Every third frame is missed, by turns.
+        // Each belief misses every third frame, in turn.
         let frames = |first| (0..60).filter(move |number| number % 3 != first).map(|number| (0, number));
         let [a, b] = [0, 1].map(|first| remembered(&frames(first).collect::<Vec<_>>()));
         assert_eq!([a.len, b.len], [RUNS; 2]);

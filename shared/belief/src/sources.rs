@@ -2,41 +2,41 @@ use clock::Instant;
 
 use crate::room::Room;
 
-/// The sources of observations, with the newest instant each has reported.
+/// The sources of observations, with the newest time stamp of each.
 ///
-/// A source reports its instants in their order. What is not newer than what it reported in an
-/// earlier step was counted then, or came too late to be told from it.
+/// A source must report its frames in order. An observation that is not newer than those of an earlier step is
+/// rejected: it is a duplicate, or cannot be distinguished from one.
 #[derive(Clone, Debug)]
 pub(crate) struct Sources {
     known: Room<Source>,
-    /// The frames of this step: source and instant.
+    /// The frames of this step: source and time stamp.
     frames: Room<(u16, Instant)>,
 }
 
 #[derive(Clone, Copy, Debug)]
 struct Source {
     number: u16,
-    /// Newest instant of earlier steps.
+    /// Newest time stamp of earlier steps.
     earlier: Option<Instant>,
-    /// Newest instant, this step included.
+    /// Newest time stamp, this step included.
     newest: Instant,
 }
 
-/// Sources that a belief system tells apart.
+/// Largest number of sources.
 const SOURCES: usize = 256;
 
-/// Frames of one step that are known as such. Who stamps each thing by itself may have more: then a run of
-/// sightings is taken to be without an interruption where it had one.
+/// Largest number of frames per step that are recorded. A source that stamps each thing separately may exceed it. Then
+/// a detection interval may be taken as uninterrupted although it was not.
 const FRAMES: usize = 64;
 
-/// Whether an observation may enter the step.
+/// Whether an observation is accepted in the step.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Admission {
-    /// It may.
+    /// Accepted.
     Enters,
     /// It is not newer than what its source reported in an earlier step.
     Stale,
-    /// There are more sources than can be told apart.
+    /// There are too many sources.
     NoRoom,
 }
 
@@ -53,13 +53,13 @@ impl Sources {
         }
     }
 
-    /// Frames of this step so far: instants of sources.
+    /// Number of frames in this step so far.
     pub(crate) fn frames(&self) -> usize {
         self.frames.len()
     }
 
     pub(crate) fn admit(&mut self, number: u16, at: Instant) -> Admission {
-        // Observations come frame by frame.
+        // Observations are grouped by frame.
         if self.frames.last() == Some(&(number, at)) {
             return Admission::Enters;
         }
@@ -81,7 +81,7 @@ impl Sources {
         Admission::Enters
     }
 
-    /// The frame of a source before that of an instant of this step.
+    /// The frame of a source that precedes one of this step.
     pub(crate) fn before(&self, number: u16, at: Instant) -> Option<Instant> {
         let of_step = self.frames.iter().filter(|(source, instant)| *source == number && *instant < at);
         let earlier = self.known.iter().find(|source| source.number == number);

@@ -16,17 +16,16 @@ use crate::sources::{Admission, Sources};
 
 pub use intake::Intake;
 
-/// An observation may be this much ahead of the step's instant: sensory processes go on while a
-/// frame is on its way. Beyond it, the source's clock is wrong.
+/// Largest amount by which an observation's time stamp may be later than the step's instant. The sensor process
+/// continues while a frame is in transit. A larger amount means that the source's clock is wrong.
 const AHEAD: Duration = Duration::from_secs(1);
 
-/// Beliefs that a system can be asked to hold.
+/// Largest capacity of a belief system, in beliefs.
 const MOST: usize = 1_000_000;
 
 /// The belief system of one perspective: (B, G, M, d, q, w, c).
 ///
-/// All memory is allocated by [`BeliefSystem::new`]. A clone is a snapshot Snp(t): a deep copy
-/// that goes its own way.
+/// [`BeliefSystem::new`] allocates all memory. A clone is a snapshot Snp(t): a deep copy that evolves independently.
 ///
 /// ```
 /// use belief::BeliefSystem;
@@ -53,40 +52,37 @@ pub struct BeliefSystem {
     percepts: Vec<Percept>,
     /// k of Eq. 2.
     threshold: f64,
-    /// The percept that says where a thing is.
+    /// Index of the percept that gives a thing's position.
     place: Option<u16>,
     cull: Vec<Cull>,
     capacity: usize,
     arena: Arena,
     arrivals: Arrivals,
-    /// Whether this step notes what it takes in, and makes beliefs of it no sooner than it is finished.
+    /// Whether this step collects its observations first and creates beliefs only when it finishes.
     notes: bool,
     clustering: Clustering,
-    /// Whether no two beliefs are closer than the threshold: none has changed since the
-    /// clustering.
+    /// Whether no two beliefs are closer than the threshold, because none has changed since the last clustering.
     settled: bool,
     sources: Sources,
     next_id: u64,
     now: Instant,
-    /// Since when the perspective looks without a break.
+    /// Start of the uninterrupted period in which the perspective has been observing.
     looks_since: Instant,
     counts: Counts,
 }
 
-/// What happened since the system was made.
+/// Counters since the system was created.
 ///
-/// The beliefs it holds are those created, less those merged, culled and evicted.
+/// The number of current beliefs is those created, less those merged, culled and evicted.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Counts {
-    /// Observations refused because their numbers were unsound, and evaluations of percepts left
-    /// out for the same reason.
+    /// Observations rejected because of invalid numbers, and percept evaluations omitted for the same reason.
     pub unsound: u64,
-    /// Observations refused because their instant was far ahead: their source's clock is wrong.
+    /// Observations rejected because their time stamp was too far ahead: their source's clock is wrong.
     pub ahead: u64,
-    /// Observations refused because they were not newer than those of their source in an
-    /// earlier step.
+    /// Observations rejected because they were not newer than those that their source delivered in an earlier step.
     pub stale: u64,
-    /// Steps whose instant was before that of the step before; they were taken at the latter.
+    /// Steps whose instant was before that of the previous step; the previous instant was used instead.
     pub backwards: u64,
     /// Beliefs created, one per snapshot (Eq. 6).
     pub created: u64,
@@ -94,14 +90,14 @@ pub struct Counts {
     pub merged: u64,
     /// Beliefs culled (Eq. 5).
     pub culled: u64,
-    /// Observations dropped because no belief was free.
+    /// Observations dropped because the system was full.
     pub overflowed: u64,
-    /// Beliefs dropped for the same reason: new ones that no older one took in.
+    /// New beliefs dropped because the system was full: those that merged into no older one.
     pub evicted: u64,
 }
 
 impl Counts {
-    /// Observations and evaluations that were refused, for whatever reason.
+    /// Observations and evaluations rejected, for any reason.
     #[must_use]
     pub const fn refused(&self) -> u64 {
         self.unsound + self.ahead + self.stale
@@ -130,51 +126,50 @@ impl Cull {
     }
 }
 
-/// Why there can be no such belief system.
+/// Reasons why a belief system cannot be created.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum Unbelievable {
-    /// The capacity is out of its range.
+    /// The capacity is out of range.
     #[error("a belief system for {capacity} beliefs: the capacity must be from 1 to 1000000")]
     Capacity {
-        /// Beliefs asked for.
+        /// Requested number of beliefs.
         capacity: usize,
     },
-    /// The configuration names a function that the program does not supply.
+    /// The configuration names a plug-in function that the program does not supply.
     #[error("the configuration wants the program's own {what} `{name}`, which this program lacks")]
     NoSuchFunction {
-        /// Which of the functions of a belief system.
+        /// The kind of function.
         what: &'static str,
         /// Its name.
         name: String,
     },
-    /// A history of the program's own keeps too many samples, or none.
+    /// A plug-in history keeps too many samples, or none.
     #[error("the program's own history `{name}` keeps {samples} samples: it must be from 1 to 4096")]
     Samples {
         /// Its name.
         name: String,
-        /// What it says.
+        /// The number of samples that it requests.
         samples: usize,
     },
 }
 
 impl BeliefSystem {
-    /// An empty belief system that holds at most `capacity` beliefs; together with them, it takes
-    /// in at most twice as many new observations in a step.
+    /// Creates an empty belief system that holds at most `capacity` beliefs. A step accepts new observations up to a
+    /// total of twice the capacity, the existing beliefs included.
     ///
     /// # Errors
     ///
-    /// The capacity is zero or above a million, or the configuration names a function of the
-    /// program's own: see [`Self::with_own`].
+    /// The capacity is zero or above a million, or the configuration names a plug-in function: see [`Self::with_own`].
     pub fn new(percepts: &Percepts, capacity: usize) -> Result<Self, Unbelievable> {
         Self::with_own(percepts, &Functions::default(), capacity)
     }
 
-    /// The same with functions of the program's own.
+    /// Like [`Self::new`], with plug-in functions.
     ///
     /// # Errors
     ///
-    /// The capacity is zero or above a million, or the configuration names a function that `own`
-    /// lacks, or a history that keeps too much.
+    /// The capacity is zero or above a million. Or the configuration names a function that `own` lacks. Or a plug-in
+    /// history keeps too many samples or none.
     pub fn with_own(percepts: &Percepts, own: &Functions, capacity: usize) -> Result<Self, Unbelievable> {
         if !(1..=MOST).contains(&capacity) {
             return Err(Unbelievable::Capacity { capacity });
@@ -199,22 +194,23 @@ impl BeliefSystem {
         })
     }
 
-    /// The same for whoever sees to it that all he has it take in is [sound](Perceived::is_sound): it is not looked
-    /// through again, and what is not sound is believed.
+    /// Skips validation. The caller guarantees that all inputs are [sound](Perceived::is_sound); invalid input is
+    /// stored as it is.
     #[must_use]
     pub fn trusting(mut self) -> Self {
         self.arena.trust();
         self
     }
 
-    /// Takes in what the perspective perceived at `now`: creates beliefs, merges them, culls.
+    /// Adds the observations of one step at `now`: creates beliefs, merges them, culls.
     ///
-    /// `which` are the indices of the `perceived` things that count, rising. Observations and snapshots are
-    /// in the perspective's frame. `looked` are the sources that observed anything new, be it an empty table,
-    /// and `in_view` says whether the perspective now sees what is at a place in that frame, in metres: what
-    /// was seen before by one that looked, and is not perceived at its place in view, is missed there. An
-    /// observation whose snapshot is empty creates nothing. An instant before that of the step before is
-    /// taken as the latter; observations that may not enter are counted.
+    /// - `which`: the ascending indices of the `perceived` entries to use. Observations and snapshots are in the
+    ///   perspective's frame. An observation whose snapshot is empty creates nothing.
+    /// - `looked`: the sources that delivered a frame (possibly empty) in this step. A belief seen earlier by one of
+    ///   them, in view and not observed now, counts as missed.
+    /// - `in_view`: whether the perspective now sees the given position, in metres in its frame.
+    ///
+    /// If `now` is before the previous step, the previous step's instant is used. Rejected observations are counted.
     pub fn step(
         &mut self,
         now: Instant,
@@ -232,7 +228,7 @@ impl BeliefSystem {
         intake.finish(perceived, looked, in_view);
     }
 
-    /// How many beliefs there are.
+    /// Number of beliefs.
     #[must_use]
     pub fn len(&self) -> usize {
         self.arena.live().len()
@@ -244,7 +240,7 @@ impl BeliefSystem {
         self.arena.live().is_empty()
     }
 
-    /// What happened since the system was made.
+    /// The counters since the system was created.
     #[must_use]
     pub fn counts(&self) -> Counts {
         Counts { unsound: self.counts.unsound + self.arena.unsound(), ..self.counts }
@@ -256,13 +252,13 @@ impl BeliefSystem {
         self.now
     }
 
-    /// The beliefs in the order of their identities, evaluated at the instant of the last step.
+    /// The beliefs in order of their identities, evaluated at the instant of the last step.
     pub fn beliefs(&self) -> impl Iterator<Item = Belief> {
         (0..self.len()).filter_map(|index| self.write(index, self.now))
     }
 
-    /// The belief at `index` in the order of the identities, all its percepts evaluated at
-    /// `instant` (Eq. 3): those whose first sample is later are left out.
+    /// The belief at `index` in order of the identities, with all its percepts evaluated at `instant` (Eq. 3). Percepts
+    /// whose first sample is later are omitted.
     #[must_use]
     pub fn write(&self, index: usize, instant: Instant) -> Option<Belief> {
         let slot = *self.arena.live().get(index)?;
@@ -279,33 +275,33 @@ impl BeliefSystem {
         Some(belief)
     }
 
-    /// The identity of the belief at `index` in the order of the identities.
+    /// The identity of the belief at `index` in order of the identities.
     #[must_use]
     pub fn id(&self, index: usize) -> Option<u64> {
         Some(self.arena.memory(*self.arena.live().get(index)?)?.id)
     }
 
-    /// Who holds the thing of the belief at `index`, or `NOBODY`.
+    /// The agent that holds the thing of the belief at `index`, or `NOBODY`.
     #[must_use]
     pub fn held_by(&self, index: usize) -> Option<u16> {
         Some(self.arena.memory(*self.arena.live().get(index)?)?.held_by)
     }
 
-    /// Where the belief at `index` was last perceived to be, in metres in the perspective's
-    /// frame; `None` where it has no place.
+    /// The last perceived position of the belief at `index`, in metres in the perspective's frame; `None` if it has no
+    /// position.
     #[must_use]
     pub fn position(&self, index: usize) -> Option<[f32; 3]> {
         self.place_of(*self.arena.live().get(index)?)
     }
 
-    /// The belief at `index` is where its features say.
+    /// Updates the spatial index with the position of the belief at `index`.
     fn place(&mut self, index: usize) {
         if let Some(&slot) = self.arena.live().get(index) {
             self.clustering.place(&Step { arena: &mut self.arena, perceived: &[] }, slot);
         }
     }
 
-    /// Whether there is anything sound in what was perceived.
+    /// Validates an observation; counts it if it is not sound.
     fn look_through(&mut self, perceived: &Perceived) -> bool {
         let values = perceived.snapshot.values();
         let in_order = values.is_sorted_by(|a, b| a.percept < b.percept);
@@ -325,7 +321,7 @@ impl BeliefSystem {
         if snapshot.values().is_empty() {
             return;
         }
-        // What is remembered is not later than now, or h(now) would not know of it.
+        // A remembered sample is not later than now; otherwise h(now) would not contain it.
         let at = observed_at.min(self.now);
         match self.sources.admit(observation.source, observed_at) {
             Admission::Enters => {}
@@ -351,8 +347,8 @@ impl BeliefSystem {
         }
     }
 
-    /// The perspective looks again after it did not: that a place is empty is of now, whatever was found
-    /// before.
+    /// Tells the system that the perspective observes again after an interruption. Absence found before `now` no longer
+    /// counts.
     pub fn look_anew(&mut self, now: Instant) {
         self.looks_since = self.looks_since.max(now);
     }
@@ -379,12 +375,12 @@ impl BeliefSystem {
         }
     }
 
-    /// Looks whether the place of a belief is empty. Where nobody looks who ever saw the thing, as between
-    /// two pictures of a slow camera, that is as it was.
+    /// Updates since when the position of a belief is empty. If no source that ever saw the thing delivered a frame in
+    /// this step, the state is unchanged, as between two images of a slow camera.
     fn watch(&mut self, slot: u32, looked: SourceSet, in_view: impl Fn([f32; 3]) -> bool) {
         let (now, looks_since) = (self.now, self.looks_since);
         let Some(memory) = self.arena.memory(slot) else { return };
-        // What stands there now, if anything, was not taken for this belief: its place is empty of it.
+        // Whatever is at that position now was not associated with this belief, so the position counts as empty.
         if memory.noticed_at >= now || !looked.intersects(memory.seen_by) {
             return;
         }
@@ -395,11 +391,11 @@ impl BeliefSystem {
         }
     }
 
-    /// A culling function c of a belief.
+    /// Evaluates a culling function c for a belief.
     fn agrees(&self, cull: &Cull, slot: u32, looked: SourceSet, in_view: impl Fn([f32; 3]) -> bool) -> bool {
         let Some(memory) = self.arena.memory(slot) else { return false };
         match cull {
-            // In nanoseconds: asked of every belief in every step.
+            // In nanoseconds, because this is evaluated for every belief in every step.
             Cull::UnseenLongerThan(limit_ns) => {
                 self.now.as_nanos().saturating_sub(memory.noticed_at.as_nanos()) > *limit_ns
             }
@@ -411,7 +407,7 @@ impl BeliefSystem {
                     histories.and_then(|(histories, row)| histories.at(row, *percept, self.now, decay));
                 remembered.is_none_or(|sample| f64::from(sample.confidence) < *floor)
             }
-            // While nobody looks, it may have come back.
+            // Without a frame in this step the thing may have come back, so the belief stays.
             Cull::PlaceEmptyFor(time) => {
                 let is_empty_for = |since| self.now.since(since) >= *time;
                 looked.intersects(memory.seen_by) && memory.empty_since.is_some_and(is_empty_for)
@@ -433,7 +429,7 @@ impl BeliefSystem {
         }
     }
 
-    /// Beliefs beyond the capacity go, the youngest first.
+    /// Removes the beliefs beyond the capacity, the youngest first.
     fn evict(&mut self) {
         for index in self.capacity..self.len() {
             let Some(&slot) = self.arena.live().get(index) else { break };
@@ -451,7 +447,7 @@ impl BeliefSystem {
         self.arena.release(slot);
     }
 
-    /// Most new beliefs merge into older ones; those that remain are numbered without gaps.
+    /// Renumbers the new beliefs without gaps, because most of them merged into older ones.
     fn number(&mut self, first_new: u64) {
         self.next_id = first_new;
         let is_old = |slot: &u32| self.arena.memory(*slot).is_some_and(|memory| memory.id < first_new);

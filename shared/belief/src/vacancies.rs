@@ -1,17 +1,17 @@
-/// The slots that are in use by nobody. The lowest is given out first, so that what is created one after the
-/// other lies so in memory, however often and in whatever order slots came back.
+/// A free list that allocates the lowest slot first. So beliefs created in sequence are contiguous in memory, in
+/// whatever order slots were freed.
 #[derive(Clone, Debug)]
 pub(crate) struct Vacancies {
-    /// A bit for each slot, set where it is vacant.
+    /// A bit per slot, set if it is free.
     words: Box<[u64]>,
-    /// No slot of a word before this one is vacant.
+    /// No word before this one has a free slot.
     first: usize,
 }
 
 const BITS: usize = 64;
 
 impl Vacancies {
-    /// Slots from 0 on, all vacant.
+    /// Slots from 0 on, all free.
     pub(crate) fn all(slots: usize) -> Self {
         let mut words = vec![u64::MAX; slots.div_ceil(BITS)].into_boxed_slice();
         if let Some(last) = words.last_mut() {
@@ -20,7 +20,7 @@ impl Vacancies {
         Self { words, first: 0 }
     }
 
-    /// Gives out the lowest; `None` when all are in use.
+    /// Allocates the lowest free slot; `None` if all are in use.
     pub(crate) fn take(&mut self) -> Option<u32> {
         let rest = self.words.iter_mut().enumerate().skip(self.first);
         for (index, word) in rest {
@@ -34,7 +34,7 @@ impl Vacancies {
         None
     }
 
-    /// A slot comes back.
+    /// Frees a slot.
     pub(crate) fn put(&mut self, slot: u32) {
         let index = slot as usize / BITS;
         if let Some(word) = self.words.get_mut(index) {

@@ -1,4 +1,4 @@
-//! The promise that a belief system allocates nothing after it was made.
+//! Tests that a belief system does not allocate after its creation.
 
 #![expect(clippy::expect_used, reason = "a test fails by panicking")]
 
@@ -13,7 +13,7 @@ use message::{Feature, Observation, Perceived, SourceSet, State};
 use perception::{Frame, Perception};
 use testkit::allocations_in;
 
-/// Sixty-four things on a slow walk, some of which are now and then not seen.
+/// Sixty-four slowly moving things, some of which are temporarily not seen.
 fn frame(number: u16, into: &mut Vec<Perceived>, perception: &Perception) {
     into.clear();
     let at = Instant::from_nanos(1_000_000_000 + u64::from(number) * 5_000_000);
@@ -32,7 +32,7 @@ fn frame(number: u16, into: &mut Vec<Perceived>, perception: &Perception) {
     }
 }
 
-/// Functions of a program's own.
+/// Plug-in functions.
 struct Own;
 
 impl Distance for Own {
@@ -115,7 +115,7 @@ fn allocates_nothing(percepts: &Percepts, mut system: BeliefSystem) {
     };
     let allocated = allocations_in(|| run(&mut system, &mut perceived, 0..1_000));
     assert_eq!(allocated, 0);
-    // A snapshot that goes on has its own room.
+    // A snapshot that is stepped on has its own memory.
     let mut snapshot = system.clone();
     let allocated = allocations_in(|| run(&mut snapshot, &mut perceived, 1_000..1_500));
     assert_eq!(allocated, 0);

@@ -1,8 +1,8 @@
-//! The clustering under average and complete linkage, against an independent library.
+//! The clustering under average and complete linkage, compared with an independent library.
 //!
-//! Beliefs have a distance of their own, which is no linkage; but the clustering only asks a
-//! [`Population`] for distances. Over fixed points, with the linkage of two sets of points as
-//! their distance, the loop of the paper is agglomerative clustering cut at the threshold.
+//! The belief distance is not a linkage, but the clustering only asks a [`Population`] for distances. Over fixed
+//! points, with the linkage of two point sets as their distance, the loop of the paper is agglomerative clustering cut
+//! at the threshold.
 
 #![expect(
     clippy::unwrap_used,
@@ -16,14 +16,14 @@ use belief::{Clustering, Population, cluster_naively};
 use kodama::Method;
 use proptest::prelude::*;
 
-/// How the distance of two sets of points is made from those of their points.
+/// How the distance of two point sets is computed from the distances of their points.
 #[derive(Clone, Copy, Debug)]
 enum Linkage {
     Average,
     Complete,
 }
 
-/// Sets of points, at first one for each point.
+/// Point sets, initially one per point.
 struct Sets {
     linkage: Linkage,
     threshold: f64,
@@ -73,7 +73,7 @@ impl Population for Sets {
         self.versions[slot as usize]
     }
 
-    /// The centre of the set: two centres are no further apart than the points are on the average.
+    /// The centroid of the set: the distance of two centroids is at most the mean distance of the points.
     fn place(&self, slot: u32) -> Option<[f32; 3]> {
         let members = &self.members[slot as usize];
         let count = quantity::number::float_of_count(members.len());
@@ -88,7 +88,7 @@ impl Population for Sets {
         let distance = match self.linkage {
             Linkage::Complete => distances.fold(0.0, f64::max),
             Linkage::Average => {
-                // In one order whichever set is named first.
+                // Summed in an order that does not depend on which set comes first.
                 let mut distances: Vec<_> = distances.collect();
                 distances.sort_by(f64::total_cmp);
                 distances.iter().sum::<f64>() / quantity::number::float_of_count(distances.len())
@@ -109,7 +109,7 @@ fn distance(a: &[f64; 3], b: &[f64; 3]) -> f64 {
     a.iter().zip(b).map(|(a, b)| (a - b) * (a - b)).sum::<f64>().sqrt()
 }
 
-/// The partition that the library makes, cut at the threshold.
+/// The partition computed by the library, cut at the threshold.
 fn by_kodama(linkage: Linkage, threshold: f64, points: &[[f64; 3]]) -> BTreeSet<BTreeSet<usize>> {
     let mut distances: Vec<f64> = Vec::new();
     for (index, a) in points.iter().enumerate() {

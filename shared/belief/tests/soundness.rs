@@ -1,4 +1,4 @@
-//! Whatever comes in, what is believed stays sound and everything is accounted for.
+//! Whatever the input, beliefs stay sound and every observation is accounted for.
 
 #![expect(clippy::unwrap_used, reason = "a test that cannot go on has failed")]
 
@@ -11,7 +11,7 @@ use message::{Feature, Observation, Perceived, PerceptValue, STATES, Snapshot, S
 use perception::{Frame, Perception};
 use proptest::prelude::*;
 
-/// Numbers as they come from a source that is broken, or lies.
+/// Numbers of a faulty or malicious source.
 fn number() -> impl Strategy<Value = f32> {
     prop_oneof![
         6 => -1.0..1.0_f32,
@@ -20,7 +20,7 @@ fn number() -> impl Strategy<Value = f32> {
     ]
 }
 
-/// Instants in milliseconds around the step's, and far from it.
+/// Offsets in milliseconds near the step's instant, and far from it.
 fn offset_ms() -> impl Strategy<Value = i64> {
     prop_oneof![6 => -20..20_i64, 1 => -100_000..100_000_i64, 1 => any::<i64>()]
 }
@@ -50,7 +50,7 @@ fn observation() -> impl Strategy<Value = (Observation, i64)> {
     )
 }
 
-/// A snapshot that nobody perceived.
+/// A snapshot that does not result from the observation.
 fn alleged() -> impl Strategy<Value = Option<Snapshot>> {
     let value = (0..14_u16, number(), number(), 0..5_u8, prop::array::uniform4(number()));
     prop::option::weighted(0.2, prop::collection::vec(value, 0..8)).prop_map(|values| {
@@ -107,7 +107,7 @@ proptest! {
         let percepts = variants::varied(choice);
         let perception = Perception::new(&percepts).unwrap();
         let mut system = BeliefSystem::new(&percepts, capacity).unwrap();
-        // Of what is sound it makes no difference who looks through it.
+        // For sound input the result is the same with and without validation.
         let [mut looks, mut trusts] = [system.clone(), system.clone().trusting()];
         let mut now = Instant::from_nanos(3_600_000_000_000);
         for (entries, jump, in_view) in frames {
@@ -145,8 +145,8 @@ proptest! {
             let taken = after.created - before.created;
             let refused = after.refused() - before.refused();
             let overflowed = (after.overflowed - before.overflowed) - (after.evicted - before.evicted);
-            // An evicted belief may stand for several observations; an unsound percept is counted
-            // beside the observation that it belongs to. So no observation is counted less than once.
+            // An evicted belief may stand for several observations, and an unsound percept is counted in addition to
+            // its observation. So each observation is counted at least once.
             prop_assert!(taken + refused + overflowed + u64::try_from(empty).unwrap() >= came);
         }
     }

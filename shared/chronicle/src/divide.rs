@@ -6,46 +6,46 @@ use message::{Belief, Difference};
 
 use crate::words::Words;
 
-/// What has changed is told once it has lasted so long: a thing that is carried about, or seen a
-/// moment later by the one than by the other, is no news.
+/// A change is reported once it has lasted this long. So a thing that is being carried, or that one agent sees a moment
+/// later than the other, is not reported.
 const LASTS: Duration = Duration::from_millis(500);
 
-/// Tells people where a partner begins and ceases to differ from the robot, in sentences.
+/// Reports in sentences when a partner's beliefs begin or cease to diverge from the robot's.
 #[derive(Clone, Debug)]
 pub struct Divide {
     words: Words,
-    /// What he is called.
+    /// Display name of the partner.
     partner: String,
     things: BTreeMap<Thing, Account>,
 }
 
-/// A thing, by the robot's belief in it, or where it has none, by his.
+/// A thing, identified by the robot's belief, or if it has none, by the partner's.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 enum Thing {
     Robots(u64),
     His(u64),
 }
 
-/// What was said of a thing.
+/// The state of the report about a thing.
 #[derive(Clone, Debug)]
 struct Account {
     name: String,
-    /// What was told last; nothing as long as nothing was, or that they agree.
+    /// The sentence reported last; `None` if none was, or if it was that they agree.
     told: Option<String>,
-    /// What would be told now, and since when.
+    /// The sentence that applies now, and since when.
     now: Option<String>,
     since: Instant,
 }
 
 impl Divide {
-    /// Nothing told of the partner of this name yet.
+    /// A reporter for the partner of this name.
     #[must_use]
     pub fn new(percepts: &Percepts, partner: &str) -> Self {
         Self { words: Words::of(percepts), partner: partner.to_owned(), things: BTreeMap::new() }
     }
 
-    /// Takes note of how he and the robot differ at an instant, with the beliefs of both, as far as
-    /// they are known, and tells what is new.
+    /// Processes the differences between partner and robot at an instant, with the current beliefs of both, and passes
+    /// new sentences to `tell`.
     pub fn note(
         &mut self,
         at_ns: u64,
@@ -84,14 +84,14 @@ impl Divide {
         }));
     }
 
-    /// Forgets what was told: the identities that follow are those of another life.
+    /// Clears the state, because the identities that follow are from another run of the belief process.
     pub fn forget(&mut self) {
         self.things.clear();
     }
 }
 
 impl Thing {
-    /// What to say where the two no longer differ; nothing of what the robot no longer believes in.
+    /// The sentence for a difference that has ended; `None` if the robot no longer has the belief.
     fn settled(self, who: &str, name: &str, robots: &[Belief], his: &[Belief]) -> Option<String> {
         let agree = || format!("{who} and Leo agree about the {name}");
         let lives = |beliefs: &[Belief], id| beliefs.iter().any(|belief| belief.id == id);
@@ -103,7 +103,7 @@ impl Thing {
     }
 }
 
-/// The thing that a difference is about, and a belief in it; `None` where there is none any more.
+/// The thing of a difference, and a belief about it; `None` if there is no such belief any more.
 fn thing<'a>(
     difference: &Difference,
     robots: &'a [Belief],
@@ -136,7 +136,7 @@ mod tests {
         belief
     }
 
-    /// What is told of these differences, each with the milliseconds at which it is noted.
+    /// The reports for these differences, each with the time in milliseconds at which it is processed.
     fn told(story: &[(u64, &[Difference])]) -> Vec<String> {
         let mut divide = Divide::new(&Percepts::builtin(), "partner 1");
         let mut lines = Vec::new();
@@ -146,7 +146,7 @@ mod tests {
             .all(|difference| difference.aspects().is_empty());
         for (at_ms, differences) in story {
             let beliefs = |ids: &[u64]| ids.iter().map(|id| blue_square(*id)).collect::<Vec<_>>();
-            // In the end, of a thing in which one of them believed alone, nobody believes any more.
+            // At the end, a thing that only one of them believed in has no belief any more.
             let gone = differences.is_empty() && alone;
             let (robots, his) =
                 if gone { (beliefs(&[]), beliefs(&[])) } else { (beliefs(&[3]), beliefs(&[8])) };
@@ -182,7 +182,7 @@ mod tests {
     #[test]
     fn what_only_one_believes_in_is_told_as_that() {
         let hidden = [Difference::new(Some(3), None)];
-        // When the robot no longer believes in it either, there is nothing to say.
+        // When the robot no longer has the belief either, nothing is reported.
         assert_eq!(
             told(&[(0, &hidden), (500, &hidden), (600, &[]), (1100, &[])]),
             ["500 partner 1 does not know of the blue square"]

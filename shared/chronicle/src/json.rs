@@ -6,17 +6,20 @@ use serde::{Serialize, Serializer};
 use crate::words::Words;
 use crate::{Mind, Summary};
 
-/// Tells programs what every perspective believes: one JSON object in a line.
+/// Writes the beliefs of every perspective for programs, one JSON object per line.
 ///
-/// `record` says what a line is about: `perspective` (one for each perspective and instant),
-/// `belief` (one for each belief of it), `difference` (one for each thing about which a partner
-/// differs from the robot), and at the end one `summary`.
+/// `record` gives the type of a line:
+///
+/// - `perspective`: one for each perspective and instant;
+/// - `belief`: one for each belief of a perspective;
+/// - `difference`: one for each thing about which a partner differs from the robot;
+/// - `summary`: one at the end.
 #[derive(Clone, Debug)]
 pub struct JsonLines {
     words: Words,
 }
 
-/// What became of a perspective.
+/// Final counters of a perspective.
 #[derive(Clone, Copy, Debug, Serialize)]
 struct End {
     perspective: u32,
@@ -109,13 +112,13 @@ enum Value<'a> {
 }
 
 impl JsonLines {
-    /// Nothing happened yet.
+    /// A writer with the names of these percepts.
     #[must_use]
     pub fn new(percepts: &Percepts) -> Self {
         Self { words: Words::of(percepts) }
     }
 
-    /// Tells what is believed at an instant.
+    /// Appends the beliefs at an instant to `out`.
     pub fn note(&self, at_ns: u64, minds: &[Mind<'_>], out: &mut String) {
         for mind in minds {
             line(&PerspectiveLine::new(at_ns, mind), out);
@@ -128,7 +131,7 @@ impl JsonLines {
         }
     }
 
-    /// Tells what went in, and what came of it.
+    /// Appends the summary to `out`.
     pub fn close(&self, minds: &[Mind<'_>], summary: &Summary, out: &mut String) {
         let perspectives = minds.iter().map(End::of).collect();
         line(&SummaryLine { record: "summary", summary, perspectives }, out);
@@ -136,7 +139,7 @@ impl JsonLines {
 }
 
 fn line(value: &impl Serialize, out: &mut String) {
-    // Names and numbers can always be written.
+    // Names and numbers can always be serialised.
     out.push_str(&serde_json::to_string(value).unwrap_or_default());
     out.push('\n');
 }
@@ -247,7 +250,7 @@ impl Serialize for Differing<'_> {
 fn value(words: &Words, percept: u16, feature: Option<Feature>) -> Option<Value<'_>> {
     match feature? {
         Feature::None => None,
-        // What has no name is its number.
+        // A symbol without a name is written as its number.
         Feature::Symbol(symbol) => {
             Some(words.symbol(percept, symbol).map_or(Value::Number(f32::from(symbol)), Value::Symbol))
         }

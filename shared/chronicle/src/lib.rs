@@ -1,8 +1,8 @@
-//! What was believed when, by whom, and how the perspectives differ.
+//! Reports of the beliefs over time, by perspective, and of the differences between perspectives.
 //!
-//! Told from belief buffers, instant by instant: for people as a timeline with a table at its end
-//! ([`Timeline`]) or, while it happens, as sentences about what divides a partner and the robot
-//! ([`Divide`]); for programs as JSON lines ([`JsonLines`]). All write into strings and open nothing.
+//! The input is belief buffers, instant by instant. For people there is a timeline with a final table ([`Timeline`]),
+//! or live sentences about divergences between a partner and the robot ([`Divide`]); for programs there are JSON lines
+//! ([`JsonLines`]). All write into strings and open no resources.
 
 mod divide;
 mod json;

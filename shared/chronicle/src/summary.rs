@@ -2,38 +2,38 @@ use std::collections::BTreeSet;
 
 use serde::Serialize;
 
-/// What went in, to be told at the end.
+/// Statistics of the processed input, for the end of the report.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct Summary {
     /// The instant of the first frame, in nanoseconds of the recording's clock.
     pub first_at_ns: Option<u64>,
     /// The newest instant.
     pub last_at_ns: Option<u64>,
-    /// Frames taken in.
+    /// Frames processed.
     pub frames: u64,
-    /// Frames of those that are earlier than one before them, and were taken as of that one's instant.
+    /// Frames older than one before them, which were processed at that one's instant.
     pub earlier: u64,
-    /// Observations taken in, of things, persons and occluders.
+    /// Observations accepted, of things, persons and occluders.
     pub observations: u64,
-    /// Observations refused, by reason.
+    /// Observations rejected, by reason.
     pub refused: Vec<Refusal>,
-    /// Observations that found no room.
+    /// Observations dropped because there was no room.
     pub left_out: u64,
     /// Whether the recording ended in the middle of a frame.
     pub cut_short: bool,
-    /// Partners who were observed and whose beliefs were not simulated.
+    /// Partners that were observed and whose beliefs were not simulated.
     pub not_simulated: BTreeSet<u16>,
-    /// The settings that were changed to what the paper literally says.
+    /// The settings that were changed to the literal text of the paper.
     pub literal: Vec<String>,
 }
 
-/// Observations refused for one reason.
+/// Observations rejected for one reason.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 pub struct Refusal {
-    /// Why.
+    /// The reason.
     pub reason: String,
-    /// How many.
+    /// Number of observations.
     pub observations: u64,
-    /// Where the first of them stands.
+    /// Position of the first of them in the recording.
     pub first: String,
 }

@@ -1,4 +1,4 @@
-//! What is believed at one instant, in a table for people.
+//! The beliefs at one instant as a table for people.
 
 use std::fmt::{self, Write as _};
 
@@ -8,7 +8,7 @@ use message::{Belief, BeliefHead, Difference, NOBODY};
 use crate::words::{Words, agent, place, whose};
 use crate::{Mind, Summary};
 
-/// Writes what every mind believes at the end, how it differs from the robot's, and what went in.
+/// Writes the final beliefs of every perspective, its differences from the robot's, and the summary.
 pub(crate) fn write(words: &Words, minds: &[Mind<'_>], summary: &Summary, out: &mut String) -> fmt::Result {
     if let (Some(first), Some(last)) = (summary.first_at_ns, summary.last_at_ns) {
         let since = Instant::from_nanos(last).since(Instant::from_nanos(first)).as_secs_f64();

@@ -4,7 +4,7 @@ use perspective::{Divergence, Side};
 
 use crate::{JsonLines, Mind, Refusal, Summary, Timeline};
 
-/// Builds the minds of a test, instant by instant.
+/// Builds the perspectives of a test, instant by instant.
 struct Story {
     percepts: Percepts,
     divergence: Divergence,
@@ -13,7 +13,7 @@ struct Story {
     json: String,
 }
 
-/// A belief: its identity, where it is and which colour, whether it is on, who holds it.
+/// A belief: its identity, position and colour, whether it is on, and its holder.
 type Known = (u64, [f32; 3], u16, Option<f32>, u16);
 
 const HERE: [f32; 3] = [0.5, 0.0, 0.0];
@@ -44,7 +44,7 @@ impl Story {
         known.collect()
     }
 
-    /// An instant: what the robot believes, and what a partner at (2, 0, 0) does, if he is there.
+    /// An instant with the beliefs of the robot and, if present, of a partner at (2, 0, 0).
     fn instant(&mut self, at_ms: u64, robots: &[Known], his: Option<&[Known]>) -> String {
         let at_ns = at_ms * 1_000_000;
         let robot = BeliefHead { present: 1, ..BeliefHead::of(0, Header::at(at_ns)) };
@@ -73,7 +73,7 @@ impl Story {
     }
 }
 
-/// The same place as a partner at (2, 0, 0) has it.
+/// The same position in the frame of a partner at (2, 0, 0).
 fn from_there([x, y, z]: [f32; 3]) -> [f32; 3] {
     [x - 2.0, y, z]
 }
@@ -214,7 +214,7 @@ fn programs_are_told_numbers_as_they_are_and_symbols_by_name() {
     assert!(lines[2].starts_with(
         r#"{"record":"perspective","at_ns":7000000,"perspective":1,"path":[1],"present":true,"beliefs":1"#
     ));
-    // They look the same, and nothing was compared while both were new.
+    // The two look the same, and nothing was compared while both were new.
     assert!(
         lines[3].contains(r#""id":9,"robot_id":4"#) && lines[3].contains(r#""held_by":1"#),
         "{}",

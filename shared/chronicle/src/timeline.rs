@@ -8,17 +8,17 @@ use message::{Belief, BeliefHead, NOBODY};
 use crate::words::{Words, agent, place, whose};
 use crate::{Mind, Summary, table};
 
-/// A thing has moved when it is further than this from where it was last said to be.
+/// A thing has moved when it is farther than this from its last reported position.
 const MOVED_M: f64 = 0.03;
-/// A thing rests when it has stayed within [`REST_M`] for so long.
+/// A thing is at rest when it has stayed within [`REST_M`] for this long.
 const REST: Duration = Duration::from_millis(200);
 const REST_M: f64 = 0.01;
 /// A state has changed when its degree has changed by more than this.
 const CHANGED: f32 = 0.25;
 
-/// Tells people what happened in the minds: who began to believe, ceased to, or changed what he
-/// believes, and where a partner began or ceased to differ from the robot. The time is that since
-/// the first instant noted. A thing that moves is told of once it rests.
+/// Reports the events in all perspectives for people: beliefs that are created, removed or changed, and differences
+/// between a partner and the robot that begin or end. Times are relative to the first instant. The motion of a thing is
+/// reported once it is at rest.
 #[derive(Clone, Debug)]
 pub struct Timeline {
     words: Words,
@@ -26,7 +26,7 @@ pub struct Timeline {
     minds: BTreeMap<u32, Told>,
 }
 
-/// What was told of a perspective.
+/// The reported state of a perspective.
 #[derive(Clone, Debug, Default)]
 struct Told {
     present: bool,
@@ -34,12 +34,12 @@ struct Told {
     differences: BTreeMap<(Option<u64>, Option<u64>), Vec<u16>>,
 }
 
-/// What was told of a belief.
+/// The reported state of a belief.
 #[derive(Clone, Debug)]
 struct Account {
     thing: String,
     place_m: Option<[f64; 3]>,
-    /// Where it was of late, and since when.
+    /// Its recent position, and since when it has been there.
     stays: Option<([f64; 3], Instant)>,
     states: Vec<Option<f32>>,
     class: Vec<Option<u16>>,
@@ -47,13 +47,13 @@ struct Account {
 }
 
 impl Timeline {
-    /// Nothing happened yet.
+    /// An empty timeline.
     #[must_use]
     pub fn new(percepts: &Percepts) -> Self {
         Self { words: Words::of(percepts), first: None, minds: BTreeMap::new() }
     }
 
-    /// Takes note of an instant and tells what is new.
+    /// Processes an instant and appends the new events to `out`.
     pub fn note(&mut self, at_ns: u64, minds: &[Mind<'_>], out: &mut String) {
         let at = Instant::from_nanos(at_ns);
         let first = *self.first.get_or_insert(at);
@@ -66,7 +66,7 @@ impl Timeline {
         }
     }
 
-    /// Tells what is believed at the end, and what went in.
+    /// Appends the final beliefs and the summary to `out`.
     pub fn close(&self, minds: &[Mind<'_>], summary: &Summary, out: &mut String) {
         // Writing to a string cannot fail.
         let _ = table::write(&self.words, minds, summary, out);
@@ -146,7 +146,7 @@ impl Told {
                 },
             );
         }
-        // Whatever either of them was at odds about may be settled by another belief of his.
+        // Another belief of the partner may have resolved the difference of either belief.
         let settled = |(one, other): &(Option<u64>, Option<u64>)| {
             let pair = mind.pairs.iter().find(|(own, his)| Some(*own) == *one || Some(*his) == *other);
             pair.filter(|(own, his)| !now.contains_key(&(Some(*own), Some(*his))))
@@ -173,7 +173,7 @@ impl Account {
         }
     }
 
-    /// Tells what has changed.
+    /// Reports the changes of a belief.
     fn update(
         &mut self,
         words: &Words,
@@ -213,7 +213,7 @@ impl Account {
         }
     }
 
-    /// Where it has come to rest, if that is elsewhere than it was said to be.
+    /// The position where it has come to rest, if that differs from the reported one.
     fn moved(&mut self, at: Instant, place_m: Option<[f64; 3]>) -> Option<[f64; 3]> {
         let place_m = place_m?;
         let far =

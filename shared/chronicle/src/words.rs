@@ -1,15 +1,15 @@
 use config::percepts::{Kernel, Percepts, Space};
 use message::{Belief, BeliefHead, Difference, Feature};
 
-/// What the percepts are called, and what to say of them.
+/// The names of the percepts and symbols, and the phrases about them.
 #[derive(Clone, Debug)]
 pub struct Words {
     percepts: Vec<Word>,
-    /// The percept that says where a thing is.
+    /// The percept that gives a thing's position.
     pub position: Option<u16>,
-    /// The percepts that say what a thing is, in the order of speech: the noun comes last.
+    /// The percepts that classify a thing, in word order: the noun is last.
     class: Vec<u16>,
-    /// The percepts that say in which states it is.
+    /// The percepts that give a thing's states.
     states: Vec<u16>,
 }
 
@@ -20,7 +20,7 @@ struct Word {
 }
 
 impl Words {
-    /// The words for a robot's percepts.
+    /// The names of a robot's percepts.
     #[must_use]
     pub fn of(percepts: &Percepts) -> Self {
         let (mut class, mut nouns, mut states, mut position) = (Vec::new(), Vec::new(), Vec::new(), None);
@@ -49,20 +49,20 @@ impl Words {
         Self { percepts: percepts.collect(), position, class, states }
     }
 
-    /// What a percept is called.
+    /// The name of a percept.
     #[must_use]
     pub fn name(&self, percept: u16) -> &str {
         self.percepts.get(usize::from(percept)).map_or("?", |word| &word.name)
     }
 
-    /// What a symbol of a percept is called.
+    /// The name of a symbol of a percept.
     #[must_use]
     pub fn symbol(&self, percept: u16, symbol: u16) -> Option<&str> {
         let word = self.percepts.get(usize::from(percept))?;
         word.symbols.get(usize::from(symbol)).map(String::as_str)
     }
 
-    /// What a thing is: "red square".
+    /// The class of a thing: "red square".
     #[must_use]
     pub fn thing(&self, belief: &Belief) -> String {
         let words: Vec<&str> =
@@ -70,25 +70,25 @@ impl Words {
         if words.is_empty() { "thing".to_owned() } else { words.join(" ") }
     }
 
-    /// In which state it is as to a percept: "filled", "not filled"; `None` where it has none.
+    /// The state of a thing by a percept: "filled", "not filled"; `None` if it has none.
     #[must_use]
     pub fn state(&self, percept: u16, belief: &Belief) -> Option<String> {
         Some(degree(self.name(percept), belief.number(percept)?))
     }
 
-    /// The percepts that say in which states a thing is.
+    /// The percepts that give a thing's states.
     #[must_use]
     pub fn states(&self) -> &[u16] {
         &self.states
     }
 
-    /// The percepts that say what a thing is, in the order of speech.
+    /// The percepts that classify a thing, in word order.
     #[must_use]
     pub fn class(&self) -> &[u16] {
         &self.class
     }
 
-    /// How somebody of a name differs from the robot about a thing.
+    /// The sentence for a difference between the perspective named `who` and the robot's about a thing.
     #[must_use]
     pub fn divide(&self, who: &str, thing: &str, difference: &Difference) -> String {
         let names: Vec<&str> = match (difference.one(), difference.other()) {
@@ -121,7 +121,7 @@ impl Words {
     }
 }
 
-/// A perspective as people call it: "Leo", "partner 1", or of a nested one "partner 1's Leo".
+/// The display name of a perspective: "Leo", "partner 1", or for a nested one "partner 1's Leo".
 pub(crate) fn whose(head: &BeliefHead) -> String {
     match head.path.agents() {
         None | Some([]) => agent(0),
@@ -129,7 +129,7 @@ pub(crate) fn whose(head: &BeliefHead) -> String {
     }
 }
 
-/// An agent as people call him.
+/// The display name of an agent.
 pub(crate) fn agent(number: u16) -> String {
     match number {
         0 => "Leo".to_owned(),
@@ -137,9 +137,9 @@ pub(crate) fn agent(number: u16) -> String {
     }
 }
 
-/// A place in words.
+/// A position in words.
 pub(crate) fn place([x, y, z]: [f64; 3]) -> String {
-    // What rounds to zero is zero, and never "-0.00".
+    // Avoids "-0.00".
     let [x, y, z] = [x, y, z].map(|part| if part.abs() < 0.005 { 0.0 } else { part });
     format!("({x:.2}, {y:.2}, {z:.2})")
 }

@@ -6,7 +6,7 @@ use message::{Feature, State};
 use crate::prototypes::Prototypes;
 use crate::{Classify, Evaluation, Given, Own, Unperceivable};
 
-/// How a percept classifies.
+/// The classification function of a percept.
 #[derive(Clone)]
 pub(crate) enum Kernel {
     Position,
@@ -42,8 +42,8 @@ impl Kernel {
         })
     }
 
-    /// Whether it sees the frame: where a thing is and how it is turned, or whose perspective it is.
-    /// The program's own may. A range sees what its parent saw.
+    /// Whether it depends on the frame: on the position or orientation of a thing, or on the perspective. A plug-in
+    /// may. A range depends on what its parent depends on.
     pub(crate) fn is_indexical(&self) -> bool {
         match self {
             Self::Position | Self::Orientation | Self::Region(_) | Self::Own(_) => true,
@@ -51,7 +51,7 @@ impl Kernel {
         }
     }
 
-    /// Classifies what it is given, of which it reads the observation.
+    /// Classifies the observation.
     #[inline]
     pub(crate) fn classify(&self, given: &Given<'_>) -> Evaluation {
         let observation = given.observation;
@@ -65,14 +65,14 @@ impl Kernel {
                 .map_or(Evaluation::NONE, |degree| Evaluation::certain(Feature::Number(degree))),
             Self::Nearest(prototypes) => prototypes.classify(observation),
             Self::Region(region) => within(region, observation.position_m),
-            // An observation has many numbers: the parent says which.
+            // A range needs a parent, which selects the number to test.
             Self::Range(_) => Evaluation::NONE,
             Self::Own(classifier) => classifier.classify(given),
         }
     }
 
-    /// Classifies what its parent derived, where the configuration has it [read](percepts::Kernel::reads)
-    /// that; `None` where it cannot be read.
+    /// Classifies the feature that its parent derived, if the configuration has it [read](percepts::Kernel::reads)
+    /// that; `None` if the feature is of the wrong kind.
     #[inline]
     pub(crate) fn read(&self, feature: Feature) -> Option<Evaluation> {
         match self {
@@ -94,8 +94,7 @@ impl Kernel {
 
 #[inline]
 fn within(region: &Region, place_m: [f32; 3]) -> Evaluation {
-    // Outside is a degree too, not an absence: what has left the region must be
-    // remembered as outside.
+    // Outside is a degree too, not an absence: a thing that has left the region must be remembered as outside.
     let degree = if region.holds(place_m) { 1.0 } else { 0.0 };
     Evaluation::certain(Feature::Number(degree))
 }

@@ -1,15 +1,14 @@
 //! The Perception System: percepts, and the percept snapshot of an observation.
 //!
-//! A percept is a classification function p(o) = (m, c, d) (Eq. 1 of Berlin et al. 2006,
-//! "Belief Modeling"): match and confidence in [0, 1] and, where it has one, a derived feature.
-//! The snapshot of an observation holds the evaluations with m·c > k (Eq. 2). Which percepts
-//! there are is configuration; a program adds its own with [`Classify`].
+//! A percept is a classification function p(o) = (m, c, d) (Eq. 1 of Berlin et al. 2006, "Belief Modeling"): match and
+//! confidence in [0, 1], and optionally a derived feature. The snapshot of an observation holds the evaluations with
+//! m·c > k (Eq. 2). The configuration defines the percepts; a program can add plug-in percepts with [`Classify`].
 //!
-//! Eq. 2 worked, with k = 0.5: an observation of confidence 0.9 has a position, whose match is 1,
-//! so 0.9 passes. It is a red of (0.64, 0.05, 0.05), 0.16 from the prototype red, so with scale
-//! 0.6 the match is 1 − 0.16 / 0.6 = 0.733; no other prototype is as near as wood,
-//! |(0.09, −0.30, −0.13)| = 0.339 away, so the confidence is 0.9 · (1 − (0.16 / 0.339)²) = 0.700,
-//! and 0.733 · 0.700 = 0.513 passes. Were the sensor's confidence 0.8, 0.456 would not.
+//! Example of Eq. 2 with k = 0.5: an observation has confidence 0.9. Its position has match 1, so m·c = 0.9 passes. Its
+//! colour (0.64, 0.05, 0.05) is 0.16 from the prototype red. With scale 0.6 the match is 1 − 0.16 / 0.6 = 0.733. The
+//! second nearest prototype is wood, at |(0.09, −0.30, −0.13)| = 0.339. So the confidence is 0.9 · (1 − (0.16 /
+//! 0.339)²) = 0.700, and 0.733 · 0.700 = 0.513 passes. With a sensor confidence of 0.8 it would be 0.456, which does
+//! not pass.
 //!
 //! ```
 //! use config::percepts::Percepts;
@@ -45,19 +44,19 @@ use config::percepts::{Percepts, is_inside};
 use kernel::Kernel;
 use message::{Feature, Observation, PerceptValue, Snapshot};
 
-/// Whose perception it is. Observations come already in this perspective's frame.
+/// The perspective of the perception. Observations are already in this perspective's frame.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Frame {
     /// 0 the robot, n partner n.
     pub agent: u16,
 }
 
-/// What a percept says of an observation: p(o) = (m, c, d) (Eq. 1).
+/// The result of a percept for an observation: p(o) = (m, c, d) (Eq. 1).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Evaluation {
     /// Match m in [0, 1].
     pub matching: f32,
-    /// The classifier's own confidence in [0, 1]; that of the observation is multiplied to it.
+    /// The classifier's own confidence in [0, 1]; it is multiplied by that of the observation.
     pub confidence: f32,
     /// The derived feature d.
     pub feature: Feature,
@@ -74,41 +73,40 @@ impl Evaluation {
     }
 }
 
-/// What a percept is given to classify.
+/// The input of a classifier.
 #[derive(Clone, Copy, Debug)]
 #[non_exhaustive]
 pub struct Given<'a> {
     /// A sound observation, in the perspective's frame.
     pub observation: &'a Observation,
-    /// Whose perspective it is.
+    /// The perspective.
     pub frame: Frame,
-    /// What the parent says of the same observation, as it stands in the snapshot: it passed, its numbers
-    /// are sound, and its confidence has that of the observation in it. `None` where the percept has no
-    /// parent.
+    /// The parent's evaluation of the same observation, as in the snapshot. It passed the threshold, its numbers are
+    /// sound, and its confidence includes that of the observation. `None` if the percept has no parent.
     pub parent: Option<Evaluation>,
 }
 
 impl<'a> Given<'a> {
-    /// What a percept without a parent is given.
+    /// The input of a percept without a parent.
     #[must_use]
     pub const fn new(observation: &'a Observation, frame: Frame) -> Self {
         Self { observation, frame, parent: None }
     }
 
-    /// The same below a parent.
+    /// The same input with the evaluation of a parent.
     #[must_use]
     pub const fn under(self, parent: Evaluation) -> Self {
         Self { parent: Some(parent), ..self }
     }
 }
 
-/// A percept of the program's own, for the kernel `{ own = "NAME" }`.
+/// A plug-in percept, for the kernel `{ own = "NAME" }`.
 ///
 /// ```
 /// use message::{Feature, Observation};
 /// use perception::{Classify, Evaluation, Frame, Given};
 ///
-/// /// Whether I hold it: "mine" means another thing to each perspective.
+/// /// Whether the perspective's agent holds the thing: the result depends on the perspective.
 /// struct Mine;
 ///
 /// impl Classify for Mine {
@@ -124,14 +122,14 @@ impl<'a> Given<'a> {
 /// assert_eq!(Mine.classify(&Given::new(&held, Frame { agent: 0 })).feature, Feature::Number(0.0));
 /// ```
 ///
-/// Below a parent it sees what that one extracted. What it derives itself, its children see in their turn:
-/// a region below it, for one, asks of the place that it derived.
+/// A child percept gets the evaluation of its parent. Its own derived feature is passed to its children in turn: a
+/// region below it, for example, tests the position that it derived.
 ///
 /// ```
 /// use message::{Feature, Observation};
 /// use perception::{Classify, Evaluation, Frame, Given};
 ///
-/// /// Where the top of a thing is, from the position that its parent extracted.
+/// /// The top of a thing, from the position that its parent derived.
 /// struct Top;
 ///
 /// impl Classify for Top {
@@ -151,15 +149,15 @@ impl<'a> Given<'a> {
 /// assert_eq!(Top.classify(&given.under(position)).feature, Feature::Vector([0.5, 0.0, 0.75]));
 /// ```
 pub trait Classify: Send + Sync {
-    /// Evaluates what it is given; the confidence of the observation is multiplied to its own. A match or
-    /// confidence outside [0, 1], NaN included, or a feature that is not finite counts as no match.
+    /// Evaluates an observation; the result's confidence is multiplied by that of the observation. A match or
+    /// confidence outside [0, 1], including NaN, or a feature that is not finite counts as no match.
     fn classify(&self, given: &Given<'_>) -> Evaluation;
 }
 
-/// A program's own percepts, by the name that the configuration calls them.
+/// A program's plug-in percepts, with the names that the configuration uses.
 pub type Own = Vec<(String, Arc<dyn Classify>)>;
 
-/// Why a percept set cannot be perceived with.
+/// Reasons why a [`Perception`] cannot be created from a percept set.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum Unperceivable {
     /// The configuration names a classifier that the program does not supply.
@@ -174,12 +172,12 @@ pub enum Unperceivable {
     },
 }
 
-/// The Perception System of one perspective or of several: it holds no state.
+/// The Perception System. It is stateless, so one instance can serve several perspectives.
 #[derive(Clone)]
 pub struct Perception {
     threshold: f64,
     percepts: Vec<Percept>,
-    /// Those that see the frame, again.
+    /// A copy of those that depend on the frame.
     indexical: Vec<Percept>,
 }
 
@@ -187,27 +185,26 @@ pub struct Perception {
 struct Percept {
     number: u16,
     parent: Option<u16>,
-    /// Whether its parent is a region or a range: it is asked only of what is inside.
+    /// Whether its parent is a region or a range; then it is evaluated only if the parent's result is "inside".
     is_asked_inside: bool,
-    /// Whether it reads what its parent derived in the place of the observation.
+    /// Whether it classifies the feature derived by its parent instead of the observation.
     reads_parent: bool,
     kernel: Kernel,
-    /// Whether it, or an ancestor, sees the frame: it may say something else to another
-    /// perspective.
+    /// Whether it, or an ancestor, depends on the frame; then the result may differ between perspectives.
     is_indexical: bool,
 }
 
 impl Perception {
-    /// Makes the configured percepts ready.
+    /// Creates the configured percepts.
     ///
     /// # Errors
     ///
-    /// A percept has the program's own kernel: see [`Self::with_own`].
+    /// A percept has a plug-in kernel: see [`Self::with_own`].
     pub fn new(percepts: &Percepts) -> Result<Self, Unperceivable> {
         Self::with_own(percepts, &Own::new())
     }
 
-    /// Makes the configured percepts ready, some of them the program's own.
+    /// Creates the configured percepts, with plug-in classifiers.
     ///
     /// # Errors
     ///
@@ -232,13 +229,12 @@ impl Perception {
         Ok(Self { threshold: percepts.threshold, percepts: ready, indexical })
     }
 
-    /// The percept snapshot of an observation given in the perspective's frame (Eq. 2): the
-    /// evaluations with m·c > k, in the order of the percepts. An unsound observation has an empty snapshot.
+    /// The percept snapshot of an observation in the perspective's frame (Eq. 2): the evaluations with m·c > k, in
+    /// order of the percepts. The snapshot of an unsound observation is empty.
     ///
-    /// A percept with a parent is evaluated only where its parent passed, and below a region or a range
-    /// only of what is inside. What it reads from its parent ([`config::percepts::Kernel::reads`]) it is as
-    /// sure of as that is: the confidence of the parent's evaluation, not that of the observation, is
-    /// multiplied to its own.
+    /// A percept with a parent is evaluated only if its parent passed; below a region or a range, only if the result is
+    /// "inside". A percept that classifies its parent's feature ([`config::percepts::Kernel::reads`]) has the parent's
+    /// confidence, multiplied by its own, instead of the observation's.
     #[must_use]
     pub fn perceive(&self, observation: &Observation, frame: &Frame) -> Snapshot {
         let given = Given::new(observation, *frame);
@@ -249,14 +245,14 @@ impl Perception {
         snapshot
     }
 
-    /// [`Self::perceive`], of an observation that another perspective has perceived already with
-    /// the same percepts: P of Eq. 9 moves and turns a thing, and leaves as it is what is seen of
-    /// its extents, shape, colour and states. Only the percepts that see the frame (position,
-    /// orientation, regions, the program's own), and their children, such as a range of a position, are
-    /// evaluated anew; the others are taken over from `known`.
+    /// Like [`Self::perceive`], for an observation whose snapshot for another perspective is known, with the same
+    /// percepts. P of Eq. 9 changes the position and orientation of a thing. It does not change the perceived extents,
+    /// shape, colour and states. So only the percepts that depend on the frame (position, orientation, regions,
+    /// plug-ins) and their children, such as a range of a position, are re-evaluated. The others are copied from
+    /// `known`.
     ///
-    /// `known` is an allegation: of its values those are left out that could not be of a snapshot
-    /// in order, which is what [`Self::perceive`] makes.
+    /// `known` is untrusted: values that a valid snapshot, as returned by [`Self::perceive`], could not contain are
+    /// omitted.
     ///
     /// ```
     /// use config::percepts::Percepts;
@@ -266,7 +262,7 @@ impl Perception {
     /// let perception = Perception::new(&Percepts::builtin())?;
     /// let mine = Observation { position_m: [0.5, 0.2, 0.0], half_extents_m: [0.03; 3], ..Observation::object(0, 1) };
     /// let known = perception.perceive(&mine, &Frame { agent: 0 });
-    /// // The same thing as partner 1 has it, who stands opposite.
+    /// // The same thing in the frame of partner 1, who stands opposite.
     /// let his = Observation { position_m: [1.0, -0.2, 0.0], ..mine };
     /// let again = perception.perceive_again(&his, &known, &Frame { agent: 1 });
     /// assert_eq!(again, perception.perceive(&his, &Frame { agent: 1 }));
@@ -282,26 +278,26 @@ impl Perception {
         snapshot
     }
 
-    /// [`Self::perceive_again`] in place: `snapshot` is what [`Self::perceive`] made of it for another perspective,
-    /// and the observation is sound. Neither is looked through again.
+    /// Like [`Self::perceive_again`], in place. The caller guarantees that `snapshot` is the result of
+    /// [`Self::perceive`] for another perspective, and that the observation is sound. Neither is validated.
     #[inline]
     pub fn perceive_again_in(&self, observation: &Observation, frame: &Frame, snapshot: &mut Snapshot) {
         let given = Given::new(observation, *frame);
-        // As a rule the same percepts pass.
+        // Usually the same percepts pass.
         if !self.revise(&given, snapshot) {
-            // What was revised already is evaluated once more.
+            // Percepts that were already revised are evaluated a second time.
             let known = *snapshot;
             *snapshot = Snapshot::default();
             self.sift(&given, known.values(), snapshot);
         }
     }
 
-    /// Evaluates anew, in its place, what sees the frame; `false` where other percepts pass now.
+    /// Re-evaluates the percepts that depend on the frame, in place; `false` if a different set of percepts passes.
     #[inline]
     fn revise(&self, given: &Given<'_>, snapshot: &mut Snapshot) -> bool {
         self.indexical.iter().all(|percept| {
             let sure = given.observation.confidence;
-            // What comes every time is written where it is to be, not put together first.
+            // The common cases, written directly to their destination.
             match (&percept.kernel, percept.parent) {
                 (Kernel::Position, None) => {
                     let said = Evaluation::certain(Feature::Vector(given.observation.position_m));
@@ -321,7 +317,7 @@ impl Perception {
         put(percept, self.ask(percept, given, snapshot), snapshot)
     }
 
-    /// Takes over of what is alleged to be known what may be in a snapshot.
+    /// Builds a snapshot from the re-evaluated percepts and from those values of `known` that are valid.
     #[inline(never)]
     fn sift(&self, given: &Given<'_>, known: &[PerceptValue], snapshot: &mut Snapshot) {
         let mut rest = known;
@@ -345,8 +341,8 @@ impl Perception {
         });
     }
 
-    /// Fills a snapshot, percept by percept, with what each says given what those before it said. There is room:
-    /// the configuration holds no more percepts than a snapshot.
+    /// Fills a snapshot, percept by percept; `says` gets the values before each. There is always room: the
+    /// configuration has no more percepts than a snapshot.
     #[inline]
     fn fill(
         &self,
@@ -360,7 +356,7 @@ impl Perception {
         }
     }
 
-    /// What a percept says, if it passes. Most have no parent: those are asked at once.
+    /// The evaluation of a percept, if it passes. Most have no parent, so that case is inlined.
     #[inline]
     fn ask(&self, percept: &Percept, given: &Given<'_>, snapshot: &Snapshot) -> Option<PerceptValue> {
         match percept.parent {
@@ -388,7 +384,7 @@ impl Perception {
         }
     }
 
-    /// An evaluation of what is known with a confidence, if it passes.
+    /// An evaluation combined with the confidence of its input, if it passes.
     #[inline]
     fn said(&self, percept: &Percept, said: Evaluation, of_confidence: f32) -> Option<PerceptValue> {
         let Evaluation { matching, confidence, feature } = said;
@@ -397,15 +393,14 @@ impl Perception {
         (is_confidence && self.passes(&value)).then_some(value)
     }
 
-    /// Whether a value is an evaluation with m·c > k.
+    /// Whether a value is sound and has m·c > k.
     #[inline]
     fn passes(&self, value: &PerceptValue) -> bool {
         value.is_sound() && f64::from(value.matching) * f64::from(value.confidence) > self.threshold
     }
 }
 
-/// Puts what a percept says now in the place of what it said; `false` where it said something and does not now, or
-/// did not and does.
+/// Replaces a percept's value in a snapshot; `false` if the percept passed before and does not now, or the reverse.
 #[inline(always)]
 fn put(percept: &Percept, again: Option<PerceptValue>, snapshot: &mut Snapshot) -> bool {
     match (snapshot.value_mut(percept.number), again) {
@@ -418,8 +413,8 @@ fn put(percept: &Percept, again: Option<PerceptValue>, snapshot: &mut Snapshot) 
 }
 
 impl Percept {
-    /// What its parent says in a snapshot; `None` where it is not to be asked: the parent did not pass, or is a
-    /// region or a range that the thing is outside of.
+    /// The parent's evaluation in a snapshot. `None` if this percept is not to be evaluated: the parent did not pass,
+    /// or is a region or a range with the result "outside".
     #[inline]
     fn parent_says(&self, parent: u16, snapshot: &Snapshot) -> Option<Evaluation> {
         let value = snapshot.value(parent)?;

@@ -28,14 +28,14 @@ impl Prototypes {
         Self { space: nearest.of, scale: nearest.scale.get(), points: points.collect() }
     }
 
-    /// With d₁ and d₂ the distances of the nearest and the second nearest prototype: match
-    /// 1 − d₁ / scale, but not below 0, and confidence 1 − (d₁ / d₂)², which is 0 half way between
-    /// two and 1 for an only one. Of equally near ones the first is named.
+    /// With d₁ and d₂ the distances of the nearest and the second nearest prototype: match max(0, 1 − d₁ / scale), and
+    /// confidence 1 − (d₁ / d₂)². The confidence is 0 half way between two prototypes, and 1 if there is only one. Of
+    /// equally near ones the first is chosen.
     pub(crate) fn classify(&self, observation: &Observation) -> Evaluation {
         self.nearest(&self.point(observation))
     }
 
-    /// The same of what a parent derived: half extents, or linear red, green and blue.
+    /// Classifies a vector that a parent derived: half extents, or linear red, green and blue.
     pub(crate) fn read(&self, vector: [f32; 3]) -> Option<Evaluation> {
         match self.space {
             Space::Shape => None,

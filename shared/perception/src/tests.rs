@@ -51,7 +51,7 @@ fn the_source_is_a_symbol_and_the_same_for_everybody() {
     let seen = Observation { source: 7, ..cube() };
     let known = perception.perceive(&seen, &ROBOT);
     assert_eq!(known.value(0).and_then(PerceptValue::feature), Some(Feature::Symbol(7)));
-    // Nobody asks it anew.
+    // The percept does not depend on the frame, so it is not re-evaluated.
     let elsewhere = Observation { source: 8, ..seen };
     assert_eq!(perception.perceive_again(&elsewhere, &known, &Frame { agent: 1 }), known);
 }
@@ -167,7 +167,7 @@ proptest! {
     }
 }
 
-/// The program's own: how sure, and what of, depends on the frame and the place.
+/// A plug-in whose confidence and feature depend on the frame and the position.
 struct Near;
 
 impl Classify for Near {
@@ -181,7 +181,7 @@ impl Classify for Near {
     }
 }
 
-/// The program's own: the place of something at the thing, and a child that says what its parent said.
+/// A plug-in that derives a position beside the thing, or, as a child, returns its parent's evaluation.
 struct Told;
 
 impl Classify for Told {
@@ -208,7 +208,7 @@ const KERNELS: [&str; 11] = [
     "{ nearest = { of = \"shape\", scale = 1.0, prototypes = [{ name = \"a\", at = [0.0, 0.0, 0.0, 0.0] }] } }",
 ];
 
-/// A range of what a percept with this kernel derives, if it can.
+/// A range over the feature that a percept with this kernel derives, if there is one.
 fn range_of(kernel: &str) -> Option<&'static str> {
     match kernel {
         "\"position\"" => Some("{ range = { of = \"distance_m\", to = 1.0, softness = 1.0 } }"),
@@ -220,8 +220,7 @@ fn range_of(kernel: &str) -> Option<&'static str> {
     }
 }
 
-/// A random set of percepts, each with any kernel and any earlier percept, or none, for a parent; some of
-/// them ranges.
+/// A random percept set: each percept has any kernel, and any earlier percept or none as its parent; some are ranges.
 fn tree() -> impl Strategy<Value = Percepts> {
     let node = (0..KERNELS.len(), any::<prop::sample::Index>(), any::<bool>());
     prop::collection::vec(node, 1..=12).prop_map(|nodes| {
@@ -305,7 +304,7 @@ proptest! {
             prop_assert!(f64::from(value.matching) * f64::from(value.confidence) > 0.5);
             prop_assert!(value.matching <= 1.0 && value.confidence <= 1.0 && value.feature().is_some());
             let percept = &perception.percepts[usize::from(value.percept)];
-            // What sees the frame is evaluated anew, whatever is alleged.
+            // Percepts that depend on the frame are re-evaluated, whatever the known snapshot contains.
             if percept.is_indexical && percept.parent.is_none() {
                 prop_assert_eq!(honest.value(value.percept), Some(value));
             }
@@ -324,7 +323,7 @@ fn what_does_not_see_the_frame_is_taken_over_and_not_evaluated() {
     assert!(perception.perceive_again(&cube(), &Snapshot::default(), &ROBOT).values().is_empty());
 }
 
-/// What a set of percepts with the program's own says of a thing, by the name of a percept.
+/// The evaluation of a thing by the named percept of a set with plug-ins.
 fn said(text: &str, thing: &Observation, name: &str) -> Option<(f32, f32, Feature)> {
     let percepts = percepts(text);
     let snapshot = perceiving(&percepts).perceive(thing, &ROBOT);
@@ -377,7 +376,7 @@ fn children_of_regions_and_ranges_are_asked_only_of_what_is_inside() {
             + &percept("extents", "parent = \"near\"\nkernel = \"extents\"");
         let at = |x, name| said(&text, &Observation { position_m: [x, 0.0, 0.0], ..cube() }, name);
         assert!(at(0.4, "extents").is_some());
-        // What is outside is perceived to be so, and nothing below it.
+        // A thing outside is perceived as outside, and the children are not evaluated.
         assert_eq!(at(0.6, "near").unwrap().2, Feature::Number(0.0));
         assert_eq!(at(0.6, "extents"), None);
     }
@@ -391,7 +390,7 @@ fn a_child_of_ones_own_reads_what_its_parent_extracted() {
     let size = said(&text, &thing, "size").unwrap();
     assert!(size.0 < 1.0 && size.1 < 0.9, "{size:?}");
     let told = said(&text, &thing, "told").unwrap();
-    // The parent's confidence has the observation's in it, which every percept's gets once more.
+    // The parent's confidence includes that of the observation, which is multiplied into every percept's once more.
     assert_eq!(told, (size.0, size.1 * 0.9, size.2));
 }
 
@@ -400,7 +399,7 @@ const NEAREST_EDGE: &str = "parent = \"extents\"\nkernel = { nearest = { of = \"
 
 #[test]
 fn what_ones_own_extracted_is_what_its_children_read_as_sure_as_it_is() {
-    // The place half a metre to the left of the thing, with a confidence of 0.9.
+    // The position half a metre to the left of the thing, with a confidence of 0.9.
     let text = percept("beside", "kernel = { own = \"told\" }")
         + &percept(
             "left",
@@ -418,7 +417,7 @@ fn what_ones_own_extracted_is_what_its_children_read_as_sure_as_it_is() {
     assert_eq!(at([0.0, -0.25, 0.0], "right"), Some((1.0, sure, Feature::Number(0.0))));
     assert_eq!(at([0.0, -0.75, 0.0], "left"), Some((1.0, sure, Feature::Number(0.0))));
     assert_eq!(at([0.0, -0.75, 0.0], "right"), Some((1.0, sure, Feature::Number(1.0))));
-    // Read as half extents, [0.05, 0.05, 0.05] is a cube of 0.1; read as a colour, [1, 0, 0] is red.
+    // As half extents, [0.05, 0.05, 0.05] is a cube of 0.1; as a colour, [1, 0, 0] is red.
     let (_, _, edge) = at([0.05, -0.45, 0.05], "edge").unwrap();
     assert_eq!(edge, Feature::Symbol(1));
     assert_eq!(at([1.0, -0.5, 0.0], "red"), Some((1.0, sure, Feature::Symbol(0))));

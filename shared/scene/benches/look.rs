@@ -1,9 +1,8 @@
-//! What one look at many things behind many walls costs: `cargo bench -p scene`.
+//! Cost of one visibility test of many things behind many walls: `cargo bench -p scene`.
 //!
-//! Blocks strewn over a table, low walls strewn between them, everything turned anyhow; an eye at
-//! the edge. A look makes the sight ready and asks for the visible share of every block by nine
-//! points. Beside it, in the same run, the same look by brute force: every point against every
-//! wall by the slab test, in double precision.
+//! Blocks are scattered over a table, with low walls between them, all with random orientations; the eye is at the
+//! edge. A run updates the view and computes the visible share of every block from nine points. The same run also
+//! measures the test by brute force: every point against every wall by the slab test, in double precision.
 
 #![expect(
     clippy::print_stdout,
@@ -20,7 +19,7 @@ use scene::{Cone, Occluders, Samples, Sight};
 
 type Box3 = (Pose<Base, Thing>, [f64; 3]);
 
-/// Numbers in [0, 1) that are the same in every run: the middle of a multiplicative congruence.
+/// Reproducible numbers in [0, 1): the upper bits of a linear congruential generator.
 struct Dice(u64);
 
 impl Dice {
@@ -33,7 +32,7 @@ impl Dice {
         least + self.throw() * (most - least)
     }
 
-    /// Somewhere on the table, turned anyhow.
+    /// A random pose on the table.
     fn place(&mut self, height_m: f64, tilt_rad: f64) -> Pose<Base, Thing> {
         let turn = UnitQuaternion::from_euler_angles(
             self.between(-tilt_rad, tilt_rad),
@@ -103,7 +102,7 @@ fn report(mut nanos: Vec<u64>) {
     }
 }
 
-/// How many of the nine points of all things are seen.
+/// Number of visible points over all things, of nine each.
 fn brute_force(eye: &Pose<Base, Eye>, cos: f64, range_m: f64, things: &[Box3], walls: &[Box3]) -> u64 {
     let from = eye.origin().point();
     let forward = eye.isometry().rotation * nalgebra::Vector3::x();
@@ -129,7 +128,7 @@ fn brute_force(eye: &Pose<Base, Eye>, cos: f64, range_m: f64, things: &[Box3], w
     seen
 }
 
-/// The slab test: whether the way from one point to the other enters a box before `reach` of it.
+/// The slab test: whether the segment between two points enters a box before the share `reach` of its length.
 fn crosses((pose, half): &Box3, from: Point3<f64>, to: Point3<f64>, reach: f64) -> bool {
     let from = pose.isometry().inverse_transform_point(&from);
     let along = pose.isometry().inverse_transform_point(&to) - from;

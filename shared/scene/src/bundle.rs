@@ -7,26 +7,25 @@ use crate::Samples;
 use crate::occluders::{Occluder, TOUCHING_M};
 use crate::samples::Fours;
 
-/// Room for rounding, in metres and, of longer ways, in shares of them: the rays that pass the sides of
-/// a box nearer than this are looked at closely. A rounding is at most 6e-8 of a number, and fewer
-/// than twenty of them lie between a pose and a verdict: with this, a verdict is never another than
-/// that of the closer look.
+/// Margin for rounding, in metres and as a share of the distances. Rays that pass the sides of a box more closely are
+/// tested in double precision. A rounding is at most 6e-8 of a number, and fewer than twenty of them lie between a pose
+/// and the result. So outside the margin the result equals that in double precision.
 const MARGIN_M: f32 = 1e-4;
 const MARGIN: f32 = 4e-6;
-/// A way along an axis is taken to be no shorter, in metres, so that one can divide by it.
+/// Smallest extent of a ray along an axis, in metres, to avoid a division by zero.
 const LEAST_M: f32 = 1e-9;
 
 /// The rays from an eye to the sample points of a thing, in single precision.
 pub(crate) struct Bundle {
-    /// To the centre, along the axes of the base frame.
+    /// From the eye to the centre, along the axes of the base frame.
     centre: Vec3,
-    /// From there to the middles of three faces.
+    /// From the centre to the middles of three faces.
     axes: [Vec3; 3],
     radius_m: f32,
     fours: &'static Fours,
 }
 
-/// A box as a bundle of rays meets it.
+/// A box, prepared for the test against a bundle of rays.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Target {
     /// The axes of the base frame in the frame of the box.
@@ -36,11 +35,11 @@ pub(crate) struct Target {
     half: Vec3,
 }
 
-/// Which rays of a bundle a box stops: one bit for each.
+/// The rays of a bundle that a box stops, one bit each.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Stopped {
     pub(crate) surely: u32,
-    /// Those among them that pass a side so closely that single precision cannot tell are not sure.
+    /// A superset of `surely`. The others pass a side too closely for single precision to decide.
     pub(crate) perhaps: u32,
 }
 
@@ -75,15 +74,15 @@ impl Target {
         }
     }
 
-    /// The slab test of all rays against the box grown and shrunk by a margin: what passes the first
-    /// passes the box, and what the second stops, the box stops.
+    /// The slab test of all rays against the box grown and shrunk by a margin. A ray that misses the grown box misses
+    /// the box; a ray that hits the shrunk box hits the box.
     pub(crate) fn stops(&self, bundle: &Bundle) -> Stopped {
         let centre = self.turn * bundle.centre;
         let axes = bundle.axes.map(|axis| self.turn * axis);
         let distance_m = centre.length();
         let margin = MARGIN_M + MARGIN * (distance_m + bundle.radius_m + self.eye.length());
         let (grown, shrunk) = (self.half + margin, self.half - margin);
-        // Within so much of the thing itself, it is for the closer look to say what is behind it.
+        // Near the thing's surface the exact test decides whether the box is in front.
         let nearest_m = distance_m - bundle.radius_m;
         let reach = 1.0 - (4.0 * single(TOUCHING_M) + margin) / nearest_m;
         let may_stop_surely = nearest_m > 0.0 && shrunk.min_element() >= 0.0;
@@ -108,7 +107,7 @@ impl Target {
     }
 }
 
-/// Where four rays are between all pairs of sides looked at so far, in shares of their ways.
+/// The interval of four rays inside all slabs tested so far, as a share of their lengths.
 struct Slabs {
     enter: Vec4,
     leave: Vec4,

@@ -1,15 +1,15 @@
 use geometry::{Eye, Position};
 
-/// Why two numbers are no cone.
+/// Reasons why a [`Cone`] cannot be created.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 pub enum NoCone {
-    /// The half angle is not above 0 and at most half a turn.
+    /// The half angle is not above 0 or is above pi.
     #[error("a cone of sight needs a half angle above 0 and at most pi radians, not {half_angle_rad}")]
     HalfAngle {
         /// The number given.
         half_angle_rad: f64,
     },
-    /// The range is not a length above zero.
+    /// The range is not finite, or not above zero.
     #[error("a cone of sight needs a finite range above 0 m, not {range_m}")]
     Range {
         /// The number given.
@@ -17,19 +17,19 @@ pub enum NoCone {
     },
 }
 
-/// How much of a ball lies in a cone.
+/// How a ball lies relative to a cone.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Within {
     Wholly,
     Not,
-    /// Or it could not be told cheaply.
+    /// Partly inside, or undecided by the cheap test.
     Partly,
 }
 
-/// Room for rounding where a ball decides about the points in it.
+/// Margin for rounding when a ball decides for the points in it.
 const SLACK_M: f64 = 1e-6;
 
-/// How far, and how far from the line of sight, an eye sees.
+/// The view cone of an eye: its range and its half angle around the line of sight.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Cone {
     cos_half_angle: f64,
@@ -37,11 +37,11 @@ pub struct Cone {
 }
 
 impl Cone {
-    /// A cone round the line of sight; half a turn sees all round.
+    /// A cone around the line of sight; a half angle of pi covers all directions.
     ///
     /// # Errors
     ///
-    /// The half angle is not in (0, pi], or the range not finite and above zero.
+    /// The half angle is not in (0, pi], or the range is not finite and above zero.
     pub fn new(half_angle_rad: f64, range_m: f64) -> Result<Self, NoCone> {
         if !(half_angle_rad > 0.0 && half_angle_rad <= std::f64::consts::PI) {
             return Err(NoCone::HalfAngle { half_angle_rad });
@@ -52,8 +52,7 @@ impl Cone {
         Ok(Self { cos_half_angle: half_angle_rad.cos(), range_m })
     }
 
-    /// Whether a point lies in the cone, its surface included. The eye itself does, and a point
-    /// that is none (NaN) does not.
+    /// Whether a point lies in the cone, its surface included. The position of the eye does; a NaN point does not.
     #[must_use]
     pub fn contains(&self, p_eye: &Position<Eye>) -> bool {
         let [forward, _, _] = p_eye.to_array();
@@ -61,14 +60,14 @@ impl Cone {
         distance <= self.range_m && forward >= self.cos_half_angle * distance
     }
 
-    /// How much of the ball of a radius round a point lies in the cone; `Wholly` and `Not` are sure.
+    /// Whether the ball around a point lies in the cone. `Wholly` and `Not` are certain.
     #[inline]
     pub(crate) fn holds(&self, p_eye: &Position<Eye>, radius_m: f64) -> Within {
         let [forward, _, _] = p_eye.to_array();
         let distance = p_eye.distance(&Position::new(0.0, 0.0, 0.0));
         let radius = radius_m + SLACK_M;
-        // Where a point of the ball is at least and at most, along the line of sight and as the
-        // cosine asks: a blunt cone asks the more of it the nearer it is.
+        // Bounds over the points of the ball: their extent along the line of sight, and the extent that the cosine
+        // requires. For an obtuse half angle the required extent grows towards the eye.
         let (asked_most, asked_least) = if self.cos_half_angle >= 0.0 {
             (self.cos_half_angle * (distance + radius), self.cos_half_angle * (distance - radius).max(0.0))
         } else {
@@ -83,7 +82,7 @@ impl Cone {
         }
     }
 
-    /// How far the eye sees, in metres.
+    /// The range of the eye, in metres.
     #[must_use]
     pub fn range_m(&self) -> f64 {
         self.range_m

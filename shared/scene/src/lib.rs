@@ -1,9 +1,8 @@
-//! What is visible from where: a cone of sight, and boxes that hide what lies behind them.
+//! Visibility from an eye: a view cone, and boxes that occlude what lies behind them.
 //!
-//! "Visibility can be determined by a cone calculated from the human's position and orientation,
-//! and objects on the opposite side of known occlusions from the human can be marked invisible"
-//! (Berlin et al. 2006, after Eq. 9). Everything is tested in the robot's base frame, where the
-//! observations are; a rigid transform would change no answer.
+//! "Visibility can be determined by a cone calculated from the human's position and orientation, and objects on the
+//! opposite side of known occlusions from the human can be marked invisible" (Berlin et al. 2006, after Eq. 9). All
+//! tests are in the robot's base frame, like the observations; a rigid transform does not change the result.
 //!
 //! ```
 //! use geometry::{Base, Eye, Pose, Position};
@@ -23,10 +22,10 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 //!
-//! V (Eq. 8) with numbers: of an eye that looks along x with a cone of 60°, tan 60° = 1.732, so 1 m ahead it sees
-//! what is 1.7 m aside and not what is 1.8 m aside. A wall 1 m ahead hides all to the left of the line of sight, y > 0.
-//! Of a block 2 m ahead whose centre is at y = 0.05 m and whose corners are at 0.05 ± 0.1 m, the four corners to the
-//! right are seen, 4 of 9 points; at y = −0.05 m also the centre, 5 of 9, which is the majority: V = 1.
+//! V (Eq. 8), an example: an eye looks along x with a cone of 60°. As tan 60° = 1.732, a point 1 m ahead is visible at
+//! 1.7 m to the side and not at 1.8 m. A wall 1 m ahead occludes everything to the left of the line of sight, y > 0. A
+//! block is 2 m ahead, with its centre at y = 0.05 m and its corners at 0.05 ± 0.1 m. Its four right corners are
+//! visible, 4 of 9 points. At y = −0.05 m the centre is visible too: 5 of 9 points, a majority, so V = 1.
 //!
 //! ```
 //! use geometry::{Base, Eye, Pose, Position};

@@ -4,20 +4,20 @@ use parry3d::query::{Ray, RayCast as _};
 use parry3d::shape::Cuboid;
 use quantity::number::single;
 
-/// The end of a line of sight that belongs to what is looked at: a block that leans on a wall is
-/// not hidden by the face that it touches.
+/// Length at the end of a line of sight that is not tested. So a block that leans on a wall is not hidden by the face
+/// that it touches.
 pub(crate) const TOUCHING_M: f64 = 1e-4;
 
-/// Why a box was not taken as an occluder.
+/// Reasons why a box is not accepted as an occluder.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 pub enum NoOccluder {
     /// The set is full.
     #[error("the set of occluders is full at {capacity}; raise its capacity")]
     Full {
-        /// Occluders that it holds.
+        /// Its capacity.
         capacity: usize,
     },
-    /// A half extent is negative or no number.
+    /// A half extent is negative or not finite.
     #[error("an occluder needs finite half extents that are not negative, not {half_extents_m:?} m")]
     Extents {
         /// The numbers given.
@@ -25,14 +25,14 @@ pub enum NoOccluder {
     },
 }
 
-/// Boxes that hide what lies behind them, in the robot's base frame. Allocates in `new` alone.
+/// Boxes that hide what lies behind them, in the robot's base frame. Only `new` allocates.
 #[derive(Clone, Debug)]
 pub struct Occluders {
     boxes: Vec<Occluder>,
     capacity: usize,
 }
 
-/// A box, and the frame in which its sides are level.
+/// A box with the transform to its own frame, in which it is axis-aligned.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Occluder {
     x_box_base: Pose<Thing, Base>,
@@ -49,28 +49,28 @@ impl Occluders {
         Self { boxes: Vec::with_capacity(capacity), capacity }
     }
 
-    /// Forgets them all.
+    /// Removes all boxes.
     pub fn clear(&mut self) {
         self.boxes.clear();
     }
 
-    /// How many there are.
+    /// Number of boxes.
     #[must_use]
     pub fn len(&self) -> usize {
         self.boxes.len()
     }
 
-    /// Whether there is none.
+    /// Whether the set is empty.
     #[must_use]
     pub fn is_empty(&self) -> bool {
         self.boxes.is_empty()
     }
 
-    /// Adds a box by its pose and half its extents, in metres along its own axes.
+    /// Adds a box by its pose and half extents, in metres along its own axes.
     ///
     /// # Errors
     ///
-    /// The set is full, or the extents are none; nothing is added then.
+    /// The set is full, or the half extents are invalid; nothing is added then.
     pub fn add(
         &mut self,
         x_base_box: &Pose<Base, Thing>,
@@ -92,8 +92,8 @@ impl Occluders {
         Ok(())
     }
 
-    /// Whether a box stands between an eye and a point. An eye or a point inside a box is
-    /// occluded; a point that merely touches its surface is not.
+    /// Whether a box lies between an eye and a point. An eye or a point inside a box is occluded; a point on its
+    /// surface is not.
     #[must_use]
     pub fn occluded(&self, eye: &Position<Base>, point: &Position<Base>) -> bool {
         self.boxes.iter().any(|occluder| {
@@ -102,7 +102,7 @@ impl Occluders {
         })
     }
 
-    /// How many there is room for.
+    /// The capacity of the set.
     pub(crate) fn capacity(&self) -> usize {
         self.capacity
     }
@@ -118,34 +118,33 @@ impl Occluder {
         self.x_box_base
     }
 
-    /// The middle of the box.
+    /// The centre of the box.
     pub(crate) fn centre(&self) -> Position<Base> {
         self.centre
     }
 
-    /// The radius of the ball round the box, in metres.
+    /// The radius of the bounding sphere, in metres.
     pub(crate) fn radius_m(&self) -> f64 {
         self.radius_m
     }
 
-    /// Half the extents of the box, in metres.
+    /// The half extents of the box, in metres.
     pub(crate) fn half_extents_m(&self) -> [f64; 3] {
         self.half_extents_m
     }
 
-    /// Whether the box stands between an eye and a point, both in its frame.
+    /// Whether the box lies between an eye and a point, both in its frame.
     pub(crate) fn hides(&self, eye: &Position<Thing>, point: &Position<Thing>) -> bool {
         let distance = eye.distance(point);
         let reach = single(1.0 - (TOUCHING_M / distance.max(TOUCHING_M)));
         let (from, to) = (eye.to_array(), point.to_array());
-        // The difference is taken before the numbers are made single: it keeps what is behind a
-        // thin wall behind it.
+        // Subtracting in double precision keeps a point behind a thin wall behind it.
         let along = Vector::new(single(to[0] - from[0]), single(to[1] - from[1]), single(to[2] - from[2]));
         self.cuboid.intersects_local_ray(&Ray::new(vector(from), along), reach)
     }
 }
 
-/// The radius of the ball round a box, in metres.
+/// The radius of the bounding sphere of a box, in metres.
 #[inline]
 pub(crate) fn norm(half_extents_m: [f64; 3]) -> f64 {
     half_extents_m.iter().map(|half| half * half).sum::<f64>().sqrt()

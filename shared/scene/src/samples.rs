@@ -1,17 +1,17 @@
 use glam::Vec4;
 use quantity::number::single;
 
-/// Which points of a box stand for it when its visibility is asked.
+/// Which sample points of a box are tested for visibility.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Samples {
-    /// Its centre alone.
+    /// The centre alone.
     Centre,
-    /// Its centre and the centres of its faces: 7 points.
+    /// The centre and the centres of the faces: 7 points.
     Faces,
-    /// Its centre and its corners: 9 points.
+    /// The centre and the corners: 9 points.
     Corners,
-    /// Its corners and the middles of its edges and faces, without its centre: 26 points. A box hides
-    /// its own centre, and this is how much of it shows.
+    /// The corners and the middles of the edges and faces, without the centre: 26 points. An opaque box hides its own
+    /// centre, so this measures the visible share of the surface.
     Surface,
 }
 
@@ -68,8 +68,7 @@ const SURFACE: [[f64; 3]; 26] = [
     [-1.0, -1.0, -1.0],
 ];
 
-/// Four points at a time, by coordinate, in half extents from the centre. Where there are fewer, the
-/// last are centres.
+/// Four points at a time, by coordinate, in half extents from the centre. Unused entries at the end are centres.
 pub(crate) type Fours = [[Vec4; 3]];
 
 const CENTRE_FOURS: [[Vec4; 3]; 1] = fours(&CENTRE);

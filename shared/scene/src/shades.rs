@@ -6,24 +6,24 @@ use crate::Occluders;
 use crate::bundle::{Bundle, Stopped, Target};
 use crate::occluders::Occluder;
 
-/// Room for rounding in single precision, in cosines and in shares of a distance: what is nearer
-/// than this to a border is looked at closely.
+/// Margin for rounding in single precision, for cosines and as a share of a distance. Cases within the margin get the
+/// exact test.
 const SLACK: f32 = 4e-6;
-/// The same in metres: a ball is taken to be so much larger.
+/// Margin in metres by which the radius of a ball is enlarged.
 const SLACK_M: f64 = 1e-3;
 
-/// The shades of a set of boxes, as one eye at its place casts them.
+/// Bounding cones of a set of occluders, as seen from one eye.
 ///
-/// Round every box lies a ball, and the ball fills a cone before the eye. A thing may be hidden
-/// only by boxes whose cone touches its own and whose ball is not further than it: a few
-/// multiplications for four boxes at once refuse most of the others.
+/// Each box has a bounding sphere, which subtends a cone at the eye. A box can hide part of a thing only if its cone
+/// touches the thing's cone and its sphere is not farther. A few multiplications for four boxes at once reject most
+/// boxes.
 #[derive(Clone, Debug)]
 pub(crate) struct Shades {
     fours: Vec<Four>,
     shades: Vec<Shade>,
 }
 
-/// A box, and the eye in its frame.
+/// A box, with the eye in its frame.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Shade {
     occluder: Occluder,
@@ -31,21 +31,21 @@ pub(crate) struct Shade {
     target: Target,
 }
 
-/// The cones of four boxes, by coordinate. Where there are fewer, the others hide nothing.
+/// The bounding cones of four boxes, by coordinate. Unused entries hide nothing.
 #[derive(Clone, Copy, Debug)]
 struct Four {
-    /// Where the ball is: a unit vector in the base frame.
+    /// Direction to the sphere: a unit vector in the base frame.
     x: Vec4,
     y: Vec4,
     z: Vec4,
-    /// Cosine and sine of the angle from there to the cone's surface.
+    /// Cosine and sine of the half angle of the cone.
     cos: Vec4,
     sin: Vec4,
-    /// How near the ball comes, in metres.
+    /// Smallest distance of the sphere, in metres.
     nearest_m: Vec4,
 }
 
-/// The cone of one box.
+/// The bounding cone of one box.
 #[derive(Clone, Copy)]
 struct Bound {
     direction: [f32; 3],
@@ -55,13 +55,13 @@ struct Bound {
 }
 
 impl Bound {
-    /// What hides nothing: it is infinitely far.
+    /// A cone that hides nothing: it is infinitely far.
     const NOTHING: Self = Self { direction: [0.0; 3], cos: 0.0, sin: 0.0, nearest_m: f32::INFINITY };
-    /// What may hide anything, or be hidden by anything: the eye is in the ball. No cone passes it by,
-    /// for the cosine with any other is 0, and so is what is asked of it.
+    /// A cone that may hide anything, or be hidden by anything, because the eye is inside the sphere. The cosine with
+    /// any other cone is 0, and so is the threshold, so it always passes.
     const ANYTHING: Self = Self { direction: [0.0; 3], cos: 0.0, sin: 0.0, nearest_m: 0.0 };
 
-    /// The ball of a radius round a point, given as it lies from the eye in metres.
+    /// The bounding cone of a sphere whose centre is given relative to the eye, in metres.
     fn of([x, y, z]: [f64; 3], radius_m: f64) -> Self {
         let distance = (x * x + y * y + z * z).sqrt();
         let radius_m = radius_m + SLACK_M;
@@ -97,9 +97,9 @@ impl Four {
         }
     }
 
-    /// One bit for each box that may hide something of a ball: the angle between the two is not
-    /// above the sum of their cones' angles, cos(a + b) = cos a cos b - sin a sin b, and the box
-    /// does not begin beyond the ball's end.
+    /// One bit for each box that may hide part of a sphere. The angle between the directions must not exceed the sum of
+    /// the half angles, with cos(a + b) = cos a cos b - sin a sin b. The box must not begin beyond the end of the
+    /// sphere.
     fn may_hide(&self, ball: &Bound, farthest_m: f32) -> u32 {
         let [x, y, z] = ball.direction;
         let cosine = self.x * x + self.y * y + self.z * z;
@@ -110,13 +110,13 @@ impl Four {
 }
 
 impl Shades {
-    /// Room for the shades of as many boxes as the set has room for.
+    /// Preallocates as many entries as the set has capacity.
     pub(crate) fn with_room_for(occluders: &Occluders) -> Self {
         let room = occluders.capacity();
         Self { fours: Vec::with_capacity(room.div_ceil(4)), shades: Vec::with_capacity(room) }
     }
 
-    /// Casts the shades anew.
+    /// Recomputes all entries.
     pub(crate) fn cast(&mut self, eye: &Position<Base>, occluders: &Occluders) {
         let boxes = occluders.boxes();
         self.fours.clear();
@@ -128,12 +128,12 @@ impl Shades {
         }));
     }
 
-    /// All of them.
+    /// All entries.
     pub(crate) fn all(&self) -> &[Shade] {
         &self.shades
     }
 
-    /// Those that may hide something of the ball of a radius round a point.
+    /// The boxes that may hide part of the sphere around a point.
     pub(crate) fn upon(
         &self,
         eye: &Position<Base>,
@@ -157,18 +157,18 @@ impl Shade {
         self.occluder.x_box_base()
     }
 
-    /// Which rays of a bundle the box stops, as far as can be told cheaply.
+    /// Which rays of a bundle the box stops, in single precision with a margin.
     pub(crate) fn stops(&self, bundle: &Bundle) -> Stopped {
         self.target.stops(bundle)
     }
 
-    /// Whether the box stands between the eye and a point in its frame.
+    /// Whether the box lies between the eye and a point in its frame.
     pub(crate) fn hides(&self, point: &Position<Thing>) -> bool {
         self.occluder.hides(&self.eye, point)
     }
 }
 
-/// A point as it lies from the eye.
+/// The vector from the eye to a point.
 fn from(eye: &Position<Base>, point: &Position<Base>) -> [f64; 3] {
     (point.point() - eye.point()).into()
 }

@@ -7,10 +7,10 @@ use crate::occluders::norm;
 use crate::shades::Shades;
 use crate::{Cone, Occluders, Samples};
 
-/// An eye at its place, with the cone that it sees and the boxes that stand in its way.
+/// The view of an eye: its pose, its view cone, and the occluders.
 ///
-/// What depends on the eye and the boxes alone is computed once, when it looks. Allocates in `new`
-/// alone, as long as it looks at sets of boxes with no more room than the one it was made with.
+/// Data that depends only on the eye and the occluders is precomputed by [`Self::look`]. Only `new` allocates, as long
+/// as later sets of occluders have no larger capacity than the first one.
 #[derive(Clone, Debug)]
 pub struct Sight {
     eye: Position<Base>,
@@ -20,7 +20,7 @@ pub struct Sight {
 }
 
 impl Sight {
-    /// The sight of an eye, x along its line of sight.
+    /// The view of an eye whose x axis is the line of sight.
     #[must_use]
     pub fn new(x_base_eye: Pose<Base, Eye>, cone: Cone, occluders: &Occluders) -> Self {
         let shades = Shades::with_room_for(occluders);
@@ -29,32 +29,31 @@ impl Sight {
         sight
     }
 
-    /// Looks anew, from another place or past other boxes. Both are as they are now: boxes that are
-    /// added later are not in the way.
+    /// Updates the pose of the eye and the occluders. Boxes added to the set later are not considered.
     pub fn look(&mut self, x_base_eye: &Pose<Base, Eye>, occluders: &Occluders) {
         self.eye = x_base_eye.origin();
         self.x_eye_base = x_base_eye.inverse();
         self.shades.cast(&self.eye, occluders);
     }
 
-    /// Where the eye is.
+    /// The position of the eye.
     #[must_use]
     pub fn eye(&self) -> Position<Base> {
         self.eye
     }
 
-    /// Whether a point is in the cone and behind no occluder.
+    /// Whether a point is in the view cone and not occluded.
     #[must_use]
     pub fn sees(&self, point: &Position<Base>) -> bool {
         self.cone.contains(&(self.x_eye_base * *point))
             && !self.shades.all().iter().any(|shade| shade.hides(&(shade.x_box_base() * *point)))
     }
 
-    /// The share of a box's sample points that are seen, from 0 to 1.
+    /// The share of a box's sample points that are visible, from 0 to 1.
     ///
-    /// Most things lie wholly in the cone or wholly outside, and most occluders hide nothing of
-    /// most things: the ball round the box decides those cases. Of the others the rays decide, four
-    /// at a time and with a margin, and each ray within the margin by itself.
+    /// Most things lie wholly inside or outside the cone, and most occluders do not affect most things: the bounding
+    /// sphere decides those cases. For the others, rays are tested four at a time in single precision with a margin,
+    /// and rays within the margin one by one.
     #[must_use]
     #[inline(always)]
     pub fn visible_share(
@@ -71,7 +70,7 @@ impl Sight {
         float(u64::from(seen.count_ones())) / float_of_count(points.len())
     }
 
-    /// One bit for each of a box's points that is in the cone.
+    /// One bit for each sample point that is in the cone.
     #[inline(always)]
     fn in_cone(
         &self,
@@ -90,7 +89,7 @@ impl Sight {
         }
     }
 
-    /// Of the points whose bits are set in `seen`, those that no occluder hides.
+    /// The subset of the points in `seen` that no occluder hides.
     #[inline(never)]
     fn past_boxes(
         &self,
@@ -121,7 +120,7 @@ impl Sight {
     }
 }
 
-/// Of the points whose bits are set in `among`, those for which `keep` holds.
+/// The subset of the points in `among` for which `keep` holds.
 #[inline(never)]
 fn filter(
     points: &[[f64; 3]],

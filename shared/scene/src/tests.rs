@@ -4,8 +4,7 @@ use proptest::prelude::*;
 
 use super::*;
 
-/// The slab test, written anew in `f64`: where the segment is inside the box, as an interval of
-/// its parameter; `None` when it misses.
+/// An independent slab test in `f64`: the interval of the segment's parameter inside the box; `None` if it misses.
 fn segment_in_box(
     pose: &Pose<Base, Thing>,
     half: [f64; 3],
@@ -30,7 +29,7 @@ fn segment_in_box(
     (enter <= leave).then_some((enter, leave))
 }
 
-/// `None` where the answer hangs on less than `margin_m`: there single precision may differ.
+/// `None` if the result depends on less than `margin_m`, where single precision may differ.
 fn occluded_slowly(
     boxes: &[(Pose<Base, Thing>, [f64; 3])],
     from: Position<Base>,
@@ -107,7 +106,7 @@ proptest! {
             }
         }
         let cone = Cone::new(half_angle, range_m).unwrap();
-        // A sight that looked elsewhere before is none the wiser for it.
+        // Views from an earlier pose must not affect the result.
         let mut sight = Sight::new(Pose::identity(), cone, &occluders);
         sight.look(&eye, &occluders);
         let count = sight.visible_share(&thing, [x, y, z], samples) * quantity::number::float_of_count(points.len());
@@ -131,7 +130,7 @@ proptest! {
         }
         let sight = Sight::new(eye, cone, &occluders);
         for (thing, half) in &things {
-            // The rays that a look without any culling casts, in the same precision.
+            // The rays of an unculled test, in the same precision.
             let corners = points(Samples::Corners);
             let seen = corners.iter().filter(|corner| {
                 let [x, y, z] = corner.map(|side| side * half);
@@ -139,15 +138,14 @@ proptest! {
                 cone.contains(&(eye.inverse() * at)) && !occluders.occluded(&from, &at)
             });
             let (share, expected) = (sight.visible_share(thing, [*half; 3], Samples::Corners), seen.count());
-            // The same rays in the same precision: only the order of the transforms differs, by some
-            // 1e-16 m.
+            // The same rays in the same precision; only the order of the transforms differs, by about 1e-16 m.
             prop_assert!((share * 9.0 - quantity::number::float_of_count(expected)).abs() < 1e-9,
                 "{} of 9, expected {}", share * 9.0, expected);
         }
     }
 }
 
-/// The points that stand for a box, in half extents, written anew.
+/// The sample points of a box, in half extents, computed independently.
 fn points(samples: Samples) -> Vec<[f64; 3]> {
     let sides = [-1.0, 0.0, 1.0];
     let grid = sides.iter().flat_map(|x| sides.iter().flat_map(move |y| sides.map(|z| [*x, *y, z])));

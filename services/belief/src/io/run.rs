@@ -8,16 +8,16 @@ use transport::Outlet;
 
 use crate::{Believer, Divergences};
 
-/// What was computed of each perspective is shown this often.
+/// Interval at which the computation counters of the perspectives are published.
 const SHOWN_EVERY: Duration = Duration::from_millis(20);
 
-/// Runs the process until it is told to stop: one step for every frame of the percept buffer, one
-/// belief buffer per perspective and one divergence buffer per perspective but the robot's, all of
-/// one instant and one number. Hot path.
+/// Runs the process until a stop is requested. Each frame of the percept buffer causes one step. A step publishes one
+/// belief buffer per perspective and one divergence buffer per perspective except the robot's, all with the same
+/// instant and number. Hot path.
 ///
 /// # Errors
 ///
-/// The domain cannot be joined, the configuration is refused, or the middleware failed.
+/// The domain cannot be joined, the configuration is invalid, or the middleware failed.
 pub fn run(launch: &Launch, robot: &Robot) -> Result<(), Failure> {
     let leo = &robot.leo;
     let capacity = leo.buffers.objects.get();
@@ -37,7 +37,7 @@ pub fn run(launch: &Launch, robot: &Robot) -> Result<(), Failure> {
     let mut outlets: Vec<Outlet<Beliefs>> = (0..believer.perspectives())
         .map(|perspective| member.outlet(Some(perspective), capacity))
         .collect::<Result<_, _>>()?;
-    // Where two perspectives believe in nothing in common, both differ about all.
+    // If two perspectives have no belief in common, all beliefs of both differ.
     let most = capacity.saturating_mul(2);
     let mut differing: Vec<Outlet<Differing>> = (1..believer.perspectives())
         .map(|perspective| member.outlet(Some(perspective), most))
@@ -53,7 +53,7 @@ pub fn run(launch: &Launch, robot: &Robot) -> Result<(), Failure> {
             let now = member.begin_step(published_ns);
             believer.step(now, frame.head(), frame.entries());
             divergences.read(&believer);
-            // All perspectives are believed before the first is published: one instant for all.
+            // All perspectives are computed before the first is published, so that all have the same instant.
             for (perspective, outlet) in (0..).zip(&mut outlets) {
                 let mut head = believer.head(perspective);
                 head.header.pass(Hop::BeliefStarted, now.as_nanos());

@@ -1,5 +1,5 @@
-//! Whatever bytes say, as frames of the percept buffer: what the core of the belief process promises
-//! of the belief buffers holds. Shared by a property test and a fuzz target.
+//! Interprets arbitrary bytes as frames of the percept buffer and checks the guarantees of the belief process on the
+//! belief buffers. Shared by a property test and a fuzz target.
 #![expect(clippy::unwrap_used, reason = "helpers of tests may fail them")]
 
 use belief_process::Believer;
@@ -15,7 +15,7 @@ mod variants;
 
 const CAPACITY: usize = 8;
 
-/// Numbers out of bytes; zeros when there are none left.
+/// Reads numbers from bytes; zeros when there are none left.
 struct Bytes<'a>(&'a [u8]);
 
 impl Bytes<'_> {
@@ -58,7 +58,7 @@ impl Bytes<'_> {
         }
     }
 
-    /// Mostly a thing on the table, a person or an occluder, now and then of any bits.
+    /// Mostly a thing on the table, a person or an occluder, sometimes arbitrary bits.
     fn observation(&mut self, now: Instant) -> Observation {
         let across = |byte: u8| f32::from(byte) / 128.0 - 1.0;
         let mut observation = Observation {
@@ -73,7 +73,7 @@ impl Bytes<'_> {
                 observation.kind = ObservationKind::Person.raw();
                 observation.partner = u16::from(self.byte() % 4);
                 observation.position_m = [1.5, 0.0, 0.55];
-                // He looks back at the robot.
+                // The person looks back at the robot.
                 observation.orientation_xyzw = [0.0, 0.0, 1.0, 0.0];
             }
             192..=207 => observation.kind = ObservationKind::Occluder.raw(),
@@ -92,7 +92,7 @@ impl Bytes<'_> {
         observation
     }
 
-    /// Mostly what the robot perceives in the observation, else what nobody would.
+    /// Mostly the robot's percepts of the observation, else invalid ones.
     fn snapshot(&mut self, perception: &Perception, observation: &Observation) -> Snapshot {
         let mut snapshot = perception.perceive(observation, &Frame { agent: 0 });
         if self.byte() >= 224 {
@@ -104,7 +104,7 @@ impl Bytes<'_> {
                     3 => Feature::Vector(self.numbers()),
                     _ => Feature::Orientation(self.numbers()),
                 };
-                // A full snapshot takes no more.
+                // A full snapshot drops further values.
                 let _taken =
                     snapshot.push(PerceptValue::new(self.word() % 16, self.number(), self.number(), feature));
             }
@@ -113,18 +113,19 @@ impl Bytes<'_> {
     }
 }
 
-/// What a run of the core saw, so that a test knows that it saw anything.
+/// Counters of a run, so that a test can check that the run was not empty.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(crate) struct Seen {
     /// Frames.
     pub(crate) frames: u64,
     /// Beliefs of the robot, of its partner, and of the robot in its partner, over all frames.
     pub(crate) beliefs: [usize; 3],
-    /// Entries that were refused.
+    /// Rejected entries.
     pub(crate) refused: u64,
 }
 
-/// Plays the bytes to the core, configured as the first of them says, and asserts after every frame what it promises.
+/// Runs the core on the bytes, the first of which selects the configuration, and checks the guarantees after every
+/// frame.
 pub(crate) fn play(bytes: &[u8]) -> Seen {
     let mut bytes = Bytes(bytes);
     let percepts = variants::varied(bytes.byte());
@@ -138,7 +139,7 @@ pub(crate) fn play(bytes: &[u8]) -> Seen {
         now += Duration::from_micros(u64::from(bytes.word()) / 8);
         let mut header = Header::at(bytes.instant(now));
         header.pass(Hop::Observed, bytes.instant(now));
-        // Any of the sources that bytes may name, several, or nobody.
+        // One or several of the sources that the bytes may name, or none.
         let looked = (0..bytes.byte() % 4).map(|_| SourceSet::of(u16::from(bytes.byte() % 4))).collect();
         let head = PerceptHead::new(header, looked);
         let entries: Vec<Perceived> = (0..bytes.byte() % 12)

@@ -1,5 +1,5 @@
-//! Frames of the percept buffer, as the sensor process would publish them: two partners opposite
-//! each other, a barrier, and things of which some are moved and change.
+//! Frames of the percept buffer, as the sensor process would publish them: two partners opposite each other, a barrier,
+//! and things of which some are moved and change.
 
 use clock::{Duration, Instant};
 use geometry::{Base, Eye, Pose, Position};
@@ -7,7 +7,7 @@ use message::{Header, Hop, NOBODY, Observation, ObservationKind, Perceived, Perc
 use perception::{Frame, Perception};
 use quantity::number::single;
 
-/// Observations and beliefs that a frame holds in these tests.
+/// Capacity of a frame and of a belief system in these tests.
 pub(crate) fn capacity() -> usize {
     80
 }
@@ -27,16 +27,16 @@ impl Frames {
         Self { perception, things, count: 0, entries: Vec::with_capacity(usize::from(things) + 3) }
     }
 
-    /// The next frame: when it arrives, its head and its entries. Allocates nothing.
+    /// The next frame: its arrival time, its head and its entries. Does not allocate.
     pub(crate) fn next(&mut self) -> (Instant, PerceptHead, &[Perceived]) {
         self.count += 1;
         let now = Instant::EPOCH + Duration::from_millis(5) * u32::from(self.count);
         self.entries.clear();
-        // Every other second the first partner looks away.
+        // The first partner looks away for one second in every two.
         let first_looks_at =
             if (self.count / 200).is_multiple_of(2) { [0.7, 0.0, 0.0] } else { [3.0, 0.0, 0.5] };
         self.push(now, person(1, [1.5, 0.0, 0.55], first_looks_at));
-        // The second walks up and down, so that his frame is taken anew.
+        // The second partner walks up and down, so that the partner's frame changes.
         let along = f64::from(self.count % 400) * 0.005 - 1.0;
         self.push(now, person(2, [0.7, -1.5 + along * 0.3, 0.55], [0.7 + along, 0.0, 0.0]));
         let wall = Observation {
@@ -46,7 +46,7 @@ impl Frames {
             ..Observation::object(0, 0)
         };
         self.push(now, wall);
-        // Four of the things are taken away.
+        // Four of the things are removed.
         let things = if self.count > 50 { self.things.saturating_sub(4) } else { self.things };
         for thing in 0..things {
             self.push(now, block(thing, self.count));
@@ -63,7 +63,7 @@ impl Frames {
     }
 }
 
-/// One of the things on a grid of 15 cm; every eighth is carried about by the first partner.
+/// One of the things on a grid of 15 cm; the first partner carries every eighth one.
 fn block(thing: u16, count: u16) -> Observation {
     let carried = thing % 8 == 3;
     let sway = if carried { f32::from(count % 20) * 0.002 } else { 0.0 };

@@ -9,27 +9,25 @@ use crate::metric::Reach;
 use crate::room::Room;
 use crate::sightings::Run;
 
-/// What a step perceived in one frame and no belief has taken in yet: of each thing no more than it takes to
-/// find the belief that will.
+/// The detections of one frame that are not assigned yet, each with only the data needed to find its belief.
 ///
-/// Nearly all that is perceived is of a thing that is believed in already, and is over with the step. It is not
-/// made a belief of its own first (N, Eq. 6): what there was to write, to read again and to take out of the way
-/// would be most of the cost. Those that are left are [made beliefs](Self::admit) then, and so are all where it takes
-/// more to find out who becomes whom.
+/// Nearly every detection belongs to an existing belief and is discarded after the step. Creating a belief for each (N,
+/// Eq. 6) would write, read and free a slot, which would dominate the cost. Unassigned detections [become
+/// beliefs](Self::admit) at the end. If the association needs the full clustering loop, all of them do.
 #[derive(Clone, Debug)]
 pub(crate) struct Arrivals {
     things: Room<Arrival>,
-    /// Their numbers, behind those of all slots.
+    /// The member numbers of the detections, which follow those of all slots.
     numbers: Box<[u32]>,
-    /// The frame that they are of, if it is one.
+    /// The frame of the detections, if it is only one.
     frame: Run,
-    /// When they are remembered.
+    /// The time at which they are stored.
     at: Instant,
 }
 
 #[derive(Clone, Copy, Debug)]
 struct Arrival {
-    /// Of what was perceived; [`TAKEN_IN`] once a belief has it.
+    /// Index into the perceived things; [`TAKEN_IN`] once assigned to a belief.
     entry: u32,
     place_m: Option<[f32; 3]>,
     symbols: Symbols,
@@ -38,7 +36,7 @@ struct Arrival {
 const TAKEN_IN: u32 = u32::MAX;
 
 impl Arrivals {
-    /// Room for as many as there are slots.
+    /// Capacity for as many detections as there are slots.
     pub(crate) fn new(slots: usize) -> Self {
         let first = saturating_u32(slots);
         Self {
@@ -49,8 +47,7 @@ impl Arrivals {
         }
     }
 
-    /// Notes an entry of what was perceived, remembered at `at`. `false` where there is no room for one
-    /// belief more.
+    /// Records a detection by its entry, to be stored with time `at`. `false` if the arena has no free slot for it.
     #[inline]
     pub(crate) fn note(&mut self, arena: &Arena, at: Instant, entry: u32, perceived: &Perceived) -> bool {
         if self.things.len() + arena.live().len() >= arena.slots() {
@@ -66,8 +63,8 @@ impl Arrivals {
         true
     }
 
-    /// All are noted, and all of one frame: `before` says of a source and an instant which frame of the source was
-    /// the one before.
+    /// Called once all detections are recorded, which are all of one frame. `before` returns the instant of a source's
+    /// frame that precedes the given one.
     pub(crate) fn follow(&mut self, arena: &mut Arena, before: impl Fn(u16, Instant) -> Option<Instant>) {
         self.frame.follows = before(self.frame.source, self.frame.first);
         if let Some(sightings) = &mut arena.sightings {
@@ -75,20 +72,20 @@ impl Arrivals {
         }
     }
 
-    /// Forgets all that are no entry of so many; how many they are.
+    /// Removes the detections whose entry is not below `entries`; returns their number.
     pub(crate) fn keep_within(&mut self, entries: usize) -> u64 {
         let before = self.things.len();
-        // They come in the order of the entries.
+        // They are in the order of their entries.
         while self.things.pop_if(|arrival| arrival.entry as usize >= entries).is_some() {}
         u64::from(saturating_u32(before - self.things.len()))
     }
 
-    /// Makes a belief of each that none has taken in, as in a step at `now`, the first of all having the identity
-    /// `first_new`.
+    /// Creates a belief for each unassigned detection, in a step at `now`. Identity `first_new` belongs to the first of
+    /// all detections.
     pub(crate) fn admit(&mut self, arena: &mut Arena, first_new: u64, now: Instant, perceived: &[Perceived]) {
         for (id, arrival) in (first_new..).zip(self.things.drain(..)) {
             let Arrival { entry, .. } = arrival;
-            // What a belief has is in no entry.
+            // An assigned detection has no entry.
             if let Some(perceived) = perceived.get(entry as usize) {
                 let at = Instant::from_nanos(perceived.observation.observed_at_ns).min(now);
                 arena.create(id, [at, now], entry, perceived);
@@ -97,7 +94,7 @@ impl Arrivals {
     }
 }
 
-/// The beliefs of earlier steps, and what has arrived.
+/// The association problem of one frame: the beliefs of earlier steps and the detections.
 pub(crate) struct Arriving<'a> {
     pub(crate) step: Step<'a>,
     pub(crate) arrivals: &'a mut Arrivals,
@@ -120,7 +117,7 @@ impl Arriving<'_> {
     }
 }
 
-/// Old members are in slots, fresh ones have the numbers behind them.
+/// Tracks are numbered by their slots; the numbers of detections follow.
 impl Population for Arriving<'_> {
     #[inline]
     fn old(&self) -> &[u32] {
@@ -147,7 +144,7 @@ impl Population for Arriving<'_> {
         }
     }
 
-    /// Nobody waits for who has changed.
+    /// Not used: no pair waits in a queue.
     fn version(&self, _number: u32) -> u32 {
         0
     }
@@ -223,14 +220,14 @@ impl Population for Arriving<'_> {
 }
 
 impl Arena {
-    /// Whether all there is to know of what is perceived, to find the belief that takes it in, is seen at a
-    /// glance as a rule, and what that belief becomes is known before its histories have taken it in.
+    /// Whether position and symbols usually suffice to find the belief of a detection, and the belief's new features
+    /// can be predicted before its histories are updated.
     pub(crate) fn glances(&self) -> bool {
         let finds = self.reach.is_some() && self.metric.weight_of_place().is_some();
         self.foreseen && finds && self.keeps_apart() && self.terms.len() <= MAX_PERCEPTS
     }
 
-    /// Place and symbols of what is perceived.
+    /// Position and gate keys of a snapshot.
     #[inline(always)]
     fn glance(&self, snapshot: &Snapshot) -> (Option<[f32; 3]>, Symbols) {
         let feature = |term: usize| self.feature_in(snapshot, *self.terms.get(term)?);
@@ -238,7 +235,7 @@ impl Arena {
         (place, self.metric.symbols(feature))
     }
 
-    /// All features of what is perceived that the metric compares, in the order of its terms.
+    /// The features of a snapshot that the metric compares, in the order of its terms.
     fn features_in(&self, snapshot: &Snapshot) -> [Option<Feature>; MAX_PERCEPTS] {
         let mut features = [None; MAX_PERCEPTS];
         for (feature, percept) in features.iter_mut().zip(&self.terms) {
@@ -247,7 +244,8 @@ impl Arena {
         features
     }
 
-    /// D of a belief and what is perceived in a frame, where it is below the threshold and they may be merged.
+    /// D between a belief and a detection of a frame; `None` if it is not below the threshold or the two cannot be
+    /// linked.
     fn distance_to(&self, slot: u32, perceived: &Perceived, frame: &Run) -> Option<f64> {
         let features = self.features_in(&perceived.snapshot);
         let distance = self.metric.below_threshold(self.features(slot), &features)?;
@@ -259,7 +257,7 @@ impl Arena {
         self.sightings.as_ref().is_some_and(|sightings| sightings.saw(slot as usize, frame))
     }
 
-    /// Whether a belief has histories, and all that they remember is older.
+    /// Whether a belief has histories, and all its samples are older than `at`.
     #[inline]
     fn is_older(&self, slot: u32, at: Instant) -> bool {
         let has_histories = matches!(self.holds(slot), Holds::Histories(_));
@@ -267,8 +265,8 @@ impl Arena {
         has_histories && (self.latest < at || self.memory(slot).is_some_and(is_older))
     }
 
-    /// A belief takes in what was perceived in a `frame`, remembered `at`, later than all that it remembers, and
-    /// taken in `now`: what [`Self::create`] and [`Self::merge`] come to, without a belief in between.
+    /// Assigns a detection of a `frame` to a belief. `at` is the detection's time, later than every sample of the
+    /// belief; `now` is the step's. The result equals [`Self::create`] followed by [`Self::merge`].
     fn take_in(
         &mut self,
         slot: u32,
@@ -284,7 +282,7 @@ impl Arena {
         memory.take_in(at, now, observation.held_by, SourceSet::of(observation.source));
         self.latest = self.latest.max(at);
         let phase = memory.id;
-        // As a rule it has the same symbols and keeps them: then there is its place besides.
+        // Usually the symbols are unchanged, and only the position needs an update.
         if self.symbols.get(slot as usize) == Some(&newer)
             && self.metric.are_all_told(newer)
             && let Some(Reach { term, .. }) = self.reach
@@ -305,7 +303,7 @@ impl Arena {
         self.unsound += self.histories.take_all(row, snapshot.values(), self.trusts, at, phase);
     }
 
-    /// The features that the metric compares become what they will be when a belief has taken in a snapshot.
+    /// Updates the compared features to the values they have once the belief has stored the snapshot.
     #[inline(never)]
     fn foresee_all(&mut self, slot: u32, snapshot: &Snapshot) {
         let terms = self.terms.len();

@@ -5,7 +5,7 @@ use crate::cluster::{Population, Seen, Symbols};
 use crate::metric::Reach;
 use crate::sightings::Run;
 
-/// The beliefs within a step, and what it perceived.
+/// The association problem of a step: the beliefs, and the things perceived.
 pub(crate) struct Step<'a> {
     pub(crate) arena: &'a mut Arena,
     pub(crate) perceived: &'a [Perceived],
@@ -63,7 +63,7 @@ impl Population for Step<'_> {
 
     #[inline]
     fn reach_m(&self, distance: f64) -> f64 {
-        // A sum of several terms rounds.
+        // Margin for the rounding of a sum of several terms.
         self.arena.reach.map_or(f64::INFINITY, |reach| distance * reach.metres_per_distance * (1.0 + 1e-9))
     }
 
@@ -93,7 +93,7 @@ impl Population for Step<'_> {
         let Arena { foreseen, metric, sightings, .. } = &*self.arena;
         let (&oldest, others) = members.split_first()?;
         let has_room = sightings.as_ref()?.has_room_for(oldest as usize, others.len());
-        // A snapshot remembers nothing that might come between.
+        // A snapshot has no samples that could lie between the others.
         let is_snapshot = self.arena.holds(oldest) == Holds::Snapshot;
         let all_newer = is_snapshot || others.iter().all(|&slot| self.arena.appends(oldest, slot));
         let bound = metric.spread(&members.iter().map(|&slot| self.arena.features(slot)));

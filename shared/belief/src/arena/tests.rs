@@ -3,7 +3,7 @@ use proptest::prelude::*;
 
 use super::*;
 
-/// One sighting of a thing, and how long afterwards a step took it in.
+/// One detection of a thing, with the delay of its step.
 #[derive(Clone, Debug)]
 struct Glimpse {
     at: u64,
@@ -39,7 +39,7 @@ fn glimpse() -> impl Strategy<Value = Glimpse> {
     )
 }
 
-/// A belief of some sightings, one after the other in any order, and since when its place is empty.
+/// A belief: its detections in any order, and since when its position is empty.
 type Believed = (Vec<Glimpse>, Option<u64>);
 
 fn belief() -> impl Strategy<Value = Believed> {
@@ -70,7 +70,7 @@ impl Glimpse {
     }
 }
 
-/// An arena, and all that was perceived.
+/// An arena, and all things perceived.
 struct Grown {
     arena: Arena,
     perceived: Vec<Perceived>,
@@ -78,7 +78,7 @@ struct Grown {
 }
 
 impl Grown {
-    /// Creates what a step perceived of a belief.
+    /// Creates a belief per detection; returns the slots.
     fn create(&mut self, percepts: &Percepts, (glimpses, _): &Believed) -> Vec<u32> {
         let create = |glimpse: &Glimpse| {
             let perceived = glimpse.perceived(percepts);
@@ -91,7 +91,7 @@ impl Grown {
         glimpses.iter().map(create).collect()
     }
 
-    /// Makes one belief of them; its slot.
+    /// Merges them into one belief; returns its slot.
     fn join(&mut self, slots: &[u32], (_, empty_since): &Believed) -> u32 {
         for slot in &slots[1..] {
             self.arena.merge(slots[0], *slot, &self.perceived);
@@ -100,7 +100,7 @@ impl Grown {
         slots[0]
     }
 
-    /// Merges one into the other: all that the one that is left holds, and its memory.
+    /// Merges one into the other; returns the contents and the memory of the remaining belief.
     fn merged(&self, kept: u32, gone: u32) -> (String, Memory) {
         let mut arena = self.arena.clone();
         arena.merge(kept, gone, &self.perceived);
@@ -110,7 +110,7 @@ impl Grown {
     }
 }
 
-/// What is remembered of a thing besides its percepts, from all its sightings at once.
+/// The memory of a belief, computed from all its detections at once.
 fn memory_of(all: &[&Glimpse], empty_since: [Option<u64>; 2]) -> Memory {
     let newest = all.iter().map(|glimpse| glimpse.at).max().unwrap();
     let [mine, others] = empty_since;
@@ -134,8 +134,8 @@ fn memory_of(all: &[&Glimpse], empty_since: [Option<u64>; 2]) -> Memory {
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(2_000))]
 
-    /// M is commutative on all that a belief is, the older identity survives, and at one instant the higher
-    /// m·c wins.
+    /// M is commutative on the whole state of a belief, the older identity survives, and at one instant the higher m·c
+    /// wins.
     #[test]
     fn which_of_two_beliefs_is_merged_into_which_makes_no_difference(
         one in belief(), other in belief(), settled in 0..3_u8,

@@ -3,21 +3,21 @@ use super::neighbourhood::Neighbourhood;
 use super::{Population, pair};
 use crate::room::Room;
 
-/// Which members become one where several frames come at once: groups of an old member, or of one that is
-/// new, and at most one fresh member of each frame, so tight and so far from each other that the loop
-/// merges each group as if there were no other.
+/// Groups the members when several frames come at once. A group has one old member, or one new member that starts it,
+/// and at most one new member of each frame. If groups are compact and well separated, the loop merges each group
+/// independently of the others.
 ///
-/// That is so where, of any two groups, whatever either has become, their members are further apart than
-/// any two within either: then the loop merges no pair across before both are one member each. And then
-/// it merges none, where those two can never be merged. What the members of a group become is between
-/// their places, and so within its radius ([`Population::spread`]).
+/// The condition: for any two groups, after any merges within them, the distance between their members exceeds every
+/// distance within either group. Then the loop merges no pair across groups before each group is a single member. Two
+/// such members must then be a cannot-link pair or out of each other's gate. A merged position lies between the
+/// positions of its members, and so within the group's radius ([`Population::spread`]).
 #[derive(Clone, Debug)]
 pub(super) struct Grouping {
-    /// By the slot of the member that a group began with, its oldest.
+    /// Indexed by the slot of the group's oldest member, which started it.
     groups: Box<[Group]>,
-    /// By slot, of the other members of groups.
+    /// Indexed by slot: the other members of groups.
     members: Box<[Member]>,
-    /// The oldest members of groups with a fresh member, in the order in which these came.
+    /// The oldest members of groups with a new member, in the order in which the groups got one.
     oldest: Room<u32>,
     frames: Room<Frame>,
     /// The members of one group.
@@ -26,19 +26,19 @@ pub(super) struct Grouping {
 
 #[derive(Clone, Copy, Debug)]
 struct Group {
-    /// A bit for each frame of which a member is.
+    /// A bit for each frame that has a member in the group.
     frames: u64,
-    /// The first of the chain of the other members.
+    /// Head of the linked list of the other members.
     first: u32,
-    /// How far from the oldest member any is.
+    /// Largest distance of a member from the oldest one, in metres.
     radius_m: f64,
-    /// What no D between two of them will exceed.
+    /// Upper bound on D between any two members.
     spread: f64,
 }
 
 #[derive(Clone, Copy, Debug)]
 struct Member {
-    /// The next of the chain.
+    /// Next in the linked list.
     next: u32,
     frame: u64,
     /// D to the oldest member.
@@ -56,10 +56,10 @@ const NOBODY: u32 = u32::MAX;
 const ALONE: Group = Group { frames: 0, first: NOBODY, radius_m: 0.0, spread: 0.0 };
 const NO_MEMBER: Member = Member { next: NOBODY, frame: 0, distance: 0.0 };
 
-/// Frames of one step: a bit each.
+/// Largest number of frames in a step; each has a bit.
 const FRAMES: usize = 64;
 
-/// A place is rounded whenever it changes, at a kilometre by less than a tenth of a millimetre.
+/// Bound on the accumulated rounding of a position. Each change of a position rounds by less than 0.1 mm at 1 km.
 const ROUNDING_M: f64 = 1e-3;
 
 impl Grouping {
@@ -73,8 +73,8 @@ impl Grouping {
         }
     }
 
-    /// Groups the fresh members with the old ones, which alone are in the neighbourhood; who is new is put
-    /// there. `false` where that may not be what the loop does.
+    /// Groups the new members with the old ones. Before the call only the old ones are in the spatial hash; members
+    /// that start a group are inserted. Returns `false` if the result could differ from the loop's.
     pub(super) fn find(&mut self, neighbourhood: &mut Neighbourhood, population: &impl Population) -> bool {
         for slot in self.oldest.drain(..) {
             if let Some(group) = self.groups.get_mut(slot as usize) {
@@ -105,7 +105,7 @@ impl Grouping {
         self.measure(population) && self.holds(neighbourhood, population)
     }
 
-    /// Merges each group; how many pairs that were.
+    /// Merges each group; returns the number of merged pairs.
     pub(super) fn merge(
         &mut self,
         neighbourhood: &mut Neighbourhood,
@@ -115,7 +115,7 @@ impl Grouping {
         for index in 0..self.oldest.len() {
             let Some(&oldest) = self.oldest.get(index) else { break };
             self.gather(oldest);
-            // The loop, of these alone.
+            // The naive loop over the members of this group.
             while let Some(nearest) = nearest_pair(population, &self.scratch) {
                 let (kept, gone) = nearest;
                 population.merge(kept, gone);
@@ -127,9 +127,9 @@ impl Grouping {
         merged
     }
 
-    /// The bit of a frame; `None` where there are too many, or two of one source.
+    /// The bit of a frame; `None` if there are too many frames, or two of one source.
     fn frame(&mut self, (source, at): (u16, u64)) -> Option<u64> {
-        // Members come frame by frame.
+        // Members are grouped by frame.
         let known = self.frames.iter().rposition(|frame| frame.source == source);
         let index = match known {
             Some(index) => index,
@@ -144,7 +144,7 @@ impl Grouping {
         Some(1 << index)
     }
 
-    /// A fresh member begins a group.
+    /// A new member starts a group.
     fn begin(&mut self, slot: u32) {
         if let (Some(group), Some(member)) =
             (self.groups.get_mut(slot as usize), self.members.get(slot as usize))
@@ -154,7 +154,8 @@ impl Grouping {
         }
     }
 
-    /// A fresh member joins the group of the nearest; who is left because another of his frame is nearer.
+    /// Adds a new member to the group of the nearest member. Returns the member that is displaced, because another one
+    /// of its frame is nearer.
     fn join(&mut self, slot: u32, asked: Asked) -> Option<u32> {
         let Asked { slot: oldest, distance } = asked;
         let group = self.groups.get_mut(oldest as usize)?;
@@ -189,7 +190,7 @@ impl Grouping {
         left
     }
 
-    /// All members of a group.
+    /// Collects all members of a group in `scratch`.
     fn gather(&mut self, oldest: u32) {
         self.scratch.clear();
         self.scratch.push(oldest);
@@ -200,7 +201,7 @@ impl Grouping {
         }
     }
 
-    /// Radius and spread of each group; `false` where they have no bound.
+    /// Computes the radius and the diameter bound of each group; `false` if a group has no bound.
     fn measure(&mut self, population: &impl Population) -> bool {
         (0..self.oldest.len()).all(|index| {
             let Some(&oldest) = self.oldest.get(index) else { return false };
@@ -218,7 +219,7 @@ impl Grouping {
         })
     }
 
-    /// Whether the loop has nothing to merge across groups: not while they are merged, and not afterwards.
+    /// Whether the loop merges no pair across groups, neither while the groups are merged nor afterwards.
     fn holds(&self, neighbourhood: &Neighbourhood, population: &impl Population) -> bool {
         let group = |slot: u32| self.groups.get(slot as usize).copied().unwrap_or(ALONE);
         let groups = || self.oldest.iter().map(|&slot| (slot, group(slot)));
@@ -230,7 +231,7 @@ impl Grouping {
         let gap_m = |a: u32, b: u32| apart_m(population, a, b) - group(a).radius_m - group(b).radius_m;
         let crowded = groups().filter(|(_, group)| group.first != NOBODY).any(|(slot, of)| {
             let around_m = of.radius_m + most.radius_m + population.reach_m(most.spread) + ROUNDING_M;
-            // A member may lack the symbol that tells its oldest from others.
+            // A member may lack a gate key of its oldest, so the search ignores gate keys.
             neighbourhood.any_at_all_within(slot, around_m, |other| {
                 let farthest_m = population.reach_m(of.spread.max(group(other).spread));
                 gap_m(slot, other) <= farthest_m + ROUNDING_M
@@ -239,8 +240,8 @@ impl Grouping {
         if crowded {
             return false;
         }
-        // No two that have members of one frame are ever merged: who has none of that which most have
-        // looks around.
+        // Groups sharing a source frame cannot be linked. So only groups without a member of the most frequent frame
+        // need a neighbour search.
         let fullest = self.frames.iter().enumerate().max_by_key(|(_, frame)| frame.members);
         let star = fullest.map_or(0, |(index, _)| 1_u64 << index);
         let unseen = population.old().iter().copied().filter(|&slot| group(slot).frames == 0);
@@ -256,7 +257,7 @@ impl Grouping {
     }
 }
 
-/// The nearest two of some members that may be merged, the older first.
+/// The nearest pair among some members that may be merged, ordered by identity.
 fn nearest_pair(population: &impl Population, members: &[u32]) -> Option<(u32, u32)> {
     let mut nearest: Option<super::Pair> = None;
     for (index, &a) in members.iter().enumerate() {
@@ -271,7 +272,7 @@ fn nearest_pair(population: &impl Population, members: &[u32]) -> Option<(u32, u
     nearest.map(|pair| (pair.older_slot, pair.younger_slot))
 }
 
-/// How far apart two members are, in metres; without a place, not at all.
+/// Distance of two members, in metres; 0 if one has no position.
 fn apart_m(population: &impl Population, a: u32, b: u32) -> f64 {
     let (Some(a), Some(b)) = (population.place(a), population.place(b)) else { return 0.0 };
     let squared = a.iter().zip(&b).map(|(a, b)| (f64::from(*a) - f64::from(*b)).powi(2));

@@ -4,29 +4,28 @@ use super::neighbourhood::Neighbourhood;
 use super::{Population, Seen};
 use crate::room::Room;
 
-/// Which old member takes in which fresh one, where each can take in but one and no two old members
-/// come within reach of each other.
+/// One-to-one assignment of detections (new members) to tracks (old members), valid if no two tracks come within each
+/// other's gate.
 ///
-/// Then the loop that merges the nearest pair of all, and again, is a matching of two sides by one
-/// order of the pairs: the only one in which no two members would both rather have each other. Such
-/// a matching does not depend on who asks first (Gale and Shapley 1962, "College Admissions and
-/// the Stability of Marriage"), so no pair waits for another in a queue: each fresh member asks
-/// the nearest old one, which keeps the nearest that has asked.
+/// In that case the loop that always merges the nearest pair is a stable matching of two sides whose preferences follow
+/// one order of the pairs. The stable matching is unique and does not depend on the order of proposals (Gale and
+/// Shapley 1962, "College Admissions and the Stability of Marriage"). So no priority queue is needed: each detection
+/// proposes to the nearest track, and a track keeps the nearest proposal.
 #[derive(Clone, Debug)]
 pub(super) struct Matching {
-    /// By the slot of the old member, whom it keeps, or kept in an earlier round.
+    /// Indexed by the slot of the track: its matched detection, of this round or an earlier one.
     kept: Box<[Asker]>,
-    /// Counts the matchings.
+    /// Number of the current matching.
     round: u32,
-    /// The old members that keep anybody.
+    /// The tracks that have a match.
     askers: Room<u32>,
-    /// Fresh members who have yet to ask whoever would have them.
+    /// Unmatched detections that still have to propose to the nearest track that accepts them.
     waiting: Room<u32>,
-    /// Old members that are no companions.
+    /// Tracks that were not detected in the previous frame, so no cannot-link between them is known in advance.
     strangers: Room<u32>,
 }
 
-/// A fresh member that has asked in a round.
+/// A detection that proposed in a round.
 #[derive(Clone, Copy, Debug)]
 struct Asker {
     distance: f64,
@@ -34,7 +33,7 @@ struct Asker {
     round: u32,
 }
 
-/// Nobody has asked: no round has this number.
+/// No proposal: no round has this number.
 const NOBODY: Asker = Asker { distance: 0.0, slot: u32::MAX, round: 0 };
 
 impl Asker {
@@ -43,7 +42,7 @@ impl Asker {
     }
 }
 
-/// Whether the first of two comes first: the nearer, or of two that are equally near the older.
+/// Whether `a` precedes `b`: smaller distance first, then lower identity.
 #[inline]
 fn is_nearer(a: (f64, u32), b: (f64, u32), population: &impl Population) -> bool {
     match a.0.total_cmp(&b.0) {
@@ -53,7 +52,7 @@ fn is_nearer(a: (f64, u32), b: (f64, u32), population: &impl Population) -> bool
     }
 }
 
-/// An old member, as a fresh one looks for the nearest.
+/// A candidate track of a detection, with its distance.
 #[derive(Clone, Copy)]
 pub(super) struct Asked {
     pub(super) slot: u32,
@@ -61,7 +60,7 @@ pub(super) struct Asked {
 }
 
 impl Asked {
-    /// The older of two that are equally near comes first.
+    /// Smaller distance first, then the older track.
     fn is_before(&self, other: &Self, population: &impl Population) -> bool {
         is_nearer((self.distance, self.slot), (other.distance, other.slot), population)
     }
@@ -78,8 +77,8 @@ impl Matching {
         }
     }
 
-    /// Matches the fresh members with the old ones, which alone are in the neighbourhood. `false` where
-    /// that may not be what the loop does.
+    /// Matches the detections with the tracks; only the tracks are in the spatial hash. Returns `false` if the result
+    /// could differ from the loop's.
     pub(super) fn find(&mut self, neighbourhood: &Neighbourhood, population: &impl Population) -> bool {
         self.begin();
         if !neighbourhood.is_of_places() {
@@ -102,31 +101,31 @@ impl Matching {
         self.holds(neighbourhood, population)
     }
 
-    /// Nobody keeps anybody.
+    /// Starts a round without matches.
     fn begin(&mut self) {
         self.askers.clear();
         self.waiting.clear();
         self.round = self.round.wrapping_add(1);
         if self.round == NOBODY.round {
-            // The numbers come again, and what was kept in a round months ago is still there.
+            // The round counter wrapped around, and entries of old rounds are still in the table.
             self.kept.fill(NOBODY);
             self.round += 1;
         }
     }
 
-    /// Whom an old member keeps.
+    /// The match of a track in this round.
     fn kept_by(&self, slot: u32) -> Option<&Asker> {
         self.kept.get(slot as usize).filter(|kept| kept.round == self.round)
     }
 
-    /// The pairs of the matching, by their numbers: the old member and the fresh one.
+    /// Pair `index` of the matching: the track and the detection.
     #[inline]
     pub(super) fn pair(&self, index: usize) -> Option<(u32, u32)> {
         let &slot = self.askers.get(index)?;
         Some((slot, self.kept.get(slot as usize)?.slot))
     }
 
-    /// A fresh member asks an old one; who has to ask on.
+    /// A detection proposes to a track. Returns the detection that is rejected, if any.
     fn ask(&mut self, population: &impl Population, slot: u32, asked: Asked) -> Option<u32> {
         let kept = self.kept.get_mut(asked.slot as usize)?;
         let asker = Asker { slot, distance: asked.distance, round: self.round };
@@ -141,7 +140,7 @@ impl Matching {
         }
     }
 
-    /// The nearest old member that would have the fresh one.
+    /// The nearest track that would accept a proposal of the detection.
     fn would_have(
         &self,
         neighbourhood: &Neighbourhood,
@@ -162,11 +161,10 @@ impl Matching {
         nearest
     }
 
-    /// Whether the loop has nothing else to merge than these pairs: no old member that changes comes
-    /// within reach of another.
+    /// Whether these pairs are all that the loop would merge: no changed track comes within the gate of another one.
     ///
-    /// The first two old ones to merge would each have taken in one fresh member at most, that of the
-    /// matching, and so have moved by no more than its distance.
+    /// Before the loop's first merge of two tracks, each has merged with at most one detection, its match. So each has
+    /// moved by no more than the distance of that match.
     fn holds(&mut self, neighbourhood: &Neighbourhood, population: &impl Population) -> bool {
         let mut farthest = 0.0_f64;
         for (old, fresh) in (0..self.askers.len()).filter_map(|index| self.pair(index)) {
@@ -178,7 +176,7 @@ impl Matching {
         if self.askers.is_empty() {
             return true;
         }
-        // One more than there are askers is as good as all.
+        // One more than the number of matched tracks suffices for the comparison below.
         let strangers = population.old().iter().copied().filter(|&slot| !population.is_companion(slot));
         self.strangers.clear();
         self.strangers.extend(strangers.take(self.askers.len() + 1));
@@ -191,8 +189,7 @@ impl Matching {
                     && !population.stay_apart(slot, other)
             })
         };
-        // Of any two that might merge, one is no companion and one keeps a fresh member: the fewer of
-        // both look around.
+        // A violating pair contains one unconstrained and one matched track; scan from the smaller of the two sets.
         if self.strangers.len() <= self.askers.len() {
             !self.strangers.iter().any(|&slot| meets(slot, false))
         } else {
@@ -201,7 +198,7 @@ impl Matching {
     }
 }
 
-/// The nearest old member of all, if it is so near that looking around a little is enough.
+/// The nearest track, if it is closer than the radius that the local search covered completely.
 pub(super) fn nearest(
     neighbourhood: &Neighbourhood,
     population: &impl Population,
@@ -239,7 +236,7 @@ mod tests {
         assert!(matching.kept_by(1).is_none());
         matching.round = first;
         assert!(matching.kept_by(1).is_some(), "it lies there still");
-        // As many rounds later.
+        // The counter wraps around.
         matching.round = u32::MAX;
         matching.begin();
         assert_eq!(matching.round, first);

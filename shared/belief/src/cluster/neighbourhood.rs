@@ -5,31 +5,30 @@ use super::{Population, Seen, Symbols};
 /// No slot, and no cell.
 const NONE: u32 = u32::MAX;
 
-/// Who is within reach of whom: a hashed grid over x and y whose cells are as wide as the reach.
-/// What has no place is within everybody's reach.
+/// A spatial hash over x and y whose cells are as wide as the gate radius. Members without a position are neighbours of
+/// every other.
 ///
-/// It is kept from step to step: who is inserted stays until removed.
+/// It persists between steps: a member stays inserted until it is removed.
 #[derive(Clone, Debug)]
 pub(crate) struct Neighbourhood {
-    /// Whether there is a reach at all.
+    /// Whether there is a gate radius.
     reaches: bool,
     cells_per_m: f64,
-    /// The square of a little more than the reach, so that no rounding puts what is within it out
-    /// of sight.
+    /// Square of slightly more than the gate radius, so that rounding excludes no neighbour.
     near_m2: f32,
-    /// The square of a cell's width.
+    /// Square of the cell width.
     width_m2: f64,
-    /// A cell's width, less what rounds.
+    /// The cell width less a margin for rounding.
     looked_m: f64,
-    /// The first slot of each cell; the last cell is of those without a place.
+    /// Head of each cell's list; the last cell holds the members without a position.
     first: Box<[u32]>,
     placeless: u32,
     nodes: Box<[Node]>,
-    /// Of each slot where its cell begins, in cells; where it is in none, no number.
+    /// Per slot, the lower corner of its cell in cell units; NaN if it is in no grid cell.
     corners: Box<[[f64; 2]]>,
 }
 
-/// Half a cache line: of many, those near one lie far apart in memory.
+/// Half a cache line, because spatial neighbours are far apart in memory.
 #[derive(Clone, Copy, Debug)]
 struct Node {
     place_m: [f32; 3],
@@ -50,20 +49,20 @@ impl Node {
 const OUT: Node = Node { place_m: [0.0; 3], cell: NONE, symbols: Symbols::NONE, next: NONE, previous: NONE };
 const NO_CORNER: [f64; 2] = [f64::NAN; 2];
 
-/// A little more than one, so that no rounding puts what is within reach out of sight.
+/// Slightly more than one, so that rounding excludes no neighbour.
 const ROUNDING: f64 = 1.001;
 
-/// Cells that are looked through to each side at most.
+/// Largest search radius, in cells.
 const WIDEST: f64 = 8.0;
 
-/// Multipliers that spread the blocks of cells.
+/// Multipliers of the hash of a block of cells.
 const MIX: [i64; 2] = [73_856_093, 19_349_663];
 
 impl Neighbourhood {
-    /// Without a reach, everybody is near everybody.
+    /// With `None` as gate radius, all members are neighbours.
     pub(crate) fn new(slots: usize, reach_m: Option<f64>) -> Self {
         let cells = (4 * slots).next_power_of_two().max(16);
-        // Not so narrow that the numbers of the cells lose their meaning.
+        // A minimum width, so that cell numbers stay exact.
         let width_m = reach_m.map_or(1.0, |reach_m| (reach_m * ROUNDING).max(1e-3));
         Self {
             reaches: reach_m.is_some(),
@@ -78,13 +77,13 @@ impl Neighbourhood {
         }
     }
 
-    /// The belief in the slot is where its features say.
+    /// Inserts the member in the slot, or updates its position and gate keys.
     #[inline]
     pub(crate) fn insert(&mut self, population: &impl Population, slot: u32) {
         let place = self.place(population, slot);
         let Some(node) = self.nodes.get_mut(slot as usize) else { return };
         (node.place_m, node.symbols) = (place.unwrap_or([0.0; 3]), population.symbols(slot));
-        // As a rule it stays in its cell.
+        // The cell is usually unchanged.
         let stays = |(metres, corner): (&f32, &f64)| {
             let along = f64::from(*metres) * self.cells_per_m;
             *corner <= along && along < *corner + 1.0
@@ -120,7 +119,7 @@ impl Neighbourhood {
         }
     }
 
-    /// Takes a slot out, if it is in.
+    /// Removes a slot, if it is inserted.
     pub(crate) fn remove(&mut self, slot: u32) {
         let Some(node) = self.nodes.get_mut(slot as usize) else { return };
         let Node { cell, next, previous, .. } = *node;
@@ -144,8 +143,8 @@ impl Neighbourhood {
         }
     }
 
-    /// Visits every other inserted slot that may be closer than the threshold to the one in `slot`,
-    /// which need not be inserted: some more than once, and some that are not closer.
+    /// Visits every other inserted slot that may be closer than the threshold to the one in `slot`, which need not be
+    /// inserted. Some are visited more than once, and some are not closer.
     pub(crate) fn each_near(&self, population: &impl Population, slot: u32, mut visit: impl FnMut(u32)) {
         let Some(here) = self.place(population, slot) else {
             let others = population.old().iter().chain(population.fresh()).copied();
@@ -176,20 +175,19 @@ impl Neighbourhood {
         }
     }
 
-    /// Whether places say who is near whom: there is a reach, and nobody is without a place.
+    /// Whether the grid decides neighbourhood: there is a gate radius, and every inserted member has a position.
     pub(crate) fn is_of_places(&self) -> bool {
         self.reaches && self.first.get(self.placeless as usize).is_none_or(|first| *first == NONE)
     }
 
-    /// Visits the inserted slots that are closest to what is seen at a place, and some others, of those that its
-    /// symbols do not tell from it: all in the four cells that are nearest. A visit may say that nobody
-    /// further away than so many metres is of interest from now on. How far around all were visited,
-    /// in metres.
+    /// Visits the inserted slots near a position whose gate keys do not mismatch: all of them in the four nearest
+    /// cells, except those out of range. A visit may return a new search radius in metres. Returns the radius in metres
+    /// that was searched completely.
     pub(crate) fn each_close(&self, from: &Seen, mut visit: impl FnMut(u32, &Seen) -> Option<f64>) -> f64 {
         let Seen { place_m: here, symbols } = *from;
         let [x, y, _] = here.map(|metres| f64::from(metres) * self.cells_per_m);
-        // On each axis the cell, the neighbour beyond the nearer border and how far off that is, and how
-        // far off what is not looked at begins.
+        // Per axis: the cell, the neighbour across the nearer border, the distance to that border, and the distance at
+        // which the unvisited cells begin.
         let [(x, beside_x, to_x, seen_x), (y, beside_y, to_y, seen_y)] = [x, y].map(|along| {
             let cell = floor_i64(along);
             let part = along - float_of_signed(cell);
@@ -213,7 +211,7 @@ impl Neighbourhood {
             }
         };
         look_into([x, y], &mut near_m2);
-        // Behind a border that is further off nobody can be near enough: as a rule behind neither.
+        // A cell beyond the search radius is skipped; usually all three are.
         let (to_x, to_y) = (to_x * to_x * self.width_m2, to_y * to_y * self.width_m2);
         if to_x.min(to_y) <= f64::from(near_m2) {
             let beside = [([x, beside_y], to_y), ([beside_x, y], to_x), ([beside_x, beside_y], to_x + to_y)];
@@ -226,18 +224,18 @@ impl Neighbourhood {
         seen_x.min(seen_y) * self.looked_m
     }
 
-    /// How far apart members may be, in metres, who are within reach of each other.
+    /// The gate radius, in metres: the cell width.
     pub(crate) fn reach_m(&self) -> f64 {
         1.0 / self.cells_per_m
     }
 
-    /// Whether one of those fulfils a condition that may be as near as so many metres to the inserted slot,
-    /// and are not told from it at a glance: others are not asked.
+    /// Whether `is` holds for a member that may be within `radius_m` metres of the inserted slot and has no mismatching
+    /// gate key. `is` is called only for such members.
     pub(crate) fn any_within(&self, slot: u32, radius_m: f64, is: impl FnMut(u32) -> bool) -> bool {
         self.any_around(slot, self.nodes.get(slot as usize).map(|node| node.symbols), radius_m, is)
     }
 
-    /// The same of all that may be as near, whatever their symbols.
+    /// Like [`Self::any_within`], whatever the gate keys.
     pub(crate) fn any_at_all_within(&self, slot: u32, radius_m: f64, is: impl FnMut(u32) -> bool) -> bool {
         self.any_around(slot, Some(Symbols::NONE), radius_m, is)
     }
@@ -254,7 +252,7 @@ impl Neighbourhood {
         else {
             return false;
         };
-        // Places are rounded when they change, at a kilometre by less than a tenth of a millimetre.
+        // Positions are rounded when they change, by less than 0.1 mm at 1 km.
         let radius_m = radius_m * ROUNDING + 1e-3;
         let near_m2 = single(radius_m * radius_m);
         let cells = here.map(|metres| {
@@ -262,7 +260,7 @@ impl Neighbourhood {
             along(f64::from(metres) - radius_m)..=along(f64::from(metres) + radius_m)
         });
         let [across_x, across_y, _] = cells;
-        // A distance that says nothing of places.
+        // The radius is too large for the grid: assume that there is one.
         if radius_m.is_nan() || radius_m * self.cells_per_m >= WIDEST {
             return true;
         }
@@ -291,16 +289,16 @@ impl Neighbourhood {
         population.place(slot).filter(|_| self.reaches)
     }
 
-    /// The numbers of a place's cell along x and along y.
+    /// The cell of a position, along x and along y.
     fn numbers(&self, [x, y, _]: [f32; 3]) -> [i64; 2] {
         [x, y].map(|metres| floor_i64(f64::from(metres) * self.cells_per_m))
     }
 
-    /// Sixteen cells in a row along y are a block and lie together: they share a cache line.
+    /// A block of sixteen cells along y is contiguous, so that they share a cache line.
     fn hash(&self, [x, y]: [i64; 2]) -> u32 {
         let [mix_x, mix_y] = MIX;
         let block = x.wrapping_mul(mix_x) ^ (y >> 4).wrapping_mul(mix_y);
-        // The number of cells is a power of two and small, so no bit of the mask is a sign.
+        // The number of cells is a small power of two, so the mask has no sign bit.
         let mask = i64::from(self.placeless) - 1;
         u32::try_from((block << 4 | y & 15) & mask).unwrap_or(0)
     }

@@ -1,130 +1,129 @@
-/// What is clustered: members in numbered slots, merged pair by pair.
+/// The input of the clustering: members in numbered slots that are merged pair by pair.
 ///
-/// It says what the distance D of two members is and what merging (M) does to them; the clustering
-/// says which are merged, in which order. A belief system is one; so are points under the linkage
-/// of one's choice.
+/// An implementation defines the distance D of two members and the merge operation (M). The clustering decides which
+/// pairs are merged, and in which order. A belief system is one implementation; points under any linkage are another.
 pub trait Population {
-    /// Slots of the members that were there before, in the order of their identities; some may
-    /// live no more.
+    /// Slots of the members of earlier steps (tracks), in order of their identities. Some may no longer be live.
     fn old(&self) -> &[u32];
 
-    /// Slots of the members that have come since, in the order of their identities, which are all
-    /// higher than those of the old; some may live no more.
+    /// Slots of the members added since (detections), in order of their identities, which are all higher than those of
+    /// the old members. Some may no longer be live.
     fn fresh(&self) -> &[u32];
 
     /// Whether the slot holds a member.
     fn lives(&self, slot: u32) -> bool;
 
-    /// The identity of a member: of a pair, the lower one is kept.
+    /// The identity of a member. A merged pair keeps the lower one.
     fn id(&self, slot: u32) -> u64;
 
-    /// A number that is another whenever the member in the slot has changed or ended.
+    /// A number that changes whenever the member in the slot is changed or removed.
     fn version(&self, slot: u32) -> u32;
 
-    /// Where a member is, in metres; without a place, it is within reach of everybody.
+    /// Position of a member, in metres. A member without a position is in the gate of every other.
     fn place(&self, slot: u32) -> Option<[f32; 3]>;
 
-    /// The symbols that tell a member from others at a glance.
+    /// The gate keys of a member: symbols whose mismatch excludes a merge.
     fn symbols(&self, _slot: u32) -> Symbols {
         Symbols::NONE
     }
 
-    /// D of two members, where it is below the threshold and they may be merged: not NaN, and the
-    /// same whichever is named first.
+    /// D of two members if it is below the threshold and they may be merged, else `None`. Never NaN, and symmetric.
     fn distance(&self, a: u32, b: u32) -> Option<f64>;
 
-    /// The same of two of whom it is known what is seen of them at a glance, and whom that does not tell apart: it
-    /// may say all there is to say.
+    /// Like `distance`, for a pair that already passed the gate; implementations may answer from the cached gate keys
+    /// alone.
     fn distance_seen(&self, (a, _): (u32, &Seen), (b, _): (u32, &Seen)) -> Option<f64> {
         self.distance(a, b)
     }
 
-    /// How far apart two members are at most, in metres, whose D is no larger than this.
+    /// Upper bound on the distance in metres between two members whose D is at most `distance`.
     fn reach_m(&self, _distance: f64) -> f64 {
         f64::INFINITY
     }
 
-    /// Whether the old member, should it take in the fresh one, is then between the places of the two,
-    /// and no symbol that tells it from others is lost.
+    /// Whether a merge of the two leaves the old member's position between the two positions, and loses none of its
+    /// gate keys.
     fn takes_in(&self, _old: u32, _fresh: u32) -> bool {
         false
     }
 
-    /// Whether an old member is one of those of which no two are ever merged, whatever fresh member
-    /// each takes in.
+    /// Whether an old member belongs to the set whose members cannot be linked with each other, whichever new members
+    /// they merge with.
     fn is_companion(&self, _old: u32) -> bool {
         false
     }
 
-    /// Whether two members are never merged, whatever fresh ones each takes in, at most one of each frame.
+    /// Whether two members cannot be linked, even after each has merged with new members, at most one of each frame.
     fn stay_apart(&self, _a: u32, _b: u32) -> bool {
         false
     }
 
-    /// The source and the instant of the frame that a fresh member is of: no two of one frame are ever
-    /// merged, nor who takes in one with another or with who takes in another. `None` where frames do not
-    /// keep members apart.
+    /// Source and instant of the frame of a new member. Two members of one frame cannot be linked, and neither can
+    /// members that merged with them. `None` if frames impose no cannot-link constraints.
     fn frame(&self, _fresh: u32) -> Option<(u16, u64)> {
         None
     }
 
-    /// What no D between any two of these members will exceed, nor between what becomes of them when some
-    /// are merged, in whichever order: the first is the oldest, each of the others a fresh one of
-    /// another frame. `None` where that cannot be told or is not below the threshold, where what
-    /// they become may not be between their places or may lose a symbol that tells it from others, or where
-    /// it may forget of which frames it has members.
+    /// Upper bound on the pairwise distance within a group, valid under any merge order. The first member is the
+    /// oldest; the others are new members of different frames.
+    ///
+    /// `None` if there is no bound below the threshold, or if a merge might do one of the following:
+    ///
+    /// - move a member outside the positions of its parts;
+    /// - lose a gate key;
+    /// - evict a cannot-link constraint.
     fn spread(&self, _members: &[u32]) -> Option<f64> {
         None
     }
 
-    /// Whether it is of use to be told who is [expected](Self::expect).
+    /// Whether calls of [`Self::expect`] are useful.
     fn are_expected(&self) -> bool {
         true
     }
 
-    /// The two are about to be merged, so that their memory may be fetched; `soon` says that it is the second
-    /// time of saying so, and few others come before them.
+    /// Announces the merge of a pair so that its memory can be prefetched. Each pair is announced twice; `soon` marks
+    /// the second time, shortly before the merge.
     fn expect(&self, _kept: u32, _gone: u32, _soon: bool) {}
 
-    /// Merges the member in `gone` into the one in `kept`; `gone` ends.
+    /// Merges the member in `gone` into the one in `kept`; `gone` is removed.
     fn merge(&mut self, kept: u32, gone: u32);
 }
 
-/// What is seen of a member at a glance.
+/// The cached data of a member that the gate tests.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Seen {
-    /// Its [place](Population::place), in metres.
+    /// Its position ([`Population::place`]), in metres.
     pub place_m: [f32; 3],
-    /// Its [symbols](Population::symbols).
+    /// Its gate keys ([`Population::symbols`]).
     pub symbols: Symbols,
 }
 
-/// Up to four symbols of a member, each of which alone tells it from a member with another.
+/// Up to four gate keys of a member. A mismatch in any of them excludes a merge. Packed into one word.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Symbols(u64);
 
-/// Places of symbols, of those that are glanced at.
+/// A set of key positions, as a mask of the highest bits.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Places(u64);
 
-/// Symbols that are compared at a glance, and the bits of each.
+/// Number of keys in the word, and bits per key.
 const GLANCED_AT: usize = 4;
 const SYMBOL_BITS: usize = 16;
-/// The highest bit of each, set where a symbol was set that is not looked at.
+/// The highest bit of each key; set if a symbol could not be represented.
 const HIGHEST: u64 = 0x8000_8000_8000_8000;
 const NOT_ALL: u16 = 0x8000;
-/// In the place of a symbol that a belief has not, or that needs the highest bit.
+/// Value of an absent key, or of one that cannot be represented.
 const NO_SYMBOL: u16 = 0x7FFF;
 
 impl Symbols {
-    /// Of a belief without any.
+    /// No keys.
     pub const NONE: Self = Self(0x7FFF_7FFF_7FFF_7FFF);
 
-    /// Sets the symbol at `place`; those beyond the fourth, and the highest, are not glanced at.
+    /// Sets the key at `place`. Keys beyond the fourth, and symbols from 0x7FFF on, are not represented.
     #[inline]
     pub fn set(&mut self, place: usize, symbol: u16) {
         if place >= GLANCED_AT {
-            // There are more than are looked at.
+            // More keys than the word holds.
             self.0 |= HIGHEST;
         } else if symbol < NO_SYMBOL {
             let shift = place * SYMBOL_BITS;
@@ -134,15 +133,15 @@ impl Symbols {
         }
     }
 
-    /// Whether they are all that were set: two that are not [told apart](Self::tell_apart) have then no two
-    /// different ones.
+    /// Whether all keys that were set are represented. If so, two members without a mismatch ([`Self::tell_apart`])
+    /// have no differing keys.
     #[must_use]
     #[inline]
     pub const fn are_all(self) -> bool {
         self.0 & HIGHEST == 0
     }
 
-    /// What says that the first so many are all there: nothing does where there are more than are glanced at.
+    /// The set of the first `count` positions; `None` if the word has fewer.
     pub(crate) const fn first(count: usize) -> Option<Places> {
         match count {
             0..GLANCED_AT => Some(Places(HIGHEST & !(u64::MAX << (count * SYMBOL_BITS)))),
@@ -151,27 +150,28 @@ impl Symbols {
         }
     }
 
-    /// Whether it has a symbol at these places and no other, and they are all that were set.
+    /// Whether exactly the keys at these positions are present, and all keys that were set are represented.
     #[must_use]
     #[inline]
     pub(crate) const fn are_at(self, places: Places) -> bool {
         self.are_all() && self.has() == places.0
     }
 
-    /// Whether the other has a symbol wherever this one has, as far as all are glanced at.
+    /// Whether the other has a key at every position where this one has; `false` unless all keys of both are
+    /// represented.
     #[must_use]
     #[inline]
     pub fn are_among(self, other: Self) -> bool {
         self.are_all() && other.are_all() && self.has() & !other.has() == 0
     }
 
-    /// The highest bit of each symbol that it has, of those that are glanced at.
+    /// Mask of the keys that are present.
     #[inline]
     const fn has(self) -> u64 {
         some(self.0 ^ Self::NONE.0)
     }
 
-    /// Whether a symbol that both have differs: their distance is then not below the threshold.
+    /// Whether a key that both have differs. Their distance is then not below the threshold.
     #[must_use]
     #[inline]
     pub fn tell_apart(self, other: Self) -> bool {
@@ -179,11 +179,11 @@ impl Symbols {
     }
 }
 
-/// The highest bit of each place whose other bits are not all zero.
+/// Mask of the positions whose lower 15 bits are not all zero.
 #[inline]
 const fn some(bits: u64) -> u64 {
-    // Without their highest bits no carry leaves its place: a sum has the bit where the number added to all ones
-    // but the highest was not zero.
+    // With the highest bits cleared, no carry leaves its position. The sum sets the highest bit exactly where the lower
+    // bits were not zero.
     ((bits & !HIGHEST) + !HIGHEST) & HIGHEST
 }
 

@@ -2,7 +2,7 @@ use std::cmp::Ordering;
 
 use crate::room::Room;
 
-/// Two beliefs that may be merged.
+/// A pair of members that may be merged.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Pair {
     pub(crate) distance: f64,
@@ -10,13 +10,12 @@ pub(crate) struct Pair {
     pub(crate) younger: u64,
     pub(crate) older_slot: u32,
     pub(crate) younger_slot: u32,
-    /// The version of the younger belief that the distance is that of.
+    /// The version of the younger member for which the distance was computed.
     pub(crate) younger_version: u32,
 }
 
 impl Pair {
-    /// Whether it is merged before another: the nearer first, of equally near the lower
-    /// identities.
+    /// Whether it is merged before another: smaller distance first, then lower identities.
     pub(crate) fn is_before(&self, other: &Self) -> bool {
         self.distance
             .total_cmp(&other.distance)
@@ -32,18 +31,17 @@ const NO_PAIR: Pair =
 /// Not in the queue.
 const OUT: u32 = u32::MAX;
 
-/// At most one pair for each slot, that of its older belief, and the first of them all: a binary
-/// heap that knows where each slot stands in it.
+/// An indexed binary heap with at most one pair per slot, that of the slot's older member.
 #[derive(Clone, Debug)]
 pub(crate) struct Queue {
     heap: Room<Entry>,
-    /// By slot, the place in the heap.
+    /// Position in the heap, by slot.
     places: Box<[u32]>,
     /// By slot.
     pairs: Box<[Pair]>,
 }
 
-/// The distance again, where it is compared.
+/// A copy of the distance, for comparisons without access to the pair.
 #[derive(Clone, Copy, Debug)]
 struct Entry {
     distance: f64,
@@ -70,8 +68,8 @@ impl Queue {
         self.pairs.get(self.heap.first()?.slot as usize).copied()
     }
 
-    /// Proposes a pair while the queue is being filled: it takes the place of its slot's if it
-    /// comes before it. [Order](Self::order) the queue afterwards.
+    /// Adds a pair while the queue is being filled; replaces that of its slot if it precedes it. The caller must call
+    /// [`Self::order`] afterwards.
     pub(crate) fn propose(&mut self, pair: Pair) {
         let slot = pair.older_slot as usize;
         let (Some(place), Some(held)) = (self.places.get_mut(slot), self.pairs.get_mut(slot)) else { return };
@@ -87,14 +85,14 @@ impl Queue {
         *held = pair;
     }
 
-    /// The queue is filled.
+    /// Builds the heap after the queue was filled.
     pub(crate) fn order(&mut self) {
         for place in (0..self.heap.len() / 2).rev() {
             self.sink(place);
         }
     }
 
-    /// Sets or takes away the pair of a slot.
+    /// Sets or removes the pair of a slot.
     pub(crate) fn set(&mut self, slot: u32, pair: Option<Pair>) {
         let Some(&place) = self.places.get(slot as usize) else { return };
         match (pair, place) {

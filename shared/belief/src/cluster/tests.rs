@@ -14,17 +14,17 @@ use crate::arena::{Arena, Step};
 use crate::own::{self, Functions, Samples};
 use crate::sample::Sample;
 
-/// A new belief: coordinates on a coarse lattice, so that ties are common.
+/// A new belief, with coordinates on a coarse lattice, so that ties are common.
 #[derive(Clone, Debug, Default)]
 struct Seen {
     place: Option<[i8; 3]>,
-    /// How far beside it, in millimetres.
+    /// Offset from the lattice point, in millimetres.
     beside_mm: [i8; 3],
     /// Half extents, on the same lattice.
     extents: Option<[i8; 3]>,
-    /// About the vertical, in sixteenths of a whole turn.
+    /// Rotation about the vertical, in sixteenths of a full turn.
     turn: Option<i8>,
-    /// By how much the norm of the quaternion is more than one.
+    /// By how much the norm of the quaternion exceeds one.
     norm_off: f32,
     colour: Option<u16>,
     shape: Option<u16>,
@@ -35,7 +35,7 @@ struct Seen {
     group: usize,
 }
 
-/// More sources than there is room for runs of.
+/// More sources than a belief has detection intervals.
 const SOURCES: usize = 12;
 
 fn seen() -> impl Strategy<Value = Seen> {
@@ -44,7 +44,7 @@ fn seen() -> impl Strategy<Value = Seen> {
         prop::option::weighted(0.9, [0..2_i8, 0..2_i8, 1..2_i8]),
         prop::option::weighted(0.9, -2..3_i8),
     );
-    // Some are not among those that are glanced at.
+    // Some symbols cannot be represented as gate keys.
     let symbol = || prop_oneof![4 => 0..2_u16, 1 => prop::sample::select(vec![0x7FFF, u16::MAX])];
     let symbol = || prop::option::weighted(0.9, symbol());
     let kind = (symbol(), symbol(), prop::option::weighted(0.9, 0..5_u8));
@@ -64,12 +64,12 @@ fn seen() -> impl Strategy<Value = Seen> {
     )
 }
 
-/// A thing at a lattice place.
+/// A thing at a lattice point.
 fn alike(x: i8, group: usize) -> Seen {
     Seen { place: Some([x, 0, 0]), colour: Some(0), confidence: 0.9, group, ..Seen::default() }
 }
 
-/// A distance of the program's own that is larger one way than the other, and for some pairs none.
+/// An asymmetric plug-in distance that is invalid for some pairs.
 struct Uphill;
 
 impl own::Distance for Uphill {
@@ -90,7 +90,7 @@ impl own::Distance for Uphill {
     }
 }
 
-/// A history of the program's own that says the mean of the last three places.
+/// A plug-in history that returns the mean of the last three positions.
 struct Mean;
 
 impl own::History for Mean {
@@ -126,7 +126,7 @@ fn functions() -> Functions {
     functions
 }
 
-/// Some of the functions are the program's own.
+/// Makes some of the functions plug-ins.
 fn make_own(percepts: &mut Percepts, which: [bool; 3]) {
     let uphill = || Measure::Own("uphill".to_owned());
     let [colour, place, history] = which;
@@ -141,7 +141,7 @@ fn make_own(percepts: &mut Percepts, which: [bool; 3]) {
     }
 }
 
-/// Every measure there is, of a percept each that it fits.
+/// Every measure, each with a percept that it applies to.
 fn measures() -> [(&'static str, Measure); 6] {
     [
         ("colour", Measure::Differs),
@@ -156,7 +156,7 @@ fn measures() -> [(&'static str, Measure); 6] {
 /// Some terms in any order, with any weights.
 fn terms() -> impl Strategy<Value = Vec<(&'static str, Measure, f64)>> {
     let weight = prop_oneof![1 => Just(0.0), 2 => prop::sample::select(vec![0.5, 1.0]), 4 => 0.001..2.0_f64];
-    // Now and then those alone that are told at a glance.
+    // Sometimes only those that the gate can decide.
     let measures = prop_oneof![3 => Just(measures().to_vec()), 1 => Just(measures()[..3].to_vec())];
     let terms = measures.prop_flat_map(|all| prop::sample::subsequence(all.clone(), 0..=all.len()));
     let terms = terms.prop_shuffle();
@@ -188,7 +188,7 @@ fn percepts() -> impl Strategy<Value = Percepts> {
     )
 }
 
-/// What a frame holds; `at` is the instant at which all of it is observed.
+/// One entry of a frame observed at `at`.
 fn perceived(percepts: &Percepts, at: u64, seen: &Seen) -> Perceived {
     let mut snapshot = Snapshot::default();
     let mut push = |name: &str, feature| {
@@ -219,18 +219,18 @@ fn perceived(percepts: &Percepts, at: u64, seen: &Seen) -> Perceived {
     Perceived { observation: Observation::object(u16::try_from(seen.group).unwrap(), at), snapshot }
 }
 
-/// Two arenas, one of which clusters naively.
+/// Two arenas, one of which is clustered naively.
 struct Twins {
     percepts: Percepts,
     reference: Arena,
     arena: Arena,
     clustering: Clustering,
     id: u64,
-    /// Of each source the instant of its last frame.
+    /// Per source the instant of its last frame.
     last: [Option<u64>; SOURCES],
     /// Whether the last step was a matching.
     matched: bool,
-    /// Whether it was one group by one.
+    /// Whether the last step was merged group by group.
     grouped: bool,
 }
 
@@ -249,13 +249,12 @@ impl Twins {
         }
     }
 
-    /// One step of both; how many merged in each.
+    /// One step of both; returns the number of merges in each.
     fn step(&mut self, at: u64, seen: &[Seen], settled: bool) -> [u64; 2] {
         self.step_late(at, 0, seen, settled)
     }
 
-    /// The same of what was observed a while ago; what a source reports is newer than what it
-    /// reported before.
+    /// Like [`Self::step`], with observations made earlier; the frames of a source stay in order.
     fn step_late(&mut self, at: u64, late: u64, seen: &[Seen], settled: bool) -> [u64; 2] {
         let now = 10 * at;
         let before = self.last;
@@ -288,7 +287,7 @@ impl Twins {
         [expected, merged]
     }
 
-    /// All that the beliefs hold, to the last bit.
+    /// The contents of all beliefs, bit for bit.
     fn contents(&self) -> [Vec<String>; 2] {
         [&self.reference, &self.arena]
             .map(|arena| arena.live().iter().map(|&slot| arena.contents(slot)).collect())
@@ -316,8 +315,8 @@ proptest! {
     }
 }
 
-/// Frames of a few alike things by a source each, some of them late: beliefs are soon sighted by more sources
-/// than there is room for.
+/// Frames of a few similar things by one source each, some of them late. Beliefs are soon detected by more sources than
+/// they have intervals.
 fn by_turns() -> impl Strategy<Value = Vec<(Vec<Seen>, u64, bool)>> {
     let things = prop::collection::vec(([0..10_i8, 0..2_i8, 0..1_i8], 0..2_u16), 1..4);
     let frame =
@@ -361,7 +360,7 @@ fn neighbours_are_looked_for_by_place_whichever_term_in_metres_comes_first() {
     let percept = percepts.index("extents").unwrap();
     percepts.belief.distance.insert(0, Distance { percept, measure: Measure::Metres, weight: 1.0 });
     let mut twins = Twins::new(percepts);
-    // Things of one size: by their extents all would be near all.
+    // Things of one size: by their extents all would be in each other's gate.
     let at = |x| Seen { extents: Some([1, 1, 1]), ..alike(x, 0) };
     assert_eq!(twins.step(1, &[at(0), at(20)], true), [0, 0]);
     let step = Step { arena: &mut twins.arena, perceived: &[] };
@@ -369,8 +368,7 @@ fn neighbours_are_looked_for_by_place_whichever_term_in_metres_comes_first() {
     assert_eq!(twins.step(2, &[at(0), at(20)], true), [2, 2]);
 }
 
-/// Where some things are from frame to frame, one cell of the lattice at a time, and whether they are
-/// seen; all by one source.
+/// The paths of some things on the lattice, one cell per frame, and whether each is seen; all by one source.
 fn wandering() -> impl Strategy<Value = Vec<Vec<Seen>>> {
     let thing = ([-8..8_i8, -8..8_i8, 0..2_i8], 0..3_u16);
     let step = ([-1..2_i8, -1..2_i8], prop::bool::weighted(0.85));
@@ -426,10 +424,10 @@ fn a_thing_that_comes_within_reach_of_one_never_seen_with_it_is_that_one() {
     let at = |x| alike(x, 0);
     let mut twins = Twins::new(percepts.clone());
     assert_eq!([twins.step(1, &[at(0)], true), twins.step(2, &[at(4)], true)], [[0, 0]; 2]);
-    // In the middle: the older of the two takes it in, and has moved towards the other.
+    // In the middle: the older of the two takes the detection, and has moved towards the other.
     assert_eq!(twins.step(3, &[at(2)], true), [2, 2]);
     assert!(!twins.matched);
-    // Two that were seen at once are two however near they come.
+    // Two things seen in one frame cannot be linked, however near they come.
     let mut twins = Twins::new(percepts);
     assert_eq!(twins.step(1, &[at(0), at(4)], true), [0, 0]);
     assert_eq!(twins.step(2, &[at(2), at(4)], true), [2, 2]);
@@ -444,7 +442,7 @@ fn of_a_late_frame_of_one_source_more_than_there_is_room_for_two_things_stay_two
         let at = 10 + u64::try_from(group).unwrap();
         assert_eq!(twins.step(at, &[alike(0, group)], true), [u64::from(group > 0); 2]);
     }
-    // Observed before all that: the belief takes in the first, and the second is apart from it.
+    // Observed before all others: the belief takes the first detection, and cannot be linked with the second.
     assert_eq!(twins.step_late(20, 150, &[alike(0, 8), alike(1, 8)], true), [1, 1]);
     let [expected, contents] = twins.contents();
     assert_eq!((contents.len(), &contents), (2, &expected));
@@ -459,8 +457,9 @@ fn what_took_in_a_thing_of_a_late_frame_stays_apart_from_the_others_when_it_take
         twins.step(10 + u64::try_from(group).unwrap(), &[alike(0, group)], true);
     }
     assert_eq!(twins.step(27, &[alike(8, 9)], true), [0, 0], "40 cm are too far");
-    // The second belief takes in the first of the two, which brings it 5 cm towards the first belief: they
-    // are one, sighted by ten sources, of which the late one is the oldest. The other of the two is near it.
+    // The second belief merges with the first of the two detections, which moves it 5 cm towards the first belief. So
+    // these beliefs merge; the result has ten sources, of which the late one is the oldest. The other detection is near
+    // it.
     assert_eq!(twins.step_late(40, 350, &[alike(6, 8), alike(11, 8)], true), [2, 2]);
     let [expected, contents] = twins.contents();
     assert_eq!((contents.len(), &contents), (2, &expected));
@@ -472,7 +471,7 @@ fn of_equally_near_pairs_the_lowest_identities_merge_first() {
     percepts.belief.threshold = 0.06;
     percepts.belief.cannot_link_same_source_instant = false;
     let mut twins = Twins::new(percepts);
-    // Three in a row, 5 cm apart: the first two merge, and stay out of the third's reach.
+    // Three in a row, 5 cm apart: the first two merge, and then are out of the third's gate.
     let row = [0, 1, 2].map(|x| alike(x, 0));
     assert_eq!(twins.step(1, &row[..2], true), [1, 1]);
     let mut twins = Twins::new(twins.percepts);
@@ -495,8 +494,8 @@ fn what_is_no_distance_keeps_two_apart_and_no_order_of_the_beliefs_matters() {
         assert_eq!(naive, fast);
         fast
     };
-    // From 0.0 to 0.1 m it is 0.1 or 0.2: either way the same, and below the threshold.
+    // From 0.0 to 0.1 m the distance is 0.1 or 0.2: independent of the order, and below the threshold.
     assert_eq!([merged([0, 2]), merged([2, 0])], [1, 1]);
-    // From there on it says NaN.
+    // From there on it returns NaN.
     assert_eq!([merged([3, 4]), merged([4, 3])], [0, 0]);
 }

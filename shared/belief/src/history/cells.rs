@@ -2,81 +2,80 @@ use std::ops::{Deref, DerefMut};
 
 use super::table::Table;
 
-/// Beliefs that have their cells in one band.
+/// Beliefs per block.
 const LANES: u32 = 8;
 
-/// The cells of one series among those of a band: every so manieth.
+/// A strided view of one series inside an interleaved block.
 ///
-/// What series that are filled alike take in one step lies side by side: the step fetches whole cache lines in
-/// a row, not a part of one from each series. Of those that go around their cells it lies beside what the other
-/// beliefs of the band take in: they are written in few pages. Those that thin theirs go through all of
-/// them now and then, so those of each belief lie in a row.
+/// The cells that similar series write in one step are adjacent: the step fetches whole cache lines in sequence instead
+/// of a part of one per series. Ring-buffer series are interleaved across the 8 beliefs of a block, so that they are
+/// written in few pages. Thinned series are stored contiguously per belief, because thinning scans them.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Column {
     first: usize,
     step: usize,
     len: usize,
-    /// How many series lie side by side.
+    /// Number of interleaved series.
     beside: usize,
-    /// From here to the same series of the next belief of the band.
+    /// Offset to the same series of the next belief of the block.
     lane: usize,
 }
 
-/// The band of a belief's row, and which of its lanes is the row's.
+/// The block of a belief's row, and the row's slot in it.
 #[inline]
 pub(super) const fn band(row: u32) -> (u32, usize) {
     (row / LANES, (row % LANES) as usize)
 }
 
-/// Bands for so many rows.
+/// Number of blocks for `rows` rows.
 pub(super) const fn bands(rows: usize) -> usize {
     rows.div_ceil(LANES as usize)
 }
 
 impl Column {
-    /// That of the belief in a row, among the bands of all.
+    /// The view for the belief in a row, over the blocks of all beliefs.
     #[inline]
     pub(super) const fn in_row<T: Copy>(self, bands: &Table<T>, row: u32) -> Self {
         let (band, lane) = band(row);
         Self { first: bands.start(band) + self.first + lane * self.lane, ..self }
     }
 
-    /// Its cells among all.
+    /// The cells of this view in `all`.
     #[inline]
     pub(crate) const fn of<C>(self, all: C) -> Cells<C> {
         Cells { all, column: self }
     }
 
-    /// The cells of the belief in a row, among the bands of all.
+    /// The cells of the belief in a row, over the blocks of all beliefs.
     #[inline]
     pub(super) fn cells<'a, T: Copy>(&self, bands: &'a Table<T>, row: u32) -> Cells<&'a [T]> {
         self.in_row(bands, row).of(bands.all())
     }
 
-    /// The same, to be changed.
+    /// Like [`Self::cells`], mutable.
     #[inline]
     pub(super) fn cells_mut<'a, T: Copy>(&self, bands: &'a mut Table<T>, row: u32) -> Cells<&'a mut [T]> {
         self.in_row(bands, row).of(bands.all_mut())
     }
 
-    /// Whether the cells of another are beside these, or these themselves.
+    /// Whether the cells of another view are interleaved with these, or are the same.
     pub(crate) const fn is_beside(self, other: Self) -> bool {
         self.step == other.step && self.len == other.len && self.first.abs_diff(other.first) < self.beside
     }
 
-    /// How many they are.
+    /// Number of cells.
     #[inline]
     pub(crate) const fn len(self) -> usize {
         self.len
     }
 
-    /// Where the cell at `index` is.
+    /// Position of the cell at `index`.
     #[inline]
     pub(crate) const fn place(self, index: usize) -> usize {
         self.first + index * self.step
     }
 
-    /// Where the cell behind that at `place` is, the first being behind the last.
+    /// Position of the cell after that at `place`; the first follows the last.
     #[inline]
     const fn behind(self, place: usize) -> usize {
         let behind = place + self.step;
@@ -84,9 +83,9 @@ impl Column {
     }
 }
 
-/// Where in a band each of several series has its cells, by how many it keeps and what it gives up then; and how many
-/// cells a band has. Those of equal ones lie side by side. `goes_around` says of which those of one belief lie between
-/// those of the others.
+/// Interleaved layout of several series in a block: the view of each series, and the number of cells of a block. Each
+/// series is given by its number of samples and its kind; equal series are interleaved. `goes_around` says which kinds
+/// are ring buffers, whose cells are also interleaved across beliefs.
 pub(crate) fn side_by_side<T: Copy + PartialEq>(
     series: &[(usize, T)],
     goes_around: impl Fn(T) -> bool,
@@ -112,7 +111,7 @@ pub(crate) fn side_by_side<T: Copy + PartialEq>(
     (columns, cells)
 }
 
-/// Cells among others, seen through a column.
+/// The cells of a strided view.
 #[derive(Clone, Copy)]
 pub(crate) struct Cells<C> {
     all: C,
@@ -120,7 +119,7 @@ pub(crate) struct Cells<C> {
 }
 
 impl<T, C: Deref<Target = [T]>> Cells<C> {
-    /// All of them.
+    /// A view of all cells.
     pub(crate) fn of(all: C) -> Self {
         let column = Column { first: 0, step: 1, len: all.len(), beside: 1, lane: all.len() };
         Self { all, column }
@@ -136,7 +135,7 @@ impl<T, C: Deref<Target = [T]>> Cells<C> {
         self.all.get(self.column.place(index))
     }
 
-    /// The cell at `index` of a column, and those beside it.
+    /// The cell at `index`, and the interleaved cells next to it.
     #[inline]
     pub(crate) fn beside(&self, index: usize) -> &[T] {
         let place = self.column.place(index);
@@ -152,15 +151,15 @@ impl<T, C: Deref<Target = [T]>> Cells<C> {
     }
 }
 
-/// Places are those among all.
+/// Positions are indices into all cells.
 impl<T: Copy, C: DerefMut<Target = [T]>> Cells<C> {
-    /// Where the cell at `index` is.
+    /// Position of the cell at `index`.
     #[inline]
     pub(crate) const fn place(&self, index: usize) -> usize {
         self.column.place(index)
     }
 
-    /// Where the cell behind that at `place` is, the first being behind the last.
+    /// Position of the cell after that at `place`; the first follows the last.
     #[inline]
     pub(crate) const fn behind(&self, place: usize) -> usize {
         self.column.behind(place)
@@ -171,7 +170,7 @@ impl<T: Copy, C: DerefMut<Target = [T]>> Cells<C> {
         self.all.get(place)
     }
 
-    /// Copies a cell into another.
+    /// Copies a cell to another.
     #[inline]
     pub(crate) fn shift(&mut self, from: usize, to: usize) {
         if from != to
@@ -187,7 +186,7 @@ impl<T: Copy, C: DerefMut<Target = [T]>> Cells<C> {
 mod tests {
     use super::*;
 
-    /// The same series of another belief of the band.
+    /// The same series of another belief of the block.
     fn in_lane(column: Column, lane: usize) -> Column {
         Column { first: column.first + lane * column.lane, ..column }
     }

@@ -8,9 +8,9 @@ use crate::sample::{Kept, Sample, Taken, order};
 
 /// The low-pass history: y = a·x + (1 − a)·y, with a the share of the newest sample x.
 ///
-/// Numbers and vectors are filtered component by component, orientations on the sphere; symbols
-/// are not filtered, the newest holds. It keeps no past: any instant between its first and its
-/// last sample is answered with the present value. Who needs the past takes a snapshot.
+/// Numbers and vectors are filtered component by component, orientations on the unit sphere. Symbols are not filtered:
+/// the newest holds. It stores no past: any instant from its first sample on is answered with the present value. A
+/// caller that needs the past takes a snapshot.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(crate) struct LowPass {
     filter: Option<Filter>,
@@ -47,11 +47,11 @@ impl LowPass {
         }
     }
 
-    /// Takes in one sample, with a the `share` of the newest.
+    /// Adds a sample, with a the `share` of the newest.
     #[inline]
     pub(crate) fn take(&mut self, sample: Taken<'_>, share: f64) {
         match &mut self.filter {
-            // What comes every time, in place.
+            // The common case, updated in place.
             Some(filter) if filter.newest.at < sample.at => {
                 filter.before = Some(filter.value);
                 mix_into(sample.value, share, &mut filter.value, 1.0 - share);
@@ -68,10 +68,9 @@ impl LowPass {
         self.merge(&Self::of(sample), share);
     }
 
-    /// What came later is filtered on top of what came earlier. That is the recurrence itself
-    /// where the later history has one sample, which is what comes every time; of two longer
-    /// ones, whose samples cannot be told apart any more, the later counts by its number of
-    /// samples.
+    /// Filters the later history on top of the earlier one. If the later one has one sample, which is the common case,
+    /// this is the recurrence itself. The samples of two longer histories can no longer be separated, so the later one
+    /// is weighted by its number of samples.
     pub(crate) fn merge(&mut self, other: &Self, share: f64) {
         self.filter = match (self.filter, other.filter) {
             (Some(a), Some(b)) if a.order(&b) == Ordering::Less => Some(chain(&a, &b, share)),
@@ -93,7 +92,7 @@ impl Filter {
         Sample { feature: self.value, ..self.newest.sample() }
     }
 
-    /// Who is later; among equals the numbers decide, so that merging is commutative.
+    /// Orders by time; ties are broken by the values, so that merging is commutative.
     fn order(&self, other: &Self) -> Ordering {
         (self.newest.at.cmp(&other.newest.at))
             .then_with(|| self.newest.rank(&other.newest))
@@ -106,8 +105,8 @@ impl Filter {
     }
 }
 
-/// `later` filtered on top of `earlier`. When both end at one instant, `earlier` is the one
-/// whose last sample counts less, and that sample is taken back.
+/// `later` filtered on top of `earlier`. If both end at one instant, `earlier` is the one whose last sample ranks
+/// lower, and that sample is removed.
 fn chain(earlier: &Filter, later: &Filter, share: f64) -> Filter {
     let same_instant = earlier.newest.at == later.newest.at;
     let past = if same_instant { earlier.before } else { Some(earlier.value) };
@@ -126,7 +125,7 @@ fn chain(earlier: &Filter, later: &Filter, share: f64) -> Filter {
     }
 }
 
-/// The value after `samples` samples, filtered among themselves to `value`, came on top of `past`.
+/// The value after `samples` samples, filtered among themselves to `value`, are added on top of `past`.
 fn filtered(value: &Feature, past: &Feature, samples: u32, share: f64) -> Feature {
     let (new, old) = match samples {
         0 | 1 => (share, 1.0 - share),
@@ -138,15 +137,14 @@ fn filtered(value: &Feature, past: &Feature, samples: u32, share: f64) -> Featur
     mix(value, new, past, old)
 }
 
-/// a·x + b·y for two features of one kind, a + b = 1; x for others.
+/// a·x + b·y for two features of one kind, with a + b = 1; x for others.
 fn mix(x: &Feature, a: f64, y: &Feature, b: f64) -> Feature {
     let mut mixed = *y;
     mix_into(&PerceptValue::new(0, 1.0, 1.0, *x), a, &mut mixed, b);
     mixed
 }
 
-/// [`mix`] in the place of y, of what a sound evaluation derived, as it stands there: inlined, so that x is not put
-/// together first.
+/// [`mix`] in place of y, for the feature of a sound evaluation. Inlined, so that x is not first assembled in memory.
 #[inline(always)]
 pub(super) fn mix_into(x: &PerceptValue, a: f64, y: &mut Feature, b: f64) {
     let weigh = |x: f32, y: f32| single(a * f64::from(x) + b * f64::from(y));
@@ -161,14 +159,14 @@ pub(super) fn mix_into(x: &PerceptValue, a: f64, y: &mut Feature, b: f64) {
     }
 }
 
-/// Of what is not filtered, or was of another kind, the newest holds.
+/// For features that are not filtered, or of another kind than before, the newest holds.
 #[cold]
 #[inline(never)]
 fn hold(x: &PerceptValue, y: &mut Feature) {
     *y = x.sound_feature();
 }
 
-/// The weighted mean of two unit quaternions along the shorter way, x where there is none.
+/// The weighted mean of two unit quaternions along the shorter arc; x if there is none.
 #[inline]
 fn mix_on_sphere(x: [f32; 4], a: f64, y: [f32; 4], b: f64) -> [f32; 4] {
     let (wide_x, wide_y) = (x.map(f64::from), y.map(f64::from));
@@ -177,7 +175,7 @@ fn mix_on_sphere(x: [f32; 4], a: f64, y: [f32; 4], b: f64) -> [f32; 4] {
     if x.map(f32::to_bits) == y.map(f32::to_bits) && (cosine - 1.0).abs() < ROUNDED {
         return y;
     }
-    // q and −q are one orientation.
+    // q and −q are the same orientation.
     let b = if cosine < 0.0 { -b } else { b };
     let mut mean = wide_x;
     for (x, y) in mean.iter_mut().zip(&wide_y) {
@@ -195,13 +193,13 @@ fn mix_on_sphere(x: [f32; 4], a: f64, y: [f32; 4], b: f64) -> [f32; 4] {
     mean.map(|part| single(part * scale))
 }
 
-/// How far from one the square of a norm is whose parts were rounded.
+/// Largest deviation from one of the squared norm of a quaternion with rounded components.
 const ROUNDED: f64 = 1e-6;
 
-/// 1/√(1 + e) is its series up to e² for such e, but for 4e-10: a hundredth of what rounds.
+/// For such e the series of 1/√(1 + e) up to e² is exact but for 4e-10, a hundredth of the rounding.
 const SMALL: f64 = 1e-3;
 
-/// Added pair by pair: the filter's root waits for the sum.
+/// Pairwise sum, for a shorter dependency chain: the filter's square root waits for it.
 #[inline]
 fn dot([p, q, r, s]: [f64; 4], [t, u, v, w]: [f64; 4]) -> f64 {
     (p * t + q * u) + (r * v + s * w)

@@ -7,15 +7,15 @@ use super::table::Table;
 use crate::room::Room;
 use crate::sample::{Cell, Kept, Sample, Taken};
 
-/// The histories of all beliefs that keep samples as they were, in cells of one form: of each row so many series.
+/// The unfiltered histories of all beliefs whose cells have one format: several series per row.
 #[derive(Clone, Debug)]
 pub(crate) struct Rings<T> {
-    /// Which series have their cells side by side.
+    /// Which series have interleaved cells.
     alike: Box<[Alike]>,
     series: Table<Series<T>>,
     cells: Table<T>,
     scratch: Room<Kept>,
-    /// Those of a history that is merged into another.
+    /// The samples of a history that is merged into another.
     others_samples: Room<Kept>,
 }
 
@@ -27,17 +27,17 @@ pub(crate) struct Ring {
     thinning: Thinning,
 }
 
-/// Series that are filled alike, as a rule: what comes next of each lies side by side.
+/// Series that are usually filled at the same rate; their next cells are adjacent.
 #[derive(Clone, Debug)]
 struct Alike {
-    /// Where in a row they are.
+    /// Their indices in a row.
     series: Vec<usize>,
     /// The cells of the first.
     cells: Column,
 }
 
 impl<T: Cell> Rings<T> {
-    /// For so many rows, and each series of a row. Of each how many samples it keeps, and what it gives up then.
+    /// Preallocates `rows` rows. `series` gives the number of samples and the thinning rule of each series of a row.
     pub(crate) fn new(series: &[(usize, Thinning)], rows: usize) -> (Self, Vec<Ring>) {
         let (columns, cells) = side_by_side(series, |thinning| thinning == Thinning::ForgetOldest);
         let mut alike: Vec<Alike> = Vec::new();
@@ -59,7 +59,7 @@ impl<T: Cell> Rings<T> {
         (all, columns.into_iter().enumerate().map(ring).collect())
     }
 
-    /// One row more, of empty series.
+    /// Adds a row of empty series.
     pub(crate) fn grow(&mut self, row: u32) {
         self.series.grow();
         if let (_, 0) = band(row) {
@@ -71,18 +71,18 @@ impl<T: Cell> Rings<T> {
         self.series.reset(row);
     }
 
-    /// Fetches what a row's series say of themselves.
+    /// Prefetches the headers of a row's series.
     #[inline]
     pub(crate) fn prefetch(&self, row: u32) {
         self.series.prefetch(row);
     }
 
-    /// Fetches the cells that the next snapshot of a row will be written into.
+    /// Prefetches the cells that the next snapshot of a row will be written to.
     #[inline]
     pub(crate) fn prefetch_cells(&self, row: u32) {
         let Some(series) = self.series.row(row) else { return };
         for alike in &self.alike {
-            // One that takes nothing in says nothing of the others.
+            // An empty series does not show where the others write.
             let mut taking = alike.series.iter().filter_map(|index| series.get(*index));
             if let Some(series) = taking.find(|series| !series.is_empty()) {
                 series.prefetch(&alike.cells.cells(&self.cells, row));
@@ -90,7 +90,7 @@ impl<T: Cell> Rings<T> {
         }
     }
 
-    /// Takes in one sound sample; `phase` as for [`super::Histories::take`].
+    /// Adds a sound sample; `phase` as for [`super::Histories::take`].
     #[inline(always)]
     pub(crate) fn take(&mut self, row: u32, ring: &Ring, sample: Taken<'_>, phase: u64) {
         if let Some(series) = self.series.get_mut(row, ring.index) {
@@ -118,7 +118,7 @@ impl<T: Cell> Rings<T> {
         self.get(row, ring)?.at(self.cells(row, ring), instant, decay_per_s)
     }
 
-    /// Unites a series of one row with that of another.
+    /// Merges a series of one row with that of another.
     pub(crate) fn merge(&mut self, ring: &Ring, kept: u32, gone: u32, phase: u64) {
         let Self { series, cells, scratch, others_samples, .. } = self;
         let Ring { index, column, thinning } = ring;
@@ -131,34 +131,34 @@ impl<T: Cell> Rings<T> {
         }
     }
 
-    /// Replaces every remembered feature of a series.
+    /// Replaces every stored feature of a series.
     pub(crate) fn map(&mut self, row: u32, ring: &Ring, change: impl Fn(Feature) -> Feature) {
         if let Some(series) = self.series.get_mut(row, ring.index) {
             series.map(ring.column.cells_mut(&mut self.cells, row), change);
         }
     }
 
-    /// Forgets everything of a series.
+    /// Clears a series.
     pub(crate) fn forget(&mut self, row: u32, ring: &Ring) {
         if let Some(series) = self.series.get_mut(row, ring.index) {
             *series = Series::default();
         }
     }
 
-    /// All samples that a series still has.
+    /// All samples that a series still holds.
     #[cfg(test)]
     pub(crate) fn samples(&self, row: u32, ring: &Ring) -> Vec<Sample> {
         let cells = self.cells(row, ring);
         self.get(row, ring).unwrap().samples(&cells).map(|kept| kept.sample()).collect()
     }
 
-    /// Samples that a series still has.
+    /// Number of samples that a series still holds.
     #[cfg(test)]
     pub(crate) fn len(&self, row: u32, ring: &Ring) -> usize {
         self.get(row, ring).unwrap().len()
     }
 
-    /// Samples that a series ever took in.
+    /// Number of samples ever added to a series.
     #[cfg(test)]
     pub(crate) fn taken(&self, row: u32, ring: &Ring) -> u32 {
         self.get(row, ring).unwrap().taken()

@@ -8,33 +8,33 @@ use super::cells::{Cells, Column};
 use super::table::Table;
 use crate::sample::{Cell, Kept, Sample, Taken};
 
-/// What a series gives up when it is full, and octaves [now and then](THINNED_EVERY).
+/// The samples that a series drops when it is full; octaves also drop some [periodically](THINNED_EVERY).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Thinning {
     /// The oldest sample.
     ForgetOldest,
-    /// The inner sample whose absence leaves the shortest gap; of equal ones the oldest.
+    /// The inner sample whose removal leaves the shortest gap; of equal ones the oldest.
     ShortestGap,
-    /// Samples that the older neighbour may stand for, its age being at most twice that of the
-    /// younger one; where there is none, the oldest.
+    /// Samples that their older neighbour may represent, whose age is at most twice that of the younger one; if there
+    /// are none, the oldest.
     Octaves,
 }
 
-/// A series of octaves is thinned after so many samples. Were they more, a series that grew old would have no room for
-/// them; were they fewer, it would be gone through more often than it is worth: a pass drops nearly all that have come
-/// since the one before.
+/// Number of samples between two thinning passes of an octave series. With a larger number an old series would run out
+/// of room. With a smaller one the passes would cost more than they save: a pass drops nearly all samples added since
+/// the last.
 const THINNED_EVERY: u64 = 16;
 
-/// Samples in the order of their instants, at most one per instant: a ring over cells that are
-/// kept elsewhere and handed to every call, always the same ones.
+/// Samples in order of time, at most one per instant: a ring buffer over cells that are stored elsewhere. Every call
+/// gets the cells, and always the same ones.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Series<T> {
     /// The cell of the oldest sample.
     first: u16,
     len: u16,
-    /// Samples ever taken in, of all histories merged into this one; after the most that it counts to, zero.
+    /// Number of samples ever added, in all histories merged into this one; wraps around.
     taken: u32,
-    /// The newest sample again: asked every time, and its cell lies elsewhere.
+    /// A copy of the newest sample, which is read often and whose cell is in another cache line.
     newest: T,
 }
 
@@ -76,13 +76,13 @@ impl<T: Cell> Series<T> {
         self.len == 0
     }
 
-    /// Fetches the cell of the next sample, as a rule, and those beside it.
+    /// Prefetches the cell that the next sample is usually written to, and the interleaved cells next to it.
     #[inline]
     pub(crate) fn prefetch(&self, cells: &Cells<&[T]>) {
         prefetch::prefetch_all(cells.beside(self.cell(cells.len(), self.len as usize)));
     }
 
-    /// Samples ever taken in.
+    /// Number of samples ever added.
     #[cfg(test)]
     pub(crate) fn taken(&self) -> u32 {
         self.taken
@@ -103,8 +103,8 @@ impl<T: Cell> Series<T> {
         }
     }
 
-    /// Takes in one sample, in its `column` of the cells of a row. `scratch` has room for one more than there are cells
-    /// in it. `phase` spreads the work of many series over time.
+    /// Adds a sample, in its `column` of the cells of a row. `scratch` has capacity for one sample more than the column
+    /// has cells. `phase` spreads the work of many series over time.
     #[inline(always)]
     pub(crate) fn take(
         &mut self,
@@ -117,20 +117,20 @@ impl<T: Cell> Series<T> {
     ) {
         let is_newest = self.len == 0 || self.newest.at() < sample.at;
         let fits = thinning == Thinning::ForgetOldest || (self.len as usize) < column.len();
-        // What comes every time, in a few instructions.
+        // The common case, in a few instructions.
         if is_newest && fits {
             let cell = self.advance(column.len());
             self.newest = T::of_taken(sample);
             let place = column.in_row(bands, row).place(cell);
             if let Some(cell) = bands.all_mut().get_mut(place) {
-                // Not read back from the other: that would wait until it is written.
+                // Converted again instead of copied from `newest`, which would stall until that store completes.
                 *cell = T::of_taken(sample);
             }
             if thinning == Thinning::Octaves && self.is_due(phase) {
                 self.thin_row(bands, row, column);
             }
         } else {
-            // Who wins of two at one instant is told by what would be left of each.
+            // Of two samples of one instant, rank decides on the representable part of each.
             let sample = T::of_taken(sample).kept();
             self.take_slowly(column.cells_mut(bands, row), thinning, sample, phase, scratch);
         }
@@ -154,7 +154,7 @@ impl<T: Cell> Series<T> {
         }
     }
 
-    /// The union with another series, in cells of its own. `scratch` has room for both.
+    /// Merges with another series, whose samples are given separately. `scratch` has capacity for both.
     pub(crate) fn merge(
         &mut self,
         mut cells: Cells<&mut [T]>,
@@ -167,8 +167,8 @@ impl<T: Cell> Series<T> {
         let (mine, others) = (newest(self), newest(&other));
         match (mine, others) {
             (_, None) => {}
-            // One sample, newer than all: as if it had come by itself, whichever is merged into
-            // which.
+            // A single sample, newer than all others, is handled as if it had been added on its own, whichever series
+            // is merged into which.
             (Some(mine), Some(others)) if other.len == 1 && mine < others => {
                 if let Some(&sample) = samples.first() {
                     self.append(&mut cells, thinning, sample, phase, scratch);
@@ -191,7 +191,7 @@ impl<T: Cell> Series<T> {
         }
     }
 
-    /// One sample more, newer than all.
+    /// Adds a sample newer than all others.
     fn append(
         &mut self,
         cells: &mut Cells<&mut [T]>,
@@ -225,8 +225,7 @@ impl<T: Cell> Series<T> {
         }
     }
 
-    /// There is one sample more, which takes the place of the oldest where there is no other; the cell that it
-    /// is to have.
+    /// Reserves the cell for one more sample and returns its index; overwrites the oldest sample if the series is full.
     #[inline(always)]
     fn advance(&mut self, cells: usize) -> usize {
         self.taken = self.taken.wrapping_add(1);
@@ -239,23 +238,23 @@ impl<T: Cell> Series<T> {
         self.cell(cells, self.len as usize - 1)
     }
 
-    /// Whether it is time to thin.
+    /// Whether a thinning pass is due.
     #[inline(always)]
     fn is_due(&self, phase: u64) -> bool {
         u64::from(self.taken).wrapping_add(phase).is_multiple_of(THINNED_EVERY)
     }
 
-    /// Apart, so that what comes every time is short.
+    /// Not inlined, to keep the common case short.
     #[inline(never)]
     fn thin_row(&mut self, bands: &mut Table<T>, row: u32, column: &Column) {
         self.thin_octaves(&mut column.cells_mut(bands, row));
     }
 
-    /// Drops the samples that the older neighbour may stand for.
+    /// Drops the samples that their older neighbour may represent.
     fn thin_octaves(&mut self, cells: &mut Cells<&mut [T]>) {
         let newest = self.newest.at().as_nanos();
         let at = |cells: &Cells<&mut [T]>, place| cells.at(place).map(|sample| sample.at().as_nanos());
-        // Those that stay move up behind each other.
+        // The remaining samples are moved next to each other.
         let mut place = cells.place(self.cell(cells.len(), 0));
         let mut this = cells.behind(place);
         let (Some(mut at_older), Some(mut at_this)) = (at(cells, place), at(cells, this)) else { return };
@@ -266,7 +265,7 @@ impl<T: Cell> Series<T> {
                 let next = cells.behind(this);
                 let at_next = at(cells, next).unwrap_or(u64::MAX);
                 left -= 1;
-                // The newest always is, so it stays.
+                // The newest sample is always later than `until`, so it stays.
                 if at_next > until {
                     break (next, at_next);
                 }
@@ -323,7 +322,7 @@ impl<T: Cell> Series<T> {
     }
 }
 
-/// Both in the order of time; of two samples of one instant the higher rank.
+/// Merges two sequences in order of time; of two samples of one instant, the one of higher rank.
 fn union(mine: impl Iterator<Item = Kept>, others: impl Iterator<Item = Kept>, into: &mut Vec<Kept>) {
     let (mut mine, mut others) = (mine.peekable(), others.peekable());
     loop {
@@ -364,7 +363,7 @@ fn thin(samples: &mut Vec<Kept>, room: usize, thinning: Thinning) {
     samples.drain(..excess);
 }
 
-/// Drops the samples that their older neighbours may stand for.
+/// Drops the samples that their older neighbours may represent.
 fn thin_octaves(samples: &mut Vec<Kept>) {
     let newest = samples.last().copied().unwrap_or(Kept::NONE);
     let mut series = Series::<Kept> { len: saturating_u16(samples.len()), newest, ..Series::default() };
@@ -372,14 +371,13 @@ fn thin_octaves(samples: &mut Vec<Kept>) {
     samples.truncate(series.len as usize);
 }
 
-/// The latest sample that one taken at `older` may stand for, and for those between the two.
+/// The latest time of a sample that one taken at `older` may represent, together with those between the two.
 ///
-/// A question about an age between the two is then answered by the older, at most twice as old
-/// as asked. Ages grow by the same amount for all, so the ratio only falls: the promise holds
-/// for ever. Where nothing else may be dropped, at most two samples per octave of age remain, and
-/// the newest two.
+/// A query for an age between the two is then answered by the older sample, at most twice as old as asked. All ages
+/// grow by the same amount, so the ratio only falls and the bound holds for ever. Where nothing else may be dropped, at
+/// most two samples per octave of age remain, plus the newest two.
 ///
-/// Half way in time: its age is half that of the older.
+/// It is the midpoint in time: its age is half that of the older sample.
 const fn stands_until(older: u64, newest: u64) -> u64 {
     u64::midpoint(older, newest)
 }

@@ -2,7 +2,7 @@ use std::ops::Range;
 
 use crate::room::Room;
 
-/// Rows of equal width, one after the other, that grow within their room.
+/// Rows of equal width, stored contiguously, that grow within a preallocated capacity.
 #[derive(Clone, Debug)]
 pub(super) struct Table<T> {
     width: usize,
@@ -14,7 +14,7 @@ impl<T: Copy> Table<T> {
         Self { width, entries: Room::for_most(width * rows) }
     }
 
-    /// Where a row begins among all entries.
+    /// Index of the first entry of a row among all entries.
     #[inline]
     pub(super) const fn start(&self, row: u32) -> usize {
         row as usize * self.width
@@ -37,7 +37,7 @@ impl<T: Copy> Table<T> {
         self.range(row, &(0..self.width))
     }
 
-    /// Fetches a row.
+    /// Prefetches a row.
     #[inline]
     pub(super) fn prefetch(&self, row: u32) {
         prefetch::prefetch_all(self.row(row).unwrap_or(&[]));
@@ -63,7 +63,7 @@ impl<T: Copy> Table<T> {
         self.entries.get_mut(range)
     }
 
-    /// Two rows, the second to be read only.
+    /// Two rows, the second read-only.
     pub(super) fn two_rows_mut(&mut self, one: u32, other: u32) -> Option<(&mut [T], &[T])> {
         let rows = [one, other].map(|row| self.of(row, &(0..self.width)));
         let [one, other] = self.entries.get_disjoint_mut(rows).ok()?;

@@ -42,14 +42,14 @@ fn histories_of<'a>(percepts: impl IntoIterator<Item = (&'a percepts::History, K
     Histories::new(&percepts, &Functions::default(), 3).unwrap()
 }
 
-/// All that derive one symbol or one number, and all that may derive several.
+/// Kernels that derive one symbol or number, and kernels that may derive several numbers.
 fn kernels() -> impl Strategy<Value = Kernel> {
     let builtin = percepts::Percepts::builtin().percepts.into_iter().map(|percept| percept.kernel);
     let others = [Kernel::Source, Kernel::Own("own".to_owned())];
     prop::sample::select(builtin.chain(others).collect::<Vec<_>>())
 }
 
-/// What is left of a feature that a percept is said to have derived.
+/// The part of a feature that a percept of this kernel can derive.
 fn possible(kernel: &Kernel, feature: Feature) -> Feature {
     match (kernel, feature) {
         (Kernel::Position | Kernel::Orientation | Kernel::Extents | Kernel::Own(_), _)
@@ -58,7 +58,7 @@ fn possible(kernel: &Kernel, feature: Feature) -> Feature {
     }
 }
 
-/// What a percept of either may derive.
+/// A feature that a percept of either form may derive.
 fn small(number: u8) -> Feature {
     match number {
         0 => Feature::None,
@@ -67,14 +67,14 @@ fn small(number: u8) -> Feature {
     }
 }
 
-/// A row of samples that came one by one.
+/// A row to which the samples were added one by one.
 fn grow(histories: &mut Histories, samples: &[Sample]) -> u32 {
     let row = histories.take_row().unwrap();
     samples.iter().for_each(|sample| histories.take(row, 0, *sample, 0));
     row
 }
 
-/// A history of its own.
+/// A single history, with its storage and row.
 struct History(Histories, u32);
 
 fn grown(generator: &percepts::History, samples: &[Sample]) -> History {
@@ -141,7 +141,7 @@ fn of_two_samples_of_one_instant_the_higher_match_times_confidence_counts() {
 #[test]
 fn an_orientation_is_filtered_on_the_sphere_along_the_shorter_way() {
     let half = std::f32::consts::FRAC_1_SQRT_2;
-    // The same turn about z as two quaternions of opposite sign.
+    // The same rotation about z as two quaternions of opposite sign.
     let quarter = Feature::Orientation([0.0, 0.0, -half, -half]);
     let none = Feature::Orientation([0.0, 0.0, 0.0, 1.0]);
     let history = grown(&low_pass(0.5), &[sample(1, none), sample(2, quarter)]);
@@ -190,7 +190,7 @@ fn half_a_day_at_20_hz_fits_a_log_timescale_of_64_and_reaches_back_to_its_beginn
     assert!(most <= 50, "there is room for what comes in months: {most}");
 }
 
-/// Otherwise all beliefs of a table that was seen at once were gone through in the same step.
+/// Otherwise all beliefs of a table that was seen at once would be thinned in the same step.
 #[test]
 fn series_that_began_together_are_thinned_by_turns() {
     let thinned = |phase| {
@@ -230,7 +230,7 @@ fn a_billion_samples_pass_through_a_log_timescale_in_constant_memory() {
 
 fn samples(most: usize) -> impl Strategy<Value = Vec<Sample>> {
     let x = || (0..4_u8).prop_map(f32::from);
-    // Of some percepts no vector is remembered.
+    // Histories of some percepts do not store vectors.
     let feature = prop_oneof![
         5 => x().prop_map(Feature::Number),
         1 => x().prop_map(|x| Feature::Vector([x; 3])),
@@ -255,7 +255,7 @@ fn generators() -> impl Strategy<Value = percepts::History> {
     ])
 }
 
-/// Such as are taken in side by side, and those that come between.
+/// Interleaved series, and series that are not.
 fn alike() -> impl Strategy<Value = percepts::History> {
     let ring = series(5, WhenFull::ForgetOldest);
     let others = [series(5, WhenFull::Thin), low_pass(0.3)];
@@ -267,7 +267,7 @@ fn alike() -> impl Strategy<Value = percepts::History> {
     ]
 }
 
-/// Features of one kind: numbers, places, turns about any axis, symbols.
+/// Features of one kind: numbers, positions, rotations about any axis, symbols.
 fn features() -> impl Strategy<Value = Vec<Feature>> {
     let of = || 1..16_usize;
     let turn = (prop::array::uniform3(-1.0..1.0_f32), -6.0..6.0_f32).prop_map(|([x, y, z], angle_rad)| {
@@ -277,7 +277,7 @@ fn features() -> impl Strategy<Value = Vec<Feature>> {
         let whole = (x * x + y * y + z * z + cos * cos).sqrt();
         Feature::Orientation([x, y, z, cos].map(|part| part / whole))
     });
-    // What stands, or turns by a little at a time.
+    // Unchanged orientations, or small rotations.
     let still =
         prop::sample::select(vec![0.0, 0.0, 0.0, 1e-4, 0.01, 0.06, 0.07, 0.3_f32]).prop_map(|angle_rad| {
             let (sin, cos) = (0.4 + angle_rad / 2.0).sin_cos();
@@ -292,7 +292,7 @@ fn features() -> impl Strategy<Value = Vec<Feature>> {
     ]
 }
 
-/// a·x + (1 − a)·y, as it is written; of turns on the sphere, by the shorter way.
+/// a·x + (1 − a)·y, written literally; orientations on the unit sphere, along the shorter arc.
 fn recurrence(x: Feature, share: f64, y: Feature) -> Feature {
     let mixed =
         |x: f32, y: f32| quantity::number::single(share * f64::from(x) + (1.0 - share) * f64::from(y));
@@ -312,8 +312,8 @@ fn recurrence(x: Feature, share: f64, y: Feature) -> Feature {
     }
 }
 
-/// A question about a `share` of the time since the first sample, asked so long after the last, is answered by a sample
-/// at most twice as old as asked, or as if all had been kept.
+/// Checks a query at a `share` of the time since the first sample. The answer is a sample at most twice as old as
+/// asked, or the same as if all samples had been kept.
 fn keeps_octaves(
     histories: &Histories,
     row: u32,
@@ -331,7 +331,7 @@ fn keeps_octaves(
     Ok(())
 }
 
-/// Whether two features are the same, turns to within rounding and whichever of q and −q they are.
+/// Whether two features are equal; orientations up to rounding and up to the sign of the quaternion.
 fn agree(one: Feature, other: Feature) -> bool {
     match (one, other) {
         (Feature::Orientation(a), Feature::Orientation(b)) => {
@@ -346,8 +346,7 @@ fn agree(one: Feature, other: Feature) -> bool {
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(2_000))]
 
-    /// y = a·x + (1 − a)·y over the best sample of each instant, where they come in the order of their
-    /// instants; nothing is filtered of symbols.
+    /// y = a·x + (1 − a)·y over the best sample of each instant, in order of time; symbols are not filtered.
     #[test]
     fn the_low_pass_is_the_recurrence(
         drawn in features(), share in 0.01..=1.0_f64,
@@ -372,7 +371,7 @@ proptest! {
         prop_assert!(agree(newest.feature, expected.feature), "{:?} {:?}", newest.feature, expected.feature);
     }
 
-    /// In cells side by side, whatever each of them has seen, and in cells of either form.
+    /// With interleaved cells of either format, whatever each series has stored.
     #[test]
     fn several_percepts_are_remembered_as_each_would_be_alone(
         percepts in prop::collection::vec((alike(), kernels()), 1..8),
@@ -391,7 +390,7 @@ proptest! {
         let mut at = 10;
         let mut refused = 0;
         for (gap, seen) in snapshots {
-            // Now and then of the same instant, or of an earlier one.
+            // Occasionally at the same instant, or at an earlier one.
             at = (at + gap).saturating_sub(1);
             let mut values = Vec::new();
             for ((percept, (is_seen, x)), _) in (0..).zip(seen).zip(&percepts) {
@@ -413,7 +412,7 @@ proptest! {
         prop_assert_eq!(refused, 0);
     }
 
-    /// What a percept cannot derive is not taken for what it derived, and an arena foresees that.
+    /// A feature that a percept cannot derive is not stored, and the arena's prediction agrees.
     #[test]
     fn what_is_remembered_is_what_was_foreseen(
         generator in generators(), kernel in kernels(), first in features(), second in features(),
@@ -423,7 +422,7 @@ proptest! {
         let is_low_pass = matches!(generator, percepts::History::LowPass { .. });
         let mut foreseen = None;
         for (at, feature) in (1..).zip(first.into_iter().chain(second)) {
-            // A zero with a sign would be in the way of the kind.
+            // A negative zero would collide with the bits of the kind.
             let taken = Sample { confidence: -0.0, matching: -0.0, ..sample(at, feature) };
             histories.foresee(0, &mut foreseen, &PerceptValue::new(0, -0.0, -0.0, feature));
             histories.take(row, 0, taken, 0);
@@ -481,7 +480,7 @@ proptest! {
 
     #[test]
     fn a_log_timescale_answers_a_question_about_any_age_within_a_factor_of_two(
-        // The smaller room fills up before it is time to thin.
+        // With the smaller capacity the series fills up before a thinning pass is due.
         (room, gaps) in prop_oneof![
             prop::collection::vec(1..1_000_u64, 1..400).prop_map(|gaps| (48, gaps)),
             prop::collection::vec(500..1_000_u64, 1..400).prop_map(|gaps| (24, gaps)),
@@ -495,7 +494,7 @@ proptest! {
         keeps_octaves(&history.0, history.1, &drawn, (wait, share))?;
     }
 
-    /// As of several sources, some of which are slow; and of two beliefs that become one.
+    /// Like the samples of several sources, some of which are slow, and of two merged beliefs.
     #[test]
     fn a_log_timescale_does_so_whatever_order_its_samples_came_in_and_when_it_is_merged(
         came in prop::collection::vec((1..1_000_u64, 0..6_usize, prop::bool::weighted(0.3)), 1..400),
@@ -504,7 +503,7 @@ proptest! {
         let mut at = 0;
         let drawn: Vec<_> =
             came.iter().map(|(gap, ..)| { at += gap; sample(at, Feature::None) }).collect();
-        // Each as late as so many others.
+        // Each is delayed by a number of samples.
         let mut order: Vec<usize> = (0..drawn.len()).collect();
         order.sort_by_key(|index| index + came[*index].1);
         let mut histories = histories(&log_timescale(64));

@@ -6,7 +6,7 @@ use quantity::number::single;
 
 use super::*;
 
-/// d of two numbers in a program's own way, with q = 0 of all else.
+/// d of two numbers as a plug-in, with q = 0 for all else.
 struct Squared;
 
 impl Distance for Squared {
@@ -18,7 +18,7 @@ impl Distance for Squared {
     }
 }
 
-/// What a belief has of a percept, in the terms of whoever reads Eq. 4: turns are about one axis.
+/// A belief's feature in the notation of Eq. 4: all rotations are about one axis.
 #[derive(Clone, Copy, Debug)]
 enum Had {
     Nothing,
@@ -28,7 +28,7 @@ enum Had {
     Symbol(u16),
 }
 
-/// The axis of all turns, of length one.
+/// The axis of all rotations, of unit length.
 const AXIS: [f64; 3] = [0.36, 0.48, 0.8];
 
 impl Had {
@@ -69,7 +69,7 @@ fn d(measure: &Measure, a: Had, b: Had) -> Option<f64> {
             Some((x - u).hypot(y - v).hypot(z - w))
         }
         (Measure::AngleRad, Had::TurnRad(a), Had::TurnRad(b)) => {
-            // The other way round where that is shorter.
+            // The opposite direction if that is shorter.
             let way_rad = (a - b).abs();
             Some(way_rad.min(TAU - way_rad))
         }
@@ -83,7 +83,7 @@ fn d(measure: &Measure, a: Had, b: Had) -> Option<f64> {
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(4_000))]
 
-    /// D = Σ wᵢ·qᵢ·dᵢ (Eq. 4), divided by Σ wᵢ·qᵢ where that is asked for, as it is written.
+    /// D = Σ wᵢ·qᵢ·dᵢ (Eq. 4), divided by Σ wᵢ·qᵢ if normalised, written literally.
     #[test]
     fn the_distance_is_the_sum_of_the_paper(
         terms in prop::collection::vec(
@@ -91,7 +91,7 @@ proptest! {
         ),
         threshold in 0.05..4.0_f64, normalised in any::<bool>(), infinite in any::<bool>(),
     ) {
-        // As often as not the second has what the first has, that the term applies.
+        // In half of the cases the second has a feature of the same kind, so that the term applies.
         let terms: Vec<_> = terms.into_iter().map(|(measure, weight, a, b, alike)| {
             let b = match (alike, a, b) {
                 (true, Had::Place(a), _) => Had::Place(a.map(|part| part + 0.01)),
@@ -121,7 +121,7 @@ proptest! {
         };
         let (a, b) = (features(|term| term.2), features(|term| term.3));
 
-        // A term of no weight applies to nothing.
+        // A term of zero weight does not apply.
         let applying = terms.iter().filter(|term| term.1 > 0.0);
         let applying: Vec<_> =
             applying.filter_map(|(measure, weight, a, b)| Some((weight, d(measure, *a, *b)?))).collect();
@@ -135,7 +135,7 @@ proptest! {
         };
         let found = metric.below_threshold(&a, &b);
         prop_assert_eq!(found, metric.below_threshold(&b, &a));
-        // Features are single numbers, and the arc cosine is steep where angles are small.
+        // Features have single precision, and the arc cosine is steep at small angles.
         const ROUNDING: f64 = 5e-3;
         match found {
             Some(found) => prop_assert!((found - expected).abs() < ROUNDING && found < threshold, "{expected}"),

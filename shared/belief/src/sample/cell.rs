@@ -3,14 +3,14 @@ use message::{Feature, PerceptValue};
 
 use super::{KIND_AT, Kept, Sample, Taken};
 
-/// In what form a history's cells keep samples.
+/// Storage format of a sample in a history's cells.
 pub(crate) trait Cell: Copy {
-    /// What stands in a cell that holds no sample yet.
+    /// Initial content of an unused cell.
     const NONE: Self;
 
     fn of(sample: Kept) -> Self;
 
-    /// That of a sample as it comes.
+    /// Converts a sample from an evaluation.
     fn of_taken(sample: Taken<'_>) -> Self;
 
     fn kept(self) -> Kept;
@@ -42,11 +42,11 @@ impl Cell for Kept {
     }
 }
 
-/// A sample of a percept that derives a symbol, a number or nothing, in fewer bytes yet. A feature of more numbers than
-/// one is kept as none.
+/// A smaller format for percepts that derive a symbol, a number or nothing. A feature of several numbers is stored as
+/// none.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Narrow {
-    /// Of the instant, in nanoseconds, the lower and the upper half: so that there is no gap between two of these.
+    /// Lower and upper half of the time in nanoseconds, to avoid padding between array elements.
     at: [u32; 2],
     /// As in [`Kept`].
     matching: u32,
@@ -55,7 +55,7 @@ pub(crate) struct Narrow {
 }
 
 impl Narrow {
-    /// What is left in this form of a feature.
+    /// The part of a feature that this format can represent.
     #[inline]
     pub(crate) fn remains(feature: Feature) -> Feature {
         match feature {
@@ -81,7 +81,7 @@ impl Cell for Narrow {
         let (kind, [number, ..]) = sample.value.raw_feature();
         let kind = if kind <= Feature::NUMBER { u32::from(kind) } else { 0 };
         let at = sample.at.as_nanos();
-        // They fit.
+        // The halves always fit.
         let at = [at & u64::from(u32::MAX), at >> 32].map(|half| u32::try_from(half).unwrap_or(0));
         Self {
             at,

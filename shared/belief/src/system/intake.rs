@@ -5,9 +5,9 @@ use quantity::number::saturating_u32;
 use super::BeliefSystem;
 use crate::arena::{Arriving, Step};
 
-/// A [step](BeliefSystem::step) that has begun: things are taken in one by one, each as soon as it was
-/// perceived and while it is at hand. It counts once it is [finished](Self::finish); what was taken in by one
-/// that never is is forgotten when the next one begins, and counted as [overflowed](crate::Counts::overflowed).
+/// A [step](BeliefSystem::step) under construction: the caller adds things one by one, as soon as each was perceived
+/// and while it is in the cache. The step takes effect when it is [finished](Self::finish). If it is never finished,
+/// the next step discards its things and counts them as [overflowed](crate::Counts::overflowed).
 #[derive(Debug)]
 #[must_use = "what is taken in is believed once the step is finished"]
 pub struct Intake<'a> {
@@ -16,7 +16,8 @@ pub struct Intake<'a> {
 }
 
 impl BeliefSystem {
-    /// Begins a step at `now`; an instant before that of the step before is taken as the latter, and counted.
+    /// Begins a step at `now`. If `now` is before the previous step, the previous step's instant is used, and this is
+    /// counted.
     pub fn begin(&mut self, now: Instant) -> Intake<'_> {
         if now < self.now {
             self.counts.backwards += 1;
@@ -24,13 +25,14 @@ impl BeliefSystem {
         self.now = self.now.max(now);
         let forsaken = self.arena.forsake() + self.arrivals.keep_within(0);
         self.forsake(forsaken);
-        // Of several frames it takes more to find out who becomes whom: as a rule there are as many every time.
+        // Several frames in one step need a more expensive association. The number of frames is assumed to be that of
+        // the previous step.
         self.notes = self.arena.glances() && self.sources.frames() <= 1;
         self.sources.begin();
         Intake { first_new: self.next_id, system: self }
     }
 
-    /// So many things were taken in for nothing.
+    /// Takes back `things` that were added but never merged.
     fn forsake(&mut self, things: u64) {
         self.counts.created -= things;
         self.next_id -= things;
@@ -39,21 +41,20 @@ impl BeliefSystem {
 }
 
 impl Intake<'_> {
-    /// Takes in one thing, in the perspective's frame: that at `index`, higher than those before it, of what
-    /// [`Self::finish`] is told. An observation that may not enter is counted; one whose snapshot is empty
-    /// creates nothing.
+    /// Adds one thing, in the perspective's frame. `index` is its index in the slice given to [`Self::finish`] and is
+    /// higher than those before it. A rejected observation is counted; one whose snapshot is empty creates nothing.
     pub fn take_in(&mut self, index: usize, perceived: &Perceived) {
         if self.system.arena.trusts() || self.system.look_through(perceived) {
             self.system.create(saturating_u32(index), perceived);
         }
     }
 
-    /// Finishes the step: merges, culls. `perceived` holds all that was taken in; `looked` and `in_view` are as
+    /// Finishes the step: merges and culls. `perceived` holds all things that were added; `looked` and `in_view` are as
     /// for [`BeliefSystem::step`].
     pub fn finish(self, perceived: &[Perceived], looked: SourceSet, in_view: impl Fn([f32; 3]) -> bool) {
         let Self { system, first_new } = self;
         let settled = std::mem::replace(&mut system.settled, true);
-        // What one source sees at one instant is apart, and so is whatever takes any of it in.
+        // Two things of one frame cannot be linked, and neither can beliefs that merged with them.
         let fresh_apart = system.arena.keeps_apart() && system.sources.frames() <= 1;
         let stayed = if system.notes {
             system.cluster_arrivals(first_new, perceived, settled, fresh_apart)
@@ -73,7 +74,7 @@ impl Intake<'_> {
 }
 
 impl BeliefSystem {
-    /// Clusters what was noted only, and settles; how many are new and stay.
+    /// Clusters the collected detections and commits the result; returns the number of new beliefs that remain.
     fn cluster_arrivals(
         &mut self,
         first_new: u64,
@@ -90,7 +91,7 @@ impl BeliefSystem {
             let step = Step { arena: &mut *arena, perceived };
             matched = clustering.run_matched(&mut Arriving { step, arrivals, first_new, now: self.now });
         }
-        // Those that nobody has taken in.
+        // Creates beliefs from the unmatched detections.
         arrivals.admit(arena, first_new, self.now, perceived);
         arena.follow(|source, at| sources.before(source, at));
         let (merged, stayed) = match matched {

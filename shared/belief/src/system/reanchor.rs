@@ -1,4 +1,4 @@
-//! What is remembered, in a frame that has moved.
+//! Transforms the memory into a perspective's frame that has moved.
 
 use config::percepts::{Kernel, Range, Region, origin};
 use geometry::{Pose, Position};
@@ -9,13 +9,13 @@ use super::BeliefSystem;
 use crate::sample::Sample;
 
 impl BeliefSystem {
-    /// The perspective's frame has moved: expresses all remembered places and orientations in
-    /// the new one. `x_new_old` is the pose of the old frame in the new.
+    /// Expresses all remembered positions and orientations in the perspective's new frame after it moved. `x_new_old`
+    /// is the pose of the old frame in the new.
     ///
-    /// Regions, and ranges of a place, are indexical, so they begin anew with what they say of the
-    /// remembered place now. Of a program's own percepts, vectors are taken as they are.
+    /// Regions, and ranges of a position, depend on the frame. Their histories restart with one evaluation of the
+    /// remembered position. Vectors of plug-in percepts are not transformed.
     pub fn reanchor<New, Old>(&mut self, x_new_old: &Pose<New, Old>) {
-        // Rounding may have brought two closer than they were.
+        // Rounding may have brought two beliefs closer than they were.
         self.settled = false;
         for index in 0..self.len() {
             let Some(&slot) = self.arena.live().get(index) else { return };
@@ -39,8 +39,8 @@ impl BeliefSystem {
         }
     }
 
-    /// Has regions, and ranges of a place, say anew of what is remembered what they would say of a thing
-    /// perceived so. Parents stand before their children: they are of the new frame already.
+    /// Re-evaluates regions, and ranges of a position, for the remembered position. Parents come before their children,
+    /// so they are already in the new frame.
     fn see_places_anew(&mut self, slot: u32) {
         for (number, percept) in (0..).zip(&self.percepts) {
             let Some((histories, row)) = self.arena.histories_mut(slot) else { return };
@@ -78,14 +78,15 @@ impl BeliefSystem {
     }
 }
 
-/// A region of a place, as sure as it was, or where nobody asked it until now as the place is.
+/// Evaluates a region of a position. Match and confidence are those of its newest sample, or else those of the
+/// position.
 fn region_anew(region: &Region, of_place: Option<Sample>, newest: Option<Sample>) -> Option<Sample> {
     let of_place = of_place?;
     let degree = if region.holds(of_place.feature.vector()?) { 1.0 } else { 0.0 };
     Some(Sample { feature: Feature::Number(degree), ..newest.unwrap_or(of_place) })
 }
 
-/// A range of what its parent derived, as sure as that, if it passes (Eq. 2).
+/// Evaluates a range of the feature that its parent derived, with the parent's confidence, if it passes (Eq. 2).
 fn range_anew(range: &Range, read: Option<Sample>, threshold: f64) -> Option<Sample> {
     let read = read?;
     let degree = range.degree(read.feature)?;

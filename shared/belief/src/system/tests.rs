@@ -73,7 +73,7 @@ fn what_was_taken_in_by_a_step_that_was_not_finished_is_forgotten_and_counted() 
         intake.take_in(index, &Perceived { observation, snapshot });
     }
     let _not_finished = intake;
-    // Another step, with one other thing in the place of the two.
+    // Another step, with one other thing instead of the two.
     let seen = [block(ms(10), [0.5, 0.004, 0.0], RED)];
     let perceived = seen.map(|observation| Perceived {
         observation,
@@ -140,7 +140,7 @@ fn what_two_sources_see_is_never_one_where_the_distance_asks_for_the_source() {
     for step in 0..4 {
         let now = ms(5 * step);
         let of = |source: u16| Observation { source, ..block(now, [0.5, 0.0, 0.0], RED) };
-        // By turns, and then both at once.
+        // Alternately, and then both at once.
         match step {
             0 | 1 => robot.see(now, &[of(u16::try_from(step).unwrap())], false),
             _ => robot.see(now, &[of(0), of(1)], false),
@@ -197,7 +197,7 @@ fn a_full_system_keeps_what_it_knows_and_counts_what_it_drops() {
     };
     robot.see(ms(0), &row(ms(0), 16), false);
     assert_eq!((robot.system.len(), robot.system.counts().overflowed), (16, 0));
-    // Sixteen of these are known; of the others none finds room, and one not even a slot.
+    // Sixteen of these match existing beliefs. The others exceed the capacity, and one does not even get a slot.
     robot.see(ms(5), &row(ms(5), 17), false);
     assert_eq!((robot.system.len(), robot.system.counts().overflowed), (16, 1));
     let mut far = row(ms(10), 3);
@@ -269,7 +269,7 @@ fn a_moved_frame_moves_what_is_remembered_and_turns_left_into_right() {
     let (left, orientation) = (percepts.index("left").unwrap(), percepts.index("orientation").unwrap());
     let mut robot = Robot::new(&percepts);
     robot.see(ms(0), &[block(ms(0), [0.5, 0.3, 0.1], RED)], false);
-    // The new frame stands 1 m ahead and looks back.
+    // The new frame is 1 m ahead and looks back.
     let x_old_new = Pose::<geometry::Base, geometry::Person>::upright(1.0, 0.0, 0.0, std::f64::consts::PI);
     robot.system.reanchor(&x_old_new.inverse());
     let [x, y, z] = robot.system.position(0).unwrap();
@@ -280,12 +280,12 @@ fn a_moved_frame_moves_what_is_remembered_and_turns_left_into_right() {
         panic!("an orientation is remembered")
     };
     assert!(qx.abs() + qy.abs() + qw.abs() < 1e-6 && (qz.abs() - 1.0).abs() < 1e-6);
-    // In the new frame it is seen where it is remembered.
+    // In the new frame it is seen at its remembered position.
     robot.see(ms(5), &[block(ms(5), [0.5, -0.3, 0.1], RED)], false);
     assert_eq!(robot.ids(), [1]);
 }
 
-/// A percept of position, and percepts that come from it: ranges, a region, and what is below those.
+/// A position percept and percepts derived from it: ranges, a region, and their children.
 fn placed() -> Percepts {
     let mut percepts = Percepts::builtin();
     let history = percepts.get(6).unwrap().history.clone();
@@ -351,11 +351,11 @@ fn what_a_range_cannot_tell_in_a_moved_frame_is_not_remembered() {
         belief.percept(near).and_then(Remembered::feature)
     };
     assert_eq!(newest(&robot), Some(Feature::Number(1.0)));
-    // Half a metre back, it is half way out of range: neither answer passes.
+    // Half a metre back, the position is at the middle of the range's fuzzy edge: neither degree passes.
     let x_old_new = Pose::<geometry::Base, geometry::Person>::upright(-0.5, 0.0, 0.0, 0.0);
     robot.system.reanchor(&x_old_new.inverse());
     assert_eq!(newest(&robot), None);
-    // One more, and it is outside.
+    // After another half metre it is outside.
     robot.system.reanchor(&x_old_new.inverse());
     assert_eq!(newest(&robot), Some(Feature::Number(0.0)));
 }
@@ -413,7 +413,7 @@ fn alike_things_close_together_keep_their_identities_while_one_is_carried_over_t
             .map(|index| {
                 let mut place = home(index);
                 if index == 0 {
-                    // Up, over all others in a second, down beyond them, then at rest.
+                    // Up, over all others within a second, down beyond them, then at rest.
                     let way = (f32::from(step) / 200.0).min(1.0);
                     place[1] += way * 0.7;
                     place[2] += 0.6 * way * (1.0 - way);

@@ -2,8 +2,8 @@
 
 use super::*;
 
-/// What one source says of each of some things, if it is seen: whether its colour is made out, and how far
-/// beside its place it is.
+/// What one source reports of each of some things if it sees it: whether the colour is recognised, and the offset from
+/// the thing's position.
 type Glances = Vec<Option<(bool, [i8; 3])>>;
 
 fn glances(most_mm: i8) -> impl Strategy<Value = Glances> {
@@ -13,7 +13,7 @@ fn glances(most_mm: i8) -> impl Strategy<Value = Glances> {
     })
 }
 
-/// Steps with frames of several sources at once, how late those are, and whether nobody has moved in between.
+/// Steps with frames of several sources at once, their delay, and whether the beliefs are settled.
 fn several_at_once() -> impl Strategy<Value = Vec<(Vec<Glances>, u64, bool)>> {
     let late = prop::sample::select(vec![0_u64, 0, 0, 4, 30, 50, 80]);
     let how = (prop::sample::select(vec![2_i8, 2, 8, 40]), prop::sample::select(vec![2_usize, 2, 3, 10]));
@@ -74,7 +74,8 @@ fn what_several_sources_see_at_once_is_merged_group_by_group_as_the_loop_of_the_
 #[test]
 fn what_sees_more_sources_at_once_than_it_remembers_is_merged_as_the_loop_of_the_paper_merges_it() {
     let mut twins = Twins::new(Percepts::builtin());
-    // What ten sources see forgets the first of them, of which another thing is that stands beside it.
+    // A belief detected by ten sources evicts the interval of the first one, which also detected another thing beside
+    // it.
     let mut seen: Vec<_> = (0..10).map(|group| alike(0, group)).collect();
     seen.insert(1, alike(2, 0));
     assert_eq!(twins.step(1, &seen, true), [10, 10]);
@@ -90,8 +91,8 @@ fn what_takes_back_its_newest_sample_is_merged_as_the_loop_of_the_paper_merges_i
     assert_eq!(twins.step(2, &[Seen { confidence: 0.8, ..at(80, 0) }], true), [1, 1]);
     let other = |group| Seen { place: Some([20, 0, 0]), ..at(0, group) };
     assert_eq!(twins.step(3, &[at(-95, 0), other(0)], true), [0, 0]);
-    // Two sources see of the instant of the second step what is where the first belief is: it goes back to
-    // the middle between that and where it was before, where it comes within reach of the other.
+    // Two sources report, at the instant of the second step, a detection at the first belief. The belief moves to the
+    // middle between that and its earlier position, which brings it into the gate of the other.
     let [expected, merged] = twins.step_late(4, 20, &[at(60, 1), other(2)], true);
     assert_eq!((merged, expected), (3, 3));
     assert!(!twins.grouped);
@@ -102,7 +103,7 @@ fn what_lacks_the_symbol_of_its_oldest_is_merged_as_the_loop_of_the_paper_merges
     let mut twins = Twins::new(Percepts::builtin());
     let at = |mm: i8, colour, group| Seen { beside_mm: [mm, 0, 0], colour, ..alike(0, group) };
     assert_eq!(twins.step(1, &[at(0, Some(0), 0), at(90, Some(1), 0)], true), [0, 0]);
-    // Of neither the colour is made out: they are nearer to each other than to those beside whom they lie.
+    // The colour of neither is recognised; they are nearer to each other than to the beliefs beside them.
     assert_eq!(twins.step(2, &[at(40, None, 0), at(50, None, 1)], true), [2, 2]);
     let [expected, contents] = twins.contents();
     assert_eq!(contents, expected);
@@ -114,7 +115,7 @@ fn orientations_whose_norm_is_off_are_merged_as_the_loop_of_the_paper_merges_the
     let percept = percepts.index("orientation").unwrap();
     percepts.belief.distance.push(Distance { percept, measure: Measure::AngleRad, weight: 0.5 });
     let mut twins = Twins::new(percepts);
-    // As far as an observation is sound.
+    // The largest error of the norm that a sound observation may have.
     let at =
         |mm: i8, norm_off, group| Seen { beside_mm: [mm, 0, 0], turn: Some(0), norm_off, ..alike(0, group) };
     assert_eq!(twins.step(1, &[at(0, 0.0095, 0), at(100, 0.0095, 0)], true), [0, 0]);

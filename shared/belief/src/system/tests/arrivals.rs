@@ -15,14 +15,14 @@ struct Thing {
 
 const GREY: usize = 3;
 
-/// What a source sees in a step, so long after the step's instant.
+/// The frame of a source in a step: source, offset from the step's instant in milliseconds, and things.
 type Sight = (u16, i64, Vec<Thing>);
 
-/// So long after the one before, what is seen, who looks, and whether the view is free.
+/// A step: milliseconds since the previous one, the frames, and whether the view is free.
 type Instance = (u64, Vec<Sight>, bool);
 
 fn thing() -> impl Strategy<Value = Thing> {
-    // A few places, some of them within reach of each other, and a little to the side.
+    // A few positions, some of them within each other's gate, with a small offset.
     let along = || (0..6_u8, -0.03..0.03_f32).prop_map(|(cell, wobble)| f32::from(cell) * 0.1 + wobble);
     let held_by = prop::sample::select(vec![NOBODY, NOBODY, 0, 1]);
     let sure = prop::sample::select(vec![0.4_f32, 0.9]);
@@ -54,8 +54,8 @@ fn instance() -> impl Strategy<Value = Instance> {
 }
 
 impl Thing {
-    /// As a source perceives it, grey as no symbol where it `counts_greys`: as a number, or as a vector, which no
-    /// colour can be.
+    /// The thing as a source perceives it. With `counts_greys`, grey is not a symbol but a number or a vector; the
+    /// colour percept cannot derive a vector.
     fn perceived(
         &self,
         perception: &Perception,
@@ -63,7 +63,7 @@ impl Thing {
         percepts: &Percepts,
         counts_greys: bool,
     ) -> Perceived {
-        // Grey has no name, and light grey is taken for white.
+        // Grey is no named colour, and light grey is classified as white.
         let grey = if counts_greys { 0.9 } else { 0.5 };
         let colour_rgb = [RED, BLUE, [0.05, 0.55, 0.1], [grey; 3]][self.colour];
         let observation = Observation {
@@ -97,7 +97,7 @@ impl Thing {
     }
 }
 
-/// All that a system holds, to the last bit.
+/// The contents of a system, bit for bit.
 fn contents(system: &BeliefSystem) -> Vec<String> {
     system.arena.live().iter().map(|slot| system.arena.contents(*slot)).collect()
 }
@@ -159,7 +159,7 @@ fn whose_symbol_becomes_a_number_may_become_one_with_its_neighbour() {
     let perception = Perception::new(&percepts).unwrap();
     let mut noting = BeliefSystem::new(&percepts, 8).unwrap().trusting();
     let mut creating = noting.clone();
-    // Of another colour, seen each by itself and near each other; then one as near that has none.
+    // Two things of different colours, each seen alone and near each other; then one equally near without a colour.
     for (now_ms, x, colour) in [(5, 0.50, 0), (10, 0.52, 1), (15, 0.50, GREY)] {
         let thing = Thing {
             position_m: [x, 0.0, 0.0],

@@ -1,4 +1,4 @@
-//! What is missed is given up, and nothing else.
+//! Beliefs whose thing is missing are culled, and no others.
 
 use config::percepts::Cull;
 
@@ -19,7 +19,7 @@ fn an_unseen_thing_is_culled_where_the_view_is_free_and_kept_where_it_is_not() {
     }
 }
 
-/// A robot that gives up what it has found missing for 600 ms.
+/// A robot that culls a belief whose position was empty for 600 ms.
 fn patient() -> Robot {
     let mut percepts = Percepts::builtin();
     percepts.belief.cull = vec![Cull::PlaceEmptyFor(Duration::from_millis(600))];
@@ -28,7 +28,7 @@ fn patient() -> Robot {
     robot
 }
 
-/// Steps of 5 ms with nothing to be seen, in view or not; when the belief was given up.
+/// Steps of 5 ms without observations, in view or not; returns when the belief was culled.
 fn culled_at(robot: &mut Robot, from_ms: u64, in_view: impl Fn(u64) -> bool) -> Option<u64> {
     (from_ms..from_ms + 2000).step_by(5).find(|at| {
         robot.see(ms(*at), &[], in_view(*at));
@@ -45,7 +45,7 @@ fn what_was_long_out_of_view_is_given_up_at_the_first_glance_or_not_as_configure
 
     let mut robot = patient();
     assert_eq!(culled_at(&mut robot, 5, |_| false), None);
-    // A detector that misses it in one picture, after which it is there as before.
+    // The detector misses it in one image, after which it is detected as before.
     robot.see(ms(3000), &[], true);
     robot.see(ms(3005), &[block(ms(3005), [0.5, 0.0, 0.0], RED)], true);
     assert_eq!(robot.ids(), [1]);
@@ -70,7 +70,7 @@ fn a_source_that_is_slow_to_understand_does_not_lose_what_it_sees() {
         let mut configured = Percepts::builtin();
         configured.belief.cull = cull;
         let mut robot = Robot::new(&configured);
-        // A picture is taken every 100 ms, and understood 900 ms later.
+        // An image is taken every 100 ms, and processed 900 ms later.
         for at in (1000..4000).step_by(5) {
             if at % 100 == 0 {
                 robot.see(ms(at), &[block(ms(at - 900), [0.5, 0.0, 0.0], RED)], true);
@@ -79,7 +79,7 @@ fn a_source_that_is_slow_to_understand_does_not_lose_what_it_sees() {
             }
             assert_eq!(robot.ids(), [1], "{at}");
         }
-        // It is found empty by pictures alone.
+        // Only images find the position empty.
         for at in (4000..=4600).step_by(100) {
             assert_eq!(robot.ids(), [1], "{at}");
             robot.system.step(ms(at), &[], 0..0, SourceSet::of(0), |_| true);

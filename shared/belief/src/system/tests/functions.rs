@@ -1,4 +1,4 @@
-//! Functions of the program's own.
+//! Plug-in functions.
 
 use std::sync::Arc;
 
@@ -6,7 +6,7 @@ use config::percepts::{Cull, History, Measure};
 
 use super::*;
 
-/// A history of the program's own: the highest number there ever was.
+/// A plug-in history that keeps the highest number.
 struct Highest;
 
 impl own::History for Highest {
@@ -32,7 +32,7 @@ impl own::History for Highest {
     }
 }
 
-/// A history that says what cannot be.
+/// A history that returns invalid evaluations.
 struct Nonsense;
 
 impl own::History for Nonsense {
@@ -49,7 +49,7 @@ impl own::History for Nonsense {
     }
 }
 
-/// A culling function of the program's own: what nobody holds, was seen once, and is in view.
+/// A plug-in culling function: not held, observed once, and in view.
 struct Fleeting;
 
 impl own::Cull for Fleeting {
@@ -109,7 +109,7 @@ fn a_history_of_the_programs_own_says_what_is_remembered() {
     // Its confidence has decayed since.
     assert!(remembered.confidence < 0.9 && remembered.confidence > 0.89);
     assert!(belief.percept(marked).is_none(), "nonsense is nothing");
-    // Before its first sample there is nothing, and of a row used again nothing is left.
+    // Before the first sample there is no evaluation, and a reused row holds no old data.
     assert!(robot.system.write(0, ms(0)).unwrap().percept(filled).is_none());
     for step in 0..200 {
         robot.see(ms(1000 + 5 * step), &[], true);
