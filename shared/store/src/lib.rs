@@ -2,8 +2,8 @@
 //!
 //! An entry consists of a head and a list of items, all JSON values: a task and its examples. Every change is a record,
 //! a line of the file with a check sum and the format version. It is appended to the first copy, and once it is durable
-//! there, to the second one. A method returns when the change is durable in both. After a crash or a power cut at any
-//! time, the changed entry has either its old or its new value, and all others are intact. The cost of appending an
+//! there, to the second one. A method returns when the change is durable in both. After a crash or a power cut, the
+//! changed entry has either its old or its new value, and all others are intact. The cost of appending an
 //! item does not depend on the number of items.
 //!
 //! Opening verifies the store. Damaged files are set aside under the names in [`Findings`]. The valid records of either

@@ -11,7 +11,7 @@ use crate::store::{End, size};
 use crate::survey::{Lost, Standing, Survey};
 use crate::{Damage, Findings, OpenError, ReadError, Store, VERSION};
 
-/// Both copies are rewritten if this many records, and more than half of all, are obsolete.
+/// Both copies are rewritten when the obsolete records outnumber the current ones by more than this.
 const MOST_DEAD: u64 = 64;
 /// Limit on the numbers of set-aside files of one name.
 const MOST_ASIDE: u32 = 1000;

@@ -6,8 +6,8 @@ use message::{Belief, Feature, NOBODY, Remembered};
 use crate::Language;
 use crate::snapshot::{is_on, position};
 
-/// An unheld object is at rest if its mean position over one `GLANCE` window differs from that over the previous
-/// window by at most this, in metres. Means suppress the noise of single frames.
+/// Maximum difference, in metres, of an object's mean positions over two successive `GLANCE` windows at rest. Means
+/// suppress the noise of single frames.
 const STILL_M: f64 = 0.01;
 const GLANCE: Duration = Duration::from_millis(100);
 /// An act is complete after everything has been at rest and unchanged for this long.

@@ -38,11 +38,11 @@ pub fn decide(learned: &BTreeMap<u16, Learned>, teacher: u16) -> Option<u16> {
 /// As [`decide`], with a policy for a conflict between the schema from the robot's own view and the teacher's
 /// ("Task and Goal Learning"). There is a conflict if both explain the examples and they [differ](differ).
 ///
-/// [`OnConflict::Resolve`] examines every object that contradicts the teacher's rule in the robot's view. Either
-/// the teacher could not know it or its state, or it is not theirs ([`explain`]), or the teacher has to
-/// answer a question about its kind. Then the teacher's schema is followed, unless the answers contradict
-/// it more often than the robot's. Rules about numbers, spatial relations or movements cannot be settled by a
-/// question about one object; for those the teacher's schema is followed.
+/// [`OnConflict::Resolve`] examines every object that contradicts the teacher's rule in the robot's view. It is
+/// explained if the teacher could not know it or its state, or does not own it ([`explain`]). Otherwise the
+/// teacher has to answer a question about its kind. Then the teacher's schema is followed, unless the answers
+/// contradict it more often than the robot's. Rules about numbers, spatial relations or movements cannot be
+/// settled by a question about one object; for those the teacher's schema is followed.
 #[must_use]
 pub fn decide_with(
     language: &Language,

@@ -57,8 +57,8 @@ impl Sentence {
     /// names keep their spelling.
     ///
     /// Stop is recognised generously, because an unnecessary stop is less harmful than a missed one. A short sentence
-    /// with "stop" or "halt" anywhere is [`Sentence::Stop`], and so is a longer one that begins or ends with
-    /// it, unless it teaches, ends or requests a task of that name.
+    /// with "stop" or "halt" anywhere is [`Sentence::Stop`], and so is a longer one that begins or ends with it. A
+    /// sentence that teaches, ends or requests a task of that name is not a stop.
     ///
     /// ```
     /// use tasks::Sentence;

@@ -100,8 +100,8 @@ pub fn explain(language: &Language, task: &Task, simulated: &[u16], rule: &Rule)
     explanation
 }
 
-/// The objects of a view that contradict a rule: those that it applies to but that did not reach the expected
-/// state, and those that changed as expected although it does not apply to them.
+/// The objects of a view that contradict a rule. Either the rule applies but the expected state was not reached, or
+/// the object changed as expected although the rule does not apply.
 fn contradicting<'a>(language: &Language, view: &'a View, rule: &Rule) -> Vec<&'a Object> {
     let evidence =
         Evidence { after: &view.after, changes: changes(&view.before, &view.after, language.moved_m) };

@@ -79,8 +79,8 @@ pub fn learn_with(language: &Language, views: &[&View], settings: &Settings) -> 
 
 /// Incremental learning of a task from the examples of one perspective.
 ///
-/// P(h|D) ∝ P(D|h) P(h). Without label noise P(D|h) is the share of the examples that h is consistent with,
-/// and rules are ranked by their tally first, then by their posterior.
+/// P(h|D) ∝ P(D|h) P(h). Without label noise P(D|h) is the share of the examples that h is consistent with.
+/// Rules are then ranked by their tally first, then by their posterior.
 ///
 /// Changes are grouped by signature; each group is a candidate goal belief. A group is only a means, not a goal, if
 /// no class explains it. It is also a means if all its objects were displaced while the objects of an explained

@@ -60,8 +60,8 @@ impl Default for Settings {
 /// The label noise ε: the probability that a teacher treats an object of a demonstration contrary to their rule.
 /// It lies in [0, 0.5).
 ///
-/// With 0, P(D|h) is the share of the examples that are consistent with h. Above 0, P(D|h) is the product of ε or
-/// 1 - ε over the objects of all demonstrations that were not already in the goal state.
+/// With 0, P(D|h) is the share of the examples that are consistent with h. Above 0, P(D|h) is a product over the
+/// objects that were not already in the goal state: ε for each mistake, 1 - ε for each other object.
 #[derive(Clone, Copy, Debug, Default, PartialEq, PartialOrd)]
 pub struct Noise(f64);
 

@@ -5,7 +5,7 @@ use crate::{Object, Task, View, decide, explain};
 use std::collections::BTreeMap;
 
 /// A demonstration of Task 1: squares with holes, the last one hidden from the teacher by a barrier, and seven
-/// pegs, of which one is used for each hole that the teacher sees.
+/// pegs. The teacher uses one peg for each visible hole.
 pub(super) fn fill_all_holes(colours: &[&str]) -> Vec<View> {
     let at = |index: usize, y: f64| [quantity::number::float_of_count(index).mul_add(0.12, -0.3), y, 0.03];
     let hidden = colours.len() - 1;
