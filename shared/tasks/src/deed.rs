@@ -63,7 +63,6 @@ pub struct Course<'a> {
 ///   territory that appears later is what the teacher builds.
 /// - An object that changed a state of its own (an inserted peg) is not placed, and is handed over only into a hand.
 ///
-///
 /// ```
 /// use tasks::{Course, Deed, Object, Snapshot, changes, deeds};
 ///

@@ -18,7 +18,7 @@ use crate::weight::Weight;
 /// objects and nothing else.
 ///
 /// A template processes new demonstrations lazily, when it is queried. A search by template size prunes: adding a
-/// feature never joins two classes. So a template with too many classes to matter excludes all larger ones.
+/// feature never joins two classes. So a template with too many classes to matter excludes all its extensions.
 #[derive(Clone, Debug)]
 pub(crate) struct Disjunctions {
     templates: Vec<Node>,

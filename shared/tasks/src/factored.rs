@@ -34,8 +34,8 @@ const TALLIES: usize = 4096;
 ///
 /// A template with more features refines the classes. A refinement never has fewer classes with a changed object. Each
 /// contributes at most the log-odds of its changed objects minus κ. Here κ = ln((1 - ε) / ε) - ln(1 + g), with g of a
-/// class with one changed object. This bounds all refinements of a template. Those below the rounding error of the sum
-/// are pruned.
+/// class with one changed object. This bounds all refinements of a template. Refinements below the rounding error
+/// of the sum are pruned.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Factored {
     /// By kind, the numbers of changed and left-out objects.
