@@ -7,7 +7,7 @@ use tasks::{Language, Object, Settings, Snapshot, Task, counterparts, describe_o
 use crate::report::{like, sight_among, spoken};
 use crate::verdict::Verdict;
 
-/// What each task comes to, task by task: its name, and what is said.
+/// The answer to "What did you learn?": for each task its name and a sentence about its rule.
 pub(crate) fn learned<'a>(
     language: &Language,
     tasks: impl Iterator<Item = &'a Task>,
@@ -34,7 +34,7 @@ pub(crate) fn learned<'a>(
     known
 }
 
-/// Why a task is taken for what it is taken for.
+/// The answer to "Why?": the support of the learned rule, and how the perspectives differ.
 pub(crate) fn why(language: &Language, task: &Task, perspectives: &[u16], settings: &Settings) -> String {
     let verdict = Verdict::of(language, task, perspectives, settings);
     let explanation = verdict.explanation(language, task);
@@ -60,13 +60,14 @@ pub(crate) fn why(language: &Language, task: &Task, perspectives: &[u16], settin
     }
 }
 
-/// That it is open what a task is, and why.
+/// Says that the rule of a task is undecided, and why.
 pub(crate) fn unsure(task: &Task, why: Option<&str>) -> String {
     let why = why.map(|why| format!(": {why}")).unwrap_or_default();
     format!("I do not know yet what {} is{why}", task.name)
 }
 
-/// What the robot takes a partner to know of, and of what not.
+/// The answer to "What do you think I see?": the objects that a partner knows and does not know, as the robot
+/// believes.
 pub(crate) fn seen_by(language: &Language, views: &BTreeMap<u16, Snapshot>, partner: u16) -> String {
     let (Some(own), Some(theirs)) = (views.get(&0), views.get(&partner)) else {
         return "I do not think about what others see: perspective taking is switched off".to_owned();

@@ -2,73 +2,72 @@ use clock::Instant;
 use geometry::{Base, Position};
 use message::JointGoal;
 
-/// What Leo can do with its body.
+/// A motor skill of the robot.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Skill {
-    /// Takes a standing thing from above and puts it into a hole.
+    /// Grasps a standing object from above and inserts it into a hole.
     Insert {
-        /// The thing's centre.
+        /// The object's centre.
         thing: Position<Base>,
         /// Half its height, in metres.
         half_height_m: f64,
-        /// The middle of the hole's upper edge.
+        /// The centre of the hole's upper edge.
         hole: Position<Base>,
     },
-    /// Takes a thing from above and puts it down elsewhere.
+    /// Grasps an object from above and puts it down elsewhere.
     Place {
-        /// The thing's centre.
+        /// The object's centre.
         thing: Position<Base>,
         /// Half its height, in metres.
         half_height_m: f64,
-        /// Where its centre shall come to be.
+        /// The goal position of its centre.
         to: Position<Base>,
-        /// How it shall be turned on the way; `None` where that does not matter.
+        /// The rotation of the object on the way; `None` if its heading does not matter.
         turn: Option<Turn>,
     },
-    /// Every joint stays where it is.
+    /// Holds the position of every joint.
     Hold,
-    /// Hands open, arms where they are in nobody's way.
+    /// Opens the hands and moves the arms to the rest pose.
     Rest,
-    /// The face of one who watches.
+    /// Shows an attentive face.
     Attentive,
-    /// The face of one who did not understand.
+    /// Shows a puzzled face.
     Puzzled,
-    /// The face of one who has succeeded.
+    /// Shows a pleased face.
     Pleased,
 }
 
-/// A turn of a thing about the vertical, seen from above anticlockwise.
+/// A rotation of an object about the vertical, counterclockwise seen from above.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Turn {
-    /// By how much, in radians.
+    /// The angle, in radians.
     pub by_rad: f64,
-    /// Turned by this much more, in radians, it looks the same.
+    /// The rotational symmetry of the object, in radians.
     pub period_rad: f64,
 }
 
-/// How a skill stands.
+/// The state of a skill.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Motion {
-    /// Under way.
+    /// In execution.
     Running,
-    /// Ended; whether it had its effect is for the beliefs to say.
+    /// Ended; only the beliefs can show whether it had its effect.
     Done,
-    /// Given up.
+    /// Aborted.
     Failed {
-        /// Why, in words.
+        /// The reason, in words.
         why: String,
     },
 }
 
-/// The body as the learner uses it: one skill at a time.
+/// The robot's body as the learner uses it: one skill at a time.
 pub trait Body {
-    /// Begins a skill from the present joint positions, in radians and in the order of the
-    /// configuration; `None` where a joint was not read. A skill under way is given up. One that
-    /// cannot be begun fails in the next step.
+    /// Starts a skill from the present joint positions, in radians, in the order of the configuration; `None` for
+    /// a joint that was not read. A skill in execution is aborted. If the skill cannot start, the next
+    /// [`Body::step`] returns [`Motion::Failed`].
     fn begin(&mut self, now: Instant, skill: Skill, present_rad: &[Option<f64>]);
 
-    /// Goes on with the skill. Appends the joint goals that hold now, also when the skill has
-    /// ended: the motor process takes them for the commander's sign of life. `Done` and `Failed` stay until a
-    /// skill is begun.
+    /// Advances the skill. Appends the current joint goals, also after the end of the skill: the motor process uses
+    /// them as the heartbeat of its commander. `Done` and `Failed` persist until the next `begin`.
     fn step(&mut self, now: Instant, present_rad: &[Option<f64>], goals: &mut Vec<JointGoal>) -> Motion;
 }

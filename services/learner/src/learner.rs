@@ -17,27 +17,27 @@ use crate::{Body, Motion, Skill, Vocabulary, answers};
 use ear::{Place, Waiting};
 use quantity::number::{counted, saturating_u32};
 
-/// Why the beginning or the end of a showing is none: the words came long after what they are about, or before what
-/// is believed of it.
+/// The answer if the beginning or the end of a demonstration cannot be matched to beliefs: the sentence came long after
+/// the moment it is about, or the beliefs are missing.
 const UNSEEN: &str = "I do not know how things were when you said that";
 
-/// What the learner does not decide for itself.
+/// The settings of the learner.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Settings {
-    /// How hypotheses are made and weighed.
+    /// How hypotheses are generated and weighted.
     pub learning: tasks::Settings,
-    /// Time between two joint goals frames.
+    /// Period of the joint goal frames.
     pub goal_period: Duration,
-    /// Half the height of a block whose extents are not perceived, in metres.
+    /// Half the height of a block without perceived extents, in metres.
     pub block_half_height_m: f64,
-    /// Half the height of a peg whose extents are not perceived, in metres.
+    /// Half the height of a peg without perceived extents, in metres.
     pub peg_half_height_m: f64,
-    /// Half the height of a marker whose extents are not perceived, in metres.
+    /// Half the height of a marker without perceived extents, in metres.
     pub marker_half_height_m: f64,
 }
 
 impl Settings {
-    /// The settings of a configuration, with blocks, pegs and markers as in the study.
+    /// The settings of a configuration, with the block, peg and marker sizes of the study.
     #[must_use]
     pub fn of(learner: &config::leo::Learner) -> Self {
         Self {
@@ -50,7 +50,7 @@ impl Settings {
     }
 }
 
-/// How hypotheses are made and weighed, as configured.
+/// The learning settings of a configuration.
 #[must_use]
 pub fn learning(learner: &config::leo::Learner) -> tasks::Settings {
     tasks::Settings {
@@ -60,7 +60,7 @@ pub fn learning(learner: &config::leo::Learner) -> tasks::Settings {
         },
         prior: Prior { lambda: learner.lambda.get(), mu: learner.mu.get() },
         selection_nats: learner.selection_nats.get(),
-        // The configuration refuses what is none.
+        // The configuration was validated, so the default is never used.
         noise: Noise::try_from(learner.noise.get()).unwrap_or(Noise::NONE),
         high_likelihood: learner.high_likelihood.get(),
         on_conflict: match learner.on_conflict {
@@ -71,43 +71,43 @@ pub fn learning(learner: &config::leo::Learner) -> tasks::Settings {
     }
 }
 
-/// What happened since the last step.
+/// The input of a step: everything since the last one.
 #[derive(Clone, Copy, Debug)]
 pub struct Input<'a> {
-    /// The belief buffers of all perspectives, of one instant; none when there is nothing new.
+    /// The belief buffers of all perspectives at one instant; empty if there is nothing new.
     pub beliefs: &'a [(&'a BeliefHead, &'a [Belief])],
-    /// New sentences, in the order in which they were said, each with the instant at which it was.
+    /// New sentences, in order, each with the instant at which it was said.
     pub utterances: &'a [(Instant, Utterance)],
-    /// Present joint positions, in radians and in the order of the configuration.
+    /// Present joint positions, in radians, in the order of the configuration.
     pub present_rad: &'a [Option<f64>],
 }
 
-/// One more example of a task, to be kept beyond the life of the process.
+/// A new example of a task, to be stored persistently.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Kept {
     /// The key of the task's name ([`tasks::key`]).
     pub key: String,
     /// The task's name.
     pub task: String,
-    /// Which of the task's examples it is, from 0.
+    /// The index of the example in the task, from 0.
     pub place: u64,
     /// The example.
     pub example: Example,
 }
 
-/// What the learner wants done. What is to be saved has to be durable before the events are
-/// published, since they say that it was learned; the joints need not wait for either.
+/// The output of a step. The examples must be durable before the events are published, because the events claim that
+/// they were learned. The joint goals depend on neither.
 #[derive(Clone, Debug, Default)]
 pub struct Output {
-    /// Examples to keep.
+    /// Examples to store.
     pub save: Vec<Kept>,
-    /// What to report.
+    /// Events to publish.
     pub events: Vec<Event>,
-    /// Joint goals to publish; none when it is not time for them.
+    /// Joint goals to publish; empty between two periods.
     pub goals: Vec<JointGoal>,
 }
 
-/// The learner's core.
+/// The learner's core, independent of clock, files and shared memory.
 #[derive(Clone, Debug)]
 pub struct Learner<B> {
     settings: Settings,
@@ -116,22 +116,22 @@ pub struct Learner<B> {
     body: B,
     tasks: BTreeMap<String, Task>,
     views: Views,
-    /// Sentences not yet answered: they wait for the beliefs of when they were said, and while objects are being
-    /// looked for.
+    /// Unanswered sentences: they wait for the beliefs of the instant at which they were said, and for the end of a
+    /// search for lost objects.
     heard: VecDeque<Waiting>,
     teaching: Option<Teaching>,
     performance: Option<Performance>,
-    /// The key of the task that was last taught or performed: the one in question.
+    /// The key of the current task: the one last taught or performed.
     in_question: Option<String>,
-    /// What Leo asked last, while what is said next may be the answer.
+    /// The last question, while the next sentence may be its answer.
     question: Option<Question>,
     begun: bool,
     goals_at: Option<Instant>,
 }
 
 impl<B: Body> Learner<B> {
-    /// A learner that knows `tasks` already. `perspectives` are those whose beliefs it is given,
-    /// 0 (the robot's own) among them.
+    /// A learner that knows `tasks` already. `perspectives` are those that deliver beliefs, including 0 (the robot's
+    /// own).
     #[must_use]
     pub fn new(
         settings: Settings,
@@ -157,25 +157,25 @@ impl<B: Body> Learner<B> {
         }
     }
 
-    /// Whether a performance is under way.
+    /// Whether a task is being performed.
     #[must_use]
     pub fn is_performing(&self) -> bool {
         self.performance.is_some()
     }
 
-    /// The keys of the tasks that it knows.
+    /// The keys of the known tasks.
     pub fn known(&self) -> impl Iterator<Item = &str> {
         self.tasks.keys().map(String::as_str)
     }
 
-    /// What a task that it knows comes to, once more.
+    /// The events that describe what was learned about a known task.
     #[must_use]
     pub fn recall(&self, key: &str) -> Vec<Event> {
         let tell = |task| retell(&self.vocabulary.language, task, &self.settings.learning);
         self.tasks.get(key).map_or_else(Vec::new, tell)
     }
 
-    /// Goes on to an instant.
+    /// Advances the learner to an instant.
     pub fn step(&mut self, now: Instant, input: &Input<'_>) -> Output {
         let mut output = Output::default();
         self.believe(now, input, &mut output);
@@ -209,8 +209,8 @@ impl<B: Body> Learner<B> {
         }
     }
 
-    /// Whether identities can be relied on. A demonstration with an object that was not found
-    /// again would be a wrong example: it is given up, aloud.
+    /// Whether the object identities are reliable. A demonstration with a lost object would be a wrong example, so it
+    /// is discarded with a message.
     fn is_sure_of_objects(&mut self, now: Instant, output: &mut Output) -> bool {
         let Some(teaching) = &self.teaching else {
             self.views.forget();
@@ -231,21 +231,21 @@ impl<B: Body> Learner<B> {
         }
     }
 
-    /// Looks for movements and acts of the demonstration under way.
+    /// Detects movements and acts of the demonstration in progress.
     fn watch(&mut self, now: Instant, output: &mut Output) {
         let Some(teaching) = &mut self.teaching else { return };
         let language = &self.vocabulary.language;
         let glance = self.views.remember(now, language, &self.perspectives);
         output.events.extend(glance.and_then(|own| teaching.mirror(&self.vocabulary, own)));
         let act = teaching.parse(now, language, self.views.own_beliefs());
-        // While Leo performs a task, the task as a whole is the executable.
+        // While Leo performs a task, the task as a whole is the executable, not its acts.
         if let Some(act) = act.filter(|_| self.performance.is_none()) {
             let snapshots = self.views.snapshots(now, language, &self.perspectives);
             output.events.extend(teaching.record(&self.vocabulary, act.actor, &snapshots));
         }
     }
 
-    /// A face, unless the body has work to do.
+    /// Shows a face, unless a performance needs the body.
     fn show(&mut self, now: Instant, face: Skill, present_rad: &[Option<f64>]) {
         if self.performance.is_none() {
             self.begun = true;
@@ -270,7 +270,7 @@ impl<B: Body> Learner<B> {
                 &format!("the showing of {unfinished} was not finished and does not count"),
             );
         }
-        // The first name stays the task's name.
+        // The spelling at the first demonstration stays the task's name.
         let name = self.tasks.get(&key(name)).map_or(name, |task| &task.name).to_owned();
         if sentence.place() == Place::Behind {
             say(output, &name, &format!("{UNSEEN}: please begin again"));
@@ -295,7 +295,7 @@ impl<B: Body> Learner<B> {
         self.show(now, Skill::Attentive, present_rad);
     }
 
-    /// Ends the demonstration of what can be called by one of these names, the plainest last.
+    /// Ends the demonstration of the task with one of these names; the last one is the name without courtesy words.
     fn end_teaching(&mut self, now: Instant, place: Place, names: &[String], output: &mut Output) {
         let language = &self.vocabulary.language;
         let is_it = |teaching: &mut Teaching| {
@@ -341,8 +341,8 @@ impl<B: Body> Learner<B> {
         self.conclude(&key(&name), EventKind::DemonstrationEnded, &name, output);
     }
 
-    /// Saves a task that has a new example, and tells what it comes to; what that leaves open, is asked.
-    /// `kind` and `text` say where the example is from.
+    /// Stores the new example of a task, reports what was learned, and asks about what remains open. `kind` and `text`
+    /// describe the origin of the example.
     fn conclude(&mut self, task_key: &str, kind: EventKind, text: &str, output: &mut Output) {
         let (language, settings) = (&self.vocabulary.language, &self.settings.learning);
         let Some(task) = self.tasks.get(task_key) else { return };
@@ -357,7 +357,7 @@ impl<B: Body> Learner<B> {
         output.events.push(Event { examples, ..Event::new(kind, &name, text) });
         let verdict = Verdict::of(language, task, &self.perspectives, settings);
         output.events.extend(verdict.events(language, task));
-        // As it comes, why is said when somebody asks.
+        // With the default policy the explanation is only given on request.
         let is_said = settings.on_conflict != OnConflict::Human;
         let explanation = is_said.then(|| verdict.explanation(language, task)).flatten();
         let text = match verdict.learned() {
@@ -372,7 +372,7 @@ impl<B: Body> Learner<B> {
             }
         };
         say(output, &name, &text);
-        // Better now than when it is asked to.
+        // Announce a missing skill now, not at the first request to perform.
         if let Some(why) = verdict.learned().and_then(|learned| self.vocabulary.beyond(learned)) {
             say(output, &name, &format!("{why}: I know what you mean, and cannot do it"));
         }
@@ -387,7 +387,7 @@ impl<B: Body> Learner<B> {
         }
     }
 
-    /// Asks once more what the task in question leaves open, where nobody's rules can be followed before.
+    /// Repeats the open question about the current task if a conflict decision depends on it.
     fn ask_again(&mut self, output: &mut Output) {
         let (language, settings) = (&self.vocabulary.language, &self.settings.learning);
         let Some((key, task)) = self.in_question.as_ref().and_then(|key| self.tasks.get_key_value(key))
@@ -445,7 +445,7 @@ impl<B: Body> Learner<B> {
         self.performance = Some(Performance::new(&task.name, learned, half_heights));
     }
 
-    /// Moves the body on, and the performance with it.
+    /// Advances the body and the performance.
     fn act(&mut self, now: Instant, present_rad: &[Option<f64>], output: &mut Output) {
         if !self.begun {
             self.begun = true;
@@ -479,14 +479,14 @@ impl<B: Body> Learner<B> {
         }
     }
 
-    /// What Leo performed, to its end or until it was stopped, is an act in the demonstration under way.
+    /// Marks a task that Leo performed, to its end or until it was stopped, as an act of the demonstration in progress.
     fn note_performed(&mut self, task: &str) {
         if let Some(teaching) = &mut self.teaching {
             teaching.performed = Some(task.to_owned());
         }
     }
 
-    /// Records what Leo performed in the demonstration under way, once it is certain what is where.
+    /// Records the performed task in the demonstration in progress, once the objects are identified again.
     fn record_performed(&mut self, now: Instant, output: &mut Output) {
         if let Some(teaching) = self.teaching.as_mut().filter(|teaching| teaching.performed.is_some()) {
             let snapshots = self.views.snapshots(now, &self.vocabulary.language, &self.perspectives);
@@ -503,20 +503,19 @@ fn say(output: &mut Output, task: &str, text: &str) {
     output.events.push(Event::new(EventKind::Said, task, text));
 }
 
-/// Says why a task is not performed, and that it is not.
+/// Says why a task is not performed, and reports that it is declined.
 fn decline(output: &mut Output, task: &str, text: &str) {
     say(output, task, text);
     output.events.push(Event::new(EventKind::Declined, task, text));
 }
 
-/// What is followed while it is open what a task is.
+/// Says which rule is followed while the decision is open.
 fn until_then(learned: &Learned) -> String {
     let examples = counted(saturating_u32(learned.examples), "example");
     format!("until I know, I go by what I learned from {examples}: {}", spoken(learned))
 }
 
-/// What speaks against what was learned, where not all examples are explained. From teachers who slip,
-/// nothing else is to be expected.
+/// Says how many examples contradict what was learned, if any. With label noise, contradictions are expected.
 fn doubt(learned: &Learned, settings: &tasks::Settings) -> String {
     let (tally, examples) = (learned.tally(), learned.examples);
     if tally >= examples {

@@ -5,18 +5,18 @@ use motion::{Face, Performer, Progress};
 
 use crate::{Body, Motion, Skill, Turn};
 
-/// Leo's own body: the learner's skills, performed by its joints.
+/// The robot's body: maps the learner's skills to motions of its joints.
 #[derive(Clone, Debug)]
 pub struct LeoBody {
     performer: Performer,
-    /// Why the skill last begun was not.
+    /// The reason why the last skill could not start.
     refused: Option<String>,
 }
 
-/// Why a configuration describes no body that can perform.
+/// The error for a configuration without a usable body.
 #[derive(Debug, thiserror::Error)]
 pub enum LeoBodyError {
-    /// The description of the body is wrong.
+    /// The description of the body is invalid.
     #[error("leo.urdf: {0}")]
     Body(#[from] kinematics::BodyError),
     /// A joint is missing.
@@ -25,10 +25,10 @@ pub enum LeoBodyError {
 }
 
 impl LeoBody {
-    /// The body of a configuration; its joints rest where their servos stand in the middle.
+    /// The body of a configuration. The rest position of a joint is the centre of its servo's range.
     ///
     /// # Errors
-    /// [`LeoBodyError`] when the description of the body is wrong or lacks a joint.
+    /// [`LeoBodyError`] if the description of the body is invalid or lacks a joint.
     pub fn new(robot: &Robot) -> Result<Self, LeoBodyError> {
         let names: Vec<&str> = robot.motor.joints.iter().map(|joint| joint.name.as_str()).collect();
         let rest_rad: Vec<f64> = robot.motor.joints.iter().map(|joint| joint.joint_rad(0.0)).collect();

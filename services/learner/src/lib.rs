@@ -1,7 +1,7 @@
-//! Learner process: what the teacher meant, and doing it.
+//! Learner process: infers the teacher's goals and performs learned tasks.
 //!
-//! [`Learner`] is the core: beliefs and sentences in; events, joint goals and what is to be
-//! stored out. It knows no clock, no files and no shared memory.
+//! [`Learner`] is the core: beliefs and sentences are its input; events, joint goals and examples to store are its
+//! output. It uses no clock, no files and no shared memory.
 
 mod answers;
 mod body;

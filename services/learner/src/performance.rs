@@ -1,4 +1,4 @@
-//! Leo performing a task.
+//! Performance of a learned task.
 
 mod building;
 mod by_rules;
@@ -15,14 +15,14 @@ use crate::{Body, Motion, Skill};
 use building::Building;
 use by_rules::ByRules;
 
-/// An effect that the beliefs do not confirm this long after the skill ended has not come about.
+/// Maximum time after the end of a skill until the beliefs confirm its effect.
 const CONFIRM: Duration = Duration::from_millis(1500);
-/// How often a step is tried again.
+/// Maximum number of retries of a step.
 const RETRIES: usize = 2;
-/// An object is the one meant when it looks the same and is no further away than this, in metres.
+/// An object is the expected one if it has the same class features and is at most this far away, in metres.
 const SAME_PLACE_M: f64 = 0.04;
 
-/// Half the height of a thing whose extents are not perceived, in metres.
+/// Half the height of an object without perceived extents, in metres.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct HalfHeights {
     pub(crate) block_m: f64,
@@ -30,39 +30,39 @@ pub(crate) struct HalfHeights {
     pub(crate) marker_m: f64,
 }
 
-/// What there is to do, step by step.
+/// The plan of a performance, step by step.
 trait Work {
-    /// What is to become of things, in words: "filled".
+    /// The goal state in words: "filled".
     fn wanted(&self) -> String;
 
-    /// The next step; `None` when nothing is left to do.
+    /// Selects the next step; `None` if nothing is left to do.
     ///
     /// # Errors
-    /// In words, why the work cannot be begun.
+    /// The reason, in words, why the work cannot start.
     fn choose(&mut self, vocabulary: &Vocabulary, own: &Snapshot) -> Result<Option<Step>, String>;
 
-    /// What brings the chosen step about.
+    /// The skill for the selected step.
     ///
     /// # Errors
-    /// In words, why nothing does.
+    /// The reason, in words, why there is no such skill.
     fn skill(&self, vocabulary: &Vocabulary, step: &Step, own: &Snapshot) -> Result<Skill, String>;
 
-    /// Whether the chosen step has come about; `None` where its object is not to be found.
+    /// Whether the selected step has its effect; `None` if its object is not found.
     fn is_done(&self, step: &Step, own: &Snapshot) -> Option<bool>;
 
-    /// The chosen step has come about.
+    /// Marks the selected step as done.
     fn done(&mut self);
 
-    /// The chosen step is given up.
+    /// Gives up a step.
     fn give_up(&mut self, step: &Step);
 
-    /// In words, what the work is about and the robot does not see, so that there is less to do than
-    /// was meant, or nothing at all; `None` where there is enough.
+    /// Says which objects of the task are missing, so that fewer steps or none were possible; `None` if there are
+    /// enough.
     fn missing(&self, own: &Snapshot) -> Option<String>;
 }
 
-/// Leo performing a task: one step after the other is chosen, acted out, and confirmed by what Leo
-/// then believes; what fails is tried again, and given up with the reason.
+/// The performance of a task. It selects a step, executes it, and waits until the robot's beliefs confirm it. A failed
+/// step is retried, then given up with a reason.
 #[derive(Clone, Debug)]
 pub(crate) struct Performance {
     pub(crate) task: String,
@@ -72,12 +72,12 @@ pub(crate) struct Performance {
     failed: u32,
 }
 
-/// What a task is about.
+/// The kind of goal of a task.
 #[derive(Clone, Debug)]
 enum Kind {
-    /// What becomes of things.
+    /// States of objects.
     ByRules(ByRules),
-    /// Where they stand.
+    /// A spatial configuration.
     Building(Building),
 }
 
@@ -95,26 +95,26 @@ enum Phase {
     Choosing,
     Acting(Step),
     Confirming(Step, Instant),
-    /// Coming to rest before a step is tried again.
+    /// Moves to the rest pose before the step is retried.
     Recovering(Step),
 }
 
-/// One object to be worked on.
+/// A step: one object to be worked on.
 #[derive(Clone, Debug)]
 struct Step {
     name: String,
     features: BTreeMap<String, String>,
-    /// Where it is to be found when it is done.
+    /// Its expected position after the step.
     place_m: [f64; 3],
     wanted: String,
     retries: usize,
 }
 
-/// What a performance needs to know and may move.
+/// The context of a performance step.
 pub(crate) struct Stage<'a, B> {
     pub(crate) now: Instant,
     pub(crate) vocabulary: &'a Vocabulary,
-    /// What the robot believes; `None` while it may not have found everything yet.
+    /// The robot's beliefs; `None` while objects may still be missing after a restart of the belief process.
     pub(crate) own: Option<&'a Snapshot>,
     pub(crate) present_rad: &'a [Option<f64>],
     pub(crate) body: &'a mut B,
@@ -130,7 +130,7 @@ impl Performance {
         Self { task: task.to_owned(), work, phase: Phase::Choosing, done: 0, failed: 0 }
     }
 
-    /// Goes on; gives the performance back unless it has ended.
+    /// Advances the performance; returns `None` when it has ended.
     pub(crate) fn step<B: Body>(mut self, stage: &mut Stage<'_, B>, events: &mut Vec<Event>) -> Option<Self> {
         let Some(own) = stage.own else { return Some(self) };
         self.phase = match self.phase.clone() {
@@ -183,8 +183,7 @@ impl Performance {
         Some(self)
     }
 
-    /// Leaves what is being worked on alone; its name, and the event that tells of it. `None` where
-    /// nothing is.
+    /// Gives up the current step. Returns the object's name and the event; `None` if there is no current step.
     pub(crate) fn skip(&mut self) -> Option<(String, Event)> {
         let step = match &self.phase {
             Phase::Choosing => return None,
@@ -197,13 +196,13 @@ impl Performance {
         Some((step.name, event))
     }
 
-    /// The event that tells that it was stopped.
+    /// The event for a performance that was stopped.
     pub(crate) fn stopped(&mut self) -> Event {
         let text = format!("stopped: {} {}", self.work.work().wanted(), self.done);
         self.event(EventKind::PerformanceEnded, &text)
     }
 
-    /// The face of one who has done all, or not all.
+    /// Shows the face for complete or incomplete success.
     fn end<B: Body>(&self, is_all: bool, stage: &mut Stage<'_, B>) -> Option<Self> {
         let mood = if is_all && self.failed == 0 { Skill::Pleased } else { Skill::Puzzled };
         stage.body.begin(stage.now, mood, stage.present_rad);
@@ -252,7 +251,7 @@ impl Performance {
     fn ended(&mut self, missing: Option<&str>) -> Event {
         let wanted = self.work.work().wanted();
         let all = self.done + self.failed;
-        // That all of nothing is filled is true, and says nothing.
+        // Without any matching object "everything is filled" would be vacuous, so the missing objects are named.
         let text = match (all, missing) {
             (0, None) => format!("nothing to do: everything is {wanted}"),
             (0, Some(missing)) => format!("nothing to do: {missing}"),

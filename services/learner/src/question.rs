@@ -7,27 +7,24 @@ use tasks::{
 
 use crate::verdict::{Verdict, attended, perspectives};
 
-/// A question that is expected to tell less than this, in bits, is not asked: whoever teaches would be
-/// asked about what is all but certain.
+/// Minimum expected information gain of a question, in bits: below it the answer is nearly certain already.
 const WORTH_ASKING_BITS: f64 = 0.5;
 
-/// One thing that Leo asks about a task, because what it was shown does not say: a thing of a kind,
-/// and whether it should become as the goal wants.
+/// A question about a task: whether an object of some kind should reach the goal state.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Question {
     /// The key of the task.
     pub(crate) task: String,
-    /// What to say.
+    /// The question in words.
     pub(crate) text: String,
     features: BTreeMap<String, String>,
     goal: Signature,
 }
 
 impl Question {
-    /// What to ask about a task: first what has to be answered before anybody's rule can be followed, then
-    /// what speaks against the teacher's rule although he knew of it, else what is expected to tell most;
-    /// about each kind of thing once. `None` where there is nothing to ask: what speaks against the rule is
-    /// explained by what he could not know or was asked about, and no question would tell much.
+    /// Selects the question for a task. Priority: (1) a question that blocks a conflict decision, (2) a known
+    /// counter-example of the teacher's rule, (3) the query with the highest expected information gain. Each kind of
+    /// object is asked about at most once. `None` if there is no such question.
     pub(crate) fn about(
         language: &Language,
         key: &str,
@@ -42,8 +39,7 @@ impl Question {
         let first = learned.primary().next()?;
         let goal = first.expectation.clone();
         let perspectives = verdict.perspectives();
-        // A number of things may be any, and what stands where it does looks otherwise from elsewhere:
-        // then nothing is left to explain. That a thing was moved cannot be said of it in one word.
+        // Numbers and spatial relations give no single counter-example, and an answer cannot express a movement.
         let is_comparable =
             chosen != 0 && first.selection == Selection::All && !goal.contains(&Effect::Moved);
         if is_comparable {
@@ -59,7 +55,7 @@ impl Question {
         Some(Self { task: key.to_owned(), text: inquiry.text, features, goal })
     }
 
-    /// Whether a thing of a kind should become as a goal wants.
+    /// The question about an object of a kind.
     fn of_kind(
         language: &Language,
         key: &str,
@@ -71,7 +67,7 @@ impl Question {
         Self { task: key.to_owned(), text, features, goal }
     }
 
-    /// The answer as an example: such a thing became as the goal wants, or was left as it is.
+    /// The answer as an example: the object reached the goal state, or was left out.
     pub(crate) fn answered(&self, yes: bool, teacher: u16, perspectives: &[u16]) -> Example {
         let thing = |done: bool| {
             let states = self.goal.iter().filter_map(|effect| match effect {
@@ -96,7 +92,7 @@ impl Question {
     }
 }
 
-/// Whether a thing can be as a goal wants.
+/// Whether an object has the percepts of a goal.
 fn is_eligible(object: &Object, goal: &Signature) -> bool {
     goal.iter().all(|effect| match effect {
         Effect::State { name, .. } => object.states.contains_key(name),
@@ -104,18 +100,18 @@ fn is_eligible(object: &Object, goal: &Signature) -> bool {
     })
 }
 
-/// What a thing of a kind is called among all that a task was shown with.
+/// The name of a kind of object among all objects in the task's demonstrations.
 fn named(language: &Language, task: &Task, kind: &BTreeMap<String, String>, goal: &Signature) -> String {
     let shown = task.views(0).flat_map(|view| &view.after.objects).filter(|object| is_eligible(object, goal));
     describe_object(language, &Object { features: kind.clone(), ..Object::default() }, shown)
 }
 
-/// Whether a question about a kind of thing was answered.
+/// Whether there is an answer about a kind of object.
 fn is_answered(task: &Task, kind: &BTreeMap<String, String>, goal: &Signature) -> bool {
     task.answers().any(|answer| answer.features == *kind && is_eligible(answer, goal))
 }
 
-/// What Leo would ask about a task, where its examples leave open what is meant.
+/// The question that Leo would ask about a task, if its examples are ambiguous.
 #[must_use]
 pub fn open_question(language: &Language, task: &Task, settings: &Settings) -> Option<String> {
     let verdict = Verdict::of(language, task, &perspectives(task), settings);

@@ -2,11 +2,10 @@ use std::collections::VecDeque;
 
 use clock::{Duration, Instant};
 
-/// One task is told in this time: a listener's queue is short, and what a task comes to takes computing.
+/// Minimum time between two replayed tasks: subscriber queues are short, and the replay needs computing time.
 const EVERY: Duration = Duration::from_millis(50);
 
-/// What is told to those who begin to listen: a console that begins anew, or a recording, has heard nothing of
-/// what was learned before.
+/// Replays the learned tasks to late joiners: a restarted console or a recorder has missed the earlier events.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Recollection {
     untold: VecDeque<String>,
@@ -14,8 +13,7 @@ pub(crate) struct Recollection {
 }
 
 impl Recollection {
-    /// The key of the task to be told now, if any, of those that are known: from the beginning where somebody began to
-    /// listen.
+    /// The key of the task to replay now, if any. A new subscriber restarts the replay with all known tasks.
     pub(crate) fn next<'a>(
         &mut self,
         now: Instant,
@@ -50,7 +48,7 @@ mod tests {
         assert_eq!(told(10, false), None, "not at once");
         assert_eq!(told(55, false).as_deref(), Some("task 2"));
         assert_eq!(told(500, false), None);
-        // One more, and another one before all was told.
+        // A new subscriber, and a second one before the replay has ended.
         assert_eq!(told(605, true).as_deref(), Some("task 1"));
         assert_eq!(told(610, true), None);
         assert_eq!(told(660, false).as_deref(), Some("task 1"), "from the beginning");

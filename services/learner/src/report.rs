@@ -1,4 +1,4 @@
-//! Events about what was learned.
+//! Events and phrases about what was learned.
 
 use std::collections::BTreeMap;
 
@@ -14,11 +14,11 @@ use tasks::{
 use crate::Vocabulary;
 use crate::verdict::{Verdict, perspectives};
 
-/// Rules reported per perspective and goal at most, beyond those of high likelihood.
+/// Maximum number of reported rules per perspective and goal, apart from those of high likelihood.
 pub(crate) const REPORTED: usize = 8;
 
-/// The events that tell what a remembered task comes to, as they were told when it was learned: hypotheses
-/// of every perspective that has examples of it, the rule chosen, and why another sees it differently.
+/// Recreates the events about a stored task, as at the time of learning: the hypotheses of every perspective with
+/// examples, the chosen rule, and the explanation of a difference.
 #[must_use]
 pub fn retell(language: &Language, task: &Task, settings: &Settings) -> Vec<Event> {
     let examples = saturating_u32(task.examples.len());
@@ -27,7 +27,7 @@ pub fn retell(language: &Language, task: &Task, settings: &Settings) -> Vec<Even
     std::iter::once(remembered).chain(verdict.events(language, task)).collect()
 }
 
-/// What a task is, in words: "all filled".
+/// The learned goal in words: "all filled".
 pub(crate) fn spoken(learned: &Learned) -> String {
     if let Some(figure) = learned.figures.first() {
         return figure.name.clone();
@@ -40,7 +40,7 @@ pub(crate) fn with_expectation(rule: &Rule) -> String {
     format!("{} {}", rule.name, expectation(rule))
 }
 
-/// What a rule expects, in words: "filled".
+/// The expectation of a rule in words: "filled".
 pub(crate) fn expectation(rule: &Rule) -> String {
     describe_change(&Change { signature: rule.expectation.clone(), displaced: false })
 }
@@ -63,18 +63,18 @@ pub(crate) fn standing_event(
     }
 }
 
-/// What a perspective has before it, in words: "blue square, 2 × red square and 7 × peg".
+/// The objects of a view in words: "blue square, 2 × red square and 7 × peg".
 pub(crate) fn sight(language: &Language, view: &Snapshot) -> String {
     sight_among(language, view, view)
 }
 
-/// The same in words that tell the things apart from all those of another view.
+/// As [`sight`], with names that distinguish the objects from all those of another view.
 pub(crate) fn sight_among(language: &Language, view: &Snapshot, all: &Snapshot) -> String {
     let mut counts: BTreeMap<String, usize> = BTreeMap::new();
     for object in &view.objects {
         *counts.entry(describe_object(language, object, like(all, object))).or_default() += 1;
     }
-    // What there is most of is the stuff to work with, and comes last.
+    // Sorted by count, so the most frequent kind comes last.
     let mut counts: Vec<(usize, String)> = counts.into_iter().map(|(name, count)| (count, name)).collect();
     counts.sort();
     let mut names = counts
@@ -82,7 +82,7 @@ pub(crate) fn sight_among(language: &Language, view: &Snapshot, all: &Snapshot) 
         .map(|(count, name)| if count == 1 { name } else { format!("{count} × {name}") })
         .collect::<Vec<_>>();
     let all = names.len();
-    // Said whole or with what is left out counted, never cut in the middle of a word.
+    // If the text is too long, whole kinds are dropped and counted, so no word is cut.
     loop {
         let text = match (names.len(), all - names.len()) {
             (0, _) => return "nothing".to_owned(),
@@ -96,13 +96,13 @@ pub(crate) fn sight_among(language: &Language, view: &Snapshot, all: &Snapshot) 
     }
 }
 
-/// Things are told apart from those of their kind: blocks from blocks, pegs from pegs.
+/// The objects of the same kind, by their set of states: blocks among blocks, pegs among pegs.
 pub(crate) fn like<'a>(view: &'a Snapshot, object: &Object) -> impl Iterator<Item = &'a Object> {
     let kind: Vec<String> = object.states.keys().cloned().collect();
     view.objects.iter().filter(move |other| other.states.keys().eq(&kind))
 }
 
-/// What somebody did, in words: "the teacher: red square filled, small peg inserted".
+/// An act in words: "the teacher: red square filled, small peg inserted".
 pub(crate) fn act(vocabulary: &Vocabulary, act: &Executable, now: &Snapshot) -> String {
     let Vocabulary { language, names, .. } = vocabulary;
     let who = if act.actor == 0 { "I".to_owned() } else { names.of(act.actor) };
@@ -119,7 +119,7 @@ pub(crate) fn act(vocabulary: &Vocabulary, act: &Executable, now: &Snapshot) -> 
             Deed::Handed { to } => Some(format!("handed to {}", names.of(*to))),
         });
         let deeds: Vec<String> = deeds.collect();
-        // Whoever places a thing somewhere has moved it: that need not be said as well.
+        // A placed or handed object was necessarily moved; only its state changes are mentioned in addition.
         let states = if deeds.is_empty() { Some(change.clone()) } else { change.states() };
         let all: Vec<String> = states.iter().map(describe_change).chain(deeds).collect();
         Some(format!("{thing} {}", listed(&all)))
@@ -128,13 +128,13 @@ pub(crate) fn act(vocabulary: &Vocabulary, act: &Executable, now: &Snapshot) -> 
     format!("{who}: {}", listed(&what))
 }
 
-/// What somebody is about to do, in words: "the teacher: putting the small peg into the red square".
-/// `None` where the thing is not seen.
+/// An observed movement in words: "the teacher: putting the small peg into the red square". `None` if its object is not
+/// in the snapshot.
 pub(crate) fn movement(vocabulary: &Vocabulary, movement: &Movement, now: &Snapshot) -> Option<String> {
     let Vocabulary { language, names, insertion, .. } = vocabulary;
     let thing = now.object(movement.thing)?;
     let name = |object: &Object| describe_object(language, object, like(now, object));
-    // A peg goes for a hole that is free, whatever else stands there.
+    // A peg is bound for a free hole, even if there are other objects below.
     let goes_into = |below: &Object| {
         insertion.as_ref().is_some_and(|insertion| {
             thing.states.contains_key(&insertion.inserted)
@@ -155,10 +155,10 @@ pub(crate) fn movement(vocabulary: &Vocabulary, movement: &Movement, now: &Snaps
     })
 }
 
-/// A thing comes down on another when it is no further to the side of its middle, in metres.
+/// Maximum horizontal distance of an object below a movement's end, in metres.
 const OVER_M: f64 = 0.04;
 
-/// What is below the place where a movement comes down, the highest first.
+/// The objects below the end of a movement, highest first.
 fn below<'a>(movement: &Movement, now: &'a Snapshot) -> Vec<&'a Object> {
     let over = movement.above.point();
     let height_m = |object: &Object| object.position_m.map_or(f64::NEG_INFINITY, |[.., height_m]| height_m);

@@ -2,32 +2,30 @@ use std::collections::VecDeque;
 
 use message::Event;
 
-/// Events in the order in which they came about, those held back that tell of what is not durable yet,
-/// and those behind them.
+/// A queue of events in order. Events about examples that are not durable yet are held back, and so are all later ones.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Reports {
     waiting: VecDeque<Report>,
 }
 
-/// What happened at an instant.
+/// The events of an instant.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(crate) struct Report {
     pub(crate) at_ns: u64,
     pub(crate) events: Vec<Event>,
-    /// Examples behind it that are not durable yet.
+    /// Number of its examples that are not durable yet.
     unsaved: usize,
 }
 
 impl Reports {
-    /// Takes in what happened, which may be told once as many more examples as `unsaved` are durable.
+    /// Appends events, to be released after `unsaved` more examples are durable.
     pub(crate) fn push(&mut self, at_ns: u64, unsaved: usize, events: Vec<Event>) {
         if !events.is_empty() || unsaved > 0 {
             self.waiting.push_back(Report { at_ns, events, unsaved });
         }
     }
 
-    /// The oldest example that was not durable now is, or never will be; then `complaint` is told after
-    /// what was learned from it.
+    /// The oldest pending example is durable, or failed; then `complaint` is appended to its events.
     pub(crate) fn saved(&mut self, complaint: Option<Event>) {
         if let Some(report) = self.waiting.iter_mut().find(|report| report.unsaved > 0) {
             report.unsaved -= 1;
@@ -35,7 +33,7 @@ impl Reports {
         }
     }
 
-    /// The next report that may be told.
+    /// The next report that is ready for release.
     pub(crate) fn next(&mut self) -> Option<Report> {
         let may_be_told = self.waiting.front().is_some_and(|report| report.unsaved == 0);
         if may_be_told { self.waiting.pop_front() } else { None }
@@ -73,7 +71,7 @@ mod tests {
         assert_eq!(told(&mut reports), ["learned", "sorry", "b"]);
         reports.saved(None);
         assert_eq!(told(&mut reports), ["learned more"]);
-        // Nobody waits for it.
+        // No report is pending.
         reports.saved(None);
         reports.push(5, 0, Vec::new());
         assert!(reports.next().is_none());

@@ -10,11 +10,11 @@ use tasks::{
 
 use crate::{Vocabulary, report};
 
-/// A demonstration under way, and what finds the movements and the acts in it.
+/// A demonstration in progress, with the detectors for movements and acts.
 #[derive(Clone, Debug)]
 pub(crate) struct Teaching {
     pub(crate) recording: Recording,
-    /// The task that Leo performed, in whole or in part, in the course of it, and that is not recorded yet.
+    /// A task that Leo performed, at least in part, during the demonstration and that is not recorded yet.
     pub(crate) performed: Option<String>,
     mirror: Mirror,
     parser: ActionParser,
@@ -26,13 +26,13 @@ impl Teaching {
         Self { recording, performed: None, mirror: Mirror::default(), parser: ActionParser::default() }
     }
 
-    /// The parser's identities are void, and what moved meanwhile was not seen.
+    /// Resets the detectors after a restart of the belief process: identities changed and movements were missed.
     pub(crate) fn break_off(&mut self) {
         self.mirror = Mirror::default();
         self.parser.reset();
     }
 
-    /// Looks for a movement like Leo's own; gives the event that tells of one, before it is completed.
+    /// Detects a goal-directed movement like Leo's own; returns the event before the movement is complete.
     pub(crate) fn mirror(&mut self, vocabulary: &Vocabulary, own: &Snapshot) -> Option<Event> {
         let things = own.objects.iter().filter_map(|object| {
             let held_by = object.held_by.unwrap_or(NOBODY);
@@ -43,12 +43,12 @@ impl Teaching {
         Some(Event::new(EventKind::MovementSeen, &self.recording.task, &text))
     }
 
-    /// Looks for an act that has just been completed.
+    /// Detects an act that has just been completed.
     pub(crate) fn parse(&mut self, now: Instant, language: &Language, own: &[Belief]) -> Option<Act> {
         self.parser.step(now, language, own)
     }
 
-    /// Records an act of somebody; gives the event that tells of it.
+    /// Records an act; returns the event.
     pub(crate) fn record(
         &mut self,
         vocabulary: &Vocabulary,
@@ -58,7 +58,7 @@ impl Teaching {
         self.append(vocabulary, actor, None, snapshots)
     }
 
-    /// Records the task that Leo performed as one act of its own; gives the event that tells of it.
+    /// Records the task that Leo performed as a single act; returns the event.
     pub(crate) fn record_performed(
         &mut self,
         vocabulary: &Vocabulary,
@@ -81,14 +81,14 @@ impl Teaching {
         Some(Event::new(EventKind::ActionSeen, &self.recording.task, &text))
     }
 
-    /// The things that the robot saw when the demonstration began and sees no more, in words.
+    /// Names of the objects that the robot saw at the beginning of the demonstration and does not see any more.
     pub(crate) fn vanished(&self, language: &Language, snapshots: &BTreeMap<u16, Snapshot>) -> Vec<String> {
         let Some((began, now)) = self.recording.began(0).zip(snapshots.get(&0)) else { return Vec::new() };
         let named = |object: &Object| describe_object(language, object, report::like(began, object));
         vanished(began, now).into_iter().map(|object| format!("the {}", named(object))).collect()
     }
 
-    /// Ends the demonstration; an act under way ends with it.
+    /// Ends the demonstration; an act in progress ends with it.
     pub(crate) fn finish(
         mut self,
         vocabulary: &Vocabulary,

@@ -49,7 +49,7 @@ fn of_each_showing_it_is_its_own_teachers_view_that_counts() {
         let mut run = Run::new(2, Vec::new());
         let sets = [["red", "green", "yellow", "red", "blue"], ["green", "yellow", "red", "yellow", "blue"]];
         for (teacher, colours) in teachers.into_iter().zip(sets) {
-            // The other teacher sees the blue one well.
+            // The other teacher sees the blue one.
             run.hidden_from = Some(teacher);
             run.demonstrate_as(u32::from(teacher), &colours, |_| {});
         }
@@ -160,7 +160,7 @@ fn what_leo_has_no_skill_for_it_says_when_it_learns_it() {
     run.steps(200);
     assert_eq!(run.texts(EventKind::StepFailed), ["red cylinder: I have no skill that makes a thing on"]);
 
-    // What it can do, goes without saying.
+    // No sentence about skills if Leo can perform the task.
     let mut run = Run::new(1, Vec::new());
     run.teach();
     assert!(run.texts(EventKind::Said).iter().all(|said| !said.contains("no skill")));
@@ -227,7 +227,7 @@ fn a_performance_outlives_the_belief_process() {
         for _ in 0..3 {
             run.steps(9);
             run.restart_belief();
-            // At first it has perceived nothing: that is not the end of the work.
+            // After the restart nothing is perceived yet: the performance must not end.
             run.missing = (0..12).collect();
             run.steps(20);
             run.missing.clear();
@@ -462,7 +462,7 @@ fn a_correction_is_a_new_example() {
     assert_eq!(run.saved.last().unwrap().1.examples.len(), 3);
     let said = run.texts(EventKind::Said);
     assert!(said.iter().any(|text| text.starts_with("what is wrong?")), "{said:?}");
-    // One showing against two leaves it open what is meant.
+    // One demonstration against two leaves the goal ambiguous.
     assert!(said.last().unwrap().starts_with("Should a "), "{said:?}");
     run.say("Yes");
     assert_eq!(run.saved.last().unwrap().1.examples.len(), 4);

@@ -1,4 +1,4 @@
-//! What a task comes to: what every perspective makes of it, and whose rules are followed.
+//! The evaluation of a task: what every perspective learned, and which one is followed.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -10,23 +10,23 @@ use tasks::{
 
 use crate::report::{REPORTED, spoken, standing_event, with_expectation};
 
-/// So many showings back it is looked for what was settled before a conflict that is open.
+/// Maximum number of examples to go back in search of an earlier settled decision.
 const LOOKED_BACK: usize = 16;
 
-/// What all perspectives make of a task, and whose rules are followed.
+/// What all perspectives learned about a task, and the decision between them.
 #[derive(Clone, Debug)]
 pub(crate) struct Verdict {
     pub(crate) by_perspective: BTreeMap<u16, Learned>,
-    /// He who stands for all teachers; 0 where nobody's perspective is taken.
+    /// The teacher whose perspective stands for all teachers; 0 if no perspective is simulated.
     teacher: u16,
     on_conflict: OnConflict,
     decision: Decision,
-    /// While the decision is open: what was settled by the showings before.
+    /// While the decision is open: the decision on the longest settled prefix of the examples.
     settled: Option<(u16, Learned)>,
 }
 
 impl Verdict {
-    /// Learns a task anew from all its examples.
+    /// Learns a task from all its examples.
     pub(crate) fn of(language: &Language, task: &Task, perspectives: &[u16], settings: &Settings) -> Self {
         let mut verdict = Self::of_these(language, task, perspectives, settings);
         if matches!(verdict.decision, Decision::Open(_)) {
@@ -57,12 +57,12 @@ impl Verdict {
         Self { by_perspective, teacher, on_conflict, decision, settled: None }
     }
 
-    /// Whose perspectives are taken.
+    /// The simulated perspectives.
     pub(crate) fn perspectives(&self) -> Vec<u16> {
         self.by_perspective.keys().copied().collect()
     }
 
-    /// What has to be asked before anybody's rules can be followed.
+    /// The question that blocks the decision, if any.
     pub(crate) fn doubt(&self) -> Option<&Doubt> {
         match &self.decision {
             Decision::Open(doubt) => Some(doubt),
@@ -70,7 +70,7 @@ impl Verdict {
         }
     }
 
-    /// The perspective that is followed, and what it learned; while that is open, what was settled before.
+    /// The followed perspective and what it learned; while the decision is open, those of an earlier decision.
     pub(crate) fn followed(&self) -> Option<(u16, &Learned)> {
         match self.decision {
             Decision::Nobody => None,
@@ -79,13 +79,13 @@ impl Verdict {
         }
     }
 
-    /// What the perspective learned that is followed.
+    /// What the followed perspective learned.
     pub(crate) fn learned(&self) -> Option<&Learned> {
         self.followed().map(|(_, learned)| learned)
     }
 
-    /// The events that tell of it: every perspective's hypotheses, the rule chosen, and why
-    /// another perspective sees it differently.
+    /// The events about the evaluation: the hypotheses of every perspective, the chosen rule, and the explanation of a
+    /// difference.
     pub(crate) fn events(&self, language: &Language, task: &Task) -> Vec<Event> {
         let mut events = Vec::new();
         for (&perspective, learned) in &self.by_perspective {
@@ -136,7 +136,7 @@ impl Verdict {
         events
     }
 
-    /// Why the robot's own view and the teacher's perspective differ, and what comes of it.
+    /// Why the robot's own view and the teacher's perspective differ, and the consequence.
     pub(crate) fn explanation(&self, language: &Language, task: &Task) -> Option<String> {
         match &self.decision {
             Decision::Nobody => None,
@@ -146,7 +146,7 @@ impl Verdict {
         }
     }
 
-    /// Why the robot's own view speaks against the rule that it follows.
+    /// The explanation if the teacher's rule is followed: why the robot's own view differs from it.
     fn why_his_is_followed(&self, language: &Language, task: &Task, chosen: u16) -> Option<String> {
         let learned = self.by_perspective.get(&chosen)?;
         if let Some(figure) = learned.figures.first() {
@@ -160,7 +160,7 @@ impl Verdict {
         if own.is_some_and(|own| own.agrees_with(rule)) {
             return None;
         }
-        // Far from him is near to the robot: nothing speaks against a rule about where things stand.
+        // Far for the teacher may be near for the robot: objects cannot contradict a spatial relation.
         if let (Selection::Standing(_), Some(own)) = (rule.selection, own) {
             return Some(format!("to me it looked like \"{}\", but you see it from where you are", own.name));
         }
@@ -178,7 +178,7 @@ impl Verdict {
         })
     }
 
-    /// What the teacher's perspective would have given where the robot's own view is followed.
+    /// The explanation if the robot's own view is followed: what the teacher's perspective gives instead.
     fn why_his_is_not_followed(&self, language: &Language, task: &Task) -> Option<String> {
         let (own, theirs) = self.rivals()?;
         let looked = format!("to you it looked like \"{}\"", spoken(theirs));
@@ -194,7 +194,7 @@ impl Verdict {
         })
     }
 
-    /// Both rules, and what speaks against the teacher's.
+    /// The explanation of an open decision: both rules, and what contradicts the teacher's.
     fn why_it_is_open(&self, language: &Language, task: &Task, doubt: &Doubt) -> Option<String> {
         let (own, theirs) = self.rivals()?;
         let rule = theirs.primary().find(|rule| rule.expectation == doubt.goal)?;
@@ -203,20 +203,20 @@ impl Verdict {
         Some(format!("to me it looked like \"{own}\", to you like \"{theirs}\", and {why}"))
     }
 
-    /// What the robot's own view and the teacher's perspective learned, where they differ.
+    /// What the robot's own view and the teacher's perspective learned, if they differ.
     fn rivals(&self) -> Option<(&Learned, &Learned)> {
         let (own, theirs) = (self.by_perspective.get(&0)?, self.by_perspective.get(&self.teacher)?);
         (own.explains() && theirs.explains() && differ(own, theirs)).then_some((own, theirs))
     }
 }
 
-/// Whether things can contradict a rule one by one: any may be among a number of them, and what stands where
-/// it does looks otherwise from elsewhere.
+/// Whether single objects can contradict a rule. They cannot contradict a number, and a spatial relation depends on the
+/// perspective.
 fn is_about_things(rule: &Rule) -> bool {
     rule.selection == Selection::All
 }
 
-/// An explanation in which all that was left unexplained was asked about and answered.
+/// An explanation in which every unexplained contradiction was settled by an answer.
 fn answered(mut explanation: Explanation) -> String {
     let asked = std::mem::take(&mut explanation.unexplained);
     let mut parts = vec![explanation.text()];
@@ -228,14 +228,14 @@ fn answered(mut explanation: Explanation) -> String {
     listed(&parts)
 }
 
-/// He who stands for all teachers of a task: of those whose perspectives are taken, the one who taught last.
+/// The teacher whose perspective stands for all teachers of a task: the last one whose perspective is simulated.
 fn spokesman(task: &Task, perspectives: &[u16]) -> Option<u16> {
     let teachers = task.examples.iter().rev().map(|example| example.teacher);
     teachers.into_iter().find(|teacher| perspectives.contains(teacher))
 }
 
-/// What a perspective has of a task's examples, and attends to. His who stands for all teachers has of each
-/// example what its own teacher saw: it is he who meant something by it.
+/// A perspective's views of a task's examples, reduced to what its agent attends to. The perspective that stands for
+/// all teachers uses each example as its own teacher saw it, because that teacher's intention counts.
 pub(crate) fn attended(
     language: &Language,
     task: &Task,
@@ -250,7 +250,7 @@ pub(crate) fn attended(
     views.into_iter().map(|view| view.attended(language.moved_m)).collect()
 }
 
-/// The perspectives that have examples of a task.
+/// The perspectives with a view of a task.
 pub(crate) fn perspectives(task: &Task) -> Vec<u16> {
     let views = task.examples.iter().flat_map(|example| &example.views);
     let perspectives: BTreeSet<u16> = views.map(|view| view.perspective).collect();

@@ -4,21 +4,21 @@ use clock::{Duration, Instant};
 use message::{Belief, BeliefHead};
 use tasks::{Identities, Language, Moment, Snapshot};
 
-/// The nearest object of its class is the same object for this long after continuity broke ...
+/// For this long after a restart an object is matched only to the nearest one of its class ...
 const NEARBY: Duration = Duration::from_millis(500);
-/// ... if it is within this distance, in metres; afterwards it may be anywhere (it was moved).
+/// ... within this distance, in metres; later at any distance, because it may have been moved.
 const NEARBY_M: f64 = 0.05;
-/// Objects that have not been found again after this long are lost.
+/// Time after a restart until unmatched objects count as lost.
 const LOST: Duration = Duration::from_secs(2);
-/// How often the present is remembered, to find objects again by.
+/// Interval of the snapshots for matching objects after a restart.
 const REMEMBER: Duration = Duration::from_millis(100);
 
-/// What every perspective believes now, with identities that outlive the belief process.
+/// The current beliefs of every perspective, with identities that survive a restart of the belief process.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Views {
     frames: BTreeMap<u16, Frame>,
-    /// The newest snapshots: states in doubt stay as they were here, and after a break of
-    /// continuity the objects are looked for from here.
+    /// The newest snapshots. They provide the previous values of the states (hysteresis), and the objects to match
+    /// after a restart.
     known: BTreeMap<u16, Snapshot>,
     known_at: Instant,
     broken: Option<Broken>,
@@ -32,26 +32,26 @@ struct Frame {
     identities: Identities,
 }
 
-/// A break of continuity after which not all perspectives have found their objects again.
+/// A restart of the belief process after which not all perspectives have matched their objects.
 #[derive(Clone, Debug)]
 struct Broken {
     since: Instant,
     perspectives: BTreeSet<u16>,
 }
 
-/// Whether identities mean what they meant.
+/// The validity of the object identities.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Continuity {
-    /// They do.
+    /// They are valid.
     Kept,
-    /// Objects are being looked for.
+    /// Objects are being matched.
     Searching,
-    /// Some object was not found again: what was known of identities is void.
+    /// An object was not matched: the identities are invalid.
     Lost,
 }
 
 impl Views {
-    /// Takes the beliefs of an instant; `true` when a belief process began anew.
+    /// Stores the beliefs of an instant; `true` if a belief process was restarted.
     pub(crate) fn update(&mut self, now: Instant, beliefs: &[(&BeliefHead, &[Belief])]) -> bool {
         let mut anew = false;
         for (head, entries) in beliefs {
@@ -76,7 +76,7 @@ impl Views {
         anew
     }
 
-    /// Finds the objects again after a break, if there was one.
+    /// Matches the objects after a restart, if there was one.
     pub(crate) fn resume(&mut self, now: Instant, language: &Language) -> Continuity {
         let Some(broken) = &mut self.broken else { return Continuity::Kept };
         let elapsed = now.since(broken.since);
@@ -100,18 +100,18 @@ impl Views {
         }
     }
 
-    /// Nothing need be found again.
+    /// Cancels the matching and drops the snapshots.
     pub(crate) fn forget(&mut self) {
         self.broken = None;
         self.known.clear();
     }
 
-    /// Whether continuity broke less than a while ago, so that objects may still be missing.
+    /// Whether the belief process restarted recently, so that objects may still be missing.
     pub(crate) fn is_settling(&self, now: Instant) -> bool {
         self.broken_at.is_some_and(|at| now.since(at) < NEARBY)
     }
 
-    /// Deep copies of what the perspectives believe now.
+    /// Deep copies of the current beliefs of the perspectives.
     pub(crate) fn snapshots(
         &mut self,
         now: Instant,
@@ -129,7 +129,7 @@ impl Views {
         snapshots
     }
 
-    /// Remembers the present every now and then; what the robot believes then.
+    /// Takes a snapshot periodically; returns the robot's own one when it did.
     pub(crate) fn remember(&mut self, now: Instant, language: &Language, of: &[u16]) -> Option<&Snapshot> {
         if now.since(self.known_at) < REMEMBER {
             return None;
@@ -138,17 +138,17 @@ impl Views {
         self.known.get(&0)
     }
 
-    /// What the robot believes now.
+    /// A snapshot of the robot's own current beliefs.
     pub(crate) fn own(&self, language: &Language) -> Option<Snapshot> {
         self.frames.get(&0).map(|frame| frame.snapshot(language, self.known.get(&0)))
     }
 
-    /// Of when the robot's own beliefs are, if there are any.
+    /// The time of the robot's own beliefs, if any.
     pub(crate) fn own_at(&self) -> Option<Instant> {
         self.frames.get(&0).map(|frame| Instant::from_nanos(frame.head.header.valid_at_ns))
     }
 
-    /// The robot's own beliefs as they came.
+    /// The robot's own beliefs, as received.
     pub(crate) fn own_beliefs(&self) -> &[Belief] {
         self.frames.get(&0).map_or(&[], |frame| &frame.beliefs)
     }

@@ -4,31 +4,31 @@ use tasks::{Effect, FeatureWords, Language, Learned, Signature, StateWords};
 
 use crate::report::expectation;
 
-/// The words in which the learner speaks of percepts, from the percepts' configuration.
+/// The learner's names for percepts, from the percept configuration.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Vocabulary {
-    /// What rules may speak of.
+    /// The features and states for rules.
     pub language: Language,
-    /// The state that the skill [`crate::Skill::Insert`] brings about, and that of the thing it
-    /// inserts; `None` where the configuration has no percepts of them.
+    /// The state that [`crate::Skill::Insert`] causes in the block, and the one in the inserted peg; `None` if the
+    /// configuration has no percepts for them.
     pub(crate) insertion: Option<Insertion>,
-    /// The state that a marker brings about which is put onto a thing; `None` likewise.
+    /// The state that a marker on an object causes; `None` if there is no such percept.
     pub(crate) marked: Option<String>,
-    /// What people are called.
+    /// The names of the partners.
     pub(crate) names: Names,
 }
 
-/// What people call a filled hole and an inserted peg.
+/// The names of the states of a filled block and of an inserted peg.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) struct Insertion {
     pub(crate) filled: String,
     pub(crate) inserted: String,
 }
 
-/// Why percepts cannot be spoken of.
+/// The error for a percept set that does not allow learning.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum VocabularyError {
-    /// No percept says where things are.
+    /// No percept provides positions.
     #[error("percepts: no percept has the kernel \"position\": tasks cannot be learned without; add one")]
     NoPosition,
     /// No state can be the expectation of a goal.
@@ -36,14 +36,14 @@ pub enum VocabularyError {
     NoExpectation,
 }
 
-/// A thing has moved when its place differs by more than this.
+/// An object counts as moved if its position differs by more than this, in metres.
 const MOVED_M: f64 = 0.03;
 
 impl Vocabulary {
-    /// The words of a percept set. The shape is the noun and comes last.
+    /// The vocabulary of a percept set. The shape is the noun and comes last.
     ///
     /// # Errors
-    /// [`VocabularyError`] when nothing could be learned with these percepts.
+    /// [`VocabularyError`] if nothing could be learned with these percepts.
     pub fn of(percepts: &Percepts) -> Result<Self, VocabularyError> {
         let (mut features, mut nouns, mut states) = (Vec::new(), Vec::new(), Vec::new());
         let (mut position, mut orientation, mut extents) = (None, None, None);
@@ -89,23 +89,23 @@ impl Vocabulary {
         Ok(Self { language, insertion, marked, names: Names::default() })
     }
 
-    /// The same, with what people are called.
+    /// A copy with the names of the partners.
     #[must_use]
     pub fn with_names(self, names: &Names) -> Self {
         Self { names: names.clone(), ..self }
     }
 
-    /// What the skill that fills holes does, where that is what is expected.
+    /// The insertion, if it achieves exactly this expectation.
     pub(crate) fn fills(&self, expected: &Signature) -> Option<&Insertion> {
         self.insertion.as_ref().filter(|insertion| is_only(expected, &insertion.filled))
     }
 
-    /// The state that the skill that marks things brings about, where that is what is expected.
+    /// The state of a marked object, if it is exactly this expectation.
     pub(crate) fn marks(&self, expected: &Signature) -> Option<&String> {
         self.marked.as_ref().filter(|marked| is_only(expected, marked))
     }
 
-    /// What of a task Leo has no skill for, in words; `None` where it can do it all.
+    /// The part of a task for which Leo has no skill, in words; `None` if it can perform all of it.
     pub(crate) fn beyond(&self, learned: &Learned) -> Option<String> {
         if !learned.figures.is_empty() {
             return None;
@@ -118,7 +118,7 @@ impl Vocabulary {
     }
 }
 
-/// What Leo says of what it has no skill for.
+/// The sentence about a missing skill.
 pub(crate) fn no_skill(wanted: &str) -> String {
     format!("I have no skill that makes a thing {wanted}")
 }

@@ -1,7 +1,7 @@
-//! What it costs until what was learned is durable: `cargo bench -p store`.
+//! Time until a change is durable: `cargo bench -p store`.
 //!
-//! An example is saved again and again, of a few things and of very many. Beside it, in the same
-//! run and the same folder: as many bytes written to a plain file and synchronised.
+//! It stores an example repeatedly, in several sizes. For comparison it writes and synchronises a plain file of the
+//! same size, in the same run and directory.
 
 #![expect(
     clippy::print_stdout,
@@ -19,7 +19,7 @@ const SIZES: [usize; 3] = [1_000, 30_000, 300_000];
 const COMMITS: usize = 200;
 
 fn main() {
-    // Where people keep what Leo learned: a folder in memory would commit at once.
+    // On the disk of the working directory: in a memory file system a commit is free.
     let folder = tempfile::tempdir_in(".").expect("a folder");
     let mut store = Store::open(&folder.path().join("learned.store")).expect("a new file");
     println!("Until {COMMITS} entries are durable, ms: p50  p99  max");
@@ -44,7 +44,7 @@ fn main() {
     }
 }
 
-/// How long each of the commits took, in order.
+/// The durations of the commits, sorted.
 fn measure(mut commit: impl FnMut()) -> Vec<Duration> {
     let mut costs: Vec<Duration> = (0..COMMITS)
         .map(|_| {

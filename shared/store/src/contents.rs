@@ -5,12 +5,12 @@ use serde_json::value::RawValue;
 use crate::MigrationError;
 use crate::record::Change;
 
-/// All that a store holds, as the JSON values that it holds.
+/// The contents of a store, as raw JSON values.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub(crate) struct Contents {
     /// The head of each entry.
     pub(crate) heads: BTreeMap<String, Vec<u8>>,
-    /// The items of each entry, by their places.
+    /// The items of each entry, by their place.
     pub(crate) items: BTreeMap<String, BTreeMap<u64, Vec<u8>>>,
 }
 
@@ -34,14 +34,14 @@ impl Contents {
         }
     }
 
-    /// How many heads and items there are.
+    /// The number of heads and items.
     pub(crate) fn size(&self) -> u64 {
         let items = self.items.values().map(BTreeMap::len).sum::<usize>();
         u64::try_from(self.heads.len() + items).unwrap_or(u64::MAX)
     }
 
-    /// The changes that make these contents out of nothing. The places of the items of an entry have no gap there:
-    /// whoever reads them as a list, and appends to it, uses the numbers of the list.
+    /// The changes that build these contents from nothing. The items of an entry are renumbered without gaps, because a
+    /// reader loads them as a list and appends at the list's length.
     pub(crate) fn changes(&self) -> Result<Vec<Change>, MigrationError> {
         let mut changes = Vec::new();
         for (key, head) in &self.heads {
@@ -59,14 +59,14 @@ impl Contents {
         Ok(changes)
     }
 
-    /// Takes in what another store holds: entries that are not known, and items that a known entry does not have.
+    /// Adds the contents of another store: unknown entries, and items that a known entry does not have.
     pub(crate) fn merge(&mut self, other: Self) {
         for (key, head) in other.heads {
             self.heads.entry(key).or_insert(head);
         }
         for (key, items) in other.items {
             let known = self.items.entry(key).or_default();
-            // Who shows the same twice gives two examples.
+            // Equal items are matched one to one: an item that occurs twice stays twice.
             let mut unmatched: Vec<Vec<u8>> = known.values().cloned().collect();
             for item in items.into_values() {
                 if let Some(place) = unmatched.iter().position(|other| *other == item) {
@@ -80,10 +80,10 @@ impl Contents {
     }
 }
 
-/// A JSON value in one line, as it was written.
+/// A JSON value on a single line, otherwise unchanged.
 fn value(key: &str, bytes: &[u8]) -> Result<Box<RawValue>, MigrationError> {
     let wrong = |reason: String| MigrationError { key: key.to_owned(), reason };
     let text = std::str::from_utf8(bytes).map_err(|error| wrong(error.to_string()))?;
-    // Within a word of JSON there is no end of a line.
+    // JSON allows line breaks only between tokens, where a space is equivalent.
     RawValue::from_string(text.replace(['\n', '\r'], " ")).map_err(|error| wrong(error.to_string()))
 }

@@ -1,5 +1,5 @@
-//! Reading the database that version 3 and older ones wrote. It is read from a copy in memory, so that nothing of it
-//! changes, whatever the library does.
+//! Reader for the redb database of versions 1 to 3. It works on a copy in memory, so the library cannot change the
+//! file.
 
 use std::cell::Cell;
 use std::io::{self, ErrorKind};
@@ -14,24 +14,25 @@ use redb::{
 use crate::contents::Contents;
 
 const ABOUT: TableDefinition<'_, &str, u64> = TableDefinition::new("about");
-/// The head of each entry, by its key.
+/// The head of each entry, by key.
 const ENTRIES: TableDefinition<'_, &str, &[u8]> = TableDefinition::new("tasks");
-/// The items of the entries, by the key and the place in the list.
+/// The items of the entries, by key and place in the list.
 const ITEMS: TableDefinition<'_, (&str, u64), &[u8]> = TableDefinition::new("examples");
 const VERSION_KEY: &str = "version";
-/// What a database may need beside the bytes that it has, while it is mended.
+/// Additional size that the library may need to repair a database.
 const ROOM: u64 = 16 << 20;
 
-/// What a database is.
+/// The result of reading a database.
 #[derive(Debug)]
 pub(crate) enum Found {
-    /// Sound, of this version. One whose program was killed before it wrote a word has none, and holds nothing.
+    /// Valid, of this version. A database has no version and no contents if its writer was killed before the first
+    /// commit.
     Sound { version: Option<u64>, contents: Contents },
-    /// What is wrong with it.
+    /// Damaged, with the reason.
     Damaged(String),
 }
 
-/// Reads a database. A damaged one may have the library panic: that is a damage like others.
+/// Reads a database. A panic of the library on damaged data counts as damage.
 pub(crate) fn read(bytes: &[u8]) -> Found {
     if bytes.is_empty() {
         return Found::Damaged("is empty".to_owned());
@@ -58,7 +59,7 @@ fn read_with(bytes: &[u8]) -> Result<(Option<u64>, Contents), redb::Error> {
     Ok((version, contents(&transaction)?))
 }
 
-/// Everything. A database without a table of items (version 1) has none.
+/// All entries. A database of version 1 has no table of items.
 fn contents(transaction: &ReadTransaction) -> Result<Contents, redb::Error> {
     let mut contents = Contents::default();
     let heads = match transaction.open_table(ENTRIES) {
@@ -82,11 +83,11 @@ fn contents(transaction: &ReadTransaction) -> Result<Contents, redb::Error> {
 }
 
 thread_local! {
-    /// Whether a panic of this thread is a damage, which is told elsewhere.
+    /// Whether panics of this thread are caught and reported as damage.
     static IS_QUIET: Cell<bool> = const { Cell::new(false) };
 }
 
-/// Does what may panic, and says nothing of it where it does.
+/// Runs a closure that may panic, without the output of the panic hook.
 fn quietly<R>(act: impl FnOnce() -> R) -> Result<R, ()> {
     static HOOK: Once = Once::new();
     HOOK.call_once(|| {
@@ -103,7 +104,7 @@ fn quietly<R>(act: impl FnOnce() -> R) -> Result<R, ()> {
     result
 }
 
-/// A copy of the file, which does not grow without bound where a damaged one says that it should.
+/// A copy of the file with a size limit, since a damaged header may demand any size.
 #[derive(Debug)]
 struct Memory {
     bytes: InMemoryBackend,

@@ -3,7 +3,7 @@ use std::path::PathBuf;
 
 use folder::FolderError;
 
-/// Why what was learned could not be opened.
+/// The error when a store cannot be opened.
 #[derive(Debug, thiserror::Error)]
 pub enum OpenError {
     /// Another process has it open.
@@ -12,30 +12,30 @@ pub enum OpenError {
         /// The file.
         path: PathBuf,
     },
-    /// It was written by another version.
+    /// It has another version, which this code cannot migrate.
     #[error("{}: the learned tasks have schema version {found}, this Leo knows version {known}: use the Leo that wrote them, or another state directory", path.display())]
     Version {
         /// The file.
         path: PathBuf,
-        /// Its version.
+        /// The version of the store.
         found: u64,
-        /// The version that this code knows.
+        /// The current version of this code.
         known: u64,
     },
-    /// It was written by an older version, and what it holds could not be taken over. It is as it was.
+    /// It has an older version and the migration failed. It is unchanged.
     #[error("{}: the learned tasks of version {from} cannot be taken over: {source}: use the Leo that wrote them, or another state directory", path.display())]
     Migration {
         /// The file.
         path: PathBuf,
-        /// The version from which it could not be brought to the next.
+        /// The version at which the migration failed.
         from: u64,
-        /// What is wrong with it.
+        /// The reason.
         source: MigrationError,
     },
-    /// Its folder could not be made, or is not this user's alone.
+    /// Its directory could not be created, or is accessible to other users.
     #[error("the folder for the learned tasks cannot be made or opened: {source}")]
     Folder {
-        /// Which one, and why.
+        /// The directory and the reason.
         source: FolderError,
     },
     /// It could not be read.
@@ -43,25 +43,25 @@ pub enum OpenError {
     Unreadable {
         /// The file.
         path: PathBuf,
-        /// What the system said.
+        /// The operating system's error.
         source: io::Error,
     },
-    /// It could not be made or mended. What was there is as it was.
+    /// It could not be created or repaired. Existing files are unchanged.
     #[error("{}: the learned tasks cannot be written: {source}: {}", path.display(), advice(source))]
     Unwritable {
         /// The file.
         path: PathBuf,
-        /// What the system said.
+        /// The operating system's error.
         source: io::Error,
     },
 }
 
-/// Whether there is no room.
+/// Whether the disk or the quota is full.
 pub(crate) fn is_full(error: &io::Error) -> bool {
     matches!(error.kind(), ErrorKind::StorageFull | ErrorKind::QuotaExceeded)
 }
 
-/// What helps.
+/// The advice for the user.
 fn advice(error: &io::Error) -> &'static str {
     if is_full(error) {
         return "make room on its disk, or use another state directory";
@@ -73,17 +73,17 @@ fn advice(error: &io::Error) -> &'static str {
     "look whether its disk is sound, or use another state directory"
 }
 
-/// Why an entry of an older version could not be brought to the next.
+/// The error when an entry of an older version cannot be migrated.
 #[derive(Debug, thiserror::Error)]
 #[error("the entry {key:?}: {reason}")]
 pub struct MigrationError {
     /// The entry's key.
     pub key: String,
-    /// What is wrong with it.
+    /// The reason.
     pub reason: String,
 }
 
-/// Why what was learned could not be read.
+/// The error when a store cannot be read.
 #[derive(Debug, thiserror::Error)]
 pub enum ReadError {
     /// It could not be read.
@@ -91,30 +91,31 @@ pub enum ReadError {
     Unreadable {
         /// The file.
         path: PathBuf,
-        /// What the system said.
+        /// The operating system's error.
         source: io::Error,
     },
-    /// Another version wrote it since it was opened.
+    /// Another version changed it after it was opened.
     #[error("{}: the learned tasks have schema version {found} now: use the Leo that wrote them", path.display())]
     Version {
         /// The file.
         path: PathBuf,
-        /// Its version.
+        /// The version of the store.
         found: u64,
     },
-    /// An entry is not what it should be.
+    /// An entry does not have the expected type.
     #[error("{}: the entry {key:?} is no learned task: {source}: use the Leo that wrote it, or another state directory", path.display())]
     Entry {
         /// The file.
         path: PathBuf,
         /// The entry's key.
         key: String,
-        /// Where in the entry, and why.
+        /// The position in the entry, and the reason.
         source: serde_json::Error,
     },
 }
 
-/// Why an entry could not be written. It is as it was; after an error of the disk it may also be as it should become.
+/// The error when an entry cannot be written. The entry is unchanged; after a disk error it may also have the new
+/// value.
 #[derive(Debug, thiserror::Error)]
 pub enum WriteError {
     /// The file could not be written.
@@ -122,21 +123,21 @@ pub enum WriteError {
     Unwritable {
         /// The file.
         path: PathBuf,
-        /// What the system said.
+        /// The operating system's error.
         source: io::Error,
     },
-    /// The store could not be mended, as is needed before anything is written.
+    /// The store must be repaired before a write, and the repair failed.
     #[error(transparent)]
     Unmended(#[from] Box<OpenError>),
-    /// What is there could not be looked at.
+    /// The current contents could not be read.
     #[error(transparent)]
     Unreadable(#[from] ReadError),
-    /// The value has no JSON form.
+    /// The value cannot be serialised as JSON.
     #[error("the entry {key:?} cannot be written: {source}")]
     Entry {
         /// The entry's key.
         key: String,
-        /// Why.
+        /// The reason.
         source: serde_json::Error,
     },
 }

@@ -6,33 +6,33 @@ use std::path::Path;
 
 use folder::{Folder, FolderError};
 
-/// A store that is larger than this is none: an example is some ten thousand bytes.
+/// Maximum size of a store file, in bytes. An example has about ten thousand bytes.
 const LARGEST: u64 = 1 << 30;
 
-/// What a store needs of the folder that it is in. Tests have disks of their own, which lose power.
+/// The file operations of a store in one directory. Tests implement it with disks that fail or lose power.
 pub(crate) trait Files: Debug + Send {
-    /// Keeps others from working with a file until this is dropped; `false` where another has it. It is made where it
-    /// is not there, if that is wanted.
+    /// Locks a file exclusively until this is dropped; `false` if another process holds the lock. A missing file is
+    /// created if `make` is set.
     fn lock(&mut self, name: &str, make: bool) -> io::Result<bool>;
-    /// All bytes of a file, if there is one.
+    /// All bytes of a file; `None` if there is none.
     fn read(&mut self, name: &str) -> io::Result<Option<Vec<u8>>>;
-    /// Appends to a file of this length. Durable when it returns.
+    /// Appends to a file of exactly this length. Durable on return.
     fn append(&mut self, name: &str, length: u64, bytes: &[u8]) -> io::Result<()>;
-    /// Takes from a file what is behind this length. Durable when it returns.
+    /// Truncates a file to this length. Durable on return.
     fn cut(&mut self, name: &str, length: u64) -> io::Result<()>;
-    /// Writes a file whole. What it holds is durable when this returns, its name is not.
+    /// Writes a whole file. On return its data are durable, but not its name.
     fn write(&mut self, name: &str, bytes: &[u8]) -> io::Result<()>;
-    /// Gives a file another name, in place of what has it.
+    /// Renames a file and replaces an existing file of the new name.
     fn rename(&mut self, name: &str, to: &str) -> io::Result<()>;
-    /// Gives a file a second name, which must be free.
+    /// Creates a hard link, whose name must be free.
     fn link(&mut self, name: &str, second: &str) -> io::Result<()>;
-    /// Takes one of its names from a file.
+    /// Removes a name of a file.
     fn remove(&mut self, name: &str) -> io::Result<()>;
-    /// Makes all names durable.
+    /// Makes all names durable (fsync of the directory).
     fn sync(&mut self) -> io::Result<()>;
 }
 
-/// A folder of this user's on a disk.
+/// A directory on a disk that only this user can access.
 #[derive(Debug)]
 pub(crate) struct Disk {
     folder: Folder,
@@ -40,7 +40,7 @@ pub(crate) struct Disk {
 }
 
 impl Disk {
-    /// Opens the folder, and makes it, and those above it, where there is none.
+    /// Opens the directory; creates it and its parents if they are missing.
     pub(crate) fn make(path: &Path) -> Result<Self, FolderError> {
         let folder = match Folder::open_for_root(path) {
             Err(error) if error.is_missing() => {
@@ -54,7 +54,7 @@ impl Disk {
         Ok(Self { folder, locked: Vec::new() })
     }
 
-    /// Opens the folder, if there is one.
+    /// Opens the directory; `None` if there is none.
     pub(crate) fn look(path: &Path) -> Result<Option<Self>, FolderError> {
         match Folder::open_for_root(path) {
             Err(error) if error.is_missing() => Ok(None),
@@ -69,14 +69,14 @@ impl Disk {
         })
     }
 
-    /// Another program has changed a file.
+    /// The error when another program has changed the length of a file.
     fn changed(&self, name: &str, found: u64, length: u64) -> io::Error {
         let path = self.folder.path().join(name);
         let text = format!("{} has {found} bytes instead of {length}", path.display());
         io::Error::new(ErrorKind::InvalidData, text)
     }
 
-    /// Makes a file, and gives it to the folder's owner.
+    /// Creates a file that belongs to the directory's owner.
     fn create(&self, name: &str) -> io::Result<()> {
         match self.folder.create(name) {
             Err(error) if error.kind() == ErrorKind::AlreadyExists => Ok(()),
@@ -87,7 +87,7 @@ impl Disk {
 
 impl Drop for Disk {
     fn drop(&mut self) {
-        // A process that is being started has the descriptors for a moment, and would go on holding the locks.
+        // A child between fork and exec shares the descriptors and would keep the locks, so unlock explicitly.
         for file in &self.locked {
             let _unlocked = file.unlock();
         }

@@ -3,14 +3,14 @@ use std::path::PathBuf;
 
 use crate::survey::Lost;
 
-/// What was found when a store was opened, other than that all is well.
+/// The irregularities found when a store was opened.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Findings {
     /// Damaged files.
     pub damaged: Vec<Damage>,
-    /// What can be read nowhere any more.
+    /// What is lost in both copies.
     pub lost: Lost,
-    /// Why it could not be mended yet. What can be read of it is there; it is mended before anything is written.
+    /// Why the store could not be repaired yet. It is readable; the repair comes before the next write.
     pub unmended: Option<String>,
 }
 
@@ -19,14 +19,14 @@ pub struct Findings {
 pub struct Damage {
     /// The file.
     pub file: PathBuf,
-    /// What is wrong with it, as a verb and what follows it.
+    /// What is wrong with it, as a predicate ("is empty").
     pub what: String,
-    /// Where it is kept as it was; nowhere, where it is missing or could not be set aside yet.
+    /// The path of the unchanged copy; `None` if the file is missing or not set aside yet.
     pub aside: Option<PathBuf>,
 }
 
 impl Findings {
-    /// Whether all is well.
+    /// Whether there are no irregularities.
     #[must_use]
     pub fn is_empty(&self) -> bool {
         *self == Self::default()
@@ -80,7 +80,7 @@ impl fmt::Display for Lost {
 }
 
 impl Lost {
-    /// As a robot says it.
+    /// The phrase for the robot to say.
     pub(crate) fn in_short(self) -> String {
         match self {
             Self::Nothing => "nothing is lost".to_owned(),

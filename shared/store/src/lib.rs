@@ -1,16 +1,16 @@
-//! What Leo has learned, in two copies of records with check sums.
+//! Persistent store of what Leo has learned: two copies of a journal with check sums.
 //!
-//! An entry is a head and a list of items, JSON values all of them: a task and its examples. Every change is a record
-//! of its own with its check sum and the version of the format, a line in a file. It is appended to one copy, and when
-//! it is durable there, to the other one. It is durable in both when the method returns: a process that is killed, or a
-//! power cut, at any moment leaves either the entry as it was or as it was saved, and all others untouched. To append an
-//! item costs the same however many there are.
+//! An entry consists of a head and a list of items, all JSON values: a task and its examples. Every change is a record,
+//! a line of the file with a check sum and the format version. It is appended to the first copy, and once it is durable
+//! there, to the second one. A method returns when the change is durable in both. After a crash or a power cut, the
+//! changed entry has either its old or its new value, and all others are intact. The cost of appending an
+//! item does not depend on the number of items.
 //!
-//! A store is checked when it is opened. What is damaged is set aside under a name that [`Findings`] tell, what is sound
-//! in either copy is kept, and both copies are then written whole again, one after the other, each at once.
+//! Opening verifies the store. Damaged files are set aside under the names in [`Findings`]. The valid records of either
+//! copy are kept, and both copies are then rewritten atomically, one after the other.
 //!
-//! A database of version 3 or an older one is taken over when the store is opened, and is kept as it was; a store of a
-//! newer version is refused and left as it is.
+//! A database of version 3 or older is migrated on opening, and its file is kept. A store of a newer version is refused
+//! and left unchanged.
 
 mod contents;
 mod database;
@@ -33,14 +33,14 @@ pub use migration::VERSION;
 pub use store::Store;
 pub use survey::Lost;
 
-/// An entry: what is under a key.
+/// An entry: the value of a key.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Entry<H, I> {
     /// Its key.
     pub key: String,
-    /// What it begins with.
+    /// Its head.
     pub head: H,
-    /// What was appended to it, in order.
+    /// Its items, in order.
     pub items: Vec<I>,
 }
 

@@ -8,28 +8,28 @@ use crate::names::Names;
 use crate::survey::{Standing, Survey};
 use crate::{OpenError, VERSION};
 
-/// Of which version a store is that was only looked at.
+/// The version of a store, determined without opening it for use.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Version {
-    /// There is none.
+    /// There is no store.
     NoFile,
-    /// Of the one that this code reads and writes: [`VERSION`].
+    /// The current version of this code: [`VERSION`].
     This,
-    /// Of this older one, which is taken over when it is opened.
+    /// An older version, which is migrated on opening.
     Older(u64),
-    /// Of this one, which is newer, or none that there ever was.
+    /// A newer or unknown version.
     Unknown(u64),
-    /// Somebody has it open, who alone knows.
+    /// Another process has it open, so the version is unknown.
     InUse,
-    /// It is damaged in this way, and mended as far as can be when it is opened.
+    /// It is damaged, with the reason; opening repairs it as far as possible.
     Damaged(String),
 }
 
 impl Version {
-    /// That of a store. Nothing is made, taken over or mended.
+    /// Determines the version of a store. Creates, migrates and repairs nothing.
     ///
     /// # Errors
-    /// [`OpenError::Folder`] or [`OpenError::Unreadable`] when it cannot be looked at.
+    /// [`OpenError::Folder`] or [`OpenError::Unreadable`] if it cannot be read.
     pub fn of(path: &Path) -> Result<Self, OpenError> {
         let names = Names::of(path);
         let Some(mut disk) = Disk::look(names.folder()).map_err(|source| OpenError::Folder { source })?

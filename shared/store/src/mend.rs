@@ -1,5 +1,4 @@
-//! Opening: what is damaged is set aside, what an older version left is taken over, and both copies hold everything
-//! afterwards.
+//! Opening a store: sets damaged files aside, migrates an older version, and completes both copies.
 
 use std::io;
 
@@ -12,15 +11,15 @@ use crate::store::{End, size};
 use crate::survey::{Lost, Standing, Survey};
 use crate::{Damage, Findings, OpenError, ReadError, Store, VERSION};
 
-/// Both copies are written anew when so many records, and half of all, are of what was replaced or forgotten.
+/// Both copies are rewritten when the obsolete records outnumber the current ones by more than this.
 const MOST_DEAD: u64 = 64;
-/// So many files of one kind may be set aside.
+/// Limit on the numbers of set-aside files of one name.
 const MOST_ASIDE: u32 = 1000;
 
-/// The bytes of both copies, where they are there.
+/// The bytes of both copies; `None` if a file is missing.
 type Copies = [Option<Vec<u8>>; 2];
 
-/// What an older version left.
+/// The database of an older version, if any.
 enum Left {
     Nothing,
     Older { version: u64, contents: Contents, bytes: Vec<u8> },
@@ -28,8 +27,8 @@ enum Left {
 }
 
 impl Store {
-    /// Looks at both copies, and at what an older version left. Where they do not hold everything, sets aside what is
-    /// damaged, and writes both of them whole.
+    /// Reads both copies and the database of an older version. If the copies are incomplete, sets damaged files aside
+    /// and rewrites both copies.
     pub(crate) fn mend(&mut self, migrations: &[Migration]) -> Result<(), OpenError> {
         self.end = End::default();
         let (copies, survey) = self.survey().map_err(|error| match error {
@@ -75,7 +74,7 @@ impl Store {
         Ok(())
     }
 
-    /// What both copies say.
+    /// Reads and compares both copies.
     pub(crate) fn survey(&mut self) -> Result<(Copies, Survey), ReadError> {
         let mut copies = [None, None];
         for (bytes, name) in copies.iter_mut().zip(self.names.copies()) {
@@ -90,12 +89,12 @@ impl Store {
         Ok((copies, survey))
     }
 
-    /// The database of an older version, brought to this one.
+    /// Reads the database of an older version and migrates it.
     fn left(&mut self, migrations: &[Migration]) -> Result<Left, OpenError> {
         let name = self.names.database();
         let path = self.names.path(&name);
         let unreadable = |source| OpenError::Unreadable { path: path.clone(), source };
-        // Whoever goes back to the older version and has it run must not be read while he writes.
+        // A running older version may be writing, so its lock is respected.
         if !self.files.lock(&name, false).map_err(unreadable)? {
             return Err(OpenError::InUse { path });
         }
@@ -144,8 +143,8 @@ impl Store {
         Ok(())
     }
 
-    /// Gives a file a second name, under which it is left alone from now on. One that has the same bytes is this file,
-    /// set aside before the power was cut.
+    /// Hard-links a file to a free name that is never changed again. An existing file with the same bytes is reused: it
+    /// was set aside before a crash.
     fn aside(&mut self, name: &str, why: &str, bytes: &[u8]) -> io::Result<String> {
         for number in 1..MOST_ASIDE {
             let aside = Names::aside(name, why, number);
@@ -156,7 +155,7 @@ impl Store {
                     self.files.sync()?;
                     return Ok(aside);
                 }
-                // Whatever has that name stays.
+                // The name is taken by another file.
                 Ok(Some(_)) | Err(_) => {}
             }
         }
@@ -166,7 +165,7 @@ impl Store {
         )))
     }
 
-    /// Writes both copies whole, each at once: at every moment one of them holds everything.
+    /// Rewrites both copies atomically, one after the other, so that one of them is complete at any time.
     fn write_whole(&mut self, contents: &Contents) -> Result<(), OpenError> {
         let refused = |source| OpenError::Migration { path: self.path.clone(), from: VERSION, source };
         let mut changes = vec![Change::Begin { losses: self.losses.clone() }];

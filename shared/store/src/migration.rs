@@ -5,29 +5,28 @@ use serde_json::Value;
 use crate::MigrationError;
 use crate::contents::Contents;
 
-/// The version of the schema that this code reads and writes.
+/// The schema version that this code reads and writes.
 pub const VERSION: u64 = 4;
 
-/// How the contents of one version become those of the next: pure, over JSON values, so that it
-/// goes on working whatever becomes of the types of today.
+/// A migration of the contents from one version to the next. It is pure and works on JSON values, so it does not depend
+/// on today's types.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Migration {
-    /// The version that it begins with; it leads to the next.
+    /// The source version; the target is the next one.
     pub(crate) from: u64,
     pub(crate) apply: fn(Contents) -> Result<Contents, MigrationError>,
 }
 
-/// Every migration there is, in order. A new version adds one at the end, and leaves the others
-/// alone.
+/// All migrations, in order. A new version appends one and leaves the others unchanged.
 pub(crate) const MIGRATIONS: [Migration; 3] = [
     Migration { from: 1, apply: items_apart },
     Migration { from: 2, apply: numbers_in_digits },
-    // Version 3 holds the same in a database. Version 4 has a record with a check sum for each item, in two files.
+    // The contents are the same. Version 3 is a database; version 4 has one checked record per item, in two files.
     Migration { from: 3, apply: Ok },
 ];
 
-/// Version 1 kept a task with all its examples in one value, written anew with each of them. Version
-/// 2 keeps the examples as items of their own.
+/// Version 1 stored a task with all its examples in one value and rewrote it for each example. Version 2 stores the
+/// examples as separate items.
 fn items_apart(mut contents: Contents) -> Result<Contents, MigrationError> {
     for (key, head) in &mut contents.heads {
         let wrong = |reason: String| MigrationError { key: key.clone(), reason };
@@ -44,8 +43,8 @@ fn items_apart(mut contents: Contents) -> Result<Contents, MigrationError> {
     Ok(contents)
 }
 
-/// In version 2 a key had numbers as they were said. In version 3 they are digits: who said "task one" and
-/// "task 1" meant one task, which has the examples of both, first those of the latter.
+/// In version 2 keys contain number words as spoken; in version 3 they are digits. "task one" and "task 1" become one
+/// task with the examples of both, those of "task 1" first.
 fn numbers_in_digits(contents: Contents) -> Result<Contents, MigrationError> {
     let Contents { heads, mut items } = contents;
     let stays = |key: &str| in_digits(key) == key;
@@ -62,7 +61,7 @@ fn numbers_in_digits(contents: Contents) -> Result<Contents, MigrationError> {
     Ok(Contents { heads, items })
 }
 
-/// A list of its own: it stays as it was, whatever becomes of the words of today.
+/// A private list: it must not change when today's list changes.
 const NUMBERS: &str = "zero one two three four five six seven eight nine ten eleven twelve thirteen \
     fourteen fifteen sixteen seventeen eighteen nineteen twenty";
 

@@ -1,6 +1,6 @@
 use std::path::{Path, PathBuf};
 
-/// The names of the files of a store, all in one folder: for `learned.store` the other copy is `learned.copy.store`.
+/// The file names of a store, in one directory: for `learned.store` the second copy is `learned.copy.store`.
 #[derive(Clone, Debug)]
 pub(crate) struct Names {
     folder: PathBuf,
@@ -8,7 +8,7 @@ pub(crate) struct Names {
 }
 
 impl Names {
-    /// Of the store whose first copy has this path.
+    /// The names for the store whose first copy has this path.
     pub(crate) fn of(path: &Path) -> Self {
         let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty());
         Self {
@@ -25,27 +25,27 @@ impl Names {
         self.folder.join(name)
     }
 
-    /// The copies, in the order in which they are written.
+    /// The copies, in the order of writing.
     pub(crate) fn copies(&self) -> [String; 2] {
         [format!("{}.store", self.stem), format!("{}.copy.store", self.stem)]
     }
 
-    /// What becomes a copy when it is written.
+    /// The temporary file for rewriting a copy.
     pub(crate) fn unfinished(&self) -> String {
         format!("{}.new.store", self.stem)
     }
 
-    /// Whoever has it locked works with the store.
+    /// The lock file: a process holds its lock while it uses the store.
     pub(crate) fn lock(&self) -> String {
         format!("{}.lock", self.stem)
     }
 
-    /// The database of version 3 and older ones.
+    /// The database of version 3 and older.
     pub(crate) fn database(&self) -> String {
         format!("{}.redb", self.stem)
     }
 
-    /// Under which name a file is set aside, the n-th of its kind: `learned.damaged.store`, `learned.v3.redb`.
+    /// The n-th name for setting a file aside: `learned.damaged.store`, `learned.v3.redb`.
     pub(crate) fn aside(name: &str, why: &str, number: u32) -> String {
         let (stem, ending) = name.rsplit_once('.').unwrap_or((name, ""));
         let number = if number == 1 { String::new() } else { format!(".{number}") };

@@ -4,16 +4,16 @@ use twox_hash::XxHash3_64;
 
 use crate::VERSION;
 
-/// One change of what is stored. A record is a line of its own: its check sum, the version of the format, and the
-/// change as JSON, so that a damaged place makes no more unreadable than the lines that it touches.
+/// A change of the contents. A record is a line: check sum, format version, and the change as JSON. So damage
+/// invalidates only the lines that it touches.
 #[derive(Clone, Debug, Deserialize, Serialize)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct Record {
-    /// How often the file was written as a whole before.
+    /// How often the file was rewritten as a whole before.
     pub(crate) generation: u64,
-    /// From 0, without a gap.
+    /// Sequence number, from 0 without gaps.
     pub(crate) number: u64,
-    /// The number of the last record that was written together with it: all of them count, or none.
+    /// The number of the last record of its transaction; either all records of a transaction count or none.
     pub(crate) last: u64,
     pub(crate) change: Change,
 }
@@ -21,35 +21,35 @@ pub(crate) struct Record {
 #[derive(Clone, Debug, Deserialize, Serialize)]
 #[serde(deny_unknown_fields, rename_all = "snake_case")]
 pub(crate) enum Change {
-    /// The first record of a file. What was lost earlier, and was told to nobody yet.
+    /// The first record of a file, with earlier losses that were not reported yet.
     Begin { losses: Vec<String> },
-    /// An item of an entry, in place of what was at its place.
+    /// Sets the item at a place of an entry.
     Put { key: String, head: Box<RawValue>, place: u64, item: Box<RawValue> },
-    /// The head of an entry.
+    /// Sets the head of an entry.
     Head { key: String, head: Box<RawValue> },
-    /// An entry is gone.
+    /// Removes an entry.
     Forget { key: String },
-    /// The losses were told.
+    /// The losses were reported.
     Told,
 }
 
-/// What a line is.
+/// The result of parsing a line.
 #[derive(Debug)]
 pub(crate) enum Line {
     Record(Box<Record>),
-    /// A sound line of another version of the format.
+    /// A valid line of another format version.
     Other(u64),
     Unreadable,
 }
 
 impl Record {
-    /// The line, its end included.
+    /// The encoded line, including the line break.
     pub(crate) fn encode(&self) -> serde_json::Result<String> {
         Ok(line(&format!("{VERSION} {}", serde_json::to_string(self)?)))
     }
 }
 
-/// The line of a text.
+/// A line with its check sum and line break.
 pub(crate) fn line(text: &str) -> String {
     format!("{}\n", with_sum(text))
 }
@@ -58,7 +58,7 @@ fn with_sum(text: &str) -> String {
     format!("{:016x} {text}", XxHash3_64::oneshot(text.as_bytes()))
 }
 
-/// Reads a line, its end left out.
+/// Parses a line without its line break.
 pub(crate) fn decode(line: &[u8]) -> Line {
     let sound = || {
         let text = std::str::from_utf8(line).ok()?;
@@ -78,7 +78,7 @@ pub(crate) fn decode(line: &[u8]) -> Line {
     }
 }
 
-/// The lines of changes that are written together, the first of which has this number.
+/// Encodes changes as one transaction whose first record has number `first`. Returns the lines and the next number.
 pub(crate) fn encode_all(
     generation: u64,
     first: u64,

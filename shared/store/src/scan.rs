@@ -2,15 +2,15 @@ use std::ops::Range;
 
 use crate::record::{Line, Record, decode};
 
-/// What a copy of the store holds.
+/// The parsed records of a copy.
 #[derive(Debug, Default)]
 pub(crate) struct Scan {
     pub(crate) records: Vec<Record>,
-    /// Bytes that are no records.
+    /// Byte ranges without valid records.
     unreadable: Vec<Range<usize>>,
-    /// The version of a sound line that is of another one.
+    /// The version of a valid line of another version, if any.
     pub(crate) other_version: Option<u64>,
-    /// Whether the last line is a record.
+    /// Whether the last line is a valid record.
     pub(crate) ends_well: bool,
     is_empty: bool,
 }
@@ -41,12 +41,12 @@ impl Scan {
         scan
     }
 
-    /// The highest generation of any record.
+    /// The highest generation of its records.
     pub(crate) fn generation(&self) -> Option<u64> {
         self.records.iter().map(|record| record.generation).max()
     }
 
-    /// The generation and the last number, where the copy lacks nothing up to there.
+    /// The generation and the last number, if the copy is complete and valid.
     pub(crate) fn whole(&self) -> Option<(u64, u64)> {
         let last = self.records.last()?;
         let in_order = (0..).zip(&self.records).all(|(number, record)| {
@@ -56,7 +56,7 @@ impl Scan {
         is_whole.then_some((last.generation, last.number))
     }
 
-    /// What is wrong with a copy that should hold all records of a generation up to the last one.
+    /// Describes the fault of a copy that should hold all records of a generation.
     pub(crate) fn fault(&self, generation: u64) -> String {
         if self.is_empty {
             return "is empty".to_owned();

@@ -12,7 +12,7 @@ use crate::names::Names;
 use crate::record::{Change, encode_all};
 use crate::{Entry, Findings, OpenError, ReadError, WriteError};
 
-/// An open store of what was learned. One process at a time has it open.
+/// An open store of what was learned; it is locked against other processes.
 #[derive(Debug)]
 pub struct Store {
     pub(crate) files: Box<dyn Files>,
@@ -23,32 +23,32 @@ pub struct Store {
     pub(crate) findings: Findings,
 }
 
-/// Where the next record goes.
+/// The position of the next record.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct End {
     pub(crate) generation: u64,
     pub(crate) number: u64,
-    /// The length of each copy.
+    /// The length of each copy, in bytes.
     pub(crate) length: u64,
-    /// Whether both copies hold everything: else they are written whole before anything is appended.
+    /// Whether both copies are complete; otherwise they are rewritten before the next change.
     pub(crate) is_whole: bool,
 }
 
 impl Store {
-    /// Opens the store whose first copy has this path, or makes an empty one. Folders above it are made where they are
-    /// missing. What is damaged is set aside and mended, see [`Store::findings`]; what an older version wrote is taken
-    /// over, and kept as it was (`learned.v3.redb`).
+    /// Opens the store whose first copy has this path, or creates an empty one, with missing parent directories.
+    /// Damaged files are set aside and repaired, see [`Store::findings`]. A store of an older version is migrated, and
+    /// its file is kept (`learned.v3.redb`).
     ///
     /// # Errors
-    /// [`OpenError`] when another process has it open, when it was written by a newer version, when it cannot be
-    /// migrated, or when it cannot be read or made.
+    /// [`OpenError`] if another process has it open, it has a newer version, the migration fails, or it cannot be
+    /// read or created.
     pub fn open(path: &Path) -> Result<Self, OpenError> {
         let names = Names::of(path);
         let disk = Disk::make(names.folder()).map_err(|source| OpenError::Folder { source })?;
         Self::open_on(Box::new(disk), path, &MIGRATIONS)
     }
 
-    /// Opens it among these files, with these migrations.
+    /// As [`Self::open`], with these files and migrations.
     pub(crate) fn open_on(
         files: Box<dyn Files>,
         path: &Path,
@@ -69,7 +69,7 @@ impl Store {
             return Err(OpenError::InUse { path: store.path });
         }
         match store.mend(migrations) {
-            // What was learned can be read on a full disk, too.
+            // A full disk prevents the repair but not reading.
             Err(OpenError::Unwritable { source, .. }) if is_full(&source) && store.end.generation > 0 => {
                 store.findings.unmended = Some(format!("{source}: make room on its disk"));
             }
@@ -78,19 +78,19 @@ impl Store {
         Ok(store)
     }
 
-    /// What was found when it was opened, other than that all is well.
+    /// The irregularities found on opening.
     #[must_use]
     pub const fn findings(&self) -> &Findings {
         &self.findings
     }
 
-    /// What was lost, now or at an earlier opening, and was not [told](Self::told) since.
+    /// Losses, of now or earlier, that were not [reported](Self::told) yet.
     #[must_use]
     pub fn losses(&self) -> &[String] {
         &self.losses
     }
 
-    /// The losses were told to whoever has to know.
+    /// Marks the losses as reported.
     ///
     /// # Errors
     /// As [`Self::save_all`].
@@ -100,10 +100,10 @@ impl Store {
         Ok(())
     }
 
-    /// All entries, in the order of their keys.
+    /// All entries, sorted by key.
     ///
     /// # Errors
-    /// [`ReadError`] when it cannot be read, or an entry is not what it should be.
+    /// [`ReadError`] if the store cannot be read or an entry does not have the expected type.
     pub fn load<H: DeserializeOwned, I: DeserializeOwned>(&mut self) -> Result<Vec<Entry<H, I>>, ReadError> {
         let Contents { heads, mut items } = self.contents()?;
         let read = |(key, head): (String, Vec<u8>)| {
@@ -120,11 +120,10 @@ impl Store {
         heads.into_iter().map(read).collect()
     }
 
-    /// Writes entries, each in place of what was under its key, all of them or none. Durable when it
-    /// returns.
+    /// Replaces entries, all of them or none. Durable on return.
     ///
     /// # Errors
-    /// [`WriteError`] when an entry is no JSON value or the store cannot be written.
+    /// [`WriteError`] if a value cannot be serialised or the store cannot be written.
     pub fn save_all<H: Serialize, I: Serialize>(
         &mut self,
         entries: &[Entry<H, I>],
@@ -142,8 +141,7 @@ impl Store {
         self.write(changes)
     }
 
-    /// Writes the item at a place in the list of an entry, in place of what was there, and the entry's
-    /// head. Durable when it returns.
+    /// Sets the item at a place in an entry's list, and the entry's head. Durable on return.
     ///
     /// # Errors
     /// As [`Self::save_all`].
@@ -158,7 +156,7 @@ impl Store {
         self.write(vec![Change::Put { key: key.to_owned(), head, place, item }])
     }
 
-    /// Removes one entry; `false` when there is none under this key. Durable when it returns.
+    /// Removes an entry; `false` if the key is unknown. Durable on return.
     ///
     /// # Errors
     /// As [`Self::save_all`].
@@ -170,7 +168,7 @@ impl Store {
         Ok(true)
     }
 
-    /// Appends changes to both copies, one after the other.
+    /// Appends a transaction to both copies, one after the other.
     fn write(&mut self, changes: Vec<Change>) -> Result<(), WriteError> {
         if changes.is_empty() {
             return Ok(());
@@ -184,8 +182,8 @@ impl Store {
         let names = self.names.copies();
         for (index, name) in names.iter().enumerate() {
             if let Err(source) = self.files.append(name, length, lines.as_bytes()) {
-                // The copies are as they were, or are written whole before the next change. The second one never holds
-                // more than the first one.
+                // Undo the append. If that fails, the copies are rewritten before the next change. The second copy is
+                // cut first, so it never holds more than the first.
                 let mut written = names.iter().take(index + 1).rev();
                 self.end.is_whole = written.all(|name| self.files.cut(name, length).is_ok());
                 return Err(WriteError::Unwritable { path: self.names.path(name), source });
@@ -195,7 +193,7 @@ impl Store {
         Ok(())
     }
 
-    /// What is stored.
+    /// The current contents.
     fn contents(&mut self) -> Result<Contents, ReadError> {
         Ok(self.survey()?.1.contents)
     }

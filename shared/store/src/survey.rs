@@ -4,17 +4,17 @@ use crate::contents::Contents;
 use crate::record::{Change, Record};
 use crate::scan::Scan;
 
-/// A disk writes this many bytes wholly or not at all.
+/// A disk writes a block of this many bytes atomically.
 const SECTOR: usize = 512;
 
-/// What the two copies of a store say together. The first one is written first, and is durable before the second one
-/// is touched.
+/// The combined contents of the two copies. The first copy is written first, and is durable before the second one is
+/// touched.
 #[derive(Debug)]
 pub(crate) struct Survey {
     pub(crate) contents: Contents,
-    /// What was lost earlier, and was told to nobody yet.
+    /// Earlier losses that were not reported yet.
     pub(crate) losses: Vec<String>,
-    /// That of the newest record; 0 where there is none.
+    /// The generation of the newest record; 0 without records.
     pub(crate) generation: u64,
     /// The number of the next record.
     pub(crate) next: u64,
@@ -22,35 +22,36 @@ pub(crate) struct Survey {
     pub(crate) lost: Lost,
 }
 
-/// How one copy stands.
+/// The state of one copy.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) enum Standing {
-    /// It holds everything.
+    /// It is complete.
     Whole,
-    /// It is not there, and neither is the other one.
+    /// Neither copy exists.
     Absent,
-    /// A write did not come to its end before the power or the process did. Nothing is wrong with the disk.
+    /// A write was interrupted by a crash or a power cut; the disk is sound.
     Unfinished,
-    /// What is wrong with it.
+    /// It is damaged, with the reason.
     Damaged(String),
 }
 
-/// What can be read in neither copy.
+/// What is lost in both copies.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Lost {
     /// Nothing is lost.
     #[default]
     Nothing,
-    /// What was written last may be lost: neither copy has a sound end.
+    /// The last change may be lost: neither copy has a valid end.
     Perhaps,
-    /// So many records at least: an example each, or a change.
+    /// At least this many records are lost: each is an example or another change.
     Records(u64),
-    /// Everything: how much it was, nobody can tell.
+    /// Everything is lost; the number of records is unknown.
     Everything,
 }
 
 impl Survey {
-    /// The bytes of both copies, where they are there; the version of a sound record of another version is an error.
+    /// Compares both copies (`None` for a missing file). Returns the version as an error if a valid record has another
+    /// version.
     pub(crate) fn of(copies: [Option<&[u8]>; 2]) -> Result<Self, u64> {
         let [first, second] = copies;
         let scans = copies.map(|bytes| bytes.map(Scan::of).unwrap_or_default());
@@ -68,8 +69,8 @@ impl Survey {
             }
         }
         let mut end = records.values().map(|record| record.last).max().unwrap_or(0);
-        // A power cut leaves the last write to the first copy in pieces: nobody was told that it is durable as long as
-        // the second copy does not have it.
+        // A power cut can leave the last write to the first copy incomplete. It was not acknowledged as long as the
+        // second copy lacks it, so it is dropped.
         if let (Some(bytes), Some(known), Some((of, last))) = (first, second, of_second.whole())
             && of == generation
             && bytes.starts_with(known)
@@ -83,7 +84,7 @@ impl Survey {
         let mut contents = Contents::default();
         let mut losses = Vec::new();
         if missing > 0 {
-            // Where the newest writing as a whole is damaged, the one before it may know more.
+            // If the newest generation is damaged, records of the one before may complete it.
             let older =
                 scans.iter().flat_map(|scan| &scan.records).filter(|record| record.generation < generation);
             let mut older: Vec<&Record> = older.collect();
@@ -113,8 +114,7 @@ impl Survey {
         let was_written_whole = end == snapshot && is_whole(of_first);
         let standing_of_second = match (first, second) {
             (Some(first), Some(second)) if is_whole(of_first) && first == second => Standing::Whole,
-            // The last writing as a whole ended between the first copy and this one. Where this one was damaged, it was
-            // set aside before.
+            // A rewrite was interrupted between the copies. If this copy was damaged before, it was set aside earlier.
             (_, None) if was_written_whole => Standing::Unfinished,
             (_, Some(_)) if was_written_whole && of_second.generation().is_some_and(|of| of < generation) => {
                 Standing::Unfinished
@@ -148,7 +148,7 @@ impl Survey {
         Ok(Self { contents, losses, generation, next: end + 1, copies, lost })
     }
 
-    /// Without any record that can be read.
+    /// The result without any valid record.
     fn of_nothing(copies: [Option<&[u8]>; 2], scans: &[Scan; 2]) -> Self {
         let is_new = copies.iter().all(Option::is_none);
         let [first, second] = copies.map(|bytes| bytes.is_some());
@@ -169,7 +169,7 @@ impl Survey {
     }
 }
 
-/// Records with the numbers up to the last one that are not there. The first one holds nothing that was learned.
+/// The number of missing records up to `end`. Record 0 is not counted, because it contains nothing that was learned.
 fn missing(records: &BTreeMap<u64, &Record>, end: u64) -> u64 {
     let there = records.keys().filter(|number| (1..=end).contains(*number)).fold(0, |count, _| count + 1);
     end.saturating_sub(there)
@@ -179,12 +179,12 @@ fn has_gap(records: &BTreeMap<u64, &Record>, end: u64) -> bool {
     missing(records, end) > 0
 }
 
-/// Whether a copy is the other one and something more.
+/// Whether a copy starts with the other one and is longer.
 fn is_longer(copy: Option<&[u8]>, other: Option<&[u8]>) -> bool {
     copy.zip(other).is_some_and(|(copy, other)| copy.len() > other.len() && copy.starts_with(other))
 }
 
-/// Where the records begin, in a copy that lacks nothing, that were written last.
+/// The byte offset at which the last transaction begins, in a complete copy.
 fn last_group(bytes: &[u8], scan: &Scan) -> usize {
     let Some(last) = scan.records.last() else { return 0 };
     let count = scan.records.iter().rev().take_while(|record| record.last == last.last).count();
@@ -192,8 +192,8 @@ fn last_group(bytes: &[u8], scan: &Scan) -> usize {
     lines.take(scan.records.len() - count).map(<[u8]>::len).sum()
 }
 
-/// Whether a copy is what a power cut leaves of another one whose bytes from `begun` on were being written: sectors are
-/// as they should be, or were never written.
+/// Whether a power cut explains the difference: the bytes of `other` from `begun` on were being written, and each
+/// sector of `copy` has either the new data or zeros.
 fn is_torn(copy: &[u8], other: &[u8], begun: usize) -> bool {
     let is_same_before = copy.get(..begun).is_some_and(|before| other.starts_with(before));
     let sectors = (begun / SECTOR * SECTOR..copy.len()).step_by(SECTOR);

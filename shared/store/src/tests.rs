@@ -14,7 +14,7 @@ use super::*;
 use crate::names::Names;
 use crate::record::line;
 
-/// An entry whose head is a word.
+/// An entry whose head is the key in capitals.
 fn entry(key: &str, items: &[u32]) -> Entry<String, u32> {
     Entry { key: key.to_owned(), head: key.to_uppercase(), items: items.to_vec() }
 }
@@ -24,13 +24,13 @@ fn all(store: &mut Store) -> Vec<Entry<String, u32>> {
 }
 
 fn file() -> (tempfile::TempDir, PathBuf) {
-    // What is synchronised there costs nothing.
+    // A file system in memory, where synchronising is cheap.
     let folder = tempfile::tempdir_in("/dev/shm").unwrap();
     let path = folder.path().join("leo").join("tasks.store");
     (folder, path)
 }
 
-/// The files beside one, it among them, and what they hold.
+/// The names and contents of all files in the same directory.
 fn beside(path: &Path) -> BTreeMap<String, Vec<u8>> {
     let entries = fs::read_dir(path.parent().unwrap()).unwrap().map(Result::unwrap);
     let files = entries.filter(|entry| entry.metadata().unwrap().is_file());

@@ -1,10 +1,10 @@
-//! Whatever bytes a store has, it opens, and believes nothing that was never stored.
+//! A store with arbitrary bytes opens, and contains no item that was never stored.
 
 #![expect(clippy::expect_used, clippy::indexing_slicing, clippy::panic, reason = "a test fails by panicking")]
 
 mod bytes;
 
-/// The next number of a sequence.
+/// The next number of a pseudo-random sequence.
 fn random(state: &mut u64) -> u64 {
     *state ^= *state << 13;
     *state ^= *state >> 7;

@@ -1,5 +1,5 @@
-//! Histories of what was acknowledged against what is durable: real processes are killed and stopped, their disk fills
-//! up, and their clocks jump, all at once.
+//! Compares acknowledged with durable changes, while real processes are killed and stopped, their disk fills up and
+//! their clocks jump.
 #![expect(clippy::expect_used, clippy::panic, reason = "a test fails by panicking")]
 
 use std::collections::BTreeMap;
@@ -13,12 +13,12 @@ use std::time::Duration;
 
 use store::{Entry, Lost, Store, WriteError};
 
-/// Where the small disk of the histories is, for whoever works with it.
+/// The environment variable with the path of the small disk.
 const DISK: &str = "LEO_TEST_DISK";
 const LIVES: u64 = 24;
 const TASKS: u64 = 4;
 
-/// Mounts a small disk of its own, which nobody else sees, and has the histories happen there.
+/// Mounts a small private disk in a mount namespace and runs the histories on it.
 const SCRIPT: &str = r#"
 mount -t tmpfs -o size=400k tmpfs "$1" || exit 77
 LEO_TEST_DISK="$1" exec "$0" histories --exact --ignored --nocapture
@@ -50,7 +50,7 @@ fn item(place: u64) -> String {
     format!("{place} {}", "x".repeat(900))
 }
 
-/// The next number of a sequence, below a bound.
+/// The next number of a pseudo-random sequence, below a bound.
 fn below(state: &mut u64, bound: u64) -> u64 {
     *state ^= *state << 13;
     *state ^= *state >> 7;
@@ -58,7 +58,7 @@ fn below(state: &mut u64, bound: u64) -> u64 {
     *state % bound
 }
 
-/// A life of whoever learns: puts items until it is ended, and says which are acknowledged.
+/// A writer process: puts items until it is killed, and reports the acknowledged ones.
 #[test]
 #[ignore = "it writes until it is killed: the histories start it"]
 fn writer() {
@@ -74,7 +74,7 @@ fn writer() {
     for round in 0.. {
         let key = format!("task {}", round % TASKS);
         let place = next.entry(key.clone()).or_default();
-        // As the learner does: what could not be kept is tried again, in a store that is opened anew.
+        // As in the learner: a failed write is retried on a newly opened store.
         loop {
             match store.put(&key, &"head", *place, &item(*place)) {
                 Ok(()) => break,
@@ -87,7 +87,7 @@ fn writer() {
         say("acknowledged", &key, *place);
         *place += 1;
         if *place > 20 {
-            // The disk is small. What was forgotten takes no room once the store is opened anew.
+            // The disk is small. Removed entries free their space when the store is opened again.
             if store.forget(&key).is_ok() {
                 say("forgotten", &key, 0);
                 *place = 0;
@@ -103,7 +103,7 @@ fn say(what: &str, key: &str, place: u64) {
     writeln!(out, "{what};{key};{place}").and_then(|()| out.flush()).expect("somebody listens");
 }
 
-/// A writer, in a process group of its own, whose clock begins elsewhere.
+/// A writer process in its own process group, with an offset of its clock.
 struct Writer {
     child: Child,
     lines: Receiver<String>,
@@ -124,7 +124,7 @@ impl Writer {
         let (to, lines) = channel();
         std::thread::spawn(move || out.lines().map_while(Result::ok).try_for_each(|line| to.send(line)));
         let writer = Self { child, lines };
-        // `unshare` is not to be stopped before it has started its child.
+        // `unshare` must not be stopped before it has started its child.
         while writer.line() != "begun;;0" {}
         writer
     }
@@ -144,7 +144,7 @@ impl Writer {
     }
 }
 
-/// What was acknowledged, by task: how many items, and whether the task may be gone.
+/// The acknowledged changes: the number of items by task.
 #[derive(Default)]
 struct Acknowledged {
     count: BTreeMap<String, u64>,
@@ -167,7 +167,7 @@ impl Acknowledged {
         }
     }
 
-    /// Compares it with what is durable, and goes on from there.
+    /// Compares them with the durable contents, and continues from those.
     fn compare(&mut self, path: &Path) {
         let mut store = Store::open(path).unwrap_or_else(|error| panic!("{error}"));
         assert!(store.findings().damaged.is_empty(), "{}", store.findings());
@@ -181,7 +181,7 @@ impl Acknowledged {
         }
         for (key, count) in &self.count {
             let there = durable.get(key).copied().unwrap_or(0);
-            // What was under way may be there: one item more, or, of a full task, nothing.
+            // A change in progress may be durable: one more item, or, for a full task, its removal.
             let was_forgotten = *count > 20 && there == 0;
             assert!(
                 there == *count || there == count + 1 || was_forgotten,
@@ -192,7 +192,7 @@ impl Acknowledged {
     }
 }
 
-/// Lives of writers, ended and hindered in every way, one after the other.
+/// Runs writers one after the other, and kills or disturbs each in every way.
 #[test]
 #[ignore = "it needs a disk of its own: the test above makes one"]
 fn histories() {
@@ -241,7 +241,7 @@ fn histories() {
     assert!(acknowledged.lines > 300 && acknowledged.full > 0 && stops > 0, "too little happened");
 }
 
-/// Leaves no room.
+/// Fills the disk.
 fn fill_up(fill: &Path) {
     let Ok(mut file) = File::create(fill) else { return };
     while file.write_all(&[1; 1024]).is_ok() {}

@@ -7,25 +7,25 @@ use serde::Serialize;
 use crate::people::{ChiSquare, TASKS};
 use crate::robot::Expected;
 
-/// What Leo learned and did in one task and condition, beside the paper.
+/// What Leo learned and did in one task and condition, compared with the paper.
 #[derive(Clone, Debug, Serialize)]
 pub struct Cell {
-    /// What the paper has there.
+    /// The result in the paper.
     pub expected: Expected,
-    /// The rule that Leo chose, and so performed.
+    /// The rule that Leo chose and performed.
     pub winner: Option<String>,
     /// The high-likelihood hypotheses of all perspectives together.
     pub hypotheses: BTreeSet<String>,
-    /// What was done on the novel set, in alphabetical order.
+    /// The steps done on the novel set, in alphabetical order.
     pub performed: Vec<String>,
     /// Perspectives in which anything was learned.
     pub perspectives: Vec<String>,
-    /// In what it differs from the paper; nothing where the cell holds.
+    /// The differences from the paper; empty if there are none.
     pub differs: Vec<String>,
 }
 
 impl Cell {
-    /// What an account of the task's lesson comes to.
+    /// Evaluates the account of a task's lesson.
     #[must_use]
     pub fn of(expected: Expected, account: &Account) -> Self {
         let task = account.tasks.first();
@@ -48,7 +48,7 @@ impl Cell {
         cell
     }
 
-    /// Whether it is as in the paper.
+    /// Whether it agrees with the paper.
     #[must_use]
     pub fn holds(&self) -> bool {
         self.differs.is_empty()
@@ -82,7 +82,7 @@ impl Cell {
     }
 }
 
-/// The whole study beside the paper.
+/// The whole study, compared with the paper.
 #[derive(Clone, Debug, Default, Serialize)]
 pub struct Comparison {
     /// Table 2, cell by cell.
@@ -92,13 +92,13 @@ pub struct Comparison {
 }
 
 impl Comparison {
-    /// Of the cells that were played.
+    /// The comparison for these cells.
     #[must_use]
     pub fn of(cells: Vec<Cell>) -> Self {
         Self { cells, chi_square: TASKS.iter().filter_map(crate::people::Task::chi_square).collect() }
     }
 
-    /// Whether every cell is as in the paper.
+    /// Whether every cell agrees with the paper.
     #[must_use]
     pub fn holds(&self) -> bool {
         self.cells.iter().all(Cell::holds)
@@ -157,8 +157,8 @@ impl fmt::Display for Comparison {
 }
 
 impl Comparison {
-    /// "=" where Leo's winner is the rule most popular with people: with perspective taking for those
-    /// who had a teacher before them.
+    /// "=" if Leo's winner is the rule most popular with people, otherwise "differs". The social condition is compared
+    /// with perspective taking, the nonsocial one without.
     fn agrees(&self, task: u32, social: bool) -> &'static str {
         let people = TASKS.iter().find(|people| people.number == task);
         let [of_social, of_nonsocial] = people.map_or([&[][..]; 2], |people| people.chosen);

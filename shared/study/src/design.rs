@@ -1,4 +1,4 @@
-//! Random designs of the four tasks: other blocks in other places, of which the same must be learned.
+//! Random variants of the four tasks: other blocks and places, but the same rules to learn.
 
 use std::f64::consts::FRAC_PI_2;
 use std::time::Duration;
@@ -12,20 +12,20 @@ use rand::seq::{IndexedRandom as _, SliceRandom as _};
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::SeedableRng as _;
 
-/// A lesson without a novel set, and the names of the rules that should be learned from it.
+/// A lesson without a novel set, and the rules that should be learned from it.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Design {
-    /// 1 to 4.
+    /// The task, 1 to 4.
     pub task: u32,
-    /// What is shown.
+    /// The demonstrations.
     pub lesson: Lesson,
-    /// The winner with perspective taking.
+    /// The name of the winner with perspective taking.
     pub with: String,
-    /// The winner without.
+    /// The name of the winner without perspective taking.
     pub without: String,
 }
 
-/// The colours that blocks come in, in the order in which Leo lists them.
+/// The colours of blocks, in the order in which Leo lists them.
 const COLOURS: [(&str, [f64; 3]); 4] = [
     ("red", [0.80, 0.05, 0.05]),
     ("green", [0.05, 0.55, 0.10]),
@@ -37,7 +37,7 @@ const WOOD: [f64; 3] = [0.55, 0.35, 0.18];
 const MEDIUM_M: f64 = 0.03;
 const SMALL_M: f64 = 0.017;
 
-/// Shapes in the order in which Leo lists them.
+/// Shapes, in the order in which Leo lists them.
 const SQUARE: [f64; 4] = [0.0, 0.0, 0.0, 0.0];
 const TRIANGLE: [f64; 4] = [0.0, 0.0, 0.0, 1.0];
 const LONG: [f64; 4] = [1.0, 0.0, 0.0, 0.0];
@@ -46,20 +46,20 @@ const CYLINDER: [f64; 4] = [0.0, 0.0, 1.0, 0.0];
 const PEG: [f64; 4] = [1.0, 0.0, 1.0, 0.0];
 const MARKER: [f64; 4] = [0.0, 1.0, 1.0, 0.0];
 
-/// The shapes that are marked, and those that are not.
+/// The shapes of blocks that are marked, and of those that are not.
 const MARKED: [[f64; 4]; 3] = [TRIANGLE, LONG, BRIDGE];
 const UNMARKED: [[f64; 4]; 2] = [SQUARE, CYLINDER];
 
-/// Where the teacher's eyes are: a narrow cone still holds all of the table.
+/// The position of the teacher's eyes: even a narrow field of view contains the whole table.
 const EYES_M: [f64; 3] = [0.0, 1.8, 0.8];
 const LOOKS_AT_M: [f64; 3] = [0.0, 0.75, 0.0];
 
-/// How long one thing is carried, and the time from one to the next.
+/// The duration of moving one object, and the time from one move to the next.
 const CARRIES: Duration = Duration::from_millis(700);
 const APART: Duration = Duration::from_millis(1_200);
 
 impl Design {
-    /// The design of a task (1 to 4) that belongs to a seed; `None` of another task.
+    /// The design of a task (1 to 4) for a seed; `None` for another task number.
     #[must_use]
     pub fn of(task: u32, seed: u64) -> Option<Self> {
         let mut chance =
@@ -92,7 +92,7 @@ impl Design {
     }
 }
 
-/// A thing that lies on the table at first.
+/// An object on the table at the beginning.
 struct Thing {
     name: String,
     colour: [f64; 3],
@@ -118,7 +118,7 @@ impl Thing {
     }
 }
 
-/// A demonstration: what lies there, what hides it, and what is moved where, one after the other.
+/// A demonstration: the objects, the occluders, and the moves in order.
 fn demonstration(
     task: u32,
     things: &[Thing],
@@ -142,7 +142,7 @@ fn is_same(a: &[f64; 4], b: &[f64; 4]) -> bool {
     a.iter().zip(b).all(|(a, b)| (a - b).abs() < f64::EPSILON)
 }
 
-/// A rule about these values of one feature, as Leo says it.
+/// The name of a rule about these values of one feature, in Leo's words.
 fn all_of(names: &[&str]) -> String {
     match names {
         [] => "all".to_owned(),
@@ -172,7 +172,7 @@ impl Chance {
         if self.0.random_bool(0.5) { SMALL_M } else { MEDIUM_M }
     }
 
-    /// Places in a row along x, so far apart and so much jittered, in any order.
+    /// Places in a row along x with a spacing and a jitter, in random order.
     fn row(&mut self, count: usize, apart_m: f64, y_m: f64, jitter_m: f64) -> Vec<[f64; 2]> {
         let from_m = -apart_m * float_of_count(count.saturating_sub(1)) / 2.0;
         let mut places: Vec<[f64; 2]> = (0..count)
@@ -185,7 +185,7 @@ impl Chance {
         places
     }
 
-    /// Task 1: all holes that he sees are filled; one block, of a colour of its own, is hidden from him.
+    /// Task 1: all holes that the teacher sees are filled. One block, with a unique colour, is hidden from the teacher.
     fn filled(&mut self) -> Shown {
         let mut colours: Vec<usize> = (0..COLOURS.len()).collect();
         colours.shuffle(&mut self.0);
@@ -223,7 +223,7 @@ impl Chance {
             let kind = Kind { role: Role::Peg, shape: PEG, half_extents_m, hole: false, markable: false };
             things.push(Thing { name: format!("peg {index}"), colour: WOOD, kind, at_m });
         }
-        // On the line from his eyes to the block, right before it.
+        // On the line from the teacher's eyes to the block, just before the block.
         let wall = Occluder {
             name: "wall".to_owned(),
             centre_m: [hides_m * 0.92, 0.51, 0.18],
@@ -233,22 +233,22 @@ impl Chance {
         demonstration(1, &things, vec![wall], moves)
     }
 
-    /// Task 2: of what is his, the things of two colours are marked, of three shapes; what is of these
-    /// colours and not his is of other shapes, and not marked.
+    /// Task 2: the teacher's blocks of two colours, in three shapes, are marked. The robot's blocks of these colours
+    /// have other shapes and are not marked.
     fn marked(&mut self) -> Shown {
         let mut colours: Vec<usize> = (0..COLOURS.len()).collect();
         colours.shuffle(&mut self.0);
         let mut marked: Vec<usize> = colours.drain(..2).collect();
         marked.sort_unstable();
         let other = colours.pop().unwrap_or(0);
-        // Each shape in both colours, over both demonstrations, and two more.
+        // Each shape in both colours, over both demonstrations, and two more blocks.
         let mut kinds: Vec<(usize, [f64; 4])> =
             marked.iter().flat_map(|&colour| MARKED.map(|shape| (colour, shape))).collect();
         for _ in 0..2 {
             kinds.extend(kinds.choose(&mut self.0).copied());
         }
         kinds.shuffle(&mut self.0);
-        // Sizes say nothing: no colour, and not every shape, comes in one size alone.
+        // The size must not discriminate: each colour, and at least one shape, occurs in both sizes.
         let kinds = loop {
             let sized: Vec<Marked> =
                 kinds.iter().map(|&(colour, shape)| Marked { colour, shape, size_m: self.size() }).collect();
@@ -306,7 +306,7 @@ impl Chance {
         demonstration(2, &things, Vec::new(), moves)
     }
 
-    /// Tasks 3 and 4: a few things are put up before the teacher, in Task 3 some on top of others.
+    /// Tasks 3 and 4: a few objects are arranged in front of the teacher; in Task 3 some are stacked.
     fn built(&mut self, task: u32) -> Shown {
         let count = self.0.random_range(3..=6_usize);
         let mut cells: Vec<[f64; 2]> =

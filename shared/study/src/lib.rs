@@ -1,10 +1,9 @@
-//! The study of M. Berlin, J. Gray, A. L. Thomaz and C. Breazeal, "Perspective Taking: An Organizing
-//! Principle for Learning in Human-Robot Interaction", AAAI 2006 (below: the paper), set beside what
-//! Leo does.
+//! Compares Leo with the study of M. Berlin, J. Gray, A. L. Thomaz and C. Breazeal, "Perspective Taking: An Organizing
+//! Principle for Learning in Human-Robot Interaction", AAAI 2006 (below: the paper).
 //!
-//! [`people`] has what the participants did (Tables 1 and 3) and tests it, [`robot`] what the paper's
-//! robot learned (Table 2); a [`Comparison`] says cell by cell whether Leo learns and does the same.
-//! A [`Design`] is the same task with other blocks in other places.
+//! [`people`] contains the participants' results (Tables 1 and 3) and their statistics, [`robot`] those of the paper's
+//! robot (Table 2). A [`Comparison`] checks cell by cell whether Leo learns and does the same. A [`Design`] is a
+//! variant of a task with other blocks and places.
 
 mod comparison;
 mod design;

@@ -1,30 +1,30 @@
-//! What the 41 participants did: Tables 1 and 3.
+//! Results of the 41 participants: Tables 1 and 3.
 
 use quantity::number::{float, float_of_count};
 use serde::Serialize;
 use statrs::distribution::{ChiSquared, ContinuousCDF as _};
 
-/// A row of Table 1: how many participants followed which rule in one task.
+/// A row of Table 1: the number of participants for each rule in one task and condition.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 pub struct Rules {
-    /// Whether a teacher sat opposite (the social condition) or pictures were shown.
+    /// Whether the participant sat opposite a teacher (the social condition) or saw pictures.
     pub social: bool,
-    /// The perspective taking rule.
+    /// Participants with the perspective-taking rule.
     pub perspective_taking: u32,
-    /// The rule without perspective taking.
+    /// Participants with the rule without perspective taking.
     pub not_perspective_taking: u32,
-    /// Another one; `None` where the paper counts none.
+    /// Participants with another rule; `None` if the paper has no such column.
     pub other: Option<u32>,
 }
 
-/// A task of the study, as people did it.
+/// The participants' results for one task of the study.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Task {
-    /// 1 to 4.
+    /// The task, 1 to 4.
     pub number: u32,
     /// Its rows of Table 1.
     pub rules: [Rules; 2],
-    /// Its rows of Table 3, social and nonsocial: what was chosen, the most popular in capitals.
+    /// Its rows of Table 3, social and nonsocial: the chosen rules, the most popular one in capitals.
     pub chosen: [&'static [&'static str]; 2],
 }
 
@@ -57,19 +57,19 @@ pub const TASKS: [Task; 4] = [
     Task { number: 4, rules: [row(true, (14, 6, None)), row(false, (0, 21, None))], chosen: FIGURES },
 ];
 
-/// Pearson's chi-square test of independence: whether the condition made a difference to the rule.
+/// Pearson's chi-square test of independence between the condition and the rule.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct ChiSquare {
     /// Σ (observed − expected)² / expected.
     pub statistic: f64,
     /// Degrees of freedom.
     pub degrees: u32,
-    /// The probability of a statistic as great or greater without any difference.
+    /// The p-value: the probability of a statistic at least as large under independence.
     pub p: f64,
 }
 
 impl Task {
-    /// The test of its rows, without the columns in which nobody is.
+    /// The test on the rows of the task; empty columns are left out.
     ///
     /// ```
     /// let task_1 = study::people::TASKS[0].chi_square().unwrap();

@@ -1,29 +1,29 @@
-//! What the paper's robot learned: Table 2, in the words that Leo computes for the same rules.
+//! Results of the paper's robot: Table 2, with the names that Leo generates for the same rules.
 //!
-//! The words are what the rules come to on the blocks of Leo's own lessons; Leo itself knows none of
-//! them before it has learned the rule.
+//! The names depend on the blocks of Leo's lessons. Leo generates them from learned rules; they are not stored anywhere
+//! else.
 
 use serde::Serialize;
 
 /// A rule of Table 2.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 pub struct Rule {
-    /// What the paper calls it.
+    /// Its name in the paper.
     pub paper: &'static str,
-    /// What Leo calls it, having learned it.
+    /// Its name in Leo's words.
     pub leo: &'static str,
 }
 
-/// A cell of Table 2, and what comes of it on the novel set.
+/// A cell of Table 2, and the expected performance on the novel set.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 pub struct Expected {
-    /// 1 to 4.
+    /// The task, 1 to 4.
     pub task: u32,
-    /// Whether perspectives were taken.
+    /// Whether the robot takes perspectives.
     pub perspective_taking: bool,
-    /// The high-likelihood hypotheses, the winning one first.
+    /// The high-likelihood hypotheses, the winner first.
     pub hypotheses: &'static [Rule],
-    /// What is done on the novel set of the lesson when the winning one is performed.
+    /// The steps on the novel set of the lesson when the winner is performed.
     pub performed: &'static [&'static str],
 }
 
@@ -52,7 +52,7 @@ const LETTERS: &[&str] = &[
     "small green square in place",
 ];
 
-/// Table 2. What is performed stands in alphabetical order.
+/// Table 2. The steps are in alphabetical order.
 pub const CELLS: [Expected; 8] = [
     Expected {
         task: 1,

@@ -1,8 +1,7 @@
-//! What it costs to take in one example more and say what was learned, beside an enumeration of all
-//! templates and classes that begins anew with every example, and how much memory what was learned from
-//! takes: `cargo bench -p tasks`.
+//! Time to add one example and compute the result, and memory of the learner: `cargo bench -p tasks`. The time is
+//! compared with a full enumeration of all templates and classes after every example.
 //!
-//! Objects of random kinds, of which those with one of two values of the first feature are marked.
+//! The objects are of random kinds; those with one of two values of the first feature are marked.
 
 #![expect(
     clippy::print_stdout,
@@ -18,12 +17,12 @@ use tasks::{
     FeatureWords, Hypotheses, Language, Learning, Noise, Object, Settings, Snapshot, StateWords, View,
 };
 
-/// Values of each feature.
+/// Number of values of each feature.
 const VALUES: u64 = 4;
-/// The enumeration is left out where it would take longer than this, by its size.
+/// The enumeration is skipped above this size.
 const ENUMERATED_MOST: u64 = 3_000_000;
 
-/// Numbers that look random, the same in every run (splitmix64).
+/// Pseudo-random numbers from a fixed seed (splitmix64).
 struct Chance(u64);
 
 impl Chance {
@@ -73,8 +72,8 @@ fn demonstration(chance: &mut Chance, objects: u64, features: u64) -> View {
     View { perspective: 0, before: snapshot(before), after: snapshot(after), executables: Vec::new() }
 }
 
-/// All templates, the classes of every demonstration and of all, each tested on every demonstration;
-/// how many are consistent with all.
+/// Tests, under all templates, the classes of every demonstration and of all joined on every demonstration. Returns how
+/// many are consistent with all.
 fn enumerate(views: &[View], features: u64) -> usize {
     let mut consistent = 0;
     for mask in 0..1_u64 << features {
@@ -103,7 +102,7 @@ fn enumerate(views: &[View], features: u64) -> usize {
     consistent
 }
 
-/// p50, p99 and the most of some times, in milliseconds.
+/// p50, p99 and maximum, in milliseconds.
 fn told(mut nanos: Vec<u64>) -> String {
     nanos.sort_unstable();
     let at = |share: usize| {
@@ -119,7 +118,7 @@ fn timed(work: impl FnOnce()) -> u64 {
     u64::try_from(clock::now().since(begin).as_nanos()).unwrap_or(u64::MAX)
 }
 
-/// The times of each example, and the memory after the last of them in KiB.
+/// The time of each example, and the memory after the last one in KiB.
 fn learn(language: &Language, settings: &Settings, views: &[View], rounds: usize) -> String {
     let mut nanos = Vec::with_capacity(rounds * views.len());
     let mut kept = 0;

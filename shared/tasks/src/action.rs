@@ -6,32 +6,30 @@ use message::{Belief, Feature, NOBODY, Remembered};
 use crate::Language;
 use crate::snapshot::{is_on, position};
 
-/// A thing that nobody holds is at rest when its mean place over a `GLANCE` is no further than this
-/// from that over the one before. Means, because one noisy frame is no movement.
+/// Maximum difference, in metres, of an object's mean positions over two successive `GLANCE` windows at rest. Means
+/// suppress the noise of single frames.
 const STILL_M: f64 = 0.01;
 const GLANCE: Duration = Duration::from_millis(100);
-/// An act is complete when everything has been still and unchanged for this long.
+/// An act is complete after everything has been at rest and unchanged for this long.
 const SETTLED: Duration = Duration::from_millis(200);
 
-/// An act that somebody completed: a thing came to rest elsewhere or passed from his hand to another,
-/// or a state changed.
+/// A completed act: an object came to rest elsewhere or passed to another hand, or a state changed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Act {
-    /// Who last held one of the things: 0 the robot, partner 1, 2, …, or `NOBODY`. Of a thing that
-    /// passed from hand to hand, who gave it.
+    /// The last holder of one of the objects: 0 the robot, partner 1, 2, …, or `NOBODY`. After a hand-over it is
+    /// the giver.
     pub actor: u16,
 }
 
-/// Finds the instants at which an act is complete, in the stream of one perspective's beliefs.
+/// Detects the completion of acts in the stream of beliefs of one perspective.
 ///
-/// Noise is no act: a thing has to leave its place by more than the language's `moved_m`, and a
-/// state has to pass through its hysteresis and stay. Neither is a pause: who holds a thing still
-/// has not put it down. Acts that overlap in time are one. What kind of act it was, the beliefs
-/// before and after it tell: [`crate::deeds`].
+/// It ignores noise: an object has to move by more than the language's `moved_m`, and a state change has to
+/// pass its hysteresis and persist. An object held still is not put down, so a pause does not end an act. Acts
+/// that overlap in time are merged. [`crate::deeds`] classifies an act from the beliefs before and after it.
 #[derive(Clone, Debug, Default)]
 pub struct ActionParser {
     things: BTreeMap<u64, Thing>,
-    /// When the last thing changed or moved, while an act is pending.
+    /// The time of the last change or movement, while an act is pending.
     pending: Option<Instant>,
     actor: Option<u16>,
 }
@@ -43,19 +41,19 @@ struct Thing {
     states: Vec<(u16, bool)>,
 }
 
-/// A thing on its way.
+/// An object in motion.
 #[derive(Clone, Copy, Debug)]
 struct Moving {
     glance: Glance,
-    /// Its mean place over the last whole glance in which nobody held it.
+    /// Its mean position over the last complete window without a holder.
     was_m: Option<[f64; 3]>,
-    /// Who carries it, once somebody was seen to.
+    /// The agent that carries it, once one was seen.
     carrier: Option<u16>,
-    /// Another who has it in hand, and since when.
+    /// Another agent that holds it now, and since when.
     taker: Option<(u16, Instant)>,
 }
 
-/// The mean of a thing's places since an instant.
+/// The mean position of an object since an instant.
 #[derive(Clone, Copy, Debug)]
 struct Glance {
     since: Instant,
@@ -64,12 +62,12 @@ struct Glance {
 }
 
 impl ActionParser {
-    /// Forgets everything: the next beliefs are of other identities.
+    /// Drops all state; the next beliefs have new identities.
     pub fn reset(&mut self) {
         *self = Self::default();
     }
 
-    /// Takes the beliefs of an instant; gives an act when one has just been completed.
+    /// Processes the beliefs of an instant; returns an act if one was just completed.
     pub fn step(&mut self, now: Instant, language: &Language, beliefs: &[Belief]) -> Option<Act> {
         let mut busy = false;
         let mut handed = None;
@@ -92,12 +90,12 @@ impl ActionParser {
             handed = handed.or_else(|| thing.handed(now, place_m, belief.held_by));
         }
         if let Some(giver) = handed {
-            // An act of its own: whatever the taker does with it is another.
+            // A hand-over is an act of its own: what the receiver does next is another.
             self.pending = None;
             return Some(Act { actor: giver });
         }
         if !busy && self.pending.is_none() {
-            // Whoever held something put it back: that was no act, and the next is not his.
+            // All objects are back in place: there was no act, and the next one may have another actor.
             self.actor = None;
         }
         let settled = self.pending.is_some_and(|last| now.since(last) >= SETTLED);
@@ -127,7 +125,7 @@ impl Thing {
         changed
     }
 
-    /// Follows the thing; `true` when it has just come to rest in another place.
+    /// Tracks the position; `true` if the object has just come to rest in another place.
     fn moved(&mut self, now: Instant, place_m: [f64; 3], held_by: u16, moved_m: f64) -> bool {
         let Some(moving) = &mut self.moving else {
             if distance(self.rest_m, place_m) > moved_m {
@@ -153,8 +151,8 @@ impl Thing {
         moved
     }
 
-    /// Follows whose hand it is in; gives the giver when it has just passed to another hand, without
-    /// having come to rest on the way, and stayed there.
+    /// Tracks the holder. Returns the giver once the object passed to another hand without coming to rest, and stayed
+    /// there for `SETTLED`.
     fn handed(&mut self, now: Instant, place_m: [f64; 3], held_by: u16) -> Option<u16> {
         let moving = self.moving.as_mut()?;
         if held_by == NOBODY {
@@ -183,7 +181,7 @@ impl Glance {
         Self { since: now, sum_m: place_m, count: 1 }
     }
 
-    /// Takes in a place; gives the mean when the glance is over.
+    /// Adds a position; returns the mean once the window is complete.
     fn add(&mut self, now: Instant, place_m: [f64; 3]) -> Option<[f64; 3]> {
         for (sum, part) in self.sum_m.iter_mut().zip(place_m) {
             *sum += part;

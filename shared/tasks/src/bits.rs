@@ -1,4 +1,4 @@
-/// A set of small numbers. Two sets of the same numbers are equal, however they were made.
+/// A set of small numbers. Equality depends on the members alone, not on the order of insertion.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Hash)]
 pub(crate) struct Bits(Vec<u64>);
 
@@ -23,12 +23,12 @@ impl Bits {
         self.0.iter().map(|word| usize::try_from(word.count_ones()).unwrap_or(0)).sum()
     }
 
-    /// The set in so many words, which are enough for it.
+    /// The set as a row of exactly `words` words; `words` must be large enough to hold it.
     pub(crate) fn row(&self, words: usize) -> Vec<u64> {
         self.0.iter().copied().chain(std::iter::repeat(0)).take(words).collect()
     }
 
-    /// Adds all numbers of another set; `true` when some were not there before.
+    /// Adds all numbers of another set; `true` if any of them is new.
     pub(crate) fn unite(&mut self, other: &Self) -> bool {
         if self.0.len() < other.0.len() {
             self.0.resize(other.0.len(), 0);
@@ -42,7 +42,7 @@ impl Bits {
     }
 }
 
-/// The numbers in a row of words.
+/// The numbers whose bits are set in a row of words.
 pub(crate) fn numbers(row: &[u64]) -> Vec<usize> {
     let of_word = |(index, &word): (usize, &u64)| {
         let bits = (0..WORD).filter(move |bit| word >> bit & 1 == 1);

@@ -1,18 +1,18 @@
 use crate::lexicon::{Key, Mask, present};
 use crate::selection::Place;
 
-/// What a demonstration says of one object, as far as one goal is concerned.
+/// What a demonstration says about one object with respect to one goal.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Verdict {
-    /// It was made what the goal wants: the goal is about it.
+    /// The goal state was reached for it: a positive example.
     Changed,
-    /// It was as the goal wants before: it says nothing.
+    /// It was in the goal state before: uninformative.
     AlreadySo,
-    /// It is not as the goal wants: the goal is not about it.
+    /// It is not in the goal state: a negative example.
     LeftOut,
 }
 
-/// One object of a demonstration that a goal could be about.
+/// One object of a demonstration that a goal can apply to.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Witness {
     pub(crate) key: Key,
@@ -20,22 +20,22 @@ pub(crate) struct Witness {
     pub(crate) place: Option<Place>,
 }
 
-/// A demonstration as hypotheses about one goal are tested on it.
+/// A demonstration in the form in which hypotheses about one goal are tested on it.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Case {
     pub(crate) witnesses: Vec<Witness>,
-    /// The kinds of what was changed, and of what was left out; each once.
+    /// The distinct kinds of changed and of left-out objects, sorted.
     pub(crate) changed: Vec<Kind>,
     pub(crate) left_out: Vec<Kind>,
-    /// Whether it is what was answered about a single thing that is nowhere.
+    /// Whether this is the answer to a question about a single hypothetical object.
     pub(crate) is_answer: bool,
 }
 
-/// Objects that look the same.
+/// A set of objects with identical class features.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub(crate) struct Kind {
     pub(crate) key: Key,
-    /// The features that they have.
+    /// The features that have a value.
     pub(crate) present: Mask,
 }
 
@@ -53,11 +53,11 @@ impl Case {
         Self { witnesses, changed, left_out, is_answer: false }
     }
 
-    /// Whether the demonstration is consistent with a set of kinds: everything in it was changed
-    /// or so before, and nothing else was changed.
+    /// Whether the demonstration is consistent with a set of kinds: every changed object is covered, and no
+    /// left-out object is.
     ///
-    /// The paper asks that "the state change seen in the example is consistent with the goal
-    /// representation"; without the second half a rule about fewer objects would always do.
+    /// The paper demands that "the state change seen in the example is consistent with the goal
+    /// representation". Without the second condition an over-general rule would always be consistent.
     pub(crate) fn is_consistent(&self, covers: impl Fn(Kind) -> bool) -> bool {
         self.changed.iter().all(|&kind| covers(kind)) && !self.left_out.iter().any(|&kind| covers(kind))
     }

@@ -5,38 +5,38 @@ use serde::{Deserialize, Serialize};
 use crate::counterpart::nearest_first;
 use crate::{Object, Snapshot};
 
-/// One thing that is different afterwards: an expectation percept of a goal belief.
+/// One difference between before and after: an expectation percept of a goal belief.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Effect {
-    /// A state went on or off.
+    /// A state was switched on or off.
     State {
         /// The state's name.
         name: String,
-        /// What it is now.
+        /// Its new value.
         on: bool,
     },
-    /// It is somewhere else.
+    /// The object is in another place.
     Moved,
 }
 
-/// The expectation signature of a change: what is expected of every object that a rule is about.
+/// The expectation signature of a change: the state that a rule expects of every object it applies to.
 ///
-/// An object that changed a state has the states in its signature and not its new place: a block
-/// that was pushed while its hole was filled changed in the same way as one that was not.
+/// If a state changed, the signature contains the states but not the displacement. So a block that was pushed
+/// while its hole was filled has the same signature as one that was not.
 pub type Signature = BTreeSet<Effect>;
 
-/// How one object is different afterwards.
+/// The difference of one object between before and after.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Change {
     /// Its expectation signature.
     pub signature: Signature,
-    /// Whether it is somewhere else, too.
+    /// Whether it is in another place as well.
     pub displaced: bool,
 }
 
 impl Change {
-    /// The states alone that changed; `None` where none did.
+    /// The state changes alone; `None` if there are none.
     #[must_use]
     pub fn states(&self) -> Option<Self> {
         let states = self.signature.iter().filter(|effect| **effect != Effect::Moved);
@@ -45,12 +45,11 @@ impl Change {
     }
 }
 
-/// What changed between two snapshots of one perspective, by the identity of the object.
+/// The changes between two snapshots of one perspective, by object identity.
 ///
-/// Net change: what was undone in between is no change. Objects that are in one snapshot only
-/// did not change: that somebody begins to see a thing is no act. But where one is gone and one of
-/// the same class and kind has come, it is one thing whose identity was lost on the way: things do
-/// not vanish.
+/// Only net changes count. An object that is in one snapshot only did not change: that an object comes into view
+/// is not an act. But a lost object is matched to a new one with the same class features and set of states:
+/// objects do not vanish, so its identity was lost.
 #[must_use]
 pub fn changes(before: &Snapshot, after: &Snapshot, moved_m: f64) -> BTreeMap<u64, Change> {
     let lost = found_again(before, after);
@@ -64,8 +63,8 @@ pub fn changes(before: &Snapshot, after: &Snapshot, moved_m: f64) -> BTreeMap<u6
     changes
 }
 
-/// The objects of a snapshot that are in no later one: not by their identity, nor as one of the same
-/// class and kind that has come. That they are gone is no change, but whoever learns should say so.
+/// The objects of a snapshot that are missing in a later one, by identity and by class features and set of
+/// states. Their loss is not a change, but the learner should report it.
 #[must_use]
 pub fn vanished<'a>(before: &'a Snapshot, after: &Snapshot) -> Vec<&'a Object> {
     let found = found_again(before, after);
@@ -74,7 +73,7 @@ pub fn vanished<'a>(before: &'a Snapshot, after: &Snapshot) -> Vec<&'a Object> {
     before.objects.iter().filter(is_gone).collect()
 }
 
-/// The objects that have come, each with the one that is gone and was it; the nearest first.
+/// New objects matched to lost ones of the same class features and set of states, nearest first.
 fn found_again(before: &Snapshot, after: &Snapshot) -> BTreeMap<u64, u64> {
     let gone = || before.objects.iter().filter(|then| after.object(then.id).is_none());
     let come = after.objects.iter().filter(|now| before.object(now.id).is_none());
@@ -105,8 +104,7 @@ fn change(then: &Object, now: &Object, moved_m: f64) -> Option<Change> {
     if signature.is_empty() { None } else { Some(Change { signature, displaced }) }
 }
 
-/// Whether an object has all the percepts that a signature expects something of. A peg has no
-/// hole: no rule about holes is about pegs.
+/// Whether an object has all percepts of a signature. A peg has no hole, so rules about holes do not apply to it.
 pub(crate) fn has_percepts(object: &Object, signature: &Signature) -> bool {
     signature.iter().all(|effect| match effect {
         Effect::State { name, .. } => object.states.contains_key(name),
@@ -114,8 +112,7 @@ pub(crate) fn has_percepts(object: &Object, signature: &Signature) -> bool {
     })
 }
 
-/// Whether an object is as a signature expects; `moved` says whether it is somewhere else than
-/// at the beginning.
+/// Whether an object is in the state that a signature expects; `moved` says whether it was displaced.
 pub(crate) fn is_achieved(object: &Object, signature: &Signature, moved: bool) -> bool {
     signature.iter().all(|effect| match effect {
         Effect::State { name, on } => object.states.get(name) == Some(on),

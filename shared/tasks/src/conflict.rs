@@ -1,4 +1,4 @@
-//! Whose rules are followed, and what is done where two perspectives contradict each other.
+//! Which perspective's rules are followed, and how conflicts between two perspectives are resolved.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -6,43 +6,43 @@ use crate::change::{has_percepts, is_achieved};
 use crate::explain::explain;
 use crate::{Effect, Language, Learned, Object, OnConflict, Rule, Selection, Signature, Task};
 
-/// Whose rules are followed.
+/// Which perspective's rules are followed.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Decision {
-    /// Nobody's: no perspective explains anything.
+    /// None: no perspective explains anything.
     Nobody,
-    /// Those of this perspective.
+    /// The rules of this perspective.
     Followed(u16),
-    /// Nobody's yet: the teacher has to say first what he means.
+    /// None yet: the teacher has to answer a question first.
     Open(Doubt),
 }
 
-/// What speaks against the teacher's rule although he knew of it, and was not asked about yet.
+/// A kind of object that contradicts the teacher's rule, is known to the teacher, and was not asked about yet.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Doubt {
-    /// The class features of such a thing.
+    /// The class features of such an object.
     pub kind: BTreeMap<String, String>,
-    /// What the rule expects.
+    /// The expectation of the rule.
     pub goal: Signature,
 }
 
-/// The perspective whose rules Leo follows: the teacher's, or his who stands for all teachers where there
-/// were several ([`Task::taught`]), if he is simulated and what he saw explains anything
-/// ("take the perspective of the teacher, and assume that their schema is correct"), else Leo's own (0).
-/// `None` where neither explains anything.
+/// Returns the teacher's perspective if it is simulated and explains the examples, else 0 (the robot); `None` if
+/// neither explains anything ("take the perspective of the teacher, and assume that their schema is correct").
+///
+/// With several teachers, the teacher's perspective stands for all of them ([`Task::taught`]).
 #[must_use]
 pub fn decide(learned: &BTreeMap<u16, Learned>, teacher: u16) -> Option<u16> {
     [teacher, 0].into_iter().find(|perspective| learned.get(perspective).is_some_and(Learned::explains))
 }
 
-/// The same, with what is done on conflict between the schema from the robot's own view and the teacher's
-/// ("Task and Goal Learning"). There is a conflict where both explain what changed and [differ](differ).
+/// As [`decide`], with a policy for a conflict between the schema from the robot's own view and the teacher's
+/// ("Task and Goal Learning"). There is a conflict if both explain the examples and they [differ](differ).
 ///
-/// To *resolve* it, every thing that contradicts the teacher's rule in the robot's view has to be one that he
-/// could not know of, or not as it is, or that is not his ([`explain`]), or he has to say what shall become
-/// of such a thing. Where all that is settled, his schema is followed unless what he said speaks more against
-/// it than against the robot's. About numbers of things, and about where things stand or are moved to, nobody
-/// can be asked by naming one thing: there his schema is followed.
+/// [`OnConflict::Resolve`] examines every object that contradicts the teacher's rule in the robot's view. It is
+/// explained if the teacher could not know it or its state, or does not own it ([`explain`]). Otherwise the
+/// teacher has to answer a question about its kind. Then the teacher's schema is followed, unless the answers
+/// contradict it more often than the robot's. Rules about numbers, spatial relations or movements cannot be
+/// settled by a question about one object; for those the teacher's schema is followed.
 #[must_use]
 pub fn decide_with(
     language: &Language,
@@ -74,7 +74,7 @@ pub fn decide_with(
     }
 }
 
-/// Whether two perspectives learned different things: another rule about some goal, or another figure.
+/// Whether two perspectives learned different things: another rule about a goal, or another spatial configuration.
 #[must_use]
 pub fn differ(one: &Learned, other: &Learned) -> bool {
     let has = |learned: &Learned, rule: &Rule| learned.primary().any(|other| other.agrees_with(rule));
@@ -88,8 +88,7 @@ pub fn differ(one: &Learned, other: &Learned) -> bool {
         || other.primary().any(|rule| !has(one, rule))
 }
 
-/// The first thing that speaks against a teacher's rules although he knew of it, and about which he was not
-/// asked.
+/// The first kind of object that contradicts the teacher's rules, is known to the teacher, and has no answer yet.
 fn doubt(language: &Language, task: &Task, simulated: &[u16], theirs: &Learned) -> Option<Doubt> {
     let can_be_asked =
         |rule: &&Rule| rule.selection == Selection::All && !rule.expectation.contains(&Effect::Moved);
@@ -104,7 +103,7 @@ fn doubt(language: &Language, task: &Task, simulated: &[u16], theirs: &Learned) 
     })
 }
 
-/// How many answers contradict what was learned, about all goals that it or its rival has.
+/// The number of answers that contradict what was learned, over all goals of it and of its rival.
 fn contradicted(task: &Task, learned: &Learned, rival: &Learned) -> usize {
     let goals: BTreeSet<&Signature> =
         learned.primary().chain(rival.primary()).map(|rule| &rule.expectation).collect();
@@ -112,8 +111,7 @@ fn contradicted(task: &Task, learned: &Learned, rival: &Learned) -> usize {
         let done = is_achieved(answer, goal, false);
         match learned.primary().find(|rule| rule.expectation == *goal) {
             Some(rule) if rule.selection == Selection::All => rule.is_about(answer) != done,
-            // Of a number of things, and of those that stand somewhere, one that is nowhere may be one or
-            // not.
+            // An object without a position may or may not be among a number, or have a relation.
             Some(_) => false,
             None => done,
         }

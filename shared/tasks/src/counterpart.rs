@@ -1,19 +1,18 @@
-//! Which objects of two snapshots are one.
+//! Matches the objects of two snapshots.
 
 use std::collections::{BTreeMap, BTreeSet};
 
 use crate::{Object, Snapshot};
 
-/// Objects of two perspectives further apart than this are two objects, in metres.
+/// Objects of two perspectives farther apart than this are different objects, in metres.
 const SAME_PLACE_M: f64 = 0.08;
 
-/// What another perspective takes the objects of a view to be, by their identities in this view; those that
-/// it knows nothing of are missing.
+/// The objects of another perspective that match those of a view, by identity in the view. Unmatched objects are
+/// missing.
 ///
-/// An object and its counterpart have the same class features and are believed to be 8 cm apart at most.
-/// Each object stands for one alone, the nearest pairs first: of two that are alike and side by side, one may
-/// be known and the other not. What was only spoken of is nowhere, and stands for what was spoken of
-/// likewise.
+/// Matching objects have the same class features and lie at most 8 cm apart. The matching is one to one, nearest
+/// pairs first. So of two similar objects side by side one may be matched and the other not. An object without
+/// a position (only mentioned in dialogue) matches only another one without a position.
 #[must_use]
 pub fn counterparts<'a>(view: &Snapshot, theirs: &'a Snapshot) -> BTreeMap<u64, &'a Object> {
     let mut pairs = Vec::new();
@@ -35,8 +34,7 @@ pub fn counterparts<'a>(view: &Snapshot, theirs: &'a Snapshot) -> BTreeMap<u64, 
     nearest_first(pairs).into_iter().filter_map(believed).collect()
 }
 
-/// Pairs of identities one to one, those with the least distance first; of ties those of the lowest
-/// identities.
+/// Greedy one-to-one matching of identities by ascending distance; ties are resolved by the lowest identities.
 pub(crate) fn nearest_first(mut pairs: Vec<(f64, u64, u64)>) -> BTreeMap<u64, u64> {
     pairs.sort_by(|a, b| a.0.total_cmp(&b.0).then((a.1, a.2).cmp(&(b.1, b.2))));
     let (mut found, mut taken) = (BTreeMap::new(), BTreeSet::new());

@@ -4,25 +4,24 @@ use serde::{Deserialize, Serialize};
 
 use crate::{Change, Effect, Object, Snapshot};
 
-/// The underside of what rests on a thing is no further than this from the thing's top, in metres:
-/// three standard deviations of what 10 mm of noise leave of the difference of two low-pass filtered
-/// heights.
+/// Maximum gap between an object's underside and the top of its support, in metres: three standard deviations of
+/// the difference of two low-pass filtered heights with 10 mm of noise each.
 const RESTS_WITHIN_M: f64 = 0.025;
 
-/// What an act did with one thing in respect of another thing, or of another agent. Each is the
-/// goal of the act as well: [`Deed::is_achieved`].
+/// The effect of an act on one object, in relation to another object or agent. It is also the goal of the act:
+/// [`Deed::is_achieved`].
 ///
-/// That a thing was moved, and which states it changed, is its [`Change`].
+/// Displacement and state changes of the object are in its [`Change`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Deed {
-    /// Placed on something: at rest after a displacement, and held up by another object.
+    /// Placed on an object: at rest after a displacement, and supported by that object.
     PlacedOn {
-        /// The identity of that object, within the same perspective.
+        /// The identity of the support, within the same perspective.
         support: u64,
     },
-    /// Handed to somebody: put into his hand, or laid down so that what belonged to another belongs
-    /// to him (the resource perspective says whose a thing is).
+    /// Handed over: put into the hand of an agent, or put down such that the owner changes to that agent (the
+    /// resource perspective assigns owners).
     Handed {
         /// The agent: 0 the robot, partner 1, 2, …
         to: u16,
@@ -30,7 +29,7 @@ pub enum Deed {
 }
 
 impl Deed {
-    /// Whether a thing is as the deed wants it, as a perspective believes.
+    /// Whether the effect holds for an object in this snapshot.
     #[must_use]
     pub fn is_achieved(self, thing: u64, believed: &Snapshot) -> bool {
         let Some(object) = believed.object(thing) else { return false };
@@ -43,27 +42,26 @@ impl Deed {
     }
 }
 
-/// What one perspective believed about an act.
+/// The snapshots of one perspective around an act.
 #[derive(Clone, Copy, Debug)]
 pub struct Course<'a> {
-    /// When the demonstration began, Snp(t0, P).
+    /// At the beginning of the demonstration, Snp(t0, P).
     pub began: &'a Snapshot,
-    /// At the end of the act before it, Snp(t_a, P).
+    /// At the end of the preceding act, Snp(t_a, P).
     pub before: &'a Snapshot,
-    /// At its end, Snp(t_b, P).
+    /// At the end of the act, Snp(t_b, P).
     pub after: &'a Snapshot,
 }
 
-/// What an act of `actor` did with the things that it `changes`; things of which there is nothing to say
-/// beyond their change are left out.
+/// The effects of an act of `actor` on the objects in `changes`; objects without an effect beyond their change are
+/// left out.
 ///
-/// A thing is placed on another if it was displaced in respect of it: what is carried along on a tray
-/// is not placed on it, and neither is a tower on a block that was pushed. It is handed on if it comes
-/// to be in the hand of another than the actor, or if it belonged to somebody and now belongs to
-/// another than the actor, who had things of his own when the demonstration began: a territory that
-/// only comes about in its course is what the teacher builds. What is everybody's cannot be handed on
-/// by laying it down. What changes a state of its own meanwhile (a peg that is inserted) is put to use: it is
-/// neither placed nor handed.
+/// - Placed on: the object was displaced relative to its support. An object carried on a tray, or a tower on a pushed
+///   block, is not placed.
+/// - A hand-over: the holder, or the owner, changes to an agent other than the actor. A change of owner counts only
+///   if the object had an owner before and the receiver owned something at the start of the demonstration. A
+///   territory that appears later is what the teacher builds.
+/// - An object that changed a state of its own (an inserted peg) is not placed, and is handed over only into a hand.
 ///
 /// ```
 /// use tasks::{Course, Deed, Object, Snapshot, changes, deeds};
@@ -100,7 +98,7 @@ pub fn deeds(
             deeds.extend(supports.map(|support| Deed::PlacedOn { support: support.id }));
         }
         let receiver = then.and_then(|then| receiver(actor, began, then, now));
-        // In whose hand it is, is seen; whose it is where it lies, is a guess.
+        // A hand is observed; ownership by place is only inferred.
         let receiver = receiver.filter(|_| now.held_by.is_some() || is_only_moved(change));
         deeds.extend(receiver.map(|to| Deed::Handed { to }));
         if !deeds.is_empty() {
@@ -110,7 +108,7 @@ pub fn deeds(
     all
 }
 
-/// Who received a thing, if anybody.
+/// The receiver of an object, if any.
 fn receiver(actor: u16, began: &Snapshot, then: &Object, now: &Object) -> Option<u16> {
     let had_things = |agent: u16| began.objects.iter().any(|object| object.owner == Some(agent));
     let heir =
@@ -122,7 +120,7 @@ fn is_only_moved(change: &Change) -> bool {
     change.signature.iter().all(|effect| *effect == Effect::Moved)
 }
 
-/// What holds a thing up: of things that lie on one another, the uppermost.
+/// The supports of an object; of a stack only the topmost object.
 fn supports<'a>(thing: &Object, believed: &'a Snapshot) -> Vec<&'a Object> {
     let below: Vec<&Object> = believed
         .objects
@@ -133,10 +131,10 @@ fn supports<'a>(thing: &Object, believed: &'a Snapshot) -> Vec<&'a Object> {
     below.iter().copied().filter(|support| !is_covered(support)).collect()
 }
 
-/// Whether an object stands on another: its underside is at the other's top, and the middle of one is
-/// above or below the other.
+/// Whether an object rests on another: its underside is at the top of the support, and the centre of one lies within
+/// the outline of the other.
 ///
-/// Things stand upright. What is not known to have a size holds nothing up.
+/// Objects are assumed upright. Without known extents there is no support.
 fn rests_on(object: &Object, support: &Object) -> bool {
     let (Some([_, _, z]), Some([_, _, below])) = (object.position_m, support.position_m) else {
         return false;
@@ -146,11 +144,11 @@ fn rests_on(object: &Object, support: &Object) -> bool {
         return false;
     };
     let gap_m = (z - half) - (below + half_below);
-    // Of two thin things that lie on each other, only one is the upper one.
+    // z > below: of two thin objects only the upper one rests on the other.
     gap_m.abs() <= RESTS_WITHIN_M && z > below && (is_within(object, support) || is_within(support, object))
 }
 
-/// Whether the middle of an object lies within another's outline, seen from above.
+/// Whether the centre of an object lies within another's outline, seen from above.
 fn is_within(object: &Object, outline: &Object) -> bool {
     let (Some([x, y, _]), Some([of_x, of_y, _])) = (object.position_m, outline.position_m) else {
         return false;
@@ -161,7 +159,7 @@ fn is_within(object: &Object, outline: &Object) -> bool {
     cos.mul_add(dx, sin * dy).abs() <= half_x && cos.mul_add(dy, -sin * dx).abs() <= half_y
 }
 
-/// Whether two things, each before and after, were displaced alike.
+/// Whether two objects, each before and after, had the same displacement, within `moved_m`.
 fn went_together(one: (&Object, &Object), other: (&Object, &Object), moved_m: f64) -> bool {
     let way = |(before, after): (&Object, &Object)| {
         let (from, to) = (before.position_m?, after.position_m?);

@@ -1,19 +1,18 @@
-//! Words for classes, objects and changes, computed from what they are.
+//! Names for classes, objects and changes.
 
 use std::collections::BTreeSet;
 
 use crate::selection::in_words;
 use crate::{Change, Class, Effect, Language, Object, Selection, Template};
 
-/// How a disjunction of classes is said: by its members, or by what is left out.
+/// The form of a description: the member classes, or the excluded ones.
 enum Quantifier<'a> {
     All(Vec<&'a Class>),
     AllExcept(Vec<&'a Class>),
 }
 
 impl<'a> Quantifier<'a> {
-    /// The members are listed, or the rest where that is shorter: a class costs one word and a
-    /// negation one.
+    /// Lists the members, or the rest if that is shorter: each class counts one, and so does the negation.
     fn of(template: &Template, classes: &'a BTreeSet<Class>, seen: &'a BTreeSet<Class>) -> Self {
         let rest: Vec<&Class> = seen.difference(classes).collect();
         if template.is_empty() {
@@ -26,8 +25,7 @@ impl<'a> Quantifier<'a> {
     }
 }
 
-/// What it costs to list classes, or what is left out: one for each value, and one for the
-/// negation.
+/// The cost of listing the members or the rest: one for each value, and one for the negation.
 pub(crate) fn listing_cost(template: &Template, classes: &BTreeSet<Class>, seen: &BTreeSet<Class>) -> usize {
     match Quantifier::of(template, classes, seen) {
         Quantifier::All(classes) => classes.len() * template.len(),
@@ -35,10 +33,9 @@ pub(crate) fn listing_cost(template: &Template, classes: &BTreeSet<Class>, seen:
     }
 }
 
-/// What people would call a disjunction of classes, among all classes seen under its template.
+/// Describes a disjunction of classes, relative to all classes seen under its template.
 ///
-/// The members are listed, or the rest where that is shorter. Without any feature, it is
-/// everything.
+/// It lists the members, or the rest if that is shorter. With an empty template it is "all".
 #[must_use]
 pub fn describe_classes(
     language: &Language,
@@ -53,7 +50,7 @@ pub fn describe_classes(
         .join(" ")
 }
 
-/// The classes in words, without "all"; `None` for everything.
+/// The description without the word "all"; `None` for everything.
 fn described(
     language: &Language,
     template: &Template,
@@ -68,8 +65,7 @@ fn described(
     (!names.is_empty()).then(|| format!("{but}{names}"))
 }
 
-/// What people would call a rule: its classes, in this phrase where there is one, and which of
-/// their objects it selects.
+/// The name of a rule: its classes (or `phrase`, if given), and the selection among their objects.
 pub(crate) fn describe_rule(
     language: &Language,
     template: &Template,
@@ -94,7 +90,7 @@ pub(crate) fn describe_rule(
     }
 }
 
-/// The names of classes, in the order in which the language lists their values.
+/// The names of classes, sorted by the order of their values in the language.
 fn in_order_of_speech(language: &Language, template: &Template, classes: Vec<&Class>) -> Vec<String> {
     let mut named: Vec<(Vec<usize>, String)> = classes
         .into_iter()
@@ -126,8 +122,7 @@ pub fn listed(items: &[String]) -> String {
     }
 }
 
-/// What people would call an object among others: its noun, and before it the features in
-/// which the others are not all alike.
+/// Describes an object among others: its noun, preceded by those features whose values differ among the others.
 #[must_use]
 pub fn describe_object<'a>(
     language: &Language,
@@ -149,7 +144,7 @@ pub fn describe_object<'a>(
     if words.is_empty() { "thing".to_owned() } else { words.join(" ") }
 }
 
-/// What happened to an object: "filled", "not filled", "moved".
+/// Describes the change of an object: "filled", "not filled", "moved".
 #[must_use]
 pub fn describe_change(change: &Change) -> String {
     let effects: Vec<String> = change

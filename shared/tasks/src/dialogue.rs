@@ -1,26 +1,26 @@
-/// What a person said, as far as Leo understands it.
+/// A sentence of a person, as parsed by Leo.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Sentence {
-    /// "Leo, I can teach you to do X": a demonstration of X begins.
+    /// "Leo, I can teach you to do X": begins a demonstration of X.
     Teach(String),
-    /// "X is done": the demonstration of X ends. A name may begin with "please" and the like: these are all
-    /// that it can be, with fewer and fewer of such words before it.
+    /// "X is done": ends the demonstration of X. A task name may begin with "please" and the like. So these are all
+    /// candidates for the name, with successively fewer leading courtesy words.
     Done(Vec<String>),
-    /// "Leo, do X": Leo shall perform X.
+    /// "Leo, do X": perform X.
     Do(String),
-    /// "Stop", "Please stop it": Leo shall hold still.
+    /// "Stop", "Please stop it": hold still.
     Stop,
-    /// "Yes": it was right.
+    /// "Yes": the performance was right.
     Yes,
-    /// "No": it was wrong.
+    /// "No": the performance was wrong.
     No,
-    /// "No, not that one": the thing being worked on shall be left alone.
+    /// "No, not that one": leave the current object alone.
     NotThatOne,
-    /// "No, like this": a demonstration of the task in question begins.
+    /// "No, like this": begins another demonstration of the current task.
     LikeThis,
     /// "What did you learn?"
     WhatDidYouLearn,
-    /// "Why?": why Leo takes the task in question for what it takes it.
+    /// "Why?": asks why Leo learned this rule for the current task.
     Why,
     /// "What do you think I see?"
     WhatDoISee,
@@ -28,14 +28,14 @@ pub enum Sentence {
     Unknown,
 }
 
-/// Words that a sentence may begin with and that mean nothing by themselves.
+/// Words at the beginning of a sentence that are skipped.
 const COURTESIES: [&str; 3] = ["leo", "hey", "please"];
-/// What Leo holds still at.
+/// Words that mean [`Sentence::Stop`].
 const STOPS: [&str; 2] = ["stop", "halt"];
-/// Among so few words, one of those is meant wherever it stands.
+/// In a sentence of at most this many words, a stop word counts at any position.
 const SHORT: usize = 4;
 
-/// What is said in the same words every time.
+/// Sentences with a fixed wording.
 const FIXED: [(&[&str], Sentence); 13] = [
     (&["yes"], Sentence::Yes),
     (&["right"], Sentence::Yes),
@@ -53,12 +53,12 @@ const FIXED: [(&[&str], Sentence); 13] = [
 ];
 
 impl Sentence {
-    /// Understands a sentence. Case, punctuation and spaces do not matter, nor whether it begins
-    /// with "Leo", "hey" or "please"; the task's name comes back in the words that were said.
+    /// Parses a sentence. Case, punctuation and spaces are ignored, as are leading "Leo", "hey" and "please". Task
+    /// names keep their spelling.
     ///
-    /// Whoever says stop may say it in many ways, and a robot that holds still for nothing does less
-    /// harm than one that goes on: any few words with "stop" or "halt" among them are [`Sentence::Stop`],
-    /// and so are more that begin or end with one, unless they teach, end or ask for a task of that name.
+    /// Stop is recognised generously, because an unnecessary stop is less harmful than a missed one. A short sentence
+    /// with "stop" or "halt" anywhere is [`Sentence::Stop`], and so is a longer one that begins or ends with it. A
+    /// sentence that teaches, ends or requests a task of that name is not a stop.
     ///
     /// ```
     /// use tasks::Sentence;
@@ -91,7 +91,7 @@ impl Sentence {
         }
     }
 
-    /// What could be said, for an answer to a sentence that was not understood.
+    /// The sentences that are understood, as a reply to one that was not.
     #[must_use]
     pub fn help() -> String {
         "you can say: \"Leo, I can teach you to do task 1\", \"Task 1 is done\", \"Leo, do task 1\", \
@@ -105,10 +105,10 @@ impl Sentence {
     }
 }
 
-/// A task's name as it is compared and stored: the same for all its spellings. Numbers up to twenty are
-/// digits, for who writes down what was said has his choice: "task one" is "Task 1".
+/// The normalised name of a task, equal for all its spellings. Number words up to twenty become digits: "task one"
+/// is "Task 1".
 ///
-/// What is stored goes by it: with another rule here, files need a migration.
+/// Stored tasks are keyed by it: a change here needs a migration of the files.
 #[must_use]
 pub fn key(name: &str) -> String {
     let in_digits = |word: &str| {
@@ -118,7 +118,7 @@ pub fn key(name: &str) -> String {
     words(name).into_iter().map(in_digits).collect::<Vec<_>>().join(" ")
 }
 
-/// The words for the numbers from 0.
+/// The number words from 0 to 20.
 const NUMBERS: &str = "zero one two three four five six seven eight nine ten eleven twelve thirteen \
     fourteen fifteen sixteen seventeen eighteen nineteen twenty";
 
@@ -143,7 +143,7 @@ fn says_stop(words: &[&str]) -> bool {
     is_short || words.first().is_some_and(is_stop) || words.last().is_some_and(is_stop)
 }
 
-/// The words before "is done", where they end so.
+/// The words before a final "is done".
 fn before_is_done<'a, 'b>(words: &'a [&'b str]) -> Option<&'a [&'b str]> {
     let (name, end) = words.split_at_checked(words.len().checked_sub(2)?)?;
     without(end, &["is", "done"]).map(|_| name)

@@ -1,5 +1,5 @@
-//! The hypotheses of the paper, expanded from the demonstrations: a template and a simple
-//! disjunction of its classes.
+//! The paper's hypotheses without label noise, expanded from the demonstrations: a template and a simple disjunction
+//! of its classes.
 
 use rustc_hash::FxHashMap;
 
@@ -11,61 +11,58 @@ use crate::lexicon::{FEATURES_MOST, Key, Mask, Seen, key_mask, present};
 use crate::log_sum::{LogSum, ROUNDING};
 use crate::weight::Weight;
 
-/// For every template T ⊆ F the classes of the changed objects, of each demonstration by itself
-/// and joined over all of them, with their tallies.
+/// For every template T ⊆ F the classes of the changed objects, of each demonstration and of all joined, with their
+/// tallies.
 ///
-/// Every hypothesis of the language that is consistent with every demonstration is among them: it
-/// must cover all that changed, and may cover nothing else.
+/// It contains every hypothesis that is consistent with all demonstrations: such a hypothesis covers all changed
+/// objects and nothing else.
 ///
-/// A template takes in demonstrations when somebody asks what it makes of them, and only those
-/// that are new to it. One that divides the changed objects into so many classes that neither it
-/// nor any larger template can matter is not asked: that is the bound of a search through the
-/// templates by size, in which adding a feature never joins two classes.
+/// A template processes new demonstrations lazily, when it is queried. A search by template size prunes: adding a
+/// feature never joins two classes. So a template with too many classes to matter excludes all its extensions.
 #[derive(Clone, Debug)]
 pub(crate) struct Disjunctions {
     templates: Vec<Node>,
-    /// Logarithms of whole numbers.
+    /// Logarithms of whole numbers, by number.
     logs: Vec<f64>,
 }
 
 /// One template.
 ///
-/// Sets of classes stand in rows of words, one after the other: they are gone through for every
-/// demonstration and for every answer.
+/// Sets of classes are bit sets in rows of `words` words, stored contiguously, since every demonstration and every
+/// query scans them.
 #[derive(Clone, Debug)]
 struct Node {
     mask: Mask,
     key_mask: Key,
     features: usize,
-    /// Demonstrations taken in.
+    /// Number of demonstrations processed.
     taken: usize,
     numbers: FxHashMap<Key, usize>,
     classes: Vec<Key>,
-    /// Words of a set of classes.
+    /// Words of a row.
     words: usize,
-    /// Demonstrations that are alike under the template: what was changed, then what was left out.
+    /// Distinct demonstrations under the template: a row of changed classes, then a row of left-out classes.
     patterns: Vec<u64>,
     pattern_counts: Vec<usize>,
     pattern_numbers: FxHashMap<(Bits, Bits), usize>,
-    /// The classes of the changed objects of one demonstration each.
+    /// The classes of the changed objects of single demonstrations, distinct.
     disjunctions: Vec<u64>,
     standings: Vec<Standing>,
     disjunction_numbers: FxHashMap<Bits, usize>,
-    /// Those of all demonstrations together.
+    /// The classes of the changed objects of all demonstrations.
     joined: Bits,
     joined_standing: Standing,
     fewest_classes: usize,
 }
 
-/// What is known of a disjunction.
+/// The number of classes of a disjunction, and its tally.
 #[derive(Clone, Copy, Debug, Default)]
 struct Standing {
     size: usize,
     tally: usize,
 }
 
-/// Whether a demonstration is consistent with a disjunction: it holds what was changed, and nothing
-/// that was left out.
+/// Whether a demonstration is consistent with a disjunction: it contains all changed classes and no left-out class.
 fn is_consistent(classes: &[u64], changed: &[u64], left_out: &[u64]) -> bool {
     let words = classes.iter().zip(changed).zip(left_out);
     words.fold(0, |wrong, ((classes, changed), left_out)| wrong | (changed & !classes) | (left_out & classes))
@@ -124,7 +121,7 @@ impl Node {
         self.taken = cases.len();
     }
 
-    /// Makes room in the rows for all classes.
+    /// Extends the rows to hold all classes.
     fn widen(&mut self) {
         let words = self.classes.len().div_ceil(64).max(1);
         if words > self.words {
@@ -140,8 +137,8 @@ impl Node {
         }
     }
 
-    /// Takes in a demonstration. One in which a changed object has no class is consistent with
-    /// nothing, but its other classes are a hypothesis.
+    /// Adds a demonstration. If a changed object has no class, the demonstration is consistent with no disjunction, but
+    /// its other classes are still a hypothesis.
     fn take_pattern(&mut self, changed: Bits, left_out: Bits, is_complete: bool) {
         let words = self.words;
         let (changed_row, left_row) = (changed.row(words), left_out.row(words));
@@ -178,7 +175,7 @@ impl Node {
         }
     }
 
-    /// Demonstrations that are consistent with a disjunction.
+    /// The number of demonstrations that are consistent with a disjunction.
     fn tally(&self, row: &[u64]) -> usize {
         let patterns = self.patterns.chunks_exact(2 * self.words).zip(&self.pattern_counts);
         let consistent = patterns.filter(|(pattern, _)| {
@@ -188,18 +185,18 @@ impl Node {
         consistent.map(|(_, count)| *count).sum()
     }
 
-    /// The joined disjunction unless it is one demonstration's own.
+    /// The joined disjunction, unless it equals that of a single demonstration.
     fn joined(&self) -> Option<Standing> {
         let is_own = self.disjunction_numbers.contains_key(&self.joined);
         (!is_own && !self.joined.is_empty()).then_some(self.joined_standing)
     }
 
-    /// What is known of all disjunctions, the joined one last.
+    /// All disjunctions, the joined one last.
     fn all(&self) -> impl Iterator<Item = Standing> {
         self.standings.iter().copied().chain(self.joined())
     }
 
-    /// The classes of a disjunction by its place among all.
+    /// The classes of a disjunction, by its index in `all`.
     fn row(&self, number: usize) -> Vec<u64> {
         let begin = number * self.words;
         let row = self.disjunctions.get(begin..begin + self.words).map(<[u64]>::to_vec);
@@ -207,8 +204,7 @@ impl Node {
     }
 }
 
-/// How well the best hypotheses do: the best score, and the best score among those of the highest
-/// tally.
+/// The best score, and the best score among the hypotheses of the highest tally.
 #[derive(Clone, Copy, Debug)]
 struct Best {
     score: f64,
@@ -238,8 +234,8 @@ impl Disjunctions {
         Self { templates: masks.into_iter().map(Node::new).collect(), logs: vec![f64::NEG_INFINITY] }
     }
 
-    /// Takes in the demonstrations that are new; gives the templates that matter, how well the best
-    /// hypotheses do, and the logarithm of the sum over all.
+    /// Processes the new demonstrations. Returns the templates that were not pruned, the best scores, and the logarithm
+    /// of the sum over all hypotheses.
     fn take(&mut self, cases: &[Case], seen: &Seen, weight: &Weight, within: f64) -> (Vec<usize>, Best, f64) {
         while self.logs.len() <= cases.len() {
             self.logs.push(quantity::number::float_of_count(self.logs.len()).ln());
@@ -250,12 +246,12 @@ impl Disjunctions {
         let mut asked = Vec::new();
         let mut total = LogSum::default();
         for (index, node) in templates.iter_mut().enumerate() {
-            // A larger template than one that is out of the question is out of it, too.
+            // Every extension of a pruned template is pruned.
             if pruned.iter().any(|smaller| node.mask & smaller == *smaller) {
                 continue;
             }
             node.take(cases);
-            // Sums of whole numbers, by the number of classes: in whatever order, the same.
+            // Sums of integers by number of classes, so the result does not depend on the order.
             let mut tallies: Vec<(usize, usize)> = Vec::new();
             for one in node.all().filter(|one| one.tally > 0) {
                 if tallies.len() <= one.size {
@@ -274,7 +270,7 @@ impl Disjunctions {
                 total.add(quantity::number::float_of_count(sum).ln() + log);
                 best.take(log_of(logs, most) + log, most);
             }
-            // Where every object has every feature, a larger template has no fewer classes.
+            // If every object has every feature, an extension has at least as many classes.
             let bound = weight.bound(node.fewest_classes, node.features, seen.values().len());
             let hopeless = best.tally == cases.len() && bound < best.score_of_tally - within.max(ROUNDING);
             if hopeless && seen.is_complete() {
@@ -285,8 +281,8 @@ impl Disjunctions {
         (asked, best, total.value())
     }
 
-    /// The hypotheses whose score is within so many nats of the best, or of the best one of the
-    /// highest tally: those of the best `most` meanings by their tally, and no fewer by their score.
+    /// The hypotheses at most `within` nats below the best one, or below the best one of the highest tally. They cover
+    /// the best `most` meanings by tally, and at least as many by score.
     pub(crate) fn hypotheses(
         &mut self,
         cases: &[Case],
@@ -308,7 +304,7 @@ impl Disjunctions {
                 }
             }
         }
-        // Those that say the same have the same tally, and there is one at most in each template.
+        // Equivalent hypotheses have the same tally, and a template contains at most one of them.
         keep_best(&mut admitted, most.saturating_mul(self.templates.len()));
         let hypothesis = |one: Admitted| {
             let node = self.templates.get(one.template)?;
@@ -328,8 +324,7 @@ impl Disjunctions {
         Scored { log_total, hypotheses: admitted.into_iter().filter_map(hypothesis).collect() }
     }
 
-    /// The logarithm of the sum over all hypotheses, and by kind the share of those that are about
-    /// it.
+    /// The logarithm of the sum over all hypotheses, and for each kind the share of those that apply to it.
     pub(crate) fn probabilities(
         &mut self,
         cases: &[Case],
@@ -368,7 +363,7 @@ impl Disjunctions {
     }
 }
 
-/// A hypothesis that is near enough to the best, by the number of its template and its own in it.
+/// A hypothesis within the score limit: indices of its template and of its disjunction.
 #[derive(Clone, Copy, Debug)]
 struct Admitted {
     template: usize,
@@ -383,7 +378,7 @@ fn keep_best(admitted: &mut Vec<Admitted>, most: usize) {
     let least_tally = admitted.select_nth_unstable_by(last, |a, b| b.tally.cmp(&a.tally)).1.tally;
     let least_score = admitted.select_nth_unstable_by(last, |a, b| b.score.total_cmp(&a.score)).1.score;
     admitted.retain(|one| one.tally >= least_tally || one.score >= least_score);
-    // As they stood before: what comes of them is no matter of how the least was found.
+    // Restores the order, so that the result does not depend on the selection algorithm.
     admitted.sort_unstable_by_key(|one| (one.template, one.number));
 }
 

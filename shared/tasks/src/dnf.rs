@@ -1,16 +1,16 @@
-//! Sets of objects by description: disjunctions of conjunctions of literals.
+//! Descriptions of object sets in disjunctive normal form.
 
 use rustc_hash::FxHashSet;
 
 use crate::hypothesis::Described;
 use crate::lexicon::{FEATURES_MOST, Key, Lexicon, Mask, Seen, field, has, key_mask, with_field};
 
-/// A description costs no more than this, one for a literal and one for its negation ...
+/// Maximum cost of a description: one for each literal and one for each negation ...
 const COST_MOST: usize = 4;
-/// ... and less where there would be more descriptions than this.
+/// ... lowered further if there would be more descriptions than this.
 const SETS_MOST: u128 = 100_000;
 
-/// "red", or "not red". An object without the feature is neither.
+/// "red", or "not red". Neither holds for an object that lacks the feature.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Literal {
     pub(crate) feature: usize,
@@ -24,40 +24,40 @@ impl Literal {
         value != 0 && (value == self.value) != self.negated
     }
 
-    /// Whether whatever this is true of, the other is true of, too.
+    /// Whether this literal logically implies the other.
     fn implies(self, other: Self) -> bool {
         let excludes = !self.negated && other.negated && self.value != other.value;
         self == other || (self.feature == other.feature && excludes)
     }
 }
 
-/// A conjunction of literals about different features.
+/// A conjunction of literals over different features.
 #[derive(Clone, Debug)]
 pub(crate) struct Term {
-    /// The literals by number, in ascending order.
+    /// Indices of the literals, ascending.
     pub(crate) literals: Vec<usize>,
     cost: usize,
     mask: Mask,
 }
 
-/// A disjunction of conjunctions: one that stands before it, and one conjunction more.
+/// A disjunction of conjunctions: its parent disjunction plus one term.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Set {
-    /// The set without the last term; the empty one is its own.
+    /// The disjunction without the last term; the empty one is its own parent.
     pub(crate) parent: usize,
     pub(crate) term: usize,
     pub(crate) cost: usize,
 }
 
-/// All descriptions over the values seen, the shortest first; a set stands after its parent.
+/// All descriptions over the values seen, by ascending number of terms; a set comes after its parent.
 #[derive(Clone, Debug)]
 pub(crate) struct Descriptions {
     pub(crate) literals: Vec<Literal>,
-    /// The first is the empty conjunction, which is true of everything.
+    /// The first is the empty conjunction, which always holds.
     pub(crate) terms: Vec<Term>,
-    /// The first is the empty disjunction, which is no hypothesis; the second is everything.
+    /// The first is the empty disjunction, which is not a hypothesis. The second covers everything.
     pub(crate) sets: Vec<Set>,
-    /// How long a description can be.
+    /// The maximum cost of a description.
     pub(crate) longest: usize,
 }
 
@@ -81,7 +81,7 @@ impl Descriptions {
                 let Some(&Set { term: last, cost, .. }) = sets.get(parent) else { continue };
                 for (term, new) in terms.iter().enumerate().skip(last + 1) {
                     if cost + new.cost > longest {
-                        // The terms stand in the order of their cost.
+                        // The terms are sorted by cost.
                         break;
                     }
                     if adds(&literals, &terms, &sets, parent, new) {
@@ -100,7 +100,7 @@ impl Descriptions {
         literals.iter().filter_map(|&literal| self.literals.get(literal).copied())
     }
 
-    /// The terms of a set, by number.
+    /// Indices of the terms of a set.
     fn terms_of(&self, set: usize) -> Vec<usize> {
         terms_of(&self.sets, set)
     }
@@ -109,9 +109,8 @@ impl Descriptions {
         terms.iter().any(|&term| self.term(term).all(|literal| literal.holds(key)))
     }
 
-    /// The set as classes of a template: those made of the values seen that it is true of, under
-    /// the features that make a difference. Sets that say the same of everything made of the
-    /// values seen have the same.
+    /// The set as classes of a template, over all combinations of the values seen. Features that make no
+    /// difference are removed, so equivalent sets yield equal results.
     pub(crate) fn classes(&self, set: usize, seen: &Seen) -> (Mask, Vec<Key>) {
         let terms = self.terms_of(set);
         let mask =
@@ -127,12 +126,12 @@ impl Descriptions {
         reduce(mask, classes, seen)
     }
 
-    /// What a set is called by number, and what it costs.
+    /// Index and cost of a set.
     pub(crate) fn described(&self, set: usize) -> Described {
         Described { cost: self.sets.get(set).map_or(0, |set| set.cost), set }
     }
 
-    /// A set in words: "red or not small square".
+    /// The description in words: "red or not small square".
     pub(crate) fn phrase(&self, set: usize, lexicon: &Lexicon, order: impl Fn(&str) -> usize) -> String {
         let word = |literal: Literal| {
             let value = lexicon.value(literal.feature, literal.value);
@@ -154,7 +153,7 @@ impl Descriptions {
 }
 
 fn terms_of(sets: &[Set], mut set: usize) -> Vec<usize> {
-    // Everything is one empty term.
+    // Set 1, everything, consists of the empty term.
     let mut terms = if set == 1 { vec![0] } else { Vec::new() };
     while let Some(one) = sets.get(set).filter(|one| one.term != 0) {
         terms.push(one.term);
@@ -163,8 +162,7 @@ fn terms_of(sets: &[Set], mut set: usize) -> Vec<usize> {
     terms
 }
 
-/// Whether a term says something that the set did not say: neither of it and any of the set's
-/// terms implies the other.
+/// Whether a term extends the set: the term neither implies a term of the set nor is implied by one.
 fn adds(literals: &[Literal], terms: &[Term], sets: &[Set], set: usize, new: &Term) -> bool {
     let literal = |number: &usize| literals.get(*number).copied();
     let implies = |a: &Term, b: &Term| {
@@ -178,7 +176,7 @@ fn adds(literals: &[Literal], terms: &[Term], sets: &[Set], set: usize, new: &Te
     !others.any(|other| implies(new, other) || implies(other, new))
 }
 
-/// The conjunctions, in the order of their cost.
+/// All conjunctions up to the maximum cost, sorted by cost.
 fn terms(literals: &[Literal]) -> Vec<Term> {
     let mut terms = vec![Term { literals: Vec::new(), cost: 0, mask: 0 }];
     let mut begun = 0;
@@ -198,9 +196,9 @@ fn terms(literals: &[Literal]) -> Vec<Term> {
     terms
 }
 
-/// The longest descriptions that are not too many.
+/// The largest cost for which the number of descriptions stays within [`SETS_MOST`].
 fn longest(terms: &[Term]) -> usize {
-    // Ways to make up each cost; implications among the terms only make them fewer.
+    // Upper bound on the number of descriptions of each cost; implications among terms only reduce it.
     let mut ways: [u128; COST_MOST + 1] = [1, 0, 0, 0, 0];
     for term in terms.iter().filter(|term| term.cost > 0) {
         let before = ways;
@@ -216,13 +214,13 @@ fn longest(terms: &[Term]) -> usize {
     fit.count().saturating_sub(1).max(1)
 }
 
-/// The same classes without the features that make no difference to anything made of the values
-/// seen: for every class, every other value of the feature is in the classes, too.
+/// Removes the features that make no difference: those for which the classes contain every value seen, whatever
+/// the other features.
 pub(crate) fn reduce(template: Mask, mut classes: Vec<Key>, seen: &Seen) -> (Mask, Vec<Key>) {
     let mut mask = template;
     for feature in (0..FEATURES_MOST).filter(|&feature| has(template, feature)) {
         let Some(values) = seen.all_values(feature).filter(|values| !values.is_empty()) else { continue };
-        // Whole rows of values, or it makes a difference.
+        // The feature can only be redundant if the classes form whole rows of its values.
         if !classes.len().is_multiple_of(values.len()) {
             continue;
         }

@@ -6,35 +6,33 @@ use crate::describe::{describe_object, listed};
 use crate::hypothesis::Evidence;
 use crate::{Language, Object, Rule, Selection, Task, View};
 
-/// Why its teachers' rule does not hold in the robot's view, in words that name the objects. A partner
-/// is he who gave the example.
+/// Why the teachers' rule does not hold in the robot's view, with the names of the objects. Below, the partner is
+/// the teacher of the example.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Explanation {
-    /// Objects that contradict it and that the partner knows nothing of.
+    /// Contradicting objects that the partner does not know.
     pub unseen: Vec<String>,
-    /// Objects that contradict it and that the partner believes to be as the rule wants them.
+    /// Contradicting objects that the partner believes to be in another state.
     pub mistaken: Vec<String>,
-    /// Objects that contradict it and that belong to somebody else, as the partner sees it.
+    /// Contradicting objects that have another owner than the partner, in the partner's perspective.
     pub foreign: Vec<String>,
-    /// Objects that contradict it although the partner knows them as they are.
+    /// Contradicting objects that the partner knows correctly.
     pub unexplained: Vec<String>,
-    /// The class features of those, each kind once.
+    /// The distinct class features of the unexplained objects.
     pub unexplained_kinds: Vec<BTreeMap<String, String>>,
-    /// Whether some of it is about the showing of another than the one who taught last, to whom it is
-    /// said.
+    /// Whether any contradiction is in an example of another teacher than the last one, who is addressed.
     pub of_others: bool,
 }
 
 impl Explanation {
-    /// Whether every contradiction is explained by what the partner could not know, and there is
-    /// one.
+    /// Whether there is a contradiction and every one is explained by what the partner could not know.
     #[must_use]
     pub fn is_complete(&self) -> bool {
         let explained = [&self.unseen, &self.mistaken, &self.foreign];
         self.unexplained.is_empty() && explained.iter().any(|objects| !objects.is_empty())
     }
 
-    /// The explanation, said to the one who taught last; empty when nothing contradicts the rule.
+    /// The explanation, addressed to the last teacher; empty if nothing contradicts the rule.
     #[must_use]
     pub fn text(&self) -> String {
         let the = |objects: &[String]| {
@@ -60,8 +58,8 @@ impl Explanation {
     }
 }
 
-/// Explains why a rule learned from its teachers' views does not hold in the robot's: which objects of
-/// the robot's view contradict it, and what he believed of them who gave the example
+/// Explains why a rule learned from the teachers' views does not hold in the robot's view: which objects
+/// contradict it, and what the teacher of each example believed about them
 /// ([`Example::taught`](crate::Example::taught)).
 #[must_use]
 pub fn explain(language: &Language, task: &Task, simulated: &[u16], rule: &Rule) -> Explanation {
@@ -84,7 +82,7 @@ pub fn explain(language: &Language, task: &Task, simulated: &[u16], rule: &Rule)
                     &mut explanation.foreign
                 }
                 Some(believed) if believed.states != object.states => &mut explanation.mistaken,
-                // Which of a number are left, is left to him.
+                // For a rule about a number, the teacher is free to choose which objects are left out.
                 Some(_) if is_number && rule.is_about(object) => continue,
                 Some(_) => {
                     if !explanation.unexplained_kinds.contains(&object.features) {
@@ -102,8 +100,8 @@ pub fn explain(language: &Language, task: &Task, simulated: &[u16], rule: &Rule)
     explanation
 }
 
-/// The objects of a view that a rule is wrong about: those that it is about and that did not
-/// become as it wants, and those that changed as it says although it is not about them.
+/// The objects of a view that contradict a rule. Either the rule applies but the expected state was not reached, or
+/// the object changed as expected although the rule does not apply.
 fn contradicting<'a>(language: &Language, view: &'a View, rule: &Rule) -> Vec<&'a Object> {
     let evidence =
         Evidence { after: &view.after, changes: changes(&view.before, &view.after, language.moved_m) };

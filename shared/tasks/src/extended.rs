@@ -1,5 +1,5 @@
-//! The hypotheses beyond the paper: every short description of a set of objects, all of it or a
-//! number of it or those that stand in a relation, by description length.
+//! The extended hypothesis language: short descriptions of object sets with a selection, weighted by description
+//! length.
 
 use quantity::number::{float, float_of_count};
 use rustc_hash::{FxBuildHasher, FxHashMap};
@@ -13,39 +13,38 @@ use crate::selection::{Extent, Place};
 use crate::table::Table;
 use crate::{Relation, Selection};
 
-/// Selections are made from sets that cost no more than this to describe.
+/// Selections are only made from sets with at most this description cost.
 const SELECTED_FROM: usize = 2;
-/// Numbers that people see at a glance.
+/// Maximum number in "exactly n" (subitizing range of people).
 const EXACTLY_MOST: usize = 7;
-/// How many are left out at most when something is said to be all but so many.
+/// Maximum number in "all but n".
 const ALL_BUT_MOST: usize = 3;
 
-/// Every hypothesis of the extended language over the values seen, with what the examples say of
-/// it.
+/// All hypotheses of the extended language over the values seen, with their evidence.
 #[derive(Clone, Debug)]
 pub(crate) struct Extended {
     descriptions: Descriptions,
-    /// By set.
+    /// By description.
     sets: Vec<Standing>,
     selected: Vec<Selected>,
-    /// By set, which distinct one it is.
+    /// By description, the index into `distinct` once computed.
     meanings: Vec<Option<usize>>,
     distinct: Vec<(Mask, Vec<Key>)>,
     numbers: FxHashMap<(Mask, Vec<Key>), usize>,
     taken: usize,
-    /// Objects that bore witness.
+    /// Number of objects that were changed or left out.
     witnesses: u64,
 }
 
-/// What the examples say of a set.
+/// The evidence about a description.
 #[derive(Clone, Copy, Debug, Default)]
 struct Standing {
     tally: usize,
-    /// Objects that would be slips.
+    /// Number of objects that contradict it.
     slips: u64,
 }
 
-/// A selection from a set, and what the examples say of it.
+/// A selection from a described set, with its evidence.
 #[derive(Clone, Copy, Debug)]
 struct Selected {
     set: usize,
@@ -54,12 +53,12 @@ struct Selected {
     log_likelihood: f64,
 }
 
-/// How the extended language weighs its hypotheses.
+/// The weights of the extended language.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Cost {
-    /// What a number or a relation costs, in nats.
+    /// The cost of a number or a relation, in nats.
     pub(crate) selection_nats: f64,
-    /// ln ε and ln(1 - ε), where teachers slip.
+    /// ln ε and ln(1 - ε); `None` without label noise.
     pub(crate) slips: Option<(f64, f64)>,
 }
 
@@ -88,12 +87,12 @@ impl Extended {
         }
     }
 
-    /// The cost of the longest description.
+    /// The maximum cost of a description.
     pub(crate) const fn longest(&self) -> usize {
         self.descriptions.longest
     }
 
-    /// Takes in the demonstrations that are new to it.
+    /// Adds the evidence of new demonstrations.
     pub(crate) fn take(&mut self, cases: &[Case], cost: &Cost) {
         for case in cases.iter().skip(self.taken) {
             let table = Table::new(&self.descriptions, &case.witnesses);
@@ -106,8 +105,8 @@ impl Extended {
                 standing.tally += usize::from(slips == 0);
             }
             if case.is_answer {
-                // Of a number of things, and of those that stand somewhere, one that is nowhere may be one or
-                // not: either answer is consistent with it, and as probable as the other.
+                // An object without a position may or may not be among a number, or have a relation. Both answers are
+                // consistent and equally probable.
                 for one in &mut self.selected {
                     one.tally += 1;
                     one.log_likelihood -= std::f64::consts::LN_2;
@@ -132,10 +131,10 @@ impl Extended {
         self.taken = cases.len();
     }
 
-    /// log P(D|h) P(h) of every hypothesis with its set, selection and tally; those of which the
-    /// probability is nothing are left out.
+    /// log P(D|h) P(h) of every hypothesis with its description, selection and tally; hypotheses of probability 0 are
+    /// left out.
     fn scores(&self, cost: &Cost) -> Vec<Score> {
-        // By tally, the logarithm of its share of the examples.
+        // By tally, the logarithm of the share of the examples.
         let examples = float_of_count(self.taken);
         let shares: Vec<f64> =
             (0..=self.taken).map(|tally| (float_of_count(tally) / examples).ln()).collect();
@@ -160,9 +159,8 @@ impl Extended {
         scores
     }
 
-    /// The hypotheses, those that say the same of everything made of the values seen as one: the
-    /// best `most`, by their tally and by their score, of those within so many nats of the best, or
-    /// of the best one of the highest tally.
+    /// The hypotheses, with equivalent ones merged. It keeps those at most `within` nats below the best one, or below
+    /// the best one of the highest tally. Of these it keeps the best `most` by tally and the best `most` by score.
     pub(crate) fn hypotheses(&mut self, seen: &Seen, cost: &Cost, within: f64, most: usize) -> Scored {
         let scores = self.scores(cost);
         let best_of = |of: &dyn Fn(&&Score) -> bool| {
@@ -175,13 +173,13 @@ impl Extended {
             log >= best - nats || (tally == most_tally && log >= best_of_most - nats)
         };
         let mut total = LogSum::default();
-        // What is about all of a set is most of it, and goes by number.
+        // Most hypotheses have the selection `All`; they are indexed by number instead of a hash.
         let mut whole: Vec<Merged> = Vec::new();
         let mut merged: FxHashMap<(usize, Selection), Merged> =
             FxHashMap::with_capacity_and_hasher(self.selected.len(), FxBuildHasher);
         for Score { set, selection, tally, log } in scores {
             total.add(log);
-            // What is lost in the rounding of a sum is not looked at.
+            // Terms that are lost in the rounding of the sum are skipped.
             if is_within(log, tally, within.max(ROUNDING)) {
                 let meaning = self.meaning(set, seen);
                 if selection != Selection::All {
@@ -200,11 +198,11 @@ impl Extended {
         let whole = whole.map(|(meaning, one)| ((meaning, Selection::All), one));
         let mut merged: Vec<((usize, Selection), Merged)> =
             whole.chain(merged).filter(|(_, one)| is_within(one.sum.value(), one.tally, within)).collect();
-        // Room for those that are best by either measure; ties at the end of the list stay.
+        // Keeps the best ones by either measure; ties with the last one stay.
         let kept = [last_kept(&merged, most, Merged::by_score), last_kept(&merged, most, Merged::by_tally)];
         merged.retain(|(_, one)| one.by_score() >= kept[0] || one.by_tally() >= kept[1]);
         let hypotheses = merged.into_iter().filter_map(|((meaning, selection), merged)| {
-            // What is true of nothing is no hypothesis.
+            // A description that covers nothing is not a hypothesis.
             let (mask, classes) = self.distinct.get(meaning).filter(|(_, classes)| !classes.is_empty())?;
             Some(Hypothesis {
                 mask: *mask,
@@ -218,12 +216,12 @@ impl Extended {
         Scored { hypotheses: hypotheses.collect(), log_total: total.value() }
     }
 
-    /// A description in words.
+    /// The description in words.
     pub(crate) fn phrase(&self, set: usize, lexicon: &Lexicon, order: impl Fn(&str) -> usize) -> String {
         self.descriptions.phrase(set, lexicon, order)
     }
 
-    /// What a set means: which of the distinct ones it is.
+    /// The index of the distinct set that a description denotes.
     fn meaning(&mut self, set: usize, seen: &Seen) -> usize {
         let next = self.distinct.len();
         let Some(slot) = self.meanings.get_mut(set) else { return next };
@@ -239,8 +237,8 @@ impl Extended {
         number
     }
 
-    /// The logarithm of the sum of P(D|h) P(h), and for each object of a scene the probability that
-    /// the rule holds for it; a number of objects may be any of them.
+    /// The logarithm of the sum of P(D|h) P(h), and the probability for each object of a scene that the rule applies to
+    /// it. With a number, every choice of objects is equally probable.
     pub(crate) fn probabilities(&self, cost: &Cost, asked: &[(Key, Option<Place>)]) -> (f64, Vec<f64>) {
         let witnesses: Vec<Witness> =
             asked.iter().map(|&(key, place)| Witness { key, verdict: Verdict::LeftOut, place }).collect();
@@ -266,7 +264,7 @@ impl Extended {
     }
 }
 
-/// How a hypothesis does.
+/// The score of a hypothesis.
 #[derive(Clone, Copy, Debug)]
 struct Score {
     set: usize,
@@ -279,7 +277,7 @@ struct Score {
 struct Merged {
     sum: LogSum,
     tally: usize,
-    /// The set described most shortly: they stand in the order of their length.
+    /// The first description in the order of `sets`; 0 for none.
     set: usize,
 }
 
@@ -301,7 +299,7 @@ impl Merged {
     }
 }
 
-/// The measure of the last of so many best, less what two that tie may differ by.
+/// The measure of the `most`-th best, less the tolerance of a tie.
 fn last_kept<K>(
     merged: &[(K, Merged)],
     most: usize,
@@ -309,7 +307,7 @@ fn last_kept<K>(
 ) -> (usize, f64) {
     let mut measures: Vec<(usize, f64)> = merged.iter().map(|(_, one)| measure(one)).collect();
     let downwards = |a: &(usize, f64), b: &(usize, f64)| b.0.cmp(&a.0).then(b.1.total_cmp(&a.1));
-    // Only where the cut is matters, and not the order on either side of it.
+    // Only the cut is needed, not the order on either side of it.
     let last = most.checked_sub(1).filter(|last| *last < measures.len());
     let last = last.map(|last| *measures.select_nth_unstable_by(last, downwards).1);
     last.map_or((0, f64::NEG_INFINITY), |(tally, score)| (tally, score - 1e-9))

@@ -1,4 +1,4 @@
-//! The hypotheses of the paper where teachers slip: every simple disjunction of the classes seen.
+//! The paper's hypotheses with label noise: every simple disjunction of the classes seen, marginalized in closed form.
 
 mod scale;
 
@@ -15,31 +15,30 @@ use crate::lexicon::{Key, Mask, key_mask, present};
 use crate::log_sum::LogSum;
 use crate::partition::{Classes, Count, Member, each_template};
 
-/// Features of the templates asked first.
+/// Templates with at most this many features are visited first.
 const FIRST: u32 = 2;
-/// Hypotheses given at most.
+/// Maximum number of hypotheses returned.
 const MOST: usize = 1024;
-/// Tallies remembered at most.
+/// Maximum number of cached tallies.
 const TALLIES: usize = 4096;
 
 /// All simple disjunctions C of the classes seen, under every template T, in closed form.
 ///
-/// With slips of probability ε, P(D|h) is a product over the objects, and so over the classes.
-/// With p(c) changed and q(c) left out of a class, its odds of being in C are
+/// With label noise ε, P(D|h) is a product over the objects, and hence over the classes. For a class with p(c)
+/// changed and q(c) left-out objects, the log-odds of being in C are
 ///
 /// ln g(c) = (p(c) - q(c)) ln((1 - ε) / ε) - λ,
 ///
 /// and the sum of P(D|h) P(h) over all C ≠ ∅ of a template is a constant times
-/// Π (1 + g(c)) - 1. Nothing is enumerated but the best.
+/// Π (1 + g(c)) - 1. Only the best hypotheses are enumerated.
 ///
-/// A template with more features divides its classes further. As many of them as there are with
-/// something changed, so many there will be at least, and each can be worth no more than what was changed
-/// of it explains, less κ = ln((1 - ε) / ε) - ln(1 + g) of a class of one. So there is a bound on all the
-/// templates that have all the features of one, and those are left alone that would be lost in the
-/// rounding of the sum.
+/// A template with more features refines the classes. A refinement never has fewer classes with a changed object. Each
+/// contributes at most the log-odds of its changed objects minus κ. Here κ = ln((1 - ε) / ε) - ln(1 + g), with g of a
+/// class with one changed object. This bounds all refinements of a template. Refinements below the rounding error
+/// of the sum are pruned.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Factored {
-    /// By kind, how many were changed and left out.
+    /// By kind, the numbers of changed and left-out objects.
     counts: BTreeMap<Key, (u64, u64)>,
     taken: usize,
     tallies: FxHashMap<(Mask, Vec<Key>), (usize, usize)>,
@@ -48,14 +47,14 @@ pub(crate) struct Factored {
 /// The classes of one template, by ln g.
 struct Table {
     mask: Mask,
-    /// In ascending order of |ln g|: what it costs to change one's mind about a class.
+    /// Ascending by |ln g|: the cost of flipping the membership of a class.
     classes: Vec<(Key, f64)>,
-    /// The log weight of its best disjunction, the empty one counted.
+    /// The log weight of its best disjunction, including the empty one.
     log_root: f64,
 }
 
 impl Table {
-    /// The classes of the best disjunction but for those of which one changes one's mind.
+    /// The classes of the best disjunction, with the membership of some classes flipped.
     fn chosen(&self, changed: &[usize]) -> Vec<Key> {
         let chosen = self.classes.iter().enumerate();
         let chosen = chosen.filter(|(index, (_, gain))| (*gain > 0.0) != changed.contains(index));
@@ -65,12 +64,12 @@ impl Table {
     }
 }
 
-/// A disjunction in the order of weight.
+/// A disjunction in the priority queue, ordered by weight.
 #[derive(Clone, Debug, PartialEq)]
 struct Candidate {
     log_weight: f64,
     table: usize,
-    /// Classes of which one changes one's mind, in ascending order.
+    /// Indices of the flipped classes, ascending.
     changed: Vec<usize>,
 }
 
@@ -115,8 +114,8 @@ impl Factored {
         Table { mask, classes, log_root: scale.log_empty(mask) + above }
     }
 
-    /// Visits the templates whose disjunctions are not all so many nats below the best, and lost in the
-    /// rounding of a sum; what the best weighs. Kinds that are asked about come after those seen.
+    /// Visits the templates, except those that are `within` nats below the best and lost in the rounding of the sum.
+    /// Returns the log weight of the best. In the classes, queried kinds come after the kinds seen.
     fn each<'a>(
         &self,
         scale: &'a Scale,
@@ -137,7 +136,7 @@ impl Factored {
             best = best.max(scale.log_empty(mask) + total.log_best());
             best
         };
-        // Nearly always the best is among the small ones, and known before the others are asked.
+        // The best is nearly always a small template; it is found first to make the bound effective.
         each_template(&members, scale.features, Total::nothing(scale), |mask, total, _| {
             improve(mask, &total);
             mask.count_ones() < FIRST
@@ -150,7 +149,7 @@ impl Factored {
         best
     }
 
-    /// The best hypotheses, those within so many nats of the best.
+    /// The hypotheses at most `within` nats below the best, at most `MOST`.
     pub(crate) fn hypotheses(
         &mut self,
         cases: &[Case],
@@ -205,8 +204,8 @@ impl Factored {
         Scored { hypotheses, log_total: sum.value() }
     }
 
-    /// The probability that the rule is about each of some kinds: the sum over all templates and
-    /// disjunctions. No class is about what nobody has seen.
+    /// The probability, for each of some kinds, that the rule applies: the sum over all templates and disjunctions. No
+    /// class contains a kind of unseen values.
     pub(crate) fn probabilities(
         &mut self,
         cases: &[Case],
@@ -227,7 +226,7 @@ impl Factored {
                 let asked = members.iter().filter_map(|&member| (member as usize).checked_sub(seen));
                 for one in asked {
                     if let Some(about) = about.get_mut(one) {
-                        // The disjunctions with this class: g Π' (1 + g'), none of them empty.
+                        // The disjunctions with this class: g Π' (1 + g'), none of which is empty.
                         about.add(log_empty + total.softplus - softplus(-scale.gain(count.net).0));
                     }
                 }
@@ -253,8 +252,8 @@ impl Factored {
     }
 }
 
-/// Leaves out those that weigh as much as the first for which there was no room: which of them came before it
-/// hangs on the order in which values were met, and nothing may. But not more than half of all.
+/// Removes the hypotheses that tie with the first one beyond the limit: which of them are inside depends on the
+/// order of the values' first appearance, and the result must not. At least half of the limit is kept.
 fn leave_out_ties(hypotheses: &mut Vec<Hypothesis>, log_weight: f64) {
     let heavier = hypotheses.partition_point(|one| one.log_score > log_weight + TIE);
     if heavier >= MOST / 2 {
@@ -263,8 +262,8 @@ fn leave_out_ties(hypotheses: &mut Vec<Hypothesis>, log_weight: f64) {
 }
 
 impl Candidate {
-    /// The two candidates that come of it: with one change of mind more, and with the last one in
-    /// place of the next. Every disjunction comes of exactly one other, and none before it.
+    /// The two successors: one more class flipped, or the last flip moved to the next class. Every disjunction is the
+    /// successor of exactly one other, and is never heavier than it.
     fn next(&self, table: &Table) -> impl Iterator<Item = Self> {
         let cost = |index: usize| table.classes.get(index).map(|(_, gain)| gain.abs());
         let last = self.changed.last().copied();
@@ -300,7 +299,7 @@ mod tests {
         (SLIPS.ln(), (1.0 - SLIPS).ln())
     }
 
-    /// Objects with up to three values of every feature and, rarely, without one.
+    /// Objects with up to three values for every feature; rarely a feature is missing.
     fn case(objects: usize) -> impl Strategy<Value = Case> {
         let value = prop_oneof![1 => 0..1_u32, 60 => 1..4_u32];
         let object = (prop::collection::vec(value, FEATURES), 0..3_u8);
@@ -320,8 +319,8 @@ mod tests {
         })
     }
 
-    /// ln of the sum over all disjunctions of all templates, and over those about a kind, one template
-    /// after the other and with nothing left out.
+    /// ln of the sum over all disjunctions of all templates, and over those that contain a kind, by brute force without
+    /// pruning.
     fn log_totals(cases: &[Case], prior: &Prior, asked: Key) -> (f64, f64) {
         let (slip, right) = logs();
         let witnesses: Vec<&Witness> = cases.iter().flat_map(|case| &case.witnesses).collect();

@@ -8,52 +8,52 @@ use serde::{Deserialize, Serialize};
 use crate::change::changes;
 use crate::{Effect, Object, Signature, Snapshot, Standing, View};
 
-/// Parts of two figures further apart than this stand in other places, in metres.
+/// Parts of two figures farther apart than this are in different places, in metres.
 const SAME_PLACE_M: f64 = 0.04;
 /// Sides that differ by no more than this are equal, in metres.
 const SAME_SIDE_M: f64 = 0.004;
-/// Two turns closer than this look the same, in radians.
+/// Headings closer than this are equal, in radians.
 const SAME_TURN_RAD: f64 = 0.26;
 
-/// Things in poses relative to one another, in the frame of the perspective that saw them: the goal
-/// of a task that is about where things stand and not about what became of them.
+/// A spatial configuration: objects in relative poses, in the frame of the perspective that saw them. It is the goal of
+/// a task about positions rather than states.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Figure {
-    /// The things, the lowest first.
+    /// The objects, lowest first.
     pub parts: Vec<Part>,
 }
 
-/// One thing of a figure: what it is (the criteria), and how it stands (the expectation).
+/// One object of a configuration: its class features (the criteria) and its pose (the expectation).
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Part {
     /// Its class features by name.
     pub features: BTreeMap<String, String>,
-    /// Its centre from the middle of the figure, x forward and y to the left of whoever sees it, in
-    /// metres; z above the table.
+    /// Its centre relative to the centroid of the figure in the frame of the perspective (x forward, y left), in
+    /// metres; z is above the table.
     pub offset_m: [f64; 3],
-    /// How far it is turned about the vertical against whoever sees it, in radians.
+    /// Its heading about the vertical in the frame of the perspective, in radians.
     pub heading_rad: Option<f64>,
     /// Half its extents, in metres.
     pub half_extents_m: Option<[f64; 3]>,
 }
 
-/// What Leo takes a teacher to have built.
+/// A learned spatial configuration.
 #[derive(Clone, Debug, PartialEq)]
 pub struct FigureRule {
-    /// What shall stand there.
+    /// The goal configuration.
     pub figure: Figure,
-    /// How far the copy that is built is turned against what the robot saw, in radians, in
-    /// (-π, π]: zero in the robot's own perspective.
+    /// Rotation of the copy against the configuration that the robot saw, in radians, in (-π, π]; zero for the
+    /// robot's own perspective.
     pub turn_rad: f64,
-    /// How it stands among the figures.
+    /// Its score and rank among the configurations.
     pub standing: Standing,
-    /// What people would call it, computed from its parts and its turn.
+    /// Its name, generated from the number of parts and the rotation.
     pub name: String,
 }
 
 impl Figure {
-    /// What was moved between the snapshots of a view, as it stands in the end. `None` where nothing
-    /// was, or where some of it is nowhere.
+    /// The final configuration of the objects that were moved in a view. `None` if none was, or if one has no
+    /// position.
     #[must_use]
     pub fn of(view: &View, moved_m: f64) -> Option<Self> {
         let changes = changes(&view.before, &view.after, moved_m);
@@ -77,7 +77,7 @@ impl Figure {
         let count = float_of_count(parts.len());
         let mean = |axis: fn(&Part) -> f64| parts.iter().map(axis).sum::<f64>() / count;
         let middle = [mean(|part| part.offset_m[0]), mean(|part| part.offset_m[1])];
-        // Heights are kept: all perspectives are of one table.
+        // z is not centred: all perspectives share one table.
         let table_m = frame(&view.after).position_m()[2];
         for part in &mut parts {
             let [x, y, z] = part.offset_m;
@@ -87,8 +87,8 @@ impl Figure {
         Some(Self { parts })
     }
 
-    /// Whether two figures are the same: each part of the one has one of the other in its place, of
-    /// its class and turned as it is.
+    /// Whether two configurations match: a one-to-one assignment of parts with equal features, position and
+    /// heading within the tolerances.
     #[must_use]
     pub fn looks_like(&self, other: &Self) -> bool {
         let mut left: Vec<&Part> = other.parts.iter().collect();
@@ -102,8 +102,7 @@ impl Figure {
 }
 
 impl Part {
-    /// How far it may be turned to look as before, in radians: half a turn, or a quarter where its
-    /// sides are equal.
+    /// The rotational symmetry, in radians: π, or π/2 if its sides are equal.
     #[must_use]
     pub fn period_rad(&self) -> f64 {
         let square = self.half_extents_m.is_some_and(|[x, y, _]| (x - y).abs() <= SAME_SIDE_M);
@@ -127,8 +126,7 @@ impl Part {
     }
 }
 
-/// What an example shows: its figure, if there is one, and how a copy of it is turned against what the
-/// robot saw.
+/// The configuration of an example, if any, and the rotation of a copy against what the robot saw.
 #[derive(Clone, Debug)]
 pub(crate) struct Shown {
     figure: Option<Figure>,
@@ -142,10 +140,10 @@ impl Shown {
     }
 }
 
-/// The figures that the examples of one perspective show, best first.
+/// The configurations shown by the examples of one perspective, best first.
 ///
-/// P(h|D) ∝ P(D|h) P(h) as for classes of objects, with the same prior for all figures: they have
-/// as many classes, and as many features, as they have parts.
+/// P(h|D) ∝ P(D|h) P(h) as for object classes. All configurations have the same prior, because they have as many
+/// classes and features as parts.
 pub(crate) fn rank_figures(shown: &[Shown]) -> Vec<FigureRule> {
     let mut rules: Vec<FigureRule> = Vec::new();
     for Shown { figure, turn_rad } in shown {
@@ -175,7 +173,7 @@ pub(crate) fn rank_figures(shown: &[Shown]) -> Vec<FigureRule> {
     rules
 }
 
-/// What people would call a copy of a figure.
+/// The name of a copy of a configuration.
 fn name(figure: &Figure, turn_rad: f64) -> String {
     let things = match figure.parts.len() {
         1 => "one thing".to_owned(),
@@ -188,7 +186,7 @@ fn name(figure: &Figure, turn_rad: f64) -> String {
     }
 }
 
-/// The frame of a snapshot's perspective, upright.
+/// The levelled frame of a snapshot's perspective.
 fn frame(snapshot: &Snapshot) -> Pose<Base, Person> {
     let pose = Pose::from_parts(snapshot.frame_position_m, snapshot.frame_orientation_xyzw);
     pose.unwrap_or_else(Pose::identity).levelled()
@@ -200,8 +198,8 @@ pub(crate) fn wrapped(angle_rad: f64) -> f64 {
     if rest > PI { rest - TAU } else { rest }
 }
 
-/// Where a figure's parts come to stand when its middle stands at a place of the robot's own frame
-/// and it is turned as whoever saw it saw it.
+/// The positions of a configuration's parts, in the robot's base frame, with the centroid at `middle_m`. The axes of
+/// the perspective are aligned with the robot's.
 pub fn laid_out<'a>(
     figure: &'a Figure,
     middle_m: [f64; 2],
@@ -221,7 +219,7 @@ mod tests {
         rank_figures(&views.iter().map(|view| Shown::of(view, 0.03)).collect::<Vec<_>>())
     }
 
-    /// A view of a teacher who faces the robot, or of the robot itself.
+    /// The view of a teacher opposite the robot, or of the robot itself.
     fn view(perspective: u16, before: &[(&str, f64, f64)], after: &[(&str, f64, f64)]) -> View {
         let heading_rad = if perspective == 0 { 0.0 } else { PI };
         let place_m = if perspective == 0 { 0.0 } else { 1.5 };
@@ -246,7 +244,7 @@ mod tests {
     }
 
     const HEAP: [(&str, f64, f64); 3] = [("red", 1.2, 0.3), ("blue", 1.2, 0.0), ("green", 1.2, -0.3)];
-    /// Red on the robot's left.
+    /// Red is on the robot's left.
     const BUILT: [(&str, f64, f64); 3] = [("red", 0.75, 0.1), ("blue", 0.75, -0.1), ("green", 1.2, -0.3)];
 
     #[test]

@@ -17,7 +17,7 @@ use crate::{Change, Hypotheses, Language, Object, Settings, Signature};
 pub(crate) struct Demonstration {
     /// The objects at its end.
     pub(crate) objects: Vec<Shown>,
-    /// Whether it was not shown, but is what was answered about a single thing.
+    /// Whether this is the answer to a question about a single object, not a demonstration.
     pub(crate) is_answer: bool,
 }
 
@@ -27,18 +27,17 @@ pub(crate) struct Shown {
     pub(crate) object: Object,
     pub(crate) key: Key,
     pub(crate) change: Option<Change>,
-    /// Where it was before anything was done to it.
+    /// Its position before the demonstration.
     pub(crate) place: Option<Place>,
 }
 
-/// One goal belief in the making: the changes of one signature over all demonstrations, and the
-/// hypotheses that explain them.
+/// A candidate goal belief: the changes of one signature over all demonstrations, and the hypotheses about them.
 #[derive(Clone, Debug)]
 pub(crate) struct Goal {
     pub(crate) signature: Signature,
-    /// Whether whatever changed so was somewhere else afterwards, too.
+    /// Whether every object with this change was displaced as well.
     pub(crate) is_displaced: bool,
-    /// The class features of what changed so.
+    /// The class features of the objects with this change.
     pub(crate) kinds: BTreeSet<BTreeMap<String, String>>,
     pub(crate) seen: Seen,
     cases: Vec<Case>,
@@ -49,7 +48,7 @@ pub(crate) struct Goal {
 enum Engine {
     Paper(Disjunctions),
     PaperWithSlips(Factored),
-    /// The short descriptions, and the long disjunctions of the paper.
+    /// The enumerated short descriptions, and the longer disjunctions of the paper.
     Extended(Box<Extended>, Disjunctions),
 }
 
@@ -74,7 +73,7 @@ impl Goal {
         }
     }
 
-    /// Takes in a demonstration.
+    /// Adds a demonstration.
     pub(crate) fn add(&mut self, demonstration: &Demonstration, lexicon: &Lexicon) {
         let mut witnesses = Vec::new();
         let mut is_new = false;
@@ -99,13 +98,13 @@ impl Goal {
         if let Engine::Extended(short, _) = &mut self.engine
             && is_new
         {
-            // There is more to be said now, and it has to be held against all examples.
+            // New values allow new descriptions; they are tested on all examples again.
             **short = Extended::new(lexicon, &self.seen);
         }
     }
 
-    /// The hypotheses that are within so many nats of the best, or of the best of the highest
-    /// tally; `most` of them where there are very many.
+    /// The hypotheses at most `within` nats below the best one, or below the best one of the highest tally; limited to
+    /// about `most`.
     pub(crate) fn hypotheses(
         &mut self,
         lexicon: &Lexicon,
@@ -141,7 +140,7 @@ impl Goal {
         }
     }
 
-    /// A description of the extended language in words.
+    /// A description of the extended language in words; empty for the other languages.
     pub(crate) fn phrase(&self, set: usize, language: &Language, lexicon: &Lexicon) -> String {
         match &self.engine {
             Engine::Extended(short, _) => {
@@ -151,7 +150,7 @@ impl Goal {
         }
     }
 
-    /// log P(D) if all changes were slips; `None` where teachers do not slip.
+    /// log P(D) if all changes were mistakes; `None` without label noise.
     pub(crate) fn log_nothing_but_slips(&self, settings: &Settings) -> Option<f64> {
         let (slip, right) = settings.noise.logs()?;
         let witnesses = self.cases.iter().flat_map(|case| &case.witnesses);
@@ -163,7 +162,7 @@ impl Goal {
         Some(witnesses.map(|witness| log(witness.verdict)).sum())
     }
 
-    /// The probability that the rule holds for each of some objects.
+    /// The probability that the rule applies to each of some objects.
     pub(crate) fn probabilities(
         &mut self,
         lexicon: &Lexicon,
@@ -204,7 +203,7 @@ impl Goal {
     }
 }
 
-/// e^(log - total), and nothing of nothing.
+/// e^(log - total), or 0 for a log of -∞.
 fn share(log: f64, log_total: f64) -> f64 {
     if log > f64::NEG_INFINITY { (log - log_total).exp() } else { 0.0 }
 }

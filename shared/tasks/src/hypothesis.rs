@@ -4,13 +4,13 @@ use crate::change::{has_percepts, is_achieved};
 use crate::lexicon::{Key, Mask};
 use crate::{Change, Object, Selection, Signature, Snapshot};
 
-/// Scores closer than this, in nats, are a tie: they differ by rounding.
+/// Scores closer than this, in nats, are a tie: the difference is rounding.
 pub(crate) const TIE: f64 = 1e-9;
 
-/// The class features that a hypothesis looks at, T ⊆ F, in alphabetical order.
+/// The class features that a hypothesis tests, T ⊆ F, in alphabetical order.
 pub type Template = Vec<String>;
 
-/// A class of objects: their values of the features of a template, in the template's order.
+/// A class of objects: the values of the features of a template, in the template's order.
 pub type Class = Vec<String>;
 
 /// The prior over hypotheses: log P(h) = -λ (K - 1) + μ (|T| + |E|), with K classes, |T|
@@ -21,9 +21,9 @@ pub type Class = Vec<String>;
 /// features, respectively)": the fewest classes first, then the most features.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Prior {
-    /// λ: what one class more costs.
+    /// λ: the cost of an additional class.
     pub lambda: f64,
-    /// μ: what one feature more is worth.
+    /// μ: the gain of an additional feature.
     pub mu: f64,
 }
 
@@ -40,7 +40,7 @@ impl Prior {
     }
 }
 
-/// A demonstration as hypotheses about one signature are tested on it.
+/// A demonstration in the form in which hypotheses about one signature are tested on it.
 #[derive(Clone, Debug)]
 pub(crate) struct Evidence<'a> {
     pub(crate) after: &'a Snapshot,
@@ -48,7 +48,7 @@ pub(crate) struct Evidence<'a> {
 }
 
 impl<'a> Evidence<'a> {
-    /// The objects at the end that a goal with this signature could be about.
+    /// The objects at the end that have the percepts of this signature.
     pub(crate) fn eligible(&self, signature: &Signature) -> impl Iterator<Item = &'a Object> {
         self.after.objects.iter().filter(move |object| has_percepts(object, signature))
     }
@@ -60,39 +60,38 @@ impl<'a> Evidence<'a> {
         })
     }
 
-    /// Whether an object is at the end as the signature expects.
+    /// Whether an object is in the expected state at the end.
     pub(crate) fn achieved(&self, object: &Object, signature: &Signature) -> bool {
         let moved = self.changes.get(&object.id).is_some_and(|change| change.displaced);
         is_achieved(object, signature, moved)
     }
 }
 
-/// A goal hypothesis about one signature: the selected objects of these classes shall be as the
-/// signature expects.
+/// A goal hypothesis about one signature: the selected objects of these classes shall be in the expected state.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Hypothesis {
     pub(crate) mask: Mask,
-    /// In ascending order; each what the template keeps of a key.
+    /// Ascending; each is a key masked by the template.
     pub(crate) classes: Vec<Key>,
     pub(crate) selection: Selection,
-    /// Examples that it is consistent with.
+    /// Number of examples that it is consistent with.
     pub(crate) tally: usize,
     /// log P(D|h) P(h).
     pub(crate) log_score: f64,
-    /// How it was described, where that is not by listing its classes.
+    /// Its description, unless it is a listing of its classes.
     pub(crate) description: Option<Described>,
 }
 
 /// A description of classes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub(crate) struct Described {
-    /// Literals and negations.
+    /// Number of literals and negations.
     pub(crate) cost: usize,
-    /// Which of the descriptions.
+    /// Index of the description.
     pub(crate) set: usize,
 }
 
-/// The hypotheses that matter, and the sum over all of them.
+/// The relevant hypotheses, and the sum over all hypotheses.
 #[derive(Clone, Debug)]
 pub(crate) struct Scored {
     pub(crate) hypotheses: Vec<Hypothesis>,
@@ -100,7 +99,7 @@ pub(crate) struct Scored {
     pub(crate) log_total: f64,
 }
 
-/// The class of an object under a template; `None` where it lacks a feature.
+/// The class of an object under a template; `None` if it lacks a feature.
 pub(crate) fn class_of(object: &Object, template: &Template) -> Option<Class> {
     template.iter().map(|feature| object.features.get(feature).cloned()).collect()
 }

@@ -3,13 +3,13 @@ use std::collections::BTreeMap;
 use crate::Snapshot;
 use crate::counterpart::nearest_first;
 
-/// Identities of beliefs stay below this: each life of the belief process has a range of its own.
+/// Belief identities are smaller than this; each incarnation of the belief process gets its own range.
 const LIFE: u64 = 1 << 40;
 
-/// Which object a belief is about, across the lives of the belief process.
+/// Maps belief identities to stable object identities across restarts of the belief process.
 ///
-/// A belief process that begins anew numbers its beliefs anew. Objects that are found again keep
-/// their identity; the others get one that no earlier object had.
+/// A restarted belief process numbers its beliefs anew. Objects that are matched again keep their identity; all
+/// others get one that no earlier object had.
 #[derive(Clone, Debug, Default)]
 pub struct Identities {
     incarnation: Option<u64>,
@@ -17,17 +17,17 @@ pub struct Identities {
     found_again: BTreeMap<u64, u64>,
 }
 
-/// What a frame's incarnation says about the memory behind it.
+/// Whether the writer of a frame was restarted.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Moment {
-    /// It is the first one seen, or the same as before.
+    /// It is the first frame, or from the same incarnation as the one before.
     Continued,
-    /// Its writer began anew: identities mean other objects now.
+    /// The writer restarted: its identities refer to other objects now.
     Anew,
 }
 
 impl Identities {
-    /// Takes note of the incarnation of a frame.
+    /// Registers the incarnation of a frame.
     pub fn observe(&mut self, incarnation: u64) -> Moment {
         let before = self.incarnation.replace(incarnation);
         if before.is_none_or(|before| before == incarnation) {
@@ -38,20 +38,18 @@ impl Identities {
         Moment::Anew
     }
 
-    /// The object that a belief of the present life is about.
+    /// The object identity of a belief of the current incarnation.
     #[must_use]
     pub fn object(&self, belief: u64) -> u64 {
         let id = self.lives.wrapping_mul(LIFE).wrapping_add(belief);
         self.found_again.get(&id).copied().unwrap_or(id)
     }
 
-    /// Finds the objects of an old snapshot again in one of the present life: those of the same
-    /// class features and kinds of states, the nearest pairs first, none further apart than
-    /// `within_m` (infinite for anywhere).
+    /// Matches the objects of an old snapshot to one of the current incarnation. Matching objects have the same
+    /// class features and the same set of states; nearest pairs first, at most `within_m` apart (may be infinite).
     ///
-    /// `true` when all were found: then they have their old identities from now on. Otherwise
-    /// nothing changes, because a demonstration with an object mistaken for another, or lost, is
-    /// a wrong example.
+    /// Returns `true` if all objects were matched; they keep their old identities from now on. Otherwise nothing
+    /// changes, because a demonstration with a mismatched or missing object would be a wrong example.
     pub fn find_again(&mut self, old: &Snapshot, new: &Snapshot, within_m: f64) -> bool {
         let mut pairs = Vec::new();
         for then in &old.objects {
@@ -77,7 +75,7 @@ pub(crate) mod tests {
     use super::*;
     use crate::Object;
 
-    /// Objects by identity, colour and place along one line, in metres.
+    /// Objects by identity, colour and x coordinate in metres.
     pub(crate) fn snapshot(objects: &[(u64, &str, f64)]) -> Snapshot {
         let object = |&(id, colour, x): &(u64, &str, f64)| Object {
             id,

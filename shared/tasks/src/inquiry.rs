@@ -1,4 +1,4 @@
-//! What to ask, or to ask to be shown, next.
+//! Selects the next question or request for a demonstration, by expected information gain.
 
 use std::collections::BTreeMap;
 
@@ -7,29 +7,28 @@ use crate::hypothesis::{Hypothesis, Scored};
 use crate::lexicon::{FEATURES_MOST, Key, Lexicon, Mask, Seen, field, has, key_mask, present, with_field};
 use crate::{Effect, Language, Noise, Selection, Signature};
 
-/// Objects of one inquiry at most.
+/// Maximum number of objects in an inquiry.
 const OBJECTS_MOST: usize = 6;
-/// Kinds of objects that are thought of at most.
+/// Maximum number of candidate kinds.
 const KINDS_MOST: usize = 4096;
-/// An inquiry that is expected to tell less than this, in bits, is not worth its while.
+/// Minimum expected information gain of an object, in bits.
 const BITS_LEAST: f64 = 1e-3;
 
-/// Objects of which the teacher's treatment would divide the hypotheses best.
+/// A query: the objects whose treatment by the teacher discriminates best among the hypotheses.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Inquiry {
     /// Their class features.
     pub objects: Vec<BTreeMap<String, String>>,
-    /// For each the probability that the rule holds for it, among the hypotheses about all objects
-    /// of some classes.
+    /// The probability, for each object, that the rule applies to it, among the hypotheses about all objects of
+    /// their classes.
     pub probabilities: Vec<f64>,
-    /// The expected information gain: by how many bits the entropy of the posterior is expected to
-    /// fall.
+    /// The expected information gain: the expected decrease of the posterior's entropy.
     pub bits: f64,
-    /// What to say: "Should a blue one be filled, too?"
+    /// The question: "Should a blue one be filled, too?"
     pub text: String,
 }
 
-/// Whom an inquiry is about.
+/// The context of a query.
 pub(crate) struct Asking<'a> {
     pub(crate) language: &'a Language,
     pub(crate) lexicon: &'a Lexicon,
@@ -38,7 +37,7 @@ pub(crate) struct Asking<'a> {
     pub(crate) noise: Noise,
 }
 
-/// A hypothesis by its weight.
+/// A hypothesis with its normalised weight.
 struct Weighed<'a> {
     hypothesis: &'a Hypothesis,
     key_mask: Key,
@@ -52,11 +51,10 @@ impl Weighed<'_> {
     }
 }
 
-/// The most informative objects to ask about, chosen one after the other, `most` at most; none
-/// when no object would divide the hypotheses.
+/// Greedily selects the most informative objects, at most `most`; `None` if no object is informative.
 ///
-/// Hypotheses about numbers of objects and where they stand say nothing of an object by itself:
-/// what is expected to be learned is expected of the others, and counts by their share.
+/// Hypotheses about numbers and relations make no prediction for a single object. The gain is computed over the other
+/// hypotheses and scaled by their share of the posterior.
 pub(crate) fn inquire(asking: &Asking<'_>, scored: &Scored, most: usize) -> Option<Inquiry> {
     let best = scored.hypotheses.iter().map(|one| one.log_score).fold(f64::NEG_INFINITY, f64::max);
     let all: f64 = scored.hypotheses.iter().map(|one| (one.log_score - best).exp()).sum();
@@ -75,7 +73,7 @@ pub(crate) fn inquire(asking: &Asking<'_>, scored: &Scored, most: usize) -> Opti
     weighed.iter_mut().for_each(|one| one.weight /= sum);
     let kinds = kinds(asking.seen);
     let mut chosen: Vec<Key> = Vec::new();
-    // By hypothesis, which of the chosen objects it is about.
+    // For each hypothesis, a bit mask of the chosen objects that it applies to.
     let mut labels = vec![0_usize; weighed.len()];
     let mut bits = 0.0;
     while chosen.len() < most.min(OBJECTS_MOST) {
@@ -87,7 +85,7 @@ pub(crate) fn inquire(asking: &Asking<'_>, scored: &Scored, most: usize) -> Opti
         let mut found: Option<(f64, Key)> = None;
         for &key in kinds.iter().filter(|key| !chosen.contains(key)) {
             let gain = gain(&weighed, &with(key), bit << 1, asking.noise);
-            // Of equals the first one, whatever the rounding.
+            // Among equal gains the first one wins, independent of rounding.
             if found.is_none_or(|(most, _)| gain > most + BITS_LEAST) {
                 found = Some((gain, key));
             }
@@ -110,8 +108,8 @@ pub(crate) fn inquire(asking: &Asking<'_>, scored: &Scored, most: usize) -> Opti
     })
 }
 
-/// The mutual information, in bits, of the hypotheses and what the teacher would do with the
-/// objects: H(done) - H(done | hypothesis), where he slips with each on its own.
+/// The mutual information, in bits, between the hypotheses and the teacher's treatment of the objects:
+/// H(done) - H(done | hypothesis). The teacher mislabels each object independently.
 fn gain(weighed: &[Weighed<'_>], labels: &[usize], outcomes: usize, noise: Noise) -> f64 {
     let mut done = vec![0.0; outcomes];
     for (one, &label) in weighed.iter().zip(labels) {
@@ -135,13 +133,13 @@ fn gain(weighed: &[Weighed<'_>], labels: &[usize], outcomes: usize, noise: Noise
     (entropy(&done) - certain).max(0.0)
 }
 
-/// In bits.
+/// The entropy in bits.
 fn entropy(probabilities: &[f64]) -> f64 {
     -probabilities.iter().filter(|p| **p > 0.0).map(|p| p * p.log2()).sum::<f64>()
 }
 
-/// The kinds of objects made of the values seen, or only those seen where there are too many; in
-/// the order of the words' first appearance.
+/// All kinds of objects made of the values seen, or only the kinds seen if there are too many; in the order of the
+/// values' first appearance.
 fn kinds(seen: &Seen) -> Vec<Key> {
     let count =
         seen.values().iter().try_fold(1_usize, |count, values| count.checked_mul(values.len().max(1)));
@@ -167,7 +165,7 @@ fn features(lexicon: &Lexicon, key: Key) -> BTreeMap<String, String> {
 }
 
 fn text(asking: &Asking<'_>, weighed: &[Weighed<'_>], chosen: &[Key]) -> String {
-    // Only features that some hypothesis worth a thought looks at are worth a word.
+    // The name contains only features that a plausible hypothesis tests.
     let most = weighed.iter().map(|one| one.weight).fold(0.0, f64::max);
     let heavy = weighed.iter().filter(|one| one.weight >= most * 0.05);
     let mask = heavy
@@ -180,8 +178,8 @@ fn text(asking: &Asking<'_>, weighed: &[Weighed<'_>], chosen: &[Key]) -> String 
     }
 }
 
-/// What to say to ask whether a thing, "a blue one", should become as a goal wants: "Should a blue one be
-/// filled, too?"
+/// The question whether an object should be in the state of a goal: "Should a blue one be filled, too?" `name` is
+/// the object with its article, "a blue one".
 #[must_use]
 pub fn ask_about(name: &str, goal: &Signature) -> String {
     format!("Should {name} {}, too?", becoming(goal))

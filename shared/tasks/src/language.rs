@@ -1,31 +1,30 @@
-/// What the percepts of a belief are called, and which of them may stand in a rule.
+/// The learner's view of the configured percept set: names, and which percepts a rule may use.
 ///
-/// It is the learner's view of the configured percept set: class features may be criteria of a
-/// goal belief, states may be its expectations.
+/// Class features may be criteria of a goal belief; states may be its expectations.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Language {
-    /// Class features in the order in which people say them, the noun last (size, colour, shape).
+    /// Class features in the order of speech, the noun last (size, colour, shape).
     pub features: Vec<FeatureWords>,
     /// States that an act may change.
     pub states: Vec<StateWords>,
-    /// The percept whose feature is the position in the perspective's frame.
+    /// The percept whose feature is the position, in the frame of the perspective.
     pub position: u16,
-    /// The percept whose feature is the orientation in the perspective's frame, where there is one.
+    /// The percept whose feature is the orientation in the frame of the perspective, if any.
     pub orientation: Option<u16>,
-    /// The percept whose feature is half the extents, where there is one.
+    /// The percept whose feature is half the extents, if any.
     pub extents: Option<u16>,
-    /// An object has moved when its place differs by more than this, in metres.
+    /// An object counts as moved if its position differs by more than this, in metres.
     pub moved_m: f64,
 }
 
-/// A class feature: its percept and what its symbols are called.
+/// A class feature: its percept and the names of its symbols.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct FeatureWords {
     /// The percept.
     pub percept: u16,
     /// The feature's name ("colour").
     pub name: String,
-    /// What its symbols are called, in the order of the symbols' numbers.
+    /// The names of its symbols, indexed by symbol number.
     pub values: Vec<String>,
 }
 
@@ -39,13 +38,13 @@ pub struct StateWords {
 }
 
 impl Language {
-    /// Where a feature stands in the order of speech; features that are not known stand last.
+    /// Index of a feature in the order of speech; `usize::MAX` for unknown features.
     #[must_use]
     pub(crate) fn feature_order(&self, name: &str) -> usize {
         self.features.iter().position(|feature| feature.name == name).unwrap_or(usize::MAX)
     }
 
-    /// Where a value stands in its feature; values that are not known stand last.
+    /// Index of a value in its feature; `usize::MAX` for unknown values.
     #[must_use]
     pub(crate) fn value_order(&self, feature: &str, value: &str) -> usize {
         self.features

@@ -12,21 +12,21 @@ use crate::selection::{Place, frame_of};
 use crate::{Class, Template};
 use crate::{Effect, FigureRule, Language, Object, Prior, Rule, Settings, Signature, Snapshot, View};
 
-/// Rules given for each goal at most.
+/// Maximum number of rules for each goal.
 const RULES_MOST: usize = 512;
-/// Hypotheses further below the best than this are not worth asking about, in nats.
+/// Hypotheses this many nats below the best are ignored when a query is selected.
 const INQUIRING: f64 = 10.0;
 
-/// What one perspective makes of the examples of a task.
+/// The result of learning a task from the examples of one perspective.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Learned {
-    /// Examples that the perspective has.
+    /// Number of examples of the perspective.
     pub examples: usize,
-    /// For every goal belief of the task its rules, best first; the first is the primary one.
+    /// The rules of every goal belief of the task, best first; the first is the primary one.
     pub goals: Vec<Vec<Rule>>,
-    /// What was built, where the task is about how things stand: best first.
+    /// Spatial configurations, best first, if the goal is an arrangement of objects.
     pub figures: Vec<FigureRule>,
-    /// What else changed, and with what: the means to the goals.
+    /// The remaining changes: the means to the goals.
     pub means: Vec<Means>,
 }
 
@@ -36,8 +36,8 @@ impl Learned {
         self.goals.iter().filter_map(|rules| rules.first())
     }
 
-    /// Of its examples, how many its primary rules or its first figure are consistent with: where
-    /// there are fewer than examples, no rule explains all of them.
+    /// The number of examples that its primary rules, or else its first figure, are consistent with. If it is
+    /// smaller than the number of examples, no rule explains all of them.
     #[must_use]
     pub fn tally(&self) -> usize {
         let rules = self.primary().map(|rule| rule.standing.tally).min();
@@ -51,18 +51,18 @@ impl Learned {
     }
 }
 
-/// Changes to *some* objects of a kind: a peg goes into every hole, and which peg does not matter.
+/// Changes to *some* objects of a kind: a peg goes into every hole, and any peg will do.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Means {
-    /// How the objects changed.
+    /// The signature of the change.
     pub signature: Signature,
-    /// The class features of those that did.
+    /// The class features of the objects that changed.
     pub kinds: BTreeSet<BTreeMap<String, String>>,
 }
 
-/// Expands and ranks the hypotheses of one perspective over all its examples, as the robot of the
-/// paper would with this prior; `share` is the share of the best posterior that a high-likelihood
-/// rule has at least. See [`Learning`].
+/// Expands and ranks the hypotheses of one perspective over all its examples, as in the paper.
+///
+/// `share` is the minimum posterior of a high-likelihood rule, relative to the best posterior. See [`Learning`].
 #[must_use]
 pub fn learn(language: &Language, views: &[&View], prior: &Prior, share: f64) -> Learned {
     let settings = Settings { prior: *prior, high_likelihood: share, ..Settings::default() };
@@ -77,20 +77,19 @@ pub fn learn_with(language: &Language, views: &[&View], settings: &Settings) -> 
     learning.learned()
 }
 
-/// One perspective learning a task, example by example.
+/// Incremental learning of a task from the examples of one perspective.
 ///
-/// P(h|D) ∝ P(D|h) P(h). Where teachers do not slip, P(D|h) is the share of the examples that h
-/// is consistent with, and rules are ranked by their tally first, then by their posterior.
+/// P(h|D) ∝ P(D|h) P(h). Without label noise P(D|h) is the share of the examples that h is consistent with.
+/// Rules are then ranked by their tally first, then by their posterior.
 ///
-/// Changes are grouped by their signature, one goal belief for each. A group that no class
-/// explains means *some* of its objects, and so does one whose objects were all moved about
-/// where another group's were changed in their place: those are the means.
+/// Changes are grouped by signature; each group is a candidate goal belief. A group is only a means, not a goal, if
+/// no class explains it. It is also a means if all its objects were displaced while the objects of an explained
+/// group stayed in place.
 ///
-/// Where nothing but places changes, that a thing is somewhere else is no goal: where it stands is, and
-/// what is learned is a figure.
+/// If only positions change, the goal is a spatial configuration ([`Figure`](crate::Figure)).
 ///
-/// An example costs what is new in it: what earlier ones came to is kept. Class features beyond
-/// [`FEATURES_MOST`](crate::FEATURES_MOST) are not looked at.
+/// Adding an example costs only what is new in it; earlier results are kept. Class features beyond
+/// [`FEATURES_MOST`](crate::FEATURES_MOST) are ignored.
 #[derive(Clone, Debug)]
 pub struct Learning {
     language: Language,
@@ -98,12 +97,12 @@ pub struct Learning {
     lexicon: Lexicon,
     demonstrations: Vec<Demonstration>,
     goals: BTreeMap<Signature, Goal>,
-    /// The figure of each example; `None` since more than places changed.
+    /// The figure of each example; `None` once a change was more than a displacement.
     figures: Option<Vec<ShownFigure>>,
 }
 
 impl Learning {
-    /// Nothing learned yet.
+    /// A learner without examples.
     #[must_use]
     pub fn new(language: &Language, settings: &Settings) -> Self {
         Self {
@@ -116,13 +115,13 @@ impl Learning {
         }
     }
 
-    /// Examples taken in.
+    /// Number of examples added.
     #[must_use]
     pub fn examples(&self) -> usize {
         self.demonstrations.len()
     }
 
-    /// Takes in an example.
+    /// Adds an example.
     pub fn add(&mut self, view: &View) {
         let mut changes = changes(&view.before, &view.after, self.language.moved_m);
         let moved = Signature::from([Effect::Moved]);
@@ -159,13 +158,13 @@ impl Learning {
         self.demonstrations.push(new);
     }
 
-    /// What the examples so far come to.
+    /// The result from the examples so far.
     pub fn learned(&mut self) -> Learned {
         self.leading(RULES_MOST, ROUNDING)
     }
 
-    /// As [`Learning::learned`], but only so many rules for each goal, and from hypotheses no more
-    /// than so many nats below the best: a posterior leaves out what is less probable than that.
+    /// As [`Learning::learned`], with at most `most` rules for each goal, from hypotheses at most `within_nats`
+    /// below the best. The posteriors omit the hypotheses beyond that.
     pub fn leading(&mut self, most: usize, within_nats: f64) -> Learned {
         let Self { language, settings, lexicon, demonstrations, goals, figures } = self;
         let examples = demonstrations.len();
@@ -178,7 +177,7 @@ impl Learning {
             let best = scored.hypotheses.iter().map(|one| one.log_score).fold(f64::NEG_INFINITY, f64::max);
             let subject = Subject { language, lexicon, goal, examples };
             let rules = rank(&subject, scored, settings, most);
-            // Where teachers slip, a few stray changes are no goal.
+            // With label noise, a few stray changes do not make a goal.
             let is_explained = match goal.log_nothing_but_slips(settings) {
                 Some(nothing) => best > nothing,
                 None => rules.first().is_some_and(|rule| rule.standing.tally > 0),
@@ -201,11 +200,10 @@ impl Learning {
         learned
     }
 
-    /// For every object of a scene the posterior predictive probability that the rule about this
-    /// goal holds for it; `None` for an object that no such rule can be about (a peg has no hole),
-    /// and of a goal that no example had.
+    /// The posterior predictive probability, for every object of a scene, that the rule about this goal applies.
+    /// `None` for an object that lacks the percepts of the goal (a peg has no hole), and for an unknown goal.
     ///
-    /// Numbers and relations are taken among the objects of the scene.
+    /// Numbers and relations are evaluated within the objects of the scene.
     pub fn probabilities(&mut self, goal: &Signature, scene: &Snapshot) -> Vec<Option<f64>> {
         let Self { settings, lexicon, goals, .. } = self;
         let Some(goal) = goals.get_mut(goal) else { return vec![None; scene.objects.len()] };
@@ -222,9 +220,9 @@ impl Learning {
         is_eligible.into_iter().map(|is_eligible| if is_eligible { answers.next() } else { None }).collect()
     }
 
-    /// The objects, `most` at most, of which the teacher's treatment is expected to tell most about
-    /// his goal: one to ask him about, or several to have him show. `None` when there is nothing
-    /// to be told that way.
+    /// Selects the objects, at most `most`, with the highest expected information gain about the teacher's goal.
+    /// One object makes a question; several make a request for a demonstration. `None` if no object is
+    /// informative.
     pub fn inquire(&mut self, goal: &Signature, most: usize) -> Option<Inquiry> {
         let Self { language, settings, lexicon, goals, .. } = self;
         let goal = goals.get_mut(goal)?;
@@ -236,7 +234,7 @@ impl Learning {
 
 #[cfg(test)]
 impl Learning {
-    /// The rules about a goal, whether it is one or only the means to another.
+    /// The rules about a goal, even if it is only a means to another.
     pub(crate) fn rules(&mut self, goal: &Signature) -> Vec<Rule> {
         let Self { language, settings, lexicon, demonstrations, goals, .. } = self;
         let Some(goal) = goals.get_mut(goal) else { return Vec::new() };
@@ -245,7 +243,7 @@ impl Learning {
         rank(&subject, scored, settings, usize::MAX)
     }
 
-    /// The hypotheses about a goal before those that say the same are one: template, classes, tally.
+    /// The hypotheses about a goal before equivalent ones are merged: template, classes, tally.
     pub(crate) fn hypotheses(&mut self, goal: &Signature) -> Vec<(Template, BTreeSet<Class>, usize)> {
         let Self { settings, lexicon, goals, .. } = self;
         let Some(goal) = goals.get_mut(goal) else { return Vec::new() };
@@ -258,7 +256,7 @@ impl Learning {
     }
 }
 
-/// A goal, and the rules that explain its changes.
+/// A goal and the rules that explain its changes.
 struct Group<'a> {
     goal: &'a Goal,
     is_explained: bool,

@@ -2,23 +2,23 @@ use rustc_hash::{FxHashMap, FxHashSet};
 
 use crate::{Class, Object, Template};
 
-/// Class features that can be learned about; there are as many templates as subsets of them.
+/// Maximum number of class features for learning; the number of templates is two to this power.
 pub const FEATURES_MOST: usize = 12;
-/// Values of one class feature that are told apart.
+/// Maximum number of distinct values of a class feature.
 pub const VALUES_MOST: usize = (1 << BITS) - 2;
 
-/// Bits of a key that one feature takes: twelve features fit 128 bits.
+/// Bits of a key for each feature: twelve features fit 128 bits.
 const BITS: u32 = 10;
 const FIELD: u32 = (1 << BITS) - 1;
 
-/// All class features of an object, each in a field of its own: the number of its value from 1, or
-/// 0 where it has none. Its class under a template is the key and the template's mask.
+/// All class features of an object in one bit field each: the number of its value from 1, or 0 if it has none. A
+/// key masked by a template is the class of the object.
 pub(crate) type Key = u128;
 
-/// A template by number: bit i stands for feature i of the lexicon.
+/// A template as a bit mask: bit i stands for feature i of the lexicon.
 pub(crate) type Mask = u16;
 
-/// Features and values by number, and back. Features are numbered in alphabetical order.
+/// Maps features and values to numbers and back. Features are numbered in alphabetical order.
 #[derive(Clone, Debug)]
 pub(crate) struct Lexicon {
     features: Vec<Words>,
@@ -32,7 +32,7 @@ struct Words {
 }
 
 impl Lexicon {
-    /// A lexicon of the first [`FEATURES_MOST`] of some features.
+    /// A lexicon of the first [`FEATURES_MOST`] features.
     pub(crate) fn new<'a>(features: impl Iterator<Item = &'a str>) -> Self {
         let mut names: Vec<&str> = features.take(FEATURES_MOST).collect();
         names.sort_unstable();
@@ -46,7 +46,7 @@ impl Lexicon {
         self.features.len()
     }
 
-    /// The key of an object. Values beyond [`VALUES_MOST`] count as none.
+    /// The key of an object; assigns numbers to new values. Values beyond [`VALUES_MOST`] count as missing.
     pub(crate) fn key(&mut self, object: &Object) -> Key {
         let mut key = 0;
         for (index, words) in self.features.iter_mut().enumerate() {
@@ -56,8 +56,7 @@ impl Lexicon {
         key
     }
 
-    /// The key of an object that nothing is learned from; a value never seen has the number that
-    /// no value has.
+    /// The key of an object without adding values. An unknown value gets a number that no known value has.
     pub(crate) fn key_of_known(&self, object: &Object) -> Key {
         let mut key = 0;
         for (index, words) in self.features.iter().enumerate() {
@@ -72,7 +71,7 @@ impl Lexicon {
         chosen.map(|(_, words)| words.name.clone()).collect()
     }
 
-    /// The values of a key in the fields of a template.
+    /// The names of the values of a key, for the features of a template.
     pub(crate) fn class(&self, mask: Mask, key: Key) -> Class {
         let chosen = self.features.iter().enumerate().filter(|(index, _)| has(mask, *index));
         chosen.map(|(index, words)| words.value(field(key, index)).to_owned()).collect()
@@ -92,7 +91,7 @@ impl Words {
         if let Some(&number) = self.numbers.get(value) {
             return number;
         }
-        // The last number stays free: it is that of a value never seen.
+        // The last number is reserved for unknown values.
         let number = u32::try_from(self.values.len() + 1).ok().filter(|&number| number < FIELD);
         let Some(number) = number else { return 0 };
         self.values.push(value.to_owned());
@@ -115,12 +114,12 @@ pub(crate) const fn has(mask: Mask, feature: usize) -> bool {
     mask >> feature & 1 == 1
 }
 
-/// The number of an object's value of a feature; 0 for none.
+/// The value number of a feature in a key; 0 if it has none.
 pub(crate) fn field(key: Key, feature: usize) -> u32 {
     u32::try_from(key >> shift(feature) & Key::from(FIELD)).unwrap_or(0)
 }
 
-/// The key with another value of a feature.
+/// The key with another value of one feature.
 pub(crate) fn with_field(key: Key, feature: usize, value: u32) -> Key {
     key & !field_mask(feature) | Key::from(value) << shift(feature)
 }
@@ -129,25 +128,25 @@ fn field_mask(feature: usize) -> Key {
     Key::from(FIELD) << shift(feature)
 }
 
-/// What a template keeps of a key.
+/// The bits of a key that a template selects.
 pub(crate) fn key_mask(mask: Mask) -> Key {
     (0..FEATURES_MOST)
         .filter(|&feature| has(mask, feature))
         .fold(0, |bits, feature| bits | field_mask(feature))
 }
 
-/// The features of which an object has a value.
+/// The features that have a value in a key.
 pub(crate) fn present(key: Key) -> Mask {
     (0..FEATURES_MOST)
         .filter(|&feature| field(key, feature) != 0)
         .fold(0, |mask, feature| mask | 1 << feature)
 }
 
-/// What the objects that a goal could be about looked like, over all examples.
+/// The kinds of objects that a goal could apply to, over all examples.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Seen {
     kinds: FxHashSet<Key>,
-    /// By feature, the values seen.
+    /// The values seen, by feature.
     values: Vec<Vec<u32>>,
     /// The features that some object lacked.
     lacking: Mask,
@@ -158,8 +157,7 @@ impl Seen {
         Self { values: vec![Vec::new(); features], ..Self::default() }
     }
 
-    /// Takes note of a kind of object; `true` when it has a value that was not seen before, or lacks a feature
-    /// that none lacked.
+    /// Registers a kind of object. Returns `true` if it has a new value, or is the first to lack a feature.
     pub(crate) fn note(&mut self, key: Key) -> bool {
         if !self.kinds.insert(key) {
             return false;
@@ -187,8 +185,8 @@ impl Seen {
         self.lacking == 0
     }
 
-    /// The values seen of a feature, unless some object had none: then it divides the objects even
-    /// with a single value.
+    /// The values seen of a feature; `None` if some object lacked it, since then even a single value divides the
+    /// objects.
     pub(crate) fn all_values(&self, feature: usize) -> Option<&[u32]> {
         if has(self.lacking, feature) { None } else { self.values.get(feature).map(Vec::as_slice) }
     }
@@ -205,7 +203,7 @@ impl Seen {
         kinds
     }
 
-    /// The classes that were seen under a template, in the order of their keys.
+    /// The distinct classes seen under a template, sorted by key.
     pub(crate) fn classes(&self, mask: Mask) -> Vec<Key> {
         let bits = key_mask(mask);
         let complete = self.kinds.iter().filter(|&&key| present(key) & mask == mask);

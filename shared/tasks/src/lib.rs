@@ -1,25 +1,23 @@
 //! Learning from a teacher: actions, schemas, goals, hypotheses.
 //!
-//! After "Task and Goal Learning" of M. Berlin, J. Gray, A. L. Thomaz and C. Breazeal,
+//! Implements "Task and Goal Learning" of M. Berlin, J. Gray, A. L. Thomaz and C. Breazeal,
 //! "Perspective Taking: An Organizing Principle for Learning in Human-Robot Interaction",
-//! AAAI 2006 (below: the paper). The way of a demonstration:
+//! AAAI 2006 (below: the paper). The stages of a demonstration:
 //!
-//! 1. a [`Snapshot`] is a deep copy of what one perspective believes at an instant, Snp(t, P);
-//! 2. an [`ActionParser`] finds the instants at which somebody completed an act; what he did with
-//!    each thing is told by its [`Change`] and its [`Deed`]s (placed on, handed);
-//! 3. a [`Recording`] keeps, for every perspective, the acts with their goals and makes an
-//!    [`Example`] of the snapshots before and after the demonstration;
-//! 4. [`learn`] expands hypotheses from the examples of one perspective and ranks them, or
-//!    [`Learning`] does so example by example, predicts, and says what to ask next. Where things
-//!    were moved about and nothing else became of them, what counts is where they stand in the
-//!    end: a [`Figure`];
-//! 5. [`decide`] picks the perspective whose rule is followed, [`decide_with`] does so with what is to
-//!    be done on conflict, and [`explain`] says in words why two perspectives differ;
-//! 6. [`Rule::open`] says which objects still lack what the rule wants, for performing it.
+//! 1. A [`Snapshot`] is a deep copy of what one perspective believes at an instant, Snp(t, P).
+//! 2. An [`ActionParser`] detects the instants at which an act was completed. The [`Change`] and the [`Deed`]s
+//!    (placed on, handed over) of each object describe what the act did.
+//! 3. A [`Recording`] keeps the acts and their goals for every perspective. It makes an [`Example`] of the
+//!    snapshots before and after the demonstration.
+//! 4. [`learn`] expands hypotheses from the examples of one perspective and ranks them. [`Learning`] does the same
+//!    incrementally, predicts, and selects queries. If only positions changed, the goal is a spatial
+//!    configuration: a [`Figure`].
+//! 5. [`decide`] picks the perspective whose rule is followed; [`decide_with`] also applies the conflict policy.
+//!    [`explain`] describes in words why two perspectives differ.
+//! 6. [`Rule::open`] lists the objects that do not satisfy the rule yet, for performing it.
 //!
-//! Everything here is pure: no clock, no files, no randomness. Features and states are kept by
-//! their names, so that what was learned can be read by people and outlives a change of the
-//! percepts' order.
+//! Everything here is pure: no clock, no files, no randomness. Features and states are stored by name, so stored
+//! examples are readable and survive a reordering of the percepts.
 
 mod action;
 mod bits;

@@ -1,7 +1,7 @@
-/// What is so many nats below the largest number of a sum is lost in its rounding.
+/// A term this many nats below the largest term of a sum is lost to floating-point rounding.
 pub(crate) const ROUNDING: f64 = 40.0;
 
-/// A sum of numbers given by their logarithms, kept by its logarithm.
+/// Log-sum-exp accumulator: adds numbers given by their logarithms.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct LogSum {
     most: f64,

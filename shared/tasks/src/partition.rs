@@ -1,43 +1,43 @@
-//! The classes into which each template divides the kinds seen, one template after the other.
+//! Partitions the kinds seen into the classes of each template, one template after another.
 
 use crate::lexicon::{FEATURES_MOST, Key, Mask, field, present};
 
-/// A kind of object among those to be divided.
+/// A kind of object to be classified.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Member {
     pub(crate) key: Key,
     pub(crate) count: Count,
-    /// Whether any example had it; a kind that is only asked about makes no class of its own.
+    /// Whether any example contains it; a queried kind does not make a class of its own.
     pub(crate) is_seen: bool,
 }
 
-/// What the examples say of a kind, or of a class.
+/// The evidence about a kind or a class.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Count {
-    /// How many were changed, less those left out.
+    /// Number of changed objects minus number of left-out ones.
     pub(crate) net: i64,
     /// Whether any was changed.
     pub(crate) is_changed: bool,
 }
 
-/// What the classes of one template add up to.
+/// An accumulator over the classes of one template.
 pub(crate) trait Sum: Copy {
-    /// With one class more.
+    /// Adds one class.
     fn with(self, class: Count) -> Self;
 }
 
-/// The classes of a template that are not yet what they stay: those of a single kind that has every
-/// feature are divided by no further feature, and are only in the sum.
+/// The classes of a template that a further feature can still divide. A class of a single kind that has every
+/// feature is final; it is only part of the sum.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Classes {
-    /// Members by number, class after class.
+    /// Indices of the members, class by class.
     members: Vec<u32>,
-    /// Of each class where it ends, and what is said of it.
+    /// The end of each class in `members`, and its evidence.
     ends: Vec<(usize, Count)>,
 }
 
 impl Classes {
-    /// The members of each class by number, and what is said of it.
+    /// The member indices of each class, and its evidence.
     pub(crate) fn iter(&self) -> impl Iterator<Item = (&[u32], Count)> {
         let begins = std::iter::once(0).chain(self.ends.iter().map(|(end, _)| *end));
         let ranges = begins.zip(&self.ends);
@@ -45,12 +45,11 @@ impl Classes {
     }
 }
 
-/// Visits every template over so many features, with the sum over its classes and with those classes that
-/// further features may still divide. What is visited says whether templates with more features, beside
-/// all of its own, are to be visited.
+/// Visits every template over the features, with the sum over its classes and the classes that are not final.
+/// `visit` returns whether to visit the extensions of a template by features of higher index.
 ///
-/// A template with one feature more divides the classes of the one without it: each costs no more than
-/// to go once through the kinds that are still together, and most kinds are soon alone.
+/// A template with one more feature refines the classes of its parent. So each step costs one pass over the kinds
+/// that are not alone in their class, and most kinds are alone after a few features.
 pub(crate) fn each_template<S: Sum>(
     members: &[Member],
     features: usize,
@@ -79,17 +78,17 @@ pub(crate) fn each_template<S: Sum>(
 }
 
 struct Walk<V> {
-    /// By feature and member, the value.
+    /// The values, by feature and member.
     columns: Vec<Vec<u32>>,
-    /// By member.
+    /// The precomputed properties, by member.
     marks: Vec<Mark>,
-    /// Classes to be used again.
+    /// A pool of `Classes` buffers.
     room: Vec<Classes>,
     buckets: Buckets,
     visit: V,
 }
 
-/// What is asked of a member time and again.
+/// Precomputed properties of a member.
 #[derive(Clone, Copy)]
 struct Mark {
     count: Count,
@@ -98,7 +97,7 @@ struct Mark {
     is_whole: bool,
 }
 
-/// The sum over the classes that stay what they are, and over all.
+/// The sum over the final classes, and over all classes.
 #[derive(Clone, Copy)]
 struct Sums<S> {
     settled: S,
@@ -119,7 +118,7 @@ impl<V> Walk<V> {
         self.room.push(classes);
     }
 
-    /// Divides every class by a feature; who lacks it is in none.
+    /// Divides every class by a feature; members without the feature are dropped.
     fn divide<S: Sum>(
         &mut self,
         classes: &Classes,
@@ -142,7 +141,7 @@ impl<V> Walk<V> {
         sums
     }
 
-    /// One class more.
+    /// Adds a class, unless no example contains a member of it.
     #[inline]
     fn add<S: Sum>(&self, members: &[u32], sums: Sums<S>, into: &mut Classes) -> Sums<S> {
         let (mut count, mut is_seen, mut is_whole) = (Count::default(), false, true);
@@ -157,7 +156,7 @@ impl<V> Walk<V> {
         }
         let all = sums.all.with(count);
         if members.len() == 1 && is_whole {
-            // In every template with more features it is the same class.
+            // The class is final: it is the same under every extension of the template.
             return Sums { settled: sums.settled.with(count), all };
         }
         into.members.extend_from_slice(members);
@@ -166,10 +165,10 @@ impl<V> Walk<V> {
     }
 }
 
-/// Members by their value of one feature, in the order in which the values come.
+/// Counting sort of members by their value of one feature, in the order of the values' first appearance.
 #[derive(Debug, Default)]
 struct Buckets {
-    /// By value, how many have it, and then where the next of them goes; zero in between.
+    /// By value: the number of members, later the next free slot; zero between calls.
     counts: Vec<usize>,
     values: Vec<usize>,
     members: Vec<u32>,
@@ -233,7 +232,7 @@ mod tests {
     use super::*;
     use crate::lexicon::{key_mask, with_field};
 
-    /// How many classes, and what of them is more changed than left out.
+    /// The number of classes, Σ net², and the number of classes with a changed object.
     #[derive(Clone, Copy, Debug, Default, PartialEq)]
     struct Tally(i64, i64, i64);
 
@@ -287,7 +286,7 @@ mod tests {
                 visited.push(mask);
                 mask != end
             });
-            // Those with a further feature behind all of its own.
+            // Those that extend the template by features of higher index.
             let beyond = |mask: &u16| mask & end == end && mask != &end && (mask ^ end).trailing_zeros() >= 16 - end.leading_zeros();
             prop_assert!(!visited.iter().any(|mask| beyond(mask) && end != 0), "{visited:?}");
             prop_assert!(end != 0 || visited == [0]);

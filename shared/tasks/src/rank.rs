@@ -1,5 +1,4 @@
-//! From hypotheses to rules: those that say the same are one, the best comes first, and each has
-//! a name.
+//! From hypotheses to rules: merges equivalent hypotheses, ranks the results and names them.
 
 use std::cmp::Ordering;
 
@@ -13,7 +12,7 @@ use crate::lexicon::{Key, Lexicon, Mask};
 use crate::log_sum::LogSum;
 use crate::{Language, Rule, Selection, Settings, Standing};
 
-/// The hypotheses that say one thing.
+/// A group of equivalent hypotheses.
 #[derive(Clone, Debug, Default)]
 struct Meaning {
     tally: usize,
@@ -21,7 +20,7 @@ struct Meaning {
     description: Option<Described>,
 }
 
-/// A rule in the making: by numbers, because only few of many get a name.
+/// A rule before it is named. It is kept in numeric form because only a few of many get a name.
 struct Contender {
     log_posterior: f64,
     tally: usize,
@@ -31,7 +30,7 @@ struct Contender {
     description: Option<Described>,
 }
 
-/// What rules are about, and in which words.
+/// The context of a ranking: the goal, and the words for it.
 #[derive(Clone, Copy)]
 pub(crate) struct Subject<'a> {
     pub(crate) language: &'a Language,
@@ -40,9 +39,9 @@ pub(crate) struct Subject<'a> {
     pub(crate) examples: usize,
 }
 
-/// The rules that some hypotheses make, best first, `most` of them at most.
+/// Makes rules from hypotheses, best first, at most `most` of them.
 ///
-/// Where teachers do not slip they are ranked by their tally first, then by their posterior.
+/// Without label noise they are ranked by tally first, then by posterior.
 pub(crate) fn rank(subject: &Subject<'_>, scored: Scored, settings: &Settings, most: usize) -> Vec<Rule> {
     let by_tally = settings.noise.logs().is_none();
     let mut meanings: FxHashMap<(Selection, Mask, Vec<Key>), Meaning> =
@@ -52,7 +51,7 @@ pub(crate) fn rank(subject: &Subject<'_>, scored: Scored, settings: &Settings, m
         let meaning = meanings.entry((hypothesis.selection, mask, classes)).or_default();
         meaning.tally = meaning.tally.max(hypothesis.tally);
         meaning.sum.add(hypothesis.log_score);
-        // None at all is a listing, which its cost is compared with later.
+        // `None` means a listing of classes, whose cost is compared in `named`.
         meaning.description = meaning.description.into_iter().chain(hypothesis.description).min();
     }
     let mut contenders: Vec<Contender> = meanings
@@ -69,7 +68,7 @@ pub(crate) fn rank(subject: &Subject<'_>, scored: Scored, settings: &Settings, m
     contenders.sort_unstable_by(|a, b| {
         by_merit(a, b).then_with(|| (a.mask, &a.classes).cmp(&(b.mask, &b.classes)))
     });
-    // Ties across the cut are kept.
+    // Rules that tie with the last one that fits are kept for now.
     let last =
         most.checked_sub(1).and_then(|last| contenders.get(last)).map(|one| (one.tally, one.log_posterior));
     let ties = |one: &Contender| {
@@ -108,7 +107,7 @@ fn named(subject: &Subject<'_>, contender: Contender) -> (f64, Rule) {
     (log_posterior, rule)
 }
 
-/// Puts ties in a settled order, and numbers the ranks; rules that tie share theirs.
+/// Sorts ties deterministically and assigns the ranks; ties share a rank.
 fn number(rules: &mut [(f64, Rule)], by_tally: bool, share: f64) {
     let Some((best_log, best_tally)) = rules.first().map(|(log, rule)| (*log, rule.standing.tally)) else {
         return;

@@ -4,50 +4,50 @@ use serde::{Deserialize, Serialize};
 
 use crate::{Change, Course, Deed, Effect, Object, Signature, Snapshot, changes, deeds};
 
-/// A task as taught so far: S, whose hypotheses are computed from its examples.
+/// A task as taught so far: the schema S, whose hypotheses are computed from its examples.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Task {
-    /// Its name, as first said.
+    /// Its name, as spelled at first.
     pub name: String,
     /// Its finished demonstrations, in the order of teaching.
     pub examples: Vec<Example>,
 }
 
 impl Task {
-    /// What one perspective has of the examples.
+    /// The views of one perspective on the examples.
     pub fn views(&self, perspective: u16) -> impl Iterator<Item = &View> {
         self.examples.iter().filter_map(move |example| example.view(perspective))
     }
 
-    /// The things that were only asked about, as the answers left them.
+    /// The objects of answered questions, in the state that the answer gives them.
     pub fn answers(&self) -> impl Iterator<Item = &Object> {
         self.views(0).filter_map(View::answer)
     }
 
-    /// The teachers' examples: each as its own teacher saw it, see [`Example::taught`].
+    /// The teachers' views: each example as its own teacher saw it, see [`Example::taught`].
     pub fn taught<'a>(&'a self, simulated: &'a [u16]) -> impl Iterator<Item = &'a View> {
         self.examples.iter().filter_map(move |example| example.taught(simulated))
     }
 }
 
-/// What a schema keeps of one demonstration.
+/// The record of one demonstration in a schema.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Example {
-    /// Who taught it: partner 1, 2, …
+    /// Its teacher: partner 1, 2, …
     pub teacher: u16,
-    /// The demonstration as every perspective saw it.
+    /// The view of every perspective.
     pub views: Vec<View>,
 }
 
 impl Example {
-    /// The demonstration as one perspective saw it.
+    /// The view of one perspective.
     #[must_use]
     pub fn view(&self, perspective: u16) -> Option<&View> {
         self.views.iter().find(|view| view.perspective == perspective)
     }
 
-    /// The demonstration as he saw it who gave it, where he is among those who are simulated, and as the
-    /// robot did where he is not: what another teacher could see says nothing of what this one meant.
+    /// The view of the teacher of the example, or the robot's if that perspective is not simulated. What another
+    /// teacher could see says nothing about what this one meant.
     #[must_use]
     pub fn taught(&self, simulated: &[u16]) -> Option<&View> {
         let his = self.view(self.teacher).filter(|view| simulated.contains(&view.perspective));
@@ -55,23 +55,23 @@ impl Example {
     }
 }
 
-/// A demonstration as one perspective saw it: [(E1 … Ex), G, 1] with G between the snapshots.
+/// A demonstration as one perspective saw it: [(E1 … Ex), G, 1] with G the change between the snapshots.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct View {
-    /// Whose perspective: 0 the robot's, n partner n's.
+    /// The perspective: 0 the robot's, n partner n's.
     pub perspective: u16,
     /// Snp(t0, P).
     pub before: Snapshot,
     /// Snp(t_end, P).
     pub after: Snapshot,
-    /// What was done in between, the same acts in every perspective.
+    /// The acts in between, the same in every perspective.
     #[serde(default)]
     pub executables: Vec<Executable>,
 }
 
 impl View {
-    /// The thing that was only asked about, as the answer left it: it is alone in its example, and nowhere.
-    /// `None` of what was shown.
+    /// The object of an answered question, in the state that the answer gives it. Such an example has one object
+    /// without a position. `None` for a demonstration.
     #[must_use]
     pub fn answer(&self) -> Option<&Object> {
         match self.after.objects.as_slice() {
@@ -80,16 +80,16 @@ impl View {
         }
     }
 
-    /// What of it concerns him whose perspective it is (the resource perspective): what belongs to
-    /// him, and what is everybody's.
+    /// The part of the view that concerns its agent (the resource perspective): the agent's own objects and the shared
+    /// ones.
     ///
-    /// What he leaves alone because it is somebody else's says nothing about what he means. Whoever
-    /// works on what is not his does not go by whose things are, and then nothing is left out.
-    /// Worked on is what changed its state, or where nothing did, what was moved by more than
-    /// `moved_m` metres. The robot itself looks at everything: it is not the one who acts.
+    /// An object left alone because it belongs to another agent is no evidence about the goal. But an agent that works
+    /// on other agents' objects ignores ownership; then nothing is left out. Worked on are the objects with a state
+    /// change, or, if there are none, those moved by more than `moved_m` metres. The robot's view is never
+    /// reduced, because the robot is not the actor.
     #[must_use]
     pub fn attended(&self, moved_m: f64) -> Self {
-        // Whose a thing was when the demonstration began; what came later, as it was in the end.
+        // The owner at the beginning of the demonstration; for objects that came later, at its end.
         let owner = |object: &Object| self.before.object(object.id).unwrap_or(object).owner;
         let attends = |object: &Object| owner(object).is_none_or(|owner| owner == self.perspective);
         let changes = changes(&self.before, &self.after, moved_m);
@@ -107,33 +107,32 @@ impl View {
     }
 }
 
-/// An executable of a schema: a primitive act, or another task (E = a | S), and its goal.
+/// An executable of a schema: a primitive act or another task (E = a | S), and its goal.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Executable {
-    /// Who did it: 0 the robot, partner 1, 2, …, or `message::NOBODY`.
+    /// The actor: 0 the robot, partner 1, 2, …, or `message::NOBODY`.
     pub actor: u16,
-    /// The task that was performed, where it was one.
+    /// The task that was performed, if it was one.
     #[serde(default)]
     pub task: Option<String>,
-    /// What it changed in this perspective, by the identity of the object.
+    /// Its changes in this perspective, by object identity.
     pub changes: BTreeMap<u64, Change>,
-    /// What it did with an object in respect of others (placed on, handed), by the identity of the
-    /// object.
+    /// Its effects in relation to other objects and agents (placed on, handed over), by object identity.
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
     pub deeds: BTreeMap<u64, BTreeSet<Deed>>,
 }
 
-/// A demonstration in which no perspective believes that anything changed is no example.
+/// The error for a demonstration without a change in any perspective; it is not an example.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("nothing changed from the beginning of the demonstration to its end: show it again")]
 pub struct NothingChanged;
 
-/// A demonstration under way.
+/// A demonstration in progress.
 #[derive(Clone, Debug)]
 pub struct Recording {
-    /// The task's name, as said.
+    /// The task's name, as spelled by the teacher.
     pub task: String,
-    /// Who teaches it.
+    /// The teacher.
     pub teacher: u16,
     views: Vec<ViewUnderWay>,
 }
@@ -146,7 +145,7 @@ struct ViewUnderWay {
 }
 
 impl Recording {
-    /// A demonstration that begins with Snp(t0, P) of every perspective.
+    /// Begins a demonstration with the snapshots Snp(t0, P) of all perspectives.
     #[must_use]
     pub fn new(task: &str, teacher: u16, snapshots: &BTreeMap<u16, Snapshot>) -> Self {
         let views = snapshots
@@ -164,21 +163,21 @@ impl Recording {
         Self { task: task.to_owned(), teacher, views }
     }
 
-    /// What a perspective believed at the end of the last act, Snp(t_a, P).
+    /// The beliefs of a perspective at the end of the last act, Snp(t_a, P).
     #[must_use]
     pub fn last(&self, perspective: u16) -> Option<&Snapshot> {
         self.views.iter().find(|under| under.view.perspective == perspective).map(|under| &under.last)
     }
 
-    /// What a perspective believed when the demonstration began, Snp(t0, P).
+    /// The beliefs of a perspective at the beginning of the demonstration, Snp(t0, P).
     #[must_use]
     pub fn began(&self, perspective: u16) -> Option<&Snapshot> {
         self.views.iter().find(|under| under.view.perspective == perspective).map(|under| &under.view.before)
     }
 
-    /// Appends [act, G] to the executables of every perspective, with G the changes from
-    /// Snp(t_a, P) to Snp(t_b, P). An act that changed nothing in any perspective is none.
-    /// Gives the act as the robot's own perspective has it.
+    /// Appends [act, G] to the executables of every perspective, where G is the change from Snp(t_a, P) to
+    /// Snp(t_b, P). Ignores an act that changed nothing in any perspective. Returns the executable of the robot's
+    /// own perspective.
     pub fn act(
         &mut self,
         actor: u16,
@@ -210,10 +209,10 @@ impl Recording {
         own
     }
 
-    /// The example that ends with Snp(t_end, P) of every perspective.
+    /// Makes the example from the final snapshots Snp(t_end, P) of all perspectives.
     ///
     /// # Errors
-    /// [`NothingChanged`] when no perspective believes that anything changed.
+    /// [`NothingChanged`] if nothing changed in any perspective.
     pub fn finish(
         &self,
         snapshots: &BTreeMap<u16, Snapshot>,

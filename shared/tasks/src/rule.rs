@@ -5,49 +5,46 @@ use crate::hypothesis::belongs;
 use crate::selection::{Extent, Place, frame_of};
 use crate::{Class, Object, Selection, Signature, Snapshot, Standing, Template};
 
-/// What Leo takes a teacher to have meant: all objects of these classes shall be as the
-/// expectation says.
+/// A learned goal: all objects of these classes shall be in the state of the expectation.
 ///
-/// A rule stands for all the hypotheses that say the same of every object made of the feature
-/// values seen: its template has no feature that could be dropped.
+/// A rule stands for all hypotheses that agree on every object made of the feature values seen. Its template has
+/// no redundant feature.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Rule {
-    /// What is expected of the objects.
+    /// The expected state of the objects.
     pub expectation: Signature,
-    /// The class features that it looks at.
+    /// The class features that it tests.
     pub template: Template,
-    /// The classes, a simple disjunction.
+    /// The classes: a simple disjunction.
     pub classes: BTreeSet<Class>,
-    /// Which objects of the classes: all of them, or a number, or those that stand somewhere.
+    /// Which objects of the classes: all, a number of them, or those with a spatial relation.
     pub selection: Selection,
-    /// How it stands among the rules about the same goal.
+    /// Its score and rank among the rules about the same goal.
     pub standing: Standing,
-    /// What people would call it, computed from its classes and what else was seen.
+    /// Its name, generated from its classes and the other classes seen.
     pub name: String,
 }
 
 impl Rule {
-    /// Whether it is about an object, or about it and others of which it selects some: the object
-    /// is of one of the classes and has what the expectation is about.
+    /// Whether an object is a candidate for the rule: it has one of the classes and the percepts of the
+    /// expectation. The selection is not evaluated.
     #[must_use]
     pub fn is_about(&self, object: &Object) -> bool {
         has_percepts(object, &self.expectation) && belongs(object, &self.template, &self.classes)
     }
 
-    /// Whether an object is as the rule wants it. Movements count as done: whether a thing has
-    /// moved cannot be seen in one snapshot.
+    /// Whether an object is in the expected state. A movement counts as done, because one snapshot cannot show it.
     #[must_use]
     pub fn is_done(&self, object: &Object) -> bool {
         is_achieved(object, &self.expectation, true)
     }
 
-    /// The objects that the rule is about and that are not yet as it wants them. The goal is
-    /// achieved when there are none ("all objects with the criteria features must match the
-    /// expectation features").
+    /// The objects that the rule applies to and that are not yet in the expected state. The goal is achieved when
+    /// there are none ("all objects with the criteria features must match the expectation features").
     ///
-    /// Of a rule about a number of objects, as many as are still wanted, in the order of their
-    /// identities: any will do. What is excluded is not among them, and another one takes its place.
-    /// Where they stand is as the snapshot's perspective sees it.
+    /// A rule about a number of objects yields as many as are still missing, in the order of their identities. An
+    /// excluded object is skipped and another one takes its place. Spatial relations are evaluated in the frame of
+    /// the snapshot's perspective.
     pub fn open<'a>(
         &'a self,
         snapshot: &'a Snapshot,
@@ -57,15 +54,14 @@ impl Rule {
         let done = members.iter().filter(|object| self.is_done(object)).count();
         let wanted = match self.selection {
             Selection::All | Selection::Standing(_) => usize::MAX,
-            // Too few for what was said: all of them.
+            // If there are too few objects for the number, all of them are wanted.
             Selection::Exactly(count) => count.saturating_sub(done),
             Selection::AllBut(count) => members.len().saturating_sub(count + done),
         };
         members.into_iter().filter(move |object| !self.is_done(object) && !is_excluded(object)).take(wanted)
     }
 
-    /// The objects of a scene that the rule is about; of a rule about a number of objects, all
-    /// those of which it wants some.
+    /// The objects of a scene that the rule applies to; for a rule about a number of objects, all candidates.
     #[must_use]
     pub fn members<'a>(&self, snapshot: &'a Snapshot) -> Vec<&'a Object> {
         let mut members: Vec<&Object> =
@@ -80,8 +76,8 @@ impl Rule {
         members
     }
 
-    /// Whether a scene has too few objects for what the rule says: none that it is about, or not the
-    /// number of which it speaks. Then nothing is left to do sooner than somebody meant, or at once.
+    /// Whether a scene has too few objects for the rule: no candidate, or fewer than its number demands. Such a
+    /// task would finish at once, or earlier than the teacher meant.
     #[must_use]
     pub fn lacks_objects(&self, snapshot: &Snapshot) -> bool {
         let members = self.members(snapshot).len();
@@ -91,7 +87,7 @@ impl Rule {
         }
     }
 
-    /// Whether two rules say the same.
+    /// Whether two rules have the same meaning; name and score are ignored.
     #[must_use]
     pub fn agrees_with(&self, other: &Self) -> bool {
         self.expectation == other.expectation

@@ -2,44 +2,44 @@ use geometry::{Base, Person, Pose, Position};
 
 use crate::{Object, Snapshot};
 
-/// Distances that differ by less than this are the same, in metres.
+/// Distances that differ by less than this are equal, in metres.
 const SAME_M: f64 = 1e-6;
 
-/// Which of the objects of its classes a rule is about.
+/// Which of the objects of its classes a rule applies to.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum Selection {
-    /// All of them: what the robot of the paper could say.
+    /// All of them: the only selection of the paper.
     #[default]
     All,
-    /// So many of them, whichever: what is already done counts.
+    /// Any objects of this number; objects already in the goal state count.
     Exactly(usize),
-    /// All but so many of them, whichever.
+    /// All but any objects of this number.
     AllBut(usize),
-    /// Those that stand so among them.
+    /// Those with this spatial relation to the others.
     Standing(Relation),
 }
 
-/// Where a thing stands among others, as seen from the perspective's own frame: left and right as
-/// it faces, distances level from where it stands.
+/// A spatial relation within a set of objects, in the frame of the perspective. Left and right are along its
+/// y axis; distances are horizontal, from its origin.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum Relation {
-    /// The one furthest to the left.
+    /// The leftmost one.
     Leftmost,
-    /// The one furthest to the right.
+    /// The rightmost one.
     Rightmost,
-    /// The one nearest to it.
+    /// The nearest one.
     Nearest,
-    /// The one furthest from it.
+    /// The farthest one.
     Farthest,
-    /// Those on its left-hand side.
+    /// Those left of the x axis of the frame.
     Left,
-    /// Those on its right-hand side.
+    /// Those right of the x axis of the frame.
     Right,
-    /// Those nearer than the middle between the nearest and the farthest.
+    /// Those nearer than halfway between the nearest and the farthest.
     Near,
-    /// Those further than that.
+    /// Those farther than halfway between the nearest and the farthest.
     Far,
-    /// Those with another one on either side: all but the leftmost and the rightmost.
+    /// All but the leftmost and the rightmost.
     Between,
 }
 
@@ -57,7 +57,7 @@ impl Relation {
         Self::Between,
     ];
 
-    /// What people say: "the leftmost", "the far ones".
+    /// The phrase for the relation: "the leftmost", "the far ones".
     #[must_use]
     pub const fn words(self) -> &'static str {
         match self {
@@ -73,7 +73,7 @@ impl Relation {
         }
     }
 
-    /// Whether a thing stands so among things with this extent.
+    /// Whether an object at `place` has this relation within a set of this extent.
     pub(crate) fn holds(self, place: Place, extent: &Extent) -> bool {
         let Extent { left_m, distance_m } = extent;
         let middle_m = f64::midpoint(distance_m.least, distance_m.most);
@@ -91,18 +91,17 @@ impl Relation {
     }
 }
 
-/// Where a thing is in the frame of a perspective, in metres.
+/// The position of an object in the frame of a perspective, in metres.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Place {
-    /// How far to its left.
+    /// Coordinate to the left (y).
     pub(crate) left_m: f64,
-    /// How far away on the level.
+    /// Horizontal distance from the origin of the frame.
     pub(crate) distance_m: f64,
 }
 
 impl Place {
-    /// Where an object of a snapshot is in the frame of its perspective; that frame is the base
-    /// frame where the snapshot's numbers are none.
+    /// The position of an object of a snapshot; `None` if it has none or it is not finite.
     pub(crate) fn of(frame: &Pose<Person, Base>, object: &Object) -> Option<Self> {
         let place: Position<Person> = *frame * object.position()?;
         let [x, y, _] = place.to_array();
@@ -111,14 +110,15 @@ impl Place {
     }
 }
 
-/// The base frame as a snapshot's perspective sees it.
+/// The pose of the base frame in the frame of the snapshot's perspective; the identity if the snapshot's pose is
+/// invalid.
 pub(crate) fn frame_of(snapshot: &Snapshot) -> Pose<Person, Base> {
     let x_base_person =
         Pose::<Base, Person>::from_parts(snapshot.frame_position_m, snapshot.frame_orientation_xyzw);
     x_base_person.unwrap_or_else(Pose::identity).inverse()
 }
 
-/// What a set of things reaches over.
+/// The range of positions of a set of objects.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Extent {
     left_m: Range,
@@ -151,8 +151,8 @@ impl Range {
 }
 
 impl Selection {
-    /// How many of `of` objects shall be as the goal wants; `None` where it does not say so, or
-    /// where there are too few.
+    /// The number of objects, out of `of`, that shall be in the goal state. `None` if the selection has no
+    /// number or there are too few objects.
     pub(crate) fn wanted(self, of: usize) -> Option<usize> {
         match self {
             Self::Exactly(count) => (count <= of).then_some(count),
@@ -162,7 +162,7 @@ impl Selection {
     }
 }
 
-/// A small number in words.
+/// A number in words, in digits from 10 on.
 pub(crate) fn in_words(number: usize) -> String {
     let words = ["no", "one", "two", "three", "four", "five", "six", "seven", "eight", "nine"];
     words.get(number).map_or_else(|| number.to_string(), |&word| word.to_owned())

@@ -1,51 +1,50 @@
 use crate::Prior;
 
-/// What a hypothesis can say of the objects that it is about.
+/// The hypothesis language.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Hypotheses {
-    /// A template and a simple disjunction of its classes: what the robot of the paper could
-    /// represent.
+    /// The language of the paper: a template and a simple disjunction of its classes.
     #[default]
     Paper,
-    /// Beyond the paper: also negations, conjunctions of different templates in one disjunction,
-    /// numbers, and where a thing stands among the others, by description length.
+    /// A superset: also negations, disjunctions of conjunctions over different features, numbers and spatial
+    /// relations, weighted by description length.
     Extended,
 }
 
-/// What is done on conflict between the schema learned from the robot's own view and the one learned from the
-/// teacher's perspective: the three policies that the paper names ("Task and Goal Learning").
+/// The policy for a conflict between the schema from the robot's own view and the one from the teacher's
+/// perspective: the three policies that the paper names ("Task and Goal Learning").
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum OnConflict {
-    /// The teacher's schema is followed, whatever speaks against it: the paper's evaluation.
+    /// Follow the teacher's schema in any case: the policy of the paper's evaluation.
     #[default]
     Human,
-    /// The robot's own is.
+    /// Follow the robot's own schema.
     Own,
-    /// The teacher's is where all that contradicts it is explained by what he could not know, or by what he
-    /// says when he is asked; until then neither is.
+    /// Follow the teacher's schema once every contradiction is explained by the teacher's limited knowledge or
+    /// by their answers; until then follow neither.
     Resolve,
 }
 
-/// How hypotheses are made and weighed, and whose are followed.
+/// How hypotheses are generated, weighted and chosen.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Settings {
-    /// What a hypothesis can say.
+    /// The hypothesis language.
     pub language: Hypotheses,
     /// The prior over the hypotheses of [`Hypotheses::Paper`].
     pub prior: Prior,
-    /// [`Hypotheses::Extended`]: what a number or a relation costs, in nats. A literal costs 1,
-    /// and its negation 1 more.
+    /// [`Hypotheses::Extended`]: the cost of a number or a relation, in nats. A literal costs 1, and its
+    /// negation 1 more.
     pub selection_nats: f64,
-    /// How often a teacher slips.
+    /// The label noise: the rate of a teacher's mistakes.
     pub noise: Noise,
-    /// The share of the best posterior that a high-likelihood rule has at least.
+    /// The minimum posterior of a high-likelihood rule, relative to the best posterior.
     pub high_likelihood: f64,
-    /// What is done where the robot's own view and the teacher's perspective differ.
+    /// The conflict policy.
     pub on_conflict: OnConflict,
 }
 
 impl Default for Settings {
-    /// What the robot of the paper had.
+    /// The settings of the paper.
     fn default() -> Self {
         Self {
             language: Hypotheses::Paper,
@@ -58,16 +57,15 @@ impl Default for Settings {
     }
 }
 
-/// The probability ε that a teacher treats one object of a demonstration otherwise than his rule
-/// says: from 0 to below one half.
+/// The label noise ε: the probability that a teacher treats an object of a demonstration contrary to their rule.
+/// It lies in [0, 0.5).
 ///
-/// With 0 a demonstration is consistent with a hypothesis or not, and P(D|h) is the share of the
-/// examples that are. Above, P(D|h) = Π ε or 1 - ε over the objects of all demonstrations that
-/// were not already as the goal wants them.
+/// With 0, P(D|h) is the share of the examples that are consistent with h. Above 0, P(D|h) is a product over the
+/// objects that were not already in the goal state: ε for each mistake, 1 - ε for each other object.
 #[derive(Clone, Copy, Debug, Default, PartialEq, PartialOrd)]
 pub struct Noise(f64);
 
-/// A probability of slips that is none.
+/// The error for a label noise outside [0, 0.5).
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 #[error("{0} is out of range: a teacher slips with a probability from 0 to below 0.5")]
 pub struct NoiseOutOfRange(f64);
@@ -81,7 +79,7 @@ impl TryFrom<f64> for Noise {
 }
 
 impl Noise {
-    /// Teachers do not slip.
+    /// No label noise.
     pub const NONE: Self = Self(0.0);
 
     /// The probability.
@@ -90,7 +88,7 @@ impl Noise {
         self.0
     }
 
-    /// Whether slips are reckoned with, and then ln ε and ln(1 - ε).
+    /// ln ε and ln(1 - ε); `None` without label noise.
     pub(crate) fn logs(self) -> Option<(f64, f64)> {
         (self.0 > 0.0).then(|| (self.0.ln(), (-self.0).ln_1p()))
     }

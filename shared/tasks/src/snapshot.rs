@@ -6,23 +6,23 @@ use serde::{Deserialize, Serialize};
 
 use crate::{Identities, Language};
 
-/// A state is on from this degree upwards, and off from `1 - ON` downwards; in between it stays
-/// as it was, so that noise about one half is no change.
+/// A state switches on at this degree and off at `1 - ON`. In between it keeps its value (hysteresis), so noise
+/// around one half does not toggle it.
 const ON: f32 = 0.6;
 
 /// A deep copy of what one perspective believes at an instant: Snp(t, P) in the paper.
 ///
-/// It shares nothing with the belief system it was taken from: low-pass histories rewrite their
-/// past, and a snapshot must not change with them.
+/// It shares no data with the belief system. Low-pass histories rewrite their past, and a snapshot must not
+/// change with them.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Snapshot {
-    /// The instant it speaks about, in nanoseconds of the clock.
+    /// The instant of the beliefs, in nanoseconds of the clock.
     pub at_ns: u64,
     /// Position of the perspective's own frame in the robot's base frame, in metres.
     pub frame_position_m: [f64; 3],
     /// Orientation of that frame, quaternion `[x, y, z, w]`.
     pub frame_orientation_xyzw: [f64; 4],
-    /// The objects, in the order of their identities.
+    /// The objects, sorted by identity.
     pub objects: Vec<Object>,
 }
 
@@ -33,32 +33,31 @@ pub struct Object {
     pub id: u64,
     /// Class features by name: `colour` is `red`.
     pub features: BTreeMap<String, String>,
-    /// States by name; an object has no entry for a state that it cannot be in.
+    /// States by name; there is no entry for a state that the object cannot have.
     #[serde(default)]
     pub states: BTreeMap<String, bool>,
-    /// Its centre in the robot's base frame, in metres, whatever the perspective.
+    /// Its centre in the robot's base frame, in metres, for every perspective.
     #[serde(default)]
     pub position_m: Option<[f64; 3]>,
     /// Half its extents, in metres.
     #[serde(default)]
     pub half_extents_m: Option<[f64; 3]>,
-    /// How far it is turned about the vertical in the robot's base frame, in radians.
+    /// Its heading about the vertical in the robot's base frame, in radians.
     #[serde(default)]
     pub heading_rad: Option<f64>,
-    /// The agent to whom it belongs in the eyes of the perspective; none where it is everybody's.
+    /// The agent that owns it according to this perspective; `None` if it is shared.
     #[serde(default)]
     pub owner: Option<u16>,
-    /// The agent who has it in hand.
+    /// The agent that holds it.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub held_by: Option<u16>,
 }
 
 impl Snapshot {
-    /// A copy of a belief buffer.
+    /// Copies a belief buffer.
     ///
-    /// `identities` says which object a belief is about. `previous` is an earlier snapshot of the
-    /// same perspective, if there is one: a state whose degree is near one half stays as it was
-    /// there. Percepts whose numbers are nonsense are left out.
+    /// `identities` maps beliefs to objects. `previous` is an earlier snapshot of the same perspective, if any: it
+    /// provides the state of the hysteresis. Percepts with invalid numbers are left out.
     #[must_use]
     pub fn of(
         language: &Language,
@@ -84,20 +83,20 @@ impl Snapshot {
         }
     }
 
-    /// The object of an identity.
+    /// The object with an identity.
     #[must_use]
     pub fn object(&self, id: u64) -> Option<&Object> {
         self.objects.iter().find(|object| object.id == id)
     }
 
-    /// The same with those objects alone that `keeps` says.
+    /// A copy with only the objects for which `keeps` holds.
     #[must_use]
     pub(crate) fn filtered(&self, keeps: impl Fn(&Object) -> bool) -> Self {
         let objects = self.objects.iter().filter(|object| keeps(object)).cloned().collect();
         Self { objects, ..*self }
     }
 
-    /// The object of the same class features nearest to a place, within `within_m` of it.
+    /// The nearest object with the same class features within `within_m` of a position.
     #[must_use]
     pub fn nearest(
         &self,
@@ -116,14 +115,14 @@ impl Snapshot {
 }
 
 impl Object {
-    /// Distance of its centre from a place in the robot's base frame, in metres.
+    /// Distance of its centre from a position in the robot's base frame, in metres.
     #[must_use]
     pub fn distance(&self, place_m: [f64; 3]) -> Option<f64> {
         let [x, y, z] = place_m;
         self.position().map(|position| position.distance(&Position::new(x, y, z)))
     }
 
-    /// Its centre.
+    /// Its centre in the robot's base frame.
     #[must_use]
     pub fn position(&self) -> Option<Position<Base>> {
         self.position_m.map(|[x, y, z]| Position::new(x, y, z))
@@ -172,7 +171,7 @@ fn heading_rad(frame: &Pose<Base, Person>, belief: &Belief, percept: u16) -> Opt
     Some((*frame * x_person_thing).heading_rad())
 }
 
-/// Whether a state is on, given its degree and what it was.
+/// Whether a state is on, given its degree and its previous value.
 pub(crate) fn is_on(degree: f32, before: Option<bool>) -> bool {
     match before {
         _ if degree >= ON => true,
@@ -182,7 +181,7 @@ pub(crate) fn is_on(degree: f32, before: Option<bool>) -> bool {
     }
 }
 
-/// Where a belief remembers its object to be, in the frame of its perspective.
+/// The believed position of an object, in the frame of the perspective.
 pub(crate) fn position(language: &Language, belief: &Belief) -> Option<Position<Person>> {
     belief.vector(language.position).map(|[x, y, z]| Position::new(x, y, z))
 }

@@ -1,14 +1,14 @@
-/// How a rule, or a figure, stands among all that were weighed.
+/// Score and rank of a rule or a spatial configuration among all candidates.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Standing {
-    /// Examples that it is consistent with.
+    /// Number of examples that it is consistent with.
     pub tally: usize,
-    /// Examples seen.
+    /// Number of examples seen.
     pub examples: usize,
-    /// Posterior probability, that of all hypotheses together that say the same.
+    /// Posterior probability, summed over all equivalent hypotheses.
     pub posterior: f64,
-    /// Rank from 1; those that tie share their rank.
+    /// Rank, counted from 1; ties share a rank.
     pub rank: usize,
-    /// Whether its tally is the highest, and its posterior not far below the best.
+    /// Whether its tally is the highest and its posterior is at least the configured share of the best one.
     pub high_likelihood: bool,
 }

@@ -1,4 +1,4 @@
-//! The objects of one demonstration as sets of bits, and what it says of a hypothesis.
+//! The objects of one demonstration as bit sets, and the evaluation of hypotheses on them.
 
 use quantity::number::{float, float_of_count};
 
@@ -8,16 +8,16 @@ use crate::log_sum::LogSum;
 use crate::selection::{Extent, Place};
 use crate::{Relation, Selection};
 
-/// A set of the objects of a demonstration.
+/// A set of objects of a demonstration, as a bit set.
 pub(crate) type Members<'a> = &'a [u64];
 
-/// The objects of a demonstration as sets of them.
+/// The objects of a demonstration, with a bit set for each property.
 pub(crate) struct Table {
     pub(crate) words: usize,
     changed: Vec<u64>,
     left_out: Vec<u64>,
     places: Vec<Option<Place>>,
-    /// By term, one after the other.
+    /// A bit set for each term, concatenated.
     terms: Vec<u64>,
 }
 
@@ -57,7 +57,7 @@ impl Table {
         }
     }
 
-    /// The objects of every set, one set after the other.
+    /// A bit set for each description, concatenated.
     pub(crate) fn members(&self, sets: &[Set]) -> Vec<u64> {
         let words = self.words;
         let mut members: Vec<u64> = Vec::with_capacity(sets.len() * words);
@@ -72,7 +72,7 @@ impl Table {
         members
     }
 
-    /// Objects of which the teacher did otherwise than a rule about all of a set.
+    /// The number of objects that contradict a rule about all objects of a set.
     pub(crate) fn slips(&self, members: Members<'_>) -> u64 {
         let words = members.iter().zip(&self.changed).zip(&self.left_out);
         words
@@ -92,7 +92,7 @@ impl Table {
         Extent::of(self.each(members).filter_map(|(_, place)| place))
     }
 
-    /// Those of a set that stand so among it.
+    /// The members of a set that have this relation within it.
     fn standing(&self, relation: Relation, members: Members<'_>, extent: &Extent) -> Vec<u64> {
         let mut bits = vec![0_u64; self.words];
         for (index, place) in self.each(members) {
@@ -139,7 +139,7 @@ impl Table {
         (is_consistent, log)
     }
 
-    /// Adds the weight to every object by the probability that the selection is about it.
+    /// Adds `weight`, times the probability that the selection includes the object, to the entry of each object.
     pub(crate) fn add_shares(
         &self,
         selection: Selection,
@@ -175,9 +175,8 @@ impl Table {
     }
 }
 
-/// log P of a demonstration whose teacher picks any `need` of some objects, each as probably as
-/// any other, and then slips with each object on its own: `changed` and `left_out` of them, and
-/// `strays` and `others` besides them.
+/// log P of a demonstration whose teacher chooses `need` objects uniformly out of `changed` + `left_out`, and then
+/// mislabels each object independently. `strays` and `others` are the changed and left-out objects outside the set.
 ///
 /// Σk C(changed, k) C(left out, need - k) / C(all, need) · ε^slips (1 - ε)^others
 fn log_any(
@@ -191,7 +190,7 @@ fn log_any(
     let all = changed + left_out;
     let mut sum = LogSum::default();
     for meant in need.saturating_sub(left_out)..=need.min(changed) {
-        // Meant and not changed, or changed and not meant.
+        // Chosen but not changed, plus changed but not chosen.
         let slips = need - meant + changed - meant + strays;
         let ways = log_choose(changed, meant) + log_choose(left_out, need - meant) - log_choose(all, need);
         let right_ones = float_of_count(all + strays + others - slips);

@@ -12,7 +12,7 @@ use crate::{
     Example, FeatureWords, Language, Learned, Object, Prior, Snapshot, StateWords, Task, View, learn,
 };
 
-/// The share of the best posterior that a high-likelihood rule has at least.
+/// The minimum posterior of a high-likelihood rule, relative to the best posterior.
 const SHARE: f64 = 0.01;
 
 fn language() -> Language {

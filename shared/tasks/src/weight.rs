@@ -2,22 +2,22 @@ use quantity::number::float_of_count;
 
 use crate::Prior;
 
-/// What a disjunction of classes weighs before any example.
+/// Prior weight of a disjunction of classes.
 #[derive(Clone, Copy, Debug)]
 pub(crate) enum Weight {
-    /// By the prior of the paper.
+    /// The prior of the paper.
     Prior {
         prior: Prior,
         /// |E|.
         expected: usize,
     },
-    /// By the length of its description, one for every literal; those no longer than `beyond`
-    /// weigh nothing, because they are described elsewhere.
+    /// Description length, one nat for each literal. Disjunctions with at most `beyond` literals have weight
+    /// zero, because the enumerated descriptions already contain them.
     Length { beyond: usize },
 }
 
 impl Weight {
-    /// log P(h) of a disjunction of so many classes under a template of so many features.
+    /// log P(h) of a disjunction of `classes` classes under a template of `features` features.
     pub(crate) fn log(&self, classes: usize, features: usize) -> f64 {
         match self {
             Self::Prior { prior, expected } => prior.log(classes, features + expected),
@@ -28,11 +28,11 @@ impl Weight {
         }
     }
 
-    /// A bound on log P(h) for so many classes or more, under a template of so many features or
-    /// more, `most` at most.
+    /// Upper bound on log P(h) for at least `classes` classes under a template with at least `features` and at
+    /// most `most` features.
     pub(crate) fn bound(&self, classes: usize, features: usize, most: usize) -> f64 {
         match self {
-            // A prior that prefers more classes bounds nothing.
+            // With λ < 0 more classes have a higher prior, so there is no bound.
             Self::Prior { prior, .. } if prior.lambda < 0.0 => f64::INFINITY,
             Self::Prior { prior, expected } => {
                 prior.log(classes, features + expected).max(prior.log(classes, most + expected))

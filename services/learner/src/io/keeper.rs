@@ -6,20 +6,20 @@ use crossbeam::channel::{Receiver, RecvTimeoutError, Sender, unbounded};
 
 use crate::Kept;
 
-/// What became of an example.
+/// The result of storing an example.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) enum Outcome<E> {
     /// It is durable.
     Durable(Kept),
-    /// It is not, and is tried again.
+    /// Storing failed and will be retried.
     Owed(Kept, E),
-    /// It was owed, and is durable now.
+    /// An earlier failed example is durable now.
     AtLast(Kept),
 }
 
-/// A thread that makes examples durable, one after the other, so that a slow disk holds up nothing
-/// else, and a full one loses nothing as long as the process lives: what could not be kept is tried
-/// again, and nothing is kept before it. Dropping it waits until all of them are, or cannot be.
+/// A thread that stores examples, one after the other, so that a slow disk blocks nothing else. Examples that could
+/// not be stored are retried in order, and no later example is stored before them. So a full disk loses nothing
+/// while the process lives. Dropping it blocks until every example is stored or its last attempt has failed.
 #[derive(Debug)]
 pub(crate) struct Keeper<E> {
     to: Option<Sender<Kept>>,
@@ -28,17 +28,16 @@ pub(crate) struct Keeper<E> {
     under_way: usize,
 }
 
-/// The thread ended, which it does only if it panicked: nothing more is kept.
+/// The error when the thread has ended, which only happens after a panic: nothing more is stored.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("the thread that makes what was learned durable ended")]
 pub(crate) struct Ended;
 
 impl<E: Send + 'static> Keeper<E> {
-    /// Starts the thread; `keep` makes one example durable, and is asked `again` after so long where it
-    /// could not.
+    /// Starts the thread. `keep` stores one example; after a failure it is called again after the time `again`.
     ///
     /// # Errors
-    /// The system has no thread left.
+    /// The thread could not be spawned.
     pub(crate) fn start(
         mut keep: impl FnMut(&Kept) -> Result<(), E> + Send + 'static,
         again: Duration,
@@ -60,7 +59,7 @@ impl<E: Send + 'static> Keeper<E> {
                         wrong = Some(error);
                         break;
                     }
-                    // Nobody listens at the end any more.
+                    // Sending fails only at shutdown, when the receiver is gone.
                     let _told = done.send(Outcome::AtLast(oldest));
                 }
                 match order {
@@ -83,20 +82,20 @@ impl<E: Send + 'static> Keeper<E> {
         Ok(Self { to: Some(to), from, thread: Some(thread), under_way: 0 })
     }
 
-    /// Has an example made durable, and does not wait for it.
+    /// Queues an example for storing; does not block.
     pub(crate) fn keep(&mut self, kept: Kept) -> Result<(), Ended> {
         let sent = self.to.as_ref().is_some_and(|to| to.send(kept).is_ok());
         self.under_way += usize::from(sent);
         if sent { Ok(()) } else { Err(Ended) }
     }
 
-    /// What became of the next example, in their order; those that are durable at last come in between.
+    /// The next result, in the order of the examples; [`Outcome::AtLast`] comes in between. Does not block.
     pub(crate) fn kept(&mut self) -> Option<Outcome<E>> {
         let outcome = self.from.try_recv().ok()?;
         Some(self.note(outcome))
     }
 
-    /// Waits for it; `None` when nothing is under way.
+    /// Blocks for the next result; `None` if nothing is queued.
     pub(crate) fn wait(&mut self) -> Result<Option<Outcome<E>>, Ended> {
         if self.under_way == 0 {
             return Ok(None);
@@ -115,7 +114,7 @@ impl<E> Drop for Keeper<E> {
     fn drop(&mut self) {
         self.to = None;
         if let Some(thread) = self.thread.take() {
-            // If it panicked, it has said so.
+            // A panic was already reported by the panic hook.
             let _ended = thread.join();
         }
     }
@@ -139,20 +138,20 @@ mod tests {
     fn nothing_is_acknowledged_before_it_is_durable_and_nobody_waits_for_it() {
         let (disk, turns) = unbounded::<Result<(), &str>>();
         let mut keeper = Keeper::start(move |_| turns.recv().unwrap(), NEVER).unwrap();
-        // The disk stands still: whoever has it kept goes on all the same.
+        // The disk blocks; the caller does not.
         for place in 0..3 {
             keeper.keep(example(place)).unwrap();
         }
         assert_eq!(keeper.kept(), None);
         disk.send(Ok(())).unwrap();
         assert_eq!(keeper.wait(), Ok(Some(Outcome::Durable(example(0)))));
-        // It is full, and nothing is kept before what is owed.
+        // The disk is full: the next example is not stored before the failed one.
         disk.send(Err("full")).unwrap();
         assert_eq!(keeper.wait(), Ok(Some(Outcome::Owed(example(1), "full"))));
         disk.send(Err("still full")).unwrap();
         assert_eq!(keeper.wait(), Ok(Some(Outcome::Owed(example(2), "still full"))));
         assert_eq!(keeper.wait(), Ok(None));
-        // It has room again when the next one comes.
+        // The disk has space again when the next example comes.
         (0..3).for_each(|_| disk.send(Ok(())).unwrap());
         keeper.keep(example(3)).unwrap();
         let became = [1, 2].map(|place| Outcome::AtLast(example(place)));

@@ -6,19 +6,19 @@ use tasks::{Task, key};
 
 use crate::Kept;
 
-/// What was learned, beyond the life of the process: a store of tasks and their examples.
+/// Persistent storage of what was learned: the tasks and their examples.
 #[derive(Debug)]
 pub struct Memory(Store);
 
-/// What the file says of a task beside its examples.
+/// The stored data of a task, apart from its examples.
 #[derive(Deserialize, Serialize)]
 struct Head {
     name: String,
 }
 
 impl Memory {
-    /// Opens the store, or makes an empty one; one of an older version is taken over. What was damaged and mended, and
-    /// what is lost, is logged.
+    /// Opens the store, or creates an empty one. A store of an older version is migrated. Repaired damage and losses
+    /// are logged.
     ///
     /// # Errors
     /// As [`Store::open`].
@@ -33,17 +33,17 @@ impl Memory {
         Ok(Self(store))
     }
 
-    /// What was lost and not said yet, now or before.
+    /// The losses that were not reported yet.
     pub(crate) fn losses(&self) -> &[String] {
         self.0.losses()
     }
 
-    /// The losses were said.
+    /// Marks the losses as reported.
     pub(crate) fn said(&mut self) -> Result<(), WriteError> {
         self.0.told()
     }
 
-    /// All tasks, in the order of their keys.
+    /// All tasks, sorted by key.
     ///
     /// # Errors
     /// As [`Store::load`].
@@ -55,7 +55,7 @@ impl Memory {
             .collect())
     }
 
-    /// Keeps one more example. Durable when it returns.
+    /// Stores one example. It is durable on return.
     ///
     /// # Errors
     /// As [`Store::put`].
@@ -64,8 +64,7 @@ impl Memory {
         self.0.put(&kept.key, &head, kept.place, &kept.example)
     }
 
-    /// Keeps tasks with all their examples, each in place of the known one of its name; all of them or
-    /// none. Durable when it returns.
+    /// Stores tasks with all their examples, replacing tasks of the same name; atomic. Durable on return.
     ///
     /// # Errors
     /// As [`Store::save_all`].
@@ -81,7 +80,7 @@ impl Memory {
         self.0.save_all(&entries)
     }
 
-    /// Forgets a task with all its examples; `false` where there is none of this name.
+    /// Removes a task with all its examples; `false` if there is none of this name.
     ///
     /// # Errors
     /// As [`Store::forget`].

@@ -16,22 +16,21 @@ use crate::recollection::Recollection;
 use crate::reports::{Report, Reports};
 use crate::{Input, Kept, Learner, LeoBody, Memory, Output, Settings, Vocabulary};
 
-/// Events that one frame holds; more go into further frames.
+/// Maximum number of events in a frame; more events go into further frames.
 const EVENTS: usize = 64;
-/// After this long what could not be kept is tried again.
+/// Retry interval for examples that could not be stored.
 const KEEP_AGAIN: Duration = Duration::from_secs(5);
-/// Whoever only looks at what was learned has the file open for less than this.
+/// Time to wait for the lock of the store: a read-only tool holds it for less than this.
 const LOOKED_AT: Duration = Duration::from_secs(3);
 
-/// Why an example cannot be kept.
+/// The reason why an example could not be stored.
 type Unkept = Box<dyn std::error::Error + Send + Sync>;
 
-/// Learns and performs until the process is told to stop.
+/// Runs the learner until the process is told to stop.
 ///
 /// # Errors
 ///
-/// The configuration is refused, what was learned cannot be read, the domain cannot be joined, or
-/// the middleware failed.
+/// The configuration is invalid, the store cannot be read, the domain cannot be joined, or the middleware failed.
 pub fn run(launch: &Launch, robot: &Robot) -> Result<(), Failure> {
     let leo = &robot.leo;
     let mut member = Member::join(launch, Process::Learner, &leo.buffers, &leo.learner.realtime)?;
@@ -69,8 +68,8 @@ pub fn run(launch: &Launch, robot: &Robot) -> Result<(), Failure> {
                 }
             }
         }
-        // One step for every instant of which there are beliefs; one without any where there are
-        // none, because the motor process waits for goals.
+        // One step for every instant with beliefs. Without beliefs there is one step without input, because the motor
+        // process waits for goals.
         let mut is_first = true;
         loop {
             let instant = beliefs.next_instant()?;
@@ -90,13 +89,13 @@ pub fn run(launch: &Launch, robot: &Robot) -> Result<(), Failure> {
             reports.push(now.as_nanos(), save.len(), happened);
             save.into_iter().try_for_each(|kept| keeper.keep(kept)).map_err(Failure::own)?;
             if member.is_lockstep() {
-                // How long the disk takes is no part of simulated time.
+                // Disk latency is not part of simulated time.
                 await_kept(now.as_nanos(), &mut keeper, &mut reports)?;
             }
             while let Some(outcome) = keeper.kept() {
                 report(now.as_nanos(), outcome, &mut reports);
             }
-            // Simulated time has the same listeners from its beginning to its end.
+            // In simulated time the set of subscribers is fixed.
             if !member.is_lockstep()
                 && let Some(key) = recollection.next(now, events.has_newcomers(), learner.known())
             {
@@ -113,14 +112,13 @@ pub fn run(launch: &Launch, robot: &Robot) -> Result<(), Failure> {
     tell(&mut reports, &mut events)
 }
 
-/// Where examples are kept.
+/// Where examples are stored.
 enum Place {
-    /// Nowhere: nobody wants them beyond the life of the process.
+    /// Storage is disabled.
     Nowhere,
-    /// In a file that another program had open when the process began: what it does not know it may not
-    /// write into.
+    /// Another process held the lock at start-up. Writing would ignore examples that were not loaded.
     Taken(String),
-    /// In a file.
+    /// An open store.
     File(PathBuf, Box<Memory>),
 }
 
@@ -136,7 +134,7 @@ impl Place {
                 return Err(busy.as_str().into());
             }
             let Some(file) = &file else { return Ok(()) };
-            // After an error of the disk a file takes nothing more until it is opened anew.
+            // After a disk error the store must be opened again before the next write.
             let mut keep = || -> Result<(), Unkept> {
                 let mut open = match memory.take() {
                     Some(open) => open,
@@ -153,7 +151,7 @@ impl Place {
     }
 }
 
-/// Waits until all examples are durable, or are known not to be.
+/// Waits until every queued example is durable or has failed.
 fn await_kept(now_ns: u64, keeper: &mut Keeper<Unkept>, reports: &mut Reports) -> Result<(), Failure> {
     while let Some(outcome) = keeper.wait().map_err(Failure::own)? {
         report(now_ns, outcome, reports);
@@ -161,7 +159,7 @@ fn await_kept(now_ns: u64, keeper: &mut Keeper<Unkept>, reports: &mut Reports) -
     Ok(())
 }
 
-/// Reports what became of an example.
+/// Reports the result of storing an example.
 fn report(now_ns: u64, outcome: Outcome<Unkept>, reports: &mut Reports) {
     let said = |kept: &Kept, words| Event::new(EventKind::Said, &kept.task, words);
     match outcome {
@@ -177,7 +175,7 @@ fn report(now_ns: u64, outcome: Outcome<Unkept>, reports: &mut Reports) {
     }
 }
 
-/// Reports what may be told by now: what Leo says it learned is durable.
+/// Publishes the reports that are ready: Leo only claims to have learned what is durable.
 fn tell(reports: &mut Reports, events: &mut Outlet<Events>) -> Result<(), Failure> {
     while let Some(Report { at_ns, events: happened, .. }) = reports.next() {
         for chunk in happened.chunks(EVENTS) {
@@ -206,7 +204,7 @@ fn move_joints(
     Ok(())
 }
 
-/// The belief buffers of all perspectives, taken together: one frame of each, of one instant.
+/// Synchronized subscribers for the belief buffers of all perspectives: one frame of each, of the same instant.
 struct BeliefInlets {
     inlets: Vec<Inlet<Beliefs>>,
     waiting: Vec<Option<Frame<Beliefs>>>,
@@ -216,7 +214,7 @@ impl BeliefInlets {
     fn open(member: &Member, partners: u32) -> Result<Self, Failure> {
         let mut inlets = Vec::new();
         for perspective in 0..=partners {
-            // The last perspective of an instant is published last: it wakes.
+            // The last perspective of an instant is published last, so only it wakes the process.
             let inlet = if perspective == partners {
                 member.waking_inlet(Some(perspective))?
             } else {
@@ -238,8 +236,7 @@ impl BeliefInlets {
         &mut self.inlets[last]
     }
 
-    /// The next instant of which every perspective's frame is there. Frames whose counterpart was
-    /// dropped are passed over.
+    /// The next instant with a frame of every perspective. Frames without a counterpart are skipped.
     fn next_instant(&mut self) -> Result<Option<Vec<Frame<Beliefs>>>, Failure> {
         loop {
             for (slot, inlet) in self.waiting.iter_mut().zip(&mut self.inlets) {
@@ -271,21 +268,21 @@ impl BeliefInlets {
     }
 }
 
-/// Who may look at what is remembered.
+/// Result of [`check_memory`]: whether the store can be opened.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Access {
-    /// Whoever asked: it is of this version now, and was read.
+    /// The store is available, of the current version, and was read.
     Free,
-    /// Another robot alone, which has it open: of which version it is, is not known.
+    /// Another process has it open; its version is unknown.
     InUse,
 }
 
-/// Whether what is remembered in a state directory can be read, and more be remembered there; the
-/// directory is made where there is none. What an older version remembered is taken over.
+/// Checks whether the store in a state directory can be read and written. Creates the directory if it is missing and
+/// migrates an older store.
 ///
 /// # Errors
 ///
-/// It cannot be read or written; nothing of it was changed.
+/// The store cannot be read or written; it is unchanged.
 pub fn check_memory(state: &Path) -> Result<Access, Failure> {
     match Memory::open(&state::learned(state)) {
         Ok(mut memory) => memory.tasks().map(|_| Access::Free).map_err(Failure::own),
@@ -294,17 +291,16 @@ pub fn check_memory(state: &Path) -> Result<Access, Failure> {
     }
 }
 
-/// Of which version what is remembered in a state directory is. Nothing is made, taken over or mended.
+/// The version of the store in a state directory. Creates, migrates and repairs nothing.
 ///
 /// # Errors
 ///
-/// It cannot be read.
+/// The store cannot be read.
 pub fn memory_version(state: &Path) -> Result<store::Version, Failure> {
     store::Version::of(&state::learned(state)).map_err(Failure::own)
 }
 
-/// What is remembered in a state directory, where to remember more, if anywhere, and what was lost of it and is to be
-/// said.
+/// Loads the store of a state directory. Returns where to store examples, the known tasks, and the losses to report.
 fn remembered(folder: Option<&Path>) -> Result<(Place, Vec<Task>, Vec<String>), Failure> {
     let Some(folder) = folder else { return Ok((Place::Nowhere, Vec::new(), Vec::new())) };
     let file = state::learned(folder);
@@ -317,7 +313,7 @@ fn remembered(folder: Option<&Path>) -> Result<(Place, Vec<Task>, Vec<String>), 
                 if !losses.is_empty()
                     && let Err(error) = memory.said()
                 {
-                    // It is said once more at the next start.
+                    // The losses are reported again at the next start.
                     tracing::warn!("{error}");
                 }
                 return Ok((Place::File(file, Box::new(memory)), known, losses));

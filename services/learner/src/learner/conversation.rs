@@ -1,4 +1,4 @@
-//! What Leo answers to what it is told and asked.
+//! Responses to sentences.
 
 use clock::Instant;
 use message::EventKind;
@@ -11,8 +11,8 @@ use crate::question::Question;
 use crate::{Body, Skill, answers};
 
 impl<B: Body> Learner<B> {
-    /// Holds still for everybody who said stop: that does not wait until Leo knows again what is where. What
-    /// was asked for before it is not begun after it; whatever else was said before is answered in its turn.
+    /// Processes every "stop" at once, without waiting for object identities. Requests to perform that were made
+    /// before it are cancelled; other earlier sentences are still answered in order.
     pub(super) fn obey_stops(&mut self, now: Instant, present_rad: &[Option<f64>], output: &mut Output) {
         let is_stop = |waiting: &Waiting| Sentence::of(&waiting.text) == Sentence::Stop;
         while let Some(index) = self.heard.iter().position(is_stop) {
@@ -30,7 +30,7 @@ impl<B: Body> Learner<B> {
         }
     }
 
-    /// A performance that was asked for is not begun; the task is the one in question all the same.
+    /// Declines a request to perform; its task becomes the current one nevertheless.
     fn revoke(&mut self, name: &str, output: &mut Output) {
         decline(output, name, &format!("I do not begin {name}: you said stop"));
         let known = Some(key(name)).filter(|key| self.tasks.contains_key(key));
@@ -46,8 +46,7 @@ impl<B: Body> Learner<B> {
     ) {
         let Waiting { speaker, ref text, .. } = *said;
         let sentence = Sentence::of(text);
-        // Whoever asks back has yet to answer. Whatever else is said is the answer or is none, and what
-        // comes after it is about something else.
+        // A counter-question keeps Leo's question open. Any other sentence either answers the question or drops it.
         let asks_back = matches!(sentence, Sentence::Why | Sentence::WhatDidYouLearn | Sentence::WhatDoISee);
         let question = self.question.take_if(|_| !asks_back);
         if let (Sentence::Yes | Sentence::No, Some(question)) = (&sentence, question) {
@@ -58,7 +57,7 @@ impl<B: Body> Learner<B> {
             Sentence::Teach(name) => self.begin_teaching(now, said, &name, present_rad, output),
             Sentence::Done(names) => self.end_teaching(now, said.place(), &names, output),
             Sentence::Do(name) => self.begin_performance(&name, output),
-            // It was heard before all others.
+            // `obey_stops` has already processed it.
             Sentence::Stop => {}
             Sentence::NotThatOne => self.skip(now, present_rad, output),
             Sentence::Yes => match self.in_question() {
@@ -122,7 +121,7 @@ impl<B: Body> Learner<B> {
         }
     }
 
-    /// Leo holds still where it is, and what it was performing is over.
+    /// Holds the body still and ends the performance.
     pub(super) fn stop(&mut self, now: Instant, present_rad: &[Option<f64>], output: &mut Output) {
         self.begun = true;
         self.question = None;
@@ -137,7 +136,7 @@ impl<B: Body> Learner<B> {
         }
     }
 
-    /// What is being worked on is left alone, and the performance goes on.
+    /// Skips the current object and continues the performance.
     fn skip(&mut self, now: Instant, present_rad: &[Option<f64>], output: &mut Output) {
         let skipped = self.performance.as_mut().and_then(Performance::skip);
         match skipped {
@@ -155,10 +154,10 @@ impl<B: Body> Learner<B> {
         self.tasks.get(self.in_question.as_ref()?)
     }
 
-    /// What Leo asked is answered: the answer counts as an example.
+    /// Adds the answer to Leo's question as an example.
     fn take_answer(&mut self, question: &Question, speaker: u16, yes: bool, output: &mut Output) {
         if let Some(task) = self.tasks.get_mut(&question.task) {
-            // Whoever answers: whose perspective is followed is for him to decide who shows.
+            // The answer is attributed to the last teacher, whoever gave it, so the chosen perspective does not change.
             let teacher = task.examples.last().map_or(speaker, |example| example.teacher);
             task.examples.push(question.answered(yes, teacher, &self.perspectives));
             self.conclude(&question.task, EventKind::Answered, if yes { "yes" } else { "no" }, output);

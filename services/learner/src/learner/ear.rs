@@ -1,11 +1,11 @@
-//! Sentences that were heard and are not answered yet.
+//! The queue of sentences that wait for an answer.
 
 use clock::{Duration, Instant};
 use message::{NOBODY, Utterance};
 
-/// A sentence is about how things were when it was said. Beliefs that are newer by more say little of that.
+/// A sentence refers to the instant at which it was said. Beliefs newer than that by more than this do not apply.
 const LATE: Duration = Duration::from_secs(1);
-/// For so long beliefs of when it was said are waited for.
+/// Maximum time to wait for beliefs of the instant of a sentence.
 const PATIENCE: Duration = Duration::from_secs(2);
 
 /// A sentence that waits for its answer.
@@ -18,14 +18,14 @@ pub(super) struct Waiting {
     place: Place,
 }
 
-/// Where a sentence stands among beliefs.
+/// The relation of a sentence to the newest beliefs.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Place {
-    /// The beliefs of when it was said have not come yet.
+    /// There are no beliefs of its instant yet.
     Ahead,
-    /// Leo knows how things were when it was said.
+    /// There are beliefs of its instant.
     There,
-    /// Leo does not: the words came too late, or what is believed did.
+    /// There are none and will be none: the sentence or the beliefs came too late.
     Behind,
 }
 
@@ -36,13 +36,13 @@ impl Waiting {
         Self { speaker, text, said_at, heard_at: now, place: Place::Ahead }
     }
 
-    /// Notes of when the newest beliefs are, if there are any; where that leaves the sentence.
+    /// Updates the state of the sentence with the time of the newest beliefs, if any.
     pub(super) fn note(&mut self, now: Instant, believed_at: Option<Instant>) {
         if self.place != Place::Ahead {
             return;
         }
         self.place = match believed_at {
-            // There is nothing to wait for.
+            // Without any beliefs there is nothing to wait for.
             None => Place::There,
             Some(at) if at >= self.said_at && at.since(self.said_at) <= LATE => Place::There,
             Some(at) if at >= self.said_at || now.since(self.heard_at) > PATIENCE => Place::Behind,
@@ -65,7 +65,7 @@ mod tests {
         Instant::from_nanos(1_000_000_000 + millis * 1_000_000)
     }
 
-    /// A sentence that was said at 1000 and heard at 1100.
+    /// A sentence that was said at 1000 ms and received at 1100 ms.
     fn waiting() -> Waiting {
         Waiting::new(at(1100), at(1000), &Utterance { speaker: 1, text: Text::new("task 1 is done") })
     }

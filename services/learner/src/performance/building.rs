@@ -8,20 +8,20 @@ use super::{SAME_PLACE_M, Step, Work, half_height_m};
 use crate::vocabulary::Vocabulary;
 use crate::{Skill, Turn};
 
-/// A thing stands where it should when it is no further away than this, in metres.
+/// An object is in place if it is at most this far from its goal position, in metres.
 const IN_PLACE_M: f64 = 0.02;
-/// A thing stands on what is below it within this distance, in metres.
+/// Maximum horizontal distance of a lower object that supports one, in metres.
 const BELOW_M: f64 = 0.03;
-/// Half the height of a thing whose extents are not perceived, in metres.
+/// Half the height of an object without perceived extents, in metres.
 const HALF_HEIGHT_M: f64 = 0.03;
 
-/// A figure is built from things of its parts' kinds, from the table upwards.
+/// Builds a spatial configuration from objects that match its parts, bottom up.
 #[derive(Clone, Debug)]
 pub(super) struct Building {
     figure: Figure,
-    /// Which thing comes where, once the robot has seen what there is.
+    /// The assignment of objects to places; computed at the first step.
     placings: Option<Vec<Placing>>,
-    /// The placing that was chosen last.
+    /// Index of the placing selected last.
     chosen: usize,
 }
 
@@ -48,7 +48,7 @@ impl Building {
         Self { figure: figure.clone(), placings: None, chosen: 0 }
     }
 
-    /// Which thing takes the part of which, and where all of them will stand.
+    /// Assigns objects to parts, and finds a free place for the configuration.
     fn plan(&self, vocabulary: &Vocabulary, own: &Snapshot) -> Result<Vec<Placing>, String> {
         let cast = cast(vocabulary, &self.figure, own)?;
         let taken = |object: &Object| cast.iter().any(|taken| taken.id == object.id);
@@ -58,7 +58,7 @@ impl Building {
         let occupied = [others, lying].concat();
         let middle_m = free_middle(&self.figure, &occupied)
             .ok_or_else(|| format!("I find no free place for {} things", self.figure.parts.len()))?;
-        // The things of one kind are alike: each goes to the nearest of their places.
+        // Objects for the same kind of part are interchangeable: each place gets the nearest of them.
         let mut left = cast;
         let mut placings = Vec::new();
         for (part, to) in laid_out(&self.figure, middle_m) {
@@ -92,7 +92,7 @@ impl Building {
     }
 }
 
-/// A thing, and whose part it plays.
+/// An object, and the class features of the part that it is assigned to.
 struct Actor<'a> {
     object: &'a Object,
     plays: BTreeMap<String, String>,
@@ -106,8 +106,8 @@ impl std::ops::Deref for Actor<'_> {
     }
 }
 
-/// A thing for every part, one to one: of the same features, or where there are not enough, of as
-/// many of them as there are enough of; the first in the order of speech matter least.
+/// Assigns an object to every part, one to one, by equal class features. If there are not enough objects, features are
+/// dropped in the order of speech until there are.
 fn cast<'a>(vocabulary: &Vocabulary, figure: &Figure, own: &'a Snapshot) -> Result<Vec<Actor<'a>>, String> {
     let names: Vec<&str> = vocabulary.language.features.iter().map(|words| words.name.as_str()).collect();
     let mut missing = String::new();
@@ -120,7 +120,7 @@ fn cast<'a>(vocabulary: &Vocabulary, figure: &Figure, own: &'a Snapshot) -> Resu
             own.objects.iter().filter(|object| object.position_m.is_some()).collect();
         let mut actors = Vec::new();
         for part in &figure.parts {
-            // Equal in some features: an equivalence, so whoever comes first is as good as any.
+            // Equality in these features is an equivalence relation, so a greedy choice is optimal.
             match left.iter().position(|object| alike(part, object)) {
                 Some(index) => {
                     actors.push(Actor { object: left.remove(index), plays: part.features.clone() });
@@ -147,7 +147,7 @@ impl Work for Building {
         "in place".to_owned()
     }
 
-    /// The lowest thing that is not in its place.
+    /// Selects the lowest object that is not in place.
     fn choose(&mut self, vocabulary: &Vocabulary, own: &Snapshot) -> Result<Option<Step>, String> {
         let placings = match self.placings.take() {
             Some(placings) => placings,
@@ -178,7 +178,7 @@ impl Work for Building {
         self.settle(Stands::GivenUp);
     }
 
-    /// Without a thing for every part the work is not begun.
+    /// Always `None`: the work does not start without an object for every part.
     fn missing(&self, _own: &Snapshot) -> Option<String> {
         None
     }
@@ -193,7 +193,7 @@ impl Work for Building {
         if let Some(below) = placings.iter().find(is_below) {
             return Err(format!("the {} that it would stand on is missing", below.name));
         }
-        // Where it was, or where it was left when it went wrong.
+        // The object is at its initial position, or where a failed attempt left it.
         let is_free = |object: &Object| {
             !placings.iter().any(|other| {
                 other.stands == Stands::InPlace

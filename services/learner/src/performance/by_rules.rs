@@ -9,17 +9,16 @@ use crate::Skill;
 use crate::report::{expectation, with_expectation};
 use crate::vocabulary::{Insertion, Vocabulary, no_skill};
 
-/// The objects that rules are about and that are not as they should be are worked off, the nearest
-/// first.
+/// Works through the objects that violate the rules, nearest first.
 #[derive(Clone, Debug)]
 pub(super) struct ByRules {
     rules: Vec<Rule>,
-    /// What the teachers' pegs and markers were like.
+    /// The class features of the pegs and markers that the teachers used.
     kinds: BTreeSet<BTreeMap<String, String>>,
     half_heights: HalfHeights,
-    /// The rule of the step that was chosen last.
+    /// The rule of the step selected last.
     chosen: Option<Rule>,
-    /// Places of objects that were given up.
+    /// Positions of objects that were given up.
     given_up: Vec<[f64; 3]>,
 }
 
@@ -40,8 +39,8 @@ impl ByRules {
             .any(|place| object.distance(*place).is_some_and(|distance| distance < SAME_PLACE_M))
     }
 
-    /// What the work is done with: of the kind that the teachers used, not used up yet, the nearest
-    /// to the step's object; for every retry the next one, because the first may be out of reach.
+    /// The nearest unused peg or marker of a kind that the teachers used. Each retry takes the next one, because the
+    /// first may be out of reach.
     fn means<'a>(
         &self,
         own: &'a Snapshot,
@@ -67,9 +66,9 @@ impl Work for ByRules {
         wanted.into_iter().collect::<Vec<_>>().join(", ")
     }
 
-    /// The open object nearest to the robot.
+    /// Selects the unfinished object nearest to the robot.
     fn choose(&mut self, vocabulary: &Vocabulary, own: &Snapshot) -> Result<Option<Step>, String> {
-        // Whatever cannot be worked on does not count among a number of objects.
+        // An object that cannot be worked on does not count towards a number.
         let is_excluded = |object: &Object| object.position_m.is_none() || self.is_given_up(object);
         let open = |rule| Rule::open(rule, own, is_excluded).map(move |object| (rule, object));
         let nearest = self
@@ -133,7 +132,7 @@ impl Work for ByRules {
             });
         }
         if let Some(marked) = expected.and_then(|expected| vocabulary.marks(expected)) {
-            // A marker that lies on something marked is what marks it.
+            // A marker on top of a marked object is in use.
             let lies_on = |marker: &Object, thing: &Object| {
                 let places = marker.position().zip(thing.position());
                 thing.states.get(marked) == Some(&true)
@@ -166,7 +165,7 @@ mod tests {
 
     use super::*;
 
-    /// Work on some of the squares, whichever.
+    /// Work on a selection of the squares.
     fn work(selection: Selection) -> ByRules {
         let expectation = Signature::from([Effect::State { name: "filled".to_owned(), on: true }]);
         let rule = Rule {
@@ -181,7 +180,7 @@ mod tests {
         ByRules::new(&learned, HalfHeights { block_m: 0.03, peg_m: 0.025, marker_m: 0.005 })
     }
 
-    /// Squares in a row away from the robot.
+    /// A row of squares along the robot's x axis.
     fn row(filled: &[bool]) -> Snapshot {
         let object = |(id, &on): (u64, &bool)| Object {
             id,
@@ -193,7 +192,7 @@ mod tests {
         Snapshot { objects: (1..).zip(filled).map(object).collect(), ..Snapshot::default() }
     }
 
-    /// The squares that are worked on, where none of them can be filled but these.
+    /// The squares that are attempted, if only those in `fillable` can be filled.
     fn tried(selection: Selection, squares: usize, fillable: &[usize]) -> Vec<usize> {
         let vocabulary = Vocabulary::of(&Percepts::builtin()).unwrap();
         let (mut work, mut filled, mut tried) = (work(selection), vec![false; squares], Vec::new());

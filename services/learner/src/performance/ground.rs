@@ -1,18 +1,18 @@
-//! Where on the table there is room.
+//! Search for free space on the table.
 
 use tasks::{Figure, Object, Part, laid_out};
 
-/// Where Leo's hands reach, in metres of its base frame: x forward, y to the left.
+/// The workspace of Leo's hands, in metres of its base frame: x forward, y left.
 const REACH_X_M: [f64; 2] = [0.28, 0.48];
 const REACH_Y_M: [f64; 2] = [-0.28, 0.28];
-/// Distance between places that are tried, in metres.
+/// Spacing of the search grid, in metres.
 const GRID_M: f64 = 0.01;
-/// The free space around a thing that is put down, in metres.
+/// Clearance around a placed object, in metres.
 const MARGIN_M: f64 = 0.012;
-/// Half a side of a thing whose extents are not perceived, in metres.
+/// Half the side length of an object without perceived extents, in metres.
 const HALF_SIDE_M: f64 = 0.03;
 
-/// The rectangle that a thing covers, seen from above.
+/// The oriented rectangle that an object covers, seen from above.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Footprint {
     middle_m: [f64; 2],
@@ -21,7 +21,7 @@ pub(super) struct Footprint {
 }
 
 impl Footprint {
-    /// Of a thing; `None` where it is not known where it is.
+    /// The footprint of an object; `None` without a position.
     pub(super) fn of(object: &Object) -> Option<Self> {
         let [x, y, _] = object.position_m?;
         Some(Self {
@@ -31,8 +31,8 @@ impl Footprint {
         })
     }
 
-    /// Whether two rectangles come closer to one another than the margin: none of their four sides'
-    /// directions has them apart (the separating axis theorem).
+    /// Whether the distance of two rectangles is below the margin, by the separating axis theorem: no side direction of
+    /// either separates them.
     fn meets(&self, other: &Self) -> bool {
         let [x, y] = [0, 1]
             .map(|axis| other.middle_m.get(axis).unwrap_or(&0.0) - self.middle_m.get(axis).unwrap_or(&0.0));
@@ -47,7 +47,7 @@ impl Footprint {
         [[cosine, sine], [-sine, cosine]]
     }
 
-    /// Half its width along a direction.
+    /// Half its extent along a direction.
     fn extent_m(&self, [x, y]: [f64; 2]) -> f64 {
         let sides = self.sides().into_iter().zip(self.half_m);
         sides.map(|([side_x, side_y], half_m)| half_m * (side_x * x + side_y * y).abs()).sum()
@@ -58,8 +58,8 @@ fn half_sides_m(half_extents_m: Option<[f64; 3]>) -> [f64; 2] {
     half_extents_m.map_or([HALF_SIDE_M; 2], |[x, y, _]| [x, y])
 }
 
-/// Where the middle of a figure can stand so that all of it is within reach and nothing is in its way:
-/// the place nearest to the middle of what is within reach.
+/// The centroid position for a configuration such that all parts are within the workspace and collide with nothing. It
+/// is the grid point nearest to the centre of the workspace; `None` if there is none.
 pub(super) fn free_middle(figure: &Figure, occupied: &[Footprint]) -> Option<[f64; 2]> {
     let footprint = |part: &Part, x: f64, y: f64| Footprint {
         middle_m: [x, y],

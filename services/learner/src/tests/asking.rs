@@ -1,10 +1,10 @@
-//! What a showing leaves open is asked, and the answer is an example.
+//! Leo asks about an ambiguous demonstration, and the answer becomes an example.
 
 use message::EventKind;
 
 use super::table::Run;
 
-/// A showing that leaves open whether the red ones or the triangles are meant.
+/// A demonstration after which either the red ones or the triangles may be meant.
 fn ambiguous() -> Run {
     let mut run = Run::new(1, Vec::new());
     run.table.borrow_mut().lay(&["red", "blue"], None);

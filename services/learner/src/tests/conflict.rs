@@ -1,24 +1,24 @@
-//! What is done where Leo's own view and the teacher's perspective give different rules.
+//! Conflicts between the rules from Leo's own view and from the teacher's perspective.
 
 use message::EventKind;
 use tasks::{Hypotheses, OnConflict, Settings};
 
 use super::table::Run;
 
-/// Who is followed at last, with what rule, and why the other differs.
+/// The perspective followed last, its rule, and the explanation of the difference.
 fn outcome(run: &Run) -> (Option<u16>, String, String) {
     let chosen = run.events.iter().rfind(|event| event.kind() == Some(EventKind::RuleChosen));
     let last = |kind| run.texts(kind).pop().unwrap_or_default();
     (chosen.map(|event| event.perspective), last(EventKind::RuleChosen), last(EventKind::Explained))
 }
 
-/// What Leo said last, `count` sentences.
+/// The last `count` sentences that Leo said.
 fn said(run: &Run, count: usize) -> Vec<String> {
     let mut said = run.texts(EventKind::Said);
     said.split_off(said.len() - count)
 }
 
-/// Task 1 is shown twice as in the paper, and then once with a red one left out that the teacher sees.
+/// Task 1 is demonstrated twice as in the paper, and then once with a red one left out that the teacher sees.
 fn with_a_slip(on_conflict: OnConflict) -> Run {
     let mut run = Run::with(1, Vec::new(), on_conflict);
     run.teach();
@@ -86,7 +86,7 @@ fn where_the_teacher_knew_what_contradicts_him_leo_asks_and_goes_by_what_was_set
     run.perform(&[]);
     assert!(run.texts(EventKind::Said).ends_with(&[UNTIL_THEN.to_owned()]));
     assert_eq!(run.texts(EventKind::PerformanceEnded), ["filled 5 of 5"]);
-    // Nobody answered; whoever asks why is asked again, and may answer then.
+    // The question is still open: "Why?" repeats it, and it may be answered then.
     run.say("Why?");
     assert_eq!(said(&run, 2), [UNSURE, ASKED]);
     run.say("Yes");
@@ -124,7 +124,7 @@ fn where_nothing_was_settled_before_leo_declines_and_asks_again() {
     run.steps(20);
     run.insert(0, 0);
     run.insert(1, 1);
-    // The teacher sees the yellow one when it is filled already.
+    // The yellow one becomes visible to the teacher after it was filled.
     run.table.borrow_mut().things[1].hidden = false;
     run.steps(20);
     run.say("Task 1 is done");

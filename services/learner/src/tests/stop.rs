@@ -1,4 +1,4 @@
-//! Whoever says stop is obeyed, and nothing that was taught is lost.
+//! Leo obeys a stop of every partner, and no example is lost.
 
 use message::EventKind;
 
@@ -52,7 +52,7 @@ fn what_was_asked_for_before_stop_is_not_begun_after_it() {
         let told = "I do not begin task 1: you said stop";
         assert!(run.texts(EventKind::Said).ends_with(&["I hold still".to_owned(), told.to_owned()]));
         assert_eq!(run.texts(EventKind::Declined), [told], "whoever waits for the performance waits no more");
-        // What is asked for afterwards is done, in the same breath too.
+        // A request after the stop is performed, even if it comes in the same step.
         run.say_at_once(&["Stop!", "Leo, do task 1"]);
         assert!(run.learner.is_performing());
     }
@@ -79,7 +79,7 @@ fn what_was_taught_before_stop_counts_and_the_task_asked_for_may_be_corrected() 
     assert!(said.starts_with("I am watching for one more example of task 1"), "{said}");
 }
 
-/// Leo does task 1 while it is shown task 2, until two holes are filled.
+/// Leo performs task 1 during a demonstration of task 2, until two holes are filled.
 fn a_task_in_a_task() -> Run {
     let mut run = Run::new(1, Vec::new());
     run.teach();
@@ -96,7 +96,7 @@ fn a_task_in_a_task() -> Run {
     run
 }
 
-/// Who did what of a task's last example, in the robot's own view: the actor, the task and how many holes.
+/// The executables of a task's last example in the robot's own view: the actor, the task and the number of holes.
 fn deeds_of(run: &Run, task: &str) -> Vec<(u16, Option<String>, usize)> {
     let task = run.task(task);
     let filled = tasks::Effect::State { name: "filled".to_owned(), on: true };
@@ -119,7 +119,7 @@ fn what_leo_did_until_it_was_stopped_is_its_own_act() {
     let acts = run.texts(EventKind::ActionSeen);
     assert!(acts[acts.len() - 2].starts_with("I: "), "{acts:?}");
 
-    // The same where it does not know at once what is where, and where the showing ends first.
+    // The same after a restart of the belief process, and if the demonstration ends first.
     for sentences in [&["Stop!", "Task 2 is done"][..], &["Task 2 is done"]] {
         let mut run = a_task_in_a_task();
         run.restart_belief();

@@ -1,4 +1,4 @@
-//! A table with blocks and pegs, what two perspectives believe of it, and a body that moves pegs.
+//! A simulated table with blocks and pegs, the beliefs of the perspectives, and a body that moves pegs.
 
 use std::cell::RefCell;
 use std::collections::BTreeMap;
@@ -16,7 +16,7 @@ use tasks::{OnConflict, Task, key};
 use crate::{Body, Input, Kept, Learner, Motion, Output, Settings, Skill, Vocabulary};
 
 const STEP: Duration = Duration::from_millis(10);
-/// How high the teacher lifts a peg, in metres.
+/// Height to which the teacher lifts a peg, in metres.
 const LIFT_M: f64 = 0.12;
 const BLOCK_HALF_HEIGHT_M: f64 = 0.03;
 
@@ -31,17 +31,17 @@ pub(super) struct Thing {
     pub(super) hidden: bool,
 }
 
-/// What is on the table, and what the body is allowed to do.
+/// The objects on the table, and the faults of the body.
 #[derive(Default)]
 pub(super) struct Table {
     pub(super) things: Vec<Thing>,
-    /// Insertions that go wrong before one succeeds, by the colour of the block.
+    /// Insertions that fail before one succeeds, by the colour of the block.
     pub(super) failures: Vec<&'static str>,
     pub(super) skills: Vec<Skill>,
 }
 
 impl Table {
-    /// Squares with holes in a row, and seven pegs before them.
+    /// A row of squares with holes, and seven pegs in front of them.
     pub(super) fn lay(&mut self, colours: &[&'static str], hidden: Option<usize>) {
         self.things.clear();
         for (index, colour) in colours.iter().enumerate() {
@@ -128,22 +128,22 @@ impl Body for StandIn {
     }
 }
 
-/// A learner at a table, and all that it put out.
+/// A learner at a table, with all its output.
 pub(super) struct Run {
     pub(super) table: Rc<RefCell<Table>>,
     pub(super) learner: Learner<StandIn>,
     pub(super) events: Vec<Event>,
-    /// Each task as it was after each example that was saved.
+    /// Each task after every stored example.
     pub(super) saved: Vec<(String, Task)>,
     known: BTreeMap<String, Task>,
     pub(super) goal_frames: usize,
     pub(super) incarnation: u64,
-    /// Identities that the present belief process gives.
+    /// The first identity that the current belief process assigns.
     first_id: u64,
-    /// Which things a belief process that began anew has not perceived.
+    /// Indices of objects that the restarted belief process has not perceived.
     pub(super) missing: Vec<usize>,
     partners: u16,
-    /// The partner from whom alone hidden things are hidden; from all of them where it is none.
+    /// The partner to whom hidden objects are hidden; `None` for all partners.
     pub(super) hidden_from: Option<u16>,
     now: Instant,
     percepts: Percepts,
@@ -202,13 +202,13 @@ impl Run {
         self.step(&[Utterance { speaker, text: Text::new(text) }]);
     }
 
-    /// A sentence that comes as late as that.
+    /// A sentence that is received late.
     pub(super) fn say_late(&mut self, text: &str, late: Duration) {
         let said_at = Instant::from_nanos(self.now.as_nanos() - clock::nanos(late));
         self.step_hearing(&[(said_at, Utterance { speaker: 1, text: Text::new(text) })]);
     }
 
-    /// Sentences that come in one step.
+    /// Sentences that are received in one step.
     pub(super) fn say_at_once(&mut self, texts: &[&str]) {
         let said: Vec<Utterance> =
             texts.iter().map(|text| Utterance { speaker: 1, text: Text::new(text) }).collect();
@@ -279,14 +279,13 @@ impl Run {
         (head, beliefs)
     }
 
-    /// A belief process that begins anew and numbers its beliefs anew: each number is now that of
-    /// a neighbour.
+    /// Restarts the belief process with new identities: each number now denotes a neighbouring object.
     pub(super) fn restart_belief(&mut self) {
         self.incarnation += 1;
         self.first_id += 1;
     }
 
-    /// The teacher takes peg `peg` and puts it into block `block`.
+    /// The teacher takes peg `peg` and inserts it into block `block`.
     pub(super) fn insert(&mut self, peg: usize, block: usize) {
         let pegs = self.table.borrow().things.iter().position(|thing| thing.shape == "peg").unwrap();
         let (from, to) = {
@@ -319,20 +318,20 @@ impl Run {
         self.steps(50);
     }
 
-    /// Another table, and time to see it.
+    /// Lays another table and waits until it is perceived.
     pub(super) fn lay_anew(&mut self, colours: &[&'static str], hidden: Option<usize>) {
         self.table.borrow_mut().lay(colours, hidden);
         self.first_id += 100;
         self.steps(10);
     }
 
-    /// A task as it was saved last.
+    /// A task as stored last.
     pub(super) fn task(&self, key: &str) -> Task {
         let saved = self.saved.iter().rfind(|(saved, _)| saved == key);
         saved.map(|(_, task)| task.clone()).unwrap()
     }
 
-    /// A demonstration of Task 1: every hole that the teacher sees is filled.
+    /// A demonstration of Task 1: the teacher fills every visible hole.
     pub(super) fn demonstrate(&mut self, colours: &[&'static str], meanwhile: impl FnOnce(&mut Self)) {
         self.demonstrate_as(1, colours, meanwhile);
     }
@@ -361,7 +360,7 @@ impl Run {
         self.demonstrate(&["green", "yellow", "red", "yellow", "blue"], |_| {});
     }
 
-    /// The novel set, and the order to work on it.
+    /// Lays the novel set of objects and requests the performance.
     pub(super) fn perform(&mut self, failures: &[&'static str]) {
         self.perform_with(failures, |_| {});
     }

@@ -1,4 +1,4 @@
-//! Showings that go wrong.
+//! Faulty demonstrations.
 
 use clock::Duration;
 use message::EventKind;
@@ -6,12 +6,12 @@ use tasks::Task;
 
 use super::table::Run;
 
-/// What Leo said last.
+/// The last sentence that Leo said.
 fn last_said(run: &Run) -> String {
     run.texts(EventKind::Said).pop().unwrap()
 }
 
-/// A showing in which a peg is put into one block of those laid.
+/// A demonstration in which a peg is inserted into one of the blocks.
 fn fill_one(run: &mut Run, colours: &[&'static str], block: usize) {
     run.lay_anew(colours, None);
     run.say("Leo, I can teach you to do task 1");
@@ -30,7 +30,7 @@ fn showings_that_contradict_each_other_are_told_so_and_all_are_kept() {
     let told = said.iter().find(|text| text.starts_with("I learned task 1 from 2 examples: ")).unwrap();
     assert!(told.contains("1 of 2 say") && told.ends_with("please show it again"), "{told}");
     assert_eq!(run.task("task 1").examples.len(), 2);
-    // One of the two is what counts once it is shown again.
+    // After a third demonstration one of the two rules prevails.
     fill_one(&mut run, &["red", "green"], 0);
     let said = run.texts(EventKind::Said);
     let told = said.iter().rfind(|text| text.starts_with("I learned task 1 from 3 examples: ")).unwrap();
@@ -43,7 +43,7 @@ fn leo_asks_about_what_speaks_against_the_rule_and_about_each_kind_once() {
     fill_one(&mut run, &["red", "green"], 0);
     fill_one(&mut run, &["red", "green", "yellow"], 1);
     fill_one(&mut run, &["red", "green", "yellow"], 0);
-    // He left a red one that he knew of, and filled a green one.
+    // The teacher left out a visible red one and filled a green one.
     assert_eq!(last_said(&run), "Should a red square be filled, too?");
     run.say("Yes");
     assert_eq!(last_said(&run), "Should a green square be filled, too?");
@@ -54,7 +54,7 @@ fn leo_asks_about_what_speaks_against_the_rule_and_about_each_kind_once() {
         said.starts_with("I learned task 1 from 5 examples: all red filled"),
         "nothing more is asked: {said}"
     );
-    // What was answered is no thing that he could not see.
+    // An answered question is not an object that the teacher could not see.
     let explained = run.texts(EventKind::Explained).pop().unwrap_or_default();
     assert!(!explained.contains("could not see"), "{explained}");
 }
@@ -142,7 +142,7 @@ fn a_showing_counts_only_where_its_beginning_and_its_end_are_heard_in_time() {
     run.steps(300);
     run.say("Leo, I can teach you to do task 1");
     run.insert(0, 0);
-    // The teacher lays the next things meanwhile: what is there now is nothing that he showed.
+    // The teacher lays the next objects meanwhile, so the current state is not what was demonstrated.
     run.say_late("Task 1 is done", late);
     let refused = "I do not know how things were when you said that: this showing of task 1 does not count";
     assert!(last_said(&run).starts_with(refused), "{}", last_said(&run));

@@ -1,14 +1,14 @@
-//! Stores with damaged places.
+//! Stores with damaged bytes.
 
 use serde_json::Value;
 
 use super::*;
 
 const VERSION_3: &[u8] = include_bytes!("../../tests/version_3.redb");
-/// What a block of a disk may have.
+/// The block size of the damages.
 const BLOCK: usize = 512;
 
-/// A store with some tasks, some of which were forgotten or put in place of others, as it lies on the disk.
+/// A store with some tasks, of which some were removed or replaced; returns its path and entries.
 fn store() -> (tempfile::TempDir, PathBuf, Vec<Entry<String, String>>) {
     let (folder, path) = file();
     let mut store = Store::open(&path).unwrap();
@@ -21,7 +21,7 @@ fn store() -> (tempfile::TempDir, PathBuf, Vec<Entry<String, String>>) {
     assert!(store.forget("task 2").unwrap());
     store.put("task 3", &"TASK 3", 1, &item("changed", 1)).unwrap();
     drop(store);
-    // Part of it is written whole, and part of it is appended.
+    // One part of it was rewritten, the other part appended.
     fs::remove_file(path.with_file_name("tasks.copy.store")).unwrap();
     let mut store = Store::open(&path).unwrap();
     let more = |key: &str| Entry {
@@ -68,7 +68,7 @@ fn damages(bytes: &[u8]) -> Vec<Vec<u8>> {
     all
 }
 
-/// Swapped, lost, and doubled lines: each of them is sound.
+/// Swapped, missing and duplicate lines, each of which is valid by itself.
 fn disorders(bytes: &[u8]) -> Vec<Vec<u8>> {
     let lines: Vec<&[u8]> = bytes.split_inclusive(|byte| *byte == b'\n').collect();
     let mut all = Vec::new();
@@ -108,7 +108,7 @@ fn whatever_place_of_one_copy_is_damaged_nothing_is_lost_and_it_is_told() {
             let findings = store.findings();
             assert_eq!(findings.lost, Lost::Nothing);
             assert!(store.losses().is_empty());
-            // An unfinished write to the end of a copy is no damage.
+            // An unfinished write to the end of a copy is not damage.
             if let [Damage { file, aside: Some(aside), .. }] = &findings.damaged[..] {
                 assert_eq!(file, &folder.join(name));
                 assert_eq!(fs::read(aside).unwrap(), damaged, "it is kept as it was");
@@ -123,7 +123,7 @@ fn whatever_place_of_one_copy_is_damaged_nothing_is_lost_and_it_is_told() {
     assert!(count > 300, "{count}");
 }
 
-/// Whether a copy is as another one, but for what was written last.
+/// Whether a copy equals another one except for its last line.
 fn is_unfinished(damaged: &[u8], sound: &[u8]) -> bool {
     let last = sound[..sound.len() - 1].iter().rposition(|byte| *byte == b'\n').unwrap() + 1;
     damaged.len() <= sound.len() && damaged[..last.min(damaged.len())] == sound[..last.min(damaged.len())]
@@ -148,7 +148,7 @@ fn of_two_damaged_copies_everything_is_kept_that_is_sound_in_either_and_nothing_
         let items: Vec<String> = found.iter().flat_map(|entry| entry.items.clone()).collect();
         match store.findings().lost {
             Lost::Nothing if found != all => {
-                // Without what was written last: both copies end before it.
+                // The last change is missing: one copy ends before it.
                 assert!(
                     is_unfinished(first, &sound) || is_unfinished(second, &sound),
                     "{}",
@@ -159,7 +159,7 @@ fn of_two_damaged_copies_everything_is_kept_that_is_sound_in_either_and_nothing_
             Lost::Perhaps | Lost::Records(_) => told += 1,
             Lost::Everything => assert!(found.is_empty()),
         }
-        // Every line that is sound in either copy and tells of an item is believed.
+        // The item of every line that is valid in either copy is in the store.
         for item in &known {
             let is_sound = |bytes: &[u8]| {
                 let line = sound_lines.iter().rfind(|line| line.contains(item.as_str())).unwrap();
@@ -200,7 +200,7 @@ fn what_is_lost_is_told_by_number_and_said_until_somebody_heard_it() {
     let task_4 = expected.iter_mut().find(|entry| entry.key == "task 4").unwrap();
     task_4.items.remove(1);
     assert_eq!(store.load::<String, String>().unwrap(), expected);
-    // Whoever appends to the list of two has the place behind them.
+    // The list has two items, so a new one goes to place 2.
     store.put("task 4", &"TASK 4", 2, &"new").unwrap();
     expected.iter_mut().find(|entry| entry.key == "task 4").unwrap().items.push("new".to_owned());
     drop(store);

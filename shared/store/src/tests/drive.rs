@@ -1,4 +1,4 @@
-//! A disk that loses power: of what was not synchronised, any part may have reached it, in any order.
+//! A simulated disk that loses power: any subset of the unsynchronised writes may have reached it.
 
 use std::collections::BTreeMap;
 use std::io::{self, ErrorKind};
@@ -6,10 +6,10 @@ use std::sync::{Arc, Mutex, MutexGuard};
 
 use crate::files::Files;
 
-/// It is written wholly or not at all.
+/// Size of a sector, which is written atomically.
 const SECTOR: usize = 512;
 
-/// What a disk holds.
+/// The contents of a disk.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Platter {
     names: BTreeMap<String, usize>,
@@ -19,7 +19,7 @@ pub(super) struct Platter {
 #[derive(Clone, Debug, Default)]
 struct Inode {
     length: usize,
-    /// Sectors behind the end are there, and cannot be read.
+    /// May be longer than `length`: sectors beyond the end exist but cannot be read.
     bytes: Vec<u8>,
 }
 
@@ -46,7 +46,7 @@ impl Inode {
     }
 }
 
-/// A write that the disk does wholly or not at all.
+/// An atomic write of the disk.
 #[derive(Clone, Debug)]
 pub(super) enum Write {
     Sector { file: usize, at: usize, bytes: Vec<u8> },
@@ -81,11 +81,11 @@ impl Platter {
 /// A moment at which the power may be cut.
 #[derive(Clone, Debug)]
 pub(super) struct Moment {
-    /// What is on the disk for certain.
+    /// What is durable.
     pub(super) durable: Platter,
-    /// What may be.
+    /// What is written but not synchronised.
     pub(super) pending: Vec<Write>,
-    /// How many changes were acknowledged by then.
+    /// The number of acknowledged changes.
     pub(super) acknowledged: usize,
 }
 
@@ -96,9 +96,9 @@ pub(super) struct State {
     pending: Vec<Write>,
     pub(super) acknowledged: usize,
     pub(super) moments: Vec<Moment>,
-    /// So many calls succeed before one fails.
+    /// The number of calls that succeed before one fails.
     pub(super) fails_after: Option<usize>,
-    /// Whether all behind it fail as well.
+    /// Whether all later calls fail as well.
     pub(super) fails_for_good: bool,
     pub(super) error: Option<ErrorKind>,
     pub(super) calls: usize,
@@ -115,7 +115,7 @@ impl State {
         });
     }
 
-    /// Makes durable what is wanted of it.
+    /// Makes the selected pending writes durable.
     fn sync(&mut self, is_wanted: impl Fn(&Write) -> bool) {
         let (durable, pending) = std::mem::take(&mut self.pending).into_iter().partition(is_wanted);
         let durable: Vec<Write> = durable;
@@ -146,7 +146,7 @@ impl State {
         self.seen.names.get(name).copied().ok_or_else(|| ErrorKind::NotFound.into())
     }
 
-    /// Whether this call fails.
+    /// Counts a call and fails it if its turn has come.
     fn call(&mut self) -> io::Result<()> {
         let call = self.calls;
         self.calls += 1;
@@ -158,12 +158,12 @@ impl State {
     }
 }
 
-/// Whoever has a clone of it works with the same disk.
+/// A disk; its clones share their state.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Drive(Arc<Mutex<State>>);
 
 impl Drive {
-    /// One that holds this, after power is back.
+    /// A disk with these contents, after the power is back.
     pub(super) fn of(platter: Platter) -> Self {
         let state = State { durable: platter.clone(), seen: platter, ..State::default() };
         Self(Arc::new(Mutex::new(state)))
@@ -261,8 +261,8 @@ impl Files for Drive {
     }
 }
 
-/// What a power cut may leave: every part of what was pending where that is not too much, else every prefix, every one
-/// alone, every one missing, and some parts by chance.
+/// The disks that a power cut may leave. With few pending writes these are all subsets; otherwise every prefix, every
+/// single write, all but every single one, and some random subsets.
 pub(super) fn survivors(moment: &Moment, chance: &mut u64) -> Vec<Platter> {
     let count = moment.pending.len();
     let parts: Vec<u64> = if count <= 8 {
@@ -287,7 +287,7 @@ pub(super) fn survivors(moment: &Moment, chance: &mut u64) -> Vec<Platter> {
     parts.into_iter().map(survivor).collect()
 }
 
-/// The next number of a sequence.
+/// The next number of a pseudo-random sequence.
 pub(super) fn random(state: &mut u64) -> u64 {
     *state ^= *state << 13;
     *state ^= *state >> 7;

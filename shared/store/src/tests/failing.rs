@@ -1,4 +1,4 @@
-//! A disk that fails at its n-th call, once or from then on.
+//! A disk that fails at its n-th call, once or permanently.
 
 use super::drive::Drive;
 use super::power::{changes, open, states};
@@ -8,7 +8,7 @@ use crate::migration::MIGRATIONS;
 
 const KINDS: [ErrorKind; 3] = [ErrorKind::StorageFull, ErrorKind::Other, ErrorKind::PermissionDenied];
 
-/// How many calls a robot makes that does everything.
+/// The number of file operations that all changes take.
 fn calls() -> usize {
     let drive = Drive::default();
     let mut store = open(&drive).unwrap();
@@ -32,7 +32,7 @@ fn whichever_call_of_the_disk_fails_nothing_acknowledged_is_lost_and_what_failed
         for (index, change) in changes().iter().enumerate() {
             if change(&mut store).is_err() {
                 failed += 1;
-                // Another program would find what was acknowledged, and perhaps what failed.
+                // A reader finds every acknowledged change, and possibly the failed one.
                 let held: Vec<Entry<String, String>> = store.load().unwrap();
                 assert!(states[index..=index + 1].contains(&held), "{after} {error}");
                 change(&mut store).unwrap();
@@ -102,7 +102,7 @@ fn what_was_learned_is_readable_on_a_full_disk_and_mended_once_there_is_room() {
     assert!(!path.with_file_name("tasks.damaged.2.store").exists(), "it is set aside once");
 }
 
-/// A disk that has no room for so many files.
+/// A disk that is full after this many files.
 #[derive(Debug)]
 struct Full(Disk, u32);
 

@@ -10,14 +10,14 @@ use super::*;
 use crate::files::{Disk, Files};
 use crate::migration::{MIGRATIONS, Migration};
 
-/// A file as version 1 wrote it: "Task 1" with two examples, and "empty" with none.
+/// A file written by version 1: "Task 1" with two examples, and "empty" with none.
 const VERSION_1: &[u8] = include_bytes!("../../tests/version_1.redb");
-/// A file as version 3 wrote it: three tasks with six examples each.
+/// A file written by version 3: three tasks with six examples each.
 const VERSION_3: &[u8] = include_bytes!("../../tests/version_3.redb");
 const ABOUT: TableDefinition<'_, &str, u64> = TableDefinition::new("about");
 const ENTRIES: TableDefinition<'_, &str, &[u8]> = TableDefinition::new("tasks");
 const ITEMS: TableDefinition<'_, (&str, u64), &[u8]> = TableDefinition::new("examples");
-/// For the process that is killed: which file it opens, and before which change of a name or file it stops.
+/// For the process that is killed: the file that it opens, and the number of changes to names or files before it stops.
 const FILE: &str = "LEO_TEST_FILE";
 const STOPS: &str = "LEO_TEST_STOPS";
 
@@ -29,12 +29,12 @@ fn old_file(bytes: &[u8]) -> (tempfile::TempDir, PathBuf) {
     (folder, path)
 }
 
-/// The names of all files beside one that are no lock, it among them.
+/// The names of all files in the same directory, without the lock.
 fn names(path: &Path) -> Vec<String> {
     beside(path).into_keys().filter(|name| name != "tasks.lock").collect()
 }
 
-/// What version 1 held, read by nothing but the database: keys and values.
+/// The keys and values of the file of version 1, read directly from the database.
 fn held_by_version_1() -> Vec<(String, Value)> {
     let (_folder, path) = old_file(VERSION_1);
     let transaction = Database::open(path.with_extension("redb")).unwrap().begin_read().unwrap();
@@ -46,7 +46,7 @@ fn held_by_version_1() -> Vec<(String, Value)> {
     read.collect()
 }
 
-/// What version 3 held, read by nothing but the database.
+/// The contents of the file of version 3, read directly from the database.
 fn held_by_version_3() -> Vec<Entry<Value, Value>> {
     let (_folder, path) = old_file(VERSION_3);
     let transaction = Database::open(path.with_extension("redb")).unwrap().begin_read().unwrap();
@@ -61,7 +61,7 @@ fn held_by_version_3() -> Vec<Entry<Value, Value>> {
     read.collect()
 }
 
-/// A database of a version, with these items of words.
+/// Writes a database of a version with these items.
 fn write_database(path: &Path, version: u64, items: &[(&str, u64, &str)]) {
     fs::create_dir_all(path.parent().unwrap()).unwrap();
     let transaction = Database::create(path.with_extension("redb")).unwrap().begin_write().unwrap();
@@ -77,7 +77,7 @@ fn write_database(path: &Path, version: u64, items: &[(&str, u64, &str)]) {
     transaction.commit().unwrap();
 }
 
-/// All that version 1 held is there, and put together it is what it was.
+/// Asserts that all entries of the file of version 1 are complete.
 fn assert_all_there(store: &mut Store) {
     let together = store.load::<Value, Value>().unwrap().into_iter().map(|Entry { key, mut head, items }| {
         head.as_object_mut().unwrap().insert("examples".to_owned(), items.into());
@@ -100,7 +100,7 @@ fn a_database_of_version_1_is_taken_over_and_kept_as_it_was() {
     drop(store);
     assert_eq!(names(&path), AFTERWARDS);
     assert_eq!(beside(&path)["tasks.v1.redb"], VERSION_1);
-    // Once is enough.
+    // Opening it again changes nothing.
     assert_all_there(&mut Store::open(&path).unwrap());
     assert_eq!(names(&path), AFTERWARDS);
 }
@@ -108,7 +108,7 @@ fn a_database_of_version_1_is_taken_over_and_kept_as_it_was() {
 #[test]
 fn a_database_of_version_2_is_taken_over_and_kept_as_it_was() {
     let (_folder, path) = file();
-    // Version 2 had numbers in words in its keys.
+    // Version 2 had number words in its keys.
     let items = [("task 1", 0, "a"), ("task one", 0, "b"), ("task one", 1, "c")];
     write_database(&path, 2, &items);
     let mut store = Store::open(&path).unwrap();
@@ -178,7 +178,7 @@ fn a_database_that_cannot_be_taken_over_is_left_as_it_is() {
     assert!(refused.to_string().contains("it is odd"), "{refused}");
     assert_eq!(beside(&path)["tasks.redb"], VERSION_1);
     assert_eq!(names(&path), ["tasks.redb"]);
-    // A program that knows better takes it over.
+    // A program with a suitable migration can open it.
     assert_all_there(&mut Store::open(&path).unwrap());
 }
 
@@ -218,7 +218,7 @@ fn a_damaged_or_empty_database_is_set_aside_and_told() {
     }
 }
 
-/// Files, before whose n-th change of a name or file the process stops.
+/// Files; the process stops before its n-th change of a name or file.
 #[derive(Debug)]
 struct Stopping(Disk, u32);
 
@@ -226,7 +226,7 @@ impl Stopping {
     fn change(&mut self) {
         if self.1 == 0 {
             eprintln!("stopped");
-            // Nobody writes: it ends with whoever started it.
+            // Nothing is written to the pipe: the read ends when the parent ends.
             let _end = io::stdin().read_line(&mut String::new());
         }
         self.1 = self.1.saturating_sub(1);
@@ -334,7 +334,7 @@ fn a_look_at_a_store_says_its_version_and_changes_nothing() {
     let (_folder, path) = file();
     assert_eq!(Version::of(&path).unwrap(), Version::NoFile);
     assert!(!path.parent().unwrap().exists(), "a look makes nothing");
-    // A database whose robot was killed says its version, too.
+    // A database whose writer was killed is still identified.
     write_database(&path, 3, &[]);
     let open = Database::open(path.with_extension("redb")).unwrap();
     let left = fs::read(path.with_extension("redb")).unwrap();

@@ -1,4 +1,4 @@
-//! Power cuts: of what was not synchronised, any part may have reached the disk.
+//! Power cuts: any subset of the unsynchronised writes may have reached the disk.
 
 use super::drive::{Drive, Moment, survivors};
 use super::*;
@@ -19,7 +19,7 @@ fn item(key: &str, place: u64) -> String {
     format!("{key} {place} {}", "x".repeat(700))
 }
 
-/// What a robot does with its store.
+/// The changes that a robot makes to its store.
 pub(super) fn changes() -> Vec<Change> {
     let put = |key: &'static str, place: u64| -> Change {
         Box::new(move |store| store.put(key, &key.to_uppercase(), place, &item(key, place)))
@@ -47,7 +47,7 @@ pub(super) fn changes() -> Vec<Change> {
     ]
 }
 
-/// What is held before the first change, and after each.
+/// The contents before the first change and after each.
 pub(super) fn states() -> Vec<Held> {
     let drive = Drive::default();
     let mut store = open(&drive).unwrap();
@@ -59,8 +59,8 @@ pub(super) fn states() -> Vec<Held> {
     states
 }
 
-/// Opens what a power cut has left: what was acknowledged is there, what was under way is there or not, and nobody is
-/// told of a damage.
+/// Opens the disk after a power cut. Acknowledged changes are present, a change in progress may be, and no damage is
+/// reported. Returns the number of changes present.
 fn assert_survives(drive: &Drive, states: &[Held], acknowledged: usize) -> usize {
     let mut store = open(drive).unwrap();
     assert!(store.findings().is_empty(), "{}", store.findings());
@@ -70,10 +70,10 @@ fn assert_survives(drive: &Drive, states: &[Held], acknowledged: usize) -> usize
     count.unwrap_or_else(|| panic!("{acknowledged} were acknowledged, and {held:?} is there"))
 }
 
-/// Cuts the power at every moment of all changes, and has some of the parts survive that may.
+/// Makes all changes and returns every moment at which the power may be cut.
 fn moments() -> Vec<Moment> {
     let drive = Drive::default();
-    // Another life begins now and then, and one copy is written whole because it is missing.
+    // The store is opened anew for each change, and once a copy is rewritten because it is missing.
     for (index, change) in changes().iter().enumerate() {
         let mut store = open(&drive).unwrap();
         change(&mut store).unwrap();
@@ -91,7 +91,7 @@ fn whatever_part_of_a_write_a_power_cut_leaves_nothing_acknowledged_is_lost() {
             let drive = Drive::of(platter);
             let held = assert_survives(&drive, &states, moment.acknowledged);
             after[held - moment.acknowledged] += 1;
-            // And it goes on from there.
+            // The store is usable afterwards.
             let mut store = open(&drive).unwrap();
             store.put("d", &"D", 0, &"more").unwrap();
             drop(store);
@@ -116,7 +116,7 @@ fn a_power_cut_while_another_one_is_mended_loses_nothing_either() {
             let again = drive.state().moments.clone();
             for moment in again {
                 for platter in survivors(&moment, &mut chance).into_iter().step_by(41) {
-                    // What the first life after it has read does not change any more.
+                    // The first opening after the cut settles the contents; a second cut does not change them.
                     let after = assert_survives(&Drive::of(platter), &states[..=held], held);
                     assert_eq!(after, held);
                     count += 1;

@@ -1,4 +1,4 @@
-//! Damages a store as any bytes say, and opens it: nothing panics, and no item is believed that was never stored.
+//! Damages a store as a byte script says, and opens it: it must not panic or contain an item that was never stored.
 
 use std::fs;
 use std::path::Path;
@@ -8,10 +8,10 @@ use store::{Entry, Lost, Store};
 
 /// A database of version 3.
 const DATABASE: &[u8] = include_bytes!("../version_3.redb");
-/// Bytes that make a damage: of which file, of which kind, where, and how much.
+/// Script bytes per damage: the file, the kind, the place and the amount.
 const DAMAGE: usize = 8;
 
-/// The two copies of a sound store, and what is in it.
+/// The two copies of a valid store, and its entries.
 struct Sound {
     copies: [Vec<u8>; 2],
     entries: Vec<Entry<String, String>>,
@@ -33,7 +33,7 @@ fn sound() -> &'static Sound {
     })
 }
 
-/// Changes bytes as eight others say.
+/// Applies one damage.
 fn damage(bytes: &mut Vec<u8>, kind: u8, place: usize, amount: usize, with: u8) {
     if bytes.is_empty() {
         return bytes.push(with);
@@ -55,8 +55,8 @@ fn damage(bytes: &mut Vec<u8>, kind: u8, place: usize, amount: usize, with: u8) 
     }
 }
 
-/// Plays a script: the first byte says whether there is a database of an older version too, and whether the files are
-/// the script itself.
+/// Plays a script. Its first byte says whether there is also a database of an older version, and whether the rest of
+/// the script replaces the files.
 pub(crate) fn play(script: &[u8]) {
     let Some((first, script)) = script.split_first() else { return };
     let sound = sound();
@@ -89,7 +89,7 @@ pub(crate) fn play(script: &[u8]) {
 fn look(path: &Path, sound: &Sound, has_database: bool) {
     let mut store = match Store::open(path) {
         Ok(store) => store,
-        // A sound line of another version cannot be made by chance.
+        // A valid line of another version cannot arise by chance, because of the check sum.
         Err(error) => panic!("{error}"),
     };
     let lost = store.findings().lost;

@@ -1,11 +1,11 @@
 use super::*;
 use crate::{FeatureWords, StateWords};
 
-/// Frames come every 5 ms, as beliefs do.
+/// Period of the belief frames: 5 ms.
 const FRAME_NS: u64 = 5_000_000;
-/// Standard deviation of what the eyes add to a place, in metres.
+/// Standard deviation of the noise of a sensed position, in metres.
 const NOISE_M: f64 = 0.01;
-/// What the beliefs keep of each new place (`config/percepts.toml`).
+/// Low-pass coefficient of the belief positions (`config/percepts.toml`).
 const SHARE: f64 = 0.5;
 
 fn language() -> Language {
@@ -28,10 +28,10 @@ fn belief(id: u64, place_m: [f64; 3], filled: Option<f32>, held_by: u16) -> Beli
     belief
 }
 
-/// Where a thing is at a frame, and in whose hand.
+/// An object's x coordinate at a frame, and its holder.
 type Script = fn(u32) -> (f64, u16);
 
-/// The acts that are found, with the frames at which they are.
+/// The detected acts, with the frames at which they are detected.
 fn acts(frames: impl Iterator<Item = Vec<Belief>>) -> Vec<(u64, Act)> {
     let mut parser = ActionParser::default();
     let mut acts = Vec::new();
@@ -42,7 +42,7 @@ fn acts(frames: impl Iterator<Item = Vec<Belief>>) -> Vec<(u64, Act)> {
     acts
 }
 
-/// Roughly normal numbers from a seed: the sum of twelve that are evenly spread.
+/// Approximately normal noise: the sum of twelve uniform numbers.
 struct Noise(u64);
 
 impl Noise {
@@ -55,7 +55,7 @@ impl Noise {
     }
 }
 
-/// A thing as it is believed through noise, low-pass filtered.
+/// The believed position of an object under noise, low-pass filtered.
 fn believed(script: Script, frames: u32, seed: u64) -> Vec<Vec<Belief>> {
     let mut noise = Noise(seed);
     let mut place_m: Option<[f64; 3]> = None;
@@ -74,7 +74,7 @@ fn believed(script: Script, frames: u32, seed: u64) -> Vec<Vec<Belief>> {
         .collect()
 }
 
-/// The acts in the same scene under many noises: who acts, in their order.
+/// The actors of the detected acts, in order, for 40 noise seeds.
 fn actors(script: Script, frames: u32) -> Vec<Vec<u16>> {
     (1..=40)
         .map(|seed| {
@@ -133,7 +133,7 @@ fn a_thing_put_elsewhere_is_one_act_through_10_mm_of_noise() {
 
 #[test]
 fn a_pause_on_the_way_is_no_end() {
-    // He stops half way for a second, with the thing in his hand.
+    // The actor pauses half way for a second and holds the object.
     let script: Script = |frame| match frame {
         0..200 => (0.1, NOBODY),
         200..250 => (f64::from(frame - 200).mul_add(0.002, 0.1), 1),
@@ -179,7 +179,7 @@ fn what_passes_from_hand_to_hand_is_an_act_of_the_giver_and_then_one_of_the_take
     let script: Script = |frame| match frame {
         0..200 => (0.1, NOBODY),
         200..300 => (f64::from(frame - 200).mul_add(0.002, 0.1), 1),
-        // For the blink of an eye nobody is seen to hold it.
+        // For 25 ms no holder is seen.
         300..305 => (0.3, NOBODY),
         305..400 => (0.3, 2),
         400..500 => (f64::from(frame - 400).mul_add(0.002, 0.3), 2),

@@ -7,7 +7,7 @@ fn block(id: u64, place_m: [f64; 3]) -> Object {
     Object { id, position_m: Some(place_m), half_extents_m: Some([0.03; 3]), ..Object::default() }
 }
 
-/// Longer than wide, and turned by so much.
+/// A block longer than wide, with this heading.
 fn long(id: u64, place_m: [f64; 3], heading_rad: f64) -> Object {
     let half_extents_m = Some([0.06, 0.02, 0.02]);
     Object { half_extents_m, heading_rad: Some(heading_rad), ..block(id, place_m) }
@@ -25,7 +25,7 @@ fn peg(object: Object, inserted: bool) -> Object {
     Object { states: BTreeMap::from([("inserted".to_owned(), inserted)]), ..object }
 }
 
-/// The deeds of partner 1 between two snapshots; each is achieved afterwards.
+/// The deeds of partner 1 between two snapshots; checks that each is achieved afterwards.
 fn done(before: &[Object], after: &[Object]) -> BTreeMap<u64, BTreeSet<Deed>> {
     let snapshot = |objects: &[Object]| Snapshot { objects: objects.to_vec(), ..Snapshot::default() };
     let (before, after) = (snapshot(before), snapshot(after));
@@ -37,7 +37,7 @@ fn done(before: &[Object], after: &[Object]) -> BTreeMap<u64, BTreeSet<Deed>> {
     deeds
 }
 
-/// What became of thing 1.
+/// The deeds for object 1, which must be the only ones.
 fn of_1(before: &[Object], after: &[Object]) -> Vec<Deed> {
     let done = done(before, after);
     assert!(done.keys().all(|id| *id == 1), "{done:?}");
@@ -80,14 +80,14 @@ fn a_bridge_is_placed_on_both_its_pillars() {
     let before = table(long(1, [0.0, 0.5, 0.02], 0.0));
     let both = [Deed::PlacedOn { support: 2 }, Deed::PlacedOn { support: 3 }];
     assert_eq!(of_1(&before, &table(long(1, [0.3, 0.5, 0.08], 0.0))), both);
-    // Turned across it lies on neither: it would fall.
+    // Turned by 90 degrees it lies on neither: it would fall.
     let across = table(long(1, [0.3, 0.5, 0.08], std::f64::consts::FRAC_PI_2));
     assert_eq!(of_1(&before, &across), []);
 }
 
 #[test]
 fn a_support_is_found_through_noise() {
-    // Two standard deviations of what 10 mm of noise leave in low-pass filtered heights and places.
+    // Two standard deviations of the noise (10 mm) that remains in low-pass filtered positions.
     for (dx, dz) in [(0.012, 0.012), (-0.012, 0.012), (0.012, -0.012), (-0.012, -0.012)] {
         let below = block(2, [0.3 - dx, 0.5, 0.03 - dz]);
         let before = [block(1, [0.0, 0.5, 0.03]), block(2, [0.3, 0.5, 0.03])];
@@ -126,12 +126,12 @@ fn what_was_the_givers_and_is_the_others_was_handed_over() {
     let of_1 = |before: Object, after: Object| of_1(&[before, leos.clone()], &[after, leos.clone()]);
     let (mine, given) = (owned(block(1, here), 1), owned(block(1, there), 0));
     assert_eq!(of_1(mine.clone(), given.clone()), [Deed::Handed { to: 0 }]);
-    // Neither what was everybody's, nor what becomes everybody's.
+    // An object without an owner cannot be handed over, and losing its owner is no hand-over.
     assert_eq!(of_1(block(1, here), given.clone()), []);
     assert_eq!(of_1(mine.clone(), block(1, there)), []);
-    // Whoever takes a thing for himself hands it to nobody.
+    // Taking an object is no hand-over.
     assert_eq!(of_1(owned(block(1, there), 0), mine.clone()), []);
-    // Territory that is divided anew, while the thing stays where it is, is nobody's act.
+    // A change of territory, while the object stays in place, is no act.
     assert_eq!(of_1(mine.clone(), owned(block(1, here), 0)), []);
     assert_eq!(of_1(peg(mine, false), peg(given, true)), [], "a peg in a hole was put to use");
 }

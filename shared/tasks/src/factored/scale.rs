@@ -7,7 +7,7 @@ use crate::lexicon::{Key, Mask, present};
 use crate::log_sum::ROUNDING;
 use crate::partition::{Count, Sum};
 
-/// What is the same for every template.
+/// The terms that do not depend on the template.
 pub(super) struct Scale {
     prior: Prior,
     /// |E|.
@@ -15,20 +15,21 @@ pub(super) struct Scale {
     pub(super) features: usize,
     /// ln((1 - ε) / ε).
     evidence: f64,
-    /// log P(D) if the rule were about nothing.
+    /// log P(D) of the empty rule, which covers no class.
     log_nothing: f64,
-    /// More than Π (1 + g) can be if every class with something changed were worth κ more.
+    /// Upper bound on ln Π (1 + g) + κ n, where n is the number of classes with a changed object.
     log_most: f64,
-    /// κ; 0 where more features do not always make more classes.
+    /// κ; 0 if a template with more features can have fewer classes.
     kappa: f64,
-    /// ln g and ln(1 + g) by p - q, from -[`TABLED`] on: there are many classes, and few differences.
+    /// ln g and ln(1 + g) for p - q from -[`TABLED`] to [`TABLED`]: there are many classes but few distinct
+    /// differences.
     gains: Vec<(f64, f64)>,
 }
 
-/// Differences between what was changed and left out of a class for which the logarithms are at hand.
+/// Largest |p - q| for which the logarithms are precomputed.
 const TABLED: i64 = 256;
-/// What is so many nats below the best is lost in the rounding of the sum, even if each of 4,096 templates weighs
-/// as much: ln 4096 is 8.3.
+/// A term this many nats below the best is lost to rounding, even if each of 4,096 templates contributes one:
+/// ln 4096 is 8.3.
 pub(super) const LOST: f64 = ROUNDING + 8.5;
 
 impl Scale {
@@ -62,7 +63,7 @@ impl Scale {
         scale
     }
 
-    /// A bound on what the disjunctions of a template, or of one with more features, weigh together.
+    /// Upper bound on the total log weight of the disjunctions of a template or of any of its refinements.
     pub(super) fn bound(&self, mask: Mask, total: &Total<'_>) -> f64 {
         let all = (1 << self.features) - 1;
         let log_empty = self.log_empty(mask).max(self.log_empty(all));
@@ -74,30 +75,30 @@ impl Scale {
         (gain, softplus(gain))
     }
 
-    /// ln g and ln(1 + g) of a class.
+    /// ln g and ln(1 + g) of a class with this p - q.
     pub(super) fn gain(&self, net: i64) -> (f64, f64) {
         let tabled = usize::try_from(net.saturating_add(TABLED)).ok().and_then(|index| self.gains.get(index));
         tabled.copied().unwrap_or_else(|| self.compute(net))
     }
 
-    /// The log weight of the empty disjunction of a template, which is none.
+    /// The log weight of a template's empty disjunction, which is not a hypothesis.
     pub(super) fn log_empty(&self, mask: Mask) -> f64 {
         let features = usize::try_from(mask.count_ones()).unwrap_or(0) + self.expected;
         self.log_nothing + self.prior.mu.mul_add(float_of_count(features), self.prior.lambda)
     }
 }
 
-/// The classes of a template added up.
+/// Sums over the classes of a template.
 #[derive(Clone, Copy)]
 pub(super) struct Total<'a> {
     scale: &'a Scale,
     /// Σ ln(1 + g).
     pub(super) softplus: f64,
-    /// Σ ln g of the classes that are worth it.
+    /// Σ ln g over the classes with ln g > 0.
     above: f64,
     /// The largest ln g.
     most: f64,
-    /// Classes with something changed.
+    /// Number of classes with a changed object.
     with_changed: u64,
 }
 
@@ -120,20 +121,20 @@ impl<'a> Total<'a> {
         Self { scale, softplus: 0.0, above: 0.0, most: f64::NEG_INFINITY, with_changed: 0 }
     }
 
-    /// The log weight of the best disjunction, beside that of the empty one: where no class is worth
-    /// it, it has the one that is the least loss.
+    /// The log weight of the best nonempty disjunction, relative to the empty one. If no class has a positive
+    /// ln g, it is the class with the largest ln g.
     pub(super) fn log_best(&self) -> f64 {
         if self.most > 0.0 { self.above } else { self.most }
     }
 
-    /// The logarithm of the sum over the disjunctions, beside the weight of the empty one.
+    /// The logarithm of the sum over the nonempty disjunctions, relative to the weight of the empty one.
     pub(super) fn log_sum(&self) -> f64 {
         let has_classes = self.most > f64::NEG_INFINITY;
         if has_classes { self.softplus + (-(-self.softplus).exp()).ln_1p() } else { f64::NEG_INFINITY }
     }
 }
 
-/// How many more were changed than left out.
+/// p - q: the number of changed objects minus the number of left-out ones.
 pub(super) fn net((changed, left_out): (u64, u64)) -> i64 {
     let signed = |count: u64| i64::try_from(count).unwrap_or(i64::MAX);
     signed(changed) - signed(left_out)

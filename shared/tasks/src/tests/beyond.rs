@@ -1,4 +1,4 @@
-//! What people said in the study and the robot of the paper could not, and teachers who slip.
+//! Hypotheses of the study's participants beyond the paper's language, and label noise.
 
 use super::paper::{task_1, task_2};
 use super::{language, object, view};
@@ -19,7 +19,7 @@ fn learned(task: &Task, perspective: u16, settings: &Settings) -> Learned {
     learn_with(&language(), &views.iter().collect::<Vec<_>>(), settings)
 }
 
-/// The best rule and its posterior.
+/// The name and the posterior of the best rule.
 fn winner(learned: &Learned) -> (String, f64) {
     let rule = learned.primary().next().unwrap();
     (rule.name.clone(), rule.standing.posterior)
@@ -37,7 +37,7 @@ fn the_winners_of_table_2_stay_the_winners() {
     }
 }
 
-/// A demonstration of marking one object and leaving another out.
+/// A demonstration in which one object is marked and another one is not.
 fn one_marked() -> View {
     let blocks = |done| {
         vec![
@@ -72,7 +72,7 @@ fn when_nothing_is_left_to_ask_nothing_is_asked() {
     assert_eq!(learning.inquire(&goal, 1), None, "everything seen says the same");
 }
 
-/// Demonstrations in which the red ones are marked, and in the second one a blue one, too.
+/// Demonstrations in which the red objects are marked; in the second one also a blue one, by mistake.
 fn red_with_a_slip() -> Vec<View> {
     let blocks = |slipped: bool, done: bool| -> Vec<Object> {
         let words = [
@@ -155,7 +155,7 @@ fn three_of_them_is_what_fits_when_it_is_any_three() {
 
 #[test]
 fn the_far_ones_are_far_from_him_who_says_so() {
-    // He stands at x = 1.5 and faces Leo: what is far for him is near for Leo.
+    // The teacher stands at x = 1.5 and faces Leo: what is far for the teacher is near for Leo.
     let blocks = |order: [usize; 4], done: bool| -> Vec<Object> {
         let third = if order[0].is_multiple_of(2) { 0.9 } else { 0.45 };
         (0..)
@@ -207,7 +207,7 @@ fn a_colour_never_seen_is_not_blue() {
     assert_eq!(answers[3], None, "a peg has no hole");
 }
 
-/// The answer to whether such a thing should be marked, too: alone, and nowhere.
+/// The answer to whether such an object should be marked, too: a single object without a position.
 fn answered(words: &str, yes: bool) -> View {
     let thing = |marked| {
         let thing = object(1, words, [0.0; 3], &[("marked", marked)]);
@@ -216,7 +216,7 @@ fn answered(words: &str, yes: bool) -> View {
     view(0, thing(false), thing(yes))
 }
 
-/// Things in a row to the left, of which these are marked.
+/// Objects in a row to the left, of which `chosen` are marked.
 fn row_marked(words: &[&str], chosen: &[usize]) -> View {
     let row = |done: bool| -> Vec<Object> {
         let thing = |(index, words): (usize, &&str)| {
@@ -243,7 +243,7 @@ fn an_answer_says_nothing_of_a_number() {
             let learned = learn_with(&language(), &views.iter().collect::<Vec<_>>(), &settings);
             let rule = learned.goals[0].iter().find(|rule| rule.name == "three of them").unwrap();
             assert_eq!(rule.standing.tally, 3, "{settings:?}: {yes}");
-            // Where teachers slip, two showings are not enough to be sure that it is no slip.
+            // With label noise, two demonstrations do not suffice to exclude a mistake.
             assert!(rule.standing.rank == 1 || settings.noise == noise, "{settings:?}: {yes}");
         }
     }
@@ -288,7 +288,7 @@ fn a_feature_that_later_things_lack_makes_a_difference_from_then_on() {
         (rule.name.clone(), rule.standing.tally)
     };
     assert_eq!(rule(&[Some("red"), Some("green")]), ("all".to_owned(), 1));
-    // What has no colour was left: not all of them are meant, but those of a colour.
+    // An object without a colour was left out: not all are meant, but those with these colours.
     assert_eq!(rule(&[Some("red"), Some("green"), None]), ("all red and green".to_owned(), 2));
 }
 

@@ -1,5 +1,5 @@
-//! The languages once more, written apart from the code under test: every hypothesis over a world
-//! of two features, one by one, from the definitions alone.
+//! An independent implementation of the hypothesis languages: it enumerates every hypothesis over a world of two
+//! features, from the definitions alone.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -15,10 +15,10 @@ use crate::{
 
 const VALUES: [[&str; 3]; 2] = [["red", "green", "blue"], ["square", "triangle", "long"]];
 
-/// Values of the two features by number.
+/// Value indices of the two features.
 type Kind = [usize; 2];
 
-/// One thing: its kind, where it stands, whether it was marked before and whether it is marked.
+/// An object: its kind, its position, whether it was marked before and whether it is marked after.
 #[derive(Clone, Copy, Debug)]
 struct Thing {
     kind: Kind,
@@ -64,10 +64,10 @@ fn seen_as(things: &[Thing]) -> View {
     view(0, objects(false), objects(true))
 }
 
-/// A hypothesis by what it is true of.
+/// A hypothesis by its extension: the kinds that it covers.
 #[derive(Clone, Debug)]
 struct Meant {
-    /// Of the kinds made of the values seen.
+    /// Among the kinds made of the values seen.
     cells: BTreeSet<Kind>,
     selection: Selection,
     log_prior: f64,
@@ -90,7 +90,7 @@ fn subsets<T: Clone>(of: &[T]) -> impl Iterator<Item = Vec<T>> {
         .map(|bits| (0..of.len()).filter(|bit| bits >> bit & 1 == 1).map(|bit| of[bit].clone()).collect())
 }
 
-/// A template of the two features, and what it keeps of a kind.
+/// The values of a kind for the features of a template.
 fn project(template: [bool; 2], kind: Kind) -> [Option<usize>; 2] {
     [0, 1].map(|feature| template[feature].then_some(kind[feature]))
 }
@@ -120,7 +120,7 @@ fn disjunctions(world: &[Vec<Thing>], settings: &Settings) -> Vec<Meant> {
     all
 }
 
-/// Those of them that are of one demonstration's changed objects, or of all of them: by template.
+/// Under each template, the classes of the changed objects of each demonstration and of all of them.
 fn expanded(world: &[Vec<Thing>], prior: impl Fn(usize, usize) -> Option<f64>) -> Vec<Meant> {
     let mut all = Vec::new();
     for template in TEMPLATES {
@@ -198,7 +198,7 @@ fn extended(world: &[Vec<Thing>], settings: &Settings) -> Vec<Meant> {
     all
 }
 
-/// Which things of a demonstration it is about; of a number, every choice that it allows.
+/// The sets of objects that a hypothesis selects in a demonstration: with a number, every choice that it allows.
 fn choices(meant: &Meant, things: &[Thing]) -> Vec<Vec<bool>> {
     let member: Vec<bool> = things.iter().map(|thing| meant.cells.contains(&thing.kind)).collect();
     let inside: Vec<usize> = (0..things.len()).filter(|&index| member[index]).collect();
@@ -284,7 +284,7 @@ fn hypotheses(world: &[Vec<Thing>], settings: &Settings) -> Vec<Meant> {
     }
 }
 
-/// What hypotheses are true of, and the posterior of all that are true of the same.
+/// The posterior, summed over hypotheses with the same extension.
 fn posterior(world: &[Vec<Thing>], settings: &Settings) -> BTreeMap<(Selection, BTreeSet<Kind>), f64> {
     let mut sums: BTreeMap<(Selection, BTreeSet<Kind>), f64> = BTreeMap::new();
     let mut total = 0.0;
@@ -326,7 +326,7 @@ fn all_settings() -> Vec<Settings> {
         .collect()
 }
 
-/// The kinds made of the values seen that a rule is true of.
+/// The kinds, made of the values seen, that a rule covers.
 fn cells_of(rule: &Rule, world: &[Vec<Thing>]) -> BTreeSet<Kind> {
     let is_about = |kind: &Kind| {
         let thing = Thing { kind: *kind, place: [0.1, 0.0], was: false, is: false };
@@ -376,7 +376,7 @@ proptest! {
                 let inside = asked.iter().filter(|thing| meant.cells.contains(&thing.kind)).count();
                 let mut choices = choices(&meant, &asked);
                 if choices.is_empty() && matches!(selection, Selection::Exactly(_)) {
-                    // Too few for what was said: all of them.
+                    // Too few objects for the number: all of them.
                     choices = vec![asked.iter().map(|thing| meant.cells.contains(&thing.kind)).collect()];
                 }
                 prop_assert!(inside == 0 || !choices.is_empty() || matches!(selection, Selection::AllBut(_)));
@@ -398,12 +398,12 @@ proptest! {
     }
 }
 
-/// A number from 0 to 1, the same in every run.
+/// A pseudo-random number in [0, 1) from the deterministic runner.
 fn chance(runner: &mut TestRunner) -> f64 {
     (0.0..1.0_f64).new_tree(runner).unwrap().current()
 }
 
-/// An item as probably as its weight is heavy.
+/// Draws an item with a probability proportional to its weight.
 fn drawn<T>(items: Vec<(f64, T)>, runner: &mut TestRunner) -> T {
     let mut rest = chance(runner) * items.iter().map(|(weight, _)| weight).sum::<f64>();
     let mut last = None;
@@ -417,15 +417,15 @@ fn drawn<T>(items: Vec<(f64, T)>, runner: &mut TestRunner) -> T {
     last.unwrap()
 }
 
-/// A teacher thinks of a rule as probably as its prior says, demonstrates it and slips as often as
-/// the noise says. Of what is said to hold with probability p, a share of p does.
+/// A simulated teacher draws a rule from the prior, demonstrates it, and mislabels objects at the rate of the noise.
+/// Predictions of probability p must come true in a share p of the cases.
 #[test]
 fn the_posterior_is_calibrated_under_its_own_model() {
     for language_of in [Hypotheses::Paper, Hypotheses::Extended] {
         let noise = Noise::try_from(0.1).unwrap();
         let settings = Settings { language: language_of, noise, ..Settings::default() };
         let mut runner = TestRunner::deterministic();
-        // By tenths of the probability: how often, the sum of the probabilities, how often it held.
+        // For each tenth of the probability: count, sum of the probabilities, number of times it held.
         let mut tenths = [(0_usize, 0.0, 0.0); 10];
         for _ in 0..3000 {
             let strategy = prop::collection::vec(things(6), 2..4);
@@ -445,11 +445,11 @@ fn the_posterior_is_calibrated_under_its_own_model() {
             }
             let mut learning = Learning::new(&language(), &settings);
             world.iter().for_each(|things| learning.add(&seen_as(things)));
-            // The first scene is shown once more.
+            // The query is the first scene again.
             let asked: Vec<Thing> =
                 world[0].iter().map(|thing| Thing { was: false, is: false, ..*thing }).collect();
             let answers = learning.probabilities(&marked(), &snapshot(seen_as(&asked).after.objects));
-            // Where nothing was changed there is no goal to ask about.
+            // Without a change there is no goal to ask about.
             let Some(probability) = answers[0] else { continue };
             let choices = choices(&meant, &asked).into_iter().map(|choice| (1.0, choice)).collect();
             let tenth =

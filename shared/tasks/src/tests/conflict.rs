@@ -1,4 +1,4 @@
-//! Whose rules are followed where the robot's own view and the teacher's perspective contradict each other.
+//! Conflicts between the robot's own view and the teacher's perspective.
 
 use std::collections::BTreeMap;
 
@@ -11,7 +11,7 @@ fn decided(task: &Task, on_conflict: OnConflict) -> Decision {
     decide_with(&language(), task, &by_perspective, 1, on_conflict)
 }
 
-/// Task 1, and a showing in which he leaves a red one that he knows of.
+/// Task 1, and a demonstration in which the teacher leaves out a red block that they know of.
 fn with_a_slip() -> Task {
     let mut task = task_1();
     let mut views = fill_all_holes(&["green", "yellow", "red", "blue"]);
@@ -24,7 +24,7 @@ fn with_a_slip() -> Task {
     task
 }
 
-/// Whether such a thing should be filled, too, as he answered.
+/// Adds the teacher's answer to whether such an object should be filled, too.
 fn answer(task: &mut Task, words: &str, yes: bool) {
     let thing = |filled| {
         let thing = object(1, words, [0.0; 3], &[("filled", filled)]);
@@ -55,7 +55,7 @@ fn what_he_knew_leaves_it_open_until_he_is_asked_and_the_answer_decides() {
         answer(&mut task, "medium red square", yes);
         assert_eq!(decided(&task, OnConflict::Resolve), Decision::Followed(followed), "{yes}");
     }
-    // Another thing is not what he was asked about.
+    // An answer about another kind of object does not count.
     let mut task = task;
     answer(&mut task, "medium green square", true);
     assert_eq!(decided(&task, OnConflict::Resolve), Decision::Open(doubt));
@@ -63,7 +63,8 @@ fn what_he_knew_leaves_it_open_until_he_is_asked_and_the_answer_decides() {
 
 #[test]
 fn a_thing_hidden_beside_one_that_he_left_explains_no_more_than_itself() {
-    // In each showing he leaves a blue one that he sees, 6 cm beside the hidden one: of one of them he knew.
+    // In each demonstration the teacher leaves out a visible blue block, 6 cm beside the hidden one. So the teacher
+    // knows of one of the two.
     let mut task = task_1();
     let seen = || object(50, "medium blue square", [0.24, 0.7, 0.03], &[("filled", false)]);
     for view in task.examples.iter_mut().flat_map(|example| &mut example.views) {
@@ -103,7 +104,7 @@ fn that_one_of_a_number_was_left_is_what_the_number_says_and_no_riddle() {
     let thing = |id: u64, words: &str, filled: bool| {
         object(id, words, [0.1 * quantity::number::float(id), 0.7, 0.03], &[("filled", filled)])
     };
-    // The first two are alike, and one of them is left; the last is hidden from him.
+    // The first two are alike, and one of them is left out; the last is hidden from the teacher.
     let words = ["medium red square", "medium red square", "medium green square", "medium blue square"];
     let things = |known: usize, done: bool| -> Vec<_> {
         (0..)

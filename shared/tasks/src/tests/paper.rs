@@ -1,11 +1,11 @@
-//! Tasks 1 and 2 of the study: what Table 2 says that the robot believed.
+//! Tasks 1 and 2 of the study, with the beliefs of the robot from Table 2.
 
 use super::{high_likelihood, language, learned, object, snapshot, task, view};
 use crate::{Object, Task, View, decide, explain};
 use std::collections::BTreeMap;
 
-/// A demonstration of Task 1: squares with holes (the last one hidden from the teacher by a
-/// barrier), and seven pegs of which as many are used as there are holes that he sees.
+/// A demonstration of Task 1: squares with holes, the last one hidden from the teacher by a barrier, and seven
+/// pegs. The teacher uses one peg for each visible hole.
 pub(super) fn fill_all_holes(colours: &[&str]) -> Vec<View> {
     let at = |index: usize, y: f64| [quantity::number::float_of_count(index).mul_add(0.12, -0.3), y, 0.03];
     let hidden = colours.len() - 1;
@@ -36,7 +36,7 @@ pub(super) fn task_1() -> Task {
     ])
 }
 
-/// A demonstration of Task 2: the teacher marks his red and green blocks; he attends to his own.
+/// A demonstration of Task 2: the teacher marks their red and green blocks and attends only to their own.
 fn mark_red_and_green(his: &[&str], others: &[&str]) -> Vec<View> {
     let blocks = |words: &[&str], from: u64, y: f64, done: bool, mine: bool| {
         (from..)
@@ -142,7 +142,7 @@ fn the_teachers_rule_is_followed_and_the_difference_explained() {
 #[test]
 fn what_another_teacher_could_not_see_explains_his_own_showing() {
     let mut task = task_1();
-    // Each example was given by another, who could not see the block; the other could.
+    // Each example has another teacher, to whom the block was hidden while the other one saw it.
     for (example, teacher) in task.examples.iter_mut().zip([1, 2]) {
         let [own, his] = example.views.as_slice() else { unreachable!() };
         let (own, his) = (own.clone(), his.clone());
@@ -154,7 +154,7 @@ fn what_another_teacher_could_not_see_explains_his_own_showing() {
     let taught = of(task.taught(&[0, 1, 2]).collect());
     assert_eq!(high_likelihood(&taught), ["all"]);
     assert_ne!(high_likelihood(&of(task.views(2).collect())), ["all"], "the first showing was not his");
-    // Where one of them is not simulated, his showing is as the robot saw it.
+    // If a teacher is not simulated, the robot's view of the demonstration is used.
     let perspectives =
         |simulated: &[u16]| -> Vec<u16> { task.taught(simulated).map(|view| view.perspective).collect() };
     assert_eq!(perspectives(&[0, 1, 2]), [1, 2]);
@@ -169,7 +169,7 @@ fn what_another_teacher_could_not_see_explains_his_own_showing() {
 #[test]
 fn a_block_that_he_knew_and_left_out_is_not_explained() {
     let mut task = task_1();
-    // He knows of the block after all.
+    // Now the teacher knows of the block.
     for example in &mut task.examples {
         let own = example.views[0].clone();
         example.views[1].after = own.after;
@@ -261,7 +261,7 @@ fn whoever_works_on_what_is_not_his_does_not_go_by_whose_things_are() {
     let mut task = task_2();
     for example in &mut task.examples {
         for object in &mut example.views[1].after.objects {
-            // He marks one thing on the other side, too.
+            // The teacher also marks one object on the other side.
             if object.id == 51 {
                 object.states.insert("marked".to_owned(), true);
             }

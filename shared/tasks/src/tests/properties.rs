@@ -25,14 +25,14 @@ fn demonstrations() -> impl Strategy<Value = Vec<Vec<Block>>> {
     prop::collection::vec(prop::collection::vec(block(), 1..6), 1..4)
 }
 
-/// The demonstrations as one perspective sees them, every value renamed.
+/// The demonstrations as one perspective sees them, with every value renamed.
 fn views(demonstrations: &[Vec<Block>], rename: impl Fn(&str) -> String) -> Vec<View> {
     let blocks = |blocks: &[Block], after: bool| -> Vec<Object> {
         (0..)
             .zip(blocks)
             .map(|(id, &(size, colour, shape, hole, was, is))| {
                 let words = [SIZES[size], COLOURS[colour], SHAPES[shape]].map(&rename).join(" ");
-                // What is filled stays filled.
+                // A filled hole stays filled.
                 let filled = was || (after && is);
                 let states: &[(&str, bool)] = if hole { &[("filled", filled)] } else { &[] };
                 object(id, &words, [0.0; 3], states)
@@ -46,7 +46,7 @@ fn rules_of(views: &[View], language: &crate::Language, settings: &Settings) -> 
     learn_with(language, &views.iter().collect::<Vec<_>>(), settings)
 }
 
-/// Both languages, with teachers who never slip and with such as do.
+/// Both languages, with and without label noise.
 fn settings() -> impl Strategy<Value = Settings> {
     let language = prop_oneof![4 => Just(Hypotheses::Paper), 1 => Just(Hypotheses::Extended)];
     (language, prop_oneof![Just(0.0), Just(0.05)]).prop_map(|(language, noise)| Settings {
@@ -59,7 +59,7 @@ fn settings() -> impl Strategy<Value = Settings> {
 /// Rank, tally, posterior in millionths, template, classes and selection of a rule.
 type Standing = (usize, usize, i64, Vec<String>, BTreeSet<Class>, Selection);
 
-/// What the rules say and how they stand, with ties in no particular order.
+/// The rules and their scores as a set, so that the order of ties does not matter.
 fn standing(learned: &Learned) -> BTreeSet<Standing> {
     let standing = |rule: &Rule| {
         let posterior = quantity::number::round_i64(rule.standing.posterior * 1e6);
@@ -72,7 +72,7 @@ fn standing(learned: &Learned) -> BTreeSet<Standing> {
             rule.selection,
         )
     };
-    // Ties that the list has no room for are cut off in the order of their names.
+    // Ties beyond the length limit are cut off in the order of their names.
     let has_room =
         |rules: &&Vec<Rule>, rule: &Rule| rules.len() < 512 || rule.standing.rank < rules[511].standing.rank;
     let whole =
@@ -80,12 +80,12 @@ fn standing(learned: &Learned) -> BTreeSet<Standing> {
     whole.filter(|rule| rule.standing.posterior > 1e-5).map(standing).collect()
 }
 
-/// A block with a hole that was empty: whatever becomes of it, it says something.
+/// A block with an empty hole: it is informative, whatever happens to it.
 fn hidden() -> impl Strategy<Value = Block> {
     block().prop_map(|(size, colour, shape, _, _, is)| (size, colour, shape, true, false, is))
 }
 
-/// The demonstrations as teacher 1 and the robot saw them; the hidden block is seen by the robot alone.
+/// The demonstrations as teacher 1 and the robot saw them; only the robot sees the hidden block.
 fn shown_to_both(demonstrations: &[Vec<Block>], hidden: Option<Block>) -> Task {
     let his = views(demonstrations, str::to_owned);
     let all: Vec<Vec<Block>> =
@@ -95,7 +95,7 @@ fn shown_to_both(demonstrations: &[Vec<Block>], hidden: Option<Block>) -> Task {
     task(both.collect())
 }
 
-/// Whose rules of a task are followed, and what they are.
+/// The perspective whose rules are followed, and its rules.
 fn followed(task: &Task, settings: &Settings) -> (Option<u16>, Learned) {
     let simulated = [0, 1];
     let of = |views: Vec<&View>| {
@@ -109,7 +109,7 @@ fn followed(task: &Task, settings: &Settings) -> (Option<u16>, Learned) {
     (chosen, chosen.map(|perspective| by_perspective[&perspective].clone()).unwrap_or_default())
 }
 
-/// Written apart from the code under test: one object at a time, no early way out.
+/// Independent of the code under test: one object at a time, without early exit.
 fn is_consistent(template: &[String], classes: &BTreeSet<Class>, view: &View) -> bool {
     let mut wrong = 0;
     for after in &view.after.objects {
@@ -127,8 +127,7 @@ fn is_consistent(template: &[String], classes: &BTreeSet<Class>, view: &View) ->
     wrong == 0
 }
 
-/// Every subset of the features, with the classes of the objects that were filled in each
-/// demonstration.
+/// Every subset of the features, with the classes of the filled objects in each demonstration.
 fn shown(views: &[View]) -> Vec<(Vec<String>, Vec<BTreeSet<Class>>)> {
     let names = ["colour", "shape", "size"];
     let templates = (0..8_usize).map(|mask| (0..3).filter(move |bit| mask >> bit & 1 == 1));
@@ -148,7 +147,7 @@ fn shown(views: &[View]) -> Vec<(Vec<String>, Vec<BTreeSet<Class>>)> {
         .collect()
 }
 
-/// The hypotheses about filling, by template and classes, and their tallies.
+/// The hypotheses about filling, by template and classes, with their tallies.
 fn expanded(views: &[View], settings: &Settings) -> BTreeMap<(Vec<String>, BTreeSet<Class>), usize> {
     let mut learning = Learning::new(&language(), settings);
     views.iter().for_each(|view| learning.add(view));
@@ -159,7 +158,7 @@ fn filled() -> Signature {
     Signature::from([Effect::State { name: "filled".to_owned(), on: true }])
 }
 
-/// More hypotheses than are given: of those that tie where the rest is cut off none is given, in either order.
+/// If there are more hypotheses than the limit, ties at the cut are all dropped, whatever the order.
 #[test]
 fn the_order_of_demonstrations_does_not_matter_where_there_are_too_many_hypotheses() {
     let demonstrations: [&[Block]; 3] = [
@@ -274,7 +273,7 @@ proptest! {
         if plain.0 == Some(1) {
             prop_assert!(more == plain);
         } else {
-            // What he saw explains nothing: then Leo goes by what it saw itself, if by anything.
+            // The teacher's view explains nothing, so the robot follows its own, if any.
             prop_assert_ne!(more.0, Some(1));
         }
     }
