@@ -2,14 +2,14 @@ use config::leo::MockBus;
 use config::motor::{Device, Motor};
 use servo::mock::{BadInjection, Followers, Injection};
 
-/// What goes wrong on the mock buses.
+/// The faults on the mock buses.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Faults {
-    /// The same seed with the same instructions makes the same faults.
+    /// Seed of the random faults; the same seed and the same instructions give the same faults.
     pub seed: u64,
     /// The faults.
     pub injections: Vec<Injection>,
-    /// What servos do in a fast reply when one before them is silent.
+    /// The behaviour of servos in a fast reply after a silent one.
     pub followers: Followers,
 }
 
@@ -18,7 +18,7 @@ impl Faults {
     ///
     /// # Errors
     ///
-    /// One is none, or is on a bus that is no mock of this robot.
+    /// A fault is invalid, or names a bus that is not a mock bus of this robot.
     pub fn configured(settings: &MockBus, robot: &Motor) -> Result<Self, BadInjection> {
         let injections = settings.faults.iter().map(|words| parse(words, robot)).collect::<Result<_, _>>()?;
         let followers = if settings.followers_go_on { Followers::GoOn } else { Followers::Silent };
@@ -26,11 +26,11 @@ impl Faults {
     }
 }
 
-/// Reads the words for a fault on the mock buses of a robot.
+/// Parses a fault, and checks that its buses are mock buses of the robot.
 ///
 /// # Errors
 ///
-/// The word that is wrong, and what could be said.
+/// The invalid word, and what would be valid.
 pub fn parse(words: &str, robot: &Motor) -> Result<Injection, BadInjection> {
     let injection: Injection = words.parse()?;
     let mocks = robot.buses.iter().filter(|bus| bus.device == Device::Mock);

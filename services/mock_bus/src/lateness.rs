@@ -1,26 +1,25 @@
 use clock::Duration;
 
-/// The part of an observation in the estimate.
+/// Inverse weight of a new sample in the exponential moving average.
 const WEIGHT: u32 = 64;
-/// What is later than this counts as so late: it is the machine that stands still, and no thread's wake-up.
+/// Maximum sample: a larger value means that the machine stalled, and is no wake-up latency.
 const MOST: Duration = Duration::from_micros(100);
 
-/// How late a sleeping thread is woken on the whole: the mean of how late it was, as it goes on.
+/// The mean wake-up latency of a sleeping thread, as an exponential moving average.
 ///
-/// Bytes on a wire do not wait for a thread. A thread that is woken earlier by this much, and waits awake for what is
-/// left, is on time.
+/// A thread that wakes earlier by this latency, and spins for the rest, writes its bytes on time.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Lateness {
     usual: Duration,
 }
 
 impl Lateness {
-    /// The usual lateness.
+    /// The mean latency.
     pub(crate) const fn usual(&self) -> Duration {
         self.usual
     }
 
-    /// Notes how late the thread was woken.
+    /// Adds a measured latency.
     pub(crate) fn note(&mut self, late: Duration) {
         self.usual = ((WEIGHT - 1) * self.usual + late.min(MOST)) / WEIGHT;
     }

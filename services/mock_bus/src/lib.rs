@@ -1,8 +1,7 @@
-//! Mock servo bus: the other end of the wire, with whole control tables.
+//! Mock servo buses: simulated servos behind pseudo-terminals.
 //!
-//! Every bus of `motor.toml` whose device is `mock` gets a pseudo-terminal, with servos that
-//! behave behind it; any Dynamixel master can talk to it. A bus is found by the symbolic link
-//! `bus-<name>` in the folder of the domain.
+//! Every bus of `motor.toml` whose device is `mock` gets a pseudo-terminal with simulated servos; any Dynamixel host
+//! can use it. The symbolic link `bus-<name>` in the domain's folder points to it.
 
 mod faults;
 mod io;

@@ -1,29 +1,28 @@
 use clock::{Duration, Instant};
 
-/// Nothing paces the bytes on a pseudo-terminal, so the mock does: it says when an answer would
-/// have come over a wire of a given speed.
+/// Computes when a reply would have arrived over a real bus of a given baud rate, since a pseudo-terminal does not pace
+/// bytes.
 #[derive(Clone, Copy, Debug)]
 pub struct Pacer {
     baud: u32,
-    /// When the wire is free again.
+    /// The time at which the bus is free again.
     free_at: Instant,
 }
 
 impl Pacer {
-    /// A wire of `baud` bits per second.
+    /// A bus of `baud` bits per second.
     #[must_use]
     pub const fn new(baud: u32) -> Self {
         Self { baud, free_at: Instant::EPOCH }
     }
 
-    /// The wire has another speed from now on, in bits per second.
+    /// Changes the baud rate, in bits per second.
     pub const fn set_baud(&mut self, baud: u32) {
         self.baud = baud;
     }
 
-    /// When the last byte of an answer of `said` bytes may leave to an instruction of `heard`
-    /// bytes that was written to the wire at `at`, before which the servos waited for `delay`.
-    /// Ten bits a byte; what is on the wire already comes first.
+    /// The time at which the last byte of a reply of `said` bytes may leave. It follows an instruction of `heard` bytes
+    /// written at `at`, after a return delay of `delay`. A byte takes ten bits; bytes already on the bus come first.
     pub fn leave_at(&mut self, at: Instant, heard: usize, delay: Duration, said: usize) -> Instant {
         let bits = u64::try_from(10 * (heard + said)).unwrap_or(u64::MAX);
         let on_wire = Duration::from_nanos(bits.saturating_mul(1_000_000_000) / u64::from(self.baud.max(1)));

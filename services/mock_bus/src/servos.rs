@@ -4,8 +4,8 @@ use servo::mock::{Line, Servo};
 use servo::table::BAUD_RATE;
 use servo::{Id, baud_number};
 
-/// The servos of one bus, as they come out of the box except for their identifiers and speed.
-/// Each stands in the middle of its range, as servos are mounted, or at the limit nearest to it.
+/// The servos of one bus with factory settings except for ID and baud rate. Each is at the middle of its range, as
+/// servos are mounted, or at the nearest joint limit.
 #[must_use]
 pub fn line(robot: &Motor, bus: usize, now: Instant) -> Line {
     let code = robot.buses.get(bus).and_then(|bus| baud_number(bus.baud)).unwrap_or(1);
@@ -13,7 +13,7 @@ pub fn line(robot: &Motor, bus: usize, now: Instant) -> Line {
         let middle_rad = joint.joint_rad(0.0);
         let rest_rad = joint.servo_rad(middle_rad.max(joint.min_rad).min(joint.max_rad));
         let mut servo = Servo::new(joint.model.into(), Id::new(joint.id)?, rest_rad, now);
-        // Writable: torque is off.
+        // EEPROM is writable because torque is off.
         servo.write(BAUD_RATE.address, &[code]).ok()?;
         Some(servo)
     });

@@ -1,5 +1,4 @@
-//! A campaign of faults: one file that says what goes wrong on the servo buses, with the percepts and
-//! with the processes, and when.
+//! A fault campaign: a file that schedules faults on the servo buses, in the percepts and in the processes.
 
 use std::fmt::Display;
 use std::path::Path;
@@ -12,7 +11,7 @@ use crate::load::{self, invalid};
 use crate::number::{NotNegative, Unit};
 use crate::{ConfigError, parse};
 
-/// What goes wrong in a run, and when.
+/// The faults of one run.
 ///
 /// ```
 /// use config::campaign::{Campaign, PerceptFaultKind};
@@ -36,91 +35,90 @@ use crate::{ConfigError, parse};
 #[derive(Clone, Debug, Default, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Campaign {
-    /// The same seed makes the same faults.
+    /// Seed of the random faults; the same seed gives the same faults.
     #[serde(default)]
     pub seed: u64,
-    /// What goes wrong on the mock servo buses, in the words of `leo mock-bus --fault`.
+    /// Faults on the mock servo buses, in the syntax of `leo mock-bus --fault`.
     #[serde(default)]
     pub bus: Vec<Spanned<String>>,
-    /// What goes wrong with the percepts, on their way to the belief systems.
+    /// Faults in the percepts, on their way to the belief systems.
     #[serde(default)]
     pub percepts: Vec<PerceptFault>,
-    /// What goes wrong with the processes.
+    /// Faults of processes.
     #[serde(default)]
     pub processes: Vec<ProcessFault>,
 }
 
-/// Something that goes wrong with percepts.
+/// A fault in the percepts.
 #[derive(Clone, Copy, Debug, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct PerceptFault {
-    /// What.
+    /// The kind of fault.
     pub kind: PerceptFaultKind,
-    /// How probably: for each percept snapshot, or for each frame where the kind says so.
+    /// Its probability, per percept snapshot; per frame for `reorder` and `freeze`.
     pub chance: Unit,
-    /// Not before this long after the sensor process began.
+    /// Its start, in seconds since the sensor process started; 0 if absent.
     #[serde(default)]
     pub from_s: Option<NotNegative>,
-    /// For so long; without end, without it.
+    /// Its duration in seconds; unlimited if absent.
     #[serde(default)]
     pub for_s: Option<NotNegative>,
-    /// How late a delayed one is; 50 ms without it.
+    /// The delay of a `delay` fault in milliseconds; 50 ms if absent.
     #[serde(default)]
     pub by_ms: Option<NotNegative>,
 }
 
-/// What can go wrong with percepts.
+/// A kind of fault in the percepts.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum PerceptFaultKind {
-    /// A percept snapshot is missing.
+    /// A percept snapshot is lost.
     Drop,
-    /// One comes later, in another frame.
+    /// A percept snapshot arrives late, in a later frame.
     Delay,
-    /// One is there twice.
+    /// A percept snapshot occurs twice.
     Duplicate,
-    /// Those of a frame come in another order.
+    /// The snapshots of a frame are in another order.
     Reorder,
-    /// The numbers of one are none.
+    /// The numbers of a percept snapshot are NaN.
     Nan,
-    /// A frame says what the one before it said.
+    /// A frame repeats the content of the one before.
     Freeze,
 }
 
-/// Something that goes wrong with a process.
+/// A fault of a process.
 #[derive(Clone, Debug, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct ProcessFault {
-    /// What.
+    /// The kind of fault.
     pub kind: ProcessFaultKind,
-    /// With which process, by its name.
+    /// The name of the process.
     pub process: Spanned<String>,
-    /// How long after all of the robot runs.
+    /// Its start, in seconds since all processes are running.
     pub at_s: NotNegative,
-    /// For so long, where it lasts; half a second without it.
+    /// Its duration in seconds, for `stop` and `slow`; half a second if absent.
     #[serde(default)]
     pub for_s: Option<NotNegative>,
 }
 
-/// What can go wrong with a process.
+/// A kind of fault of a process.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum ProcessFaultKind {
-    /// It is killed.
+    /// The process is killed.
     Kill,
-    /// It stands still for a while.
+    /// The process is paused for a while.
     Stop,
-    /// It stands still half of the time, for a while.
+    /// The process is paused half of the time, for a while.
     Slow,
 }
 
 impl Campaign {
-    /// Reads a campaign; `bus` and `process` look at what it says of buses and whether it names a
-    /// process.
+    /// Reads a campaign. `bus` checks the syntax of each bus fault, and `process` the name of each process.
     ///
     /// # Errors
     ///
-    /// The file cannot be read, or says something that is none; the error says in which line.
+    /// The file cannot be read, is invalid, or `bus` or `process` rejects an entry. The error names the line.
     pub fn load<B: Display, P: Display>(
         file: &Path,
         bus: impl Fn(&str) -> Result<(), B>,
@@ -130,7 +128,7 @@ impl Campaign {
         Self::checked(&text, file, bus, process)
     }
 
-    /// Checks the text of a campaign; `file` is what errors call it.
+    /// Checks the text of a campaign; errors name it as `file`.
     ///
     /// # Errors
     ///
@@ -152,14 +150,14 @@ impl Campaign {
         Ok(campaign)
     }
 
-    /// What goes wrong on the buses, in words.
+    /// The bus faults, as written.
     pub fn bus(&self) -> impl Iterator<Item = &str> {
         self.bus.iter().map(|words| words.get_ref().as_str())
     }
 }
 
 impl PerceptFault {
-    /// Whether it can happen `after` the beginning.
+    /// Whether the fault is active `after` the start of the sensor process.
     #[must_use]
     pub fn is_on(&self, after: Duration) -> bool {
         let seconds = after.as_secs_f64();

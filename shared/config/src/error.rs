@@ -1,17 +1,17 @@
 use std::path::PathBuf;
 
-/// Why a file was refused.
+/// Why a file was rejected.
 #[derive(Debug, thiserror::Error)]
 pub enum ConfigError {
-    /// The file could not be read.
+    /// The file cannot be read.
     #[error("cannot read {}: {source}", file.display())]
     Read {
         /// The file.
         file: PathBuf,
-        /// What the system said.
+        /// The error of the operating system.
         source: std::io::Error,
     },
-    /// The file was read, and something in it is wrong.
+    /// The file was read, but its content is invalid.
     #[error("{}:{line}:{column}: {reason}", file.display())]
     Invalid {
         /// The file.
@@ -20,7 +20,7 @@ pub enum ConfigError {
         line: usize,
         /// Column, from one.
         column: usize,
-        /// What is wrong, and what would be right.
+        /// What is wrong, and what would be valid.
         reason: String,
     },
 }

@@ -1,4 +1,4 @@
-//! Files of faults for the mock servo bus: `faults = ["drop bus=torso id=5 p=0.01", ..]`.
+//! Fault files for the mock servo bus: `faults = ["drop bus=torso id=5 p=0.01", ..]`.
 
 use std::fmt::Display;
 use std::path::Path;
@@ -15,12 +15,12 @@ struct Faults {
     faults: Vec<Spanned<String>>,
 }
 
-/// Reads a file of faults, each read by `read`: all of them, or none.
+/// Reads a file of faults and parses each one with `read`; returns all faults, or an error.
 ///
 /// # Errors
 ///
-/// The file cannot be read, is no TOML, has another key than `faults`, or one of them is refused;
-/// the error says in which line.
+/// The file cannot be read, is not TOML, has a key other than `faults`, or `read` rejects a fault. The error names the
+/// line.
 pub fn load<T, E: Display>(file: &Path, read: impl Fn(&str) -> Result<T, E>) -> Result<Vec<T>, ConfigError> {
     let text = load::text(file)?;
     let faults: Faults = parse(&text, file)?;

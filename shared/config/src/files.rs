@@ -6,17 +6,17 @@ use crate::ConfigError;
 use crate::load::text;
 use crate::robot::builtin;
 
-/// What the files of a robot's configuration say: `leo.toml` and those that lie beside it.
+/// The texts of a robot's configuration files: `leo.toml` and its sibling files.
 ///
-/// Read once and kept, they are the same robot however the files change meanwhile, and errors still name
-/// those that a person has.
+/// The texts are read once. So a robot built from them stays the same when the files on disk change, and errors still
+/// name the user's own files.
 #[derive(Clone, Debug)]
 pub struct Files {
     leo: Option<PathBuf>,
     texts: Vec<(&'static str, String)>,
 }
 
-/// Their names, and what the executable brings along of each.
+/// The file names, each with the text built into the executable.
 const ALL: [(&str, &str); 5] = [
     ("leo.toml", builtin::LEO),
     ("percepts.toml", builtin::PERCEPTS),
@@ -26,12 +26,12 @@ const ALL: [(&str, &str); 5] = [
 ];
 
 impl Files {
-    /// Reads `leo` (a `leo.toml`) and its neighbours. A neighbour that is not there is the built-in one;
-    /// without `leo`, all are.
+    /// Reads `leo` (a `leo.toml`) and its sibling files. A missing sibling is replaced by the built-in one; without
+    /// `leo`, every file is built in.
     ///
     /// # Errors
     ///
-    /// One of them is there and cannot be read.
+    /// A file exists and cannot be read.
     pub fn read(leo: Option<&Path>) -> Result<Self, ConfigError> {
         let mut files = Self { leo: leo.map(Path::to_owned), texts: Vec::new() };
         for (name, builtin) in ALL {
@@ -44,39 +44,40 @@ impl Files {
         Ok(files)
     }
 
-    /// Reads in a folder what was [kept](Self::keep) of `leo` and its neighbours there.
+    /// Reads the snapshot that [`keep`](Self::keep) wrote into `folder`; `leo` is the original file, for error
+    /// messages.
     ///
     /// # Errors
     ///
-    /// One of them cannot be read.
+    /// A file of the snapshot cannot be read.
     pub fn kept(leo: Option<&Path>, folder: &Path) -> Result<Self, ConfigError> {
         let read = |(name, _)| Ok((name, text(&folder.join(name))?));
         let texts = ALL.into_iter().map(read).collect::<Result<_, ConfigError>>()?;
         Ok(Self { leo: leo.map(Path::to_owned), texts })
     }
 
-    /// Keeps them in a folder that is there.
+    /// Writes a snapshot of all files into `folder`, which must exist.
     ///
     /// # Errors
     ///
-    /// One of them cannot be written.
+    /// A file cannot be written.
     pub fn keep(&self, folder: &Path) -> io::Result<()> {
         self.texts.iter().try_for_each(|(name, text)| fs::write(folder.join(name), text))
     }
 
-    /// Each by its name in the folder: in a folder of their own they are the same robot.
+    /// The file names with their texts. Written into an empty folder, they describe the same robot.
     #[must_use]
     pub fn texts(&self) -> &[(&'static str, String)] {
         &self.texts
     }
 
-    /// The `leo.toml`; none where all is built in.
+    /// The path of `leo.toml`; `None` if every file is built in.
     #[must_use]
     pub fn leo(&self) -> Option<&Path> {
         self.leo.as_deref()
     }
 
-    /// One of them, and what errors call it.
+    /// The text of a file, and the path by which errors name it.
     pub(crate) fn file(&self, name: &str) -> (&str, PathBuf) {
         let text = self.texts.iter().find(|(known, _)| *known == name).map_or("", |(_, text)| text.as_str());
         (text, self.place(name).unwrap_or_else(|| name.into()))

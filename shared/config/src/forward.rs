@@ -1,29 +1,29 @@
-//! Brings files of older versions forward: what this version requires and they lack is put in as it comes
-//! built in. Nothing else of them is touched, comments included.
+//! Migrates files of older versions: adds the keys and tables that this version requires, with their built-in values.
+//! Everything else, comments included, stays unchanged.
 
 use std::path::{Path, PathBuf};
 
 use crate::ConfigError;
 
-/// More keys than any file has: whoever needs more steps is going round in circles.
+/// Maximum number of migration steps, above the number of keys of any file. It guards against an endless loop.
 const STEPS_MOST: usize = 200;
 
-/// A file that was brought forward; nothing is written yet.
+/// A migrated file; it has not been written to disk yet.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Forward {
-    /// The file.
+    /// The path of the file.
     pub file: PathBuf,
-    /// Its new text.
+    /// The migrated text.
     pub text: String,
-    /// What was done to it, in order; empty where it was of this version.
+    /// The changes, in order; empty if the file was up to date.
     pub steps: Vec<String>,
 }
 
-/// Brings a text forward until `parse` takes it. `builtin` is the file as it comes with this version.
+/// Migrates a text until `parse` accepts it. `builtin` is this version's built-in file.
 ///
 /// # Errors
 ///
-/// What is wrong with the text is not its age.
+/// The text has an error that no migration fixes.
 pub(crate) fn forward(
     text: String,
     file: &Path,
@@ -41,7 +41,7 @@ pub(crate) fn forward(
 }
 
 impl Forward {
-    /// Mends what the error is about; whether it could.
+    /// Applies the migration for an error; returns whether there is one.
     fn mend(&mut self, error: &ConfigError, builtin: &str) -> bool {
         let ConfigError::Invalid { line, reason, .. } = error else { return false };
         if self.list_sources() || self.rename_endpoints() {
@@ -51,7 +51,7 @@ impl Forward {
             return false;
         };
         let table = self.table_at(*line);
-        // A table that has no head of its own is named by the first one in it.
+        // A table without a header of its own is reported under its parent, at the first header in it.
         for table in [table.as_str(), table.rsplit_once('.').map_or("", |(parent, _)| parent)] {
             let within = lines_of(builtin, table);
             if let Some(place) = within.iter().position(|line| key_of(line) == Some(key)) {
@@ -63,8 +63,8 @@ impl Forward {
         self.add_tables(&path, builtin)
     }
 
-    /// `sources = N` in the table `sensor` was, before each source had a table of its own, their number:
-    /// the simulator first, and then others.
+    /// Replaces `sources = N` in the table `sensor`, the key of older versions. The first source becomes the simulator,
+    /// every further one an external source.
     fn list_sources(&mut self) -> bool {
         let sensor = lines_of(&self.text, "sensor");
         let Some(old) = sensor.iter().find(|line| key_of(line) == Some("sources")) else { return false };
@@ -83,7 +83,7 @@ impl Forward {
         true
     }
 
-    /// Endpoints `tls/` in the table `link` were of TLS over TCP, before it was over UDP.
+    /// Replaces `tls/` endpoints (TLS over TCP) in the table `link` by `quic/` ones (TLS over UDP).
     fn rename_endpoints(&mut self) -> bool {
         const NAMES: [&str; 2] = ["\"tls/", "\"quic/"];
         let is_old =
@@ -100,13 +100,13 @@ impl Forward {
         true
     }
 
-    /// The table that a line, counted from one, belongs to.
+    /// The table that contains a line; lines count from one.
     fn table_at(&self, line: usize) -> String {
         let before: Vec<&str> = self.text.lines().take(line).collect();
         before.iter().rev().find_map(|line| table_of(line)).unwrap_or_default().to_owned()
     }
 
-    /// Puts in a line of the built-in file, with what is said of it in the lines below.
+    /// Inserts a key's line of the built-in file, together with the comment lines below it.
     fn add_key(&mut self, table: &str, key: &str, within: &[&str], place: usize) {
         let said = |line: &&&str| line.starts_with(' ') && line.trim_start().starts_with('#');
         let below = within.iter().skip(place + 1).take_while(said);
@@ -135,7 +135,7 @@ impl Forward {
         self.steps.push(format!("[{table}] has the key `{value}`"));
     }
 
-    /// Puts in a table of the built-in file with those in it; whether there is one.
+    /// Appends a table of the built-in file with its subtables; returns whether the built-in file has that table.
     fn add_tables(&mut self, path: &str, builtin: &str) -> bool {
         let mut new = String::new();
         let mut inside = false;
@@ -147,7 +147,7 @@ impl Forward {
                     new += "\n";
                 }
             }
-            // What stands before the next table is said of that one.
+            // A comment before a header belongs to the next table, so it is left out.
             if inside && !line.is_empty() && !line.starts_with('#') {
                 new += line;
                 new += "\n";
@@ -159,7 +159,7 @@ impl Forward {
     }
 }
 
-/// The lines of a table, without its head; those before the first head where it has no name.
+/// The lines of a table without its header; with an empty name, the lines before the first header.
 fn lines_of<'a>(text: &'a str, table: &str) -> Vec<&'a str> {
     let mut inside = table.is_empty();
     let mut lines = Vec::new();
@@ -173,7 +173,7 @@ fn lines_of<'a>(text: &'a str, table: &str) -> Vec<&'a str> {
     lines
 }
 
-/// The table that a line begins; none of a list.
+/// The table whose header a line is; `None` for an array of tables.
 fn table_of(line: &str) -> Option<&str> {
     line.strip_prefix('[')?.split(']').next().filter(|name| !name.starts_with('['))
 }
@@ -194,7 +194,7 @@ mod tests {
         forward(text.to_owned(), file, BUILTIN, |text| crate::parse::<Leo>(text, file).map(drop))
     }
 
-    /// The built-in file without lines that begin so, and something else in place of the sources.
+    /// The built-in file without the lines that start with one of `starts`.
     fn without(starts: &[&str]) -> String {
         let kept = BUILTIN.lines().filter(|line| !starts.iter().any(|start| line.starts_with(start)));
         kept.map(|line| format!("{line}\n")).collect()

@@ -1,4 +1,4 @@
-//! `leo.toml`: the robot as a set of processes.
+//! `leo.toml`: the processes of the robot.
 
 mod link;
 mod source;
@@ -16,7 +16,7 @@ pub use source::{Source, SourceFrame, SourceKind};
 use crate::Names;
 use crate::number::{Capacity, Hertz, Milliseconds, NotNegative, Positive, Seconds, Slips, Unit};
 
-/// The whole file.
+/// The content of `leo.toml`.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Leo {
@@ -46,25 +46,25 @@ pub struct Leo {
 #[derive(Clone, Copy, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Buffers {
-    /// Objects that a frame of observations, percepts or beliefs holds.
+    /// Maximum number of objects in a frame of observations, percepts or beliefs.
     pub objects: Capacity,
-    /// Frames that wait for a reader before the oldest is dropped.
+    /// Frames queued for a reader before the oldest is dropped.
     pub frames: Capacity,
 }
 
-/// Real-time rights that a process asks for.
+/// Real-time settings that a process requests.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Rights {
     /// Priority of `SCHED_FIFO`, 1 to 99; 0 asks for the ordinary scheduler.
     pub fifo_priority: Priority,
-    /// Cores the process may run on; none means all.
+    /// CPU cores that the process may run on; empty means all.
     pub cores: Vec<u16>,
     /// Whether its memory is locked and its stack prefaulted.
     pub lock_memory: bool,
 }
 
-/// A priority of `SCHED_FIFO`, or zero for none.
+/// A `SCHED_FIFO` priority, or 0 for the ordinary scheduler.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
 #[serde(try_from = "u8")]
 pub struct Priority(u8);
@@ -95,14 +95,14 @@ impl Priority {
 pub struct Sensor {
     /// Cycles per second.
     pub rate_hz: Hertz,
-    /// Sensory sources whose observations it reads, numbered by their place in this list.
+    /// The sensory sources; a source's number is its index in this list.
     pub source: Vec<Source>,
     /// Real-time rights.
     pub realtime: Rights,
 }
 
 impl Sensor {
-    /// The number of Leo's own simulator among the sources; `None` on a robot without.
+    /// The source number of Leo's own simulator; `None` if the robot has none.
     #[must_use]
     pub fn simulator(&self) -> Option<u16> {
         let index = self.source.iter().position(|source| source.kind == SourceKind::Simulator)?;
@@ -114,25 +114,25 @@ impl Sensor {
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Belief {
-    /// Partners whose perspective is simulated, numbered from 1; 0 disables perspective taking.
+    /// Number of partners whose perspective is simulated, numbered from 1; 0 disables perspective taking.
     pub partners: u32,
-    /// How deep perspectives are nested; 1 is what each partner believes.
+    /// Nesting depth of perspectives; at 1 only each partner's own beliefs are simulated.
     pub depth: Depth,
-    /// What the partners are called in what people read, from partner 1 on.
+    /// The partners' names in texts for people, from partner 1 on.
     pub names: Names,
     /// Real-time rights.
     pub realtime: Rights,
 }
 
 impl Belief {
-    /// How many perspectives there are, the robot's own among them, with so many partners.
+    /// The number of perspectives with so many partners, including the robot's own.
     #[must_use]
     pub fn perspectives(&self, partners: u32) -> u32 {
         message::perspectives(partners, self.depth.get())
     }
 }
 
-/// How deep perspectives are nested.
+/// Nesting depth of perspectives.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
 #[serde(try_from = "u32")]
 pub struct Depth(u32);
@@ -162,38 +162,38 @@ impl Depth {
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Learner {
-    /// What a hypothesis can say.
+    /// The hypothesis language.
     pub language: Hypotheses,
-    /// λ: what one class more costs a hypothesis of the paper's language, in nats.
+    /// λ: the cost of each further class, in nats (paper's language).
     pub lambda: NotNegative,
-    /// μ: what one feature more is worth to it, in nats.
+    /// μ: the reward of each further feature, in nats (paper's language).
     pub mu: NotNegative,
-    /// What a number or a relation costs a hypothesis of the extended language, in nats.
+    /// The cost of a number or a relation, in nats (extended language).
     pub selection_nats: NotNegative,
-    /// How often a teacher slips.
+    /// Label noise: the probability that a teacher errs with one object.
     pub noise: Slips,
-    /// What is done where the schema from the robot's own view and the teacher's differ.
+    /// What decides where the schemas from the robot's view and from the teacher's perspective differ.
     pub on_conflict: OnConflict,
-    /// Hypotheses are reported whose posterior is at least this share of the best.
+    /// Hypotheses are reported if their posterior is at least this share of the best one's.
     pub high_likelihood: Unit,
-    /// Joint goals are repeated this often while Leo performs or rests.
+    /// How often joint goals are repeated while Leo performs or rests.
     pub goal_rate_hz: Hertz,
     /// Real-time rights.
     pub realtime: Rights,
 }
 
-/// What a hypothesis can say.
+/// A hypothesis language.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Hypotheses {
-    /// What the robot of the paper could represent: simple disjunctions of classes.
+    /// The language of the paper's robot: simple disjunctions of classes.
     Paper,
-    /// Also negations, mixed templates, numbers and relations.
+    /// Adds negations, mixed templates, numbers and relations.
     Extended,
 }
 
 impl Hypotheses {
-    /// The word for it in `leo.toml`.
+    /// Its value in `leo.toml`.
     #[must_use]
     pub const fn word(self) -> &'static str {
         match self {
@@ -203,16 +203,16 @@ impl Hypotheses {
     }
 }
 
-/// What is done on conflict between the schema from the robot's own view and the one from the teacher's
-/// perspective.
+/// The rule for a conflict between the schema from the robot's own view and the one from the teacher's perspective.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum OnConflict {
-    /// The teacher's is followed.
+    /// The teacher's schema is followed.
     Human,
-    /// The robot's own is.
+    /// The robot's own schema is followed.
     Own,
-    /// The teacher's is where what contradicts it is explained; else he is asked first.
+    /// The teacher's schema is followed if the teacher could not perceive the evidence against it; otherwise the robot
+    /// asks the teacher first.
     Resolve,
 }
 
@@ -222,98 +222,100 @@ pub enum OnConflict {
 pub struct Motor {
     /// Cycles per second.
     pub rate_hz: Hertz,
-    /// Without joint goals for this long, the joints decelerate and hold.
+    /// After this long without joint goals, the joints decelerate and hold.
     pub command_timeout_ms: Milliseconds,
-    /// Without joint goals for this long after that, they go limp.
+    /// After this further time without joint goals, torque goes off.
     pub limp_after_ms: Milliseconds,
-    /// How long a servo may be silent, beyond the time on the wire, before its turn is over.
+    /// Reply timeout of a servo, in addition to the transmission time on the bus.
     pub answer_within_ms: Milliseconds,
-    /// For this long after its torque came on, a joint is no faster than the next.
+    /// Duration of a joint's soft start after torque on.
     pub soft_start_ms: Milliseconds,
-    /// Highest speed of a joint during its soft start, in radians per second.
+    /// Maximum velocity during the soft start, in radians per second.
     pub soft_start_rad_s: Positive,
-    /// What is done about a servo's hardware alert.
+    /// How a servo with a hardware alert is treated.
     pub on_alert: OnAlert,
-    /// After what joints are armed without a person's order.
+    /// The causes after which joints are armed without an operator's order.
     pub automatic_arming: AutomaticArming,
-    /// What the emergency stop does.
+    /// The stop category of the emergency stop.
     pub stop_category: StopCategory,
-    /// How far a joint may be from its command, in radians: the command waits for it there.
+    /// Maximum distance between a joint and its command, in radians. The command waits when it is that far ahead.
     pub max_tracking_error_rad: Positive,
-    /// A joint that is so far from its command for this long is blocked.
+    /// A joint at the maximum tracking error for this long counts as blocked.
     pub blocked_after_ms: Milliseconds,
     /// How far beyond its limits a joint may be found and still be moved back, in radians.
     pub max_beyond_limits_rad: Positive,
-    /// What a joint does before its torque goes off, by the kind of hardware alert.
+    /// The reaction of a joint before torque off, per hardware alert.
     pub alert: AlertReactions,
     /// Real-time rights.
     pub realtime: Rights,
 }
 
-/// What is done about a servo that reports a hardware alert, once its torque is off.
+/// How a servo with a hardware alert is treated once its torque is off.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum OnAlert {
-    /// Its torque stays off until a person has looked.
+    /// Torque stays off until an operator intervenes.
     Hold,
-    /// It is rebooted, a few times at most.
+    /// The servo is rebooted, a limited number of times.
     Reboot,
 }
 
-/// After what joints are armed without a person's order.
+/// The causes after which joints are armed without an operator's order.
 #[derive(Clone, Debug, PartialEq, Eq, Deserialize)]
 #[serde(untagged)]
 pub enum AutomaticArming {
-    /// A rule for all causes.
+    /// One rule for all causes.
     Rule(ArmingRule),
-    /// These causes, on any servos.
+    /// These causes only, on simulated and real servos.
     After(Vec<ArmingCause>),
 }
 
 impl AutomaticArming {
-    /// Whether joints are armed by themselves after `cause`, on a robot of which all servos are simulated or not.
+    /// Whether joints are armed automatically after `cause`; `is_simulated` tells whether every servo of the robot is
+    /// simulated.
     #[must_use]
     pub fn covers(&self, cause: ArmingCause, is_simulated: bool) -> bool {
         match self {
             Self::Rule(ArmingRule::Never) => false,
-            // A released emergency stop permits motion and does not start it (ISO 13850), simulated or not.
+            // Releasing an emergency stop permits motion but must not start it (ISO 13850), simulated or not.
             Self::Rule(ArmingRule::Simulated) => is_simulated && cause != ArmingCause::EmergencyStop,
             Self::After(causes) => causes.contains(&cause),
         }
     }
 }
 
-/// A rule for all causes.
+/// One arming rule for all causes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum ArmingRule {
-    /// Joints are armed by a person's order alone.
+    /// Joints are armed only on an operator's order.
     Never,
-    /// Where every bus is the mock servo bus, by themselves after every cause but an emergency stop; else as `Never`.
+    /// If every bus is the mock servo bus, joints are armed automatically after every cause but an emergency stop;
+    /// otherwise as `Never`.
     Simulated,
 }
 
-/// What ended a joint's licence to move.
+/// Why a joint was disarmed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum ArmingCause {
     /// The motor process started.
     Start,
-    /// No commander was there for so long that torque went off.
+    /// Torque went off because no commander was present.
     CommandTimeout,
-    /// The servo did not answer, and answers again.
+    /// The servo stopped replying, and replies again.
     Silent,
-    /// The servo restarted: its power came back.
+    /// The servo restarted after a loss of power.
     Restarted,
-    /// The line was lost, and is there again.
+    /// The bus device was lost, and is present again.
     BusLost,
-    /// The servo's own watchdog tripped.
+    /// The servo's bus watchdog tripped.
     Watchdog,
-    /// Another joint failed, of the same group or one that carries it, or a bus was lost.
+    /// Another joint of the same group, or of a group that carries it, failed; or a bus was lost.
     OtherFailed,
-    /// A servo was rebooted after a hardware alert, as `on_alert` says.
+    /// The servo was rebooted after a hardware alert, see `on_alert`.
     Alert,
-    /// The emergency stop was raised, and is released.
+    /// An emergency stop was raised and released.
     EmergencyStop,
 }
 
@@ -323,9 +325,9 @@ pub enum ArmingCause {
 pub enum StopCategory {
     /// Torque goes off at once.
     Zero,
-    /// Joints slow down and stop, then torque goes off.
+    /// The joints decelerate to a stop, then torque goes off.
     One,
-    /// Joints slow down and stop, and torque stays on.
+    /// The joints decelerate to a stop, and torque stays on.
     Two,
 }
 
@@ -342,38 +344,38 @@ impl TryFrom<u8> for StopCategory {
     }
 }
 
-/// What a joint does before its torque goes off, by the kind of hardware alert. A servo that has switched its torque
-/// off by itself is limp whatever is written here.
+/// The reaction of a joint before torque off, per hardware alert. A servo that switched its torque off by itself is
+/// limp whatever the setting.
 #[derive(Clone, Debug, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct AlertReactions {
-    /// The supply is out of the servo's limits (bit 0).
+    /// Input voltage error (bit 0 of Hardware Error Status).
     pub input_voltage: AlertReaction,
-    /// The servo is too hot (bit 2).
+    /// Overheating error (bit 2).
     pub overheating: AlertReaction,
-    /// The encoder fails (bit 3).
+    /// Motor encoder error (bit 3).
     pub encoder: AlertReaction,
-    /// The circuit was shocked, or has too little power (bit 4).
+    /// Electrical shock error (bit 4): a shock, or too little power to drive the motor.
     pub electrical_shock: AlertReaction,
-    /// The load is too much for too long (bit 5).
+    /// Overload error (bit 5).
     pub overload: AlertReaction,
-    /// What joints of a group do at most, whatever the kind, by the name of the group.
+    /// The strongest reaction allowed for the joints of a group, by the group's name, whatever the alert.
     pub groups: BTreeMap<String, AlertReaction>,
-    /// For how long a joint holds before it is lowered, or lets go.
+    /// How long a joint holds before it is lowered or goes limp.
     pub hold_ms: Milliseconds,
-    /// For how long it may be on its way to its rest pose.
+    /// Maximum duration of lowering to the rest pose.
     pub lower_within_ms: Milliseconds,
 }
 
-/// What a joint does before its torque goes off. From the least to the most.
+/// The reaction of a joint before torque off, ordered from the weakest to the strongest.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum AlertReaction {
-    /// Nothing: torque goes off at once.
+    /// Torque goes off at once.
     Limp,
-    /// It stops, and holds for `hold_ms`.
+    /// The joint stops and holds for `hold_ms`.
     Hold,
-    /// It stops, holds for `hold_ms`, and is lowered slowly to its rest pose.
+    /// The joint stops, holds for `hold_ms`, and moves slowly to its rest pose.
     Lower,
 }
 
@@ -391,11 +393,11 @@ pub struct Simulator {
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct MockBus {
-    /// The same seed with the same instructions makes the same faults.
+    /// Seed of the random faults; the same seed and the same instructions give the same faults.
     pub seed: u64,
-    /// Faults that are put in from the beginning, in words such as `drop bus=torso id=5 p=0.01`.
+    /// Faults injected from the start, in the syntax `drop bus=torso id=5 p=0.01`.
     pub faults: Vec<String>,
-    /// Whether servos answer a fast read when one before them is silent.
+    /// Whether servos reply to a Fast Sync Read after a servo before them in the chain stayed silent.
     pub followers_go_on: bool,
     /// Real-time rights.
     pub realtime: Rights,
@@ -405,23 +407,23 @@ pub struct MockBus {
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Console {
-    /// How often it looks at what happened.
+    /// Cycles per second.
     pub rate_hz: Hertz,
-    /// Where the page is served.
+    /// The address of the page's web server.
     pub address: PageAddress,
-    /// What may be read of the page without its token.
+    /// What is readable without the page's token.
     pub read_without_token: ReadWithoutToken,
-    /// How much of the last while is kept in memory for when something fails; nothing with 0.
+    /// How many seconds the black box keeps in memory; 0 disables it.
     pub black_box_s: Seconds,
-    /// The most memory that it takes, in megabytes.
+    /// Maximum memory of the black box, in megabytes.
     pub black_box_mb: Capacity,
-    /// How many files of failures are kept, and as many that were asked for; then the oldest is removed.
+    /// Number of black box files kept for failures, and as many for requested dumps; beyond that the oldest is removed.
     pub black_box_files: Capacity,
     /// Real-time rights.
     pub realtime: Rights,
 }
 
-/// What may be read of the page without its token. Everybody who reaches the page may stop the robot.
+/// What is readable without the page's token. Raising the emergency stop never needs the token.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum ReadWithoutToken {
@@ -430,11 +432,11 @@ pub enum ReadWithoutToken {
     Nothing,
     /// The metrics.
     Metrics,
-    /// The metrics, and all that the page shows.
+    /// The metrics, and everything on the page.
     Page,
 }
 
-/// Where the page is served: an address and a port, or nowhere.
+/// The address of the page's web server, or none.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
 #[serde(try_from = "String")]
 pub struct PageAddress(Option<SocketAddr>);
@@ -454,7 +456,7 @@ impl TryFrom<String> for PageAddress {
 }
 
 impl PageAddress {
-    /// The address, if the page is served at all.
+    /// The address; `None` if the page is disabled.
     #[must_use]
     pub const fn get(self) -> Option<SocketAddr> {
         self.0
@@ -465,31 +467,29 @@ impl PageAddress {
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Supervisor {
-    /// Whether the cores are kept from sleeping while the robot runs.
+    /// Whether CPU cores are kept from idle states while the robot runs.
     pub keep_cores_awake: bool,
-    /// Whether the kernel's workers that carry the bytes of serial lines come before ordinary threads while the
-    /// robot runs.
+    /// Whether the kernel's worker threads for serial ports run ahead of ordinary threads while the robot runs.
     pub keep_serial_lines_prompt: bool,
-    /// Whether every user of this machine may raise the emergency stop: by `leo emergency-stop`, which connects to
-    /// the robot's stop socket.
+    /// Whether every user of this machine may raise the emergency stop. `leo emergency-stop` connects to the robot's
+    /// stop socket.
     pub stop_by_any_user: bool,
     /// A process that is not ready after this long has failed to start.
     pub ready_within_ms: Milliseconds,
-    /// A process of the hot path (sensor, belief, motor, mock servo bus) whose heart has not beaten for this
-    /// long hangs.
+    /// Heartbeat timeout of the hot-path processes: sensor, belief, motor and mock servo bus.
     pub heartbeat_timeout_ms: Milliseconds,
-    /// The same of a process that is not on the hot path.
+    /// Heartbeat timeout of all other processes.
     pub heartbeat_timeout_others_ms: Milliseconds,
-    /// Wait before the first restart; doubled for every further one until a life lasts.
+    /// Delay before the first restart; doubled for each further restart until a process stays up for the whole window.
     pub backoff_first_ms: Milliseconds,
-    /// The longest wait before a restart.
+    /// Maximum delay before a restart.
     pub backoff_most_ms: Milliseconds,
-    /// Deaths within the window after which the supervisor gives up.
+    /// Number of deaths within the window after which the supervisor gives up.
     pub deaths_most: u32,
-    /// The window.
+    /// The length of that window.
     pub deaths_window_ms: Milliseconds,
-    /// A process that has not ended this long after it was told to is killed.
+    /// A process that has not ended this long after the stop request is killed.
     pub stop_within_ms: Milliseconds,
-    /// Lockstep: a process that has not done its turn after this long hangs.
+    /// Lockstep: a process whose step takes longer than this counts as hung.
     pub turn_within_ms: Milliseconds,
 }

@@ -1,9 +1,8 @@
-//! `lessons/*.toml`: a lesson is a file that teaches one task by showing, and the novel set on
-//! which the robot then performs it. `docs/lessons.md` describes the format.
+//! `lessons/*.toml`: a lesson teaches one task by demonstrations, and sets up the novel objects on which the robot then
+//! performs it. `docs/lessons.md` describes the format.
 //!
-//! The types here are a lesson that was checked: every name has become an index, every heading
-//! radians, every object stands where its centre is. Coordinates are metres in the world, z up,
-//! the table's top at z = 0.
+//! The types here describe a checked lesson: names are resolved to indices, headings are in radians, and an object's
+//! position is that of its centre. Coordinates are metres in the world frame, z up, with the table's top at z = 0.
 
 mod check;
 mod library;
@@ -25,36 +24,36 @@ use crate::{ConfigError, load};
 pub use library::{LIBRARY, STUDY};
 pub use needs::Needs;
 
-/// A lesson that was checked.
+/// A checked lesson.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Lesson {
-    /// What it is called.
+    /// Its title.
     pub title: String,
-    /// What to watch, in two sentences or three.
+    /// What to watch for, in two or three sentences.
     pub watch: String,
-    /// What settings it needs for that.
+    /// The settings of `leo.toml` that it needs.
     pub needs: Needs,
-    /// Seed of the noise.
+    /// Seed of the sensor noise.
     pub seed: u64,
-    /// Where the robot's base stands.
+    /// The pose of the robot's base.
     pub robot: Place,
     /// The teachers, in the order of the file.
     pub teachers: Vec<Teacher>,
-    /// What the robot's eyes add to the truth.
+    /// The noise of the robot's sensors.
     pub noise: Noise,
-    /// How the table is laid.
+    /// The timing of setting the table.
     pub laying: Laying,
-    /// The kinds of objects that it names.
+    /// The named kinds of objects.
     pub kinds: BTreeMap<String, Kind>,
-    /// The colours that it names, linear red, green and blue in [0, 1].
+    /// The named colours, linear red, green and blue in [0, 1].
     pub colours: BTreeMap<String, [f64; 3]>,
-    /// The showings.
+    /// The demonstrations.
     pub demonstrations: Vec<Table>,
-    /// The objects on which the robot performs, if it shall.
+    /// The objects on which the robot performs; `None` if it does not perform.
     pub novel: Option<Table>,
 }
 
-/// A place and a heading in the world.
+/// A position and a heading in the world frame.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Place {
     /// Position, in metres.
@@ -63,18 +62,18 @@ pub struct Place {
     pub heading_rad: f64,
 }
 
-/// Somebody who teaches.
+/// A teacher.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Teacher {
-    /// Which partner he is, from 1.
+    /// The partner number, from 1.
     pub number: u16,
-    /// Where his eyes are, in metres.
+    /// The position of the eyes, in metres.
     pub eyes_m: [f64; 3],
-    /// Where he looks when the lesson begins, in metres.
+    /// The point that the teacher looks at when the lesson begins, in metres.
     pub looks_at_m: [f64; 3],
 }
 
-/// What the robot's eyes add to the truth.
+/// The noise of the robot's sensors.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Noise {
     /// Standard deviation of an observed position along each axis, in metres.
@@ -83,48 +82,47 @@ pub struct Noise {
     pub confidence: f64,
 }
 
-/// How the table is laid before a demonstration and before the novel set.
+/// The timing of setting the table before each demonstration and before the novel set.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Laying {
-    /// How long the table lies empty between two settings, at least as long as
-    /// `occluders_first`.
+    /// How long the table is empty between two tables, at least `occluders_first`.
     pub empty: Duration,
-    /// How long the occluders of a setting stand before its objects lie.
+    /// How long the occluders stand before the objects appear.
     pub occluders_first: Duration,
-    /// How long a demonstration stays after its last step has ended.
+    /// How long a demonstration stays after the end of its last step.
     pub keep: Duration,
 }
 
-/// What lies on the table, and what happens there.
+/// The objects on the table, and the script.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Table {
     /// The objects, in the order of the file.
     pub objects: Vec<Object>,
-    /// What hides things from the teachers.
+    /// The boxes that block the teachers' view.
     pub occluders: Vec<Occluder>,
-    /// Whose the regions of the table are.
+    /// The owners of regions of the table.
     pub territory: Vec<Territory>,
-    /// What happens, in the order of time.
+    /// The steps, in chronological order.
     pub script: Vec<Step>,
 }
 
 /// An object.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Object {
-    /// Its name within the table.
+    /// Its name, unique within the table.
     pub name: String,
-    /// What kind of thing it is.
+    /// Its kind.
     pub kind: Kind,
     /// Colour, linear red, green and blue in [0, 1].
     pub colour_rgb: [f64; 3],
-    /// Where its centre lies at first.
+    /// Its initial pose; the position is that of its centre.
     pub place: Place,
 }
 
 /// A kind of object.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Kind {
-    /// What it is for.
+    /// Its role.
     pub role: Role,
     /// How elongated, flat, round and tapered it is, each in [0, 1].
     pub shape: [f64; 4],
@@ -136,22 +134,22 @@ pub struct Kind {
     pub markable: bool,
 }
 
-/// What an object is for.
+/// The role of an object.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Role {
-    /// To be worked on.
+    /// It is worked on.
     Block,
-    /// To be put into a hole.
+    /// It fits into a hole.
     Peg,
-    /// To mark what it is put onto.
+    /// It marks the object that it is put onto.
     Marker,
 }
 
-/// A box that hides what lies behind it, its sides along the world's axes.
+/// A box that blocks the view, its sides along the world's axes.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Occluder {
-    /// Its name within the table.
+    /// Its name, unique within the table.
     pub name: String,
     /// Its centre, in metres.
     pub centre_m: [f64; 3],
@@ -159,73 +157,73 @@ pub struct Occluder {
     pub half_extents_m: [f64; 3],
 }
 
-/// A region of the table and whose it is.
+/// A region of the table and its owner.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Territory {
-    /// The agent: 0 the robot, n partner n.
+    /// The owner: 0 for the robot, n for partner n.
     pub owner: u16,
-    /// Corner of the region with the lesser coordinates, x and y in metres.
+    /// The corner with the smaller coordinates, x and y in metres.
     pub from_m: [f64; 2],
-    /// The corner opposite.
+    /// The opposite corner.
     pub to_m: [f64; 2],
 }
 
-/// Something that somebody does.
+/// An action of a teacher.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Step {
-    /// When it begins, counted from when the objects lie there.
+    /// Its start, relative to the moment at which the objects are on the table.
     pub at: Duration,
-    /// Which partner does it.
+    /// The partner number of the actor.
     pub who: u16,
-    /// What he does.
+    /// The action.
     pub act: Act,
 }
 
-/// What a teacher does in a step.
+/// The action of a step.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Act {
-    /// He says something.
+    /// The teacher speaks.
     Say(String),
-    /// He moves an object, holding it all the while.
+    /// The teacher moves an object and holds it throughout.
     Move {
         /// The object: its index in the table.
         object: usize,
-        /// Where to.
+        /// The destination.
         to: Destination,
-        /// How long it takes.
+        /// The duration.
         takes: Duration,
     },
-    /// He turns his eyes to a point.
+    /// The teacher turns their eyes to a point.
     Look {
         /// The point, in metres.
         at_m: [f64; 3],
-        /// How long it takes.
+        /// The duration.
         takes: Duration,
     },
-    /// He moves his head, and what he looks at stays the same.
+    /// The teacher moves their head and keeps looking at the same point.
     Walk {
-        /// Where his eyes will be, in metres.
+        /// The new position of the eyes, in metres.
         eyes_m: [f64; 3],
-        /// How long it takes.
+        /// The duration.
         takes: Duration,
     },
-    /// He pushes an occluder about on the table.
+    /// The teacher pushes an occluder along the table.
     Slide {
         /// The occluder: its index in the table.
         occluder: usize,
-        /// Where its centre will be, in metres.
+        /// The new position of its centre, in metres.
         centre_m: [f64; 3],
-        /// How long it takes.
+        /// The duration.
         takes: Duration,
     },
-    /// He goes away.
+    /// The teacher leaves.
     Leave,
-    /// He comes back to where he was.
+    /// The teacher returns to the former position.
     Return,
 }
 
 impl Role {
-    /// Its word, as lessons write it.
+    /// Its name in lesson files.
     #[must_use]
     pub const fn word(self) -> &'static str {
         match self {
@@ -237,7 +235,7 @@ impl Role {
 }
 
 impl Act {
-    /// How long it takes.
+    /// Its duration; zero for instantaneous actions.
     #[must_use]
     pub const fn takes(&self) -> Duration {
         match self {
@@ -250,14 +248,14 @@ impl Act {
     }
 }
 
-/// Where an object is moved.
+/// The destination of a moved object.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Destination {
-    /// Into the hole of an object: its index in the table.
+    /// Into the hole of an object, given by its index in the table.
     Hole(usize),
-    /// Onto the top of an object: its index in the table. A marker marks it.
+    /// Onto the top of an object, given by its index in the table. A marker marks it.
     Top(usize),
-    /// To a place of its centre.
+    /// To a pose of its centre.
     Place(Place),
 }
 
@@ -266,13 +264,13 @@ impl Lesson {
     ///
     /// # Errors
     ///
-    /// The file cannot be read, is no TOML, has a key that is unknown or missing, a value out of
-    /// its range, or parts that contradict each other.
+    /// The file cannot be read, is not TOML, has an unknown or missing key, a value out of range, or inconsistent
+    /// parts.
     pub fn load(file: &Path) -> Result<Self, ConfigError> {
         Self::parse(&load::text(file)?, file)
     }
 
-    /// Checks the text of a lesson; `file` is what errors call it.
+    /// Checks the text of a lesson; errors name it as `file`.
     ///
     /// # Errors
     ///
@@ -282,8 +280,7 @@ impl Lesson {
         check::lesson(raw).map_err(|fault| load::invalid(text, file, fault.span, fault.reason))
     }
 
-    /// The lesson of a name: one that the program carries, or else one that was written down in a
-    /// folder, as `NAME.toml`.
+    /// Finds a lesson by name: a built-in one, otherwise `NAME.toml` in a folder.
     ///
     /// # Errors
     ///
@@ -292,12 +289,12 @@ impl Lesson {
         let file = PathBuf::from(format!("{name}.toml"));
         match LIBRARY.iter().find(|(known, _)| *known == name) {
             Some((_, text)) => Self::parse(text, &file),
-            // A name is the name of a file there, and not a way out of the folder.
+            // Only the file name is used, so a name cannot point outside the folder.
             None => Self::load(&folder.join(file.file_name().unwrap_or_default())),
         }
     }
 
-    /// The lesson that the program carries: Task 1 of the paper.
+    /// The built-in lesson: Task 1 of the paper.
     #[must_use]
     pub fn builtin() -> Self {
         #[expect(clippy::expect_used, reason = "the text is part of the program, and a test parses it")]
@@ -305,7 +302,7 @@ impl Lesson {
             .expect("the built-in lesson is sound")
     }
 
-    /// How many times somebody tells the robot to do something: how often it shall perform.
+    /// How often the robot is told to perform.
     #[must_use]
     pub fn performances(&self) -> u32 {
         let orders = self.tables().flat_map(|table| &table.script).filter(|step| match &step.act {
@@ -320,7 +317,7 @@ impl Lesson {
         u32::try_from(orders.count()).unwrap_or(u32::MAX)
     }
 
-    /// How many sentences are said in it.
+    /// How many sentences the script contains.
     #[must_use]
     pub fn sentences(&self) -> u32 {
         let said =
@@ -328,14 +325,14 @@ impl Lesson {
         u32::try_from(said.count()).unwrap_or(u32::MAX)
     }
 
-    /// The demonstrations and then the novel set.
+    /// All tables: the demonstrations, then the novel set.
     pub fn tables(&self) -> impl Iterator<Item = &Table> {
         self.demonstrations.iter().chain(&self.novel)
     }
 }
 
-/// Whether a sentence tells the robot to do something: "Leo, do task 1": the words "leo" and "do" begin it,
-/// however they are punctuated.
+/// Whether a sentence orders the robot to perform, as in "Leo, do task 1". It must begin with the words "leo" and "do";
+/// case and punctuation do not matter.
 #[must_use]
 pub fn is_order(text: &str) -> bool {
     let mut words = text.split(|c: char| !c.is_alphanumeric()).filter(|word| !word.is_empty());

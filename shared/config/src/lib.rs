@@ -1,9 +1,8 @@
-//! The files of Leo: configuration and lessons, typed.
+//! Leo's configuration files and lessons, parsed into typed values.
 //!
-//! Every key is required, carries its unit in its name and is documented where it stands in
-//! `config/`; an unknown key is an error with a suggestion. Every error names the file, the line
-//! and the field, and says what would be right. Nothing is half-applied: a file is read whole or
-//! refused whole.
+//! Every key is required, has its unit in its name and is documented where it stands in `config/`. An unknown key is an
+//! error with a suggestion. Every error names the file, the line and the field, and states what would be valid. A file
+//! is accepted whole or rejected whole.
 
 pub mod campaign;
 mod error;

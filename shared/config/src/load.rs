@@ -5,29 +5,28 @@ use serde::de::DeserializeOwned;
 
 use crate::ConfigError;
 
-/// How alike two keys must be for one to be suggested in place of the other, from 0 to 1.
+/// Minimum similarity (Jaro-Winkler, 0 to 1) at which a known key is suggested for an unknown one.
 const ALIKE: f64 = 0.75;
 
 /// Reads and checks a TOML file.
 ///
 /// # Errors
 ///
-/// The file cannot be read, is no TOML, has a key that is unknown or missing, or a value out of
-/// its range.
+/// The file cannot be read, is not TOML, has an unknown or missing key, or has a value out of range.
 pub fn load<T: DeserializeOwned>(file: &Path) -> Result<T, ConfigError> {
     parse(&text(file)?, file)
 }
 
-/// The text of a file of configuration.
+/// Reads the text of a configuration file.
 ///
 /// # Errors
 ///
-/// The file cannot be read, is no text, or is longer than any such file.
+/// The file cannot be read, is not UTF-8, or exceeds the size limit for configuration files.
 pub fn text(file: &Path) -> Result<String, ConfigError> {
     budget::text(file).map_err(|source| ConfigError::Read { file: file.to_owned(), source })
 }
 
-/// Checks the text of a TOML file; `file` is what errors call it.
+/// Parses and checks the text of a TOML file; errors name it as `file`.
 ///
 /// # Errors
 ///
@@ -51,7 +50,7 @@ pub fn parse<T: DeserializeOwned>(text: &str, file: &Path) -> Result<T, ConfigEr
     })
 }
 
-/// An error about a place in a text that was parsed, for checks that span several fields.
+/// An error at `span` of a text that was parsed already, for checks across several fields.
 #[must_use]
 pub(crate) fn invalid(text: &str, file: &Path, span: Range<usize>, reason: String) -> ConfigError {
     let (line, column) = line_and_column(text, Some(span));
@@ -65,8 +64,7 @@ fn line_and_column(text: &str, span: Option<Range<usize>>) -> (usize, usize) {
     (line, column)
 }
 
-/// Adds the closest of the expected keys to serde's message about an unknown one; gives back any
-/// other message in one line.
+/// Appends the closest expected key to serde's message about an unknown key. Any other message is returned on one line.
 #[must_use]
 pub fn suggest(message: &str) -> String {
     let message = message.trim_end().replace('\n', "; ");

@@ -1,6 +1,6 @@
 //! `motor.toml`: the servo buses and the joints on them.
 //!
-//! A joint's index, which is its number in every message, is its place in the file.
+//! A joint's index, its number in every message, is its position in the file.
 
 use std::f64::consts::PI;
 use std::ops::Range;
@@ -13,41 +13,41 @@ use crate::load::{self, invalid};
 use crate::number::{Finite, Positive};
 use crate::{ConfigError, parse as parse_toml};
 
-/// The speeds at which X-series servos speak, in bits per second, from a million up.
+/// The supported baud rates, in bits per second: those of X-series servos from 1 Mbit/s up.
 const BAUDS: [u32; 5] = [1_000_000, 2_000_000, 3_000_000, 4_000_000, 4_500_000];
-/// The highest identifier of a servo; 253 and 255 are reserved and 254 is the broadcast.
+/// The highest servo ID; 253 and 255 are reserved, and 254 is the broadcast ID.
 const ID_MOST: u8 = 252;
 
-/// The whole file, checked.
+/// The content of `motor.toml`, checked.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Motor {
     /// The buses.
     pub buses: Vec<Bus>,
-    /// The joints; a joint's place is its index everywhere.
+    /// The joints; a joint's index here is its index everywhere.
     pub joints: Vec<Joint>,
-    /// The names of the groups, in the order in which their torque is switched on: that of the
-    /// first joint of each in the file.
+    /// The names of the groups, in the order in which their torque is enabled: by the first joint of each group in the
+    /// file.
     pub groups: Vec<String>,
 }
 
-/// One half-duplex line of servos.
+/// A half-duplex bus of servos.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Bus {
     /// Its name, unique in the file.
     pub name: String,
-    /// Where it is.
+    /// The device.
     pub device: Device,
-    /// Bits per second.
+    /// Baud rate, in bits per second.
     pub baud: u32,
 }
 
-/// Where a bus is.
+/// The device of a bus.
 #[derive(Clone, Debug, PartialEq, Eq, Deserialize)]
 #[serde(from = "String")]
 pub enum Device {
     /// The mock servo bus of this robot.
     Mock,
-    /// A tty.
+    /// A serial port.
     Tty(std::path::PathBuf),
 }
 
@@ -57,17 +57,17 @@ impl From<String> for Device {
     }
 }
 
-/// A kind of servo.
+/// A servo model.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
 #[serde(try_from = "String")]
 pub enum Model {
     /// ROBOTIS XM430-W350: 12 V, for the body.
     Xm430W350,
-    /// ROBOTIS XL330-M288: 5 V and small, for the face and the fingers.
+    /// ROBOTIS XL330-M288: 5 V, small, for the face and the fingers.
     Xl330M288,
 }
 
-/// Other Dynamixel servos that speak Protocol 2.0: their control tables and limits are not known here.
+/// Other Dynamixel models with Protocol 2.0; their control tables and limits are not implemented.
 const UNSUPPORTED: [&str; 42] = [
     "XL330-M077",
     "XC330-M181",
@@ -123,7 +123,7 @@ impl TryFrom<String> for Model {
         } else if UNSUPPORTED.iter().any(|other| other.eq_ignore_ascii_case(&name)) {
             Err(format!("{name} is not supported yet: Leo drives {body} and {face}"))
         } else {
-            // The words by which the nearest one is suggested.
+            // This wording makes the parser suggest the closest model.
             Err(format!("unknown variant `{name}`, expected `{body}` or `{face}`"))
         }
     }
@@ -133,7 +133,7 @@ impl Model {
     /// All of them.
     pub const ALL: [Self; 2] = [Self::Xm430W350, Self::Xl330M288];
 
-    /// Its name on the box.
+    /// The manufacturer's model name.
     #[must_use]
     pub const fn name(self) -> &'static str {
         match self {
@@ -142,7 +142,7 @@ impl Model {
         }
     }
 
-    /// The highest speed at which it speaks, in bits per second.
+    /// The maximum baud rate, in bits per second.
     #[must_use]
     pub const fn baud_most(self) -> u32 {
         match self {
@@ -151,8 +151,8 @@ impl Model {
         }
     }
 
-    /// The fastest it may be asked to turn, in radians per second: its factory velocity limit
-    /// (item 44 of its control table), 200 and 445 times 0.229 revolutions per minute.
+    /// The maximum velocity, in radians per second: the default of Velocity Limit (address 44 of the control table),
+    /// 200 and 445 times 0.229 rev/min.
     #[must_use]
     pub fn velocity_most_rad_s(self) -> f64 {
         let counts = match self {
@@ -163,55 +163,53 @@ impl Model {
     }
 }
 
-/// One joint and its servo. The servo stands at `sign` × joint + `offset_rad`, where the servo's
-/// own zero is the middle of its range.
+/// A joint and its servo. The servo angle is `sign` × joint + `offset_rad`; the servo's zero is the middle of its
+/// range.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Joint {
     /// Its name, unique in the file and the same as in the URDF.
     pub name: String,
     /// The index of its bus.
     pub bus: usize,
-    /// The servo's identifier, unique on its bus.
+    /// The servo's ID, unique on its bus.
     pub id: u8,
-    /// The kind of servo.
+    /// The servo model.
     pub model: Model,
-    /// Whether the servo turns against the joint.
+    /// Whether the servo turns in the opposite direction of the joint.
     pub reversed: bool,
     /// Servo angle at the joint's zero, in radians.
     pub offset_rad: f64,
-    /// Lowest position of the joint, in radians.
+    /// Lower position limit, in radians.
     pub min_rad: f64,
-    /// Highest position of the joint, in radians.
+    /// Upper position limit, in radians.
     pub max_rad: f64,
-    /// Highest speed of the joint, in radians per second.
+    /// Velocity limit, in radians per second.
     pub velocity_rad_s: f64,
-    /// Highest acceleration of the joint, in radians per second squared.
+    /// Acceleration limit, in radians per second squared.
     pub acceleration_rad_s2: f64,
-    /// The index of its group: joints whose torque is switched on together.
+    /// The index of its group; the torque of a group's joints is enabled together.
     pub group: usize,
-    /// Where it rests without torque, in radians: it is lowered to there before its torque goes off.
+    /// Rest position, in radians; after some alerts the joint moves there before its torque goes off.
     pub rest_rad: f64,
-    /// How far it may be from its command, in radians; what `leo.toml` says of all joints, without.
+    /// Maximum distance from its command, in radians; if absent, `leo.toml` decides.
     pub max_tracking_error_rad: Option<f64>,
 }
 
 impl Joint {
-    /// Where the servo stands when the joint stands at `joint_rad`, in radians from the middle
-    /// of the servo's range.
+    /// The servo angle for a joint position, in radians from the middle of the servo's range.
     #[must_use]
     pub fn servo_rad(&self, joint_rad: f64) -> f64 {
         if self.reversed { self.offset_rad - joint_rad } else { self.offset_rad + joint_rad }
     }
 
-    /// Where the joint stands when the servo stands at `servo_rad`: the inverse of
-    /// [`servo_rad`](Self::servo_rad).
+    /// The joint position for a servo angle; the inverse of [`servo_rad`](Self::servo_rad).
     #[must_use]
     pub fn joint_rad(&self, servo_rad: f64) -> f64 {
         if self.reversed { self.offset_rad - servo_rad } else { servo_rad - self.offset_rad }
     }
 }
 
-/// What limits a joint, by its key in the file.
+/// A limit of a joint, named after its key in the file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Limit {
     /// `min_rad`.
@@ -223,7 +221,7 @@ pub enum Limit {
 }
 
 impl Limit {
-    /// All of them.
+    /// All limits.
     pub const ALL: [Self; 3] = [Self::Min, Self::Max, Self::Velocity];
 
     /// Its key.
@@ -236,7 +234,7 @@ impl Limit {
         }
     }
 
-    /// What it is for a joint, in radians or radians per second.
+    /// Its value for a joint, in radians or radians per second.
     #[must_use]
     pub const fn of(self, joint: &Joint) -> f64 {
         match self {
@@ -247,8 +245,8 @@ impl Limit {
     }
 }
 
-/// An error about a limit of a joint, for who compares it with what another file says; `text` is that of
-/// `motor.toml`, and `file` what the error calls it.
+/// An error about a joint limit, for checks against another file. `text` is that of `motor.toml`; the error names it as
+/// `file`.
 #[must_use]
 pub fn wrong_limit(text: &str, file: &Path, joint: &str, limit: Limit, reason: String) -> ConfigError {
     let raw: RawMotor = match parse_toml(text, file) {
@@ -301,13 +299,13 @@ struct RawJoint {
 ///
 /// # Errors
 ///
-/// As [`crate::load`]; and a joint on a bus that is not there, a name or a servo given twice,
-/// crossed limits, limits beyond the servo's half turn to either side, a speed beyond the servo's.
+/// As [`crate::load`]; also an unknown bus, a duplicate name or servo, crossed limits, limits beyond half a turn of the
+/// servo, or a velocity above the servo's maximum.
 pub fn load(file: &Path) -> Result<Motor, ConfigError> {
     parse(&load::text(file)?, file)
 }
 
-/// Checks the text of `motor.toml`; `file` is what errors call it.
+/// Checks the text of `motor.toml`; errors name it as `file`.
 ///
 /// # Errors
 ///
@@ -403,7 +401,7 @@ fn check_joint(raw: RawJoint, motor: &mut Motor) -> Result<Joint, Wrong> {
         velocity_rad_s,
         acceleration_rad_s2: raw.acceleration_rad_s2.get(),
         group,
-        // The joint's zero, as far as it can stand there.
+        // Defaults to the joint's zero, clamped to its limits.
         rest_rad: raw
             .rest_rad
             .as_ref()
@@ -420,7 +418,7 @@ fn check_joint(raw: RawJoint, motor: &mut Motor) -> Result<Joint, Wrong> {
     }
     for (limit, at) in [(min_rad, &raw.min_rad), (max_rad, &raw.max_rad)] {
         let servo = joint.servo_rad(limit);
-        // One count is lost at the upper end: a turn has 4096 counts, from 0 to 4095.
+        // The upper end loses one count: a turn has 4096 counts, from 0 to 4095.
         if !(-PI..=PI * 2047.0 / 2048.0).contains(&servo) {
             let reason =
                 format!("the servo would stand at {servo:.3} rad, beyond half a turn from its middle");

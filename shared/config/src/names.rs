@@ -3,12 +3,12 @@ use std::collections::BTreeSet;
 use message::{NOBODY, TEXT_CAPACITY};
 use serde::Deserialize;
 
-/// What the robot is called in what people read.
+/// The robot's name in texts for people.
 const ROBOT: &str = "Leo";
-/// A name with this many bytes leaves room for what is said of him.
+/// Maximum length of a name in bytes: a quarter of a text, so that a sentence about the agent still fits.
 const LONGEST: usize = TEXT_CAPACITY / 4;
 
-/// What agents are called in everything that people read.
+/// The agents' names in texts for people.
 ///
 /// ```
 /// let names = config::Robot::load(None)?.leo.belief.names;
@@ -37,8 +37,7 @@ impl TryFrom<Vec<String>> for Names {
 }
 
 impl Names {
-    /// What an agent is called: the robot "Leo", a partner by his name or, where he has none, by his
-    /// number.
+    /// The name of an agent: "Leo" for the robot; a partner's configured name, or "partner N" without one.
     #[must_use]
     pub fn of(&self, agent: u16) -> String {
         match agent {

@@ -1,4 +1,4 @@
-//! Numbers whose range is part of their type: a value out of it is refused where it stands.
+//! Numbers whose valid range is part of their type; parsing rejects a value out of range at its position in the file.
 
 use std::time::Duration;
 
@@ -29,7 +29,7 @@ macro_rules! ranged {
             type Error = OutOfRange;
 
             fn try_from($value: f64) -> Result<Self, OutOfRange> {
-                // Written so that NaN fails.
+                // Written so that NaN is rejected.
                 if $holds { Ok(Self($value)) } else { Err(OutOfRange { value: $value, range: $range }) }
             }
         }
@@ -45,7 +45,7 @@ macro_rules! ranged {
 }
 
 ranged!(
-    /// A rate in hertz. A slower loop would seem to hang to whoever watches its heart.
+    /// A rate in hertz. A slower loop would look hung to the supervisor's heartbeat check.
     Hertz: "from 1 to 10000 Hz", |value| (1.0..=10_000.0).contains(&value)
 );
 ranged!(
@@ -53,11 +53,11 @@ ranged!(
     Unit: "from 0 to 1", |value| (0.0..=1.0).contains(&value)
 );
 ranged!(
-    /// The probability of a slip: whoever slips every other time says nothing.
+    /// A probability of label noise. At 0.5 an example would carry no information.
     Slips: "from 0 to below 0.5", |value| (0.0..0.5).contains(&value)
 );
 ranged!(
-    /// A number that may be zero and may not be negative.
+    /// A number that is zero or positive.
     NotNegative: "finite and not negative", |value| value >= 0.0 && value.is_finite()
 );
 ranged!(
@@ -65,12 +65,12 @@ ranged!(
     Positive: "finite and above 0", |value| value > 0.0 && value.is_finite()
 );
 ranged!(
-    /// Any number.
+    /// Any finite number.
     Finite: "finite", |value| value.is_finite()
 );
 
 ranged!(
-    /// A coordinate in the room, in metres.
+    /// A coordinate in metres.
     Coordinate: "from -100 to 100 m", |value| (-100.0..=100.0).contains(&value)
 );
 ranged!(
@@ -79,7 +79,7 @@ ranged!(
 );
 
 impl Seconds {
-    /// The time.
+    /// As a [`Duration`].
     #[must_use]
     pub fn duration(self) -> Duration {
         Duration::from_secs_f64(self.0)
@@ -87,7 +87,7 @@ impl Seconds {
 }
 
 impl Hertz {
-    /// The time between two cycles, rounded to a nanosecond.
+    /// The period of one cycle, rounded to a nanosecond.
     #[must_use]
     pub fn period(self) -> Duration {
         Duration::from_secs_f64(1.0 / self.0)
@@ -109,14 +109,14 @@ impl TryFrom<f64> for Milliseconds {
 }
 
 impl Milliseconds {
-    /// The time.
+    /// As a [`Duration`].
     #[must_use]
     pub fn duration(self) -> Duration {
         Duration::from_secs_f64(self.0 / 1000.0)
     }
 }
 
-/// A capacity: how many entries a buffer holds.
+/// The capacity of a buffer, in entries.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
 #[serde(try_from = "u32")]
 pub struct Capacity(u32);

@@ -1,7 +1,7 @@
-//! `percepts.toml`: what Leo perceives, and how observations become beliefs.
+//! `percepts.toml`: the percepts, and how observations become beliefs.
 //!
-//! [`Percepts`] is the file with every name resolved and every reference checked: whoever holds
-//! one need not doubt it. Equations are those of Berlin et al. 2006, "Belief Modeling".
+//! [`Percepts`] is the file with every name resolved and every reference checked, so its users need no further checks.
+//! Equations are those of Berlin et al. 2006, "Belief Modeling".
 
 mod file;
 mod range;
@@ -21,12 +21,12 @@ pub use range::{Component, Range, is_inside, origin};
 
 const BUILTIN: &str = include_str!("../../../config/percepts.toml");
 
-/// The percept set P with its threshold k, and the parameters of the Belief System.
+/// The percept set P with its threshold k, and the parameters of the belief system.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Percepts {
-    /// k: an evaluation passes when match times confidence is above it (Eq. 2).
+    /// k: an evaluation passes if match times confidence exceeds it (Eq. 2).
     pub threshold: f64,
-    /// The percepts; the position in this list is a percept's number.
+    /// The percepts; a percept's number is its index in this list.
     pub percepts: Vec<Percept>,
     /// Distance, clustering and culling.
     pub belief: Belief,
@@ -35,31 +35,30 @@ pub struct Percepts {
 /// One percept.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Percept {
-    /// What it is called.
+    /// Its unique name.
     pub name: String,
-    /// The earlier percept that must have passed for this one to be evaluated, and, where it is a region
-    /// or a range, have said inside ([`Kernel::opens`]). What it derived is what this one reads, where
-    /// it [can](Kernel::reads).
+    /// The earlier percept that gates this one: it must have passed and, if it is a region or a range, evaluated to
+    /// inside ([`Kernel::opens`]). Its feature is this percept's input if the kernel [reads](Kernel::reads) it.
     pub parent: Option<u16>,
-    /// What it may be to a goal belief.
+    /// Its role in a goal belief.
     pub role: Role,
-    /// Confidence after the last sample falls as exp(-decay_per_s · seconds).
+    /// Decay rate: confidence after the last sample falls as exp(-decay_per_s · seconds).
     pub decay_per_s: f64,
-    /// What is remembered of it.
+    /// Its history generator.
     pub history: History,
-    /// How it classifies.
+    /// Its classifier.
     pub kernel: Kernel,
 }
 
-/// What a percept may be to a goal belief.
+/// The role of a percept in a goal belief.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Role {
-    /// It says which things are meant.
+    /// It selects the objects that are meant.
     Criteria,
-    /// It says what is to become of them.
+    /// It describes the state that they are to reach.
     Expectation,
-    /// Goals do not speak of it.
+    /// Goal beliefs ignore it.
     Neither,
 }
 
@@ -67,36 +66,34 @@ pub enum Role {
 #[derive(Clone, Debug, PartialEq, Deserialize)]
 #[serde(rename_all = "snake_case", deny_unknown_fields)]
 pub enum History {
-    /// Every sample, exactly, as long as there is room.
+    /// Every sample, exactly, up to the capacity.
     Lossless {
-        /// Samples kept at most.
+        /// Maximum number of samples.
         samples: Capacity,
-        /// What goes when there is no room.
+        /// Which sample is dropped when full.
         when_full: WhenFull,
     },
-    /// y = a·x + (1 − a)·y: the present value, and no past.
+    /// y = a·x + (1 − a)·y: the current value only, no past.
     LowPass {
-        /// a: the share of the newest sample.
+        /// a: the weight of the newest sample.
         share: Unit,
     },
-    /// Samples thinned with their age: a question about any age is answered by a sample whose
-    /// age is within a factor of two.
+    /// Samples thinned with age: a query for any age returns a sample whose age is within a factor of two.
     LogTimescale {
-        /// Samples kept at most; two per octave of age are needed.
+        /// Maximum number of samples; two per octave of age are needed.
         samples: Capacity,
     },
-    /// A generator that the program supplies under this name.
+    /// A history generator that the program registers under this name.
     Own(String),
 }
 
-/// What a lossless history gives up when it is full.
+/// Which sample a full lossless history drops.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum WhenFull {
     /// The oldest sample.
     ForgetOldest,
-    /// The sample between the first and the last whose absence leaves the shortest gap; of equal
-    /// ones the oldest.
+    /// The inner sample whose removal leaves the shortest gap; among equal ones the oldest.
     Thin,
 }
 
@@ -104,42 +101,42 @@ pub enum WhenFull {
 #[derive(Clone, Debug, PartialEq, Deserialize)]
 #[serde(rename_all = "snake_case", deny_unknown_fields)]
 pub enum Kernel {
-    /// Where the thing is, in the perspective's frame, in metres.
+    /// The object's position in the perspective's frame, in metres.
     Position,
-    /// How it is turned, in the perspective's frame.
+    /// The object's orientation in the perspective's frame.
     Orientation,
-    /// Half its extents along its own axes, in metres.
+    /// Half the extents along the object's own axes, in metres.
     Extents,
-    /// Which source observed it, by its number as a symbol: the same for every perspective.
+    /// The number of the source that observed it, as a symbol; the same for every perspective.
     Source,
-    /// The degree of a state; no match where the thing has no such state.
+    /// The degree of a state; no match if the object has no such state.
     State(StateName),
-    /// The prototype that is nearest in a space of features.
+    /// The nearest prototype in a feature space.
     Nearest(Nearest),
-    /// 1 inside a box of the perspective's frame and 0 outside: an indexical percept.
+    /// 1 inside a box of the perspective's frame and 0 outside; an indexical percept.
     Region(Region),
-    /// Whether a number that the parent derived is within limits: indexical where the number is.
+    /// Whether a number that the parent derived lies within limits; indexical if that number is.
     Range(Range),
-    /// A classifier that the program supplies under this name.
+    /// A classifier that the program registers under this name.
     Own(String),
 }
 
-/// A state as the file calls it.
+/// The name of a state in the file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum StateName {
-    /// Its hole holds a peg.
+    /// The object's hole holds a peg.
     Filled,
-    /// It carries a marker.
+    /// The object carries a marker.
     Marked,
-    /// It sits in a hole.
+    /// The object sits in a hole.
     Inserted,
-    /// It is switched on.
+    /// The object is switched on.
     On,
 }
 
 impl StateName {
-    /// The state as observations number it.
+    /// The state as used in observations.
     #[must_use]
     pub fn state(self) -> State {
         match self {
@@ -155,28 +152,28 @@ impl StateName {
 #[derive(Clone, Debug, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Nearest {
-    /// The space.
+    /// The feature space.
     pub of: Space,
-    /// The distance from a prototype at which the match has fallen to zero.
+    /// The distance from a prototype at which the match reaches zero.
     pub scale: Positive,
-    /// The prototypes; the position in this list is the symbol.
+    /// The prototypes; a prototype's index in this list is its symbol.
     pub prototypes: Vec<Prototype>,
 }
 
-/// A space of features of an observation.
+/// A feature space.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Space {
-    /// How elongated, flat, round and tapered.
+    /// Elongated, flat, round and tapered, each in [0, 1].
     Shape,
     /// Linear red, green and blue.
     Colour,
-    /// The cube root of the volume of the thing's box, in metres.
+    /// The cube root of the volume of the object's bounding box, in metres.
     EdgeM,
 }
 
 impl Space {
-    /// How many numbers a point of it has.
+    /// The number of dimensions.
     #[must_use]
     pub const fn dimensions(self) -> usize {
         match self {
@@ -191,24 +188,24 @@ impl Space {
 #[derive(Clone, Debug, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Prototype {
-    /// What things like it are called.
+    /// The name of its symbol.
     pub name: String,
-    /// Where it lies: as many numbers as its space has dimensions.
+    /// Its coordinates, one per dimension of the space.
     pub at: Vec<f64>,
 }
 
-/// A box of the perspective's frame; its sides may be infinitely far.
+/// A box in the perspective's frame; its sides may be infinite.
 #[derive(Clone, Copy, Debug, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Region {
-    /// Least x, y and z, in metres.
+    /// Minimum x, y and z, in metres.
     pub minimum_m: [f64; 3],
-    /// Greatest x, y and z, in metres.
+    /// Maximum x, y and z, in metres.
     pub maximum_m: [f64; 3],
 }
 
 impl Region {
-    /// Whether the box holds a place; its sides belong to it.
+    /// Whether a position is in the box, sides included.
     #[must_use]
     pub fn holds(&self, position_m: [f32; 3]) -> bool {
         let sides = self.minimum_m.iter().zip(&self.maximum_m);
@@ -219,16 +216,16 @@ impl Region {
     }
 }
 
-/// The parameters of the Belief System: d, q, w and c of its tuple (B, G, M, d, q, w, c).
+/// The parameters of the belief system: d, q, w and c of its tuple (B, G, M, d, q, w, c).
 #[derive(Clone, Debug, PartialEq)]
 pub struct Belief {
-    /// Beliefs whose distance D is below it are of one thing.
+    /// Two beliefs whose distance D is below it are merged.
     pub threshold: f64,
-    /// Whether D is divided by the sum of the weights that apply.
+    /// Whether D is divided by the sum of the weights of the terms that apply.
     pub normalised: bool,
-    /// Whether two beliefs that hold observations of one source and instant never merge.
+    /// Cannot-link constraint: whether beliefs with observations of the same source and instant are never merged.
     pub cannot_link_same_source_instant: bool,
-    /// D of two beliefs to which no term applies.
+    /// D of two beliefs if no term applies.
     pub no_term_applies: NoTermApplies,
     /// The terms of D (Eq. 4).
     pub distance: Vec<Distance>,
@@ -236,24 +233,24 @@ pub struct Belief {
     pub cull: Vec<Cull>,
 }
 
-/// The distance of two beliefs that no term can compare.
+/// The distance of two beliefs if no term applies.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum NoTermApplies {
-    /// They are never merged.
+    /// Infinite: such beliefs are never merged.
     Infinite,
-    /// The empty sum, literally.
+    /// Zero: the empty sum, as in the paper.
     Zero,
 }
 
 /// One term w·q·d of the belief distance (Eq. 4).
 #[derive(Clone, Debug, PartialEq)]
 pub struct Distance {
-    /// The percept that it compares; it applies where both beliefs have it.
+    /// The percept that it compares; the term applies if both beliefs have it.
     pub percept: u16,
-    /// How it compares.
+    /// The distance function.
     pub measure: Measure,
-    /// w, not negative.
+    /// w, zero or positive.
     pub weight: f64,
 }
 
@@ -269,26 +266,26 @@ pub enum Measure {
     Difference,
     /// 1 for two different symbols, 0 for equal ones.
     Differs,
-    /// A distance that the program supplies under this name.
+    /// A distance function that the program registers under this name.
     Own(String),
 }
 
 /// A culling function (Eq. 5).
 #[derive(Clone, Debug, PartialEq)]
 pub enum Cull {
-    /// Nothing of it taken in for longer than this.
+    /// No observation was merged into it for longer than this.
     UnseenLongerThan(Duration),
     /// The remembered confidence of a percept has fallen below a floor.
     ConfidenceBelow {
-        /// The percept; a belief without it agrees.
+        /// The percept; a belief without it satisfies the condition.
         percept: u16,
         /// The floor.
         floor: f64,
     },
-    /// Its place has been in view without a break for so long, of a source that saw it before, and it was not
-    /// perceived there; a belief without a place disagrees.
+    /// Its position has been in view of a source that saw it before, without a break for this long, and it was not
+    /// observed there. A belief without a position never satisfies the condition.
     PlaceEmptyFor(Duration),
-    /// A culling function that the program supplies under this name.
+    /// A culling function that the program registers under this name.
     Own(String),
 }
 
@@ -297,15 +294,14 @@ impl Percepts {
     ///
     /// # Errors
     ///
-    /// As [`crate::load`]; also a name that is given twice or meant and not given, a history or
-    /// measure that does not fit the percept's feature, and a range of a number that its parent does not
-    /// derive.
+    /// As [`crate::load`]; also a duplicate or unknown name, a history or measure that does not fit the percept's
+    /// feature, or a range of a number that its parent does not derive.
     pub fn load(file: &Path) -> Result<Self, ConfigError> {
         let text = load::text(file)?;
         Self::parse(&text, file)
     }
 
-    /// Checks the text of the file; `file` is what errors call it.
+    /// Checks the text of the file; errors name it as `file`.
     ///
     /// # Errors
     ///
@@ -316,29 +312,29 @@ impl Percepts {
             .map_err(|(span, reason)| load::invalid(text, file, span, reason))
     }
 
-    /// The percepts that Leo comes with: `config/percepts.toml` as it was compiled in.
+    /// The built-in percepts, `config/percepts.toml` at compile time.
     #[must_use]
     #[expect(clippy::expect_used, reason = "the text is compiled in, and a test parses it")]
     pub fn builtin() -> Self {
         Self::parse(BUILTIN, Path::new("config/percepts.toml")).expect("the built-in percepts are sound")
     }
 
-    /// The number of the percept of that name.
+    /// The number of the percept with that name.
     #[must_use]
     pub fn index(&self, name: &str) -> Option<u16> {
         let index = self.percepts.iter().position(|percept| percept.name == name)?;
         u16::try_from(index).ok()
     }
 
-    /// The number of the percept that says where a thing is, if there is one.
+    /// The number of the position percept, if there is one.
     #[must_use]
     pub fn place(&self) -> Option<u16> {
         let index = self.percepts.iter().position(|percept| percept.kernel == Kernel::Position)?;
         u16::try_from(index).ok()
     }
 
-    /// How far apart two sightings may be that are alike in everything else, and yet of one thing,
-    /// in metres (Eq. 4); infinite where the distance of two beliefs asks for no place.
+    /// Association distance: how far apart two otherwise equal observations may be and still be of one object, in
+    /// metres (Eq. 4). Infinite if the belief distance has no position term.
     #[must_use]
     pub fn same_place_m(&self) -> f64 {
         let belief = &self.belief;
@@ -352,7 +348,7 @@ impl Percepts {
         if share > 0.0 { belief.threshold / share } else { f64::INFINITY }
     }
 
-    /// The percept of that number.
+    /// The percept with that number.
     #[must_use]
     pub fn get(&self, index: u16) -> Option<&Percept> {
         self.percepts.get(usize::from(index))
@@ -360,8 +356,8 @@ impl Percepts {
 }
 
 impl Belief {
-    /// Sets every switch to what the paper literally says, where the built-in setting departs from
-    /// it; tells of each what it is now and what it was, for people.
+    /// Sets every switch to the paper's literal form. Returns one line per switch with its new and its old value, for
+    /// people.
     pub fn make_literal(&mut self) -> Vec<String> {
         let was = self.clone();
         self.cannot_link_same_source_instant = false;
@@ -380,8 +376,7 @@ impl Belief {
 }
 
 impl Percept {
-    /// The names of its symbols, in the order of their numbers; none where it derives no symbol, or one that
-    /// has no name.
+    /// The names of its symbols, in the order of their numbers; empty if the kernel derives no named symbols.
     pub fn symbols(&self) -> impl Iterator<Item = &str> {
         let prototypes = match &self.kernel {
             Kernel::Nearest(nearest) => nearest.prototypes.as_slice(),

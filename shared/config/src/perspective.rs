@@ -1,4 +1,4 @@
-//! `perspective.toml`: what Leo takes a partner to perceive.
+//! `perspective.toml`: the model of what a partner perceives.
 
 use std::path::Path;
 
@@ -9,24 +9,24 @@ use crate::parse;
 
 const BUILTIN: &str = include_str!("../../../config/perspective.toml");
 
-/// The whole file.
+/// The content of `perspective.toml`.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Perspective {
-    /// What a partner sees and hears (V, Eq. 8).
+    /// The visibility and hearing of a partner (V, Eq. 8).
     pub sight: Sight,
     /// The frame of a partner (P, Eq. 9).
     pub frame: Frame,
-    /// What is remembered of the things that hide others.
+    /// The memory of occluders.
     pub occluders: Occluders,
-    /// What the robot itself sees.
+    /// The field of view of the robot itself.
     pub robot: Robot,
-    /// Whose the things are.
+    /// The ownership of objects.
     pub resource: Resource,
 }
 
 impl Perspective {
-    /// What Leo comes with: `config/perspective.toml` as it was compiled in.
+    /// The built-in file, `config/perspective.toml` at compile time.
     #[must_use]
     #[expect(clippy::expect_used, reason = "the text is compiled in, and a test parses it")]
     pub fn builtin() -> Self {
@@ -34,32 +34,32 @@ impl Perspective {
     }
 }
 
-/// What a partner sees and hears.
+/// The visibility and hearing of a partner.
 #[derive(Clone, Copy, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Sight {
-    /// Half the angle of the cone that he sees.
+    /// Half the opening angle of the partner's view cone.
     pub cone_half_angle_deg: Angle,
-    /// How far he sees.
+    /// The range of sight, in metres.
     pub range_m: Positive,
-    /// Which points of a thing are looked at.
+    /// The points of an object that are tested for visibility.
     pub samples: Samples,
-    /// How much room round a remembered place must be in view, and empty, before the absence of
-    /// the thing is noticed.
+    /// The margin around a remembered position, in metres. It must be in view and empty before the partner notices the
+    /// object's absence.
     pub empty_margin_m: NotNegative,
-    /// How far he hears.
+    /// The range of hearing, in metres.
     pub hearing_range_m: Positive,
-    /// A partner who has not been observed for this long is absent.
+    /// A partner not observed for this long is absent.
     pub absent_after_ms: Milliseconds,
 }
 
-/// Which points of a thing are looked at; it is seen when the majority of them is.
+/// The points of an object that are tested for visibility; the object is seen if the majority is visible.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Samples {
     /// Its centre.
     Centre,
-    /// Its centre and those of its six faces.
+    /// Its centre and the centres of its six faces.
     Faces,
     /// Its centre and its eight corners.
     Corners,
@@ -69,89 +69,88 @@ pub enum Samples {
 #[derive(Clone, Copy, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Frame {
-    /// It is taken anew when he has moved further than this.
+    /// The frame is re-anchored after the partner has moved further than this, in metres.
     pub reanchor_m: Positive,
-    /// It is taken anew when his heading has turned by more than this.
+    /// The frame is re-anchored after the partner's heading has turned further than this.
     pub reanchor_deg: Angle,
 }
 
-/// What is remembered of the things that hide others.
+/// The memory of occluders.
 #[derive(Clone, Copy, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Occluders {
-    /// How many are remembered.
+    /// Maximum number of remembered occluders.
     pub most: Capacity,
-    /// An occluder observed this near to where one was last is the same.
+    /// An occluder observed within this distance of a remembered one is the same one, in metres.
     pub same_within_m: Positive,
-    /// One whose place is in view, and that has not been observed for this long, is gone.
+    /// An occluder that is in view and not observed for this long is removed.
     pub gone_after_ms: Milliseconds,
 }
 
-/// What the robot itself sees.
+/// The field of view of the robot itself.
 #[derive(Clone, Copy, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Robot {
-    /// Where its eye is in its base frame, as long as nobody observes its head.
+    /// The eye's position in the base frame, used while no source observes the robot's head.
     pub eye_m: [Coordinate; 3],
-    /// What the eye looks at, in its base frame.
+    /// The point that the eye looks at, in the base frame.
     pub looks_at_m: [Coordinate; 3],
-    /// Where the absence of a thing is noticed.
+    /// The region in which the absence of an object is noticed.
     pub field: Field,
 }
 
-/// Where the robot would see a thing if one were there.
+/// The region in which the robot would see an object.
 #[derive(Clone, Copy, Debug, PartialEq, Deserialize)]
 #[serde(tag = "kind", rename_all = "lowercase", deny_unknown_fields)]
 pub enum Field {
-    /// Everywhere: its sensory processes survey the whole workspace.
+    /// Everywhere; the sensory processes survey the whole workspace.
     Everything,
-    /// In a cone before its eye, and not behind an occluder.
+    /// A cone before the eye, without what occluders hide.
     Cone {
-        /// Half the angle of the cone.
+        /// Half the opening angle of the cone.
         half_angle_deg: Angle,
-        /// How far it sees.
+        /// The range of sight, in metres.
         range_m: Positive,
     },
 }
 
-/// Whose the things are, in the eyes of a perspective.
+/// The ownership of objects, estimated in each perspective.
 #[derive(Clone, Debug, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Resource {
-    /// What decides.
+    /// The rule.
     pub by: Owning,
-    /// By territory: how many times wider than the longest link within them the gap between two
-    /// clusters must be.
+    /// For `territory`: the minimum ratio of the gap between two clusters to the longest link within them.
     pub gap_ratio: Positive,
-    /// As told: whose what lies where is.
+    /// For `told`: the owned regions.
     pub told: Vec<Region>,
 }
 
-/// What decides whose a thing is.
+/// The rule by which an object's owner is estimated.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Owning {
-    /// Nothing: all is everybody's.
+    /// No ownership: every object is common.
     None,
-    /// Where it lies, in one of two groups of things that are apart.
+    /// By position: the two groups of objects that a gap separates.
     Territory,
-    /// Who last held it.
+    /// The agent that held the object last.
     Possession,
-    /// The regions of the file.
+    /// The regions in the file.
     Told,
 }
 
-/// A region of the table and whose what lies in it is.
+/// A region of the table and its owner.
 #[derive(Clone, Copy, Debug, PartialEq, Deserialize)]
 #[serde(try_from = "WrittenRegion")]
 pub struct Region {
-    /// The agent: 0 the robot, n partner n.
+    /// The owner: 0 for the robot, n for partner n.
     pub owner: u16,
     from_m: [Coordinate; 2],
     to_m: [Coordinate; 2],
 }
 
-/// A region as the file has it: the agent, and two corners by x and y of the base frame, in metres.
+/// A region in the file: the owner, and two corners by x and y of the base frame, in metres.
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 struct WrittenRegion {
@@ -173,7 +172,7 @@ impl TryFrom<WrittenRegion> for Region {
 }
 
 impl Region {
-    /// Whether it holds a place of the base frame; its sides belong to it.
+    /// Whether a position (x, y in the base frame) is in the region, sides included.
     #[must_use]
     pub fn holds(&self, place_m: [f64; 2]) -> bool {
         let sides = self.from_m.iter().zip(&self.to_m);
@@ -190,7 +189,7 @@ impl TryFrom<f64> for Angle {
     type Error = OutOfRange;
 
     fn try_from(value: f64) -> Result<Self, OutOfRange> {
-        // Written so that NaN fails.
+        // Written so that NaN is rejected.
         if value > 0.0 && value <= 180.0 {
             Ok(Self(value))
         } else {
@@ -200,7 +199,7 @@ impl TryFrom<f64> for Angle {
 }
 
 impl Angle {
-    /// The angle in radians.
+    /// In radians.
     #[must_use]
     pub fn radians(self) -> f64 {
         self.0.to_radians()

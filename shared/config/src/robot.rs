@@ -10,22 +10,22 @@ use crate::percepts::Percepts;
 use crate::perspective::Perspective;
 use crate::{ConfigError, Files, motor, parse};
 
-/// The whole configuration of a robot: `leo.toml` and the files that lie beside it.
+/// The whole configuration of a robot: `leo.toml` and its sibling files.
 #[derive(Clone, Debug)]
 pub struct Robot {
     /// `leo.toml`: the processes.
     pub leo: Leo,
-    /// `percepts.toml`: what is perceived and believed.
+    /// `percepts.toml`: percepts, and how beliefs are formed.
     pub percepts: Percepts,
     /// `perspective.toml`: what a partner can perceive.
     pub perspective: Perspective,
     /// `motor.toml`: buses and joints.
     pub motor: Motor,
-    /// `leo.urdf`: the body, as text.
+    /// `leo.urdf`: the robot model, as text.
     pub urdf: String,
 }
 
-/// The files that the executable brings along, so that it runs without a configuration folder.
+/// The built-in files; with them the executable runs without a configuration folder.
 pub(crate) mod builtin {
     pub(crate) const LEO: &str = include_str!("../../../config/leo.toml");
     pub(crate) const PERCEPTS: &str = include_str!("../../../config/percepts.toml");
@@ -35,21 +35,21 @@ pub(crate) mod builtin {
 }
 
 impl Robot {
-    /// Reads `leo` (a `leo.toml`) and its neighbours. A neighbour that is not there is the
-    /// built-in one; without `leo`, all are.
+    /// Reads `leo` (a `leo.toml`) and its sibling files. A missing sibling is replaced by the built-in one; without
+    /// `leo`, every file is built in.
     ///
     /// # Errors
     ///
-    /// `leo` cannot be read, or something in a file is wrong.
+    /// `leo` cannot be read, or a file is invalid.
     pub fn load(leo: Option<&Path>) -> Result<Self, ConfigError> {
         Self::of(&Files::read(leo)?)
     }
 
-    /// The robot that files describe.
+    /// Builds the robot that the files describe.
     ///
     /// # Errors
     ///
-    /// Something in a file is wrong.
+    /// A file is invalid.
     pub fn of(files: &Files) -> Result<Self, ConfigError> {
         let [leo, percepts, perspective, motor] =
             ["leo.toml", "percepts.toml", "perspective.toml", "motor.toml"].map(|name| files.file(name));
@@ -71,14 +71,13 @@ impl Robot {
         })
     }
 
-    /// Where a neighbour of `leo` (a `leo.toml`) is read from; nowhere where the built-in one is taken.
+    /// The path of a sibling file of `leo` (a `leo.toml`); `None` if the built-in file is used instead.
     #[must_use]
     pub fn neighbour(leo: Option<&Path>, name: &str) -> Option<PathBuf> {
         leo.and_then(Path::parent).map(|folder| folder.join(name)).filter(|file| file.exists())
     }
 
-    /// An error about a limit of a joint in the `motor.toml` of `leo` (a `leo.toml`), for who compares it with
-    /// what another file says.
+    /// An error about a joint limit in the `motor.toml` beside `leo` (a `leo.toml`), for checks against another file.
     #[must_use]
     pub fn wrong_limit(leo: Option<&Path>, joint: &str, limit: Limit, reason: String) -> ConfigError {
         match Files::read(leo) {
@@ -90,12 +89,11 @@ impl Robot {
         }
     }
 
-    /// Brings `leo` (a `leo.toml`) and the `perspective.toml` beside it, where there is one, to this version.
-    /// Nothing is written.
+    /// Migrates `leo` (a `leo.toml`) and the `perspective.toml` beside it, if any, to this version. Writes no file.
     ///
     /// # Errors
     ///
-    /// A file cannot be read, or what is wrong with it is not its age.
+    /// A file cannot be read, or has an error that no migration fixes.
     pub fn forward(leo: &Path) -> Result<Vec<Forward>, ConfigError> {
         let parse_leo = |text: &str| parse::<Leo>(text, leo).map(drop);
         let mut all = vec![forward(text(leo)?, leo, builtin::LEO, parse_leo)?];
@@ -109,8 +107,8 @@ impl Robot {
 }
 
 impl Robot {
-    /// The built-in `leo.toml` with some of its numbers replaced, each named by its table and key:
-    /// `sensor.rate_hz`. Comments are lost. Names that the file does not have change nothing.
+    /// The built-in `leo.toml` with some numbers replaced, each named by table and key, as in `sensor.rate_hz`.
+    /// Comments are lost. Unknown names have no effect.
     #[must_use]
     pub fn leo_text_with(numbers: &[(&str, f64)]) -> String {
         let mut root: toml::Table = builtin::LEO.parse().unwrap_or_default();
@@ -128,7 +126,7 @@ impl Robot {
     }
 }
 
-/// The same error, and where a key is missing, what puts it in: [`Robot::forward`] of the robot's `leo.toml`.
+/// Adds a hint to an error about a missing key: the command that migrates the file, see [`Robot::forward`].
 fn or_older(mut error: ConfigError, leo: &Path) -> ConfigError {
     if let ConfigError::Invalid { reason, .. } = &mut error
         && reason.starts_with("missing field")
@@ -138,7 +136,7 @@ fn or_older(mut error: ConfigError, leo: &Path) -> ConfigError {
     error
 }
 
-/// Reads a `leo.toml` and checks its numbers against each other.
+/// Parses a `leo.toml` and checks the constraints between its values.
 fn consistent(text: &str, file: &Path) -> Result<Leo, ConfigError> {
     let leo: Leo = parse(text, file).map_err(|error| or_older(error, file))?;
     let (goals, patience) = (leo.learner.goal_rate_hz.period(), leo.motor.command_timeout_ms.duration());
@@ -175,7 +173,7 @@ fn consistent(text: &str, file: &Path) -> Result<Leo, ConfigError> {
     Ok(leo)
 }
 
-/// Refuses a source of which nothing would ever be perceived.
+/// Rejects a source whose observations could never pass the percept threshold.
 fn perceivable(leo: &Leo, percepts: &Percepts, text: &str, file: &Path) -> Result<(), ConfigError> {
     for (index, source) in leo.sensor.source.iter().enumerate() {
         let confidence = source.confidence(percepts);
@@ -192,7 +190,7 @@ fn perceivable(leo: &Leo, percepts: &Percepts, text: &str, file: &Path) -> Resul
     Ok(())
 }
 
-/// Where a source of the list begins.
+/// The byte offset at which a source of the list begins.
 fn place_of_source(text: &str, index: usize) -> usize {
     text.match_indices("\n[[sensor.source]]").nth(index).map_or(0, |(at, _)| at + 1)
 }

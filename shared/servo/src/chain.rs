@@ -3,26 +3,25 @@ use crate::frame::{HEADER, PREFIX, SUFFIX};
 use crate::status::STATUS;
 use crate::{Address, Status, TooLong};
 
-/// Writes the one frame with which several servos answer a fast read together: the first of them
-/// writes the header and its own part, every other one adds its part.
+/// Writes the single packet with which several servos reply to a fast read. The first servo writes the header and its
+/// own block; every other servo appends its block.
 ///
-/// `FF FF FD 00 FE length 55`, and for each servo `error id data sum`, where the sum is that of
-/// everything before it, earlier sums included. Nothing is stuffed.
+/// `FF FF FD 00 FE length 55`, and for each servo `error id data crc`. Each CRC covers everything before it, earlier
+/// CRCs included. There is no byte stuffing.
 #[derive(Clone, Copy, Debug)]
 pub struct Chain {
     sum: u16,
 }
 
 impl Chain {
-    /// Bytes of a part beside its data.
+    /// Length of a block without its data, in bytes.
     pub(crate) const PART: usize = 2 + SUFFIX;
 
-    /// Writes the header for parts with so many bytes of data to the beginning of `out`, and
-    /// returns its length in bytes.
+    /// Writes the header for blocks with these data lengths to the beginning of `out`, and returns its length in bytes.
     ///
     /// # Errors
     ///
-    /// `out` is too short for the header, or the parts are too long for any frame.
+    /// `out` is too short for the header, or the total exceeds the length field.
     pub fn begin(lengths: impl IntoIterator<Item = u16>, out: &mut [u8]) -> Result<(Self, usize), TooLong> {
         let too_long = TooLong { capacity: out.len() };
         let length = length_field(lengths).ok_or(too_long)?;
@@ -31,7 +30,7 @@ impl Chain {
         Ok((Self { sum: extend(0, &header) }, header.len()))
     }
 
-    /// Writes the part of one servo to the beginning of `out`, and returns its length in bytes.
+    /// Writes the block of one servo to the beginning of `out`, and returns its length in bytes.
     ///
     /// # Errors
     ///
@@ -52,19 +51,19 @@ impl Chain {
     }
 }
 
-/// The check sum of everything up to and with a check sum `field`: whatever comes before, its sum
-/// is in the field.
+/// The running CRC after a CRC field: the field holds the CRC of everything before it, so the earlier bytes are not
+/// needed.
 pub(crate) fn after(field: [u8; SUFFIX]) -> u16 {
     extend(u16::from_le_bytes(field), &field)
 }
 
-/// The length field of an answer with so many bytes of data in its parts.
+/// The length field of a reply whose blocks have these data lengths.
 pub(crate) fn length_field(lengths: impl IntoIterator<Item = u16>) -> Option<u16> {
     let parts: usize = lengths.into_iter().map(|length| Chain::PART + usize::from(length)).sum();
     u16::try_from(1 + parts).ok()
 }
 
-/// The header of an answer, with the instruction byte.
+/// The header of a reply, including the instruction byte.
 pub(crate) const fn head(length: u16) -> [u8; PREFIX + 1] {
     let ([a, b, c, d], [low, high]) = (HEADER, length.to_le_bytes());
     [a, b, c, d, Address::All.byte(), low, high, STATUS]

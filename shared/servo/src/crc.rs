@@ -23,12 +23,12 @@ const fn table() -> [u16; 256] {
     table
 }
 
-/// The check sum of `bytes`.
+/// The CRC of `bytes`.
 pub(crate) fn crc(bytes: &[u8]) -> u16 {
     extend(0, bytes)
 }
 
-/// The check sum of bytes whose check sum is `sum`, and of `bytes` behind them.
+/// Continues the CRC `sum` over `bytes`.
 pub(crate) fn extend(sum: u16, bytes: &[u8]) -> u16 {
     bytes.iter().fold(sum, |sum, &byte| {
         let [high, low] = sum.to_be_bytes();

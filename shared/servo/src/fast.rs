@@ -4,25 +4,25 @@ use crate::frame::{HEADER, PREFIX, SUFFIX};
 use crate::parser::number;
 use crate::{Id, Status};
 
-/// The bytes of an answer at most: as many as a [`Parser`](crate::Parser) keeps.
+/// Maximum length of a reply in bytes: the capacity of a [`Parser`](crate::Parser).
 const BYTES_MOST: usize = 4096;
-/// As many as there are identifiers.
+/// Maximum number of servos: the number of valid IDs.
 const SERVOS_MOST: usize = 253;
-/// Bytes of noise before a part behind which it is looked for.
+/// Maximum number of noise bytes before a block that are skipped.
 const NOISE_MOST: usize = 8;
 
-/// Takes the one frame apart with which several servos answer a
-/// [fast sync read](crate::Instruction::FastSyncRead) or a
-/// [fast bulk read](crate::Instruction::FastBulkRead).
+/// Parses the single packet with which several servos reply to a [fast sync read](crate::Instruction::FastSyncRead) or
+/// a [fast bulk read](crate::Instruction::FastBulkRead).
 ///
-/// Every servo's part ends with a check sum of everything before it. So each part is verified as
-/// soon as it is there, whatever follows; and since a sum stands for all that it sums up, a part
-/// can also be verified behind one that is broken, from the sum in which that one ends. A bit that
-/// flips costs one servo, one in a sum two, one in the header all. A few bytes too many before a
-/// part, or one that is said twice, cost nobody. Bytes that are missing, or many too many, cost the
-/// servos behind them, and never those before.
+/// Every servo's block ends with a CRC of everything before it, so a block is verified as soon as it has arrived. A CRC
+/// stands for everything that it covers. So a block after a corrupt one is verified by continuing from the CRC field of
+/// the corrupt block.
 ///
-/// It is told what it awaits and given to [`Parser::next_part`](crate::Parser::next_part):
+/// Effect of errors: a flipped bit loses one servo's block, in a CRC field two, in the header all. A few extra bytes
+/// before a block, or a repeated block, lose nothing. Missing bytes, or many extra ones, lose the blocks after them,
+/// never those before.
+///
+/// [`expect`](Self::expect) sets the expected servos, and [`Parser::next_part`](crate::Parser::next_part) uses it:
 ///
 /// ```
 /// use servo::{FastReply, Id, Parser};
@@ -31,7 +31,7 @@ const NOISE_MOST: usize = 8;
 /// reply.expect([3, 7].map(|servo| (id(servo), 1)))?;
 ///
 /// let mut parser = Parser::new();
-/// // Servo 3 answers, and servo 7 does not.
+/// // Servo 3 replies, and servo 7 stays silent.
 /// parser.push(&[0xFF, 0xFF, 0xFD, 0, 0xFE, 11, 0, 0x55, 0, 3, 0x19, 0x6F, 0xF9]);
 /// let status = parser.next_part(&mut reply).unwrap();
 /// assert_eq!((status.id, status.params), (id(3), &[0x19][..]));
@@ -43,11 +43,11 @@ const NOISE_MOST: usize = 8;
 pub struct FastReply {
     awaited: [Awaited; SERVOS_MOST],
     count: usize,
-    /// What the length field must say: an answer to another question says something else.
+    /// The expected length field; the reply to another request has a different one.
     length: u16,
-    /// The frame under way.
+    /// The packet being parsed.
     frame: Option<Walk>,
-    /// Whether a frame has come to its end.
+    /// Whether a packet was parsed to its end.
     over: bool,
 }
 
@@ -58,55 +58,55 @@ struct Awaited {
     told: bool,
 }
 
-/// How far a frame has been walked through.
+/// The parsing position within a packet.
 #[derive(Clone, Copy, Debug)]
 struct Walk {
-    /// Which place of the stream it begins at.
+    /// The stream position of the packet's first byte.
     origin: u64,
-    /// The next part, from the frame's first byte on.
+    /// Offset of the next block from the packet's first byte.
     at: usize,
-    /// Who is next.
+    /// Index of the next expected servo.
     place: usize,
-    /// The check sum up to `at`.
+    /// The CRC up to `at`.
     sum: u16,
-    /// The check sum up to the part before it, if that was verified.
+    /// The CRC up to the previous block, if that block was verified.
     sum_before: Option<u16>,
-    /// Where another frame may begin if this one is broken: behind its header, or behind the last
-    /// part that was verified.
+    /// The offset at which another packet may begin if this one is corrupt: after the header, or after the last
+    /// verified block.
     resume: usize,
     broken: bool,
 }
 
-/// More was asked for than one frame brings.
+/// The requested reply does not fit into one packet.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 #[error(
     "{servos} servos would answer with {bytes} bytes, and a frame has at most {BYTES_MOST} from {SERVOS_MOST}: ask for less, or in parts"
 )]
 pub struct TooMuch {
-    /// The servos asked.
+    /// Number of requested servos.
     pub servos: usize,
-    /// The bytes of the answer.
+    /// Length of the reply, in bytes.
     pub bytes: usize,
 }
 
-/// What the bytes that are there make of a reply.
+/// The result of one parsing step.
 #[derive(Clone, Copy, Debug)]
 pub(crate) enum Step {
-    /// The frame is still to be found.
+    /// The packet has not been found yet.
     Search,
     /// More bytes are needed.
     Wait,
-    /// One servo's part, its data so many bytes behind the frame's first.
+    /// A servo's block; its data are `data` bytes after the packet's first byte.
     Part { id: Id, error: u8, data: usize, length: usize },
-    /// A part whose sum was wrong.
+    /// A block with a wrong CRC.
     Broken,
-    /// So many bytes before a part that are none of it.
+    /// This many noise bytes before a block.
     Noise(usize),
-    /// The frame is over, and so many bytes belong to it.
+    /// The packet ended after this many bytes.
     Over(usize),
 }
 
-/// Whether bytes begin the awaited frame, as far as they go.
+/// Whether the available bytes are a prefix of the expected packet.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Begin {
     Yes,
@@ -121,19 +121,19 @@ impl Default for FastReply {
 }
 
 impl FastReply {
-    /// Awaits nobody.
+    /// A reply that expects no servo.
     #[must_use]
     pub const fn new() -> Self {
         let nobody = Awaited { id: 0, length: 0, told: true };
         Self { awaited: [nobody; SERVOS_MOST], count: 0, length: 0, frame: None, over: false }
     }
 
-    /// Awaits the answer of these servos in this order, each with so many bytes of data, and
-    /// forgets what was awaited before.
+    /// Sets the expected servos in the order of their replies, each with its data length in bytes. Earlier expectations
+    /// are dropped.
     ///
     /// # Errors
     ///
-    /// The answer would not fit into one frame. Nobody is awaited then.
+    /// The reply would not fit into one packet. Then no servo is expected.
     pub fn expect(&mut self, servos: impl IntoIterator<Item = (Id, u16)>) -> Result<(), TooMuch> {
         (self.count, self.frame, self.over) = (0, None, false);
         let (mut count, mut bytes) = (0, PREFIX + 1);
@@ -154,26 +154,25 @@ impl FastReply {
         }
     }
 
-    /// Whether everybody who was awaited has answered.
+    /// Whether every expected servo has replied.
     #[must_use]
     pub fn is_complete(&self) -> bool {
         self.awaited.iter().take(self.count).all(|awaited| awaited.told)
     }
 
-    /// Whether a frame has come to its end, though parts of it be broken or missing: nobody has anything
-    /// more to say.
+    /// Whether a packet was parsed to its end, even if blocks were corrupt or missing. No further block will arrive.
     #[must_use]
     pub const fn is_over(&self) -> bool {
         self.over
     }
 
-    /// Who has not answered, in the order in which they were to.
+    /// The servos that have not replied, in the expected order.
     pub fn missing(&self) -> impl Iterator<Item = Id> {
         let silent = self.awaited.iter().take(self.count).filter(|awaited| !awaited.told);
         silent.filter_map(|awaited| Id::new(awaited.id))
     }
 
-    /// Whether `bytes` begin the awaited frame.
+    /// Whether `bytes` begin the expected packet.
     pub(crate) fn begins(&self, bytes: &[u8]) -> Begin {
         let head = head(self.length);
         let there = bytes.len().min(head.len());
@@ -184,7 +183,7 @@ impl FastReply {
         }
     }
 
-    /// Begins to walk through a frame that begins at this place of the stream.
+    /// Starts parsing a packet at this stream position.
     pub(crate) fn enter(&mut self, origin: u64) {
         let head = head(self.length);
         let sum = extend(0, &head);
@@ -199,8 +198,7 @@ impl FastReply {
         });
     }
 
-    /// The bytes up to the end of the part that was told last: they are done with, and what comes
-    /// later can never be told from them again.
+    /// Returns the number of bytes up to the end of the last delivered block, and rebases the position to there.
     pub(crate) fn take(&mut self) -> usize {
         let Some(walk) = &mut self.frame else { return 0 };
         let taken = std::mem::take(&mut walk.at);
@@ -209,9 +207,9 @@ impl FastReply {
         taken
     }
 
-    /// Walks on through the bytes, of which the first stands at `origin` of the stream.
+    /// Continues parsing; the first of `bytes` is at stream position `origin`.
     pub(crate) fn step(&mut self, origin: u64, bytes: &[u8]) -> Step {
-        // Where bytes were taken or dropped meanwhile, the frame is gone.
+        // If bytes were consumed or dropped in between, the packet is lost.
         let Some(mut walk) = self.frame.filter(|walk| walk.origin == origin) else {
             self.frame = None;
             return Step::Search;
@@ -226,12 +224,12 @@ impl FastReply {
     fn walk(&mut self, walk: &mut Walk, bytes: &[u8]) -> Step {
         loop {
             let Some(own) = self.awaited.get(walk.place).filter(|_| walk.place < self.count).copied() else {
-                // Behind what is broken another frame may begin anywhere.
+                // After a corrupt block another packet may begin anywhere.
                 return Step::Over(if walk.broken { walk.resume } else { walk.at });
             };
             let Some(part) = bytes.get(walk.at..) else { return Step::Wait };
             let Some(&[error, id]) = part.first_chunk() else { return Step::Wait };
-            // Where servos are silent those behind them may go on: a part is whose it says it is.
+            // Servos after a silent one may still reply, so the ID in the block decides.
             let still = self.awaited.iter_mut().enumerate().take(self.count).skip(walk.place);
             if let Some((place, claimed)) = still.into_iter().find(|(_, awaited)| awaited.id == id) {
                 let Some((summed, field)) = split(part, claimed.length) else { return Step::Wait };
@@ -244,7 +242,7 @@ impl FastReply {
                         Some(id) if !std::mem::replace(&mut claimed.told, true) => {
                             return Step::Part { id, error, data, length };
                         }
-                        // It has told the same already, in a frame before this one.
+                        // The servo has already replied in an earlier packet.
                         _ => continue,
                     }
                 }
@@ -261,15 +259,15 @@ impl FastReply {
         }
     }
 
-    /// How many bytes stand before the awaited part at the beginning of `part`: the one before it once
-    /// more, or a few that are anything. None where it is not behind them, as far as the bytes go:
-    /// whoever waited for more would take a servo that answers nonsense for one that is silent. Nor
-    /// where the part before it was broken: every sum that is tried may be right by chance.
+    /// The number of extra bytes before the expected block at the beginning of `part`: a repetition of the previous
+    /// block, or at most `NOISE_MOST` noise bytes. `None` if the expected block is not found in the available bytes. It
+    /// never waits for more bytes: otherwise a servo that sends garbage would look silent. It also gives up after a
+    /// corrupt block, because each CRC tried may match by chance.
     fn too_many(&self, walk: &Walk, part: &[u8], own: Awaited) -> Option<usize> {
         let sum = walk.sum_before?;
         let before = *self.awaited.get(walk.place.checked_sub(1)?)?;
         let header = head(self.length);
-        // The first part is said twice with its header.
+        // A repetition of the first block includes the header.
         let again = if sum == extend(0, &header) { part.strip_prefix(&header) } else { Some(part) };
         let again = again.and_then(|again| Some(part.len() - again.len() + verified(sum, again, before)?));
         let noise =
@@ -278,20 +276,20 @@ impl FastReply {
     }
 }
 
-/// The bytes of a servo's part at the beginning of these, behind what has this sum.
+/// The length of a servo's valid block at the beginning of `part`, given the CRC before it.
 fn verified(sum: u16, part: &[u8], whose: Awaited) -> Option<usize> {
     let (summed, field) = split(part, whose.length).filter(|(summed, _)| summed.get(1) == Some(&whose.id))?;
     (extend(sum, summed).to_le_bytes() == field).then_some(summed.len() + SUFFIX)
 }
 
-/// What a part with so many bytes of data sums up, and its sum, if it is there.
+/// The CRC-covered bytes of a block with this data length, and its CRC field, if complete.
 fn split(part: &[u8], length: u16) -> Option<(&[u8], [u8; SUFFIX])> {
     let (summed, rest) = part.split_at_checked(2 + usize::from(length))?;
     rest.first_chunk().map(|field| (summed, *field))
 }
 
 impl<'a> Step {
-    /// The status of a part in the bytes of its frame.
+    /// The status of a block within the bytes of its packet.
     pub(crate) fn status(self, bytes: &'a [u8]) -> Option<Status<'a>> {
         let Self::Part { id, error, data, length } = self else { return None };
         Some(Status::with_error_byte(id, error, bytes.get(data..data + length)?))

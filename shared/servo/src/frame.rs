@@ -1,35 +1,35 @@
 use crate::Address;
 use crate::crc::crc;
 
-/// What every frame begins with.
+/// The header of every packet.
 pub(crate) const HEADER: [u8; 4] = [0xFF, 0xFF, 0xFD, 0x00];
-/// The header, the address and the length.
+/// Length of header, ID and length field, in bytes.
 pub(crate) const PREFIX: usize = 7;
-/// The check sum.
+/// Length of the CRC, in bytes.
 pub(crate) const SUFFIX: usize = 2;
-/// What may not stand in a frame's body unless an 0xFD follows.
+/// The sequence after which byte stuffing inserts an 0xFD.
 const FORBIDDEN: [u8; 3] = [0xFF, 0xFF, 0xFD];
 
-/// A frame whose check sum was right, without its stuffing.
+/// A packet with a correct CRC, with byte stuffing removed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Frame<'a> {
-    /// Whom it is for, or, in a status, whom it is from.
+    /// The addressee; in a status packet, the sender.
     pub address: Address,
-    /// The instruction; 0x55 in a status.
+    /// The instruction; 0x55 in a status packet.
     pub instruction: u8,
-    /// What follows the instruction.
+    /// The parameters.
     pub params: &'a [u8],
 }
 
-/// The frame did not fit into the bytes it was to be written to.
+/// The packet does not fit into the output buffer.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("the frame does not fit into {capacity} bytes: give it more, or send fewer parameters")]
 pub struct TooLong {
-    /// The bytes that there were.
+    /// Size of the output buffer, in bytes.
     pub capacity: usize,
 }
 
-/// Writes a frame to the beginning of `out` and returns its length in bytes.
+/// Writes a packet to the beginning of `out` and returns its length in bytes.
 pub(crate) fn encode(
     out: &mut [u8],
     address: Address,
@@ -57,7 +57,7 @@ pub(crate) fn encode(
     Ok(end + SUFFIX)
 }
 
-/// Removes the stuffing from a body in place and returns how long it is without.
+/// Removes byte stuffing in place and returns the new length.
 pub(crate) fn unstuff(body: &mut [u8]) -> usize {
     let mut kept = 0;
     let mut last = [0; 3];
@@ -76,9 +76,8 @@ pub(crate) fn unstuff(body: &mut [u8]) -> usize {
     kept
 }
 
-/// Whether the first bytes of a body that shall be `length` bytes long can be those of a whole
-/// frame: a sender never lets the forbidden sequence stand without stuffing, so where it does,
-/// the next frame has begun within this one.
+/// Whether the received part of a body of `length` bytes is correctly stuffed. An unstuffed header sequence means that
+/// the next packet has begun within this one.
 pub(crate) fn is_stuffed(begun: &[u8], length: usize) -> bool {
     begun.windows(FORBIDDEN.len()).enumerate().filter(|(_, window)| **window == FORBIDDEN).all(
         |(at, window)| {

@@ -1,10 +1,10 @@
 use std::fmt;
 
-/// What is wrong with a servo: item 70 of its control table, one bit each.
+/// Hardware Error Status (address 70 of the control table), one bit per error.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct HardwareErrors(pub u8);
 
-/// The bits that have a meaning, and it.
+/// The defined bits and their meanings.
 const MEANINGS: [(u8, &str); 5] = [
     (1 << 0, "input voltage out of range"),
     (1 << 2, "overheating"),
@@ -14,7 +14,7 @@ const MEANINGS: [(u8, &str); 5] = [
 ];
 
 impl HardwareErrors {
-    /// Whether there is none.
+    /// Whether no error is set.
     #[must_use]
     pub const fn is_none(self) -> bool {
         self.0 == 0

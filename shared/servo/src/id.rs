@@ -1,9 +1,9 @@
-/// The identifier of a servo on its bus: 0 to 252.
+/// The ID of a servo on its bus: 0 to 252.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct Id(u8);
 
 impl Id {
-    /// The identifier, if a servo may have it.
+    /// The ID, if it is valid for a servo.
     #[must_use]
     pub const fn new(id: u8) -> Option<Self> {
         if id <= 252 { Some(Self(id)) } else { None }
@@ -16,17 +16,17 @@ impl Id {
     }
 }
 
-/// Whom a frame is for: one servo, or all.
+/// The addressee of a packet: one servo, or all (broadcast).
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum Address {
     /// One servo.
     One(Id),
-    /// Every servo on the bus.
+    /// Every servo on the bus (broadcast ID 254).
     All,
 }
 
 impl Address {
-    /// The byte in the frame.
+    /// The ID byte in the packet.
     #[must_use]
     pub const fn byte(self) -> u8 {
         match self {
@@ -35,7 +35,7 @@ impl Address {
         }
     }
 
-    /// Whom a byte in a frame stands for, if anybody.
+    /// The addressee of an ID byte; `None` for a reserved ID.
     #[must_use]
     pub const fn from_byte(byte: u8) -> Option<Self> {
         match (byte, Id::new(byte)) {

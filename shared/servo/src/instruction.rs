@@ -5,96 +5,94 @@ mod span;
 
 pub use span::{Span, spans, writes};
 
-/// What the host says.
+/// An instruction packet.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Instruction<'a> {
-    /// Who is there? Answered with model number and firmware.
+    /// Ping: the servo replies with model number and firmware version.
     Ping,
-    /// Read `length` bytes of the control table from `address`.
+    /// Reads `length` bytes of the control table from `address`.
     Read {
         /// The first byte's address.
         address: u16,
-        /// How many bytes.
+        /// Number of bytes.
         length: u16,
     },
-    /// Write to the control table.
+    /// Writes to the control table.
     Write {
         /// The first byte's address.
         address: u16,
         /// The bytes.
         data: &'a [u8],
     },
-    /// [`Write`](Self::Write), but not before an [`Action`](Self::Action) is heard.
+    /// Registers a [`Write`](Self::Write) that is executed on [`Action`](Self::Action).
     RegWrite {
         /// The first byte's address.
         address: u16,
         /// The bytes.
         data: &'a [u8],
     },
-    /// Do what was registered by [`RegWrite`](Self::RegWrite).
+    /// Executes the write registered by [`RegWrite`](Self::RegWrite).
     Action,
-    /// Put the control table back to what it was in the box, and begin anew.
+    /// Resets the control table to its defaults, and reboots.
     FactoryReset(Reset),
-    /// Begin anew, as after power came on.
+    /// Reboots the servo.
     Reboot,
-    /// Forget whole turns: the position becomes that within one turn. Only at rest.
+    /// Clears the multi-turn revolutions: the position becomes that within one turn. Only at standstill.
     Clear,
-    /// Keep the control table in the backup, or take it from there. Only without torque.
+    /// Stores the control table in the backup, or restores it. Only with torque off.
     Backup(Backup),
-    /// [`Read`](Self::Read) from several servos, who answer one after the other.
+    /// [`Read`](Self::Read) from several servos, which reply one after the other.
     SyncRead {
         /// The first byte's address.
         address: u16,
-        /// How many bytes of each.
+        /// Number of bytes per servo.
         length: u16,
-        /// The servos, in the order of their answers.
+        /// The servos, in the order of their replies.
         ids: &'a [u8],
     },
-    /// [`Write`](Self::Write) to several servos. Nobody answers.
+    /// [`Write`](Self::Write) to several servos. No servo replies.
     SyncWrite {
         /// The first byte's address.
         address: u16,
-        /// How many bytes to each.
+        /// Number of bytes per servo.
         length: u16,
-        /// For each servo its identifier and `length` bytes.
+        /// For each servo its ID and `length` bytes.
         records: &'a [u8],
     },
-    /// [`SyncRead`](Self::SyncRead), to which all answer together with one frame: see
-    /// [`FastReply`](crate::FastReply).
+    /// [`SyncRead`](Self::SyncRead) to which all servos reply in a single packet: see [`FastReply`](crate::FastReply).
     FastSyncRead {
         /// The first byte's address.
         address: u16,
-        /// How many bytes of each.
+        /// Number of bytes per servo.
         length: u16,
-        /// The servos, in the order of their answers.
+        /// The servos, in the order of their replies.
         ids: &'a [u8],
     },
-    /// [`Read`](Self::Read) from several servos, of each something else.
+    /// [`Read`](Self::Read) from several servos, with an address range per servo.
     BulkRead {
-        /// For each servo a [`Span`] as bytes, in the order of their answers.
+        /// For each servo a [`Span`] as bytes, in the order of the replies.
         records: &'a [u8],
     },
-    /// [`Write`](Self::Write) to several servos, to each something else. Nobody answers.
+    /// [`Write`](Self::Write) to several servos, with an address range per servo. No servo replies.
     BulkWrite {
-        /// For each servo a [`Span`] as bytes, and the bytes to be written.
+        /// For each servo a [`Span`] as bytes, followed by the data.
         records: &'a [u8],
     },
-    /// [`BulkRead`](Self::BulkRead), to which all answer together with one frame: see
-    /// [`FastReply`](crate::FastReply).
+    /// [`BulkRead`](Self::BulkRead) to which all servos reply in a single packet: see [`FastReply`](crate::FastReply).
     FastBulkRead {
-        /// For each servo a [`Span`] as bytes, in the order of their answers.
+        /// For each servo a [`Span`] as bytes, in the order of the replies.
         records: &'a [u8],
     },
 }
 
-/// How much of the control table a factory reset puts back.
+/// The scope of a factory reset.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Reset {
-    /// Everything. Servos ignore it when it is said to all of them.
+    /// Everything. Servos ignore it as a broadcast.
     All,
-    /// All but the identifier.
+    /// Everything except the ID.
     KeepId,
-    /// All but the identifier and the baud rate.
+    /// Everything except the ID and the baud rate.
     KeepIdAndBaud,
 }
 
@@ -110,12 +108,12 @@ impl Reset {
     }
 }
 
-/// What a control table backup does.
+/// The operation of a control table backup.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Backup {
-    /// Keeps the control table in the backup.
+    /// Stores the control table in the backup.
     Store,
-    /// Takes the control table from the backup, and begins anew.
+    /// Restores the control table from the backup, and reboots.
     Restore,
 }
 
@@ -130,9 +128,9 @@ impl Backup {
     }
 }
 
-/// What follows the first parameter of a clear: nobody says it by chance.
+/// Parameters of a Clear of multi-turn revolutions, including the key that guards it.
 const CLEAR_TURNS: [u8; 5] = [1, 0x44, 0x58, 0x4C, 0x22];
-/// What follows the first parameter of a control table backup.
+/// The key after the first parameter of a control table backup.
 const BACKUP_KEY: [u8; 4] = [0x43, 0x54, 0x52, 0x4C];
 
 impl<'a> Instruction<'a> {
@@ -152,14 +150,13 @@ impl<'a> Instruction<'a> {
     const BULK_WRITE: u8 = 0x93;
     const FAST_BULK_READ: u8 = 0x9A;
 
-    /// Writes the instruction as a frame to the beginning of `out` and returns its length in
-    /// bytes.
+    /// Writes the instruction packet to the beginning of `out` and returns its length in bytes.
     ///
     /// # Errors
     ///
     /// `out` is too short.
     pub fn encode(&self, to: Address, out: &mut [u8]) -> Result<usize, TooLong> {
-        // A number, and parameters of which the first few stand here.
+        // The instruction number, its leading parameters, how many of them are used, and the remaining parameters.
         let (number, head, length, tail): (u8, [u8; 5], usize, &[u8]) = match *self {
             Self::Ping => (Self::PING, [0; 5], 0, &[]),
             Self::Action => (Self::ACTION, [0; 5], 0, &[]),
@@ -184,12 +181,12 @@ impl<'a> Instruction<'a> {
         encode(out, to, number, head.into_iter().take(length).chain(tail.iter().copied()))
     }
 
-    /// Reads an instruction.
+    /// Parses an instruction packet.
     ///
     /// # Errors
     ///
-    /// The fault with which a servo answers: it knows no such instruction, its parameters do not
-    /// have the right length, or they are none that it knows.
+    /// The error with which a servo replies: an unknown instruction, a wrong number of parameters, or invalid
+    /// parameters.
     pub fn parse(frame: &Frame<'a>) -> Result<Self, Fault> {
         let params = frame.params;
         match frame.instruction {

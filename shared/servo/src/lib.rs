@@ -1,9 +1,8 @@
-//! Servos of the ROBOTIS X series: their protocol, their control table, and one that behaves.
+//! ROBOTIS X-series servos: the protocol, the control table, and a simulated servo.
 //!
-//! A pure codec of Dynamixel Protocol 2.0 (<https://emanual.robotis.com/docs/en/dxl/protocol2/>):
-//! no I/O, no clock, no allocation. [`Instruction`] is what the host says, [`Status`] what a
-//! servo answers; both encode themselves and are parsed from a [`Frame`] that a [`Parser`] finds
-//! in a stream of bytes, whatever else is in it.
+//! A pure codec of Dynamixel Protocol 2.0 (<https://emanual.robotis.com/docs/en/dxl/protocol2/>): no I/O, no clock, no
+//! allocation. [`Instruction`] is an instruction packet of the host, [`Status`] a status packet of a servo. Both are
+//! encoded to bytes and parsed from a [`Frame`] that a [`Parser`] finds in a byte stream with arbitrary noise.
 //!
 //! ```
 //! use servo::{Id, Instruction, Parser};

@@ -1,8 +1,8 @@
-//! Servos that behave: whole control tables with their rules, a motor behind each, and a line with
-//! several of them on which faults can be put in on purpose.
+//! Simulated servos: full control tables with their access rules, motor dynamics, and a bus of servos with fault
+//! injection.
 //!
-//! Time is an argument, so they live as well in simulated time, and two lines that hear the same
-//! at the same instants, with the same seed, do the same to the last bit.
+//! Time is an argument, so the simulation also runs in simulated time. It is deterministic: the same seed and the same
+//! bytes at the same instants give bit-identical results.
 
 mod answer;
 mod dynamics;

@@ -3,12 +3,12 @@ use std::f64::consts::TAU;
 use quantity::number::round_i32;
 
 const COUNTS_PER_TURN: f64 = 4096.0;
-/// The count in the middle of the range, which we call zero.
+/// The count in the middle of the range, defined as angle zero.
 const MIDDLE: i32 = 2048;
 const RAD_S_PER_COUNT: f64 = 0.229 * TAU / 60.0;
 const RAD_S2_PER_COUNT: f64 = 214.577 * TAU / 3600.0;
 
-/// A kind of servo.
+/// A servo model.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Model {
     /// XM430-W350.
@@ -21,7 +21,7 @@ impl Model {
     /// Every model.
     pub const ALL: [Self; 2] = [Self::Xm430W350, Self::Xl330M288];
 
-    /// Its model number: item 0 of its table, and in its answer to a ping.
+    /// Its model number (address 0), also part of the status packet of a ping.
     #[must_use]
     pub const fn number(self) -> u16 {
         match self {
@@ -30,7 +30,7 @@ impl Model {
         }
     }
 
-    /// Its name on the box.
+    /// The manufacturer's model name.
     #[must_use]
     pub const fn name(self) -> &'static str {
         match self {
@@ -39,13 +39,13 @@ impl Model {
         }
     }
 
-    /// The model of a number.
+    /// The model with a model number.
     #[must_use]
     pub fn from_number(number: u16) -> Option<Self> {
         Self::ALL.into_iter().find(|model| model.number() == number)
     }
 
-    /// Whether its firmware of this version knows the fast sync and fast bulk reads.
+    /// Whether this firmware version supports Fast Sync Read and Fast Bulk Read.
     #[must_use]
     pub const fn knows_fast_reads(self, firmware: u8) -> bool {
         match self {
@@ -54,7 +54,7 @@ impl Model {
         }
     }
 
-    /// Amperes per count of its current.
+    /// Amperes per count of Present Current.
     #[must_use]
     pub const fn amperes_per_count(self) -> f64 {
         match self {
@@ -63,7 +63,7 @@ impl Model {
         }
     }
 
-    /// Its factory velocity limit (item 44), in counts.
+    /// The default of Velocity Limit (address 44), in counts.
     #[must_use]
     pub const fn velocity_limit(self) -> u32 {
         match self {
@@ -72,7 +72,7 @@ impl Model {
         }
     }
 
-    /// The voltage that it is made for.
+    /// Nominal supply voltage, in volts.
     #[must_use]
     pub const fn nominal_volts(self) -> f64 {
         match self {
@@ -83,7 +83,7 @@ impl Model {
 }
 
 impl From<config::motor::Model> for Model {
-    /// The kind of servo that `motor.toml` says.
+    /// Maps the servo model of `motor.toml`.
     fn from(configured: config::motor::Model) -> Self {
         match configured {
             config::motor::Model::Xm430W350 => Self::Xm430W350,
@@ -92,16 +92,16 @@ impl From<config::motor::Model> for Model {
     }
 }
 
-/// Speeds in bits per second by their number in item 8.
+/// Baud rates in bits per second, indexed by the value of Baud Rate (address 8).
 const BAUD_RATES: [u32; 8] = [9_600, 57_600, 115_200, 1_000_000, 2_000_000, 3_000_000, 4_000_000, 4_500_000];
 
-/// The speed of a number in item 8, in bits per second.
+/// The baud rate of a value of Baud Rate (address 8), in bits per second.
 #[must_use]
 pub fn baud_rate(number: u8) -> Option<u32> {
     BAUD_RATES.get(usize::from(number)).copied()
 }
 
-/// The number in item 8 of a speed in bits per second.
+/// The value of Baud Rate (address 8) for a baud rate in bits per second.
 #[must_use]
 pub fn baud_number(baud: u32) -> Option<u8> {
     (0..).zip(BAUD_RATES).find_map(|(number, each)| (each == baud).then_some(number))
@@ -113,20 +113,20 @@ pub fn position_rad(count: i32) -> f64 {
     (f64::from(count) - f64::from(MIDDLE)) * TAU / COUNTS_PER_TURN
 }
 
-/// The nearest position count of an angle, in radians from the middle of the range; the middle
-/// for NaN, which a caller has to refuse before.
+/// The nearest position count of an angle, in radians from the middle of the range. NaN gives the middle, so callers
+/// must reject it first.
 #[must_use]
 pub fn position_count(rad: f64) -> i32 {
     round_i32(rad * COUNTS_PER_TURN / TAU).saturating_add(MIDDLE)
 }
 
-/// The speed of a velocity count, in radians per second.
+/// The velocity of a velocity count, in radians per second.
 #[must_use]
 pub fn velocity_rad_s(count: i32) -> f64 {
     f64::from(count) * RAD_S_PER_COUNT
 }
 
-/// The nearest velocity count of a speed in radians per second.
+/// The nearest velocity count of a velocity in radians per second.
 #[must_use]
 pub fn velocity_count(rad_s: f64) -> i32 {
     round_i32(rad_s / RAD_S_PER_COUNT)

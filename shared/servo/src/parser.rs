@@ -4,37 +4,36 @@ use crate::frame::{HEADER, PREFIX, SUFFIX, is_stuffed, unstuff};
 use crate::status::STATUS;
 use crate::{Address, FastReply, Frame, Status};
 
-/// Bytes that wait at most; a whole chain of answers fits.
+/// Buffer size in bytes; the replies of a whole bus fit.
 const CAPACITY: usize = 4096;
-/// The longest length field taken seriously. A servo's whole control table is shorter, and a
-/// false length must not swallow the frames behind it.
+/// Maximum accepted length field. A servo's whole control table is shorter, and a corrupt length must not swallow the
+/// packets after it.
 const LENGTH_MOST: usize = 1024;
 
-/// What was lost on the way.
+/// Statistics of lost bytes and packets.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Losses {
-    /// Bytes that belong to no frame.
+    /// Bytes outside any packet.
     pub noise: u64,
-    /// Headers with a length or an address that no frame has.
+    /// Headers with an invalid length or ID.
     pub malformed: u64,
-    /// Frames with a wrong check sum.
+    /// Packets with a wrong CRC.
     pub corrupt: u64,
-    /// Frames that were cut short by the next one.
+    /// Packets cut short by the next one.
     pub cut: u64,
-    /// Bytes dropped because more came than fit.
+    /// Bytes dropped on buffer overflow.
     pub overrun: u64,
-    /// Bytes of whole answers that were none of those awaited, such as one to an earlier question.
+    /// Bytes of valid replies that were not expected, such as a reply to an earlier request.
     pub stray: u64,
 }
 
-/// Finds frames in a stream of bytes, whatever else is in it. A broken frame costs itself and
-/// never the frames behind it.
+/// Finds packets in a byte stream with arbitrary noise. A corrupt packet never affects the packets after it.
 #[derive(Clone, Debug)]
 pub struct Parser {
     bytes: [u8; CAPACITY],
     start: usize,
     end: usize,
-    /// The place of the first byte in the whole stream.
+    /// The stream position of the first buffered byte.
     origin: u64,
     losses: Losses,
 }
@@ -42,13 +41,13 @@ pub struct Parser {
 enum Found {
     /// More bytes are needed.
     Part,
-    /// A whole frame of so many bytes.
+    /// A complete packet of this many bytes.
     Whole(Address, usize),
     Lost(Lost),
 }
 
 enum Lost {
-    /// Nothing can begin within so many bytes.
+    /// No packet can begin within this many bytes.
     Noise(usize),
     Malformed,
     Corrupt,
@@ -62,14 +61,14 @@ impl Default for Parser {
 }
 
 impl Parser {
-    /// A parser that has seen nothing.
+    /// A parser with an empty buffer.
     #[must_use]
     pub const fn new() -> Self {
         let losses = Losses { noise: 0, malformed: 0, corrupt: 0, cut: 0, overrun: 0, stray: 0 };
         Self { bytes: [0; CAPACITY], start: 0, end: 0, origin: 0, losses }
     }
 
-    /// Takes bytes from the wire. When more come than fit, the oldest are dropped.
+    /// Appends received bytes. On overflow the oldest bytes are dropped.
     pub fn push(&mut self, bytes: &[u8]) {
         let kept = bytes.get(bytes.len().saturating_sub(CAPACITY)..).unwrap_or_default();
         self.bytes.copy_within(self.start..self.end, 0);
@@ -87,7 +86,7 @@ impl Parser {
         self.origin = self.origin.wrapping_add(dropped);
     }
 
-    /// The next whole frame; `None` when more bytes are needed.
+    /// The next complete packet; `None` if more bytes are needed.
     pub fn next_frame(&mut self) -> Option<Frame<'_>> {
         let (address, length) = self.find()?;
         let body = self.start + PREFIX;
@@ -98,9 +97,9 @@ impl Parser {
         Some(Frame { address, instruction, params })
     }
 
-    /// The next servo's part of a frame with which several answer together; `None` when more
-    /// bytes are needed, or when everybody has answered. Frames before it are dropped, of which an
-    /// instruction is no loss: an adapter that echoes gives it back. Bytes behind it stay.
+    /// The next servo's block of a fast reply; `None` if more bytes are needed, or if every servo has replied. Packets
+    /// before it are dropped. Dropped instruction packets do not count as losses, because some adapters echo them.
+    /// Bytes after the block stay buffered.
     pub fn next_part(&mut self, reply: &mut FastReply) -> Option<Status<'_>> {
         loop {
             let step = reply.step(self.origin, self.waiting());
@@ -133,14 +132,14 @@ impl Parser {
         }
     }
 
-    /// Forgets what waits: it belongs to a transaction that is over.
+    /// Drops buffered bytes, at the end of a transaction.
     pub fn clear(&mut self) {
         let waiting = self.waiting().len();
         self.losses.noise += number(waiting);
         self.skip(waiting);
     }
 
-    /// What was lost since [`new`](Self::new).
+    /// The losses since [`new`](Self::new).
     #[must_use]
     pub const fn losses(&self) -> Losses {
         self.losses
@@ -156,7 +155,7 @@ impl Parser {
         }
     }
 
-    /// Counts what is lost, and skips it.
+    /// Counts a loss and skips its bytes.
     fn lose(&mut self, lost: &Lost) {
         let (count, skip) = match lost {
             Lost::Noise(bytes) => {
@@ -164,7 +163,7 @@ impl Parser {
                 return self.skip(*bytes);
             }
             Lost::Malformed => (&mut self.losses.malformed, HEADER.len()),
-            // Its length is not to be trusted: the next frame may begin anywhere behind the header.
+            // A corrupt length cannot be trusted, so the search resumes after the header.
             Lost::Corrupt => (&mut self.losses.corrupt, HEADER.len()),
             Lost::Cut => (&mut self.losses.cut, HEADER.len()),
         };
@@ -214,7 +213,7 @@ fn examine(bytes: &[u8]) -> Found {
     }
 }
 
-/// Whether a header begins here, as far as the bytes go.
+/// Whether the available bytes are a prefix of a header.
 fn begins(bytes: &[u8]) -> bool {
     let begun = bytes.len().min(HEADER.len());
     bytes.get(..begun) == HEADER.get(..begun)
@@ -234,7 +233,7 @@ mod tests {
         out
     }
 
-    /// The answers to a sync read of servos 1 to 13, one chunk each.
+    /// The replies of servos 1 to 13 to a sync read, one chunk each.
     fn chain() -> Vec<Vec<u8>> {
         (1..=13).map(|id| status(id, &[id, 0, 1, 2, 3, 4, 5, 6, 7, 8])).collect()
     }
@@ -319,7 +318,7 @@ mod tests {
             let mut parser = Parser::new();
             parser.push(&garbage);
             while parser.next_frame().is_some() {}
-            // A false header in the garbage may wait for at most the longest frame.
+            // A false header in the garbage delays parsing for at most the longest packet.
             let good = status(9, &[1, 2, 3]);
             let mut found = 0;
             for _ in 0..LENGTH_MOST / good.len() + 2 {
@@ -332,7 +331,7 @@ mod tests {
         }
     }
 
-    /// Bytes in which headers and stuffing are common.
+    /// Byte strings with frequent headers and stuffing.
     fn params() -> impl Strategy<Value = Vec<u8>> {
         let byte = prop_oneof![4 => Just(0xFF), 3 => Just(0xFD), 2 => Just(0), 1 => any::<u8>()];
         proptest::collection::vec(byte, 0..200)

@@ -1,4 +1,4 @@
-/// The highest speed and acceleration of a motion; both above zero.
+/// Maximum velocity and acceleration of a motion; both above zero.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Limits {
     /// In radians per second.
@@ -7,7 +7,7 @@ pub struct Limits {
     pub acceleration_rad_s2: f64,
 }
 
-/// Where something is on its way, and how fast.
+/// The state of a motion: position and velocity.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Motion {
     /// In radians.
@@ -23,12 +23,12 @@ impl Motion {
         Self { position_rad, velocity_rad_s: 0.0 }
     }
 
-    /// The motion `dt_s` later on a trapezoid of velocity that ends at rest at `goal_rad`.
+    /// The motion `dt_s` later on a trapezoidal velocity profile that ends at rest at `goal_rad`.
     ///
-    /// Speed and acceleration stay within the limits, and so does what the positions say of them; the
-    /// last step of all, no longer than the acceleration times `dt_s`² / 2, lands on the goal itself. What
-    /// could stop within an interval that holds the goal never leaves the interval. `None` when a number
-    /// is not finite or a limit is not above zero.
+    /// Velocity and acceleration stay within the limits, and so do their finite differences over the positions. The
+    /// last step lands exactly on the goal; it is at most acceleration × `dt_s`² / 2 long. A motion that can stop
+    /// within an interval containing the goal never leaves the interval. `None` if a number is not finite or a limit is
+    /// not above zero.
     #[must_use]
     pub fn towards(self, goal_rad: f64, limits: Limits, dt_s: f64) -> Option<Self> {
         let (acceleration, step) = (limits.acceleration_rad_s2, limits.acceleration_rad_s2 * dt_s);
@@ -37,15 +37,15 @@ impl Motion {
         if !(lawful && step.is_finite() && distance.is_finite() && self.velocity_rad_s.is_finite()) {
             return None;
         }
-        // Everything below is written for a goal that lies ahead.
+        // From here on, coordinates are mirrored so that the goal lies ahead.
         let ahead = if distance < 0.0 { -1.0 } else { 1.0 };
         let (distance, velocity) = (distance * ahead, self.velocity_rad_s * ahead);
-        // What is slow enough lands, but not out of a motion that a step to the goal would break off.
+        // A slow enough motion lands, unless the landing step would exceed the allowed change of velocity.
         let landing = distance / dt_s;
         if landing <= step / 2.0 && (landing - velocity).abs() <= step / 2.0 {
             return Some(Self::at(goal_rad));
         }
-        // The highest velocity v at the end of the step from which it can still stop in time:
+        // The highest velocity v at the end of the step that still allows stopping in time:
         // v² / (2 a) = distance − (velocity + v) dt / 2.
         let root = step * step - 4.0 * (step * velocity - 2.0 * acceleration * distance);
         let stoppable = if root >= 0.0 { (root.sqrt() - step) / 2.0 } else { velocity - step };
@@ -57,7 +57,8 @@ impl Motion {
         })
     }
 
-    /// The motion `dt_s` later when it slows down as fast as the limits allow.
+    /// The motion `dt_s` later when decelerating at the limit. `None` if a number is not finite, or the limit or `dt_s`
+    /// is not above zero.
     #[must_use]
     pub fn stopping(self, limits: Limits, dt_s: f64) -> Option<Self> {
         let step = limits.acceleration_rad_s2 * dt_s;
@@ -69,20 +70,20 @@ impl Motion {
         Some(Self { position_rad, velocity_rad_s })
     }
 
-    /// The cruising speed, at most that of the limits, with which the trapezoid ends at the goal
-    /// after `within_s`; that of the limits when the time is too short.
+    /// The cruise velocity with which the trapezoid reaches the goal after `within_s`; the velocity limit if the time
+    /// is too short.
     #[must_use]
     pub fn cruise(self, goal_rad: f64, limits: Limits, within_s: f64) -> f64 {
         let distance = goal_rad - self.position_rad;
         let velocity = if distance < 0.0 { -self.velocity_rad_s } else { self.velocity_rad_s };
         let (distance, acceleration) = (distance.abs(), limits.acceleration_rad_s2);
-        // Speeding up from `velocity` to v, cruising and stopping takes
-        // v / a − velocity / a + distance / v + velocity² / (2 a v); the lower v that makes it
-        // `within_s` is the one that cruises.
+        // Accelerating from `velocity` to v, cruising and stopping takes
+        // v / a − velocity / a + distance / v + velocity² / (2 a v). The smaller v for which this equals
+        // `within_s` is the cruise velocity.
         let half = f64::midpoint(acceleration * within_s, velocity);
         let root = half * half - acceleration * distance - velocity * velocity / 2.0;
         let rising = half - root.sqrt();
-        // Slowing down from `velocity` to v first.
+        // Decelerating from `velocity` to v first.
         let falling =
             (distance - velocity * velocity / (2.0 * acceleration)) / (within_s - velocity / acceleration);
         let speed = if rising >= velocity { rising } else { falling };
@@ -141,7 +142,7 @@ mod tests {
     }
 
     proptest! {
-        /// Goals that jump about at random.
+        /// Random sequences of goals.
         #[test]
         fn no_step_breaks_a_limit_or_leaves_the_interval(goals in proptest::collection::vec(-1.0..1.0, 1..9)) {
             let mut motion = Motion::at(0.0);
@@ -151,15 +152,15 @@ mod tests {
                     let change = (next.velocity_rad_s - motion.velocity_rad_s).abs();
                     prop_assert!(change <= 10.0 * DT * 1.000_001, "{change}");
                     prop_assert!(next.velocity_rad_s.abs() <= 2.0 + 1e-9);
-                    // Where it overshoots a goal that it could not reach in time, it stops short
-                    // of the end, to within the last step.
+                    // After overshooting a goal that could not be reached in time, the motion stops within the
+                    // interval, up to the last step.
                     prop_assert!(next.position_rad.abs() <= 1.0 + 1e-4, "{next:?}");
                     motion = next;
                 }
             }
         }
 
-        /// By the positions alone, which are all that a servo is told, in cycles of uneven length.
+        /// Checked on the positions alone, as sent to the servo, with cycles of uneven length.
         #[test]
         fn positions_break_no_limit_in_cycles_of_any_length(
             goals in proptest::collection::vec((-1.0..1.0, proptest::collection::vec(0.001..0.02, 60)), 1..9),

@@ -1,12 +1,12 @@
 use crate::table::{Item, PRESENT_CURRENT, PRESENT_POSITION, REALTIME_TICK};
 use crate::{Model, position_rad, velocity_rad_s};
 
-/// What a servo measures in every cycle: items 120 to 132, which lie side by side.
+/// The cyclic measurements of a servo: addresses 120 to 135 of the control table, which are contiguous.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Reading {
-    /// The servo's own clock when it answered, in milliseconds modulo 32768.
+    /// Realtime Tick: the servo's clock at the time of the reply, in milliseconds modulo 32768.
     pub tick_ms: u16,
-    /// Current through the motor, in amperes.
+    /// Motor current, in amperes.
     pub current_a: f64,
     /// Velocity, in radians per second.
     pub velocity_rad_s: f64,
@@ -15,13 +15,13 @@ pub struct Reading {
 }
 
 impl Reading {
-    /// Where it stands in the control table.
+    /// Its address range in the control table.
     pub const ITEM: Item = Item {
         address: REALTIME_TICK.address,
         length: PRESENT_POSITION.address + PRESENT_POSITION.length - REALTIME_TICK.address,
     };
 
-    /// Reads the bytes from [`ITEM`](Self::ITEM)'s address on; `None` when there are too few.
+    /// Parses the bytes from [`ITEM`](Self::ITEM)'s address on; `None` if there are too few.
     #[must_use]
     pub fn parse(model: Model, bytes: &[u8]) -> Option<Self> {
         let (&tick, _) = bytes.split_first_chunk()?;

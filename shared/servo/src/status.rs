@@ -1,35 +1,35 @@
 use crate::frame::encode;
 use crate::{Address, Frame, Id, TooLong};
 
-/// The instruction byte of every status.
+/// The instruction byte of every status packet.
 pub(crate) const STATUS: u8 = 0x55;
 const ALERT: u8 = 0x80;
 
-/// Why a servo did not do what it was told.
+/// The error of a status packet: why an instruction was not executed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum Fault {
-    /// It could not process the instruction.
+    /// Result fail: the servo could not process the instruction.
     #[error("the servo failed to process the instruction")]
     Result,
-    /// It knows no such instruction, or got an action without one registered.
+    /// Instruction error: an undefined instruction, or an Action without a registered write.
     #[error("the servo knows no such instruction")]
     Instruction,
-    /// The instruction came with a wrong check sum.
+    /// CRC error: the instruction arrived with a wrong CRC.
     #[error("the instruction arrived with a wrong check sum")]
     Checksum,
-    /// A value is out of the item's range.
+    /// Data range error: a value is out of the item's range.
     #[error("a value is out of its item's range")]
     Range,
-    /// The data are shorter than the item.
+    /// Data length error: the data are shorter than the item.
     #[error("the data are shorter than the item they are for")]
     Length,
-    /// A value is beyond a limit that is set in the control table.
+    /// Data limit error: a value exceeds a limit set in the control table.
     #[error("a value is beyond a limit set in the control table")]
     Limit,
-    /// The item may not be read or written (now).
+    /// Access error: the item may not be read or written, or not in this state.
     #[error("the item may not be read or written, or not while torque is on")]
     Access,
-    /// A number that the protocol does not know.
+    /// An error number that the protocol does not define.
     #[error("the servo reports error {0}, which the protocol does not know")]
     Unknown(u8),
 }
@@ -63,21 +63,21 @@ impl Fault {
     }
 }
 
-/// What a servo answers.
+/// A status packet.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Status<'a> {
-    /// Who answers.
+    /// The servo that replies.
     pub id: Id,
-    /// Whether the servo has a hardware alert: see item 70 of its table.
+    /// The alert bit: whether the servo has a hardware error, see Hardware Error Status (address 70).
     pub alert: bool,
-    /// Why the instruction was not obeyed, if it was not.
+    /// The error, if the instruction was not executed.
     pub fault: Option<Fault>,
-    /// The data.
+    /// The parameters.
     pub params: &'a [u8],
 }
 
 impl<'a> Status<'a> {
-    /// Reads a status; `None` when the frame is none.
+    /// Parses a status packet; `None` if the packet is not one.
     #[must_use]
     pub fn parse(frame: &Frame<'a>) -> Option<Self> {
         let (Address::One(id), STATUS) = (frame.address, frame.instruction) else { return None };
@@ -89,13 +89,13 @@ impl<'a> Status<'a> {
         Self { id, alert: error & ALERT != 0, fault: Fault::from_number(error & !ALERT), params }
     }
 
-    /// Alert and fault as they stand in the frame.
+    /// The error byte: alert bit and error number.
     pub(crate) fn error_byte(&self) -> u8 {
         let alert = if self.alert { ALERT } else { 0 };
         alert | self.fault.map_or(0, Fault::number)
     }
 
-    /// Writes the status as a frame to the beginning of `out` and returns its length in bytes.
+    /// Writes the status packet to the beginning of `out` and returns its length in bytes.
     ///
     /// # Errors
     ///
@@ -111,8 +111,8 @@ mod tests {
     use super::*;
     use crate::Parser;
 
-    /// From the e-manual: the status of servo 1 to a ping (model 1030, firmware 38), and to a
-    /// read of its position, 166.
+    /// From the e-manual: the status packets of servo 1 to a Ping (model 1030, firmware 38) and to a Read of its
+    /// position, 166.
     #[test]
     fn the_manuals_answers_are_read() {
         let mut parser = Parser::new();

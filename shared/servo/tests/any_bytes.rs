@@ -1,4 +1,4 @@
-//! Whatever bytes come, in either direction: what is promised holds.
+//! Property tests of the invariants for arbitrary bytes, in both directions.
 
 mod bytes;
 
@@ -7,7 +7,7 @@ use std::cell::Cell;
 use proptest::prelude::*;
 use proptest::test_runner::{Config, RngSeed, TestRunner};
 
-/// Bytes in which headers are common.
+/// Byte strings with frequent headers.
 fn script() -> impl Strategy<Value = Vec<u8>> {
     let byte = prop_oneof![
         3 => Just(0xFF), 2 => Just(0xFD), 3 => Just(0), 1 => Just(0xFE), 1 => Just(0x55),
@@ -16,7 +16,7 @@ fn script() -> impl Strategy<Value = Vec<u8>> {
     prop::collection::vec(byte, 0..1500)
 }
 
-/// Plays scripts of a fixed seed, and sums up what they brought.
+/// Runs scripts from a fixed seed, and sums up their results.
 fn sum(play: fn(&[u8]) -> usize) -> usize {
     let config = Config { cases: 300, rng_seed: RngSeed::Fixed(7), ..Config::default() };
     let brought = Cell::new(0);
@@ -30,7 +30,7 @@ fn sum(play: fn(&[u8]) -> usize) -> usize {
 
 #[test]
 fn any_stream_is_parsed_the_same_however_it_is_cut() {
-    // Random bytes have no right check sum: what they hide is found as noise.
+    // Random bytes have no correct CRC, so they contain no packet.
     assert_eq!(sum(bytes::parse), 0);
     let mut whole = vec![10];
     whole.extend([0xFF, 0xFF, 0xFD, 0, 1, 3, 0, 1, 0x19, 0x4E]);

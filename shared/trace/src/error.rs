@@ -2,10 +2,10 @@ use std::fmt;
 
 use budget::BudgetError;
 
-/// Where in a trace something stands.
+/// A position in a trace.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Place {
-    /// A line of a file of JSON lines, from one.
+    /// A line of a JSON lines file, from one.
     Line(u64),
     /// A message of an MCAP file, from one.
     Message(u64),
@@ -20,18 +20,18 @@ impl fmt::Display for Place {
     }
 }
 
-/// Why a trace cannot be read, or not read on.
+/// Why a trace cannot be read, or not to its end.
 #[derive(Debug, thiserror::Error)]
 pub enum TraceError {
-    /// The bytes could not be read.
+    /// The bytes cannot be read.
     #[error("cannot read {name}: {source}")]
     Read {
         /// The trace.
         name: String,
-        /// What the system said.
+        /// The error of the operating system.
         source: std::io::Error,
     },
-    /// It is something else.
+    /// The file is not a trace.
     #[error(
         "{name} is no trace: {found}; a trace begins with the line {{\"leo_trace\": 1}}, or is an MCAP file \
              of the profile `leo_trace/1`"
@@ -39,10 +39,10 @@ pub enum TraceError {
     Foreign {
         /// The file.
         name: String,
-        /// What it is instead.
+        /// What was found instead.
         found: String,
     },
-    /// It is a trace of a version that this program does not know.
+    /// The trace has an unsupported version.
     #[error(
         "{name} is a trace of version {found}: this Leo reads version 1; write it anew as version 1, or use the \
              Leo that it was made for"
@@ -50,19 +50,19 @@ pub enum TraceError {
     Version {
         /// The file.
         name: String,
-        /// The version that it claims.
+        /// Its version.
         found: String,
     },
-    /// Something in it is wrong.
+    /// Its content is invalid.
     #[error("{name}: {place}, {field}{reason}")]
     Wrong {
         /// The file.
         name: String,
-        /// Where in it.
+        /// The position.
         place: Place,
         /// The column, and the field with a colon, as far as they are known.
         field: String,
-        /// What is wrong, and what would be right.
+        /// What is wrong, and what would be valid.
         reason: String,
     },
     /// The records of an MCAP file are damaged.
@@ -70,19 +70,19 @@ pub enum TraceError {
     Damaged {
         /// The file.
         name: String,
-        /// Messages read before.
+        /// Number of messages read before the damage.
         after: u64,
-        /// What is wrong.
+        /// The damage.
         reason: String,
     },
-    /// It expands to too much, or too much of it would have to be kept.
+    /// A size limit or the memory budget is exceeded.
     #[error("{name} is not read on after {place}: {source}")]
     Budget {
         /// The file.
         name: String,
-        /// What was read last.
+        /// The position that was read last.
         place: Place,
-        /// What is too much.
+        /// The limit.
         source: BudgetError,
     },
 }

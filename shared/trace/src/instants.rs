@@ -4,31 +4,31 @@ use budget::Budget;
 
 use crate::{Frame, Reader, TraceError};
 
-/// The frames of a trace, those of one instant together: what a sensor process would have before
-/// it in one cycle, at most one of each source.
+/// Groups the frames of a trace by instant: the input of a sensor process in one cycle, with at most one frame per
+/// source.
 pub struct Instants<R> {
     reader: Reader<R>,
-    /// What was read beyond the instant given last.
+    /// The frame read ahead, which belongs to the next instant.
     next: Option<Result<Frame, TraceError>>,
-    /// For the frames of one instant.
+    /// Memory budget of one instant's frames.
     memory: Budget,
 }
 
-/// What to do where one instant holds too much.
+/// Advice for an instant that exceeds the memory budget.
 const ADVICE: &str =
     "its frames of one instant are too many: give each source's frames instants of their own";
 
 impl<R: Read> Instants<R> {
-    /// Reads on with `reader`.
+    /// Continues reading with `reader`.
     pub fn new(reader: Reader<R>) -> Self {
         Self { reader, next: None, memory: Budget::memory(ADVICE) }
     }
 
-    /// Replaces `frames` by those of the next instant; `false`, and none, at the end.
+    /// Replaces `frames` by those of the next instant. Returns `false`, with `frames` empty, at the end.
     ///
     /// # Errors
     ///
-    /// The trace cannot be read on; all that stands before has been given.
+    /// The trace cannot be read further; everything before the error was returned by earlier calls.
     pub fn read(&mut self, frames: &mut Vec<Frame>) -> Result<bool, TraceError> {
         frames.clear();
         self.memory.clear();
@@ -48,7 +48,7 @@ impl<R: Read> Instants<R> {
         Ok(!frames.is_empty())
     }
 
-    /// The reader, and what it counted.
+    /// The reader, with its counters.
     #[must_use]
     pub fn reader(&self) -> &Reader<R> {
         &self.reader

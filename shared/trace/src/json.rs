@@ -1,18 +1,18 @@
-//! What JSON lines and the messages of an MCAP file have in common.
+//! JSON parsing shared by JSON lines and MCAP messages.
 
 use serde::de::DeserializeOwned;
 
 use crate::written::WrittenFrame;
 use crate::{Frame, Place, TraceError};
 
-/// A line or message longer than this, in bytes, is none of a trace: 4096 observations need a tenth of it.
+/// Maximum length of a line or message, in bytes: ten times the length of 4096 observations.
 pub(crate) const LONGEST: usize = 16 << 20;
 
-/// Why a piece of JSON is not what it should be.
+/// Why JSON text was rejected.
 pub(crate) enum Unread {
-    /// It ends too early.
+    /// It is truncated.
     Cut(String),
-    /// Column and field where they are known, and what is wrong.
+    /// Column and field as far as they are known, and the reason.
     Wrong(String, String),
 }
 
@@ -26,7 +26,7 @@ impl Unread {
     }
 }
 
-/// Reads one JSON value and nothing else.
+/// Parses a single JSON value; trailing text is an error.
 pub(crate) fn read<T: DeserializeOwned>(bytes: &[u8]) -> Result<T, Unread> {
     let mut json = serde_json::Deserializer::from_slice(bytes);
     let value: Result<T, _> = serde_path_to_error::deserialize(&mut json);
@@ -38,7 +38,7 @@ pub(crate) fn read<T: DeserializeOwned>(bytes: &[u8]) -> Result<T, Unread> {
     Ok(value)
 }
 
-/// Reads a frame.
+/// Parses a frame.
 pub(crate) fn read_frame(bytes: &[u8]) -> Result<Frame, Unread> {
     let written: WrittenFrame = read(bytes)?;
     written
@@ -46,14 +46,14 @@ pub(crate) fn read_frame(bytes: &[u8]) -> Result<Frame, Unread> {
         .map_err(|(index, reason)| Unread::Wrong(format!("observations[{index}]: "), reason.to_owned()))
 }
 
-/// Writes a frame, in one line without an end.
+/// Serialises a frame as a single line without a line end.
 pub(crate) fn write_frame(frame: &Frame) -> Result<Vec<u8>, serde_json::Error> {
     serde_json::to_vec(&WrittenFrame::from(frame))
 }
 
 fn unread(bytes: &[u8], path: &str, error: &serde_json::Error) -> Unread {
     let said = error.to_string();
-    // It counts lines within one line.
+    // serde_json's line number is dropped: the text is a single line.
     let said = said.rsplit_once(" at line ").map_or(said.as_str(), |(said, _)| said);
     let mut reason = config::suggest(said);
     if error.is_eof() {
@@ -69,7 +69,7 @@ fn unread(bytes: &[u8], path: &str, error: &serde_json::Error) -> Unread {
     Unread::Wrong(field, reason)
 }
 
-/// Whether somebody wrote what Python writes for numbers that JSON does not have.
+/// Whether the text contains NaN or Infinity as Python writes them.
 fn has_nan(bytes: &[u8]) -> bool {
     [&b"NaN"[..], b"Infinity"].iter().any(|word| bytes.windows(word.len()).any(|window| window == *word))
 }

@@ -1,13 +1,12 @@
-//! Traces: recorded observations, to be believed again.
+//! Traces: recorded observations that can be replayed.
 //!
-//! A trace holds frames, each what one source observed at one instant. It has two forms with the
-//! same content: JSON lines for people and scripts, and MCAP, which common viewers open.
-//! `docs/traces.md` describes both for whoever makes one.
+//! A trace is a sequence of frames; a frame holds what one source observed at one instant. There are two formats with
+//! the same content: JSON lines for people and scripts, and MCAP for common viewers. `docs/traces.md` describes both.
 //!
-//! A trace comes from a stranger. What cannot be read is one error that names the file, the line
-//! or message, the column and the field, and says what would be right. What can be read but not
-//! be used (a confidence of 7, a place that is no number, a frame out of order) is refused with
-//! its reason, counted, and the rest goes on, as in the robot's own sensor process.
+//! A trace is untrusted input. What cannot be parsed is an error that names the file, the line or message, the column
+//! and the field, and states what would be valid. What can be parsed but not used (a confidence of 7, a position that
+//! is not a number, a frame out of order) is rejected with a reason and counted. Reading continues after it, as in the
+//! robot's own sensor process.
 
 mod error;
 mod frame;

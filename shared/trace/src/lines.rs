@@ -6,27 +6,27 @@ use serde_json::Value;
 use crate::json::{self, LONGEST, Unread};
 use crate::{Frame, Place, TraceError};
 
-/// The version that this crate reads and writes.
+/// The trace version that this crate reads and writes.
 pub(crate) const VERSION: u64 = 1;
 
-/// The first line.
+/// The header, the first line.
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 struct Header {
     #[serde(rename = "leo_trace")]
     _version: u64,
-    /// For people.
+    /// For people only.
     #[serde(rename = "title")]
     _title: Option<String>,
 }
 
-/// JSON lines.
+/// A reader of JSON lines.
 pub(crate) struct Lines<R> {
     lines: budget::Lines<R>,
 }
 
 impl<R: BufRead> Lines<R> {
-    /// Reads the header.
+    /// Reads and checks the header.
     pub(crate) fn open(source: R, name: &str) -> Result<Self, TraceError> {
         let mut lines = Self { lines: budget::Lines::new(source, "frame", LONGEST) };
         if !lines.advance(name)? {
@@ -49,7 +49,7 @@ impl<R: BufRead> Lines<R> {
         Ok(lines)
     }
 
-    /// The next frame; `None` at the end, and where the last line was cut short, which sets `cut`.
+    /// The next frame; `None` at the end, or if the last line is truncated, which sets `cut`.
     pub(crate) fn next(&mut self, name: &str, cut: &mut bool) -> Result<Option<Frame>, TraceError> {
         if !self.advance(name)? {
             return Ok(None);
@@ -72,7 +72,7 @@ impl<R: BufRead> Lines<R> {
         Place::Line(self.lines.number())
     }
 
-    /// Reads the next line that is not blank; `false` at the end.
+    /// Reads the next non-blank line; `false` at the end.
     fn advance(&mut self, name: &str) -> Result<bool, TraceError> {
         loop {
             match self.lines.next_line() {

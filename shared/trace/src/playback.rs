@@ -8,25 +8,25 @@ use message::{Header, Hop, Observation};
 
 use crate::{Reader, Refused, TraceError};
 
-/// The pause before a trace of one instant alone begins anew.
+/// Pause before the repetition of a trace with a single instant.
 const PAUSE: Duration = Duration::from_secs(1);
 
-/// What to do where a trace is too long to be kept.
+/// Advice for a trace that exceeds the memory budget.
 const ADVICE: &str = "a trace that is played is kept whole: play a shorter part of it";
 
 /// Why a trace cannot be played.
 #[derive(Debug, thiserror::Error)]
 pub enum PlaybackError {
-    /// It cannot be read.
+    /// The trace cannot be read.
     #[error(transparent)]
     Trace(#[from] TraceError),
-    /// There is nothing in it.
+    /// The trace has no frames.
     #[error("{name} has no frames: record something, or name another file")]
     Empty {
         /// The file.
         name: String,
     },
-    /// It has frames of several sources, and it was not said which are to be played.
+    /// The trace has frames of several sources, and no source was selected.
     #[error(
         "{name} was recorded of the sources {sources}: say with `recorded_source` which one is played, and give \
          each of the others a source of its own"
@@ -34,26 +34,25 @@ pub enum PlaybackError {
     Several {
         /// The file.
         name: String,
-        /// Their numbers.
+        /// The source numbers in the trace.
         sources: String,
     },
-    /// It has no frames of the source that is to be played.
+    /// The trace has no frames of the selected source.
     #[error("{name} has no frames of a source {wanted}: it was recorded of {sources}")]
     NotThere {
         /// The file.
         name: String,
-        /// The number asked for.
+        /// The selected source number.
         wanted: u16,
-        /// The numbers that there are.
+        /// The source numbers in the trace.
         sources: String,
     },
 }
 
-/// A trace in memory that is played again: the frames of one source in the rhythm of their
-/// instants, as if they were observed now.
+/// Plays the frames of one source of a trace from memory with their original timing, restamped to the present.
 ///
-/// Two that play sources of one trace and start at one instant keep step. Allocates in `open`
-/// alone, 128 bytes for each observation; reads no clock.
+/// Playbacks of different sources of one trace stay synchronised if they start at the same instant. Only `open`
+/// allocates, 128 bytes per observation. It reads no clock.
 #[derive(Clone, Debug)]
 pub struct Playback {
     frames: Vec<Recorded>,
@@ -61,15 +60,15 @@ pub struct Playback {
     recorded: Vec<Observation>,
     refused: Vec<Refused>,
     is_cut: bool,
-    /// The trace's first instant, of all its sources.
+    /// The first instant of the trace, over all its sources.
     begins_ns: u64,
-    /// From there until it begins anew; none where it ends.
+    /// The period of the repetition, from the first instant; `None` without repetition.
     repeats_after_ns: Option<u64>,
-    /// The present instant that the trace's first one stands for.
+    /// The present instant to which the trace's first instant is mapped.
     start_ns: u64,
     next: usize,
     header: Header,
-    /// The observations of the frame that was reached last, restamped.
+    /// The observations of the current frame, restamped.
     current: Vec<Observation>,
 }
 
@@ -80,12 +79,12 @@ struct Recorded {
 }
 
 impl Playback {
-    /// Reads the frames of a trace, those of one of its sources; where it has one alone, that need
-    /// not be said. At its end it begins anew, or ends.
+    /// Reads the frames of one source of a trace; `recorded_source` may be `None` if the trace has a single source.
+    /// With `repeats`, playback restarts at the end.
     ///
     /// # Errors
     ///
-    /// The trace cannot be read to its end, or has nothing to play.
+    /// The trace cannot be read to its end, or has no frames to play.
     pub fn open(file: &Path, recorded_source: Option<u16>, repeats: bool) -> Result<Self, PlaybackError> {
         let name = file.display().to_string();
         let mut reader = Reader::open(file)?;
@@ -115,7 +114,7 @@ impl Playback {
             }
             None | Some(_) => {}
         }
-        // After the last instant it goes on as after any other, on an average.
+        // The gap after the last instant is the average gap between instants.
         let lasts_ns = ends_ns - begins_ns;
         let gaps = u64::try_from(instants.len() - 1).unwrap_or(u64::MAX);
         let gap_ns = lasts_ns.checked_div(gaps).unwrap_or(clock::nanos(PAUSE));
@@ -134,12 +133,12 @@ impl Playback {
         })
     }
 
-    /// Begins: from now on the trace's first instant stands for `at`.
+    /// Starts playback: maps the trace's first instant to `at`.
     pub fn start(&mut self, at: Instant) {
         (self.start_ns, self.next) = (at.as_nanos(), 0);
     }
 
-    /// Goes on to the next frame, if its instant has come; whether it had.
+    /// Advances to the next frame if its instant has come; returns whether it has.
     pub fn advance(&mut self, now: Instant) -> bool {
         let next = match (self.frames.get(self.next), self.repeats_after_ns) {
             (None, Some(span_ns)) => {
@@ -166,8 +165,8 @@ impl Playback {
         true
     }
 
-    /// Passes over all frames whose instant has come but the newest, in a time that does not hang on how many
-    /// they are. By the numbers of the frames they are missed.
+    /// Skips all due frames but the newest, in time logarithmic in the number of frames. The sequence numbers count the
+    /// skipped frames as missed.
     pub fn skip(&mut self, now: Instant) {
         let frames = count(self.frames.len());
         let span_ns = self.repeats_after_ns.unwrap_or(u64::MAX);
@@ -176,10 +175,10 @@ impl Playback {
         self.start_ns = began_ns.saturating_add(rounds.saturating_mul(span_ns));
         let mut due = self.due(now);
         if due == 0 && rounds > 0 {
-            // It has begun anew, and the newest is the last of the round before.
+            // The repetition has just begun, so the newest frame is the last one of the previous round.
             (rounds, self.start_ns, due) = (rounds - 1, self.start_ns - span_ns, frames);
         }
-        // Counted from the beginning of the round in which it is now.
+        // Frame index counted from the round in which playback is now.
         let newest = rounds.saturating_mul(frames).saturating_add(due).saturating_sub(1);
         let passed = newest.saturating_sub(count(self.next));
         self.header.sequence = self.header.sequence.saturating_add(passed);
@@ -188,12 +187,12 @@ impl Playback {
         }
     }
 
-    /// How many frames of this round have come.
+    /// The number of due frames of this round.
     fn due(&self, now: Instant) -> u64 {
         count(self.frames.partition_point(|frame| self.restamped(frame.at_ns) <= now.as_nanos()))
     }
 
-    /// From one frame to the next, on an average; `None` where there is one alone.
+    /// The average time between frames; `None` for a single frame.
     #[must_use]
     pub fn gap(&self) -> Option<Duration> {
         let (first, last) = (self.frames.first()?, self.frames.last()?);
@@ -201,31 +200,31 @@ impl Playback {
         last.at_ns.saturating_sub(first.at_ns).checked_div(gaps).map(Duration::from_nanos)
     }
 
-    /// The header of the frame that was reached last: numbered from one, and of the present.
+    /// The header of the current frame, numbered from one and stamped with the present.
     #[must_use]
     pub fn header(&self) -> &Header {
         &self.header
     }
 
-    /// The observations of the frame that was reached last, of the present.
+    /// The observations of the current frame, restamped.
     #[must_use]
     pub fn observations(&self) -> &[Observation] {
         &self.current
     }
 
-    /// Whether the last frame was reached and none will come.
+    /// Whether the last frame was reached and playback does not repeat.
     #[must_use]
     pub fn has_ended(&self) -> bool {
         self.repeats_after_ns.is_none() && self.next >= self.frames.len()
     }
 
-    /// What was refused when the trace was read, of all its sources.
+    /// The rejections while reading the trace, over all its sources.
     #[must_use]
     pub fn refused(&self) -> &[Refused] {
         &self.refused
     }
 
-    /// Whether the trace ends in the middle of a frame.
+    /// Whether the trace is truncated within a frame.
     #[must_use]
     pub fn is_cut(&self) -> bool {
         self.is_cut
@@ -260,7 +259,7 @@ mod tests {
         format!(r#"{{"at_ns": {at_ns}, "source": {source}, "observations": [{observations}]}}"#)
     }
 
-    /// When each frame is reached, in nanoseconds, looking at every one of them; and its stamp.
+    /// For every frame the time at which it is reached, and its stamp, in nanoseconds; no frame is skipped.
     fn played(playback: &mut Playback, until_ns: u64) -> Vec<(u64, u64)> {
         let mut reached = Vec::new();
         for now in 0..until_ns {
@@ -299,7 +298,7 @@ mod tests {
         let mut three = open(&frames, Some(3), true).unwrap();
         zero.start(Instant::from_nanos(10));
         three.start(Instant::from_nanos(10));
-        // Two gaps of 4 on an average: it begins anew 4 after its last instant.
+        // The average gap is 4 ns, so playback restarts 4 ns after the last instant.
         assert_eq!(played(&mut zero, 36), [10, 18, 22, 30, 34].map(|at| (at, at)));
         assert_eq!(played(&mut three, 36), [14, 26].map(|at| (at, at)));
         assert!(!zero.has_ended());

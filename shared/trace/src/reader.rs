@@ -11,22 +11,21 @@ use crate::records::Records;
 use crate::refusal::Refusals;
 use crate::{Frame, Place, Reason, Refused, TraceError};
 
-/// How every MCAP file begins.
+/// The magic bytes of an MCAP file.
 const MAGIC: &[u8] = mcap::MAGIC;
-/// What some editors put before a text in UTF-8.
+/// The UTF-8 byte order mark that some editors write.
 const MARK: &[u8] = b"\xef\xbb\xbf";
 
-/// Bytes looked at before the rest.
+/// The bytes used for format detection, followed by the rest of the source.
 type Whole<R> = BufReader<Chain<Cursor<Vec<u8>>, R>>;
 
-/// Reads a trace frame by frame: however long it is, one frame is in memory (of a compressed MCAP
-/// file, one chunk).
+/// Reads a trace frame by frame. Only one frame is in memory at a time (of a compressed MCAP file, one chunk), whatever
+/// the length of the trace.
 ///
-/// The frames come in the order of the file. A frame that is not later than the one before it of
-/// its source, and an observation whose numbers the Perception System could not use, are refused
-/// and counted, and the rest goes on ([`Self::refused`]). What is no trace at all is an error, and
-/// the last item. A trace that ends in the middle, because who wrote it was killed, is read up to
-/// there ([`Self::is_cut`]).
+/// The frames come in the order of the file. A frame that is not later than the previous one of its source, and an
+/// observation that perception could not use, are rejected and counted ([`Self::refused`]); reading continues. A parse
+/// error is the last item. A truncated trace, as after a killed writer, is read up to the truncation
+/// ([`Self::is_cut`]).
 ///
 /// ```
 /// let text = r#"{"leo_trace": 1}
@@ -42,7 +41,7 @@ type Whole<R> = BufReader<Chain<Cursor<Vec<u8>>, R>>;
 pub struct Reader<R> {
     name: String,
     form: Form<Whole<R>>,
-    /// The newest instant of each source.
+    /// The latest instant of each source.
     newest: BTreeMap<u16, u64>,
     refusals: Refusals,
     cut: bool,
@@ -59,7 +58,7 @@ impl Reader<File> {
     ///
     /// # Errors
     ///
-    /// It cannot be read, or begins like no trace.
+    /// The file cannot be read, or does not begin like a trace.
     pub fn open(file: &Path) -> Result<Self, TraceError> {
         let name = file.display().to_string();
         let source = File::open(file).map_err(|source| TraceError::Read { name: name.clone(), source })?;
@@ -68,12 +67,11 @@ impl Reader<File> {
 }
 
 impl<R: Read> Reader<R> {
-    /// Reads from anything; `name` is what errors call it. Which of its two forms the trace has
-    /// is told from its first bytes.
+    /// Reads from any source; errors name it as `name`. The format is detected from the first bytes.
     ///
     /// # Errors
     ///
-    /// It cannot be read, or begins like no trace.
+    /// The source cannot be read, or does not begin like a trace.
     pub fn new(mut source: R, name: &str) -> Result<Self, TraceError> {
         let mut first = Vec::new();
         let length = u64::try_from(MAGIC.len()).unwrap_or(0);
@@ -99,20 +97,20 @@ impl<R: Read> Reader<R> {
         })
     }
 
-    /// What was refused up to now, by reason, in the order in which the reasons came up.
+    /// The rejections so far, by reason, in the order of first occurrence.
     #[must_use]
     pub fn refused(&self) -> &[Refused] {
         self.refusals.as_slice()
     }
 
-    /// Whether the trace ended in the middle of a frame.
+    /// Whether the trace is truncated within a frame.
     #[must_use]
     pub fn is_cut(&self) -> bool {
         self.cut
     }
 
-    /// What has no check sum, of what was read up to now: damage in it goes unnoticed. Lines never have one, and are not
-    /// counted.
+    /// The part read so far that has no checksum, in which damage goes unnoticed. `None` for JSON lines, which never
+    /// have checksums.
     #[must_use]
     pub fn unchecked(&self) -> Option<records::Unchecked> {
         match &self.form {
@@ -121,7 +119,7 @@ impl<R: Read> Reader<R> {
         }
     }
 
-    /// Bytes of the trace that were read.
+    /// Number of bytes read.
     pub(crate) fn read_bytes(&self) -> u64 {
         match &self.form {
             Form::Lines(lines) => lines.read_bytes(),
@@ -129,7 +127,7 @@ impl<R: Read> Reader<R> {
         }
     }
 
-    /// The error that too much of it would have to be kept.
+    /// The error that the memory budget is exceeded.
     pub(crate) fn exceeds(&self, source: BudgetError) -> TraceError {
         TraceError::Budget { name: self.name.clone(), place: self.place(), source }
     }

@@ -7,19 +7,19 @@ use records::{RecordsError, Unchecked, Wanted};
 use crate::json::{self, LONGEST};
 use crate::{Frame, Place, TraceError};
 
-/// What the header of an MCAP file says when it is a trace of the known version.
+/// The profile in the MCAP header of a trace of the known version.
 pub(crate) const PROFILE: &str = "leo_trace/1";
-/// How the profiles of all versions begin.
+/// The prefix of the profile in all versions.
 const PROFILES: &str = "leo_trace/";
-/// How the topics of observations begin; the number of the source follows.
+/// The prefix of observation topics; the source number follows.
 pub(crate) const TOPIC: &str = "observations/";
-/// How their messages are encoded.
+/// The message encoding of observation topics.
 pub(crate) const ENCODING: &str = "json";
 
 /// The records of an MCAP file.
 pub(crate) struct Records<R> {
     records: records::Records<R>,
-    /// Those that hold observations; what else is in the file is for others.
+    /// The channels with observations; other channels are ignored.
     channels: BTreeSet<u16>,
     profile: bool,
     messages: u64,
@@ -36,7 +36,7 @@ impl<R: Read> Records<R> {
         }
     }
 
-    /// The next frame; `None` at the end, and where the file was cut short, which sets `cut`.
+    /// The next frame; `None` at the end, or if the file is truncated, which sets `cut`.
     pub(crate) fn next(&mut self, name: &str, cut: &mut bool) -> Result<Option<Frame>, TraceError> {
         loop {
             let record = self.records.next_record().map_err(|error| self.unread(name, error))?;
@@ -58,7 +58,7 @@ impl<R: Read> Records<R> {
         Place::Message(self.messages)
     }
 
-    /// What has no check sum, of what was read up to now.
+    /// The part read so far that has no checksum.
     pub(crate) fn unchecked(&self) -> Option<Unchecked> {
         self.records.unchecked()
     }

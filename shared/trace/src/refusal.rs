@@ -4,26 +4,25 @@ use message::{Loss, Observation};
 
 use crate::Place;
 
-/// Why an observation, or a frame of them, is not taken in although it can be read.
+/// Why a parsed observation or frame is rejected.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Reason {
-    /// The Perception System cannot use its numbers.
+    /// Perception cannot use its numbers.
     Unsound(Loss),
-    /// It was observed long after its frame.
+    /// It was observed too long after the instant of its frame.
     Ahead,
-    /// It is of a person of whom there is another one of the same instant in the frame.
+    /// The frame has an earlier observation of the same person at the same instant.
     Twice,
-    /// The frame is not later than the one before it of its source.
+    /// The frame is not later than the previous one of its source.
     Stale,
 }
 
-/// What was observed further ahead of its frame than this has the wrong clock: so the Belief
-/// System takes it too.
+/// Maximum time by which an observation may be later than its frame, in nanoseconds; more indicates a wrong clock. The
+/// belief system uses the same limit.
 const AHEAD_NS: u64 = 1_000_000_000;
 
 impl Reason {
-    /// Why neither the Perception System nor the Belief System could use an observation of a frame
-    /// of `at_ns`; `None` for a sound one.
+    /// Why perception or the belief system could not use an observation of a frame at `at_ns`; `None` if they can.
     #[must_use]
     pub fn against(observation: &Observation, at_ns: u64) -> Option<Self> {
         if let Some(fault) = observation.fault() {
@@ -47,18 +46,18 @@ impl fmt::Display for Reason {
     }
 }
 
-/// What was refused for one reason.
+/// The rejections for one reason.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Refused {
-    /// Why.
+    /// The reason.
     pub reason: Reason,
-    /// Observations; of stale frames, all of theirs.
+    /// Number of rejected observations; for stale frames, all of their observations.
     pub observations: u64,
-    /// Where the first of them stands.
+    /// The position of the first one.
     pub first: Place,
 }
 
-/// What was refused, by reason.
+/// The rejections, by reason.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Refusals(Vec<Refused>);
 

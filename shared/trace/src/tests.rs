@@ -17,7 +17,7 @@ fn read(bytes: &[u8]) -> (Vec<Frame>, Option<TraceError>, Reader<&[u8]>) {
     (frames, error, reader)
 }
 
-/// What is said about a trace of this second line; there must be something.
+/// The error for a trace with this second line, which must be invalid.
 fn complaint(line: &str) -> String {
     let text = format!("{{\"leo_trace\": 1}}\n{line}\n");
     let (frames, error, _) = read(text.as_bytes());
@@ -36,7 +36,7 @@ fn both(frames: &[Frame]) -> [Vec<u8>; 2] {
     [write(Writer::json_lines(Vec::new()).unwrap(), frames), write(Writer::mcap(Vec::new()).unwrap(), frames)]
 }
 
-/// An MCAP file as somebody else may write it: nothing compressed, nothing that tells of damage.
+/// An MCAP file as another program may write it: without compression and without checksums.
 fn unchecked(frames: &[Frame]) -> Vec<u8> {
     let options = mcap::WriteOptions::new()
         .profile("leo_trace/1")
@@ -55,7 +55,7 @@ fn unchecked(frames: &[Frame]) -> Vec<u8> {
     out.into_inner().into_inner()
 }
 
-/// Equal bit by bit but for NaN, which equals itself.
+/// Bitwise equality, with NaN equal to NaN.
 fn assert_same(a: &[Frame], b: &[Frame]) {
     assert_eq!(format!("{a:?}"), format!("{b:?}"));
 }
@@ -140,13 +140,13 @@ proptest! {
     #[test]
     fn a_trace_that_was_cut_is_read_up_to_the_cut(frames in frames(), at in any::<prop::sample::Index>()) {
         for bytes in both(&frames) {
-            // Who dies before the header is written has written no trace.
+            // A writer killed before the header leaves no trace.
             let shortest = if bytes.starts_with(mcap::MAGIC) { 8 } else { 16 };
             let cut = &bytes[..at.index(bytes.len() - shortest) + shortest];
             let (back, error, reader) = read(cut);
             prop_assert!(error.is_none(), "{error:?}");
             assert_same(&back, &frames[..back.len()]);
-            // A cut between two lines looks like a shorter trace.
+            // Truncation between two lines looks like a shorter trace.
             let between = !cut.starts_with(mcap::MAGIC) && cut.last().is_some_and(|last| b"\n}".contains(last));
             prop_assert!(reader.is_cut() || between);
         }
@@ -369,7 +369,7 @@ fn what_cannot_be_used_is_refused_with_its_reason_and_the_rest_goes_on() {
 {"at_ns": 5, "source": 1, "observations": [{"position_m": [1, 0, 0], "observed_at_ns": 2000000000}]}
 {"at_ns": 6, "source": 1, "observations": [{"kind": "person", "partner": 1, "position_m": [1, 0, 0]}, {"kind": "person", "partner": 2, "position_m": [1, 0, 0]}, {"kind": "person", "partner": 1, "position_m": [2, 0, 0]}, {"kind": "person", "partner": 1, "position_m": [3, 0, 0], "observed_at_ns": 5}]}
 "#;
-    // Whoever edits on another system leaves a mark and other ends of lines.
+    // Editors on other systems write a byte order mark and other line ends.
     for text in [text.to_owned(), format!("\u{feff}{}", text.replace('\n', "\r\n"))] {
         let (frames, error, reader) = read(text.as_bytes());
         assert!(error.is_none(), "{error:?}");
@@ -445,7 +445,7 @@ fn frames_of_one_instant_come_together_and_a_mistake_after_all_before_it() {
         r#"{"leo_trace": 1}"#.to_owned(),
         frame(5, 0),
         frame(5, 1),
-        // A second one of that source and instant is refused.
+        // A second frame of this source and instant is rejected.
         frame(5, 1),
         frame(6, 0),
         frame(4, 2),

@@ -10,9 +10,9 @@ use crate::json::write_frame;
 use crate::lines::VERSION;
 use crate::records::{ENCODING, PROFILE, TOPIC};
 
-/// What viewers are told of a message.
+/// The JSON schema of a message, for viewers.
 const SCHEMA: &[u8] = include_bytes!("schema.json");
-/// A chunk is written when it holds this much: what a writer who is killed loses at most.
+/// Chunk size, in bytes; also the maximum loss if the writer is killed.
 const CHUNK: u64 = 128 << 10;
 
 /// Writes a trace frame by frame.
@@ -39,12 +39,12 @@ enum Form<W: Write> {
 struct Mcap<W: Write> {
     out: mcap::Writer<NoSeek<W>>,
     schema: u16,
-    /// The channel of each source, and the messages in it.
+    /// The channel of each source, with its number of messages.
     channels: BTreeMap<u16, (u16, u32)>,
 }
 
 impl<W: Write> Writer<W> {
-    /// JSON lines.
+    /// A writer of JSON lines.
     ///
     /// # Errors
     ///
@@ -54,13 +54,13 @@ impl<W: Write> Writer<W> {
         Ok(Self(Form::Lines(out)))
     }
 
-    /// An MCAP file, its messages the same JSON with its schema beside it.
+    /// A writer of an MCAP file, with the same JSON as messages and its schema.
     ///
     /// # Errors
     ///
     /// The header cannot be written.
     pub fn mcap(out: W) -> io::Result<Self> {
-        // A chunk is written whole or not at all, by this thread: the same frames are the same bytes.
+        // Chunks are written whole and in this thread, so the same frames give the same bytes.
         let options = WriteOptions::new()
             .profile(PROFILE)
             .chunk_size(Some(CHUNK))
@@ -71,12 +71,11 @@ impl<W: Write> Writer<W> {
         Ok(Self(Form::Mcap(Box::new(Mcap { out, schema, channels: BTreeMap::new() }))))
     }
 
-    /// Writes a frame. What its observations say of their own source is left out: it is that of
-    /// the frame.
+    /// Writes a frame. The `source` of its observations is not written; that of the frame applies to all.
     ///
     /// # Errors
     ///
-    /// It cannot be written.
+    /// The frame cannot be written.
     pub fn write(&mut self, frame: &Frame) -> io::Result<()> {
         let mut json = write_frame(frame)?;
         match &mut self.0 {
@@ -88,11 +87,11 @@ impl<W: Write> Writer<W> {
         }
     }
 
-    /// Ends the trace and gives back what it was written to.
+    /// Finishes the trace and returns the underlying writer.
     ///
     /// # Errors
     ///
-    /// The rest cannot be written.
+    /// The remaining bytes cannot be written.
     pub fn finish(self) -> io::Result<W> {
         match self.0 {
             Form::Lines(mut out) => {

@@ -1,4 +1,4 @@
-//! A frame as it is written: one JSON object, in a line of its own or in a message of an MCAP file.
+//! The serialised form of a frame: a JSON object, as a line or as a message of an MCAP file.
 
 use message::{Modality, NOBODY, Observation, ObservationKind, STATES, State};
 use quantity::number::single;
@@ -7,7 +7,7 @@ use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
 use crate::Frame;
 
-/// A frame. `schema.json` says the same to viewers.
+/// A frame. `schema.json` describes it to viewers.
 #[derive(Deserialize, Serialize)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct WrittenFrame {
@@ -18,7 +18,7 @@ pub(crate) struct WrittenFrame {
     observations: Vec<WrittenObservation>,
 }
 
-/// A frame holds no more observations: each takes several times the bytes in memory that it takes in the file.
+/// Maximum number of observations per frame: each takes several times as many bytes in memory as in the file.
 const MAX_OBSERVATIONS: usize = 1 << 16;
 
 #[derive(Deserialize, Serialize)]
@@ -80,14 +80,14 @@ struct States {
     on: Option<Real>,
 }
 
-/// A number; `null`, which is how JSON has to write NaN, is NaN.
+/// A number; NaN is written as `null`, because JSON has no NaN.
 #[derive(Clone, Copy)]
 struct Real(f32);
 
 /// Exactly N numbers.
 struct Reals<const N: usize>([f32; N]);
 
-/// Reads at most [`MAX_OBSERVATIONS`].
+/// Deserialises at most [`MAX_OBSERVATIONS`] observations.
 fn bounded<'de, D: Deserializer<'de>>(from: D) -> Result<Vec<WrittenObservation>, D::Error> {
     struct Bounded;
 
@@ -124,11 +124,11 @@ fn sure() -> Real {
 }
 
 impl WrittenFrame {
-    /// The frame, sound or not.
+    /// Converts to a frame, without checking whether perception can use it.
     ///
     /// # Errors
     ///
-    /// The place in the list of an observation that lacks something its kind needs, and what.
+    /// The index of an observation that lacks something its kind needs, and what it lacks.
     pub(crate) fn read(self) -> Result<Frame, (usize, &'static str)> {
         let Self { at_ns, source, observations } = self;
         let read = |(index, written): (usize, WrittenObservation)| {
@@ -194,7 +194,7 @@ impl WrittenObservation {
         Ok(observation)
     }
 
-    /// What stands for nothing, such as an unknown kind, is written as the default.
+    /// Undefined values, such as an unknown kind, are written as the default.
     fn new(observation: &Observation, at_ns: u64) -> Self {
         let agent = |number: u16| (number != NOBODY).then_some(number);
         let state = |state: State| {
@@ -271,5 +271,5 @@ impl<'de, const N: usize> Deserialize<'de> for Reals<N> {
     }
 }
 
-// A new state has to be written too.
+// A new state must be added to the serialised form too.
 const _: () = assert!(State::ALL.len() == 4 && State::ALL.len() <= STATES);

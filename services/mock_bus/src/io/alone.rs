@@ -12,47 +12,45 @@ use servo::mock::Injection;
 
 use crate::{Faults, Ptys, PtysError, parse};
 
-/// How often it looks whether it was told something.
+/// Polling interval for commands and for changes of the fault file.
 const LOOK: Duration = Duration::from_millis(100);
-/// The longest line of standard input that is read, in bytes.
+/// Maximum length of a line of standard input, in bytes.
 const COMMAND_BYTES: usize = 64 << 10;
 
-/// Mock buses without a robot: what goes wrong on them.
+/// The settings of mock buses that run without a robot.
 #[derive(Clone, Debug)]
 pub struct Alone {
-    /// What goes wrong from the beginning.
+    /// The faults from the start.
     pub faults: Faults,
-    /// A file of more faults, which is read again when it changes.
+    /// A file with further faults; it is reloaded when it changes.
     pub file: Option<PathBuf>,
 }
 
-/// Why mock buses cannot be put up or go on.
+/// Why the mock buses cannot start or continue.
 #[derive(Debug, thiserror::Error)]
 pub enum AloneError {
-    /// There is nothing to put up.
+    /// No bus uses the mock device.
     #[error(
         "no bus of motor.toml has the device \"mock\", so that there is nothing to put up; give one that device"
     )]
     NoMock,
-    /// The file of faults is refused.
+    /// The fault file is invalid.
     #[error(transparent)]
     File(#[from] ConfigError),
-    /// A bus cannot be put up.
+    /// A bus cannot be started.
     #[error(transparent)]
     Ptys(#[from] PtysError),
-    /// Nobody takes what is printed.
+    /// The output cannot be written.
     #[error("cannot print: {0}")]
     Print(#[from] std::io::Error),
 }
 
-/// Puts up the mock buses of a robot, with links in `folder`, and answers on them until `stop`. Says
-/// on `out` where they are; takes commands on standard input, and reads the file of faults again
-/// when it changes.
+/// Runs the mock buses of a robot, with links in `folder`, until `stop` is set. Prints their locations to `out`, takes
+/// commands from standard input, and reloads the fault file when it changes.
 ///
 /// # Errors
 ///
-/// There is no mock bus, one cannot be put up, the file of faults is refused at the beginning, or
-/// nobody takes what is said.
+/// There is no mock bus, a bus cannot be started, the fault file is invalid at the start, or `out` cannot be written.
 pub fn alone(
     robot: &Motor,
     folder: &Path,
@@ -74,7 +72,7 @@ pub fn alone(
     while !stop.load(Ordering::Relaxed) {
         clock::sleep_until(clock::now() + LOOK);
         let mut said = control.look();
-        // Whoever has nothing more to say has not said that it shall end.
+        // The end of standard input does not end the program.
         while let Ok(command) = commands.try_recv() {
             said.extend(control.obey(&command, &ptys));
         }
@@ -89,7 +87,7 @@ pub fn alone(
     Ok(())
 }
 
-/// One line about a bus: its name, where it is, its speed, its servos and the seed.
+/// A line about a bus: its name, its link, its baud rate, its servos and the seed.
 fn describe(robot: &Motor, bus: &str, link: &Path, seed: u64) -> String {
     let place = robot.buses.iter().position(|each| each.name == bus);
     let baud = robot.buses.iter().find(|each| each.name == bus).map_or(0, |bus| bus.baud);
@@ -106,7 +104,7 @@ fn describe(robot: &Motor, bus: &str, link: &Path, seed: u64) -> String {
     format!("{bus}  {}  {baud} baud  {}  seed {seed}", link.display(), servos.join(", "))
 }
 
-/// Identifiers as one would say them: `1-3,7`.
+/// IDs as ranges: `1-3,7`.
 fn ranges(mut ids: Vec<u8>) -> String {
     ids.sort_unstable();
     let runs = ids.chunk_by(|one, next| one.checked_add(1) == Some(*next));
@@ -117,10 +115,10 @@ fn ranges(mut ids: Vec<u8>) -> String {
     runs.map(run).collect::<Vec<_>>().join(",")
 }
 
-/// The lines of standard input, as they come.
+/// Reads the lines of standard input in a thread.
 fn listen() -> Receiver<String> {
     let (tell, commands) = channel();
-    // It waits for a line for ever, and ends with the process.
+    // The thread blocks on standard input until the process ends.
     let _listener = std::thread::Builder::new().name("commands".to_owned()).spawn(move || {
         let mut lines = Lines::new(std::io::stdin().lock(), "command", COMMAND_BYTES);
         while let Ok(Some(line)) = lines.next_line() {
@@ -132,14 +130,14 @@ fn listen() -> Receiver<String> {
     commands
 }
 
-/// Which faults are on, and who switched them.
+/// The enabled faults and their origin: commands or the file.
 struct Control<'a> {
     robot: &'a Motor,
     told: Vec<Injection>,
     file: Option<&'a Path>,
-    /// The file at the last look: it may be half written.
+    /// The file at the previous poll; a file that just changed may be incomplete.
     seen: Option<String>,
-    /// The file as it was when it was read last, whether it was taken or not.
+    /// The content that was loaded last, valid or not.
     text: Option<String>,
     filed: Vec<Injection>,
     changed: bool,
@@ -172,7 +170,7 @@ impl<'a> Control<'a> {
         self.told.iter().chain(&self.filed).cloned().collect()
     }
 
-    /// Reads the file again when it has changed, and changes no more: what to say of it.
+    /// Reloads the file once it has changed and then stayed the same for one poll. Returns the lines to print.
     fn look(&mut self) -> Vec<String> {
         let Some(file) = self.file else { return Vec::new() };
         let text = budget::text(file).ok();
@@ -192,7 +190,7 @@ impl<'a> Control<'a> {
         }
     }
 
-    /// Does what a line of standard input says: what to say to it.
+    /// Executes a command line. Returns the lines to print.
     fn obey(&mut self, command: &str, ptys: &Ptys) -> Vec<String> {
         let (word, rest) = command.trim().split_once(char::is_whitespace).unwrap_or((command.trim(), ""));
         match word {
@@ -216,7 +214,7 @@ impl<'a> Control<'a> {
         }
     }
 
-    /// The faults that are on, and how often each kind happened on each bus.
+    /// Lists the enabled faults, and the counters of injected faults per bus.
     fn list(&self, ptys: &Ptys) -> Vec<String> {
         let on = self.told.iter().chain(&self.filed).map(|injection| format!("on: {injection}"));
         let happened = ptys.injected().map(|(bus, injected)| {

@@ -11,30 +11,30 @@ use servo::mock::{Answers, Line};
 use crate::Pacer;
 use crate::lateness::Lateness;
 
-/// How often a thread that hears nothing looks whether it shall end.
+/// Polling interval for the stop flag while the bus is idle.
 const IDLE: Duration = Duration::from_millis(50);
-/// How often it looks what is late where time is simulated: to look all the while would take the processor from
-/// those who are on time.
+/// Polling interval for delayed replies in simulated time. Polling continuously would take the processor from threads
+/// that have work.
 const SIMULATED: Duration = Duration::from_micros(500);
-/// An answer that nobody reads for this long is dropped.
+/// Timeout after which a reply that the host does not read is dropped.
 const UNREAD: Duration = Duration::from_millis(100);
-/// Answers within so long go out together: a thread cannot wake for every few bytes, and no adapter
-/// hands them on one by one.
+/// Replies within this time are written together. A thread cannot wake up for every few bytes, and real adapters do not
+/// deliver bytes one by one.
 const TOGETHER: Duration = Duration::from_micros(1500);
 
-/// The servos of one bus, and what time it is for them.
+/// The servos of one bus, and their time.
 #[derive(Debug)]
 pub(crate) struct Servos {
     pub(crate) line: Line,
-    /// Simulated time; none where they live in the machine's.
+    /// The simulated time; `None` in real time.
     pub(crate) simulated: Option<Instant>,
-    /// Bytes that were heard and dealt with since the line was put up.
+    /// Bytes received and processed since the pseudo-terminal was opened.
     pub(crate) heard: usize,
-    /// Bytes that were said since, or are about to be.
+    /// Bytes of replies written, or about to be written, since then.
     pub(crate) said: usize,
 }
 
-/// One bus: servos, and the line that leads to them.
+/// One bus: its servos and its pseudo-terminal.
 #[derive(Debug)]
 pub(crate) struct End {
     pub(crate) link: PathBuf,
@@ -43,24 +43,24 @@ pub(crate) struct End {
     pub(crate) stop: Arc<AtomicBool>,
 }
 
-/// Why a line does not lead anywhere.
+/// Why a pseudo-terminal cannot be set up.
 #[derive(Debug, thiserror::Error)]
 pub enum PlugError {
-    /// There is no line.
+    /// The pseudo-terminal cannot be opened.
     #[error(transparent)]
     Open(#[from] OpenError),
-    /// The link cannot be written.
+    /// The symbolic link cannot be created.
     #[error("cannot link {}: {source}; is the folder writable?", path.display())]
     Link {
         /// The link.
         path: PathBuf,
-        /// Why.
+        /// The cause.
         source: std::io::Error,
     },
 }
 
 impl End {
-    /// Makes a line and the link to it.
+    /// Opens a pseudo-terminal and creates the link to it.
     pub(crate) fn plug(&self) -> Result<Pty, PlugError> {
         let pty = Pty::new(self.baud)?;
         let mut servos = self.servos();
@@ -75,7 +75,7 @@ impl End {
         self.servos.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// Answers until told to stop. While the line hangs up there is neither line nor link.
+    /// Serves the bus until the stop flag is set. During a hang-up fault there is neither a pseudo-terminal nor a link.
     pub(crate) fn serve(&self, pty: Pty) {
         let mut pty = Some(pty);
         let mut pacer = Pacer::new(self.baud);
@@ -115,41 +115,41 @@ impl End {
         servos.line.hangs_up(now).is_some()
     }
 
-    /// Takes the link away: whoever was here before may have done it.
+    /// Removes the link; it may already be gone.
     pub(crate) fn unplug(&self) {
         let _gone = fs::remove_file(&self.link);
     }
 
-    /// When it is time to look what is late, or whether to end, though the host says nothing.
+    /// When to stop waiting for the host: to send a delayed reply, or to check the stop flag.
     fn looks_at(&self) -> Instant {
         let (now, servos) = (clock::now(), self.servos());
         match (servos.line.arrives_at(), servos.simulated) {
             (None, _) => now + IDLE,
             (Some(late), None) => late.min(now + IDLE),
             (Some(late), Some(simulated)) if late <= simulated => now,
-            // Nobody here knows when it will be time.
+            // Simulated time advances at an unknown rate, so poll.
             (Some(_), Some(_)) => now + SIMULATED,
         }
     }
 
-    /// Waits for what the host says, and answers it.
+    /// Waits for bytes from the host and replies to them.
     fn exchange(&self, pty: &Pty, pacer: &mut Pacer, voice: &mut Voice) -> Result<(), serial::Lost> {
         let mut heard = [0; 1024];
         let count = pty.read(&mut heard, self.looks_at())?;
         voice.answers.clear();
-        // The host wrote it at this moment or earlier: how late bytes wake a thread is not known, and a guess would have
-        // answers come before a wire could bring them.
+        // The host wrote the bytes at this moment or earlier. The wake-up latency is unknown; an estimate could make
+        // replies arrive earlier than a real bus could deliver them.
         let heard_at = clock::now();
         let mut servos = self.servos();
         let (now, paced) = (servos.simulated.unwrap_or(heard_at), servos.simulated.is_none());
         if count == 0 {
-            // In simulated time somebody else says how long they live.
+            // In simulated time, `Ptys::advance` advances the servos.
             if paced {
                 servos.line.advance(now);
             }
             servos.line.arrive(now, &mut voice.answers);
         } else {
-            // What the other end believes the speed to be; where it says nothing, it is as it was.
+            // The baud rate that the host has set; if it cannot be read, the last one stays.
             if let Ok(baud) = pty.baud() {
                 servos.line.set_baud(baud);
                 pacer.set_baud(baud);
@@ -164,16 +164,17 @@ impl End {
     }
 }
 
-/// What is to be said, and memory for it.
+/// The pending replies, and a buffer for them.
 struct Voice {
     answers: Answers,
     said: Vec<u8>,
-    /// How late this thread is woken by a clock.
+    /// Wake-up latency of this thread.
     lateness: Lateness,
 }
 
 impl Voice {
-    /// Says the answers as a wire would bring them, and never earlier. One that nobody takes is lost, as on a wire.
+    /// Writes the replies when a real bus would deliver them, never earlier. Replies that the host does not read are
+    /// lost, as on a real bus.
     fn say(&mut self, pty: &Pty, pacer: &mut Pacer, heard_at: Instant, heard: usize, paced: bool) {
         self.said.clear();
         let mut first_at = pacer.leave_at(heard_at, heard, Duration::ZERO, 0);
@@ -199,7 +200,7 @@ impl Voice {
     }
 }
 
-/// Waits until `at`: asleep until shortly before, and awake for what is left, which is less than a wake-up takes.
+/// Waits until `at`: sleeps until shortly before, then spins for a time shorter than the wake-up latency.
 fn sleep_until(lateness: &mut Lateness, at: Instant) {
     let wake_at = at - lateness.usual();
     if clock::now() < wake_at {
@@ -211,7 +212,7 @@ fn sleep_until(lateness: &mut Lateness, at: Instant) {
     }
 }
 
-/// Links `link` to `target` in one step: whoever opens it finds the old line or the new one.
+/// Atomically points `link` to `target`: a reader sees the old pseudo-terminal or the new one.
 fn replace_link(target: &Path, link: &Path) -> Result<(), std::io::Error> {
     let new = link.with_extension("new");
     match fs::remove_file(&new) {

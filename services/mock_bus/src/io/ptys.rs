@@ -10,28 +10,28 @@ use servo::mock::{Injected, Injection, Injector, Servo};
 use crate::io::end::{End, PlugError, Servos};
 use crate::{Faults, line};
 
-/// Why a mock bus cannot be put up.
+/// Why a mock bus cannot be started.
 #[derive(Debug, thiserror::Error)]
 pub enum PtysError {
-    /// There is no line, or no link to it.
+    /// The pseudo-terminal or the link to it cannot be created.
     #[error("mock bus `{bus}`: {source}")]
     Plug {
         /// The bus.
         bus: String,
-        /// Why.
+        /// The cause.
         source: PlugError,
     },
-    /// There is no thread.
+    /// The thread cannot be started.
     #[error("mock bus `{bus}`: no thread: {source}")]
     Spawn {
         /// The bus.
         bus: String,
-        /// Why.
+        /// The cause.
         source: std::io::Error,
     },
 }
 
-/// Pseudo-terminals with servos behind them, one thread each. They answer until they are dropped.
+/// Pseudo-terminals with simulated servos, one thread each. Dropping it ends the threads and removes the links.
 #[derive(Debug)]
 pub struct Ptys {
     buses: Vec<Bus>,
@@ -46,19 +46,18 @@ struct Bus {
 }
 
 impl Ptys {
-    /// Puts up every bus whose device is `mock`, with a link `bus-<name>` in `folder`, on which
-    /// nothing goes wrong. In `lockstep` their time stands still until it is
-    /// [advanced](Self::advance), and answers come at once; otherwise they come when the wire
-    /// would bring them.
+    /// Starts every bus whose device is `mock`, without faults, with a link `bus-<name>` in `folder`. In `lockstep`
+    /// time stands still until [`advance`](Self::advance), and replies are written at once; otherwise they are paced
+    /// like on a real bus.
     ///
     /// # Errors
     ///
-    /// The system has no pseudo-terminal or no thread left, or the folder cannot be written.
+    /// No pseudo-terminal or thread is available, or the folder is not writable.
     pub fn open(robot: &Motor, folder: &Path, lockstep: bool) -> Result<Self, PtysError> {
         Self::with_faults(robot, folder, lockstep, &Faults::default())
     }
 
-    /// As [`open`](Self::open), and things go wrong from the beginning.
+    /// As [`open`](Self::open), with faults from the start.
     ///
     /// # Errors
     ///
@@ -84,7 +83,7 @@ impl Ptys {
                 servos: Arc::new(Mutex::new(Servos { line, simulated, heard: 0, said: 0 })),
                 stop: Arc::clone(&ptys.stop),
             });
-            // From here on it is taken down again whatever happens.
+            // From here on, dropping `ptys` removes it again on any error.
             ptys.buses.push(Bus { name: name(), end: Arc::clone(&end), thread: None });
             let pty = end.plug().map_err(|source| PtysError::Plug { bus: name(), source })?;
             let thread = std::thread::Builder::new()
@@ -98,12 +97,12 @@ impl Ptys {
         Ok(ptys)
     }
 
-    /// The buses by name, and where they are.
+    /// The buses by name, with their links.
     pub fn links(&self) -> impl Iterator<Item = (&str, &Path)> {
         self.buses.iter().map(|bus| (bus.name.as_str(), bus.end.link.as_path()))
     }
 
-    /// Lockstep: lets every servo live until `now`.
+    /// Lockstep: advances every servo to `now`.
     pub fn advance(&self, now: Instant) {
         for bus in &self.buses {
             let mut servos = bus.servos();
@@ -112,7 +111,7 @@ impl Ptys {
         }
     }
 
-    /// Switches faults on and all others off; those that are on already go on as they are.
+    /// Replaces the enabled faults; faults that were already enabled keep their state.
     pub fn inject(&self, injections: &[Injection]) {
         for bus in &self.buses {
             let mut servos = bus.servos();
@@ -121,29 +120,27 @@ impl Ptys {
         }
     }
 
-    /// Lockstep: how far the servos of a bus are. `None` where there is no such bus.
+    /// Lockstep: the progress of a bus. `None` if the bus is unknown.
     #[must_use]
     pub fn progress(&self, bus: &str) -> Option<Progress> {
         let bus = self.buses.iter().find(|each| each.name == bus)?;
         Some(Progress { end: Arc::clone(&bus.end) })
     }
 
-    /// Looks at the servos of a bus, or tampers with them, while it hears nothing. `None` where there
-    /// is no such bus.
+    /// Inspects or manipulates the servos of a bus between instructions. `None` if the bus is unknown.
     pub fn tamper<T>(&self, bus: &str, with: impl FnOnce(&mut [Servo]) -> T) -> Option<T> {
         let bus = self.buses.iter().find(|each| each.name == bus)?;
         Some(with(bus.servos().line.servos_mut()))
     }
 
-    /// Copies of the servos of a bus that have the identifier of another one now. `None` where there is no such
-    /// bus.
+    /// Copies of the servos of a bus that share an ID with another servo now. `None` if the bus is unknown.
     #[must_use]
     pub fn twins(&self, bus: &str) -> Option<Vec<Servo>> {
         let bus = self.buses.iter().find(|each| each.name == bus)?;
         Some(bus.servos().line.twins().to_vec())
     }
 
-    /// What was put in so far, bus by bus.
+    /// The faults injected so far, per bus.
     pub fn injected(&self) -> impl Iterator<Item = (&str, Injected)> {
         self.buses.iter().map(|bus| (bus.name.as_str(), bus.servos().line.injected()))
     }
@@ -155,16 +152,16 @@ impl Bus {
     }
 }
 
-/// How far the servos of a bus are with what was sent to them, in simulated time: whoever asks them knows that
-/// nobody answers, and need not wait for as long as a slow machine might take.
+/// The progress of a bus in simulated time. A host uses it to know that no reply will come, instead of waiting for a
+/// timeout that suits a slow machine.
 #[derive(Clone, Debug)]
 pub struct Progress {
     end: Arc<End>,
 }
 
 impl Progress {
-    /// Whether the servos have dealt with all bytes that were sent since the line was put up, and nothing is on
-    /// its way to whoever received so many.
+    /// Whether the servos have processed all `sent` bytes since the pseudo-terminal was opened, and the host has
+    /// received all replies, `received` bytes.
     #[must_use]
     pub fn is_done(&self, sent: usize, received: usize) -> bool {
         let servos = self.end.servos();
@@ -178,7 +175,7 @@ impl Drop for Ptys {
         self.stop.store(true, Ordering::Relaxed);
         for bus in &mut self.buses {
             if let Some(thread) = bus.thread.take() {
-                // A thread that panicked has said so.
+                // A panic of the thread was already reported.
                 let _ended = thread.join();
             }
             bus.end.unplug();

@@ -6,22 +6,21 @@ use process::{Failure, Launch, Member, Progress};
 
 use crate::{Faults, Ptys, parse};
 
-/// In wall time the threads of the buses do the work, and the process's own loop only shows that
-/// it lives.
+/// Cycle time of the process in real time. The bus threads do the work; the main loop only sends heartbeats.
 const HEARTBEAT: Duration = Duration::from_millis(50);
 
-/// Answers on every mock bus until the process is told to stop.
+/// Runs all mock buses until the process is told to stop.
 ///
 /// # Errors
 ///
-/// A bus cannot be put up, the domain cannot be joined, or the middleware failed.
+/// A bus cannot be started, the domain cannot be joined, or the middleware failed.
 pub fn run(launch: &Launch, robot: &Robot) -> Result<(), Failure> {
     let leo = &robot.leo;
     let mut member = Member::join(launch, Process::MockBus, &leo.buffers, &leo.mock_bus.realtime)?;
     let mut faults = Faults::configured(&leo.mock_bus, &robot.motor).map_err(Failure::own)?;
     if let Some(file) = &launch.campaign {
         let check = |words: &str| parse(words, &robot.motor).map(drop);
-        // Whether the processes that it names are some is looked at by the supervisor.
+        // The supervisor checks the process names of the campaign.
         let campaign = Campaign::load(file, check, |_| Ok::<(), &str>(()))?;
         faults.seed = campaign.seed;
         for words in campaign.bus() {

@@ -6,7 +6,7 @@ use super::Rights;
 use crate::number::{Hertz, Milliseconds};
 use message::Topic as _;
 
-/// The names of the topics that a link can carry.
+/// The topics that a link can carry.
 const LINKED: [&str; 10] = [
     message::Percepts::NAME,
     message::Beliefs::NAME,
@@ -20,49 +20,49 @@ const LINKED: [&str; 10] = [
     message::Events::NAME,
 ];
 
-/// The link to another machine.
+/// The network link to a second machine.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Link {
-    /// Which of the two machines this one is, if either.
+    /// The role of this machine, if there are two.
     pub side: Side,
     /// The robot's name on the network.
     pub robot: RobotName,
-    /// The processes that run away from the robot.
+    /// The processes that run on the remote machine.
     pub off_board: Vec<OffBoard>,
-    /// The names of the topics that this machine sends; none means all.
+    /// The topics that this machine sends; empty means all.
     pub topics: Vec<String>,
-    /// Where the other machine is awaited.
+    /// The endpoints on which this machine listens.
     pub listen: Vec<Endpoint>,
-    /// Where the other machine is.
+    /// The endpoints of the other machine to connect to.
     pub connect: Vec<Endpoint>,
-    /// The certificate of who signed those of both machines, as a PEM file; empty for none.
+    /// The CA certificate that signed both machines' certificates, a PEM file; empty for none.
     pub authority: PathBuf,
-    /// This machine's certificate, as a PEM file; empty for none.
+    /// This machine's certificate, a PEM file; empty for none.
     pub certificate: PathBuf,
-    /// Its private key, as a PEM file; empty for none.
+    /// This machine's private key, a PEM file; empty for none.
     pub private_key: PathBuf,
-    /// How often it looks for what is to be sent, and for what came.
+    /// How often per second the link sends and receives.
     pub link_rate_hz: Hertz,
-    /// A command that was under way for longer is not carried out.
+    /// A command older than this on arrival is discarded.
     pub late_after_ms: Milliseconds,
     /// Real-time rights.
     pub realtime: Rights,
 }
 
-/// Which of two linked machines this one is.
+/// The role of this machine.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Side {
-    /// There is no other machine.
+    /// There is no second machine.
     Off,
-    /// That of the robot.
+    /// The robot's machine.
     Robot,
-    /// The other one.
+    /// The remote machine.
     Away,
 }
 
-/// A process that may run away from the robot. All others are what the hot path waits for, or what it is.
+/// A process that may run on the remote machine. All others belong to the hot path, or the hot path waits for them.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum OffBoard {
@@ -72,7 +72,7 @@ pub enum OffBoard {
     Console,
 }
 
-/// The name of a robot on a network: letters, digits and hyphens.
+/// The name of a robot on the network: letters, digits and hyphens.
 #[derive(Clone, Debug, PartialEq, Eq, Deserialize)]
 #[serde(try_from = "String")]
 pub struct RobotName(String);
@@ -97,7 +97,7 @@ impl RobotName {
     }
 }
 
-/// Where a machine is reached: `quic/HOST:PORT` (QUIC, which is TLS 1.3 over UDP: RFC 9000, RFC 9001).
+/// An endpoint `quic/HOST:PORT` (QUIC, which is TLS 1.3 over UDP: RFC 9000, RFC 9001).
 #[derive(Clone, Debug, PartialEq, Eq, Deserialize)]
 #[serde(try_from = "String")]
 pub struct Endpoint(String);
@@ -128,25 +128,25 @@ impl TryFrom<String> for Endpoint {
     }
 }
 
-/// A host without the brackets of an address of IPv6.
+/// A host without the brackets of an IPv6 address.
 fn bare(host: &str) -> &str {
     host.strip_prefix('[').and_then(|host| host.strip_suffix(']')).unwrap_or(host)
 }
 
 impl Endpoint {
-    /// As the file says it.
+    /// As written in the file.
     #[must_use]
     pub fn as_str(&self) -> &str {
         &self.0
     }
 
-    /// The name or address, and the port: `leo.local:7447`, `[::1]:7447`.
+    /// The host name or address, and the port: `leo.local:7447`, `[::1]:7447`.
     #[must_use]
     pub fn host_and_port(&self) -> &str {
         self.0.split_once('/').map_or("", |(_, address)| address)
     }
 
-    /// The name or address alone: `leo.local`, `::1`.
+    /// The host name or address alone: `leo.local`, `::1`.
     #[must_use]
     pub fn host(&self) -> &str {
         bare(self.host_and_port().rsplit_once(':').map_or("", |(host, _)| host))
@@ -154,13 +154,14 @@ impl Endpoint {
 }
 
 impl Link {
-    /// Whether a process runs away from the robot.
+    /// Whether a process runs on the remote machine.
     #[must_use]
     pub fn is_off_board(&self, process: message::Process) -> bool {
         self.off_board.iter().any(|off_board| off_board.process() == process)
     }
 
-    /// Whether a process runs on this machine: each on one of two, the link on both.
+    /// Whether a process runs on this machine. With two machines, each process runs on one of them, and the link on
+    /// both.
     #[must_use]
     pub fn runs_here(&self, process: message::Process) -> bool {
         match self.side {
@@ -170,7 +171,7 @@ impl Link {
         }
     }
 
-    /// Paths that are not whole ones are those of files beside `leo.toml`.
+    /// Resolves relative paths against the folder of `leo.toml`.
     pub(crate) fn relative_to(&mut self, folder: &Path) {
         for file in [&mut self.authority, &mut self.certificate, &mut self.private_key] {
             if !file.as_os_str().is_empty() {
@@ -189,7 +190,7 @@ impl OffBoard {
     }
 }
 
-/// What is wrong with the link as a whole, if anything: the key and the reason.
+/// The first error in the link as a whole: the key and the reason.
 pub(crate) fn fault(link: &Link) -> Option<(&'static str, String)> {
     if let Some(unknown) = link.topics.iter().find(|name| !LINKED.contains(&name.as_str())) {
         return Some((

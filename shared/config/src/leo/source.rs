@@ -6,39 +6,39 @@ use serde::Deserialize;
 use crate::number::{Coordinate, Hertz, NotNegative};
 use crate::percepts::Percepts;
 
-/// A sensory process whose observations are read. Its number, and that of its topic, is its place
+/// A sensory source: a process or recording that delivers observations. Its number, and that of its topic, is its index
 /// in the list, from zero.
 #[derive(Clone, Debug, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Source {
-    /// What people call it.
+    /// Its name in texts for people.
     pub name: String,
-    /// Who it is.
+    /// The kind of source.
     pub kind: SourceKind,
-    /// The frame that it reports in; the robot's base frame without.
+    /// The frame of its observations; the robot's base frame if absent.
     pub frame: Option<SourceFrame>,
-    /// How many frames per second are expected of it; nothing is expected without.
+    /// Expected frames per second; if absent, the source is not monitored.
     pub rate_hz: Option<Hertz>,
-    /// Standard deviation of the places that it reports, along each axis; none without.
+    /// Standard deviation of its reported positions along each axis, in metres; 0 if absent.
     pub position_sd_m: Option<NotNegative>,
-    /// Of a trace: the file.
+    /// Traces only: the file.
     pub file: Option<PathBuf>,
-    /// Of a trace: which of the sources that it was recorded of is played; the only one without.
+    /// Traces only: which recorded source is played; may be absent if the trace has only one.
     pub recorded_source: Option<u16>,
-    /// Of a trace: whether it begins anew at its end; it stops there without.
+    /// Traces only: whether playback restarts at the end; if absent, it stops there.
     pub repeat: Option<bool>,
 }
 
-/// Who a source is.
+/// The kind of a source.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum SourceKind {
-    /// Leo's own simulator.
+    /// The built-in simulator.
     Simulator,
-    /// Any process of this machine. In simulated time nobody outside can know when it is, and it
-    /// is not heard.
+    /// Any process of this machine. It is ignored in simulated time, because an external process does not know that
+    /// time.
     External,
-    /// A recording, played by the sensor process itself: in simulated time too.
+    /// A recording, played by the sensor process itself; it also works in simulated time.
     Trace,
 }
 
@@ -74,7 +74,7 @@ impl TryFrom<WrittenFrame> for SourceFrame {
             }
             (None, Some(orientation)) => {
                 let norm = orientation.iter().map(|part| part * part).sum::<f64>().sqrt();
-                // Written so that NaN fails.
+                // Written so that NaN is rejected.
                 if (norm - 1.0).abs() < 0.01 {
                     orientation.map(|part| part / norm)
                 } else {
@@ -92,14 +92,14 @@ impl TryFrom<WrittenFrame> for SourceFrame {
 }
 
 impl Source {
-    /// Takes the file of a trace as one beside the configuration that names it.
+    /// Resolves a trace's path relative to the configuration's folder.
     pub(crate) fn relative_to(&mut self, folder: &Path) {
         if let Some(file) = &mut self.file {
             *file = folder.join(&*file);
         }
     }
 
-    /// What a key is wrong that belongs to sources of another kind, if there is one.
+    /// The error about a missing key, or about a key of another kind of source; `None` if the keys are right.
     fn stray_key(&self) -> Option<String> {
         let name = &self.name;
         if self.kind == SourceKind::Trace {
@@ -120,12 +120,11 @@ impl Source {
         Some(format!("`{name}` is no trace: `{key}` is for sources with kind = \"trace\""))
     }
 
-    /// The share of its observations' confidence that counts, in [0, 1]: the probability that a
-    /// place as noisy as it reports them lies within the distance at which the belief system takes
-    /// two sightings for one thing. 1 without noise.
+    /// Factor on its observations' confidence, in [0, 1]; 1 without noise.
     ///
-    /// That is P(|e| < r) of a normal e with the standard deviation σ along each of three axes:
-    /// erf(u) − 2u/√π · exp(−u²) with u = r/(σ√2).
+    /// It is the probability P(|e| < r) that the position error e lies within the belief system's association distance
+    /// r. With a normal error of standard deviation σ along each of three axes this is erf(u) − 2u/√π · exp(−u²) with u
+    /// = r/(σ√2).
     #[must_use]
     pub fn confidence(&self, percepts: &Percepts) -> f64 {
         let sd_m = self.position_sd_m.map_or(0.0, NotNegative::get);
@@ -138,7 +137,7 @@ impl Source {
     }
 }
 
-/// What is wrong with a list of sources, if anything, and of which of them.
+/// The first error in a list of sources: the index of the source, and the reason.
 pub(crate) fn fault(sources: &[Source]) -> Option<(usize, String)> {
     let is_simulator = |source: &&Source| source.kind == SourceKind::Simulator;
     if sources.len() > MAX_SOURCES {

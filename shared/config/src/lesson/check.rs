@@ -1,4 +1,4 @@
-//! From a lesson's file to a lesson: what no single value can be wrong about.
+//! Converts a parsed lesson into a checked one: validates what involves more than one value.
 
 mod script;
 
@@ -10,7 +10,7 @@ use toml::Spanned;
 use super::{Kind, Laying, Lesson, Noise, Object, Occluder, Place, Table, Teacher, Territory, raw};
 use crate::number::{Coordinate, Unit};
 
-/// What is wrong with a lesson, what would be right, and where in the text it stands.
+/// An error in a lesson: its position in the text, and the reason with what would be valid.
 pub(super) struct Fault {
     pub(super) span: Range<usize>,
     pub(super) reason: String,
@@ -22,7 +22,7 @@ impl Fault {
     }
 }
 
-/// What the tables of a lesson refer to.
+/// The definitions that the tables of a lesson refer to.
 struct Catalogue {
     kinds: BTreeMap<String, Kind>,
     colours: BTreeMap<String, [Unit; 3]>,
@@ -40,7 +40,7 @@ pub(super) fn lesson(raw: raw::Lesson) -> Result<Lesson, Fault> {
     if raw.demonstration.is_empty() && raw.novel.is_none() {
         return Err(Fault::at(0..0, "a lesson needs a [[demonstration]] or a [novel] set: it has neither"));
     }
-    // Who has left is away until he returns, at whichever table that is.
+    // A teacher who left stays away until they return, across tables.
     let mut away = Vec::new();
     let mut table = |raw| table(raw, &catalogue, &mut away);
     let demonstrations = raw.demonstration.into_iter().map(&mut table).collect::<Result<_, _>>()?;
@@ -171,7 +171,7 @@ fn object(raw: &raw::Object, catalogue: &Catalogue) -> Result<Object, Fault> {
     })
 }
 
-/// Where the centre of an object is whose underside is `underside_m` above the table.
+/// The pose of an object's centre, given the height `underside_m` of its underside above the table.
 fn standing(at_m: [Coordinate; 2], underside_m: f64, heading_deg: f64, kind: &Kind) -> Place {
     let [x, y] = at_m.map(Coordinate::get);
     let [_, _, half_height_m] = kind.half_extents_m;
@@ -212,7 +212,7 @@ fn ascending(from: &[f64], to: &[f64], span: Range<usize>) -> Result<(), Fault> 
     }
 }
 
-/// What a name refers to; an error that lists what there is, and the likeliest first.
+/// Looks up a name; the error lists the known names and suggests the closest one.
 fn named<'a, T>(
     name: &Spanned<String>,
     what: &str,

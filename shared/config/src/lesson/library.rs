@@ -1,8 +1,8 @@
-//! The lessons that the program carries.
+//! The built-in lessons.
 
 macro_rules! library {
     ($($name:literal)+) => {
-        /// Every lesson that the program carries, by its name, as text: those of `config/lessons/`.
+        /// The built-in lessons by name, as text; those of `config/lessons/`.
         pub const LIBRARY: &[(&str, &str)] =
             &[$(($name, include_str!(concat!("../../../../config/lessons/", $name, ".toml")))),+];
     };

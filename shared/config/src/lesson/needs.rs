@@ -3,22 +3,22 @@ use serde::Deserialize;
 use crate::leo::{Depth, Hypotheses, Leo};
 use crate::number::Slips;
 
-/// What of `leo.toml` a lesson needs to show what it is about, where the built-in settings do not do.
+/// The settings of `leo.toml` that a lesson needs beyond the built-in ones.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Needs {
-    /// So many partners at least.
+    /// Minimum number of partners.
     pub partners: Option<u32>,
-    /// Perspectives nested so deep at least.
+    /// Minimum nesting depth of perspectives.
     pub depth: Option<Depth>,
-    /// This language.
+    /// The hypothesis language.
     pub language: Option<Hypotheses>,
-    /// A teacher who slips so often at least.
+    /// Minimum label noise.
     pub noise: Option<Slips>,
 }
 
 impl Needs {
-    /// What of it a robot lacks, as it is to be written in its `leo.toml`; `None` where that does.
+    /// The settings that a robot lacks, as lines for its `leo.toml`; `None` if it has all of them.
     #[must_use]
     pub fn lacking(&self, leo: &Leo) -> Option<String> {
         let (belief, learner) = (&leo.belief, &leo.learner);
@@ -41,7 +41,7 @@ impl Needs {
         (!lacking.is_empty()).then(|| lacking.join(" and "))
     }
 
-    /// Whether there is nothing that it needs.
+    /// Whether the built-in settings suffice.
     #[must_use]
     pub fn is_empty(&self) -> bool {
         *self == Self::default()

@@ -1,4 +1,4 @@
-//! A lesson as it stands in its file, each value with its place in the text.
+//! The raw form of a lesson file, with each value's position in the text.
 
 use std::collections::BTreeMap;
 
@@ -83,7 +83,7 @@ pub(super) struct Object {
     pub(super) kind: Spanned<String>,
     pub(super) colour: Spanned<String>,
     pub(super) position_m: [Coordinate; 2],
-    /// Without it the object stands on the table.
+    /// If absent, the object stands on the table.
     pub(super) underside_m: Option<NotNegative>,
     pub(super) heading_deg: Finite,
 }

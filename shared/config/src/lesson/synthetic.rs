@@ -1,4 +1,4 @@
-//! Lessons of any size, for measuring.
+//! Synthetic lessons of any size, for benchmarks.
 
 use std::collections::BTreeMap;
 use std::time::Duration;
@@ -9,19 +9,19 @@ use super::{
     Act, Destination, Kind, Laying, Lesson, Needs, Noise, Object, Place, Role, Step, Table, Teacher,
 };
 
-/// Distance between neighbours in the grid, in metres.
+/// Grid spacing, in metres.
 const SPACING_M: f64 = 0.16;
-/// One block in so many moves.
+/// One block of this many moves.
 const MOVING: usize = 8;
-/// How far it goes, in metres, and how long that takes.
+/// Length of a stroke in metres, and its duration.
 const STROKE_M: f64 = 0.05;
 const STROKE: Duration = Duration::from_secs(5);
-/// Strokes of every moving block: two minutes of them.
+/// Number of strokes of each moving block: two minutes in all.
 const STROKES: u32 = 24;
 
 impl Lesson {
-    /// A table with `objects` blocks in a square grid before the robot; every eighth is slowly
-    /// moved to and fro, all of them at the same time, for two minutes. Shapes and colours vary.
+    /// A table with `objects` blocks in a square grid before the robot. Every eighth block moves slowly to and fro for
+    /// two minutes, all of them at the same time. Shapes and colours vary.
     #[must_use]
     pub fn synthetic(objects: usize) -> Self {
         let objects: Vec<Object> = (0..objects).map(|index| block(index, objects)).collect();

@@ -1,12 +1,11 @@
-//! That the geometry of Task 1 shows what the paper's study showed.
+//! Checks that the geometry of Task 1 reproduces the paper's study.
 
 use super::{Act, Destination, Lesson, Object, Occluder, Role, Table};
 
-/// How far eyes may be wrong about a wall, in metres: three times the noise and more.
+/// Margin on occlusion, in metres: more than three standard deviations of the noise.
 const MARGIN_M: f64 = 0.010;
 
-/// Whether the straight way from `eye` to `point` meets the box grown by `margin_m`; by cutting
-/// the way with the three pairs of planes.
+/// Whether the segment from `eye` to `point` intersects the box grown by `margin_m` (slab method).
 fn meets(wall: &Occluder, margin_m: f64, eye: [f64; 3], point: [f64; 3]) -> bool {
     let (mut enter, mut leave) = (0.0_f64, 1.0_f64);
     for axis in 0..3 {
@@ -25,7 +24,7 @@ fn meets(wall: &Occluder, margin_m: f64, eye: [f64; 3], point: [f64; 3]) -> bool
     enter <= leave
 }
 
-/// Centre, corners, and middles of edges and sides.
+/// Centre, corners, edge midpoints and face centres.
 fn samples(object: &Object) -> Vec<[f64; 3]> {
     let (sin, cos) = object.place.heading_rad.sin_cos();
     let [cx, cy, cz] = object.place.position_m;

@@ -57,7 +57,7 @@ fn parse(text: &str) -> Result<Lesson, crate::ConfigError> {
     Lesson::parse(text, Path::new("x.toml"))
 }
 
-/// The error of the small lesson with one piece replaced, and the line that it must name.
+/// The error for the small lesson with one piece replaced; it must name the line of the replacement.
 fn refusal(from: &str, to: &str) -> String {
     assert_eq!(SMALL.matches(from).count(), 1, "{from}");
     let line = SMALL[..SMALL.find(from).unwrap()].matches('\n').count() + 1;
@@ -232,7 +232,7 @@ fn every_lesson_that_the_program_carries_is_written_as_it_was_read() {
         let lesson = parse(text).unwrap();
         let written = lesson.to_toml();
         let read = parse(&written).unwrap_or_else(|error| panic!("{name}: {error}\n{written}"));
-        // To micrometres, which is what is written.
+        // Written numbers have micrometre resolution.
         assert_eq!(read.to_toml(), written, "{name}");
         let shape = |lesson: &Lesson| {
             lesson

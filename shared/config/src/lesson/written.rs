@@ -1,26 +1,26 @@
-//! A lesson as the text of its file.
+//! Writes a lesson as the text of its file.
 
 use std::fmt::{self, Write as _};
 use std::time::Duration;
 
 use super::{Act, Destination, Kind, Lesson, Needs, Object, Occluder, Step, Table};
 
-/// Numbers are written to so many places: micrometres of a metre, far below any noise.
+/// Decimal places of written numbers: micrometres, far below the sensor noise.
 const PLACES: usize = 6;
 
 impl Lesson {
-    /// The text of a file that says the same: what reads it finds this lesson, its numbers to six
-    /// places. Kinds and colours that the lesson does not name get names of their own.
+    /// The lesson as the text of a file. Parsing it gives the same lesson, with numbers rounded to six decimal places.
+    /// Unnamed kinds and colours get generated names.
     #[must_use]
     pub fn to_toml(&self) -> String {
         let mut out = String::new();
-        // Writing to a string cannot fail.
+        // Writing to a `String` cannot fail.
         let _ = Writer { catalogue: Catalogue::of(self), out: &mut out }.lesson(self);
         out
     }
 }
 
-/// What kinds and colours are called.
+/// The names of kinds and colours.
 struct Catalogue {
     kinds: Vec<(String, Kind)>,
     colours: Vec<(String, [f64; 3])>,
@@ -50,7 +50,7 @@ impl Catalogue {
     }
 }
 
-/// Whether two colours are one, bit for bit: what has a name keeps it.
+/// Whether two colours are equal bit for bit, so that a named colour keeps its name.
 fn is_same(one: &[f64; 3], other: &[f64; 3]) -> bool {
     one.iter().zip(other).all(|(one, other)| one.to_bits() == other.to_bits())
 }
@@ -194,7 +194,7 @@ impl Writer<'_> {
     }
 }
 
-/// How high the underside is above the table, where it does not stand on it.
+/// Writes the height of the underside above the table, unless the object stands on the table.
 fn underside(out: &mut String, underside_m: f64) -> fmt::Result {
     if underside_m > 0.000_000_5 { write!(out, ", underside_m = {}", number(underside_m)) } else { Ok(()) }
 }

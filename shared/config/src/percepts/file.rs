@@ -1,4 +1,4 @@
-//! The file as it is written, before its names are resolved.
+//! The file's raw form, before its names are resolved.
 
 use std::ops;
 use std::time::Duration;
@@ -13,7 +13,7 @@ use super::{
 };
 use crate::number::{Milliseconds, NotNegative, Unit};
 
-/// What is wrong, and where.
+/// The error's position in the text, and its reason.
 type Fault = (ops::Range<usize>, String);
 
 #[derive(Deserialize)]
@@ -71,7 +71,7 @@ enum When {
         floor: Unit,
     },
     PlaceEmptyForMs(Milliseconds),
-    /// The same of one look.
+    /// As `PlaceEmptyForMs`, with a single observation.
     PlaceInViewAndEmpty,
     Own(String),
 }
@@ -181,7 +181,7 @@ fn fits(measure: &Measure, kernel: &Kernel) -> bool {
         Kernel::Orientation => *measure == Measure::AngleRad,
         Kernel::State(_) | Kernel::Region(_) | Kernel::Range(_) => *measure == Measure::Difference,
         Kernel::Nearest(_) | Kernel::Source => *measure == Measure::Differs,
-        // What a program's own percept derives is its own affair.
+        // What a registered classifier derives is not known here.
         Kernel::Own(_) => true,
     }
 }
@@ -200,7 +200,7 @@ fn check_kernel(kernel: &Kernel, parent: Option<&Percept>) -> Result<(), String>
     }
 }
 
-/// What goals cannot read would never be learned, and nobody would know why.
+/// Rejects a role that goal beliefs cannot use; otherwise the percept would never be learned, without any error.
 fn check_role(role: Role, kernel: &Kernel) -> Result<(), String> {
     let (is_read, reason) = match role {
         Role::Neither => return Ok(()),
@@ -241,7 +241,7 @@ fn check_prototypes(nearest: &Nearest) -> Result<(), String> {
 }
 
 fn check_region(region: &Region) -> Result<(), String> {
-    // Written so that NaN fails.
+    // Written so that NaN is rejected.
     if region.minimum_m.iter().zip(&region.maximum_m).all(|(minimum, maximum)| minimum < maximum) {
         Ok(())
     } else {

@@ -1,4 +1,4 @@
-//! The range kernel: a number that a parent extracted, and the limits it lies within or not.
+//! The range kernel: whether a number of the parent's feature lies within limits.
 
 use message::Feature;
 use quantity::number::single;
@@ -7,46 +7,45 @@ use serde::Deserialize;
 use super::{Kernel, Percept};
 use crate::number::NotNegative;
 
-/// Children of a region or a range are asked only of what lies inside to a degree above this.
+/// A region or a range gates its children: they are evaluated only if its degree exceeds this.
 const INSIDE: f32 = 0.5;
 
-/// Limits of a number that the parent's feature has. Whichever limit is missing is infinitely far; both
-/// belong to the range.
+/// Limits of a number in the parent's feature. A missing limit is infinite; both limits belong to the range.
 #[derive(Clone, Copy, Debug, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Range {
-    /// Which number of the parent's feature; the other keys are in its unit.
+    /// The number of the parent's feature; the other keys are in its unit.
     pub of: Component,
-    /// The least.
+    /// Lower limit.
     pub from: Option<f64>,
-    /// The greatest.
+    /// Upper limit.
     pub to: Option<f64>,
-    /// How far outside a limit the degree has fallen from 1 to 0; without it, it falls at the limit.
+    /// The distance outside a limit over which the degree falls from 1 to 0; if absent, it falls at the limit.
     pub softness: Option<NotNegative>,
 }
 
-/// A number that a feature has.
+/// A number in a feature.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Component {
-    /// x of a vector: of a position, how far ahead it is, in metres.
+    /// x of a vector; of a position the distance ahead, in metres.
     XM,
-    /// y of a vector: of a position, how far to the left it is, in metres.
+    /// y of a vector; of a position the distance to the left, in metres.
     YM,
-    /// z of a vector: of a position, how high it is, in metres.
+    /// z of a vector; of a position the height, in metres.
     ZM,
-    /// The length of a vector: of a position, how far it is from where the perspective stands, in metres.
+    /// The norm of a vector; of a position the distance from the origin of the perspective's frame, in metres.
     DistanceM,
-    /// The longest whole side of extents, in metres.
+    /// The longest full side of extents, in metres.
     LongestM,
-    /// The shortest whole side of extents, in metres.
+    /// The shortest full side of extents, in metres.
     ShortestM,
-    /// A number itself: of a state, a region or a range the degree.
+    /// A plain number; of a state, a region or a range the degree.
     Number,
 }
 
 impl Component {
-    /// As the file calls it.
+    /// Its name in the file.
     #[must_use]
     pub const fn name(self) -> &'static str {
         match self {
@@ -60,8 +59,8 @@ impl Component {
         }
     }
 
-    /// Whether features that a percept of this kernel derives have such a number. What a program's own
-    /// derive is its own affair; its vectors are not extents.
+    /// Whether features derived by this kernel have such a number. A registered classifier may derive numbers and
+    /// vectors; its vectors do not count as extents.
     #[must_use]
     pub const fn is_of(self, kernel: &Kernel) -> bool {
         match self {
@@ -83,7 +82,7 @@ impl Component {
             (Self::DistanceM, Feature::Vector(vector)) => Some(single(
                 vector.iter().map(|part| f64::from(*part) * f64::from(*part)).sum::<f64>().sqrt(),
             )),
-            // Extents are halves.
+            // Extents are half sides.
             (Self::LongestM, Feature::Vector([a, b, c])) => Some(2.0 * a.max(b).max(c)),
             (Self::ShortestM, Feature::Vector([a, b, c])) => Some(2.0 * a.min(b).min(c)),
             (Self::Number, Feature::Number(number)) => Some(number),
@@ -102,10 +101,10 @@ impl Component {
 }
 
 impl Range {
-    /// To what degree the number of a feature lies within the limits: 1 inside, and outside falling
-    /// linearly to 0 over the softness. `None` where the feature has no such number.
+    /// The degree to which a feature's number lies within the limits: 1 inside, falling linearly to 0 over the softness
+    /// outside. `None` if the feature has no such number.
     ///
-    /// Limits count in single precision, as what is observed does: 0.7 is within a range from 0.7.
+    /// Limits are compared in single precision, like observations: 0.7 is within a range from 0.7.
     #[must_use]
     pub fn degree(&self, feature: Feature) -> Option<f32> {
         Some(self.degree_of(self.of.of(feature)?))
@@ -115,7 +114,7 @@ impl Range {
         let limit = |limit: Option<f64>, none: f64| f64::from(single(limit.unwrap_or(none)));
         let (from, to) = (limit(self.from, f64::NEG_INFINITY), limit(self.to, f64::INFINITY));
         let number = f64::from(number);
-        // Written so that NaN is outside.
+        // Written so that NaN counts as outside.
         if from <= number && number <= to {
             return 1.0;
         }
@@ -124,9 +123,8 @@ impl Range {
         if outside < softness { single(1.0 - outside / softness) } else { 0.0 }
     }
 
-    /// The match m (Eq. 1) of a degree: how well the better of two answers, inside and outside,
-    /// matches. Outside is an answer too, so that what has left the range is remembered as outside;
-    /// half way both match by a half.
+    /// The match m (Eq. 1) of a degree: that of the better of the two answers inside and outside. Outside is an answer
+    /// too, so an object that left the range is remembered as outside. Half way, both match by 0.5.
     #[must_use]
     pub const fn matching(degree: f32) -> f32 {
         degree.max(1.0 - degree)
@@ -134,16 +132,14 @@ impl Range {
 }
 
 impl Kernel {
-    /// Whether it reads its data from what a parent of that kernel derived (the parent's feature d), and
-    /// not from the observation:
+    /// Whether it reads the parent's feature d instead of the observation, for a parent of that kernel:
     ///
-    /// - a range reads the number that it is of;
-    /// - a region reads the place, of a position or of a program's own that derived a vector;
-    /// - the nearest prototype reads the half extents of extents or of a program's own for `edge_m`, and
-    ///   linear red, green and blue of a program's own for `colour`, where that derived a vector.
+    /// - a range reads its number;
+    /// - a region reads the position, from a position or from a vector of a registered classifier;
+    /// - a nearest prototype in `edge_m` reads half extents, from extents or from a vector of a registered classifier;
+    /// - a nearest prototype in `colour` reads linear red, green and blue, from a vector of a registered classifier.
     ///
-    /// For all others, and where a program's own derived something else, the parent decides only whether
-    /// they are asked.
+    /// In all other cases the parent only gates the evaluation.
     #[must_use]
     pub fn reads(&self, parent: &Self) -> bool {
         let is_own = matches!(parent, Self::Own(_));
@@ -164,33 +160,33 @@ impl Kernel {
         }
     }
 
-    /// Whether children are asked of a thing of which a percept of this kernel derived `feature`: those of
-    /// a region or a range only of what is rather inside than outside, all others whatever it was.
+    /// Whether children are evaluated, given the `feature` that this kernel derived. A region or a range admits only
+    /// what is inside; any other kernel admits everything.
     #[must_use]
     pub fn opens(&self, feature: Feature) -> bool {
         !self.is_gate() || is_inside(feature)
     }
 
-    /// Whether its children are asked only of what [is inside](is_inside).
+    /// Whether its children are evaluated only for what [is inside](is_inside).
     #[must_use]
     pub const fn is_gate(&self) -> bool {
         matches!(self, Self::Region(_) | Self::Range(_))
     }
 }
 
-/// Whether what a region or a range derived says rather inside than outside.
+/// Whether the feature of a region or a range means inside.
 #[must_use]
 #[inline]
 pub fn is_inside(feature: Feature) -> bool {
     matches!(feature, Feature::Number(degree) if degree > INSIDE)
 }
 
-/// The percept from which a percept's data come in the end: of a range what its parent, or the parent of
-/// the ranges above it, is; of any other itself.
+/// The percept that supplies a percept's data: for a range its nearest ancestor that is not a range, for any other
+/// percept itself.
 #[must_use]
 pub fn origin<'a>(percepts: &'a [Percept], percept: &'a Percept) -> &'a Percept {
     let mut origin = percept;
-    // A parent stands before its children: this ends.
+    // Parents precede their children in the list, so the loop ends.
     while let (Kernel::Range(_), Some(parent)) = (&origin.kernel, origin.parent) {
         match percepts.get(usize::from(parent)) {
             Some(parent) => origin = parent,

@@ -55,7 +55,7 @@ fn a_role_that_goals_cannot_give_is_refused() {
         let (_, rest) = after.split_once("role = \"").unwrap();
         let (_, rest) = rest.split_once('"').unwrap();
         let text = format!("{before}name = \"{name}\"\nrole = \"{role}\"{rest}");
-        // Between the name and the role stands a parent at most, which is not needed here.
+        // At most a `parent` line stands between the name and the role; it is not needed here.
         Percepts::parse(&text, Path::new("p.toml")).map(drop).map_err(|error| error.to_string())
     };
     for (name, role) in [("marked", "criteria"), ("position", "criteria")] {
@@ -78,7 +78,7 @@ fn a_measure_that_does_not_fit_is_refused() {
     assert!(said.contains("does not fit what `shape` derives"), "{said}");
 }
 
-/// The built-in percepts and one of the source, with a term of the distance.
+/// The built-in percepts plus a `source` percept and a distance term for it.
 fn with_source(role: &str, history: &str, measure: &str) -> Result<Percepts, String> {
     let percept = format!(
         "[[percept]]\nname = \"seen_by\"\nrole = \"{role}\"\ndecay_per_s = 0.0\nhistory = {{ {history} }}\n\
@@ -161,7 +161,7 @@ fn taken_at_its_word_the_paper_merges_without_cannot_link_infinity_or_norm() {
     assert_eq!(settings.len(), 3);
 }
 
-/// The built-in percepts, and below one of them one more with a range; `None` for none.
+/// The built-in percepts plus a range below the given parent; no parent for `None`.
 fn with_range(parent: Option<&str>, range: &str) -> Result<Percepts, String> {
     let parent = parent.map(|parent| format!("parent = \"{parent}\"\n")).unwrap_or_default();
     let percept = format!(
@@ -182,7 +182,7 @@ fn range(parent: &str, range: &str) -> Range {
 
 #[test]
 fn a_range_holds_its_limits_and_nothing_beyond_nor_nan() {
-    // In double precision, what is observed as 0.7 is less than 0.7, and what is observed as 1.1 is more.
+    // In double precision, an observed 0.7 is less than 0.7, and an observed 1.1 is greater.
     let raised = range("position", "of = \"z_m\", from = 0.7, to = 1.1");
     let degree = |z| raised.degree(Feature::Vector([9.0, 9.0, z]));
     for (z, expected) in [(0.7, 1.0), (0.9, 1.0), (1.1, 1.0), (0.699, 0.0), (1.101, 0.0), (f32::NAN, 0.0)] {
@@ -201,7 +201,7 @@ fn a_range_falls_to_nothing_over_its_softness() {
     assert_eq!([degree(0.0), degree(0.75)], [Some(0.5); 2]);
     assert_eq!([degree(-0.125), degree(0.875)], [Some(0.25); 2]);
     assert_eq!([degree(-0.25), degree(1.0), degree(f32::NAN)], [Some(0.0); 3]);
-    // The better of two answers matches, and half way both do by half.
+    // The better of two answers matches; half way, both match by 0.5.
     for (degree, matching) in [(0.0, 1.0), (0.25, 0.75), (0.5, 0.5), (0.75, 0.75), (1.0, 1.0)] {
         assert_eq!(Some(Range::matching(degree)), Some(matching), "{degree}");
     }

@@ -7,10 +7,10 @@ fn id(id: u8) -> Id {
     Id::new(id).unwrap()
 }
 
-/// A servo's part: who, its error byte, its data.
+/// A servo's block: ID, error byte, data.
 type Part = (u8, u8, Vec<u8>);
 
-/// A frame in which `parts` answer who were asked for `asked` bytes each, and where each part ends.
+/// A packet in which `parts` reply to a request for `asked`, and the end of each block.
 fn frame(asked: &[Part], parts: &[Part]) -> (Vec<u8>, Vec<usize>) {
     let mut bytes = vec![0; 4096];
     let lengths = asked.iter().map(|(_, _, data)| u16::try_from(data.len()).unwrap());
@@ -40,7 +40,7 @@ fn collect(parser: &mut Parser, reply: &mut FastReply) -> Vec<Part> {
     told
 }
 
-/// Who is heard in these bytes when they come in chunks.
+/// The blocks found in these bytes when they arrive in chunks.
 fn hear(asked: &[Part], bytes: &[u8], chunk: usize) -> (Vec<Part>, FastReply, Parser) {
     let (mut parser, mut reply) = (Parser::new(), awaiting(asked));
     let mut told = Vec::new();
@@ -51,7 +51,7 @@ fn hear(asked: &[Part], bytes: &[u8], chunk: usize) -> (Vec<Part>, FastReply, Pa
     (told, reply, parser)
 }
 
-/// Thirteen servos with ten bytes each, in which headers and stuffing occur.
+/// Thirteen servos with ten bytes each that contain headers and stuffing sequences.
 fn thirteen() -> Vec<Part> {
     let data = [0xFF, 0xFF, 0xFD, 0, 0xFE, 1, 2, 0xFF, 0xFF, 0xFD];
     (1..=13).map(|servo| (servo, 0, [&data[..9], &[servo]].concat())).collect()
@@ -61,7 +61,7 @@ fn without(parts: &[Part], silent: &[u8]) -> Vec<Part> {
     parts.iter().filter(|(servo, ..)| !silent.contains(servo)).cloned().collect()
 }
 
-/// The e-manual's examples of fast sync read and fast bulk read.
+/// The e-manual's examples of Fast Sync Read and Fast Bulk Read.
 #[test]
 fn the_manuals_answers_are_written_and_read_part_by_part() {
     let sync = [(3, 0, vec![0xA6, 0, 0, 0]), (7, 0, vec![0x1F, 8, 0, 0]), (4, 0, vec![0xFF, 3, 0, 0])];
@@ -133,7 +133,7 @@ fn a_bit_that_flips_costs_one_servo_one_in_a_sum_two_and_one_in_the_header_all()
 fn what_is_cut_short_costs_no_servo_before_it() {
     let parts = thirteen();
     let (bytes, ends) = frame(&parts, &parts);
-    // Servo 5 stops in the middle, and those behind it go on.
+    // Servo 5 stops in the middle of its block, and the servos after it reply.
     for left in 0..14 {
         let cut = [&bytes[..ends[3] + left], &bytes[ends[4]..]].concat();
         let (told, reply, _) = hear(&parts, &cut, 5);
@@ -157,7 +157,7 @@ fn noise_before_a_part_and_a_part_that_is_said_twice_cost_nobody() {
             let own = there[place].0;
             let noises =
                 [&[0][..], &[own], &[0, own], &[0, own + 1, 0, own], &[0x55, own, own, 9, 0, 3, 0xFD, 0xFF]];
-            // Behind a silent servo nobody is awaited at once.
+            // Noise after a silent servo cannot be skipped, because the parser still expects that servo.
             let follows = place > 0 && there[place - 1].0 + 1 == own;
             let noises = noises.into_iter().filter(|_| follows).map(<[u8]>::to_vec);
             for more in noises.chain([bytes[begin..*end].to_vec()]) {
@@ -166,7 +166,7 @@ fn noise_before_a_part_and_a_part_that_is_said_twice_cost_nobody() {
                 assert_eq!(told, there, "{more:?} before {own}");
                 parser.clear();
                 assert_eq!(parser.losses().noise, number(more.len()), "{more:?} before {own}");
-                // Where the bytes come piece by piece, the piece may end too early to tell.
+                // With small chunks the available bytes may be too few to recognise the noise.
                 for chunk in [1, 7] {
                     let told = hear(&parts, &said, chunk).0;
                     assert!(told.len() >= place && told.iter().all(|part| there.contains(part)), "{told:?}");
@@ -204,14 +204,14 @@ fn noise_and_frames_of_others_before_it_cost_nothing() {
     }
 }
 
-/// The lengths of reading rotate, so that a late answer has another length.
+/// The read lengths rotate, so a late reply has another length.
 #[test]
 fn an_answer_to_an_earlier_question_is_not_taken() {
     let (parts, mut late) = (thirteen(), thirteen());
     late.iter_mut().for_each(|(_, _, data)| data.push(9));
     let bytes = [frame(&late, &late).0, frame(&parts, &parts).0].concat();
     assert_eq!(hear(&parts, &bytes, 17).0, parts);
-    // Nor is one whose length field lies.
+    // A wrong length field is rejected too.
     let mut lying = frame(&parts, &parts).0;
     lying[5] = lying[5].wrapping_add(1);
     assert_eq!(hear(&parts, &lying, 4096).0, []);
@@ -241,7 +241,7 @@ fn after_a_broken_answer_a_second_one_fills_the_gaps() {
     assert_eq!(told, parts);
 }
 
-/// A reply that was given up, and the answer to the same question a cycle later.
+/// A reply that was given up, and the reply to the same request one cycle later.
 #[test]
 fn what_was_told_or_given_up_is_never_told_again() {
     let (before, mut now) = (thirteen(), thirteen());
@@ -276,7 +276,7 @@ fn more_than_a_frame_brings_is_refused() {
     assert!(reply.is_complete());
     assert!(reply.expect((0..252).chain([3, 4]).map(|servo| (id(servo), 1))).is_err());
     assert!(reply.expect((0..=252).map(|servo| (id(servo), 1))).is_ok());
-    // A flood meanwhile takes the frame with it, and nothing is read from the wrong place.
+    // A buffer overflow in between discards the packet, and nothing is read from a wrong position.
     let parts = thirteen();
     let (mut parser, mut reply) = (Parser::new(), awaiting(&parts));
     let bytes = frame(&parts, &parts).0;
@@ -291,8 +291,7 @@ fn more_than_a_frame_brings_is_refused() {
 proptest! {
     #![proptest_config(ProptestConfig { rng_seed: RngSeed::Fixed(7), ..ProptestConfig::default() })]
 
-    /// Whatever happens to the bytes: what is told was sent, no servo twice, and all before the
-    /// damage.
+    /// For any damage: reported data were sent, no servo is reported twice, and every block before the damage is found.
     #[test]
     fn what_is_told_was_sent(
         data in proptest::collection::vec(proptest::collection::vec(byte(), 0..24), 1..20),
@@ -313,7 +312,7 @@ proptest! {
         let mut seen = std::collections::BTreeSet::new();
         for part in &told {
             prop_assert!(seen.insert(part.0));
-            // A wrong part has the right sum once in 65536 times: not among these seeds.
+            // A wrong block has a correct CRC with probability 1/65536; these seeds contain none.
             prop_assert!(parts.contains(part), "{part:?}");
         }
     }
@@ -327,7 +326,7 @@ proptest! {
     }
 }
 
-/// Bytes in which headers are common.
+/// Byte strings with frequent headers.
 fn byte() -> impl Strategy<Value = u8> {
     prop_oneof![4 => Just(0xFF), 3 => Just(0xFD), 3 => Just(0), 1 => Just(0xFE), 1 => Just(0x55), 4 => any::<u8>()]
 }

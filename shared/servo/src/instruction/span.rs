@@ -1,28 +1,28 @@
 use crate::Id;
 
-/// Which bytes of which servo's control table: one record of a bulk read.
+/// An address range of a servo's control table: one record of a bulk read.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Span {
     /// The servo.
     pub id: Id,
     /// The first byte's address.
     pub address: u16,
-    /// How many bytes.
+    /// Number of bytes.
     pub length: u16,
 }
 
 impl Span {
-    /// How many bytes a record has.
+    /// Length of a record, in bytes.
     pub const BYTES: usize = 5;
 
-    /// The record.
+    /// Encodes the record.
     #[must_use]
     pub const fn to_bytes(self) -> [u8; Self::BYTES] {
         let ([a, b], [c, d]) = (self.address.to_le_bytes(), self.length.to_le_bytes());
         [self.id.get(), a, b, c, d]
     }
 
-    /// The span of a record; `None` for an identifier that no servo has.
+    /// Decodes a record; `None` if the ID is invalid.
     #[must_use]
     pub fn from_bytes([id, a, b, c, d]: [u8; Self::BYTES]) -> Option<Self> {
         let (address, length) = (u16::from_le_bytes([a, b]), u16::from_le_bytes([c, d]));
@@ -30,15 +30,14 @@ impl Span {
     }
 }
 
-/// The spans of a [bulk read](crate::Instruction::BulkRead)'s records, without those of
-/// identifiers that no servo has.
+/// The spans in the records of a [bulk read](crate::Instruction::BulkRead), without those with an invalid ID.
 pub fn spans(records: &[u8]) -> impl Iterator<Item = Span> + Clone {
     let (records, _) = records.as_chunks();
     records.iter().filter_map(|&record| Span::from_bytes(record))
 }
 
-/// The records of a [bulk write](crate::Instruction::BulkWrite) with their bytes, up to the first
-/// that is not whole or whose identifier no servo has.
+/// The records of a [bulk write](crate::Instruction::BulkWrite) with their data, up to the first record that is
+/// incomplete or has an invalid ID.
 pub fn writes(mut records: &[u8]) -> impl Iterator<Item = (Span, &[u8])> {
     std::iter::from_fn(move || {
         let (&head, rest) = records.split_first_chunk()?;

@@ -7,7 +7,7 @@ const BULK_WRITE: [u8; 13] = [1, 32, 0, 2, 0, 160, 0, 2, 31, 0, 1, 0, 80];
 const FAST_BULK_READ: [u8; 15] = [3, 132, 0, 4, 0, 7, 124, 0, 2, 0, 4, 146, 0, 1, 0];
 const SYNC_POSITIONS: [u8; 10] = [1, 0x96, 0, 0, 0, 2, 0xAA, 0, 0, 0];
 
-/// From the e-manual's examples of each instruction.
+/// The e-manual's examples of each instruction.
 fn vectors() -> Vec<(Address, Instruction<'static>, Vec<u8>)> {
     let one = Address::One(Id::new(1).unwrap());
     vec![
@@ -32,7 +32,7 @@ fn vectors() -> Vec<(Address, Instruction<'static>, Vec<u8>)> {
         (
             one,
             Instruction::Backup(Backup::Restore),
-            // The manual prints the check sum 92 F5 here; it is 9E F5.
+            // The manual prints the CRC 92 F5 here; it is 9E F5.
             vec![1, 8, 0, 0x20, 2, 0x43, 0x54, 0x52, 0x4C, 0x9E, 0xF5],
         ),
         (
@@ -53,7 +53,7 @@ fn vectors() -> Vec<(Address, Instruction<'static>, Vec<u8>)> {
         (
             Address::All,
             Instruction::FastBulkRead { records: &FAST_BULK_READ },
-            // The manual prints the check sum 20 F2 here, which is that of its fast sync read.
+            // The manual prints the CRC 20 F2 here, which is that of its Fast Sync Read.
             vec![0xFE, 0x12, 0, 0x9A, 3, 0x84, 0, 4, 0, 7, 0x7C, 0, 2, 0, 4, 0x92, 0, 1, 0, 0xDA, 0x2D],
         ),
         (
@@ -126,7 +126,7 @@ fn bulk_records_that_do_not_come_out_even_are_refused() {
 }
 
 proptest! {
-    /// Whatever is understood is said again with the same parameters.
+    /// A parsed instruction encodes to the same parameters.
     #[test]
     fn what_is_parsed_is_encoded_the_same(number in any::<u8>(), params in proptest::collection::vec(any::<u8>(), 0..40)) {
         let frame = Frame { address: Address::All, instruction: number, params: &params };

@@ -2,20 +2,19 @@ use clock::Duration;
 
 use crate::frame::HEADER;
 
-/// What one servo says, or the host's echo.
+/// The reply of one servo, or an echo of the host's bytes.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Answer {
-    /// Who says it; 254 where it is an echo.
+    /// The ID of the servo; 254 for an echo.
     pub id: u8,
-    /// How long it waits once the line is free.
+    /// Delay after the bus is free.
     pub wait: Duration,
     /// The bytes.
     pub bytes: Vec<u8>,
 }
 
 impl Answer {
-    /// What is on the wire when another servo says something at once, `shift` bytes later: a low
-    /// level wins.
+    /// Superimposes another servo's bytes, sent at the same time and `shift` bytes later. A low level wins on the bus.
     pub(super) fn collide(&mut self, other: &[u8], shift: usize) {
         self.bytes.resize(self.bytes.len().max(other.len() + shift), 0xFF);
         for (byte, other) in self.bytes.iter_mut().skip(shift).zip(other) {
@@ -23,28 +22,28 @@ impl Answer {
         }
     }
 
-    /// Whether a frame begins here: a later part of a fast reply has no header.
+    /// Whether the bytes begin with a header; the later blocks of a fast reply do not.
     pub(super) fn has_header(&self) -> bool {
         self.bytes.starts_with(&HEADER)
     }
 }
 
-/// What is said to an instruction, in its order. Its memory is used again.
+/// The replies to an instruction, in order. Buffers are reused.
 #[derive(Clone, Debug, Default)]
 pub struct Answers {
     list: Vec<Answer>,
     spare: Vec<Vec<u8>>,
 }
 
-/// As long an answer as is usual, in bytes.
+/// Capacity of a reply buffer, in bytes; it suffices for usual replies.
 const USUAL: usize = 128;
 
-/// Instructions that are heard at once, as a rule, by a line that was late: a host that had no answer in time asks
-/// again.
+/// Maximum number of instructions processed at once without allocation. A bus that is late receives several, because a
+/// host without a reply asks again.
 const AT_ONCE: usize = 4;
 
 impl Answers {
-    /// None, with memory for what so many servos say to several instructions at once, and for an echo of each.
+    /// An empty list, with buffers for the replies of so many servos, and an echo, to several instructions at once.
     #[must_use]
     pub fn for_servos(servos: usize) -> Self {
         let count = AT_ONCE * (servos + 1);
@@ -52,12 +51,12 @@ impl Answers {
         Self { list: Vec::with_capacity(count), spare }
     }
 
-    /// Forgets them.
+    /// Removes all replies and keeps their buffers.
     pub fn clear(&mut self) {
         self.truncate(0);
     }
 
-    /// The answers.
+    /// The replies.
     #[must_use]
     pub fn get(&self) -> &[Answer] {
         &self.list

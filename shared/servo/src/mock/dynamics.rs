@@ -14,68 +14,68 @@ use crate::{Limits, Model, Motion, position_count, position_rad, velocity_count}
 
 use super::HardwareError;
 
-/// The longest step of the integration.
+/// Maximum integration step.
 const STEP: Duration = Duration::from_millis(1);
-/// Beyond this, time only heats or cools: the servo has long arrived.
+/// Maximum number of integration steps; one long step covers the remaining time.
 const STEPS_MOST: u64 = 10_000;
-/// What no servo exceeds, in radians per second squared: for a profile without acceleration.
+/// Acceleration limit of any servo, for a profile without one.
 const ACCELERATION_MOST_RAD_S2: f64 = 2000.0;
-/// How quickly it follows its duty.
+/// Acceleration in PWM mode.
 const PWM_ACCELERATION_RAD_S2: f64 = 50.0;
-/// Current that moves the servo without load, and what its inertia and friction add.
+/// Current that moves the servo without load, and its additions for friction and inertia.
 const IDLE_A: f64 = 0.02;
 const A_PER_RAD_S: f64 = 0.03;
 const A_PER_RAD_S2: f64 = 0.002;
-/// The air, and how the winding heats and cools.
+/// Ambient temperature, and heating and cooling of the winding.
 const AMBIENT_C: f64 = 25.0;
 const HEATING_C_PER_A2_S: f64 = 0.5;
 const COOLING_PER_S: f64 = 0.01;
-/// Resistance of the supply.
+/// Source resistance of the supply.
 const SUPPLY_OHM: f64 = 0.1;
-/// Of the factory's current limit, what is too much for longer than a second.
+/// Overload: this share of the current limit for longer than `OVERLOAD_S` seconds.
 const OVERLOAD: f64 = 0.8;
 const OVERLOAD_S: f64 = 1.0;
-/// The drive mode in which positions, velocities, currents and duties are counted the other way.
+/// Drive mode bit for reverse mode: positions, velocities, currents and duties change sign.
 const REVERSE: i64 = 1;
-/// The drive mode in which profiles are times.
+/// Drive mode bit for time-based profiles.
 const TIME_BASED: i64 = 1 << 2;
-/// As near as this to the goal, in counts, it has arrived.
+/// Tolerance for "in position", in counts.
 const ARRIVED: i64 = 20;
-/// The counts of a duty of 100 %.
+/// Counts of a PWM duty of 100 %.
 const FULL_DUTY: f64 = 885.0;
-/// Duty per count between the trajectory and where the shaft is held: the factory's gain (item 84) by 128.
+/// Duty per count of position error: the default Position P Gain (address 84) divided by 128.
 const DUTY_PER_COUNT: f64 = 800.0 / 128.0 / FULL_DUTY;
-/// The shaft is further than this from its trajectory, in counts: it cannot follow.
+/// Following error limit, in counts.
 const CANNOT_FOLLOW: i64 = 50;
-/// A speed that is above what the duty allows only by rounding.
+/// Tolerance for a velocity that exceeds the duty's limit by rounding only.
 const ROUNDING: f64 = 1.000_001;
 
-/// What moves, in the frame of the shaft: the drive mode decides how the table counts it.
+/// The state of the shaft, in the shaft's own frame; the drive mode determines the sign in the control table.
 #[derive(Clone, Debug)]
 pub(super) struct Dynamics {
     model: Model,
     motion: Motion,
-    /// Where the profile is: ahead of the shaft where an obstacle holds it, or where its duty is too low.
+    /// The state of the profile. It runs ahead of the shaft if an obstacle or a low duty holds the shaft back.
     trajectory: Motion,
-    /// Whether it goes to the goal, or stands until there is one.
+    /// Whether it moves to the goal, or holds until a goal is written.
     going: bool,
-    /// What the profile allows on the way to the goal, as it was when the goal was written.
+    /// The profile limits at the time the goal was written.
     profile: Option<Limits>,
-    /// Whether an obstacle holds the shaft: one of a caller, and one of a fault.
+    /// Whether an obstacle blocks the shaft: set by a caller, and set by a fault.
     blocked: [bool; 2],
-    /// The duty with which it pushes against an obstacle.
+    /// The duty with which the shaft pushes against an obstacle.
     push: f64,
     current_a: f64,
     temperature_c: f64,
-    /// What the load takes, beside what the motion does.
+    /// Current of the external load, in addition to that of the motion.
     load_a: f64,
     supply_v: f64,
-    /// What the supply has while a fault holds it down.
+    /// The supply voltage while a fault reduces it.
     sag_v: Option<f64>,
     overloaded_s: f64,
 }
 
-/// Whose obstacle it is that holds the shaft.
+/// The origin of an obstacle.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Obstacle {
     Caller,
@@ -110,7 +110,7 @@ impl Dynamics {
         self.trajectory.position_rad += by_rad;
     }
 
-    /// An obstacle holds the shaft from now on, or no longer.
+    /// Blocks or releases the shaft.
     pub(super) const fn block(&mut self, obstacle: Obstacle, holds: bool) {
         let [caller, fault] = self.blocked;
         self.blocked = match obstacle {
@@ -119,7 +119,7 @@ impl Dynamics {
         };
     }
 
-    /// Whether a caller's obstacle, or a fault's, holds the shaft.
+    /// Whether the obstacle of this origin blocks the shaft.
     pub(super) const fn is_held_by(&self, obstacle: Obstacle) -> bool {
         let [caller, fault] = self.blocked;
         match obstacle {
@@ -128,7 +128,7 @@ impl Dynamics {
         }
     }
 
-    /// Whether an obstacle holds the shaft.
+    /// Whether any obstacle blocks the shaft.
     pub(super) const fn is_blocked(&self) -> bool {
         let [caller, fault] = self.blocked;
         caller || fault
@@ -146,7 +146,7 @@ impl Dynamics {
         self.supply_v = volts;
     }
 
-    /// The supply has this voltage while a fault lasts, in volts; none when it is over.
+    /// Sets the supply voltage during a fault, in volts; `None` after it.
     pub(super) const fn sag(&mut self, volts: Option<f64>) {
         self.sag_v = volts;
     }
@@ -155,7 +155,7 @@ impl Dynamics {
         self.sag_v
     }
 
-    /// Goes to the goal that stands in the table, on the profile that stands there now.
+    /// Moves to the goal in the table, with the profile that the table holds now.
     pub(super) fn go(&mut self, memory: &Memory) {
         self.going = true;
         self.profile = Some(self.time_based(memory).unwrap_or_else(|| Self::limits(memory)));
@@ -167,12 +167,12 @@ impl Dynamics {
         self.trajectory = self.motion;
     }
 
-    /// Where the table says that the shaft stands, in counts without the homing offset.
+    /// The shaft's position in counts, without the homing offset.
     pub(super) fn count(&self, memory: &Memory) -> i32 {
         position_count(direction(memory) * self.motion.position_rad)
     }
 
-    /// Forgets whole turns.
+    /// Removes full turns.
     pub(super) fn unwind(&mut self, memory: &Memory) {
         let turns = f64::from(self.count(memory).div_euclid(4096));
         let by_rad = direction(memory) * turns * std::f64::consts::TAU;
@@ -180,7 +180,7 @@ impl Dynamics {
         self.trajectory.position_rad -= by_rad;
     }
 
-    /// What the servo protects itself from, one bit each.
+    /// The active hardware errors, one bit each.
     pub(super) fn errors(&self, memory: &Memory) -> i64 {
         let volts = round_i64(10.0 * self.volts());
         let mut errors = 0;
@@ -208,7 +208,7 @@ impl Dynamics {
             if !torque {
                 self.trajectory = self.motion;
             }
-            // The numbers come from a table of integers: there is always a next motion.
+            // The inputs are integers from the table, so there is always a next motion.
             let led = self.next(memory, torque, limits, dt_s).unwrap_or(self.trajectory);
             let next = self.follow(memory, torque, led, dt_s);
             let acceleration = (next.velocity_rad_s - self.motion.velocity_rad_s) / dt_s;
@@ -227,7 +227,7 @@ impl Dynamics {
         }
     }
 
-    /// Where the profile is after a step.
+    /// The state of the profile after a step.
     fn next(&self, memory: &Memory, torque: bool, limits: Limits, dt_s: f64) -> Option<Motion> {
         if !(torque && self.going) {
             return self.trajectory.stopping(limits, dt_s);
@@ -259,8 +259,8 @@ impl Dynamics {
         }
     }
 
-    /// Where the shaft is after a step, when the profile is at `led`: on it, as far as an obstacle and the duty
-    /// let it.
+    /// The state of the shaft after a step, when the profile is at `led`. The shaft follows the profile as far as
+    /// obstacles and duty permit.
     fn follow(&self, memory: &Memory, torque: bool, led: Motion, dt_s: f64) -> Motion {
         let before = self.motion;
         if self.is_blocked() {
@@ -280,14 +280,14 @@ impl Dynamics {
         {
             return led;
         }
-        // Free again, or with too little duty, it comes after as fast as its duty lets it.
+        // Released, or with too little duty, the shaft catches up as fast as its duty permits.
         let step = ACCELERATION_MOST_RAD_S2 * dt_s;
         let change = asked_rad_s.clamp(-most_rad_s, most_rad_s) - before.velocity_rad_s;
         let velocity_rad_s = before.velocity_rad_s + change.clamp(-step, step);
         Motion { position_rad: before.position_rad + velocity_rad_s * dt_s, velocity_rad_s }
     }
 
-    /// The duty with which it pushes against an obstacle that holds it off its trajectory.
+    /// The duty with which the shaft pushes against an obstacle that keeps it from its trajectory.
     fn push(&self, memory: &Memory) -> f64 {
         let most = duty(memory);
         if !self.is_blocked() {
@@ -305,12 +305,12 @@ impl Dynamics {
         }
     }
 
-    /// How fast it turns at full duty.
+    /// Velocity at full duty.
     fn full_rad_s(&self) -> f64 {
         velocity_rad_s(i32::try_from(self.model.velocity_limit()).unwrap_or(i32::MAX))
     }
 
-    /// The motion later, when it turns as fast as `goal` as soon as it may.
+    /// The motion after a step in velocity control: accelerates towards the velocity `goal`.
     fn turn(&self, goal: f64, acceleration: f64, dt_s: f64) -> Option<Motion> {
         let step = acceleration * dt_s;
         if !(goal.is_finite() && step.is_finite()) {
@@ -318,7 +318,7 @@ impl Dynamics {
         }
         let before = self.trajectory.velocity_rad_s;
         let velocity_rad_s = before + (goal - before).max(-step).min(step);
-        // Only the velocity is followed: from wherever the shaft is.
+        // Only the velocity is controlled, so the position continues from the shaft's own.
         let position_rad = self.motion.position_rad + (before + velocity_rad_s) / 2.0 * dt_s;
         Some(Motion { position_rad, velocity_rad_s })
     }
@@ -367,7 +367,7 @@ impl Dynamics {
         memory.set(PRESENT_TEMPERATURE, round_i64(self.temperature_c));
     }
 
-    /// What the profile allows: the velocity limit and a great acceleration where it says nothing.
+    /// The profile limits: the velocity limit and a high acceleration where the profile sets none.
     fn limits(memory: &Memory) -> Limits {
         let most = memory.get(VELOCITY_LIMIT).max(1);
         let timed = memory.get(DRIVE_MODE) & TIME_BASED != 0;
@@ -384,8 +384,7 @@ impl Dynamics {
         Limits { velocity_rad_s: velocity_rad_s(i32::try_from(velocity).unwrap_or(1)), acceleration_rad_s2 }
     }
 
-    /// The limits of a profile that says how long it takes in all and how long it accelerates, in
-    /// milliseconds.
+    /// The limits of a time-based profile, which sets the total time and the acceleration time in milliseconds.
     fn time_based(&self, memory: &Memory) -> Option<Limits> {
         let in_all_s = float_of_signed(memory.get(PROFILE_VELOCITY)) / 1000.0;
         if memory.get(DRIVE_MODE) & TIME_BASED == 0 || in_all_s <= 0.0 {
@@ -400,18 +399,18 @@ impl Dynamics {
     }
 }
 
-/// Where the goal is for the shaft.
+/// The goal in the shaft's frame, in radians.
 fn goal_rad(memory: &Memory) -> f64 {
     let goal = memory.get(GOAL_POSITION) - memory.get(HOMING_OFFSET);
     direction(memory) * position_rad(i32::try_from(goal).unwrap_or(0))
 }
 
-/// Whether the table counts with the shaft, or against it: everything but the profile.
+/// Sign of the table's values relative to the shaft, by the reverse mode bit.
 fn direction(memory: &Memory) -> f64 {
     if memory.get(DRIVE_MODE) & REVERSE == 0 { 1.0 } else { -1.0 }
 }
 
-/// The highest duty: of the limit, and of the goal where that is not what moves it.
+/// Maximum duty: the PWM limit, and also the goal PWM unless it is the controlled value.
 fn duty(memory: &Memory) -> f64 {
     let limit = memory.get(PWM_LIMIT);
     let most = if memory.mode() == Mode::Pwm { limit } else { limit.min(memory.get(GOAL_PWM).abs()) };

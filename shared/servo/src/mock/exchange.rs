@@ -7,20 +7,20 @@ use crate::mock::line::{Followers, happen};
 use crate::mock::{Injector, Servo};
 use crate::{Address, Chain, Fault, Frame, Id, Instruction, Reset, Span, Status, spans, writes};
 
-/// The longest answer: a servo's whole table, stuffed.
+/// Maximum length of a reply: a servo's whole table, stuffed.
 const ANSWER_MOST: usize = PREFIX + 1024 + SUFFIX;
-/// What a servo tells together with others where it may not be read.
+/// Data of a servo in a fast reply if the read is denied.
 const NOTHING: [u8; 1024] = [0; 1024];
-/// The error that an answer says where nothing else is said: the item may not be read or written.
+/// Default error number of the `error` fault: access error.
 const ERROR: u8 = 7;
-/// Over so many bytes the answers of two servos with one identifier lie shifted: they do not begin
-/// at the same moment.
+/// Number of byte offsets at which the replies of two servos with the same ID collide; the servos do not start at the
+/// same moment.
 const SHIFTS: usize = 3;
 
-/// One instruction, and what the servos on a line do and say.
+/// The processing of one instruction by the servos on a bus.
 pub(super) struct Exchange<'a> {
     pub(super) servos: &'a mut [Servo],
-    /// Servos with the identifier of another one.
+    /// Servos that share an ID with another servo.
     pub(super) twins: &'a mut [Servo],
     pub(super) injector: &'a mut Injector,
     pub(super) now: Instant,
@@ -29,7 +29,7 @@ pub(super) struct Exchange<'a> {
     pub(super) answers: &'a mut Answers,
 }
 
-/// What a servo answers.
+/// The content of a status packet.
 #[derive(Clone, Copy)]
 enum Said {
     Ping,
@@ -38,7 +38,7 @@ enum Said {
 }
 
 impl Said {
-    /// The lowest status return level at which it is said.
+    /// The minimum status return level for this reply.
     const fn level(self) -> i64 {
         match self {
             Self::Ping => 0,
@@ -49,13 +49,13 @@ impl Said {
 }
 
 impl Exchange<'_> {
-    /// Has the servos do what an instruction says.
+    /// Executes an instruction on the servos.
     pub(super) fn hear(&mut self, frame: &Frame<'_>) {
         for place in 0..self.count() {
             let (hears, now) = (self.hears(place), self.now);
             let Some(servo) = self.servo(place) else { continue };
             if hears {
-                // Whomever it is for, it shows that the host lives.
+                // The bus watchdog is fed by any instruction, whatever its addressee.
                 servo.hear();
             } else {
                 let id = servo.id();
@@ -99,7 +99,7 @@ impl Exchange<'_> {
 
     fn one(&mut self, to: Id, instruction: Result<Instruction<'_>, Fault>) {
         self.each(to.get(), |line, place| line.obey(place, instruction));
-        // A secondary identifier is obeyed in silence.
+        // A servo obeys its secondary ID without a status packet.
         let answers = self.answers.get().len();
         for place in 0..self.count() {
             let also = self
@@ -117,11 +117,11 @@ impl Exchange<'_> {
             return;
         }
         let answers = self.answers.get().len();
-        // They answer in the order of their identifiers.
+        // Servos reply in the order of their IDs.
         for id in 0..=u8::MAX {
             self.each(id, |line, place| line.obey(place, instruction));
         }
-        // Nothing but a ping is answered when it is said to all.
+        // The only broadcast with replies is a ping.
         if instruction != Ok(Instruction::Ping) {
             self.answers.truncate(answers);
         }
@@ -131,7 +131,7 @@ impl Exchange<'_> {
         self.servos.len() + self.twins.len()
     }
 
-    /// The servo at a place: twins stand behind the others.
+    /// The servo with this index; duplicates come after the others.
     fn servo(&mut self, place: usize) -> Option<&mut Servo> {
         pick(self.servos, self.twins, place)
     }
@@ -144,13 +144,12 @@ impl Exchange<'_> {
         heard && !self.injector.holds(Kind::Baud, now, id)
     }
 
-    /// Does something at the place of everybody who listens to an identifier: more than one only
-    /// where it is double.
+    /// Calls `does` for every servo with this ID that is listening; there is more than one only with a duplicate ID.
     fn each(&mut self, id: u8, mut does: impl FnMut(&mut Self, usize)) {
         for place in 0..self.count() {
             if self.servo(place).is_some_and(|servo| servo.id() == id) && self.hears(place) {
                 does(self, place);
-                // Whose identifier was changed is not told twice.
+                // A servo whose ID was just changed must not be processed twice.
                 if self.twins.is_empty() {
                     return;
                 }
@@ -161,13 +160,13 @@ impl Exchange<'_> {
     fn write(&mut self, id: u8, address: u16, data: &[u8]) {
         self.each(id, |line, place| {
             if let Some(servo) = line.servo(place) {
-                // Nobody answers, so that nobody says what was refused.
+                // No servo replies to this instruction, so the error is not reported.
                 let _refused = servo.write(address, data);
             }
         });
     }
 
-    /// Has servos tell parts of their tables in one frame.
+    /// Replies to a fast read: the servos send blocks of one packet.
     fn tell_together(&mut self, asked: impl Iterator<Item = Span> + Clone) {
         let mut header = [0; PREFIX + 1];
         let begun = Chain::begin(asked.clone().map(|span| span.length), &mut header);
@@ -208,7 +207,7 @@ impl Exchange<'_> {
         }
     }
 
-    /// Has a second servo of the same identifier tell its part of a frame at the same time.
+    /// Superimposes the block of a second servo with the same ID.
     fn tell_too(&mut self, place: Option<usize>, span: Span, mut chain: Chain, start: usize) {
         let servo = place.and_then(|place| pick(self.servos, self.twins, place));
         let Some(Ok(params)) = servo.as_ref().map(|servo| servo.read(span.address, span.length)) else {
@@ -222,10 +221,10 @@ impl Exchange<'_> {
         }
     }
 
-    /// Obeys what is said to one servo, and answers.
+    /// Executes an instruction for one servo, and replies.
     fn obey(&mut self, place: usize, instruction: Result<Instruction<'_>, Fault>) {
         let Some(servo) = self.servo(place) else { return };
-        // A new identifier counts once it is acknowledged with the old one.
+        // A new ID takes effect after the reply with the old one.
         let id = servo.id();
         let said = match instruction {
             Ok(Instruction::Ping) => Said::Ping,
@@ -247,7 +246,7 @@ impl Exchange<'_> {
             Err(fault) => Said::Done(Err(fault)),
         };
         self.say(place, id, said);
-        // It begins anew when it has said that it will.
+        // The servo restarts after its reply.
         match (instruction, self.servo(place)) {
             (Ok(Instruction::Reboot), Some(servo)) => servo.reboot(),
             (Ok(Instruction::FactoryReset(reset)), Some(servo)) => servo.factory_reset(reset),
@@ -255,7 +254,7 @@ impl Exchange<'_> {
         }
     }
 
-    /// Says something in the name of `id`, where the servo answers such things.
+    /// Sends a reply with `id`, if the status return level permits it.
     fn say(&mut self, place: usize, id: u8, said: Said) {
         let double = !self.twins.is_empty();
         let Some(servo) = pick(self.servos, self.twins, place) else { return };
@@ -286,7 +285,7 @@ impl Exchange<'_> {
         self.chance(Some(place));
     }
 
-    /// Lets happen to a servo that answers what happens by chance.
+    /// Applies random faults to a servo that replies.
     fn chance(&mut self, place: Option<usize>) {
         let servo = place.and_then(|place| pick(self.servos, self.twins, place));
         let Some(servo) = servo else { return };
@@ -298,7 +297,7 @@ impl Exchange<'_> {
     }
 }
 
-/// The error that an answer says though nothing is wrong, if it does.
+/// The error number injected into a reply, if any.
 fn error(injector: &mut Injector, now: Instant, id: u8) -> Option<Fault> {
     let strike = injector.strikes(Kind::Error, now, id)?;
     Fault::from_number(strike.is.and_then(|number| u8::try_from(number).ok()).unwrap_or(ERROR))

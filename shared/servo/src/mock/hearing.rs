@@ -1,4 +1,4 @@
-//! Faults put into what servos hear.
+//! Injects faults into the instructions that servos receive.
 
 use std::borrow::Cow;
 
@@ -10,8 +10,8 @@ use super::Injector;
 use super::injection::Kind;
 use super::line::HOST;
 
-/// The instructions in what the host says. Where one begins is a header, and nowhere within it; what
-/// stands before the first is the rest of one that came in pieces.
+/// Splits the host's bytes into instructions. Each header starts an instruction; bytes before the first header belong
+/// to an instruction that arrived in pieces.
 pub(super) fn instructions(mut bytes: &[u8]) -> impl Iterator<Item = &[u8]> {
     std::iter::from_fn(move || {
         let next = bytes.windows(HEADER.len()).skip(1).position(|window| window == HEADER);
@@ -21,7 +21,7 @@ pub(super) fn instructions(mut bytes: &[u8]) -> impl Iterator<Item = &[u8]> {
     })
 }
 
-/// What arrives at the servos of an instruction, if it does.
+/// The bytes of an instruction as they arrive at the servos; `None` if the instruction is lost.
 pub(super) fn arriving<'a>(injector: &mut Injector, now: Instant, said: &'a [u8]) -> Option<Cow<'a, [u8]>> {
     if !said.starts_with(&HEADER) {
         return Some(said.into());

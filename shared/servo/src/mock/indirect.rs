@@ -1,13 +1,12 @@
 use crate::Model;
 use crate::table::{Entry, entries};
 
-/// Indirect addresses: bytes elsewhere in the table that are read and written at the indirect
-/// data.
+/// Indirect addressing: indirect data registers are aliases of bytes elsewhere in the table.
 #[derive(Clone, Debug)]
 pub(super) struct Indirect {
-    /// Where each pair stands: the address of the indirect address, and that of its data.
+    /// For each pair the address of the indirect address register, and of its data register.
     pairs: Vec<(u16, u16)>,
-    /// Whether any points elsewhere than to its own data.
+    /// Whether any pair is redirected away from its own data register.
     used: bool,
 }
 
@@ -19,12 +18,12 @@ impl Indirect {
         Self { pairs, used: false }
     }
 
-    /// Notes whether any indirect address points elsewhere.
+    /// Updates whether any pair is redirected.
     pub(super) fn note(&mut self, bytes: &[u8]) {
         self.used = self.pairs.iter().any(|&(address, data)| target(bytes, address) != Some(data));
     }
 
-    /// Shows at the data what stands where they point to.
+    /// Copies the target bytes to the data registers.
     pub(super) fn refresh(&mut self, bytes: &mut [u8]) {
         if !self.used {
             return;
@@ -38,12 +37,12 @@ impl Indirect {
         }
     }
 
-    /// Whether any points elsewhere than to its own data.
+    /// Whether any pair is redirected away from its own data register.
     pub(super) const fn is_used(&self) -> bool {
         self.used
     }
 
-    /// What a write writes in truth: runs of bytes at successive addresses.
+    /// Resolves a write to its targets: runs of bytes at consecutive addresses.
     pub(super) fn runs(&self, address: u16, data: &[u8], bytes: &[u8]) -> Vec<(u16, Vec<u8>)> {
         let mut runs: Vec<(u16, Vec<u8>)> = Vec::new();
         for (at, &byte) in (address..).zip(data) {

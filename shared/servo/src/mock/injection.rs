@@ -11,16 +11,16 @@ mod kind;
 pub(super) use kind::KINDS;
 pub use kind::Kind;
 
-/// A fault that is put in on purpose: which, to whom, and when.
+/// A fault to inject: its kind, its target and its time.
 ///
-/// It is said in words, the same on the command line, on standard input and in a file:
+/// The syntax is the same on the command line, on standard input and in a file:
 ///
 /// ```text
 /// KIND [bus=NAME[,NAME..]] [id=N[,N-M..]] [p=CHANCE] [at=TIME] [from=TIME] [for=TIME] [by=TIME] [is=NUMBER]
 /// ```
 ///
-/// Whatever is left out means all of them: every bus, every servo, every answer, from the beginning
-/// and for ever. Times count from when the fault is switched on.
+/// Defaults: all buses, all servos, every reply, from the start and without end. Times count from the moment at which
+/// the fault is enabled.
 ///
 /// ```
 /// use servo::mock::{Injection, Kind};
@@ -33,33 +33,33 @@ pub use kind::Kind;
 /// ```
 #[derive(Clone, Debug, PartialEq)]
 pub struct Injection {
-    /// What happens.
+    /// The kind of fault.
     pub kind: Kind,
-    /// On which buses; none named, on all.
+    /// The affected buses; empty for all.
     pub buses: Vec<String>,
-    /// To which servos; none named, to all.
+    /// The affected servos; empty for all.
     pub ids: Vec<RangeInclusive<u8>>,
-    /// How probably, for each answer; every time where nothing is said.
+    /// Probability per reply; `None` for every reply.
     pub chance: Option<f64>,
     /// Once, at this time.
     pub at: Option<Duration>,
-    /// Not before.
+    /// Start.
     pub from: Option<Duration>,
-    /// For how long.
+    /// Duration.
     pub lasts: Option<Duration>,
-    /// How late: of late answers.
+    /// Delay of late replies.
     pub by: Option<Duration>,
-    /// What the length says that lies, which error an answer says, or the voltage of the supply in 0.1 V.
+    /// The false length, the error number, or the supply voltage in 0.1 V.
     pub is: Option<u16>,
 }
 
-/// What is wrong with the words for a fault.
+/// A syntax error in a fault.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("`{word}` {wrong}")]
 pub struct BadInjection {
     /// The word.
     pub word: String,
-    /// What is wrong with it, and what could be said instead.
+    /// What is wrong with it, and what would be valid.
     pub wrong: String,
 }
 
@@ -137,7 +137,7 @@ impl Injection {
         Ok(())
     }
 
-    /// Whether what is said goes together.
+    /// Checks that the keys are consistent.
     fn check(&self) -> Result<(), BadInjection> {
         let name = self.kind.name();
         let no =
@@ -168,11 +168,11 @@ impl Injection {
         Ok(())
     }
 
-    /// Whether every bus that it names is one of these.
+    /// Checks that every named bus exists.
     ///
     /// # Errors
     ///
-    /// One is not; says which there are.
+    /// A named bus is unknown; the error lists the known ones.
     pub fn check_buses<'a>(&self, buses: impl Iterator<Item = &'a str> + Clone) -> Result<(), BadInjection> {
         match self.buses.iter().find(|bus| !buses.clone().any(|known| known == *bus)) {
             None => Ok(()),
@@ -184,30 +184,30 @@ impl Injection {
         }
     }
 
-    /// Whether it happens on a bus.
+    /// Whether the fault affects a bus.
     #[must_use]
     pub fn is_on(&self, bus: &str) -> bool {
         self.buses.is_empty() || self.buses.iter().any(|named| named == bus)
     }
 
-    /// Whether it happens to a servo.
+    /// Whether the fault affects a servo.
     #[must_use]
     pub fn is_to(&self, id: u8) -> bool {
         self.ids.is_empty() || self.ids.iter().any(|ids| ids.contains(&id))
     }
 
-    /// Whether it may happen so long after it was switched on.
+    /// Whether the fault is active at this time after it was enabled.
     pub(super) fn is_due(&self, after: Duration) -> bool {
         let begins = self.begins();
         after >= begins && self.lasts().is_none_or(|lasts| after < begins + lasts)
     }
 
-    /// When it begins.
+    /// The start, relative to when it is enabled.
     pub(super) fn begins(&self) -> Duration {
         self.at.or(self.from).unwrap_or_default()
     }
 
-    /// For how long it lasts, where it ends.
+    /// The duration; `None` if unlimited.
     pub(super) fn lasts(&self) -> Option<Duration> {
         self.lasts.or_else(|| self.kind.lasts())
     }
@@ -220,9 +220,9 @@ fn ids(text: &str) -> Option<RangeInclusive<u8>> {
     (!range.is_empty()).then_some(range)
 }
 
-/// The units of a time, the smallest first, in nanoseconds.
+/// Time units in nanoseconds. `s` comes last, because other units end in it.
 const UNITS: [(&str, f64); 4] = [("us", 1e3), ("ms", 1e6), ("min", 60e9), ("s", 1e9)];
-/// No time is longer.
+/// Maximum time, in seconds.
 const TIME_MOST_S: f64 = 1e6;
 
 fn time(text: &str) -> Option<Duration> {

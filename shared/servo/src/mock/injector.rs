@@ -7,18 +7,18 @@ use rand_chacha::rand_core::{Rng as _, SeedableRng as _};
 use super::injection::KINDS;
 use super::{Injection, Kind};
 
-/// How often each kind of fault happened.
+/// Counters of injected faults, per kind.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Injected([u64; KINDS]);
 
 impl Injected {
-    /// How often a kind happened.
+    /// The count of one kind.
     #[must_use]
     pub fn of(&self, kind: Kind) -> u64 {
         self.iter().find_map(|(each, count)| (each == kind).then_some(count)).unwrap_or(0)
     }
 
-    /// Every kind and how often it happened.
+    /// Every kind with its count.
     pub fn iter(&self) -> impl Iterator<Item = (Kind, u64)> {
         Kind::ALL.into_iter().zip(self.0)
     }
@@ -30,10 +30,10 @@ impl Injected {
     }
 }
 
-/// Decides which faults happen on one bus, and when: the same ones for the same seed, the same
-/// faults and the same instructions at the same instants.
+/// Decides which faults occur on a bus, and when. It is deterministic in the seed, the faults, the instructions and
+/// their times.
 ///
-/// Every fault has a random stream of its own, so that one more does not change the others.
+/// Every fault has its own random stream, so an additional fault does not change the others.
 #[derive(Clone, Debug)]
 pub struct Injector {
     bus: String,
@@ -47,9 +47,9 @@ struct Active {
     injection: Injection,
     since: Instant,
     random: ChaCha8Rng,
-    /// Whether it happened, where it happens once.
+    /// Whether a one-time fault has occurred.
     done: bool,
-    /// The servos to which it happened, where it happens to each once.
+    /// The servos that a once-per-servo fault has affected.
     struck: BTreeSet<u8>,
 }
 
@@ -60,13 +60,13 @@ impl Active {
 }
 
 impl Injector {
-    /// Puts nothing in.
+    /// An injector without faults.
     #[must_use]
     pub fn new(bus: &str, seed: u64) -> Self {
         Self { bus: bus.to_owned(), seed, active: Vec::new(), injected: Injected::default() }
     }
 
-    /// Switches faults on and all others off; those that are on already go on as they are.
+    /// Replaces the enabled faults; faults that were already enabled keep their state.
     pub fn set(&mut self, now: Instant, injections: &[Injection]) {
         let mut before = std::mem::take(&mut self.active);
         for injection in injections.iter().filter(|injection| injection.is_on(&self.bus)) {
@@ -84,19 +84,19 @@ impl Injector {
         Active { injection: injection.clone(), since: now, random, done: false, struck: BTreeSet::new() }
     }
 
-    /// Whether nothing is switched on.
+    /// Whether no fault is enabled.
     pub(super) const fn is_idle(&self) -> bool {
         self.active.is_empty()
     }
 
-    /// What happened so far.
+    /// The faults injected so far.
     #[must_use]
     pub const fn injected(&self) -> Injected {
         self.injected
     }
 
-    /// Whether a fault of a kind happens to an answer or an instruction now, and random numbers for how.
-    /// Whoever asks does it.
+    /// Decides whether a fault of this kind affects a reply or an instruction now, and counts it. The caller applies
+    /// the fault.
     pub(super) fn strikes(&mut self, kind: Kind, now: Instant, id: u8) -> Option<Strike> {
         let mut strike = None;
         for active in &mut self.active {
@@ -122,37 +122,36 @@ impl Injector {
         strike
     }
 
-    /// Whether something that lasts is the case now.
+    /// Whether a lasting fault is active now.
     pub(super) fn holds(&self, kind: Kind, now: Instant, id: u8) -> bool {
         let of = |active: &&Active| active.injection.kind == kind && active.injection.is_to(id);
         self.active.iter().filter(of).any(|active| active.is_due(now))
     }
 
-    /// What is said of something that lasts and is the case now: its number, where one is said.
+    /// The optional number of a lasting fault that is active now; `None` if none is.
     pub(super) fn held_number(&self, kind: Kind, now: Instant, id: u8) -> Option<Option<u16>> {
         let of = |active: &&Active| active.injection.kind == kind && active.injection.is_to(id);
         self.active.iter().filter(of).find(|active| active.is_due(now)).map(|active| active.injection.is)
     }
 
-    /// Whether something that lasts, and happens to a whole bus, is the case now: until when.
+    /// The end of a lasting fault of the whole bus that is active now; `None` if none is.
     pub(super) fn held_until(&self, kind: Kind, now: Instant) -> Option<Instant> {
         let held = self.active.iter().filter(|active| active.injection.kind == kind && active.is_due(now));
         held.map(|active| active.end().unwrap_or(Instant::from_nanos(u64::MAX))).max()
     }
 
-    /// Counts something that began to last.
+    /// Counts the start of a lasting fault.
     pub(super) fn count(&mut self, kind: Kind) {
         self.injected.add(kind);
     }
 
-    /// The faults that happen to a servo itself at a moment that has come, each once, and until
-    /// when they last.
+    /// The events of a servo that are due and not yet delivered, each with its end.
     pub(super) fn events(&mut self, now: Instant, id: u8) -> Vec<(Kind, Instant)> {
         let mut events = Vec::new();
         for active in &mut self.active {
             let injection = &active.injection;
             let once = injection.kind.is_event() && injection.chance.is_none();
-            // It happened even if nobody looked while it lasted.
+            // An event is delivered even if its duration is over.
             let begun = now.since(active.since) >= injection.begins();
             if once && begun && injection.is_to(id) && active.struck.insert(id) {
                 events.push((injection.kind, active.end().unwrap_or(now)));
@@ -170,7 +169,7 @@ impl Active {
     }
 }
 
-/// A fault that happens.
+/// The parameters of a fault that occurs.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Strike {
     pub(super) by: Option<Duration>,
@@ -179,7 +178,7 @@ pub(super) struct Strike {
 }
 
 impl Strike {
-    /// A number below `most`, which is above zero: each time another.
+    /// A pseudo-random number below `most`, which is above zero; it changes with each call.
     pub(super) fn below(&mut self, most: usize) -> usize {
         let most = u64::try_from(most.max(1)).unwrap_or(u64::MAX);
         let number = self.random % most;
@@ -194,7 +193,7 @@ fn strikes(random: &mut ChaCha8Rng, chance: Option<f64>) -> bool {
     draw < chance
 }
 
-/// FNV-1a: the same on every machine and in every version.
+/// FNV-1a: stable across machines and versions.
 fn hash(text: &str) -> u64 {
     text.bytes().fold(0xCBF2_9CE4_8422_2325, |hash, byte| {
         (hash ^ u64::from(byte)).wrapping_mul(0x0000_0100_0000_01B3)

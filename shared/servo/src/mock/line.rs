@@ -9,48 +9,48 @@ use crate::mock::injection::Kind;
 use crate::mock::spoil::spoil;
 use crate::mock::{HardwareError, Injected, Injection, Injector, Servo};
 
-/// How far from the servo whose identifier it has a second one stands.
+/// Position offset of a duplicate servo, in radians.
 const TWIN_RAD: f64 = 0.3;
 
-/// To what part of the voltage that it is made for a supply sags where no number is said: below the lowest of every
+/// Default supply voltage of a `sag` fault, as a share of the nominal voltage: below the minimum voltage of every
 /// model.
 const SAG: f64 = 0.65;
 
-/// Whose answer an echo is: nobody's.
+/// The ID used for echoes: the broadcast ID, which no servo has.
 pub(super) const HOST: u8 = 0xFE;
 
-/// What servos do in a fast reply when one before them is silent.
+/// The behaviour of servos in a fast reply after a silent one.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Followers {
     /// They are silent too.
     #[default]
     Silent,
-    /// They go on, and sum up what is on the wire.
+    /// They reply, with the CRC of the bytes on the wire.
     GoOn,
 }
 
-/// Several servos on one line.
+/// Several servos on one bus.
 #[derive(Clone, Debug)]
 pub struct Line {
     servos: Vec<Servo>,
-    /// Servos with the identifier of another one.
+    /// Servos that share an ID with another servo.
     twins: Vec<Servo>,
     parser: Parser,
-    /// Bits per second, where it matters.
+    /// The host's baud rate; `None` if any is accepted.
     baud: Option<u32>,
     followers: Followers,
     injector: Injector,
-    /// Answers on their way, and before when they do not come.
+    /// Delayed replies with the instants at which they arrive.
     late: Vec<(Instant, Answer)>,
-    /// Memory for what is said.
+    /// Buffer for replies.
     said: Answers,
     hangs: bool,
-    /// Whether the instruction that is being heard comes back.
+    /// Whether the current instruction is echoed.
     echoes: bool,
 }
 
 impl Line {
-    /// A line with these servos, on which nothing goes wrong.
+    /// A bus with these servos and without faults.
     #[must_use]
     pub fn new(servos: Vec<Servo>) -> Self {
         let said = Answers::for_servos(servos.len());
@@ -68,13 +68,13 @@ impl Line {
         }
     }
 
-    /// What servos do in a fast reply when one before them is silent.
+    /// Sets the behaviour of servos in a fast reply after a silent one.
     #[must_use]
     pub fn with_followers(self, followers: Followers) -> Self {
         Self { followers, ..self }
     }
 
-    /// Who decides what goes wrong.
+    /// Sets the fault injector.
     #[must_use]
     pub fn with_injector(self, injector: Injector) -> Self {
         Self { injector, ..self }
@@ -86,35 +86,35 @@ impl Line {
         &self.servos
     }
 
-    /// Those that have the identifier of another one now.
+    /// The servos that share an ID with another servo now.
     #[must_use]
     pub fn twins(&self) -> &[Servo] {
         &self.twins
     }
 
-    /// The servos, to be tampered with.
+    /// The servos, for direct manipulation.
     pub fn servos_mut(&mut self) -> &mut Vec<Servo> {
         &mut self.servos
     }
 
-    /// At what speed the host speaks, in bits per second: servos at another one hear nothing that
-    /// they understand. Until it is said they hear it at any.
+    /// Sets the host's baud rate in bits per second; servos with another rate ignore its bytes. Until then every rate
+    /// is accepted.
     pub fn set_baud(&mut self, baud: u32) {
         self.baud = Some(baud);
     }
 
-    /// Switches faults on and all others off; those that are on already go on as they are.
+    /// Replaces the enabled faults; faults that were already enabled keep their state.
     pub fn inject(&mut self, now: Instant, injections: &[Injection]) {
         self.injector.set(now, injections);
     }
 
-    /// What was put in so far.
+    /// The faults injected so far.
     #[must_use]
     pub const fn injected(&self) -> Injected {
         self.injector.injected()
     }
 
-    /// Until when the line hangs up, where it does so now.
+    /// The end of the current hang-up of the line; `None` if there is none.
     pub fn hangs_up(&mut self, now: Instant) -> Option<Instant> {
         let until = self.injector.held_until(Kind::HangUp, now);
         if until.is_some() && !self.hangs {
@@ -124,7 +124,7 @@ impl Line {
         until
     }
 
-    /// Lives until `now`.
+    /// Advances the simulation to `now`.
     pub fn advance(&mut self, now: Instant) {
         self.meet(now);
         for servo in self.servos.iter_mut().chain(&mut self.twins) {
@@ -132,7 +132,7 @@ impl Line {
         }
     }
 
-    /// Lets happen to the servos what happens to them by now.
+    /// Applies the events that are due.
     fn meet(&mut self, now: Instant) {
         for servo in &mut self.servos {
             let events = self.injector.events(now, servo.id());
@@ -166,10 +166,10 @@ impl Line {
         }
     }
 
-    /// Hears the host's bytes at `now`, appends the servos' answers to `out` and returns how
-    /// long the servos waited before them in all: their return delays.
+    /// Processes the host's bytes at `now` and appends the servos' replies to `out`. Returns the sum of the servos'
+    /// return delays.
     ///
-    /// Answers that an injected fault makes late come with the next that come after them.
+    /// Delayed replies are appended once they are due, before the replies of a later call.
     pub fn hear(&mut self, now: Instant, bytes: &[u8], out: &mut Vec<u8>) -> Duration {
         let mut said = std::mem::take(&mut self.said);
         said.clear();
@@ -182,13 +182,12 @@ impl Line {
         waited
     }
 
-    /// Hears the host's bytes at `now`, and adds what is said to them, in its order. Answers to
-    /// earlier instructions that were late and have come by now stand before them.
+    /// Processes the host's bytes at `now` and adds the replies in order, preceded by delayed replies that are due.
     pub fn listen(&mut self, now: Instant, bytes: &[u8], answers: &mut Answers) {
         self.arrive(now, answers);
         self.advance(now);
         for said in instructions(bytes) {
-            // Drawn for each instruction, however its bytes were cut on their way here.
+            // Drawn once per instruction, however its bytes were split on the way.
             if said.starts_with(&HEADER) {
                 self.echoes = self.injector.strikes(Kind::Echo, now, HOST).is_some();
             }
@@ -201,7 +200,7 @@ impl Line {
         }
     }
 
-    /// Has the servos do what they have heard, and adds what they say.
+    /// Executes the received instructions and adds the replies.
     fn obey(&mut self, now: Instant, answers: &mut Answers) {
         while let Some(frame) = self.parser.next_frame() {
             let first = answers.get().len();
@@ -219,21 +218,21 @@ impl Line {
         }
     }
 
-    /// Adds the late answers that have come by now.
+    /// Adds the delayed replies that are due.
     pub fn arrive(&mut self, now: Instant, answers: &mut Answers) {
         for (_, late) in self.late.extract_if(.., |(at, _)| *at <= now) {
             answers.add(late.id, late.wait, &late.bytes);
         }
     }
 
-    /// When the next late answer comes.
+    /// The instant of the next delayed reply.
     #[must_use]
     pub fn arrives_at(&self) -> Option<Instant> {
         self.late.iter().map(|(at, _)| *at).min()
     }
 }
 
-/// Has an obstacle hold a servo, and its supply sag, as long as that lasts.
+/// Applies the `blocked` and `sag` faults to a servo while they last.
 fn press(injector: &mut Injector, servo: &mut Servo, now: Instant) {
     let blocked = injector.holds(Kind::Blocked, now, servo.id());
     if blocked != servo.is_obstructed() {
@@ -257,7 +256,7 @@ fn press(injector: &mut Injector, servo: &mut Servo, now: Instant) {
     }
 }
 
-/// Does to a servo what happens to it.
+/// Applies an event to a servo.
 pub(super) fn happen(servo: &mut Servo, kind: Kind, until: Instant) {
     if kind == Kind::Alert {
         servo.fail(HardwareError::InputVoltage);

@@ -8,19 +8,18 @@ use crate::{Fault, Model, Reset};
 
 use super::indirect::Indirect;
 
-/// The longest table's bytes.
+/// Length of the longest control table.
 const BYTES: usize = 662;
-/// Version of the firmware that it pretends to have where nothing else is said: the first of X330 that knows
-/// fast reads.
+/// Default firmware version: the first one of X330 with fast reads.
 const FIRMWARE_VERSION: i64 = 46;
-/// Goals: what the bus watchdog locks once it tripped.
+/// The goal items, which the bus watchdog locks when it trips.
 const GOALS: [Item; 4] = [GOAL_PWM, GOAL_CURRENT, GOAL_VELOCITY, GOAL_POSITION];
-/// Gains: what the backup keeps of the RAM, beside profile and indirect addresses.
+/// The gains, which the backup includes besides the profile and the indirect addresses.
 const GAINS: std::ops::RangeInclusive<u16> = 76..=90;
-/// Takes the RAM from the backup at the start.
+/// Startup configuration bit that restores the RAM from the backup.
 const RESTORE_RAM: i64 = 2;
 
-/// The operating modes of item 11.
+/// The values of Operating Mode (address 11).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Mode {
     Current,
@@ -44,28 +43,28 @@ impl Mode {
         }
     }
 
-    /// Whether a position is what it goes to.
+    /// Whether the mode controls the position.
     pub(super) const fn has_position(self) -> bool {
         matches!(self, Self::Position | Self::ExtendedPosition | Self::CurrentBasedPosition)
     }
 }
 
-/// The control table's bytes.
+/// The content of the control table.
 #[derive(Clone, Debug)]
 pub(super) struct Memory {
     model: Model,
     bytes: [u8; BYTES],
     backup: Option<Box<[u8; BYTES]>>,
     indirect: Indirect,
-    /// Hardware errors that only a reboot clears.
+    /// Hardware errors that are latched until a reboot.
     latched: i64,
 }
 
-/// Ranges of addresses that were written.
+/// The address ranges of a write.
 #[derive(Clone, Debug)]
 pub(super) struct Written {
     first: std::ops::Range<usize>,
-    /// Where indirect data were written.
+    /// The targets of indirect data.
     others: Vec<std::ops::Range<usize>>,
 }
 
@@ -89,7 +88,7 @@ impl Memory {
         memory
     }
 
-    /// Puts everything but the EEPROM back to what it is when power comes on.
+    /// Resets the RAM to its power-on state.
     pub(super) fn forget(&mut self) {
         for entry in entries(self.model).filter(|entry| entry.area() == Area::Ram) {
             self.set(entry.item, entry.initial);
@@ -106,17 +105,17 @@ impl Memory {
         self.refresh();
     }
 
-    /// Keeps hardware errors until everything is forgotten.
+    /// Latches hardware errors until a reboot.
     pub(super) const fn latch(&mut self, errors: i64) {
         self.latched |= errors;
     }
 
-    /// The hardware errors that are kept.
+    /// The latched hardware errors.
     pub(super) const fn latched(&self) -> i64 {
         self.latched
     }
 
-    /// Puts the EEPROM back to what it was in the box.
+    /// Resets the EEPROM to its defaults.
     pub(super) fn reset(&mut self, reset: Reset) {
         let kept: &[Item] = match reset {
             Reset::All => &[],
@@ -131,13 +130,13 @@ impl Memory {
         self.backup = None;
     }
 
-    /// Keeps everything in the backup.
+    /// Stores everything in the backup.
     pub(super) fn store(&mut self) {
         self.backup = Some(Box::new(self.bytes));
         self.set(BACKUP_READY, 1);
     }
 
-    /// Takes the EEPROM from the backup; whether there is one.
+    /// Restores the EEPROM from the backup; returns whether there is one.
     pub(super) fn restore(&mut self) -> bool {
         let Some(backup) = self.backup.clone() else { return false };
         self.take(&backup, |entry| entry.area() == Area::Eeprom);
@@ -153,8 +152,7 @@ impl Memory {
         }
     }
 
-    /// The goals as they are when power came on or the mode was changed: the limits, but for what
-    /// the mode moves by.
+    /// Resets the goals as after power-on or a mode change: each to its limit, and to zero if the mode controls it.
     pub(super) fn reset_goals(&mut self) {
         let mode = self.mode();
         for (goal, limit, moves) in [
@@ -180,7 +178,7 @@ impl Memory {
         Mode::from_number(self.get(OPERATING_MODE)).unwrap_or(Mode::Position)
     }
 
-    /// The value of an item; what is longer than a byte is signed.
+    /// The value of an item; items longer than one byte are signed.
     pub(super) fn get(&self, item: Item) -> i64 {
         match *self.bytes(item.address, item.length).unwrap_or_default() {
             [a, b, c, d] => i64::from(i32::from_le_bytes([a, b, c, d])),
@@ -190,7 +188,7 @@ impl Memory {
         }
     }
 
-    /// Sets an item, whatever its rules.
+    /// Sets an item without checks.
     pub(super) fn set(&mut self, item: Item, value: i64) {
         let range = range(item.address, usize::from(item.length));
         if let Some(place) = self.bytes.get_mut(range) {
@@ -200,12 +198,12 @@ impl Memory {
         }
     }
 
-    /// Shows at the indirect data what stands where they point to.
+    /// Copies the targets of indirect addresses to the indirect data.
     pub(super) fn refresh(&mut self) {
         self.indirect.refresh(&mut self.bytes);
     }
 
-    /// Whether these bytes may be written, and why not.
+    /// Checks whether these bytes may be written.
     pub(super) fn check(&self, address: u16, data: &[u8], tripped: bool) -> Result<(), Fault> {
         if usize::from(address) + data.len() > self.length() {
             return Err(Fault::Access);
@@ -217,7 +215,7 @@ impl Memory {
         runs.iter().try_for_each(|(at, data)| self.check_items(*at, data, tripped))
     }
 
-    /// Writes whole items, all or none. Where indirect data are written, what they point to is.
+    /// Writes complete items, all or none. Writes to indirect data go to their targets.
     pub(super) fn write(&mut self, address: u16, data: &[u8], tripped: bool) -> Result<Written, Fault> {
         self.check(address, data, tripped)?;
         let written = if self.indirect.is_used() {
@@ -259,7 +257,7 @@ impl Memory {
         self.check_position_limits(address, data)
     }
 
-    /// Refuses a lowest position above the highest one, as they are once `data` are written.
+    /// Rejects a minimum position above the maximum one, given the values after the write.
     fn check_position_limits(&self, address: u16, data: &[u8]) -> Result<(), Fault> {
         let written = |item: Item| {
             let from = usize::from(item.address.checked_sub(address)?);
@@ -280,7 +278,7 @@ impl Memory {
             return Err(Fault::Range);
         }
         let within = match entry.item {
-            // The limits of the position hold within one turn.
+            // Position limits apply in position mode, within one turn.
             GOAL_POSITION if self.mode() == Mode::Position => {
                 (self.get(MIN_POSITION_LIMIT)..=self.get(MAX_POSITION_LIMIT)).contains(&value)
             }
@@ -294,16 +292,16 @@ impl Memory {
         }
         match entry.item {
             OPERATING_MODE if Mode::from_number(value).is_none() => Err(Fault::Range),
-            // Only 0 clears a watchdog that has tripped; a unit may be set again afterwards.
+            // Only 0 clears a tripped watchdog; a timeout may be set again afterwards.
             BUS_WATCHDOG if value != 0 && self.get(BUS_WATCHDOG) == 0xFF => Err(Fault::Range),
-            // After a shutdown only a reboot brings the torque back.
+            // After a shutdown, torque requires a reboot.
             TORQUE_ENABLE if value == 1 && self.latched & self.get(SHUTDOWN) != 0 => Err(Fault::Access),
             _ => Ok(()),
         }
     }
 }
 
-/// What the backup keeps of the RAM.
+/// Whether the backup includes this RAM item.
 fn is_backed_up_ram(entry: &Entry) -> bool {
     GAINS.contains(&entry.item.address)
         || [PROFILE_ACCELERATION, PROFILE_VELOCITY].contains(&entry.item)

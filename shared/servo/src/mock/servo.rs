@@ -10,29 +10,29 @@ use crate::table::{
 };
 use crate::{Backup, Fault, Id, Model, Reset, baud_rate};
 
-/// How long a servo hears nothing after it was told to reboot.
+/// Time without reception after a reboot.
 const REBOOT: Duration = Duration::from_millis(400);
-/// The unit of the bus watchdog.
+/// Unit of the bus watchdog.
 const WATCHDOG_UNIT_MS: u64 = 20;
-/// What the watchdog reads once it tripped: −1.
+/// Value of the watchdog after it tripped: −1.
 const TRIPPED: i64 = 0xFF;
-/// The drive mode in which a goal switches the torque on.
+/// Drive mode bit for torque on by goal update.
 const TORQUE_BY_GOAL: i64 = 1 << 3;
-/// The startup configuration with which the torque comes on.
+/// Startup configuration bit for torque on at startup.
 const STARTUP_TORQUE: i64 = 1;
 
-/// What a servo protects itself from: bits of item 70, and of the mask in item 63.
+/// A hardware error: a bit of Hardware Error Status (address 70), and of the mask in Shutdown (address 63).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum HardwareError {
-    /// The supply is out of its limits.
+    /// Input voltage out of range.
     InputVoltage,
-    /// It is too hot.
+    /// Overheating.
     Overheating,
-    /// The encoder fails.
+    /// Encoder error.
     Encoder,
-    /// The circuit was shocked, or has too little power.
+    /// Electrical shock, or too little power.
     ElectricalShock,
-    /// The load is too much for too long.
+    /// Overload.
     Overload,
 }
 
@@ -50,27 +50,26 @@ impl HardwareError {
     }
 }
 
-/// A servo.
+/// A simulated servo.
 #[derive(Clone, Debug)]
 pub struct Servo {
     model: Model,
     memory: Memory,
     dynamics: Dynamics,
     now: Instant,
-    /// Since when the realtime tick counts, and for how long it has stood still since then.
+    /// The start of the realtime tick, and for how long it was stopped since then.
     started_at: Instant,
     stood_still: Duration,
     has_stopped_clock: bool,
-    /// When it last heard an instruction.
+    /// The time of the last instruction on the bus.
     heard_at: Instant,
     deaf_until: Instant,
-    /// A write that waits for an action.
+    /// A registered write that waits for an Action.
     registered: Option<(u16, Vec<u8>)>,
 }
 
 impl Servo {
-    /// A servo whose power comes on at `now` while it stands at `position_rad`, in radians from
-    /// the middle of its range.
+    /// A servo that is powered on at `now`, at `position_rad` from the middle of its range.
     #[must_use]
     pub fn new(model: Model, id: Id, position_rad: f64, now: Instant) -> Self {
         let mut memory = Memory::new(model);
@@ -93,14 +92,14 @@ impl Servo {
         servo
     }
 
-    /// The same servo with firmware of another version. An older one knows no fast reads.
+    /// Sets the firmware version. Older versions do not support fast reads.
     #[must_use]
     pub fn with_firmware(mut self, version: u8) -> Self {
         self.memory.set(FIRMWARE, i64::from(version));
         self
     }
 
-    /// Whether it answers fast sync and fast bulk reads.
+    /// Whether it replies to Fast Sync Read and Fast Bulk Read.
     #[must_use]
     pub fn knows_fast_reads(&self) -> bool {
         let [.., firmware] = self.ping();
@@ -113,61 +112,61 @@ impl Servo {
         self.model
     }
 
-    /// Its identifier.
+    /// Its ID.
     #[must_use]
     pub fn id(&self) -> u8 {
         u8::try_from(self.memory.get(ID)).unwrap_or(u8::MAX)
     }
 
-    /// The identifier to which it listens too, without answering; none where it is no identifier.
+    /// Its secondary ID, which it obeys without a status packet; `None` if it is not a valid ID.
     #[must_use]
     pub fn secondary_id(&self) -> Option<Id> {
         u8::try_from(self.memory.get(SECONDARY_ID)).ok().and_then(Id::new)
     }
 
-    /// The speed at which it listens, in bits per second.
+    /// Its baud rate, in bits per second.
     #[must_use]
     pub fn baud(&self) -> u32 {
         u8::try_from(self.memory.get(BAUD_RATE)).ok().and_then(baud_rate).unwrap_or(0)
     }
 
-    /// Where its shaft stands, in radians from the middle of its range, whichever way its drive mode counts.
+    /// The shaft's position, in radians from the middle of its range, independent of the drive mode.
     #[must_use]
     pub fn position_rad(&self) -> f64 {
         self.dynamics.motion().position_rad
     }
 
-    /// Since when its realtime tick counts.
+    /// The start of its realtime tick.
     #[must_use]
     pub const fn started_at(&self) -> Instant {
         self.started_at
     }
 
-    /// Whether it answers anything now.
+    /// Whether it receives instructions now.
     #[must_use]
     pub fn is_listening(&self) -> bool {
         self.now >= self.deaf_until
     }
 
-    /// Whether it has a hardware error, which every answer then says.
+    /// Whether it has a hardware error, which every status packet signals.
     #[must_use]
     pub fn has_alert(&self) -> bool {
         self.memory.get(HARDWARE_ERROR_STATUS) != 0
     }
 
-    /// How much it answers: 0 pings, 1 reads too, 2 everything.
+    /// Its status return level: 0 pings only, 1 also reads, 2 all instructions.
     #[must_use]
     pub fn status_return_level(&self) -> i64 {
         self.memory.get(STATUS_RETURN_LEVEL)
     }
 
-    /// How long it waits before it answers.
+    /// Its return delay time.
     #[must_use]
     pub fn return_delay(&self) -> Duration {
         Duration::from_micros(2 * u64::from(self.memory.get(RETURN_DELAY).to_le_bytes()[0]))
     }
 
-    /// Lives until `now`; an instant that has passed changes nothing.
+    /// Advances the simulation to `now`; an earlier instant has no effect.
     pub fn advance(&mut self, now: Instant) {
         if now <= self.now {
             return;
@@ -195,13 +194,12 @@ impl Servo {
         self.show();
     }
 
-    /// A homing offset keeps the watchdog from tripping in extended position mode, as it does in
-    /// the servos on sale.
+    /// A homing offset disables the watchdog in extended position mode, as in the real servos.
     fn defeats_watchdog(&self) -> bool {
         self.memory.mode() == Mode::ExtendedPosition && self.memory.get(HOMING_OFFSET) != 0
     }
 
-    /// Shows what is wrong, and lets go where the shutdown mask says so: until a reboot then.
+    /// Reports errors, and switches the torque off for those in the shutdown mask, until a reboot.
     fn protect(&mut self, errors: i64) {
         let shutdown = errors & self.memory.get(SHUTDOWN);
         self.memory.latch(shutdown);
@@ -212,20 +210,20 @@ impl Servo {
         }
     }
 
-    /// Notes that an instruction is on the bus, whomever it is for: any counts as life for the
-    /// bus watchdog. Call it after [`advance`](Self::advance).
+    /// Feeds the bus watchdog: any instruction on the bus counts, whatever its addressee. Call it after
+    /// [`advance`](Self::advance).
     pub fn hear(&mut self) {
         self.heard_at = self.now;
     }
 
-    /// The data with which it answers a ping: model number and firmware.
+    /// The parameters of its ping reply: model number and firmware version.
     #[must_use]
     pub fn ping(&self) -> [u8; 3] {
         let [low, high] = self.model.number().to_le_bytes();
         [low, high, u8::try_from(self.memory.get(FIRMWARE)).unwrap_or(0)]
     }
 
-    /// Bytes of its control table.
+    /// Reads its control table.
     ///
     /// # Errors
     ///
@@ -234,14 +232,13 @@ impl Servo {
         self.memory.bytes(address, length).ok_or(Fault::Access)
     }
 
-    /// Writes whole items of its control table: all of them or, with a fault, none.
+    /// Writes complete items of its control table: all of them or, with an error, none.
     ///
     /// # Errors
     ///
-    /// [`Fault::Access`] where an item may not be written, or not while torque is on, and where
-    /// torque is to come on after a shutdown; [`Fault::Length`] where one is written in part;
-    /// [`Fault::Range`] and [`Fault::Limit`] where a value is out of bounds, and for goals once the
-    /// bus watchdog has tripped.
+    /// [`Fault::Access`] if an item is not writable, or not while torque is on, or if torque is enabled after a
+    /// shutdown; [`Fault::Length`] if an item is written in part; [`Fault::Range`] or [`Fault::Limit`] if a value is
+    /// out of bounds, and for goals after the bus watchdog has tripped.
     pub fn write(&mut self, address: u16, data: &[u8]) -> Result<(), Fault> {
         let torque_before = self.memory.get(TORQUE_ENABLE);
         let written = self.memory.write(address, data, self.is_tripped())?;
@@ -271,7 +268,7 @@ impl Servo {
         self.memory.get(BUS_WATCHDOG) == TRIPPED
     }
 
-    /// Torque came on: in position mode the position is within one turn from now on.
+    /// Torque was enabled: in position mode the position is reduced to one turn.
     fn begin_torque(&mut self, has_goal: bool) {
         self.dynamics.stop();
         if self.memory.mode() == Mode::Position {
@@ -283,7 +280,7 @@ impl Servo {
         self.show();
     }
 
-    /// The goal becomes where it stands: with torque it never jumps.
+    /// Sets the goal to the present position, so that the servo never jumps.
     fn stand(&mut self) {
         let offset = self.memory.get(HOMING_OFFSET);
         self.memory.set(GOAL_POSITION, i64::from(self.dynamics.count(&self.memory)) + offset);
@@ -301,7 +298,7 @@ impl Servo {
         self.show();
     }
 
-    /// Keeps a write until the [action](Self::act).
+    /// Registers a write for the [action](Self::act).
     ///
     /// # Errors
     ///
@@ -313,18 +310,18 @@ impl Servo {
         Ok(())
     }
 
-    /// Writes what is registered.
+    /// Executes the registered write.
     ///
     /// # Errors
     ///
-    /// [`Fault::Instruction`] when nothing is, and those of [`write`](Self::write).
+    /// [`Fault::Instruction`] without a registered write, and those of [`write`](Self::write).
     pub fn act(&mut self) -> Result<(), Fault> {
         let (address, data) = self.registered.take().ok_or(Fault::Instruction)?;
         self.memory.set(REGISTERED_INSTRUCTION, 0);
         self.write(address, &data)
     }
 
-    /// Forgets whole turns.
+    /// Clears the multi-turn revolutions.
     ///
     /// # Errors
     ///
@@ -339,11 +336,11 @@ impl Servo {
         Ok(())
     }
 
-    /// Keeps the control table, or takes it from the backup and begins anew.
+    /// Stores the control table in the backup, or restores it and reboots.
     ///
     /// # Errors
     ///
-    /// [`Fault::Result`] while torque is on, or when there is no backup.
+    /// [`Fault::Result`] while torque is on, or without a backup.
     pub fn back_up(&mut self, backup: Backup) -> Result<(), Fault> {
         if self.memory.get(TORQUE_ENABLE) == 1 {
             return Err(Fault::Result);
@@ -356,18 +353,18 @@ impl Servo {
         Ok(())
     }
 
-    /// Puts the EEPROM back to what it was in the box, and begins anew.
+    /// Resets the EEPROM to its defaults, and reboots.
     pub fn factory_reset(&mut self, reset: Reset) {
         self.memory.reset(reset);
         self.reboot();
     }
 
-    /// Begins anew, as after power came on: what is kept without power stays.
+    /// Reboots: the EEPROM persists.
     pub fn reboot(&mut self) {
         self.lose_power(self.now);
     }
 
-    /// Has no power until an instant, and begins anew then.
+    /// Removes power until an instant, and reboots then.
     pub fn lose_power(&mut self, until: Instant) {
         self.memory.forget();
         self.registered = None;
@@ -382,85 +379,84 @@ impl Servo {
         self.show();
     }
 
-    /// Begins anew without a moment's silence, as after its power gave way too shortly for
-    /// anybody to hear.
+    /// Restarts without a time of silence, as after a power dip too short to be noticed.
     pub fn restart(&mut self) {
         self.lose_power(self.now);
         (self.deaf_until, self.started_at) = (self.now, self.now);
         self.show();
     }
 
-    /// Whether its realtime tick stands still.
+    /// Whether its realtime tick is stopped.
     pub(super) const fn has_stopped_clock(&self) -> bool {
         self.has_stopped_clock
     }
 
-    /// Has its realtime tick stand still from now on, or go on from where it stands.
+    /// Stops its realtime tick, or lets it continue.
     pub(super) const fn stop_clock(&mut self, stop: bool) {
         self.has_stopped_clock = stop;
     }
 
-    /// Is pushed by somebody's hand, in radians.
+    /// Displaces the shaft by an external force, in radians.
     pub fn push_by(&mut self, by_rad: f64) {
         self.dynamics.push_by(by_rad);
         self.show();
     }
 
-    /// Is as warm as this from now on, in °C.
+    /// Sets its temperature, in °C.
     pub fn warm_to(&mut self, temperature_c: f64) {
         self.dynamics.warm_to(temperature_c);
         self.show();
     }
 
-    /// Has a hardware error until it is rebooted, and lets go where the shutdown mask says so.
+    /// Raises a hardware error that lasts until a reboot, and switches the torque off if the shutdown mask includes it.
     pub fn fail(&mut self, error: HardwareError) {
         self.memory.latch(error.bit());
         self.protect(error.bit());
     }
 
-    /// Puts a load on it, in amperes of what holds it.
+    /// Applies a load, as the current in amperes that holds it.
     pub fn load(&mut self, amperes: f64) {
         self.dynamics.load(amperes);
     }
 
-    /// An obstacle holds its shaft from now on, or no longer: it does not move, and with torque its current rises
-    /// to its limit as its trajectory goes on.
+    /// Blocks or releases the shaft. A blocked shaft does not move; with torque on, its current rises to the limit as
+    /// its trajectory goes on.
     pub fn block(&mut self, blocked: bool) {
         self.dynamics.block(Obstacle::Caller, blocked);
     }
 
-    /// Whether an obstacle holds its shaft.
+    /// Whether an obstacle blocks its shaft.
     #[must_use]
     pub const fn is_blocked(&self) -> bool {
         self.dynamics.is_blocked()
     }
 
-    /// Whether a fault holds its shaft.
+    /// Whether a fault blocks its shaft.
     pub(super) const fn is_obstructed(&self) -> bool {
         self.dynamics.is_held_by(Obstacle::Fault)
     }
 
-    /// As [`block`](Self::block), by a fault.
+    /// As [`block`](Self::block), for a fault.
     pub(super) const fn obstruct(&mut self, blocked: bool) {
         self.dynamics.block(Obstacle::Fault, blocked);
     }
 
-    /// Its supply has this voltage, in volts, until it is told none.
+    /// Sets its supply voltage during a fault, in volts; `None` after it.
     pub(super) const fn sag(&mut self, volts: Option<f64>) {
         self.dynamics.sag(volts);
     }
 
-    /// What its supply has while it sags, in volts.
+    /// Its supply voltage during a fault, in volts.
     pub(super) const fn sags(&self) -> Option<f64> {
         self.dynamics.sags()
     }
 
-    /// Gives it another supply, in volts.
+    /// Sets its supply voltage, in volts.
     pub fn supply(&mut self, volts: f64) {
         self.dynamics.supply(volts);
     }
 
-    /// Writes what it measures into its table.
+    /// Updates the measured values in its table.
     fn show(&mut self) {
         let goes_for = self.now.since(self.started_at).saturating_sub(self.stood_still);
         let tick = goes_for.as_millis() % 32768;

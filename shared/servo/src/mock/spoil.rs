@@ -1,4 +1,4 @@
-//! Faults put into what servos say.
+//! Injects faults into the replies of servos.
 
 use std::ops::Range;
 
@@ -10,15 +10,15 @@ use crate::frame::SUFFIX;
 use super::injection::Kind;
 use super::{Answer, Answers, Injector};
 
-/// How late an answer is where nothing is said.
+/// Default delay of a late reply.
 const LATE: Duration = Duration::from_millis(10);
-/// Bytes of noise at most.
+/// Maximum number of noise bytes.
 const NOISE_MOST: usize = 8;
-/// Where the length stands.
+/// Position of the length field.
 const LENGTH: Range<usize> = 5..7;
 
-/// Puts faults into the answers from `first` on; those that come late go to `late`, with the
-/// instant before which they do not come.
+/// Applies faults to the replies from `first` on. Delayed replies move to `late`, with the instant at which they
+/// arrive.
 pub(super) fn spoil(
     injector: &mut Injector,
     now: Instant,
@@ -82,8 +82,8 @@ fn garble(injector: &mut Injector, now: Instant, answer: &mut Answer) {
     }
 }
 
-/// Makes the length say what it is to say, or something else; the check sum is right for it, as from
-/// a servo that is confused and not from a wire that is.
+/// Falsifies the length field, by the given value or offset. The CRC is recomputed, so the error looks like that of a
+/// faulty servo, not of the wire.
 fn lie(bytes: &mut [u8], is: Option<u16>, by: usize) {
     if let Some([low, high]) = bytes.get_mut(LENGTH) {
         let other = [low.wrapping_add(1 + by.to_le_bytes()[0]), *high];

@@ -4,64 +4,64 @@ use quantity::number::float_of_signed;
 
 use super::{EEPROM_END, Item};
 
-/// What may be done with an item.
+/// The access mode of an item.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Access {
-    /// It is read.
+    /// Read only.
     Read,
-    /// It is read and written.
+    /// Readable and writable.
     ReadWrite,
 }
 
-/// Where an item is kept.
+/// The memory area of an item.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Area {
-    /// Without power too; it is written with torque off.
+    /// Persistent without power; writable only with torque off.
     Eeprom,
-    /// As long as there is power.
+    /// Lost without power.
     Ram,
 }
 
-/// What a count of an item stands for.
+/// The physical unit of an item's counts.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Unit {
-    /// How much one count is.
+    /// Value of one count.
     pub per_count: f64,
-    /// Of what: `deg`, `rev/min`, `rev/min2`, `A`, `V`, `degC`, `ms`, `us` or `%`.
+    /// The unit: `deg`, `rev/min`, `rev/min2`, `A`, `V`, `degC`, `ms`, `us` or `%`.
     pub symbol: &'static str,
 }
 
-/// An item of a model's control table with its rules.
+/// An item of a model's control table with its properties.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Entry {
-    /// The manual's name in small letters, such as `goal_position`.
+    /// The e-manual's name in snake case, such as `goal_position`.
     pub name: &'static str,
-    /// Its number, where there are several of the name: 7 of `indirect_address_7`.
+    /// Its number within a numbered series: 7 of `indirect_address_7`.
     pub number: Option<u16>,
-    /// Where it stands.
+    /// Address and length.
     pub item: Item,
-    /// What may be done with it.
+    /// Access mode.
     pub access: Access,
-    /// Whether it may be below zero.
+    /// Whether it is a signed value.
     pub signed: bool,
-    /// The lowest value that may be written. A limit in the table may be narrower.
+    /// Minimum writable value. A limit in the control table may be narrower.
     pub low: i64,
-    /// The highest value that may be written.
+    /// Maximum writable value.
     pub high: i64,
-    /// The value in the box, or after power came on; zero where the servo measures it.
+    /// The default value, or the value after power-on; zero for measured items.
     pub initial: i64,
-    /// What a count stands for, if anything.
+    /// The physical unit, if there is one.
     pub unit: Option<Unit>,
 }
 
 impl Entry {
-    /// Where it is kept.
+    /// The memory area.
     #[must_use]
     pub const fn area(&self) -> Area {
         if self.item.address < EEPROM_END { Area::Eeprom } else { Area::Ram }
     }
 
-    /// The value of its bytes, in counts; `None` when these are not as many as it has.
+    /// The value of its bytes, in counts; `None` if the number of bytes is wrong.
     #[must_use]
     pub fn value(&self, bytes: &[u8]) -> Option<i64> {
         Some(match (bytes, self.item.length, self.signed) {
@@ -75,15 +75,15 @@ impl Entry {
         })
     }
 
-    /// The bytes of a value in counts, of which the first [`Item::length`] are those to be written;
-    /// `None` when it is out of range.
+    /// The bytes of a value in counts, of which the first [`Item::length`] are written; `None` if the value is out of
+    /// range.
     #[must_use]
     pub fn bytes(&self, value: i64) -> Option<[u8; 4]> {
         let [a, b, c, d, ..] = value.to_le_bytes();
         (self.low..=self.high).contains(&value).then_some([a, b, c, d])
     }
 
-    /// A value in the item's unit; in counts where it has none.
+    /// A value in the item's unit; in counts if it has none.
     #[must_use]
     pub fn in_unit(&self, value: i64) -> f64 {
         float_of_signed(value) * self.unit.map_or(1.0, |unit| unit.per_count)

@@ -1,10 +1,9 @@
-//! The items, from the control tables of the XM430-W350 and the XL330-M288 in the e-manual, for
-//! firmware 46.
+//! The items of the control tables of XM430-W350 and XL330-M288, from the e-manual, for firmware 46.
 
 use super::{Access, Entry, Item, Unit};
 use crate::Model;
 
-/// What a count stands for, where models may differ.
+/// The physical unit of an item, where the scale may depend on the model.
 #[derive(Clone, Copy, Debug)]
 enum Scale {
     None,
@@ -20,7 +19,7 @@ enum Scale {
     Temperature,
 }
 
-/// An item in both tables, with the lowest, the highest and the initial value in each.
+/// An item in both tables, with minimum, maximum and default value for each model.
 #[derive(Clone, Copy, Debug)]
 struct Row {
     name: &'static str,
@@ -85,7 +84,7 @@ impl Scale {
     }
 }
 
-/// Every item below the indirect addresses, in the order of the addresses.
+/// Every item below the indirect addresses, ordered by address.
 const ROWS: [Row; 54] = [
     Row::read("model_number", 0, 2, Scale::None),
     Row::read("model_information", 2, 4, Scale::None),
@@ -147,7 +146,7 @@ const ROWS: [Row; 54] = [
     Row::read("backup_ready", 147, 1, Scale::None),
 ];
 
-/// Indirect addresses and the data at them, so many from a number on.
+/// A block of indirect addresses and their data, numbered from `first`.
 struct Indirect {
     first: u16,
     count: u16,
@@ -160,7 +159,7 @@ const X430_INDIRECT: [Indirect; 2] = [
     Indirect { first: 29, count: 28, addresses: 578, data: 634 },
 ];
 const X330_INDIRECT: [Indirect; 1] = [Indirect { first: 1, count: 20, addresses: 168, data: 208 }];
-/// What indirect addresses may point to begins here.
+/// The lowest address that an indirect address may point to.
 const INDIRECT_LOW: i64 = 64;
 
 impl Indirect {
@@ -192,13 +191,13 @@ impl Indirect {
     }
 }
 
-/// Every item of a model's control table, in the order of the addresses.
+/// Every item of a model's control table, ordered by address.
 pub fn entries(model: Model) -> impl Iterator<Item = Entry> {
     let indirect = Indirect::of(model).iter().flat_map(move |indirect| indirect.entries(model));
     ROWS.iter().filter_map(move |row| row.entry(model)).chain(indirect)
 }
 
-/// The item of a name, such as `goal_position` or `indirect_address_7`.
+/// Finds an item by name, such as `goal_position` or `indirect_address_7`.
 #[must_use]
 pub fn by_name(model: Model, name: &str) -> Option<Entry> {
     let numbered = name.rsplit_once('_').and_then(|(base, number)| Some((base, number.parse().ok()?)));
@@ -208,7 +207,7 @@ pub fn by_name(model: Model, name: &str) -> Option<Entry> {
     })
 }
 
-/// The item that begins at an address.
+/// Finds the item that begins at an address.
 #[must_use]
 pub fn by_address(model: Model, address: u16) -> Option<Entry> {
     let row = ROWS.iter().find(|row| row.item.address == address);
@@ -218,7 +217,7 @@ pub fn by_address(model: Model, address: u16) -> Option<Entry> {
     })
 }
 
-/// How many bytes a model's control table has, gaps included.
+/// Length of a model's control table in bytes, gaps included.
 #[must_use]
 pub const fn length(model: Model) -> u16 {
     match model {

@@ -1,5 +1,5 @@
-//! Whatever bytes come: what the parser, the fast reply and the mock promise holds. Shared by
-//! property tests and fuzz targets.
+//! Invariants of the parser, the fast reply and the mock bus for arbitrary bytes. Shared by property tests and fuzz
+//! targets.
 #![expect(clippy::unwrap_used, clippy::indexing_slicing, reason = "helpers of tests may fail them")]
 
 use std::collections::BTreeSet;
@@ -8,7 +8,7 @@ use clock::{Duration, Instant};
 use servo::mock::{Answers, Injection, Injector, Line, Servo};
 use servo::{Address, Backup, Chain, FastReply, Id, Instruction, Model, Parser, Reset, Span, Status};
 
-/// The script cut into chunks of lengths that it says itself.
+/// Splits the script into chunks whose lengths the script itself contains.
 fn chunks(script: &[u8]) -> impl Iterator<Item = &[u8]> {
     let mut rest = script;
     std::iter::from_fn(move || {
@@ -19,8 +19,8 @@ fn chunks(script: &[u8]) -> impl Iterator<Item = &[u8]> {
     })
 }
 
-/// The script as a stream: however it is cut, the same frames are found, each byte is accounted
-/// for, and what is understood is said again the same. Returns how many frames there were.
+/// Parses the script as a stream: the result is independent of chunking, every byte is accounted for, and parsed
+/// instructions encode to the same bytes. Returns the number of packets.
 pub(crate) fn parse(script: &[u8]) -> usize {
     let mut whole = Vec::new();
     let mut cut = Parser::new();
@@ -43,7 +43,7 @@ pub(crate) fn parse(script: &[u8]) -> usize {
             }
         }
     }
-    // As long as nothing was dropped for lack of room.
+    // Only if nothing was dropped on overflow.
     if whole.len() <= 4096 {
         let mut at_once = Parser::new();
         at_once.push(&whole);
@@ -60,9 +60,8 @@ pub(crate) fn parse(script: &[u8]) -> usize {
     found.len()
 }
 
-/// The script as what comes instead of a fast reply, behind a good one that the script's first
-/// bytes damage: nobody is told twice, nobody who was not asked, and in a whole frame everybody
-/// before the damage. Returns how many were told.
+/// Parses a good fast reply, damaged by the script's first bytes, followed by the script. No servo is reported twice or
+/// unrequested, and all blocks before the damage are found. Returns the number of reported servos.
 pub(crate) fn fast_reply(script: &[u8]) -> usize {
     let (&[at, flip], rest) = script.split_first_chunk().unwrap_or((&[0, 0], &[]));
     let ids = [3, 7, 4, 250, 9];
@@ -99,7 +98,7 @@ pub(crate) fn fast_reply(script: &[u8]) -> usize {
     told.len()
 }
 
-/// Every fault that there is, now and then.
+/// Faults of many kinds, with low probability or short duration.
 const FAULTS: [&str; 20] = [
     "drop p=0.1",
     "flip p=0.1",
@@ -123,9 +122,8 @@ const FAULTS: [&str; 20] = [
     "stopped-clock id=1 from=500ms for=100ms",
 ];
 
-/// The script as what a host says to a mock bus, with or without faults: it answers, and its
-/// positions stay numbers. Half of the chunks are framed, so that they are understood. Returns how
-/// many bytes were said.
+/// Feeds the script to a mock bus as the host's bytes, with or without faults: positions stay finite. Half of the
+/// chunks are framed as valid instructions. Returns the number of reply bytes.
 pub(crate) fn mock(script: &[u8]) -> usize {
     let (&seed, rest) = script.split_first().unwrap_or((&0, &[]));
     let servo = |id: u8, model| Servo::new(model, Id::new(id).unwrap(), 0.0, Instant::EPOCH);
@@ -155,8 +153,8 @@ pub(crate) fn mock(script: &[u8]) -> usize {
     said
 }
 
-/// Records of a bulk instruction for servos that are there and one that is not, as the chunk says, with bytes to
-/// be written or without.
+/// The records of a bulk instruction that the chunk encodes, for servos that exist and one that does not, with or
+/// without data.
 fn records(chunk: &[u8], with_data: bool) -> Vec<u8> {
     let mut records = Vec::new();
     for &[to, address, length, value] in chunk.as_chunks().0 {
@@ -168,7 +166,7 @@ fn records(chunk: &[u8], with_data: bool) -> Vec<u8> {
     records
 }
 
-/// A chunk as an instruction that it names, to whom it names.
+/// The instruction that a chunk encodes, with its addressee.
 fn framed(chunk: &[u8]) -> Option<Vec<u8>> {
     let (&[to, kind, a, b], data) = chunk.split_first_chunk()?;
     let to = [Address::All, Id::new(1)?.into(), Id::new(2)?.into(), Id::new(7)?.into()][usize::from(to % 4)];
@@ -192,7 +190,7 @@ fn framed(chunk: &[u8]) -> Option<Vec<u8>> {
             Instruction::FactoryReset([Reset::All, Reset::KeepId, Reset::KeepIdAndBaud][usize::from(a % 3)])
         }
         13 => Instruction::Backup([Backup::Store, Backup::Restore][usize::from(a % 2)]),
-        // Whole ones of what is nearly all there.
+        // Nearly complete records.
         14 => Instruction::BulkWrite { records: data },
         _ => Instruction::SyncRead { address, length, ids: data },
     };

@@ -1,4 +1,4 @@
-//! The script of a table: who does what, and whether he can.
+//! Checks the script of a table: whether each step is possible when it happens.
 
 use std::collections::BTreeMap;
 use std::ops::Range;
@@ -10,20 +10,20 @@ use super::super::{Act, Destination, Object, Occluder, Role, Step, raw};
 use super::{Catalogue, Fault, named, standing};
 use crate::number::Coordinate;
 
-/// What lies on the table and stands there.
+/// The objects and occluders on the table.
 pub(super) struct Lying<'a> {
     pub(super) objects: &'a [Object],
     pub(super) occluders: &'a [Occluder],
 }
 
-/// What the steps so far have led to.
+/// The state after the steps checked so far.
 #[derive(Default)]
 struct Course {
     last: Duration,
-    /// When each teacher's hand is free again.
+    /// The time at which each teacher's hand is free again.
     hand_free: BTreeMap<u16, Duration>,
     away: Vec<u16>,
-    /// Peg and the block whose hole it sits in.
+    /// For each peg in a hole, the block with that hole.
     filled: BTreeMap<usize, usize>,
     said: u32,
 }
@@ -123,7 +123,7 @@ impl Course {
     }
 }
 
-/// The one thing that a step does.
+/// The single action of a step.
 fn act(raw: &raw::Step, span: Range<usize>, lying: &Lying<'_>) -> Result<Act, Fault> {
     let objects = lying.objects;
     let acts = [

@@ -5,59 +5,59 @@ use clock::Duration;
 /// A kind of fault.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Kind {
-    /// An answer does not come.
+    /// A reply is lost.
     Drop,
-    /// A bit of an answer flips.
+    /// A bit of a reply flips.
     Flip,
-    /// An answer ends early.
+    /// A reply ends early.
     Truncate,
-    /// The length field of an answer lies.
+    /// The length field of a reply is wrong.
     Length,
-    /// An answer says an error number.
+    /// A reply contains an error number.
     Error,
-    /// Bytes of noise come before an answer.
+    /// Noise bytes precede a reply.
     Noise,
-    /// The host hears what it said.
+    /// The host receives an echo of its own bytes.
     Echo,
-    /// An answer comes late: the others do not wait for it.
+    /// A reply is delayed; the other servos do not wait for it.
     Late,
-    /// An answer comes twice.
+    /// A reply is sent twice.
     Duplicate,
-    /// Two servos answer in the wrong order.
+    /// Two servos reply in the wrong order.
     Swap,
-    /// An instruction does not arrive.
+    /// An instruction is lost.
     DropInstruction,
-    /// A bit of an instruction flips on its way.
+    /// A bit of an instruction flips.
     FlipInstruction,
-    /// The input voltage is wrong: a hardware alert, with which only some models let go.
+    /// Input voltage error: a hardware alert that switches the torque off on some models only.
     Alert,
-    /// The load is too much: a hardware alert, and the servo lets go.
+    /// Overload: a hardware alert that switches the torque off.
     Overload,
-    /// The power is gone for a while.
+    /// The servo has no power for a while.
     BrownOut,
-    /// A servo listens at another speed.
+    /// The servo listens at another baud rate.
     Baud,
-    /// A second servo has the same identifier.
+    /// A second servo has the same ID.
     DuplicateId,
-    /// The line hangs up.
+    /// The serial line hangs up.
     HangUp,
-    /// A servo begins anew, and says nothing of it.
+    /// The servo reboots without notice.
     Reboot,
-    /// The clock of a servo stands still.
+    /// The servo's realtime tick stops.
     StoppedClock,
-    /// An obstacle holds the shaft of a servo.
+    /// An obstacle blocks the servo's shaft.
     Blocked,
-    /// The supply of a servo has another voltage.
+    /// The servo's supply voltage changes.
     Sag,
 }
 
-/// The highest error number: above it stands the bit of the hardware alert.
+/// Maximum error number: the bit above is the hardware alert.
 const ERROR_MOST: u16 = 0x7F;
 
-/// The highest voltage, in 0.1 V.
+/// Maximum voltage, in 0.1 V.
 const DECIVOLTS_MOST: u16 = 200;
 
-/// How many kinds there are.
+/// Number of kinds.
 pub(in crate::mock) const KINDS: usize = 22;
 
 impl Kind {
@@ -87,7 +87,7 @@ impl Kind {
         Self::Sag,
     ];
 
-    /// Its name in the words for a fault.
+    /// Its name in the fault syntax.
     #[must_use]
     pub const fn name(self) -> &'static str {
         match self {
@@ -124,8 +124,7 @@ impl Kind {
         Self::ALL.map(Self::name).join(", ")
     }
 
-    /// Whether it is something that lasts, and not something that happens to an answer or at a
-    /// moment.
+    /// Whether it is a lasting condition, instead of an event or a fault of a single reply.
     pub(super) const fn is_held(self) -> bool {
         matches!(
             self,
@@ -139,12 +138,12 @@ impl Kind {
         )
     }
 
-    /// Whether it happens to servos, and not to a whole bus.
+    /// Whether it affects servos, and not a whole bus.
     pub(super) const fn is_of_servos(self) -> bool {
         !matches!(self, Self::Echo | Self::DropInstruction | Self::FlipInstruction | Self::HangUp)
     }
 
-    /// The numbers that may be said of it, and what they are; none where no number says anything.
+    /// The valid numbers for `is=` and their meaning; `None` if the kind has no number.
     pub(super) fn numbers(self) -> Option<(RangeInclusive<u16>, &'static str)> {
         if self == Self::Length {
             Some((0..=u16::MAX, "lengths are from 0 to 65535"))
@@ -157,12 +156,12 @@ impl Kind {
         }
     }
 
-    /// Whether it happens to a servo itself at a moment.
+    /// Whether it is an event of the servo itself.
     pub(in crate::mock) const fn is_event(self) -> bool {
         matches!(self, Self::Alert | Self::Overload | Self::Reboot | Self::BrownOut)
     }
 
-    /// How long it lasts where nothing is said.
+    /// The default duration.
     pub(super) const fn lasts(self) -> Option<Duration> {
         if matches!(self, Self::BrownOut) {
             Some(Duration::from_millis(200))

@@ -7,7 +7,7 @@ fn line() -> Line {
     Line::new(vec![servo(1), servo(2), servo(7)])
 }
 
-/// Who answers, and with how many bytes.
+/// The IDs of the replies, and their data lengths.
 fn say(line: &mut Line, to: Address, instruction: Instruction<'_>) -> Vec<(u8, Option<Fault>, usize)> {
     let mut bytes = [0; 256];
     let length = instruction.encode(to, &mut bytes).unwrap();
@@ -140,7 +140,7 @@ fn who_follows_a_silent_servo_is_silent_or_goes_on() {
     assert_eq!(fast(&mut line(), at(0), &order, asked), [(1, vec![25])]);
     let mut going_on = line().with_followers(Followers::GoOn);
     assert_eq!(fast(&mut going_on, at(0), &order, asked), [(1, vec![25]), (7, vec![25])]);
-    // A servo that is dropped is as one that is not there.
+    // A dropped reply is treated like a missing servo.
     assert_eq!(fast(&mut injected(&["drop id=2"], 0), at(0), &[(1, 4), (2, 4), (7, 4)], FAST).len(), 1);
 }
 
@@ -217,7 +217,7 @@ fn a_secondary_identifier_is_obeyed_in_silence() {
     assert_eq!(line.servos()[2].read(65, 1), Ok(&[1][..]));
 }
 
-/// Instructions as they go out in a few seconds, and all that is said to them.
+/// A few seconds of instructions, and all replies to them.
 fn play(line: &mut Line) -> Vec<Vec<Answer>> {
     let told = Instruction::SyncWrite { address: 116, length: 4, records: &[1, 0, 9, 0, 0] };
     (0..400)
@@ -254,9 +254,9 @@ fn the_same_seed_and_the_same_instructions_make_the_same_faults() {
     for (kind, count) in counts.iter() {
         assert!(count > 0, "{kind:?} never happened");
     }
-    // What is off does nothing.
+    // Disabled faults have no effect.
     assert_eq!(run(7, &[]), (play(&mut line()), Injected::default()));
-    // One fault more does not change when the others happen.
+    // An additional fault does not change when the others occur.
     let flips = |faults: &[&str]| run(7, faults).1.of(Kind::Flip);
     assert_eq!(flips(&["flip id=7 p=0.3"]), flips(&["noise p=0.2", "flip id=7 p=0.3"]));
 }
@@ -335,12 +335,12 @@ fn an_instruction_that_is_lost_or_damaged_is_obeyed_by_nobody_and_costs_no_other
             assert_eq!(line.injected().of(kind), 1);
             assert_eq!(line.servos()[0].read(65, 1), Ok(&[0][..]), "{fault}, seed {seed}");
             assert_eq!(ids(answers.get()), [1, 2, 7], "{fault}, seed {seed}");
-            // It comes whole when it is said again.
+            // The repetition arrives intact.
             line.listen(at(1), &both, &mut answers);
             assert_eq!(line.servos()[0].read(65, 1), Ok(&[1][..]), "{fault}, seed {seed}");
         }
     }
-    // One that comes in pieces is one.
+    // An instruction that arrives in pieces is one instruction.
     let mut line = injected(&["drop-instruction p=0"], 0);
     let mut answers = Answers::default();
     for byte in &both {
@@ -367,14 +367,14 @@ fn what_happens_to_servos_shows_in_their_tables() {
     listen(&mut line, at(900), all, on);
     line.advance(at(1000));
     let read = |line: &Line, place: usize, address| line.servos()[place].read(address, 1).unwrap()[0];
-    // The XM430 lets go with an overload, and not with a wrong voltage.
+    // The XM430 switches its torque off on an overload, but not on an input voltage error.
     assert_eq!((read(&line, 0, 70), read(&line, 0, 64)), (1 << 5, 0));
     assert_eq!((read(&line, 1, 70), read(&line, 1, 64)), (1, 1));
     assert_eq!((read(&line, 2, 70), read(&line, 2, 64)), (0, 0));
     assert_eq!(ids(&listen(&mut line, at(1001), all, SYNC)), [1, 2], "the third begins anew");
     let answers = listen(&mut line, at(1401), all, SYNC);
     assert_eq!(answers.iter().map(|answer| answer.bytes[8]).collect::<Vec<_>>(), [0x80, 0x80, 0]);
-    // Only a reboot brings the torque back.
+    // Only a reboot permits torque again.
     let on = Instruction::Write { address: 64, data: &[1] };
     assert_eq!(listen(&mut line, at(1402), one(1), on)[0].bytes[8], 0x87);
     listen(&mut line, at(1403), one(1), Instruction::Reboot);
@@ -389,7 +389,7 @@ fn a_brown_out_takes_the_bus_away_and_a_double_identifier_garbles() {
     assert_eq!(listen(&mut line, at(1899), Address::All, SYNC), []);
     assert_eq!(listen(&mut line, at(1900), Address::All, SYNC).len(), 3);
 
-    // It began anew even if nobody was there to see it.
+    // It has rebooted even though the bus was not polled in between.
     let mut unseen = injected(&["brown-out at=1s for=100ms"], 0);
     unseen.advance(at(5000));
     assert_eq!(unseen.servos()[0].read(120, 2), Ok(&3500_u16.to_le_bytes()[..]));
@@ -446,7 +446,7 @@ fn a_servo_at_a_wrong_speed_misses_each_instruction_once() {
     assert_eq!(line.injected().of(Kind::Baud), 3);
 }
 
-/// The vendor's SDK, and a motor set-up by LeRobot, wait for the status of the servo that they wrote to.
+/// The vendor's SDK and LeRobot's motor set-up wait for the status packet after a write.
 #[test]
 fn a_new_identifier_is_acknowledged_with_the_old_one() {
     let mut line = line();

@@ -60,7 +60,7 @@ fn a_write_with_one_bad_item_changes_none() {
     assert_eq!(servo.read(108, 12).unwrap(), before);
 }
 
-/// 0.2 s to speed up, 0.3 s at 2 rad/s, 0.2 s to stop.
+/// 0.2 s of acceleration, 0.3 s at 2 rad/s, 0.2 s of deceleration.
 #[test]
 fn it_moves_on_its_profile() {
     let mut servo = moving();
@@ -94,7 +94,7 @@ fn without_torque_it_moves_nowhere() {
     put(&mut servo, GOAL_POSITION, 1000).unwrap();
     servo.advance(at(1000));
     assert!((servo.position_rad() - 0.5).abs() < 1e-9);
-    // Nor does it when the torque comes on: the goal is then where it stands.
+    // Enabling torque does not move it either: the goal is then the present position.
     put(&mut servo, TORQUE_ENABLE, 1).unwrap();
     servo.advance(at(2000));
     assert!((servo.position_rad() - 0.5).abs() < 1e-9);

@@ -1,4 +1,4 @@
-//! What the manual says of a servo, beside the rules of its table.
+//! Behaviour that the e-manual describes outside the control table.
 
 use super::*;
 use crate::table::{
@@ -6,7 +6,7 @@ use crate::table::{
     PRESENT_INPUT_VOLTAGE, PRESENT_PWM, PWM_LIMIT,
 };
 
-/// A servo at 0.5 rad whose drive mode turns it round.
+/// A servo at 0.5 rad in reverse mode.
 fn reversed() -> Servo {
     let mut servo = servo();
     put(&mut servo, DRIVE_MODE, 1).unwrap();
@@ -71,7 +71,7 @@ fn a_lowest_position_above_the_highest_is_refused_and_the_reverse() {
     assert_eq!(put(&mut servo, MIN_POSITION_LIMIT, 3001), Err(Fault::Limit));
     put(&mut servo, MIN_POSITION_LIMIT, 2000).unwrap();
     assert_eq!(put(&mut servo, MAX_POSITION_LIMIT, 1999), Err(Fault::Limit));
-    // Both at once count as they are together.
+    // Two limits written at once are checked together.
     let both = |high: i32, low: i32| [high.to_le_bytes(), low.to_le_bytes()].concat();
     assert_eq!(servo.write(MAX_POSITION_LIMIT.address, &both(1000, 1500)), Err(Fault::Limit));
     assert_eq!(servo.write(MAX_POSITION_LIMIT.address, &both(1500, 1000)), Ok(()));
@@ -112,7 +112,7 @@ fn an_obstacle_holds_the_shaft_while_the_trajectory_goes_on_and_the_current_rise
     assert_eq!((get(&servo, PRESENT_VELOCITY), get(&servo, PRESENT_CURRENT)), (0, 1193));
     assert!(get(&servo, POSITION_TRAJECTORY) > get(&servo, PRESENT_POSITION) + 300);
     assert_ne!(get(&servo, MOVING_STATUS) & 8, 0, "it says that it cannot follow");
-    // Free again it is as fast as it can be, and not as its profile says.
+    // Once released it moves at its maximum velocity, not at that of the profile.
     servo.block(false);
     servo.advance(at(700));
     assert!(get(&servo, PRESENT_VELOCITY) == 200, "{}", get(&servo, PRESENT_VELOCITY));
@@ -141,7 +141,7 @@ fn a_goal_or_a_profile_that_changes_on_the_way_stops_nothing() {
         if change == GOAL_POSITION {
             put(&mut servo, GOAL_POSITION, position_count(2.5)).unwrap();
         } else {
-            // A profile counts from the next goal on.
+            // A new profile takes effect with the next goal.
             put(&mut servo, PROFILE_VELOCITY, crate::velocity_count(1.0)).unwrap();
             servo.advance(at(310));
             assert_eq!(get(&servo, PRESENT_VELOCITY), before);
