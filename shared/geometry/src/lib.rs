@@ -9,9 +9,9 @@
 //! let x_world_base = Pose::<World, Base>::identity();
 //! let wrong = x_world_base * x_world_base;
 //! ```
+//!
 //! Lengths are in metres, angles in radians, quaternions `[x, y, z, w]`. Frames are right-handed with z up; for a
 //! body, x is forward and y left (REP 103).
-//! up and, for a body, x forward and y left (REP 103).
 
 use std::fmt;
 use std::marker::PhantomData;
