@@ -29,7 +29,7 @@ pub fn use_huge_pages() -> u64 {
 pub(crate) fn keep_one_heap() {
     #[cfg(target_env = "gnu")]
     for (parameter, value) in [(libc::M_MMAP_MAX, 0), (libc::M_TRIM_THRESHOLD, -1)] {
-        // SAFETY: mallopt(3) takes numbers, and a heap that is never given back is as sound as any.
+        // SAFETY: mallopt(3) takes plain numbers, and a heap that never returns memory is as sound as any other.
         unsafe { libc::mallopt(parameter, value) };
     }
 }
@@ -62,8 +62,8 @@ fn within(range: &Range<usize>, size: usize) -> Range<usize> {
 /// Moves the range of `size` bytes at an address into a huge page; returns whether it is one now.
 fn collapse(page: usize, size: usize) -> bool {
     let start = std::ptr::without_provenance_mut::<c_void>(page);
-    // SAFETY: MADV_COLLAPSE (madvise(2)) changes on which pages memory lies, and nothing that a program
-    // could read of it; of a page that is no longer mapped it says that it is not.
+    // SAFETY: MADV_COLLAPSE (madvise(2)) changes the pages that back the memory, and nothing that a program can read
+    // from it. For an address that is no longer mapped it returns an error.
     unsafe { libc::madvise(start, size, libc::MADV_COLLAPSE) == 0 }
 }
 

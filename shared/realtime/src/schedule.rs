@@ -13,6 +13,6 @@ pub(crate) fn schedule(thread: i32, policy: i32, priority: i32) -> io::Result<()
 
 /// The scheduling policy of a thread; 0 is the calling thread.
 pub(crate) fn policy(thread: i32) -> i32 {
-    // SAFETY: it takes a number and gives one.
+    // SAFETY: sched_getscheduler(2) takes and returns plain numbers.
     unsafe { libc::sched_getscheduler(thread) }
 }
