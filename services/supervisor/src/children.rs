@@ -101,11 +101,11 @@ impl Children {
         self.start_with(process, launch, Stdio::null())
     }
 
-    /// Like [`start`](Self::start), with the given standard input instead of `/dev/null`.
+    /// Like [`Self::start`], with the given standard input instead of `/dev/null`.
     ///
     /// # Errors
     ///
-    /// As [`start`](Self::start).
+    /// As [`Self::start`].
     pub(crate) fn start_with(&mut self, process: Process, launch: &Launch, stdin: Stdio) -> io::Result<()> {
         let began_at_ns = clock::now().as_nanos();
         if let Some(lives) = &mut self.lives {

@@ -16,7 +16,7 @@
 //! account.close(&mut health, schedule.finish(end), end);
 //! assert_eq!((health.cycles, health.overruns, health.skipped), (1, 1, 2));
 //! assert_eq!(schedule.release(), Instant::from_nanos(15_000_000));
-//! # Ok::<(), cycle::ZeroPeriod>(())
+//! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
 mod account;

@@ -132,7 +132,7 @@ impl Folder {
     ///
     /// # Errors
     ///
-    /// As [`open`](Self::open).
+    /// As [`Self::open`].
     pub fn open_for_root(path: &Path) -> Result<Self, FolderError> {
         if geteuid().is_root() { Self::open_any(path) } else { Self::open(path) }
     }
@@ -141,7 +141,7 @@ impl Folder {
     ///
     /// # Errors
     ///
-    /// As [`open`](Self::open), or it cannot be created.
+    /// As [`Self::open`], or it cannot be created.
     pub fn make(path: &Path) -> Result<Self, FolderError> {
         let path: PathBuf = path.components().collect();
         match mkdir(&path, OWN_FOLDER) {
@@ -150,11 +150,11 @@ impl Folder {
         }
     }
 
-    /// Like [`make`](Self::make), and creates missing parents too.
+    /// Like [`Self::make`], and creates missing parents too.
     ///
     /// # Errors
     ///
-    /// As [`make`](Self::make).
+    /// As [`Self::make`].
     pub fn make_all(path: &Path) -> Result<Self, FolderError> {
         let path: PathBuf = path.components().collect();
         if let Some(above) = path.parent() {
@@ -225,7 +225,7 @@ impl Folder {
     ///
     /// # Errors
     ///
-    /// As [`read`](Self::read), or it is not UTF-8.
+    /// As [`Self::read`], or it is not UTF-8.
     pub fn text(&self, name: &str) -> io::Result<String> {
         let mut text = String::new();
         self.read(name)?.read_to_string(&mut text)?;
@@ -245,7 +245,7 @@ impl Folder {
     ///
     /// # Errors
     ///
-    /// As [`write`](Self::write).
+    /// As [`Self::write`].
     pub fn replace(&self, name: &str, bytes: &[u8]) -> io::Result<()> {
         self.file(name, OFlags::WRONLY | OFlags::CREATE | OFlags::TRUNC)?.write_all(bytes)
     }

@@ -87,7 +87,7 @@ impl Histogram {
         self.bucket_at(quantile).map_or(0, |(bucket, _)| upper_bound(bucket).min(self.max_ns))
     }
 
-    /// Like [`quantile_ns`](Self::quantile_ns), interpolated linearly within the bucket. Use it to compare quantiles
+    /// Like [`Self::quantile_ns`], interpolated linearly within the bucket. Use it to compare quantiles
     /// closer than the width of a bucket.
     ///
     /// ```

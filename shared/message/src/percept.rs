@@ -77,7 +77,7 @@ impl Feature {
         Self::stands(kind, numbers).then(|| Self::from_sound(kind, numbers))
     }
 
-    /// Like [`from_raw`](Self::from_raw) without validation. An invalid raw form gives a meaningless feature, but is
+    /// Like [`Self::from_raw`] without validation. An invalid raw form gives a meaningless feature, but is
     /// memory safe.
     #[must_use]
     #[inline]
@@ -203,7 +203,7 @@ impl Snapshot {
         here.or_else(|| values.iter().find(|value| value.percept == percept))
     }
 
-    /// Like [`value`](Self::value), mutable.
+    /// Like [`Self::value`], mutable.
     #[inline]
     pub fn value_mut(&mut self, percept: u16) -> Option<&mut PerceptValue> {
         let count = usize::try_from(self.count).unwrap_or(0).min(MAX_PERCEPTS);

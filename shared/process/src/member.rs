@@ -136,7 +136,7 @@ impl Member {
         Ok(self.node.inlet(number)?)
     }
 
-    /// Like [`inlet`](Self::inlet), for a topic whose writer the configuration defines, such as a source in the
+    /// Like [`Self::inlet`], for a topic whose writer the configuration defines, such as a source in the
     /// simulator. Without an owner, every process of this user may publish on it.
     ///
     /// # Errors

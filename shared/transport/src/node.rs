@@ -35,12 +35,12 @@ impl Node {
         Self::join_any(domain, name, incarnation, queues)
     }
 
-    /// Like [`join`](Self::join), but accepts robots with other message layouts, for diagnostics. Boards and topics
+    /// Like [`Self::join`], but accepts robots with other message layouts, for diagnostics. Boards and topics
     /// with other messages cannot be opened.
     ///
     /// # Errors
     ///
-    /// As [`join`](Self::join), except for the message layouts.
+    /// As [`Self::join`], except for the message layouts.
     pub fn join_any(
         domain: &Domain,
         name: &str,
@@ -118,12 +118,12 @@ impl Node {
         Inlet::open(&self.node, number, self.queues, false, self.writers(T::writer(number)))
     }
 
-    /// Like [`inlet`](Self::inlet), for a topic whose writer the configuration defines, such as a source in the
+    /// Like [`Self::inlet`], for a topic whose writer the configuration defines, such as a source in the
     /// simulator.
     ///
     /// # Errors
     ///
-    /// As [`inlet`](Self::inlet).
+    /// As [`Self::inlet`].
     pub fn inlet_from<T: Topic>(
         &self,
         number: Option<u32>,
@@ -137,7 +137,7 @@ impl Node {
     ///
     /// # Errors
     ///
-    /// As [`inlet`](Self::inlet).
+    /// As [`Self::inlet`].
     pub fn waking_inlet<T: Topic>(&self, number: Option<u32>) -> Result<Inlet<T>, PortError> {
         Inlet::open(&self.node, number, self.queues, true, self.writers(T::writer(number)))
     }
