@@ -49,7 +49,7 @@ pub(crate) struct Class {
     signals: Signals,
     ended: BTreeMap<Process, ExitStatus>,
     interrupted: bool,
-    /// Keeps cores out of deep idle states, because each turn wakes a process. Without the permission, a run only
+    /// Keeps cores out of idle states, because each turn wakes a process. Without the permission, a run only
     /// takes longer.
     _awake: Option<io::Result<Awake>>,
 }

@@ -164,7 +164,7 @@ enum Standing {
 ///
 /// # Errors
 ///
-/// Standard input is not a pipe, or a servo has not confirmed that its torque is off.
+/// The pipe at standard input cannot be read, or a servo has not confirmed that its torque is off.
 pub fn guard(launch: &Launch, robot: &Robot) -> Result<(), Failure> {
     // The flag is not read. Installing it makes the process handle signals instead of ending.
     let _ignored = process::stop_flag()?;

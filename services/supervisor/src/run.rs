@@ -215,7 +215,7 @@ fn supervise(orders: &Orders, kept: &Kept) -> Result<Outcome, RunError> {
     Ok(outcome)
 }
 
-/// Keeps the cores out of deep idle states if permitted. Without the permission, wake-up latency is higher.
+/// Keeps the cores out of idle states if permitted. Without the permission, wake-up latency is higher.
 fn keep_cores_awake() -> Option<Awake> {
     let asked = Awake::ask();
     if let Err(error) = &asked {

@@ -1,6 +1,6 @@
 /// A set of sensory sources, for example those that observed an object.
 ///
-/// A robot has at most 16 sources. In a trace with more, all sources from the 63rd on share one bit.
+/// A robot has at most 16 sources. In a trace with more, all sources from number 63 on share one bit.
 ///
 /// ```
 /// use message::SourceSet;
