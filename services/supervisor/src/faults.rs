@@ -2,12 +2,12 @@ use clock::{Duration, Instant};
 use config::campaign::{ProcessFault, ProcessFaultKind};
 use message::Process;
 
-/// How long something lasts where nothing is said.
+/// Default duration of a fault.
 const LASTS: Duration = Duration::from_millis(500);
-/// A process that is slow stands still this long, and works this long, by turns.
+/// A slowed process alternates between this long stopped and this long running.
 const TURN: Duration = Duration::from_millis(5);
 
-/// A fault is in a process that there is not.
+/// A fault names an unknown process.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("`{name}` is no process: say one of {}", known())]
 pub struct UnknownProcess {
@@ -19,7 +19,7 @@ fn known() -> String {
     names.join(", ")
 }
 
-/// What is done to a process on purpose.
+/// Effect of a fault on a process.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Deed {
     Kill,
@@ -32,14 +32,13 @@ struct Planned {
     process: Process,
     kind: ProcessFaultKind,
     until: Duration,
-    /// Whether the process stands still now.
+    /// Whether the process is stopped now.
     still: bool,
-    /// When something is done next.
+    /// When the fault acts next.
     next: Option<Duration>,
 }
 
-/// What goes wrong with the processes, on purpose and in time. Pure: it is told the time, and says
-/// what is to be done.
+/// Injects faults into processes at given times. Pure: receives the time and returns the actions due.
 #[derive(Clone, Debug, Default)]
 pub struct ProcessFaults {
     planned: Vec<Planned>,
@@ -47,11 +46,11 @@ pub struct ProcessFaults {
 }
 
 impl ProcessFaults {
-    /// As a campaign says.
+    /// The process faults of a campaign.
     ///
     /// # Errors
     ///
-    /// It names a process that there is not.
+    /// A fault names an unknown process.
     pub fn new(faults: &[ProcessFault]) -> Result<Self, UnknownProcess> {
         let planned = faults.iter().map(|fault| {
             let process = crate::ORDER.into_iter().find(|process| process.name() == fault.process.get_ref());
@@ -68,7 +67,7 @@ impl ProcessFaults {
         Ok(Self { planned: planned.collect::<Result<_, _>>()?, begun_at: None })
     }
 
-    /// Whether a process is one of the robot's.
+    /// Checks that a name is that of a process.
     ///
     /// # Errors
     ///
@@ -78,18 +77,18 @@ impl ProcessFaults {
         if is_one { Ok(()) } else { Err(UnknownProcess { name: name.to_owned() }) }
     }
 
-    /// Begins to count: all of the robot runs.
+    /// Starts the clock of the campaign; called when all processes run.
     pub(crate) fn begin(&mut self, now: Instant) {
         self.begun_at.get_or_insert(now);
     }
 
-    /// When something is to be done next.
+    /// When the next action is due.
     pub(crate) fn next(&self) -> Option<Instant> {
         let begun_at = self.begun_at?;
         self.planned.iter().filter_map(|planned| planned.next).min().map(|next| begun_at + next)
     }
 
-    /// What is to be done now.
+    /// The actions due now.
     pub(crate) fn due(&mut self, now: Instant) -> Vec<(Process, Deed)> {
         let Some(begun_at) = self.begun_at else { return Vec::new() };
         let after = now.since(begun_at);
@@ -136,7 +135,7 @@ mod tests {
         ProcessFaults::new(&config::parse::<Campaign>(text, "c.toml".as_ref()).unwrap().processes)
     }
 
-    /// What is done, and after how many milliseconds.
+    /// The actions, with their times in milliseconds.
     fn deeds(text: &str) -> Vec<(u64, &'static str, Deed)> {
         let mut faults = faults(text).unwrap();
         let ms = Instant::from_nanos;

@@ -1,4 +1,4 @@
-//! Supervisor: starts, watches, restarts and stops the processes; the conductor of lockstep time.
+//! The supervisor starts, monitors, restarts and stops the processes. It also conducts runs in lockstep time.
 
 mod faults;
 mod io;

@@ -1,11 +1,12 @@
-//! What the supervisor decides: pure, over the time and the events it is told.
+//! The supervisor's decisions, as a pure function of time and events.
 //!
-//! Processes start one after the other in the order given, each when those before it are ready,
-//! and stop in the reverse order. A process that dies, is not ready in time or lets its heart
-//! stand still is started anew after a wait that doubles; too many deaths in a window end the run.
+//! Processes start one after the other in the given order, each when those before it are ready. They stop in reverse
+//! order. A process is restarted if it dies, is not ready in time, or if its heartbeat stops. The restart delay
+//! doubles each time; too many deaths within a window end the run.
 //!
-//! At the end the motor process is told to stop first, beside the others, and is never hurried. Where its last life has
-//! not said that torque is off, the supervisor switches it off itself, before the mock servo bus stops.
+//! At the end, the motor process is stopped first, in parallel with the others, and is never killed early. If its
+//! last incarnation has not reported that torque is off, the supervisor switches torque off before the mock servo bus
+//! stops.
 
 mod life;
 
@@ -17,24 +18,24 @@ use message::{Process, ProcessState};
 
 use life::{Life, Stage};
 
-/// The bounds that the policy keeps.
+/// Timeouts and limits of the policy.
 #[derive(Clone, Copy, Debug)]
 pub struct Terms {
-    /// From the start of a process to its being ready.
+    /// Timeout from the start of a process until it is ready.
     pub ready_within: Duration,
-    /// How long the heart of a process of the hot path may stand still, the servos' own included.
+    /// Heartbeat timeout of the processes of the hot path, the mock servo bus included.
     pub heartbeat_timeout: Duration,
-    /// How long that of any other may: it may wait for a processor, or a disk, that others keep busy.
+    /// Heartbeat timeout of the other processes, which may wait for a busy processor or disk.
     pub heartbeat_timeout_others: Duration,
-    /// Wait before the first restart.
+    /// Delay before the first restart.
     pub backoff_first: Duration,
-    /// The longest wait before a restart.
+    /// Longest delay before a restart.
     pub backoff_most: Duration,
-    /// Deaths of one process within the window that end the run.
+    /// Number of deaths of one process within the window that ends the run.
     pub deaths_most: usize,
-    /// The window; a life that lasted as long ends the doubling of the wait.
+    /// Length of the window. An incarnation that lasts as long resets the restart delay.
     pub deaths_window: Duration,
-    /// From being told to stop to being killed.
+    /// Timeout from SIGTERM to SIGKILL.
     pub stop_within: Duration,
 }
 
@@ -54,7 +55,7 @@ impl From<&Supervisor> for Terms {
 }
 
 impl Terms {
-    /// How long the heart of a process may stand still.
+    /// Heartbeat timeout of a process.
     fn patience(&self, process: Process) -> Duration {
         let is_hot = matches!(process, Process::Sensor | Process::Belief | Process::Motor | Process::MockBus);
         if is_hot { self.heartbeat_timeout } else { self.heartbeat_timeout_others }
@@ -64,60 +65,60 @@ impl Terms {
 /// How a process ended.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Ended {
-    /// With nothing left to do: exit status 0. Of the motor process it says that torque is off, and never ends a run.
+    /// Exit status 0: nothing left to do. For the motor process it means that torque is off, and never ends the run.
     Done,
-    /// By itself, refusing what it was configured to do: exit status 2. Starting it anew would
-    /// change nothing.
+    /// Exit status 2: the process refuses its configuration. A restart would not help.
     Refused,
-    /// In any other way.
+    /// Any other exit status, or a signal.
     Failed,
 }
 
-/// What happened.
+/// An event that the policy reacts to.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Event {
-    /// A process is dead.
+    /// A process has died.
     Died(Process, Ended),
-    /// The health of a process as it was read just now.
+    /// The health of a process, as read just now.
     Pulse {
-        /// Whose.
+        /// The process.
         process: Process,
-        /// Where it is in its life.
+        /// Its state.
         state: ProcessState,
-        /// Grows while it works.
+        /// Heartbeat counter; increases while the process works.
         beat: u64,
     },
-    /// What dead processes left behind is cleaned up.
+    /// The leftovers of dead processes have been removed.
     CleanedUp,
-    /// Somebody wants the run to end. Said again, the processes are killed, all but those that switch torque off.
+    /// A stop request. A second one kills the processes, except those that switch torque off.
     Stop,
-    /// The terminal is gone. A shell and the kernel both say so: however often, it is no second wish.
+    /// The terminal has closed. Both the shell and the kernel may report it, so it never counts as a second stop
+    /// request.
     HangUp,
-    /// Shared memory was removed under the robot: no process could start any more.
+    /// Shared memory was removed under the running robot: no process could start any more.
     MemoryRemoved,
-    /// The supervisor has switched torque off, and has said of which servos that is not known.
+    /// The supervisor has switched torque off, and has logged the servos for which this is not confirmed.
     TorqueIsOff,
-    /// The run has lasted as long as it was to.
+    /// The requested run time is over.
     TimeIsOver,
 }
 
-/// Why a process is killed.
+/// Reason for killing a process.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Why {
     /// It was not ready in time.
     NotReady,
-    /// Its heart stood still.
+    /// Its heartbeat timed out.
     Hangs,
-    /// It was told to stop and did not.
+    /// It did not stop in time.
     DoesNotStop,
-    /// Somebody does not want to wait for it to stop.
+    /// A second stop request skips the stop timeout.
     Hurry,
 }
 
 /// How the run ended.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Outcome {
-    /// Somebody wanted it to.
+    /// By request.
     Stopped,
     /// This process had nothing left to do.
     Done(Process),
@@ -125,50 +126,50 @@ pub enum Outcome {
     GaveUp(Process),
     /// This process refused its configuration.
     Refused(Process),
-    /// Shared memory was removed under it.
+    /// Shared memory was removed.
     MemoryRemoved,
 }
 
-/// What is to be done.
+/// An action that the supervisor executes for the policy.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Action {
-    /// Start a process for the `incarnation`th time, counted from one.
+    /// Start a process as its `incarnation`th incarnation, counted from one.
     Start {
-        /// Which.
+        /// The process.
         process: Process,
-        /// Counts its lives.
+        /// The number of the incarnation.
         incarnation: u64,
     },
     /// Ask a process to stop.
     Terminate(Process),
     /// Kill a process.
     Kill(Process, Why),
-    /// Clean up after the dead, and say so with [`Event::CleanedUp`].
+    /// Clean up after dead processes, then report [`Event::CleanedUp`].
     CleanUp,
-    /// All processes run, for the first time.
+    /// All processes run for the first time.
     AllReady,
-    /// No motor process runs any more, and the last one has not said that torque is off: switch it off, and say so
-    /// with [`Event::TorqueIsOff`].
+    /// No motor process runs any more, and the last one has not reported that torque is off. Switch it off, then
+    /// report [`Event::TorqueIsOff`].
     SwitchTorqueOff,
     /// All processes are gone: the run is over.
     End(Outcome),
 }
 
-/// How the robot stands as a whole.
+/// State of the robot as a whole.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Standing {
-    /// Processes that there should be.
+    /// Number of processes that should run.
     pub of: usize,
-    /// Those that run, and whose hearts did not stand still for too long.
+    /// Number of processes that run with a current heartbeat.
     pub run: usize,
-    /// Whether all ran at once before.
+    /// Whether all processes have run at the same time before.
     pub were_ready: bool,
-    /// Whether the run is over, and the processes are being stopped.
+    /// Whether the run is over and the processes are being stopped.
     pub is_ending: bool,
 }
 
 impl Standing {
-    /// Whether the robot is as it should be: what a watchdog over it wants to know.
+    /// Whether all processes run and none is being stopped; input of the service manager's watchdog.
     #[must_use]
     pub const fn is_well(&self) -> bool {
         self.run == self.of && !self.is_ending
@@ -187,47 +188,47 @@ impl fmt::Display for Standing {
     }
 }
 
-/// The supervisor's judgement.
+/// State machine that makes the supervisor's decisions.
 #[derive(Clone, Debug)]
 pub struct Policy {
     terms: Terms,
     lives: Vec<Life>,
     unclean: Unclean,
     all_were_ready: bool,
-    /// How the run ends, by what ended it first.
+    /// The outcome of the run, set by its first cause.
     ending: Option<Outcome>,
-    /// Whether somebody has wanted the run to end.
+    /// Whether a stop was requested.
     was_told: bool,
-    /// Whether somebody does not want to wait for that.
+    /// Whether a second stop request skips the stop timeouts.
     hurry: bool,
     torque: Torque,
     looked_at: Instant,
 }
 
-/// What is known of the servos' torque.
+/// Knowledge about the servos' torque.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Torque {
-    /// No motor process has begun, or torque was switched off since.
+    /// No motor process has started yet, or torque was switched off since.
     Off,
-    /// A motor process has begun, and has not said that it switched torque off.
+    /// A motor process has started and has not reported that torque is off.
     Unknown,
-    /// The supervisor is switching it off.
+    /// The supervisor is switching torque off.
     Switching,
 }
 
-/// Whether dead processes left something behind. Nothing starts before it is cleaned up, because
-/// it may be in the way of what starts.
+/// Whether dead processes have left files behind. Nothing starts before they are removed, because they may block a
+/// starting process.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Unclean {
     No,
     Yes,
     Asked,
-    /// Somebody died while we were waiting for the answer.
+    /// Another process died while a clean-up was pending.
     AskAgain,
 }
 
 impl Policy {
-    /// Nothing runs yet; `order` is the order of starting.
+    /// No process runs yet; `order` is the start order.
     #[must_use]
     pub fn new(terms: Terms, order: &[Process], now: Instant) -> Self {
         let lives = order.iter().map(|&process| Life::new(process, now)).collect();
@@ -244,7 +245,7 @@ impl Policy {
         }
     }
 
-    /// Takes in what happened, and says what is to be done `now`.
+    /// Processes the events and returns the actions due `now`.
     pub fn step(&mut self, now: Instant, events: &[Event]) -> Vec<Action> {
         let mut actions = Vec::new();
         self.forgive(now);
@@ -262,8 +263,8 @@ impl Policy {
         actions
     }
 
-    /// Where the supervisor itself comes late to a look, the machine may have stood still, and every heart
-    /// with it: no more than half of the time that a heart may stand still passes between two looks.
+    /// If the supervisor's step is late, the whole machine may have been paused. So between two steps at most half of
+    /// the heartbeat timeout counts.
     fn forgive(&mut self, now: Instant) {
         let late = now.since(self.looked_at).saturating_sub(self.terms.heartbeat_timeout / 2);
         self.looked_at = now;
@@ -272,7 +273,7 @@ impl Policy {
         }
     }
 
-    /// Whether a process is on its way up or down, so that the next step should come soon.
+    /// Whether a process is starting or stopping, so that the next step should follow soon.
     #[must_use]
     pub fn is_busy(&self) -> bool {
         self.ending.is_some()
@@ -280,7 +281,7 @@ impl Policy {
             || !self.lives.iter().all(|life| matches!(life.stage, Stage::Running { .. }))
     }
 
-    /// How many processes there are, and how many of them run with a beating heart.
+    /// Number of processes, and number of those that run with a current heartbeat.
     #[must_use]
     pub fn standing(&self) -> Standing {
         let runs = |life: &&Life| matches!(life.stage, Stage::Running { .. });
@@ -342,7 +343,7 @@ impl Policy {
         self.ending = match ended {
             Ended::Done if process != Process::Motor => Some(Outcome::Done(process)),
             Ended::Refused => Some(Outcome::Refused(process)),
-            // Without a link the robot runs on, and is only not heard elsewhere.
+            // Without a link the robot keeps running; only its peers receive nothing.
             Ended::Failed if process == Process::Link => None,
             Ended::Done | Ended::Failed => too_often.then_some(Outcome::GaveUp(process)),
         };
@@ -364,7 +365,7 @@ impl Policy {
                         self.torque = Torque::Unknown;
                     }
                 }
-                // Those behind wait until this one was ready once.
+                // The following processes wait until this one was ready once.
                 if !life.was_ready {
                     break;
                 }
@@ -379,7 +380,7 @@ impl Policy {
     fn stop_next(&mut self, now: Instant, actions: &mut Vec<Action>) {
         let motor = self.lives.iter_mut().find(|life| life.process == Process::Motor);
         let is_motor_gone = motor.is_none_or(|motor| {
-            // It needs none of the others to slow down, hold and let go, and waits for none.
+            // It depends on no other process to decelerate, hold and switch torque off.
             actions.extend(motor.stop(now));
             motor.is_gone()
         });
@@ -403,7 +404,7 @@ impl Policy {
     }
 }
 
-/// Whether torque is switched off by this process, or over it: it is never killed because somebody is in a hurry.
+/// Whether torque is switched off by this process or through it. A second stop request never kills it.
 fn switches_torque_off(process: Process) -> bool {
     matches!(process, Process::Motor | Process::MockBus)
 }

@@ -1,4 +1,4 @@
-//! Whether a machine can keep the robot's promises: what was looked at, and how it was judged.
+//! Judges whether a machine meets the robot's requirements.
 
 mod change;
 mod cores;
@@ -19,20 +19,20 @@ pub(crate) use memory::shared_memory;
 pub use memory::shared_memory_needed;
 pub use wakeup::{Wakeup, judge as judge_wakeup};
 
-/// How grave a finding is.
+/// Severity of a finding.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Verdict {
-    /// As it should be.
+    /// As required.
     Good,
-    /// The robot runs, and its timing is not guaranteed.
+    /// The robot runs, but its timing is not guaranteed.
     Slower,
-    /// The robot does not run.
+    /// The robot cannot run.
     Broken,
 }
 
 impl Verdict {
-    /// Its word.
+    /// Name as printed.
     #[must_use]
     pub const fn name(self) -> &'static str {
         match self {
@@ -43,24 +43,24 @@ impl Verdict {
     }
 }
 
-/// One thing that was looked at.
+/// Result of one check of the machine.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 pub struct Finding {
-    /// How grave it is.
+    /// Severity.
     pub verdict: Verdict,
-    /// What was looked at.
+    /// Subject of the check.
     pub about: String,
-    /// What was found.
+    /// Result in words.
     pub text: String,
-    /// The command, or the line in a file, that mends it; nothing where nothing is to be mended.
+    /// Command or configuration line that fixes it; `None` if nothing has to be fixed.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub mend: Option<String>,
-    /// What `leo check --apply` would write; nothing where a person has to decide.
+    /// The changes that `leo check --apply` makes; empty if the operator has to decide.
     pub changes: Vec<Change>,
 }
 
 impl Finding {
-    /// One that nothing is to be mended of.
+    /// A finding without a remedy.
     pub fn new(verdict: Verdict, about: impl Into<String>, text: impl Into<String>) -> Self {
         Self { verdict, about: about.into(), text: text.into(), mend: None, changes: Vec::new() }
     }
@@ -69,12 +69,12 @@ impl Finding {
         Self::new(Verdict::Good, about, text)
     }
 
-    /// One of a robot that runs all the same, and what mends it.
+    /// A finding that does not prevent the robot from running, with its remedy.
     pub fn slower(about: &str, text: impl Into<String>, mend: impl Into<String>) -> Self {
         Self { mend: Some(mend.into()), ..Self::new(Verdict::Slower, about, text) }
     }
 
-    /// One that keeps the robot from running, and what mends it.
+    /// A finding that prevents the robot from running, with its remedy.
     pub fn broken(about: &str, text: impl Into<String>, mend: impl Into<String>) -> Self {
         Self { mend: Some(mend.into()), ..Self::new(Verdict::Broken, about, text) }
     }
@@ -84,7 +84,7 @@ impl Finding {
     }
 }
 
-/// Judges everything about a machine but how late a thread wakes on it.
+/// All findings about a machine except its wake-up latency.
 #[must_use]
 pub fn judge(system: &System, machine: &Machine) -> Vec<Finding> {
     let hot = &machine.hot;

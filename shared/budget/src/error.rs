@@ -1,45 +1,45 @@
 use std::fmt;
 use std::io;
 
-/// Why something from outside is not read, or not read on.
+/// Reason why external input is not read (further).
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum BudgetError {
-    /// The whole is too long.
+    /// The text is too long.
     #[error("it is longer than {}, the most that Leo reads of {what}: is it the right file?", Bytes(*max_bytes))]
     Text {
-        /// What is read.
+        /// Description of the input.
         what: &'static str,
-        /// The longest that is read.
+        /// The limit in bytes.
         max_bytes: u64,
     },
     /// A line is too long.
     #[error("line {line} is longer than {}: put one {what} in a line", Bytes(*max_bytes))]
     Line {
-        /// The line, from one.
+        /// The number of the line, from one.
         line: u64,
-        /// What a line holds.
+        /// Description of the content of a line.
         what: &'static str,
-        /// The longest that is read.
+        /// The limit in bytes.
         max_bytes: u64,
     },
-    /// What is compressed expands to too much.
+    /// Compressed data expands to too much.
     #[error(
         "its first {read_bytes} bytes expand to more than {}, the most that Leo expands so many to: it is damaged or was \
          made to exhaust the machine; write it anew from what it was made of",
         Bytes(*max_bytes)
     )]
     Expansion {
-        /// Bytes of the file up to there.
+        /// Bytes of the file read so far.
         read_bytes: u64,
-        /// What they may expand to.
+        /// Limit of the expanded size for that many bytes.
         max_bytes: u64,
     },
-    /// What has to be kept in memory is too much.
+    /// The data to keep in memory is too large.
     #[error("what is to be kept of it needs more than {} of memory: {advice}", Bytes(*max_bytes))]
     Memory {
-        /// What may be kept.
+        /// The limit in bytes.
         max_bytes: u64,
-        /// What to do.
+        /// Remedy for the user.
         advice: &'static str,
     },
 }
@@ -50,7 +50,7 @@ impl From<BudgetError> for io::Error {
     }
 }
 
-/// A number of bytes as people read it.
+/// A number of bytes, formatted for people.
 struct Bytes(u64);
 
 impl fmt::Display for Bytes {

@@ -1,9 +1,9 @@
-//! Bounds on what is read from outside.
+//! Resource limits for untrusted input.
 //!
-//! A file or a pipe comes from a stranger. A few hundred kilobytes of it can expand to gigabytes, and a line need not
-//! end. Everything that reads one goes through this crate: [`text`] for a file that is read whole, [`Lines`] for what is
-//! read line by line, and a [`Budget`] for what is decompressed or kept. What exceeds its bound is a [`BudgetError`]
-//! that names the bound and says what to do.
+//! A file or a pipe may come from an untrusted source. A few hundred kilobytes can expand to gigabytes, and a line
+//! may never end. All readers use this crate: [`text`] for a file that is read as a whole, [`Lines`] for line by
+//! line, and a [`Budget`] for data that is decompressed or kept. Exceeding a limit is a [`BudgetError`] that names
+//! the limit and a remedy.
 
 mod error;
 mod lines;
@@ -15,6 +15,6 @@ pub use lines::Lines;
 pub use spending::Budget;
 pub use text::{read_text, text};
 
-/// The longest file of configuration that is read, in bytes: lessons, bodies and tables included. The longest one that
-/// comes with the program needs a fortieth of it.
+/// Maximum size of a configuration file in bytes, including lessons, bodies and tables. The largest one shipped with
+/// the program has a fortieth of it.
 pub const CONFIGURATION_BYTES: u64 = 4 << 20;

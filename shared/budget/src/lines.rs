@@ -2,7 +2,7 @@ use std::io::{self, BufRead, Read as _};
 
 use crate::BudgetError;
 
-/// Lines of a file or a pipe, one at a time in memory, and none longer than a bound.
+/// Reads a file or a pipe line by line, with a maximum line length. Only one line is in memory.
 ///
 /// ```
 /// let mut lines = budget::Lines::new(&b"one\ntwo"[..], "word", 8);
@@ -23,16 +23,17 @@ pub struct Lines<R> {
 }
 
 impl<R: BufRead> Lines<R> {
-    /// Lines of `source`, each of which holds one `what` in at most `max_bytes`, its end included.
+    /// Reads the lines of `source`. Each contains one `what` and has at most `max_bytes` bytes, including its line
+    /// end.
     pub fn new(source: R, what: &'static str, max_bytes: usize) -> Self {
         Self { source, line: Vec::new(), number: 0, read_bytes: 0, what, max_bytes }
     }
 
-    /// The next line with its end, if it has one; `None` after the last.
+    /// The next line including its line end, if it has one; `None` after the last.
     ///
     /// # Errors
     ///
-    /// It cannot be read, or is too long.
+    /// The line cannot be read, or is too long.
     pub fn next_line(&mut self) -> io::Result<Option<&[u8]>> {
         self.line.clear();
         let (line, what) = (self.number + 1, self.what);
@@ -50,19 +51,19 @@ impl<R: BufRead> Lines<R> {
         Ok(Some(&self.line))
     }
 
-    /// The line that was read last.
+    /// The last line read.
     #[must_use]
     pub fn line(&self) -> &[u8] {
         &self.line
     }
 
-    /// Bytes of all lines that were read.
+    /// Number of bytes of all lines read.
     #[must_use]
     pub fn read_bytes(&self) -> u64 {
         self.read_bytes
     }
 
-    /// The number of the line that was read last, from one.
+    /// Number of the last line read, from one.
     #[must_use]
     pub fn number(&self) -> u64 {
         self.number

@@ -1,17 +1,17 @@
 use crate::BudgetError;
 
-/// What any file may expand to, in bytes, however short it is ...
+/// Expanded size in bytes that is allowed for any file, however short.
 const EXPANSION_FLOOR: u64 = 256 << 20;
-/// ... and for each of its bytes so many more. The recorder's compression saves a factor of 255 at most.
+/// Additional expanded size per byte read. The recorder's compression has a ratio of at most 255.
 const EXPANSION_RATIO: u64 = 1024;
-/// What may be kept in memory of any file, in bytes ...
+/// Memory in bytes that is allowed for any file.
 const MEMORY_FLOOR: u64 = 64 << 20;
-/// ... and for each of its bytes so many more.
+/// Additional memory per byte read.
 const MEMORY_RATIO: u64 = 16;
 
-/// What a file may cost: a fixed amount, and more for each byte of it that was read.
+/// Resource limit for processing a file: a fixed amount, plus an amount for each byte read.
 ///
-/// So the cost of a long file grows with its length, and a short one cannot be made to cost much.
+/// So the cost may grow with the length of a file, and a short file cannot cause a large cost.
 ///
 /// ```
 /// let mut budget = budget::Budget::expansion();
@@ -29,39 +29,39 @@ pub struct Budget {
 #[derive(Clone, Copy, Debug)]
 enum Kind {
     Expansion,
-    /// What to do where it is exceeded.
+    /// With the remedy to report if the limit is exceeded.
     Memory(&'static str),
 }
 
 impl Budget {
-    /// For what is decompressed.
+    /// A limit for the decompressed size.
     #[must_use]
     pub const fn expansion() -> Self {
         Self { kind: Kind::Expansion, read_bytes: 0, spent_bytes: 0 }
     }
 
-    /// For what is kept in memory; `advice` says what to do where it is too much.
+    /// A limit for the memory kept; `advice` is the remedy to report if it is exceeded.
     #[must_use]
     pub const fn memory(advice: &'static str) -> Self {
         Self { kind: Kind::Memory(advice), read_bytes: 0, spent_bytes: 0 }
     }
 
-    /// Notes how many bytes were read up to now.
+    /// Sets the number of bytes read so far.
     pub fn set_read_bytes(&mut self, bytes: u64) {
         self.read_bytes = bytes;
     }
 
-    /// Bytes that were read.
+    /// Number of bytes read so far.
     #[must_use]
     pub fn read_bytes(&self) -> u64 {
         self.read_bytes
     }
 
-    /// Spends `bytes`, before they are made.
+    /// Charges `bytes`; to be called before they are allocated.
     ///
     /// # Errors
     ///
-    /// More would be spent than the bytes read allow.
+    /// The limit for the bytes read so far is exceeded.
     pub fn spend(&mut self, bytes: u64) -> Result<(), BudgetError> {
         let spent = self.spent_bytes.saturating_add(bytes);
         let max_bytes = self.max_bytes();
@@ -75,7 +75,7 @@ impl Budget {
         Ok(())
     }
 
-    /// Gives all back that was spent: what was kept is kept no longer.
+    /// Resets the charged amount, because the data is no longer kept.
     pub fn clear(&mut self) {
         self.spent_bytes = 0;
     }

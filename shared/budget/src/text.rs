@@ -4,20 +4,20 @@ use std::path::Path;
 
 use crate::{BudgetError, CONFIGURATION_BYTES};
 
-/// The whole text of a file of configuration.
+/// Reads a configuration file as text.
 ///
 /// # Errors
 ///
-/// The file cannot be read, is no UTF-8, or is longer than [`CONFIGURATION_BYTES`].
+/// The file cannot be read, is not UTF-8, or is longer than [`CONFIGURATION_BYTES`].
 pub fn text(file: &Path) -> io::Result<String> {
     read_text(File::open(file)?, "a file of configuration", CONFIGURATION_BYTES)
 }
 
-/// The whole text of `source`, which is `what`, and at most `max_bytes` long.
+/// Reads all of `source` as text of at most `max_bytes` bytes; `what` describes it in errors.
 ///
 /// # Errors
 ///
-/// It cannot be read, is no UTF-8, or is longer.
+/// It cannot be read, is not UTF-8, or is too long.
 pub fn read_text(source: impl Read, what: &'static str, max_bytes: u64) -> io::Result<String> {
     let mut bytes = Vec::new();
     let read = source.take(max_bytes.saturating_add(1)).read_to_end(&mut bytes)?;

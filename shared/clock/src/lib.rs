@@ -1,10 +1,9 @@
-//! Instants of the machine's monotonic clock, and sleeping until one.
+//! Instants of the machine's monotonic clock, and absolute sleeps.
 //!
-//! [`Instant`] counts nanoseconds of `CLOCK_MONOTONIC`, whose epoch every process of one machine
-//! shares: an instant can therefore travel through shared memory and be compared at the other
-//! end. `std::time::Instant` cannot.
+//! [`Instant`] counts nanoseconds of `CLOCK_MONOTONIC`, whose epoch is the same for all processes of a machine. So
+//! unlike `std::time::Instant`, it can be sent through shared memory and compared by another process.
 //!
-//! Only this crate reads the clock; everything below the shells takes time as an argument.
+//! Only this crate reads the clock. The processes' cores take time as an argument.
 
 use std::ops::{Add, AddAssign, Sub};
 pub use std::time::Duration;
@@ -14,7 +13,7 @@ use rustix::time::{Timespec, clock_gettime};
 
 const NANOS_PER_SECOND: u64 = 1_000_000_000;
 
-/// A moment, in nanoseconds of the machine's monotonic clock (of simulated time in lockstep).
+/// An instant, in nanoseconds of the machine's monotonic clock, or of simulated time in lockstep.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct Instant(u64);
 
@@ -34,7 +33,7 @@ impl Instant {
         self.0
     }
 
-    /// Time from `earlier` to `self`; zero when `earlier` is later.
+    /// Time from `earlier` to `self`; zero if `earlier` is later.
     ///
     /// ```
     /// use clock::{Duration, Instant};
@@ -76,7 +75,7 @@ impl Sub<Duration> for Instant {
     }
 }
 
-/// The present instant of `CLOCK_MONOTONIC`.
+/// The current instant of `CLOCK_MONOTONIC`.
 #[must_use]
 pub fn now() -> Instant {
     let time = clock_gettime(ClockId::Monotonic);
@@ -85,22 +84,22 @@ pub fn now() -> Instant {
     Instant(seconds * NANOS_PER_SECOND + nanos)
 }
 
-/// The date as the machine believes it to be, in seconds since the beginning of 1970 (UTC): for names and reports, and
-/// never to measure time by.
+/// The machine's wall clock in seconds since the beginning of 1970 (UTC). Use it for names and reports, never to
+/// measure time.
 #[must_use]
 pub fn date_s() -> u64 {
     u64::try_from(clock_gettime(ClockId::Realtime).tv_sec).unwrap_or(0)
 }
 
-/// Sleeps until `wake` on the absolute clock; returns at once when it has passed.
+/// Sleeps until the absolute instant `wake`; returns at once if it has passed.
 ///
-/// An absolute sleep does not drift, and a signal that interrupts it does not lengthen it.
+/// An absolute sleep does not drift, and an interrupting signal does not lengthen it.
 pub fn sleep_until(wake: Instant) {
     let request = Timespec {
         tv_sec: i64::try_from(wake.0 / NANOS_PER_SECOND).unwrap_or(i64::MAX),
         tv_nsec: i64::try_from(wake.0 % NANOS_PER_SECOND).unwrap_or(0),
     };
-    // An interrupted absolute sleep is simply begun again: the end does not move.
+    // Repeating an interrupted absolute sleep does not move its end.
     while clock_nanosleep_absolute(ClockId::Monotonic, &request) == Err(rustix::io::Errno::INTR) {}
 }
 

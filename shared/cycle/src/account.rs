@@ -1,7 +1,7 @@
 use clock::{Instant, nanos};
 use message::Health;
 
-/// The account of one cycle under way: opened when it starts, closed when it ends.
+/// Measurement of one cycle: opened when the cycle starts, closed when it ends.
 #[derive(Debug)]
 #[must_use = "a cycle that is not closed leaves no trace of its execution"]
 pub struct Account {
@@ -9,9 +9,9 @@ pub struct Account {
 }
 
 impl Account {
-    /// Notes in `health` that the cycle released at `release` starts `now`.
+    /// Records in `health` that the cycle with the release time `release` starts `now`.
     ///
-    /// For a process that is woken, `release` is the instant at which it was called.
+    /// For an event-driven process, `release` is the time of the event.
     pub fn open(health: &mut Health, release: Instant, now: Instant) -> Self {
         health.cycles += 1;
         health.beat += 1;
@@ -20,15 +20,15 @@ impl Account {
         Self { started_at: now }
     }
 
-    /// Notes in `health` that the cycle ended `now`, past so many releases.
+    /// Records in `health` that the cycle ended `now` and missed `skipped` further releases. One or more count as an
+    /// overrun.
     pub fn close(self, health: &mut Health, skipped: u64, now: Instant) {
         self.close_woken(health, now);
         health.overruns += u64::from(skipped > 0);
         health.skipped += skipped;
     }
 
-    /// Notes in `health` that the cycle of a process that is woken, which has no deadline,
-    /// ended `now`.
+    /// Records in `health` that the cycle of an event-driven process, which has no deadline, ended `now`.
     pub fn close_woken(self, health: &mut Health, now: Instant) {
         health.execution.record(nanos(now.since(self.started_at)));
     }
@@ -52,7 +52,7 @@ mod tests {
             account.close(&mut health, schedule.finish(end), end);
         }
         assert_eq!((health.cycles, health.beat), (3, 3));
-        // The second started in time to work and ended late all the same.
+        // The second cycle started in time and overran all the same.
         assert_eq!((health.overruns, health.skipped), (2, 4));
         assert_eq!(health.wakeup.max_ns(), 900_000);
         assert_eq!(health.execution.max_ns(), 3_500_000);

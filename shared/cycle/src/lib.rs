@@ -1,9 +1,8 @@
-//! The fixed-rate cycle: release times on an absolute grid, and the account of how the cycles
-//! kept to it.
+//! The fixed-rate cycle: release times on an absolute grid, and measurement of the cycles.
 //!
-//! A [`Schedule`] says when the next cycle may start and judges how the last one ended; an
-//! [`Account`] writes what happened into the process's [`message::Health`]. Neither reads a
-//! clock: the shell sleeps until [`Schedule::release`] and passes the time in.
+//! A [`Schedule`] gives the release times and counts missed ones. An [`Account`] records the measurements in the
+//! process's [`message::Health`]. Neither reads a clock: the shell sleeps until [`Schedule::release`], and passes the
+//! time as an argument.
 //!
 //! ```
 //! use clock::{Duration, Instant};
@@ -17,7 +16,7 @@
 //! account.close(&mut health, schedule.finish(end), end);
 //! assert_eq!((health.cycles, health.overruns, health.skipped), (1, 1, 2));
 //! assert_eq!(schedule.release(), Instant::from_nanos(15_000_000));
-//! # Ok::<(), cycle::ZeroPeriod>(())
+//! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
 mod account;

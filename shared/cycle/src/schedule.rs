@@ -1,14 +1,14 @@
 use clock::{Duration, Instant, nanos};
 
-/// Cycles without time between them have no grid.
+/// The period of a cycle is zero.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("the period of a cycle is zero: it must be at least a nanosecond")]
 pub struct ZeroPeriod;
 
-/// Release times of a cycle: `first_release + n * period`, for ever.
+/// Release times of a cycle: `first_release + n * period`, without end.
 ///
-/// A cycle that ends late loses the releases it ran past. They are counted and skipped, never
-/// made up: catching up would make the next cycle late too, and moving the grid would drift.
+/// A cycle that overruns loses the releases it missed. They are counted and skipped, but not made up for: catching up
+/// would delay the next cycle too, and moving the grid would drift.
 #[derive(Clone, Debug)]
 pub struct Schedule {
     period: u64,
@@ -16,7 +16,7 @@ pub struct Schedule {
 }
 
 impl Schedule {
-    /// The grid through `first_release`.
+    /// A schedule whose grid contains `first_release`.
     ///
     /// # Errors
     ///
@@ -28,21 +28,20 @@ impl Schedule {
         Ok(Self { period: nanos(period), release: first_release })
     }
 
-    /// When the next cycle may start, or when the one under way could have started.
+    /// Release time of the next or current cycle.
     #[must_use]
     pub const fn release(&self) -> Instant {
         self.release
     }
 
-    /// Time between two releases.
+    /// The period of the cycle.
     #[must_use]
     pub const fn period(&self) -> Duration {
         Duration::from_nanos(self.period)
     }
 
-    /// Ends the cycle at `now` and moves the release to the first point of the grid that is
-    /// still to come (or is `now`). Its deadline is the next release: how many releases it ran past, none
-    /// where it was in time.
+    /// Ends the cycle at `now`, and moves the release to the next grid point at or after `now`. The deadline of a
+    /// cycle is the next release. Returns the number of missed releases, zero if the cycle was in time.
     pub fn finish(&mut self, now: Instant) -> u64 {
         let taken = nanos(now.since(self.release));
         let periods = taken.div_ceil(self.period).max(1);
@@ -107,7 +106,7 @@ mod tests {
                 prop_assert!(schedule.release() >= end);
                 prop_assert!(schedule.release() > release);
             }
-            // Every point of the grid was either a cycle or skipped, to the nanosecond.
+            // Every grid point was either a cycle or skipped, exact to the nanosecond.
             prop_assert_eq!(schedule.release().as_nanos(), first + (cycles + skipped) * period);
         }
     }

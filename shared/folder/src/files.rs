@@ -1,5 +1,4 @@
-//! What a folder that keeps something lasting needs beside reading and writing: names that change at once, and files
-//! that belong to the folder's owner.
+//! Operations of a folder with persistent files: atomic renaming, and files that belong to the folder's owner.
 
 use std::fs::File;
 use std::io::{self, ErrorKind};
@@ -10,13 +9,14 @@ use rustix::process::geteuid;
 use super::{Folder, OWN_FILE};
 
 impl Folder {
-    /// Opens a file in it for reading and appending, if there is one. It must be a regular file of the folder's owner.
+    /// Opens a file in it for reading and appending; `None` if it does not exist. It must be a regular file of the
+    /// folder's owner.
     ///
     /// # Errors
     ///
-    /// It is a link, no regular file, or another user's, or cannot be opened.
+    /// It is a symbolic link, not a regular file, or another user's, or cannot be opened.
     pub fn own(&self, name: &str) -> io::Result<Option<File>> {
-        // Without NONBLOCK a named pipe would have the opening wait for its other end.
+        // Without NONBLOCK, opening a named pipe would block until its other end is opened.
         let flags = OFlags::RDWR | OFlags::APPEND | OFlags::NOFOLLOW | OFlags::CLOEXEC | OFlags::NONBLOCK;
         let file = match openat(&self.descriptor, name, flags, OWN_FILE) {
             Ok(descriptor) => File::from(descriptor),
@@ -42,11 +42,11 @@ impl Folder {
         io::Error::new(ErrorKind::PermissionDenied, format!("{} {what}", file.display()))
     }
 
-    /// Gives a file that root made in a folder of another user to that user.
+    /// Changes the owner of a file that root created in another user's folder to that user.
     ///
     /// # Errors
     ///
-    /// The system refused it.
+    /// The operating system refused it.
     pub fn give(&self, file: &File) -> io::Result<()> {
         let folder = fstat(&self.descriptor)?;
         if !geteuid().is_root() || folder.st_uid == geteuid().as_raw() {
@@ -57,20 +57,20 @@ impl Folder {
         Ok(fchown(file, Some(user), Some(group))?)
     }
 
-    /// Gives a file in it another name, in place of what has that name.
+    /// Renames a file in it, and replaces any file of the new name.
     ///
     /// # Errors
     ///
-    /// The file is not there, or the name cannot be changed.
+    /// The file does not exist, or cannot be renamed.
     pub fn rename_over(&self, name: &str, to: &str) -> io::Result<()> {
         Ok(renameat(&self.descriptor, name, &self.descriptor, to)?)
     }
 
-    /// Makes the names in it durable.
+    /// Syncs the folder's entries to disk.
     ///
     /// # Errors
     ///
-    /// The disk refused it.
+    /// The disk reported an error.
     pub fn sync(&self) -> io::Result<()> {
         Ok(fsync(&self.descriptor)?)
     }

@@ -1,9 +1,8 @@
-//! Folders that belong to this user alone.
+//! Folders that other users cannot tamper with.
 //!
-//! `/dev/shm` and `/tmp` are open to every user of a machine: another one can put a symbolic link, or a folder of
-//! their own, where this user's is expected. A [`Folder`] is opened without following a link. It must belong to this
-//! user, and nobody else may write in it. All work goes through its descriptor, so that what was looked at is what is
-//! worked in.
+//! `/dev/shm` and `/tmp` are writable by every user. Another user can put a symbolic link or a folder where this
+//! user's is expected. A [`Folder`] is opened without following a link. It must belong to this user, and no other
+//! user may write to it. All operations use its descriptor, so that they apply to the folder that was checked.
 
 mod files;
 mod output;
@@ -23,27 +22,27 @@ use rustix::process::geteuid;
 
 pub use output::{Existing, Output, OutputError};
 
-/// What a folder is opened for.
+/// Flags for opening a folder.
 const FOLDER: OFlags = OFlags::RDONLY.union(OFlags::DIRECTORY).union(OFlags::NOFOLLOW).union(OFlags::CLOEXEC);
-/// Nobody else may write.
+/// Mode bits of write access for other users.
 const WRITTEN_BY_OTHERS: u32 = 0o022;
-/// Files and folders are this user's alone.
+/// Modes of new folders and files: access for this user only.
 const OWN_FOLDER: Mode = Mode::RWXU;
 const OWN_FILE: Mode = Mode::RUSR.union(Mode::WUSR);
-/// Deeper than anything that Leo or its middleware makes.
+/// Maximum depth of [`Folder::clear`], larger than any folder tree of Leo or its middleware.
 const DEEP: u32 = 16;
 
-/// A folder of this user's, open.
+/// An open folder of this user.
 #[derive(Debug)]
 pub struct Folder {
     descriptor: OwnedFd,
     path: PathBuf,
 }
 
-/// Why a folder cannot be worked in.
+/// Reason why a folder cannot be used.
 #[derive(Debug, thiserror::Error)]
 pub enum FolderError {
-    /// There is a symbolic link.
+    /// The path is a symbolic link.
     #[error(
         "{} is a symbolic link, where a folder of Leo has to be: another user may have put it there. Look where it \
          leads (`ls -l {}`), then remove the link",
@@ -53,7 +52,7 @@ pub enum FolderError {
         /// Its path.
         path: PathBuf,
     },
-    /// There is something else.
+    /// The path is not a folder.
     #[error("{} is no folder: remove it, or choose another place", path.display())]
     NoFolder {
         /// Its path.
@@ -64,10 +63,10 @@ pub enum FolderError {
     OtherOwner {
         /// Its path.
         path: PathBuf,
-        /// Its user's number.
+        /// The user id of its owner.
         owner: u32,
     },
-    /// Other users may write in it.
+    /// Other users may write to it.
     #[error(
         "{} may be written by other users (mode {mode:o}), who may have put anything into it: look at what it holds, \
          then `chmod 700 {}`",
@@ -76,21 +75,21 @@ pub enum FolderError {
     WritableByOthers {
         /// Its path.
         path: PathBuf,
-        /// Its permissions.
+        /// Its mode.
         mode: u32,
     },
-    /// The system refused it.
+    /// The operating system's error.
     #[error("{}: {source}", path.display())]
     System {
         /// Its path.
         path: PathBuf,
-        /// What the system said.
+        /// The operating system's error.
         source: io::Error,
     },
 }
 
 impl FolderError {
-    /// Whether nothing is there.
+    /// Whether the folder does not exist.
     #[must_use]
     pub fn is_missing(&self) -> bool {
         matches!(self, Self::System { source, .. } if source.kind() == io::ErrorKind::NotFound)
@@ -110,11 +109,11 @@ impl From<FolderError> for io::Error {
 }
 
 impl Folder {
-    /// Opens a folder of this user's.
+    /// Opens a folder of this user.
     ///
     /// # Errors
     ///
-    /// It is a link or no folder, belongs to another user, is open to others, or cannot be opened.
+    /// It is a symbolic link or not a folder, belongs to another user, is writable by others, or cannot be opened.
     pub fn open(path: &Path) -> Result<Self, FolderError> {
         let folder = Self::open_any(path)?;
         let stat = folder.stat()?;
@@ -128,21 +127,21 @@ impl Folder {
         Ok(folder)
     }
 
-    /// Opens a folder of this user's; one of anybody's where this user is root: for what root does for others, such as
-    /// releasing an emergency stop.
+    /// Opens a folder of this user, or of any user if this user is root. For operations that root does for others,
+    /// such as releasing an emergency stop.
     ///
     /// # Errors
     ///
-    /// As [`open`](Self::open).
+    /// As [`Self::open`].
     pub fn open_for_root(path: &Path) -> Result<Self, FolderError> {
         if geteuid().is_root() { Self::open_any(path) } else { Self::open(path) }
     }
 
-    /// Makes a folder for this user alone where there is none, and opens it. Folders above it have to be there.
+    /// Creates a folder with access for this user only if it does not exist, and opens it. Its parent must exist.
     ///
     /// # Errors
     ///
-    /// As [`open`](Self::open), or it cannot be made.
+    /// As [`Self::open`], or it cannot be created.
     pub fn make(path: &Path) -> Result<Self, FolderError> {
         let path: PathBuf = path.components().collect();
         match mkdir(&path, OWN_FOLDER) {
@@ -151,11 +150,11 @@ impl Folder {
         }
     }
 
-    /// The same, and the folders above it too, where they are not there.
+    /// Like [`Self::make`], and creates missing parents too.
     ///
     /// # Errors
     ///
-    /// As [`make`](Self::make).
+    /// As [`Self::make`].
     pub fn make_all(path: &Path) -> Result<Self, FolderError> {
         let path: PathBuf = path.components().collect();
         if let Some(above) = path.parent() {
@@ -169,7 +168,7 @@ impl Folder {
     }
 
     fn open_any(path: &Path) -> Result<Self, FolderError> {
-        // A slash at the end would have the system follow a link.
+        // With a slash at the end, the system would follow a link.
         let path: PathBuf = path.components().collect();
         match open(&path, FOLDER, Mode::empty()) {
             Ok(descriptor) => Ok(Self { descriptor, path }),
@@ -194,17 +193,17 @@ impl Folder {
             .map_err(|errno| FolderError::System { path: self.path.clone(), source: errno.into() })
     }
 
-    /// Where it was opened.
+    /// The path it was opened with.
     #[must_use]
     pub fn path(&self) -> &Path {
         &self.path
     }
 
-    /// Whether something of that name is in it: a link that leads nowhere is, too.
+    /// Whether an entry of that name exists; true for a dangling symbolic link too.
     ///
     /// # Errors
     ///
-    /// That cannot be seen.
+    /// The entry cannot be queried.
     pub fn has(&self, name: &str) -> io::Result<bool> {
         match statat(&self.descriptor, name, AtFlags::SYMLINK_NOFOLLOW) {
             Ok(_there) => Ok(true),
@@ -217,7 +216,7 @@ impl Folder {
     ///
     /// # Errors
     ///
-    /// It is not there, is a link, or cannot be read.
+    /// It does not exist, is a symbolic link, or cannot be read.
     pub fn read(&self, name: &str) -> io::Result<File> {
         self.file(name, OFlags::RDONLY)
     }
@@ -226,36 +225,36 @@ impl Folder {
     ///
     /// # Errors
     ///
-    /// As [`read`](Self::read), or it is no text.
+    /// As [`Self::read`], or it is not UTF-8.
     pub fn text(&self, name: &str) -> io::Result<String> {
         let mut text = String::new();
         self.read(name)?.read_to_string(&mut text)?;
         Ok(text)
     }
 
-    /// Opens a file in it for writing, and makes it where it is not there; what is in it stays.
+    /// Opens a file in it for writing; creates it if necessary, and keeps its content.
     ///
     /// # Errors
     ///
-    /// It is a link, or cannot be written.
+    /// It is a symbolic link, or cannot be written.
     pub fn write(&self, name: &str) -> io::Result<File> {
         self.file(name, OFlags::WRONLY | OFlags::CREATE)
     }
 
-    /// Replaces what a file in it holds.
+    /// Replaces the content of a file in it.
     ///
     /// # Errors
     ///
-    /// As [`write`](Self::write).
+    /// As [`Self::write`].
     pub fn replace(&self, name: &str, bytes: &[u8]) -> io::Result<()> {
         self.file(name, OFlags::WRONLY | OFlags::CREATE | OFlags::TRUNC)?.write_all(bytes)
     }
 
-    /// Makes a file in it that is not there yet.
+    /// Creates a new file in it.
     ///
     /// # Errors
     ///
-    /// Something of that name is there, a link too, or it cannot be written.
+    /// An entry of that name exists, or it cannot be written.
     pub fn create(&self, name: &str) -> io::Result<File> {
         self.file(name, OFlags::WRONLY | OFlags::CREATE | OFlags::EXCL)
     }
@@ -265,41 +264,41 @@ impl Folder {
         Ok(openat(&self.descriptor, name, flags, OWN_FILE)?.into())
     }
 
-    /// Gives a file in it a second name, which must be free.
+    /// Creates a hard link to a file in it. The new name must not exist.
     ///
     /// # Errors
     ///
-    /// The file is not there, something of the second name is, or there is no room.
+    /// The file does not exist, the new name exists, or there is no space left.
     pub fn link(&self, name: &str, second: &str) -> io::Result<()> {
         Ok(linkat(&self.descriptor, name, &self.descriptor, second, AtFlags::empty())?)
     }
 
-    /// Gives a file in it another name, which must be free.
+    /// Renames a file in it. The new name must not exist.
     ///
     /// # Errors
     ///
-    /// The file is not there, or something of the other name is.
+    /// The file does not exist, or the new name exists.
     pub fn rename(&self, name: &str, other: &str) -> io::Result<()> {
         let (from, to) = (&self.descriptor, &self.descriptor);
         match renameat_with(from, name, to, other, RenameFlags::NOREPLACE) {
-            // Not every file system can do that at once.
+            // Not every file system supports this atomically.
             Err(Errno::INVAL) if !self.has(other)? => Ok(renameat(from, name, to, other)?),
             Err(errno) => Err(errno.into()),
             Ok(()) => Ok(()),
         }
     }
 
-    /// Removes a file or a link from it.
+    /// Removes a file or a symbolic link from it.
     ///
     /// # Errors
     ///
-    /// It is not there, or cannot be removed.
+    /// It does not exist, or cannot be removed.
     pub fn remove(&self, name: &str) -> io::Result<()> {
         Ok(unlinkat(&self.descriptor, name, AtFlags::empty())?)
     }
 
-    /// Removes all that is in it, but what is to be kept; where a link leads, nothing is removed. What cannot be removed
-    /// stays.
+    /// Removes all its content except the entries named in `keep`, without following symbolic links. Entries that
+    /// cannot be removed stay.
     pub fn clear(&self, keep: &[&str]) {
         clear(&self.descriptor, keep, DEEP);
     }

@@ -6,19 +6,19 @@ use std::sync::Arc;
 
 use crate::Folder;
 
-/// What becomes of a file that is there already.
+/// Policy for an existing output file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Existing {
-    /// It stays, and nothing is made.
+    /// Keep it, and fail.
     Keep,
-    /// It is written over.
+    /// Overwrite it.
     Replace,
 }
 
-/// Where a file is to be made: in a folder of this user's, or at a path that this user named.
+/// Place of an output file: in a folder of this user, or at a path given by the user.
 ///
-/// Either way no link is followed at its name: another user may have put it there. And what is there stays, unless it is
-/// to be replaced.
+/// In both cases, a symbolic link at its name is not followed, because another user may have put it there. An
+/// existing file is kept unless it is to be replaced.
 #[derive(Clone, Debug)]
 pub struct Output {
     place: Place,
@@ -31,18 +31,18 @@ enum Place {
     Named(Existing),
 }
 
-/// Why a file is not made.
+/// Reason why an output file is not created.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum OutputError {
-    /// There is a symbolic link.
+    /// A symbolic link of that name exists.
     #[error(
         "a symbolic link is there, and is not followed: another user may have put it there; name the file itself"
     )]
     Link,
-    /// There is a file.
+    /// A file of that name exists.
     #[error("it is there already: name another one, or say --overwrite")]
     Exists,
-    /// There is a file of this name in a folder of Leo.
+    /// An entry of that name exists in a folder of Leo.
     #[error("something of that name is there already")]
     Taken,
 }
@@ -54,14 +54,14 @@ impl From<OutputError> for io::Error {
 }
 
 impl Output {
-    /// A file in a folder of this user's. What is there stays.
+    /// A file in a folder of this user. An existing file is kept.
     #[must_use]
     pub fn in_folder(folder: &Arc<Folder>, name: &str) -> Self {
         let place = Place::In { folder: Arc::clone(folder), name: name.to_owned() };
         Self { place, path: folder.path().join(name) }
     }
 
-    /// A file that this user named.
+    /// A file at a path given by the user.
     #[must_use]
     pub fn named(path: &Path, existing: Existing) -> Self {
         Self { place: Place::Named(existing), path: path.to_owned() }
@@ -73,11 +73,11 @@ impl Output {
         &self.path
     }
 
-    /// Makes the file, for this user alone. A device, or a pipe, is written to as it is.
+    /// Creates the file with access for this user only. A device or a pipe is opened as it is.
     ///
     /// # Errors
     ///
-    /// A link is there; a file is there that is to stay; or it cannot be made.
+    /// It is a symbolic link, exists and is to be kept, or cannot be created.
     pub fn create(&self) -> io::Result<File> {
         match &self.place {
             Place::In { folder, name } => match folder.create(name) {
@@ -88,7 +88,7 @@ impl Output {
         }
     }
 
-    /// Removes the file again: what could not be written whole. A device stays.
+    /// Removes a file that could not be written completely. A device is kept.
     pub fn remove(&self) {
         let _gone = match &self.place {
             Place::In { folder, name } => folder.remove(name),
@@ -122,7 +122,7 @@ impl Output {
     }
 }
 
-/// A link is not followed, should one have come in between.
+/// Do not follow a link that was created after the check.
 const NOFOLLOW: i32 = rustix::fs::OFlags::NOFOLLOW.bits().cast_signed();
 
 #[cfg(test)]

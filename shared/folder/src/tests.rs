@@ -42,7 +42,7 @@ fn a_link_is_not_followed_and_nothing_behind_it_is_touched() {
         let told = opened.unwrap_err().to_string();
         assert!(told.contains("is a symbolic link"), "{told}");
     }
-    // Nor one in a folder.
+    // Neither is a link inside a folder followed.
     let folder = Folder::make(&parent.path().join("own")).unwrap();
     symlink(precious.join("learned"), folder.path().join("file")).unwrap();
     symlink(&precious, folder.path().join("below")).unwrap();

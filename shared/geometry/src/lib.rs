@@ -1,8 +1,8 @@
-//! Poses and positions with their frames in the type.
+//! Poses and positions with their coordinate frames in the type.
 //!
-//! `Pose<A, B>` is the pose *of B in A*, so `Pose<A, B> * Pose<B, C>` compiles and
-//! `Pose<A, B> * Pose<C, B>` does not. Locals follow the monogram in snake case:
-//! `x_world_base * p_base_cup`; letters that touch must match.
+//! `Pose<A, B>` is the pose *of B in A*: `Pose<A, B> * Pose<B, C>` compiles, and `Pose<A, B> * Pose<C, B>` does not.
+//! Variables follow monogram notation in snake case, as in `x_world_base * p_base_cup`; adjacent frame names must
+//! match.
 //!
 //! ```compile_fail
 //! use geometry::{Base, Pose, World};
@@ -10,8 +10,8 @@
 //! let wrong = x_world_base * x_world_base;
 //! ```
 //!
-//! Lengths are metres, angles radians, quaternions `[x, y, z, w]`, frames right-handed with z
-//! up and, for a body, x forward and y left (REP 103).
+//! Lengths are in metres, angles in radians, quaternions `[x, y, z, w]`. Frames are right-handed with z up; for a
+//! body, x is forward and y left (REP 103).
 
 use std::fmt;
 use std::marker::PhantomData;
@@ -22,19 +22,19 @@ use nalgebra::{Isometry3, Point3, Quaternion, Translation3, UnitQuaternion, Vect
 /// The room: fixed, z up.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum World {}
-/// The robot's base: x forward, y left, z up. Every observation is made in it.
+/// The robot's base: x forward, y left, z up. Observations are in this frame.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Base {}
-/// A partner's own frame, levelled: x where he faces, y to his left, z up.
+/// A partner's body frame, levelled: x forward, y left, z up.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Person {}
-/// An eye or camera: x along the line of sight, z up in the picture.
+/// An eye or camera: x along the line of sight, z up in the image.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Eye {}
 /// A hand: origin between the fingertips, x along the fingers.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Hand {}
-/// A sensory source: the frame that it reports in, whichever that is.
+/// A sensory source: the frame of its raw reports.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Source {}
 /// An object of the scene: origin at its centre.
@@ -60,13 +60,13 @@ impl<A> Position<A> {
         Self::from_point(Point3::new(x, y, z))
     }
 
-    /// A point whose frame the caller vouches for.
+    /// A point from bare coordinates; the caller guarantees the frame.
     #[must_use]
     pub fn from_point(point: Point3<f64>) -> Self {
         Self { point, frame: PhantomData }
     }
 
-    /// The bare point.
+    /// The bare coordinates.
     #[must_use]
     pub fn point(&self) -> Point3<f64> {
         self.point
@@ -86,22 +86,22 @@ impl<A> Position<A> {
 }
 
 impl<A, B> Pose<A, B> {
-    /// Frames that coincide.
+    /// The identity pose: both frames coincide.
     #[must_use]
     pub fn identity() -> Self {
         Self::from_isometry(Isometry3::identity())
     }
 
-    /// A pose whose frames the caller vouches for.
+    /// A pose from a bare transform; the caller guarantees the frames.
     #[must_use]
     pub fn from_isometry(isometry: Isometry3<f64>) -> Self {
         Self { isometry, frames: PhantomData }
     }
 
-    /// B's origin at `position_m` in A, B's axes turned by the quaternion `[x, y, z, w]`.
+    /// The pose with B's origin at `position_m` in A, and B's orientation as the quaternion `[x, y, z, w]`.
     ///
-    /// `None` when a number is not finite or the quaternion's norm is further than 1 % from one:
-    /// such numbers are no pose, and normalising them would hide it.
+    /// `None` if a number is not finite, or if the quaternion's norm differs from one by 1 % or more. Such input is
+    /// invalid, and normalising it would hide the error.
     #[must_use]
     pub fn from_parts(position_m: [f64; 3], orientation_xyzw: [f64; 4]) -> Option<Self> {
         let [x, y, z, w] = orientation_xyzw;
@@ -116,15 +116,15 @@ impl<A, B> Pose<A, B> {
         }
     }
 
-    /// B's origin at `(x, y, z)` metres in A, turned by `heading_rad` about the vertical.
+    /// The pose with B's origin at `(x, y, z)` metres in A, rotated by `heading_rad` about the vertical.
     #[must_use]
     pub fn upright(x: f64, y: f64, z: f64, heading_rad: f64) -> Self {
         let rotation = UnitQuaternion::from_euler_angles(0.0, 0.0, heading_rad);
         Self::from_isometry(Isometry3::from_parts(Translation3::new(x, y, z), rotation))
     }
 
-    /// B at `from` in A, its x axis pointing to `towards`, its y axis level. When the two points
-    /// coincide or lie on one vertical, the heading is A's.
+    /// The pose of B at `from` in A, with its x axis towards `towards` and its y axis level. If the points coincide
+    /// or lie on one vertical, the heading is A's.
     #[must_use]
     pub fn looking(from: &Position<A>, towards: &Position<A>) -> Self {
         let [dx, dy, dz]: [f64; 3] = (towards.point - from.point).into();
@@ -165,14 +165,14 @@ impl<A, B> Pose<A, B> {
         self.isometry.rotation.coords.into()
     }
 
-    /// Where B's x axis points, as an angle about A's vertical.
+    /// Heading of B's x axis, as an angle about A's vertical, in radians.
     #[must_use]
     pub fn heading_rad(&self) -> f64 {
         let forward = self.isometry.rotation * Vector3::x();
         forward.y.atan2(forward.x)
     }
 
-    /// The same place and heading with roll and pitch taken out.
+    /// The same position and heading, with roll and pitch set to zero.
     #[must_use]
     pub fn levelled(&self) -> Self {
         let [x, y, z] = self.position_m();
@@ -203,7 +203,7 @@ impl<A, B> Mul<Position<B>> for Pose<A, B> {
     }
 }
 
-// Derived implementations would ask the frame types for the same traits.
+// Derived implementations would require the same traits of the frame types.
 impl<A> Clone for Position<A> {
     fn clone(&self) -> Self {
         *self

@@ -4,18 +4,18 @@ use iceoryx2_bb_elementary_traits::zero_copy_send::ZeroCopySend;
 use crate::bytes::laid_out;
 use crate::{Feature, Header, MAX_PERCEPTS, NOBODY, Path};
 
-/// The head of a belief buffer: whose beliefs, and the frame they are in.
+/// Head of a belief buffer: the perspective and its coordinate frame.
 #[derive(Clone, Copy, Debug, Default, PartialEq, ZeroCopySend)]
 #[repr(C)]
 #[type_name("leo/BeliefHead/2")]
 pub struct BeliefHead {
     /// The frame's header.
     pub header: Header,
-    /// Which perspective's beliefs, by the number of the buffer: 0 the robot's own, n what it takes
-    /// partner n to believe, and from there on those nested deeper, in the order of their paths.
+    /// Number of the perspective's buffer: 0 is the robot's own, n is that of partner n. Nested perspectives follow
+    /// in the order of their paths.
     pub perspective: u32,
-    /// Whether the perspective perceived anything possible at this instant: 1 yes, 0 the partner
-    /// is absent or his pose unknown, and his beliefs are frozen.
+    /// Whether the perspective could perceive at this instant: 1 yes, 0 no. With 0 the partner is absent or their
+    /// pose unknown, and the beliefs are frozen.
     pub present: u32,
     /// Position of the perspective's frame in the robot's base frame, in metres.
     pub frame_position_m: [f64; 3],
@@ -27,9 +27,9 @@ pub struct BeliefHead {
     pub eye_orientation_xyzw: [f64; 4],
     /// Observations of this instant that the perspective could perceive.
     pub perceivable: u32,
-    /// Observations of this instant that it could not.
+    /// Observations of this instant that the perspective could not perceive.
     pub hidden: u32,
-    /// Observations refused because their numbers were unsound, since the process started.
+    /// Observations refused because of invalid numbers, since the process started.
     pub refused: u64,
     /// Beliefs created, since the process started.
     pub created: u64,
@@ -37,15 +37,14 @@ pub struct BeliefHead {
     pub merged: u64,
     /// Beliefs culled, since the process started.
     pub culled: u64,
-    /// Observations dropped because no belief was free, and those of occluders that hide nothing because
-    /// more stood there at once than are remembered, since the process started.
+    /// Observations dropped since the process started: no belief was free, or the occluder memory was full.
     pub overflowed: u64,
-    /// Whose beliefs, and within whose.
+    /// Path of the perspective.
     pub path: Path,
 }
 
 impl BeliefHead {
-    /// A head of the robot's own perspective or of a partner's, whose frame is the robot's base.
+    /// A head of the robot's own perspective or of a partner's, with the robot's base as coordinate frame.
     #[must_use]
     pub fn of(perspective: u32, header: Header) -> Self {
         let upright = [0.0, 0.0, 0.0, 1.0];
@@ -69,13 +68,13 @@ impl BeliefHead {
         }
     }
 
-    /// The pose of the perspective's frame in the robot's base frame; `None` for nonsense.
+    /// The pose of the perspective's frame in the robot's base frame; `None` if the numbers are invalid.
     #[must_use]
     pub fn frame(&self) -> Option<geometry::Pose<geometry::Base, geometry::Person>> {
         geometry::Pose::from_parts(self.frame_position_m, self.frame_orientation_xyzw)
     }
 
-    /// The pose of the perspective's eye in the robot's base frame; `None` for nonsense.
+    /// The pose of the perspective's eye in the robot's base frame; `None` if the numbers are invalid.
     #[must_use]
     pub fn eye(&self) -> Option<geometry::Pose<geometry::Base, geometry::Eye>> {
         geometry::Pose::from_parts(self.eye_position_m, self.eye_orientation_xyzw)
@@ -87,7 +86,7 @@ impl BeliefHead {
 #[repr(C)]
 #[type_name("leo/Remembered/1")]
 pub struct Remembered {
-    /// When the newest sample behind it was taken, in nanoseconds of the clock.
+    /// Time stamp of its newest sample, in nanoseconds of the clock.
     pub sampled_at_ns: u64,
     /// The percept: its index in the configured set P.
     pub percept: u16,
@@ -108,7 +107,7 @@ impl Remembered {
         Self { sampled_at_ns, percept, feature_kind, matching, confidence, feature }
     }
 
-    /// The remembered feature; `None` where the numbers are no feature.
+    /// The remembered feature; `None` if the raw values are invalid.
     #[must_use]
     #[inline]
     pub fn feature(&self) -> Option<Feature> {
@@ -125,21 +124,20 @@ pub struct Belief {
     pub id: u64,
     /// When the object was first perceived, in nanoseconds of the clock.
     pub born_at_ns: u64,
-    /// When it was last perceived.
+    /// When it was last perceived, in nanoseconds of the clock.
     pub perceived_at_ns: u64,
-    /// Observations behind it.
+    /// Number of observations merged into it.
     pub observations: u64,
-    /// The agent who last was perceived to hold it at this instant, or `NOBODY`.
+    /// The agent last perceived to hold it, as of this instant, or `NOBODY`.
     pub held_by: u16,
-    /// The agent to whom the thing belongs in the eyes of this perspective, or `NOBODY` for what is
-    /// everybody's.
+    /// The owner according to this perspective, or `NOBODY` for a shared object.
     pub owner: u16,
     count: u32,
     percepts: [Remembered; MAX_PERCEPTS],
 }
 
 impl Belief {
-    /// A belief without percepts yet, about a thing that is everybody's.
+    /// A belief without percepts, about a shared object.
     #[must_use]
     #[inline]
     pub fn new(id: u64, born_at_ns: u64, perceived_at_ns: u64, observations: u64, held_by: u16) -> Self {
@@ -155,7 +153,7 @@ impl Belief {
         }
     }
 
-    /// Adds a percept; `false`, and nothing added, when there is no room.
+    /// Adds a percept; `false` if the belief is full.
     #[inline]
     pub fn push(&mut self, remembered: Remembered) -> bool {
         let slot = usize::try_from(self.count).ok().and_then(|count| self.percepts.get_mut(count));
@@ -183,7 +181,7 @@ impl Belief {
         self.percepts().iter().find(|remembered| remembered.percept == percept)
     }
 
-    /// The symbol remembered of a percept; `None` where it is none.
+    /// The remembered symbol of a percept; `None` if it has none.
     #[must_use]
     pub fn symbol(&self, percept: u16) -> Option<u16> {
         match self.percept(percept)?.feature()? {
@@ -192,7 +190,7 @@ impl Belief {
         }
     }
 
-    /// The number remembered of a percept; `None` where it is none.
+    /// The remembered number of a percept; `None` if it has none.
     #[must_use]
     pub fn number(&self, percept: u16) -> Option<f32> {
         match self.percept(percept)?.feature()? {
@@ -201,7 +199,7 @@ impl Belief {
         }
     }
 
-    /// The vector remembered of a percept, in the frame of its perspective; `None` where it is none.
+    /// The remembered vector of a percept, in the frame of its perspective; `None` if it has none.
     #[must_use]
     pub fn vector(&self, percept: u16) -> Option<[f64; 3]> {
         Some(self.percept(percept)?.feature()?.vector()?.map(f64::from))

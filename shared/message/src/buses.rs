@@ -3,63 +3,63 @@ use iceoryx2_bb_elementary_traits::zero_copy_send::ZeroCopySend;
 
 use crate::{Histogram, Text};
 
-/// Servo buses that a robot has at most.
+/// Maximum number of servo buses of a robot.
 pub const MAX_BUSES: usize = 16;
 
-/// How one servo bus fares, since the motor process's life began.
+/// Health of one servo bus, counted since this incarnation of the motor process started.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ZeroCopySend)]
 #[repr(C)]
 #[type_name("leo/BusHealth/2")]
 pub struct BusHealth {
-    /// What the configuration calls it.
+    /// Its name in the configuration.
     pub name: Text,
     /// Joints on it.
     pub joints: u64,
-    /// Joints of it that are quarantined now.
+    /// Joints on it that are quarantined now.
     pub quarantined: u64,
-    /// Whether its line is lost now: 1 yes, 0 no.
+    /// Whether its serial line is lost now: 1 yes, 0 no.
     pub lost: u64,
-    /// Requests carried out.
+    /// Requests completed.
     pub exchanges: u64,
-    /// Cycles in which it was still busy with the request before.
+    /// Cycles skipped because the bus was still busy with the previous request.
     pub skipped: u64,
-    /// Answers that did not come.
+    /// Status packets that did not arrive.
     pub missed: u64,
-    /// Answers that arrived broken.
+    /// Status packets that arrived corrupt.
     pub broken: u64,
-    /// Answers dropped because nobody awaited them, or because they were sampled too early.
+    /// Status packets dropped because they were not expected, or because they were sampled too early.
     pub stale: u64,
-    /// Bytes that came after their time.
+    /// Bytes that arrived after the reply timeout.
     pub late_bytes: u64,
     /// Hardware alerts of its servos.
     pub alerts: u64,
-    /// Times that a servo of it began anew by itself.
+    /// Unexpected reboots of its servos.
     pub restarts: u64,
-    /// Bus watchdogs of its servos that were found to have tripped.
+    /// Bus watchdogs of its servos that have tripped.
     pub watchdogs: u64,
-    /// Instructions that a servo refused by an error number.
+    /// Instructions that a servo rejected with an error number.
     pub refusals: u64,
-    /// Identifiers to which two servos were found to answer.
+    /// Identifiers to which two servos replied.
     pub duplicates: u64,
-    /// Times that its line was lost.
+    /// Times that its serial line was lost.
     pub hang_ups: u64,
-    /// How long the requests took, in nanoseconds.
+    /// Duration of the requests, in nanoseconds.
     pub exchange: Histogram,
 }
 
-/// How the servo buses fare: the motor process writes it to a board of its own.
+/// Health of all servo buses. The motor process writes it to its board.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ZeroCopySend)]
 #[repr(C)]
 #[type_name("leo/Buses/2")]
 pub struct Buses {
-    /// How many buses there are.
+    /// Number of buses.
     pub count: u64,
-    /// Each of them, in the order of the configuration.
+    /// The buses, in the order of the configuration.
     pub buses: [BusHealth; MAX_BUSES],
 }
 
 impl Buses {
-    /// The buses that there are.
+    /// The buses in use.
     #[must_use]
     pub fn all(&self) -> &[BusHealth] {
         let count = usize::try_from(self.count).unwrap_or(MAX_BUSES).min(MAX_BUSES);

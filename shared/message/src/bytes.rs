@@ -1,17 +1,17 @@
-//! Values byte by byte, as they stand in shared memory: what a recording holds.
+//! Serialisation of shared types to the bytes that they have in shared memory, as used in recordings.
 //!
-//! Written and read field by field, in the order of little-endian machines. What lies between two
-//! fields, or behind the last, no writer sets: it is written as zero, and not read.
+//! Fields are written and read one by one, in little-endian order. Padding between and after fields is written as
+//! zero and not read.
 
 use std::fmt;
 use std::mem::size_of;
 
 use crate::Topic;
 
-/// A value whose bytes can be written down, and read again.
+/// A value that can be converted to bytes and back.
 ///
-/// The size is that of the type. Any bytes of that size are a value: what they claim is an
-/// allegation, as in shared memory.
+/// The size is that of the type. Every byte sequence of that size is a value, but its content is untrusted, as in
+/// shared memory.
 ///
 /// ```
 /// use message::{Bytes, JointGoal};
@@ -23,34 +23,34 @@ use crate::Topic;
 /// assert_eq!(JointGoal::get(&bytes), goal);
 /// ```
 pub trait Bytes: Copy {
-    /// How the bytes are laid out.
+    /// Description of the layout.
     fn kind() -> Kind;
 
-    /// Adds the value's bytes.
+    /// Appends the value's bytes.
     fn put(&self, out: &mut Vec<u8>);
 
-    /// The value that begins the bytes; bytes that are not there count as zero.
+    /// Reads a value from the start of `bytes`; missing bytes count as zero.
     #[must_use]
     fn get(bytes: &[u8]) -> Self;
 
-    /// Adds the bytes of several values.
+    /// Appends the bytes of several values.
     fn put_all(values: &[Self], out: &mut Vec<u8>) {
         values.iter().for_each(|value| value.put(out));
     }
 }
 
-/// What some bytes are.
+/// The kind of a value's bytes.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Kind {
     /// A number.
     Number(Number),
-    /// So many of a kind, one behind the other.
+    /// An array: element kind and length.
     Array(Box<Self>, usize),
-    /// Fields.
+    /// A struct.
     Struct(Layout),
 }
 
-/// A number in bytes, by its name in Rust.
+/// A primitive number type, named as in Rust.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Number {
     /// One byte.
@@ -70,11 +70,11 @@ pub enum Number {
 /// The layout of a shared type.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Layout {
-    /// Its name with its version: `leo/Belief/2`.
+    /// Its versioned name, for example `leo/Belief/2`.
     pub name: &'static str,
     /// Its size in bytes.
     pub size: usize,
-    /// Its fields, in the order of their places.
+    /// Its fields, in the order of their offsets.
     pub fields: Vec<Field>,
 }
 
@@ -83,14 +83,14 @@ pub struct Layout {
 pub struct Field {
     /// Its name.
     pub name: &'static str,
-    /// Where it begins, in bytes.
+    /// Its offset in bytes.
     pub offset: usize,
-    /// What it is.
+    /// Its kind.
     pub kind: Kind,
 }
 
 impl Kind {
-    /// How many bytes it is.
+    /// Its size in bytes.
     #[must_use]
     pub fn size(&self) -> usize {
         match self {
@@ -100,7 +100,7 @@ impl Kind {
         }
     }
 
-    /// Its layout, and those of all types in it, each after those that it holds.
+    /// Its layout and those of all nested types, each after the types that it contains.
     #[must_use]
     pub fn layouts(&self) -> Vec<&Layout> {
         let mut found: Vec<&Layout> = Vec::new();
@@ -123,7 +123,7 @@ impl Kind {
 }
 
 impl Number {
-    /// How many bytes it is.
+    /// Its size in bytes.
     #[must_use]
     pub const fn size(self) -> usize {
         match self {
@@ -148,7 +148,7 @@ impl fmt::Display for Number {
     }
 }
 
-/// As it stands in a schema: `[f32; 3]`, `leo/Text/1`.
+/// Prints it as in a schema: `[f32; 3]`, `leo/Text/1`.
 impl fmt::Display for Kind {
     fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
@@ -159,7 +159,7 @@ impl fmt::Display for Kind {
     }
 }
 
-/// As it stands in a schema: name and size, then a line for each field with its place.
+/// Prints it as in a schema: name and size, then one line per field with its offset.
 impl fmt::Display for Layout {
     fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
         writeln!(out, "{}: {} bytes", self.name, self.size)?;
@@ -168,7 +168,7 @@ impl fmt::Display for Layout {
     }
 }
 
-/// The bytes of a frame: its head, then its entries.
+/// Appends the bytes of a frame: its head, then its entries.
 pub fn put_frame<T>(head: &T::Head, entries: &[T::Entry], out: &mut Vec<u8>)
 where
     T: Topic<Head: Bytes, Entry: Bytes>,
@@ -178,7 +178,7 @@ where
     T::Entry::put_all(entries, out);
 }
 
-/// The frame of these bytes; `None` where they are not a head and whole entries.
+/// Parses a frame; `None` unless the bytes are a head and complete entries.
 #[must_use]
 pub fn get_frame<T>(bytes: &[u8]) -> Option<(T::Head, Vec<T::Entry>)>
 where
@@ -253,12 +253,12 @@ impl<T: Bytes, const LENGTH: usize> Bytes for [T; LENGTH] {
     }
 }
 
-/// What a field of a struct is.
+/// The kind of a struct's field.
 pub(crate) fn kind_of<T, F: Bytes>(_field: impl Fn(&T) -> &F) -> Kind {
     F::kind()
 }
 
-/// Implements [`Bytes`] for a struct with `repr(C)`; a field that is left out does not compile.
+/// Implements [`Bytes`] for a `repr(C)` struct. A missing field is a compile error.
 macro_rules! laid_out {
     ($type:ident = $name:literal { $($field:ident),+ $(,)? }) => {
         impl $crate::bytes::Bytes for $type {

@@ -4,51 +4,50 @@ use iceoryx2_bb_elementary_traits::zero_copy_send::ZeroCopySend;
 use crate::bytes::laid_out;
 use crate::{Feature, Header, MAX_PERCEPTS, Path};
 
-/// The head of a divergence buffer: which two perspectives are compared. Of the same instant and
-/// number as the belief buffers of both.
+/// Head of a divergence buffer: the two perspectives compared. Has the same time stamp and sequence number as their
+/// belief buffers.
 #[derive(Clone, Copy, Debug, Default, PartialEq, ZeroCopySend)]
 #[repr(C)]
 #[type_name("leo/DivergenceHead/1")]
 pub struct DivergenceHead {
     /// The frame's header.
     pub header: Header,
-    /// The other of the two perspectives, by the number of its buffers.
+    /// The `other` perspective, by the number of its buffers.
     pub perspective: u32,
-    /// The one of the two: the perspective that the other is nested in, 0 for a partner's.
+    /// The `one` perspective, which the other is nested in; 0 for a partner's.
     pub within: u32,
-    /// Things about which the two believe the same.
+    /// Number of objects about which the two agree.
     pub agreed: u32,
-    /// 1 where the two are compared, 0 as long as he whose the other perspective is was not
-    /// observed yet.
+    /// 1 if the two are compared, 0 until the agent of the other perspective is first observed.
     pub compared: u32,
-    /// Whose the other perspective is, and within whose.
+    /// Path of the other perspective.
     pub path: Path,
 }
 
-/// A feature that is not known, where features are written as a kind and four numbers.
+/// Raw kind of an unknown feature.
 const UNKNOWN: u16 = u16::MAX;
 
-/// One percept about which two beliefs in the same thing differ. Places and orientations are in
-/// the robot's base frame.
+/// One percept in which two beliefs about the same object differ. Positions and orientations are in the robot's base
+/// frame.
 #[derive(Clone, Copy, Debug, Default, PartialEq, ZeroCopySend)]
 #[repr(C)]
 #[type_name("leo/Aspect/1")]
 pub struct Aspect {
-    // How far apart the two are; negative where that is not known.
+    // Difference of the two features; negative if unknown.
     apart: f64,
     /// The percept: its index in the configured set P.
     pub percept: u16,
-    // The kinds of the features, 65535 for one that is not known.
+    // Kinds of the features; 65535 if unknown.
     one_kind: u16,
     other_kind: u16,
     reserved: u16,
-    // The features, as in a belief.
+    // The features, encoded as in a belief.
     one: [f32; 4],
     other: [f32; 4],
 }
 
 impl Aspect {
-    /// A percept, what the one and the other believe of it, and how far apart that is.
+    /// A percept, its feature in both perspectives, and their difference.
     #[must_use]
     pub fn new(percept: u16, one: Option<Feature>, other: Option<Feature>, apart: Option<f64>) -> Self {
         let raw = |feature: Option<Feature>| feature.map_or((UNKNOWN, [0.0; 4]), Feature::to_raw);
@@ -56,32 +55,31 @@ impl Aspect {
         Self { apart: apart.unwrap_or(-1.0), percept, one_kind, other_kind, reserved: 0, one, other }
     }
 
-    /// What the one believes; `None` where it knows nothing of it, or the numbers are no feature.
+    /// The feature of the one perspective; `None` if unknown or invalid.
     #[must_use]
     pub fn one(&self) -> Option<Feature> {
         Feature::from_raw(self.one_kind, self.one)
     }
 
-    /// What the other believes; `None` where it knows nothing of it, or the numbers are no feature.
+    /// The feature of the other perspective; `None` if unknown or invalid.
     #[must_use]
     pub fn other(&self) -> Option<Feature> {
         Feature::from_raw(self.other_kind, self.other)
     }
 
-    /// How far apart the two are, where both are known: metres, radians, a difference of degrees,
-    /// or 1 for two symbols.
+    /// Difference of the features, if both are known: in metres or radians, of two degrees, or 1 for two symbols.
     #[must_use]
     pub fn apart(&self) -> Option<f64> {
         (self.apart >= 0.0 && self.apart.is_finite()).then_some(self.apart)
     }
 }
 
-/// An entry of a divergence buffer: how two perspectives differ about one thing.
+/// An entry of a divergence buffer: the differences of two perspectives about one object.
 #[derive(Clone, Copy, Debug, PartialEq, ZeroCopySend)]
 #[repr(C)]
 #[type_name("leo/Difference/1")]
 pub struct Difference {
-    // The beliefs of the one and of the other, by identity; 0 where there is none.
+    // Belief identities of the one and the other perspective; 0 if there is no belief.
     one: u64,
     other: u64,
     count: u32,
@@ -90,16 +88,14 @@ pub struct Difference {
 }
 
 impl Difference {
-    /// A thing by the identities of the beliefs in it, which count from one; nothing is said yet
-    /// of what is different.
+    /// An object by the identities of its beliefs, which count from one. It has no aspects yet.
     #[must_use]
     pub fn new(one: Option<u64>, other: Option<u64>) -> Self {
         let (one, other) = (one.unwrap_or(0), other.unwrap_or(0));
         Self { one, other, count: 0, reserved: 0, aspects: [Aspect::default(); MAX_PERCEPTS] }
     }
 
-    /// Adds a percept about which the two differ; `false`, and nothing added, when there is no
-    /// room.
+    /// Adds a percept in which the two differ; `false` if there is no space left.
     pub fn push(&mut self, aspect: Aspect) -> bool {
         let slot = usize::try_from(self.count).ok().and_then(|count| self.aspects.get_mut(count));
         match slot {
@@ -112,19 +108,19 @@ impl Difference {
         }
     }
 
-    /// The belief of the one; `None` where only the other believes in the thing.
+    /// The belief of the one perspective; `None` if only the other has one.
     #[must_use]
     pub fn one(&self) -> Option<u64> {
         (self.one != 0).then_some(self.one)
     }
 
-    /// The belief of the other; `None` where only the one believes in the thing.
+    /// The belief of the other perspective; `None` if only the one has one.
     #[must_use]
     pub fn other(&self) -> Option<u64> {
         (self.other != 0).then_some(self.other)
     }
 
-    /// The percepts about which the two beliefs differ; none where only one believes at all.
+    /// The percepts in which the two beliefs differ; empty if only one perspective has a belief.
     #[must_use]
     pub fn aspects(&self) -> &[Aspect] {
         let count = usize::try_from(self.count).unwrap_or(0).min(MAX_PERCEPTS);

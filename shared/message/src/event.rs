@@ -5,44 +5,43 @@ use crate::bytes::laid_out;
 use crate::{Text, numbered};
 
 numbered! {
-    /// What the learner reports.
+    /// Kind of an event of the learner.
     EventKind: u16 {
-        /// Leo said something; the text is what.
+        /// Leo said something; the text is the sentence.
         Said = 1,
         /// A lesson about a task began; the text is its name.
         TeachingStarted = 2,
-        /// An action was recognised; the text says whose and what.
+        /// An action was recognised; the text names actor and action.
         ActionSeen = 3,
         /// A demonstration ended and became an example; the text is the task's name.
         DemonstrationEnded = 4,
         /// A hypothesis with its posterior, tally and rank; the text is its computed name.
         Hypothesis = 5,
-        /// The primary hypothesis of a task; the text is its computed name.
+        /// The primary hypothesis of a task was chosen; the text is its computed name.
         RuleChosen = 6,
         /// Why the hypotheses of two perspectives differ; the text explains it.
         Explained = 7,
         /// Leo began to perform a task; the text is its name.
         PerformanceStarted = 8,
-        /// A step of the performance began; the text says which.
+        /// A step of the performance began; the text names it.
         StepStarted = 9,
-        /// A step ended, and the belief of the robot confirms it; the text says which.
+        /// A step ended, and the robot's beliefs confirm it; the text names it.
         StepDone = 10,
-        /// A step ended without the effect it should have had; the text says why.
+        /// A step ended without its expected effect; the text gives the reason.
         StepFailed = 11,
-        /// The performance ended; the text says with what result.
+        /// The performance ended; the text gives the result.
         PerformanceEnded = 12,
-        /// The belief buffer's continuity was broken: its process began anew.
+        /// The continuity of the belief buffer was broken, because its process restarted.
         ContinuityBroken = 13,
-        /// What a perspective has before it as a demonstration or a performance begins; the text
-        /// lists it.
+        /// The objects in a perspective when a demonstration or a performance begins; the text lists them.
         Seen = 14,
-        /// Leo was asked to perform a task and does not; the text is what it says about that.
+        /// Leo refused to perform a task; the text is its reply.
         Declined = 15,
-        /// What Leo asked about a task was answered, and the answer became an example; the text is "yes" or "no".
+        /// Leo's question about a task was answered, and the answer became an example; the text is "yes" or "no".
         Answered = 16,
-        /// A movement of somebody's is one of Leo's own; the text says whose, and what he is about to do.
+        /// An agent's movement matched one of Leo's own movements; the text names agent and expected action.
         MovementSeen = 17,
-        /// A task is remembered, and what it comes to follows: told to whoever has just begun to listen.
+        /// A task from memory, followed by its hypotheses; sent to new subscribers.
         Remembered = 18,
     }
 }
@@ -56,7 +55,7 @@ pub struct Event {
     pub posterior: f64,
     /// An [`EventKind`].
     pub kind: u16,
-    /// Whose perspective it belongs to: 0 the robot's, n partner n's.
+    /// The perspective it belongs to: 0 the robot's, n partner n's.
     pub perspective: u16,
     /// Rank of a hypothesis from 1; hypotheses that tie share their rank.
     pub rank: u32,
@@ -68,14 +67,14 @@ pub struct Event {
     pub high_likelihood: u32,
     /// Steps of a performance that succeeded.
     pub succeeded: u32,
-    /// The task it is about.
+    /// The task that the event is about.
     pub task: Text,
-    /// What it says.
+    /// The text of the event.
     pub text: Text,
 }
 
 impl Event {
-    /// An event of a kind about a task, everything else zero.
+    /// An event of a kind about a task; all other fields are zero.
     #[must_use]
     pub fn new(kind: EventKind, task: &str, text: &str) -> Self {
         Self {
@@ -92,7 +91,7 @@ impl Event {
         }
     }
 
-    /// What it reports; `None` for nonsense.
+    /// The kind; `None` if the number is invalid.
     #[must_use]
     pub fn kind(&self) -> Option<EventKind> {
         EventKind::from_raw(self.kind)

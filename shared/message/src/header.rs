@@ -5,21 +5,21 @@ use crate::bytes::laid_out;
 use crate::{BeliefHead, DivergenceHead, PerceptHead, SceneHead, numbered};
 
 numbered! {
-    /// A point on the way of a frame, in the direction the data flows.
+    /// A stage that a frame passes, in the direction of the data flow.
     Hop: u16 {
         /// The source published the observations.
         Observed = 0,
-        /// The sensor process began the cycle that read them.
+        /// The sensor process started the cycle that read them.
         SensorStarted = 1,
         /// The sensor process published the percept buffer.
         Perceived = 2,
-        /// The belief process began its step on it.
+        /// The belief process started its step on the percepts.
         BeliefStarted = 3,
         /// The belief process published the belief buffers.
         Believed = 4,
         /// The learner published the joint goals.
         Decided = 5,
-        /// The motor process took the joint goals.
+        /// The motor process received the joint goals.
         Commanded = 6,
         /// The motor process published the joint states.
         Moved = 7,
@@ -31,26 +31,26 @@ numbered! {
 #[repr(C)]
 #[type_name("leo/Header/1")]
 pub struct Header {
-    /// The instant that the frame speaks about, in nanoseconds of the clock.
+    /// Time stamp of the frame's content, in nanoseconds of the clock.
     pub valid_at_ns: u64,
-    /// Counts the writer's frames from one, without gaps: a gap at the reader is a loss.
+    /// Sequence number of the writer's frames, from one without gaps. A gap at the reader means lost frames.
     pub sequence: u64,
-    /// Counts the writer's lives from one: a change says that its memory began anew.
+    /// Incarnation of the writer, from one. A change means that the writer restarted and lost its state.
     pub incarnation: u64,
-    /// When the frame, or what it was made from, passed each hop; zero where it did not.
+    /// When the frame or its inputs passed each hop; zero for hops not passed.
     pub hops_ns: [u64; 8],
-    /// Entries that did not fit into this frame, or into those it was made from, and were left out.
+    /// Number of entries left out for lack of space, in this frame or its inputs.
     pub left_out: u64,
 }
 
 impl Header {
-    /// A header that speaks about `valid_at_ns`, to be numbered by the outlet that sends it.
+    /// A header with time stamp `valid_at_ns`. The publisher assigns the sequence number.
     #[must_use]
     pub fn at(valid_at_ns: u64) -> Self {
         Self { valid_at_ns, ..Self::default() }
     }
 
-    /// The same way travelled and losses suffered, for a frame made from this one.
+    /// A header for a frame derived from this one: keeps time stamp, hop times and number of left out entries.
     #[must_use]
     pub fn onwards(&self) -> Self {
         Self {
@@ -61,25 +61,25 @@ impl Header {
         }
     }
 
-    /// Stamps a hop.
+    /// Records when the frame passed a hop.
     pub fn pass(&mut self, hop: Hop, at_ns: u64) {
         if let Some(stamp) = self.hops_ns.get_mut(usize::from(hop.raw())) {
             *stamp = at_ns;
         }
     }
 
-    /// When the frame passed a hop, if it did.
+    /// When the frame passed a hop; `None` if it did not.
     #[must_use]
     pub fn passed(&self, hop: Hop) -> Option<u64> {
         self.hops_ns.get(usize::from(hop.raw())).copied().filter(|&stamp| stamp != 0)
     }
 }
 
-/// What stands before the entries of a frame and begins with a [`Header`].
+/// The head of a frame, which begins with a [`Header`].
 pub trait Head: ZeroCopySend + Copy + Default + std::fmt::Debug + 'static {
     /// The frame's header.
     fn header(&self) -> &Header;
-    /// The frame's header.
+    /// Mutable access to the frame's header.
     fn header_mut(&mut self) -> &mut Header;
 }
 
@@ -93,7 +93,7 @@ impl Head for Header {
     }
 }
 
-/// Heads that have a header and say more beside it.
+/// Implements [`Head`] for heads with a `header` field.
 macro_rules! headed {
     ($($head:ty),*) => {$(
         impl Head for $head {

@@ -7,31 +7,31 @@ use iceoryx2_bb_elementary_traits::zero_copy_send::ZeroCopySend;
 use crate::{Histogram, numbered};
 
 numbered! {
-    /// A process of Leo, in the direction the data flows.
+    /// A process of Leo, in the direction of the data flow.
     Process: u16 {
-        /// The workspace, the teacher and Leo's body.
+        /// Simulates the workspace, the teacher and Leo's body.
         Simulator = 0,
-        /// Observations to percepts.
+        /// Turns observations into percepts.
         Sensor = 1,
-        /// Percepts to beliefs.
+        /// Turns percepts into beliefs.
         Belief = 2,
-        /// Beliefs to tasks, tasks to joint goals.
+        /// Learns tasks from beliefs, and turns tasks into joint goals.
         Learner = 3,
-        /// The other end of the servo buses.
+        /// Simulates the servos at the other end of the buses.
         MockBus = 4,
-        /// Joint goals to servos, servos to joint states.
+        /// Sends joint goals to servos and publishes joint states.
         Motor = 5,
-        /// Tells people what happens.
+        /// Serves the page, and reports events to people.
         Console = 6,
-        /// Starts and watches the others.
+        /// Starts and monitors the other processes.
         Supervisor = 7,
-        /// Carries frames between this machine and another one.
+        /// Transfers frames between this machine and another one.
         Link = 8,
     }
 }
 
 impl Process {
-    /// Its name, which is its subcommand.
+    /// Its name, which is also its subcommand.
     #[must_use]
     pub const fn name(self) -> &'static str {
         match self {
@@ -54,7 +54,7 @@ impl fmt::Display for Process {
     }
 }
 
-/// A word that names no process.
+/// The name of an unknown process.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("there is no process `{0}`")]
 pub struct UnknownProcess(pub String);
@@ -72,76 +72,75 @@ impl FromStr for Process {
 }
 
 numbered! {
-    /// Where a process is in its life.
+    /// State of a process.
     ProcessState: u32 {
-        /// Nothing was written yet.
+        /// The board has not been written yet.
         Absent = 0,
-        /// Opening its ports, locking its memory.
+        /// Opening its ports and locking its memory.
         Starting = 1,
-        /// In its loop.
+        /// In its main loop.
         Running = 2,
-        /// Told to stop.
+        /// Received a stop request.
         Stopping = 3,
     }
 }
 
-/// The health of one process: what its loop counted, for whoever looks.
+/// Health of one process: the counters of its main loop.
 ///
-/// It stands on a blackboard in shared memory, so that looking never touches the thread that is
-/// looked at.
+/// It is on a board in shared memory, so that reading it never blocks the monitored thread.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ZeroCopySend)]
 #[repr(C)]
 #[type_name("leo/Health/2")]
 pub struct Health {
-    /// The operating system's process number.
+    /// The operating system's process id.
     pub pid: u32,
     state: u32,
-    /// Counts the process's lives from one.
+    /// Incarnation of the process, from one.
     pub incarnation: u64,
-    /// Grows with every turn of the loop: a beat that stands still is a process that hangs.
+    /// Heartbeat: incremented in every iteration of the main loop.
     pub beat: u64,
-    /// When the beat last grew, in nanoseconds of the monotonic clock.
+    /// Time of the last heartbeat, in nanoseconds of the monotonic clock.
     pub beat_at_ns: u64,
-    /// When this life began.
+    /// Start time of this incarnation, in nanoseconds of the monotonic clock.
     pub started_at_ns: u64,
-    /// Configured period of the cycle; zero for a process that is woken.
+    /// Configured cycle period; zero for an event-driven process.
     pub period_ns: u64,
-    /// Cycles begun.
+    /// Cycles started.
     pub cycles: u64,
-    /// Cycles that ended after their deadline.
+    /// Cycles that missed their deadline.
     pub overruns: u64,
-    /// Releases skipped because a cycle ran past them; never made up.
+    /// Releases skipped because of an overrun; they are not made up for.
     pub skipped: u64,
-    /// Frames lost at the process's inlets, by gaps of the sequence.
+    /// Frames lost at the process's subscribers, by gaps of the sequence number.
     pub drops: u64,
-    /// Frames that an outlet could not deliver to some reader.
+    /// Frames that a publisher could not deliver to some subscriber.
     pub undelivered: u64,
-    /// Frames or entries refused because they were nonsense.
+    /// Frames or entries refused as invalid.
     pub refused: u64,
-    /// Frames refused because the supervisor's roster does not name the process that published them.
+    /// Frames refused because their publisher is not on the supervisor's roster.
     pub unlisted_frames: u64,
-    /// The process number of the newest such publisher; zero where there was none.
+    /// Process id of the last such publisher; zero if there was none.
     pub unlisted_pid: u64,
-    /// Page faults since the loop began, minor and major.
+    /// Minor and major page faults since the main loop started.
     pub page_faults: u64,
-    /// Rights that were asked for and not granted, one bit each: scheduling, affinity, memory.
+    /// Rights that were requested and not granted, one bit each: scheduling, affinity, memory.
     pub missing_rights: u64,
-    /// Release to start.
+    /// Wake-up latency: from release to start.
     pub wakeup: Histogram,
-    /// Start to end.
+    /// Execution time: from start to end.
     pub execution: Histogram,
-    /// Age of the input when its step began: from the previous hop's publication.
+    /// Age of the input when its step started, measured from its publication by the previous hop.
     pub latency: Histogram,
 }
 
 impl Health {
-    /// Where the process is in its life; `None` for nonsense.
+    /// The state of the process; `None` if the number is invalid.
     #[must_use]
     pub fn state(&self) -> Option<ProcessState> {
         ProcessState::from_raw(self.state)
     }
 
-    /// Notes where the process is in its life.
+    /// Sets the state of the process.
     pub fn set_state(&mut self, state: ProcessState) {
         self.state = state.raw();
     }

@@ -1,20 +1,19 @@
 use iceoryx2_bb_derive_macros::ZeroCopySend;
 use iceoryx2_bb_elementary_traits::zero_copy_send::ZeroCopySend;
 
-/// Every octave is cut into this many equal parts, so a value is known to within 1/16.
+/// Number of equal parts of each octave, so that the relative error is at most 1/16.
 const PARTS: u64 = 16;
 const PART_BITS: u32 = PARTS.trailing_zeros();
-/// Values below this many nanoseconds share the first bucket.
+/// Values below 2 to this power of nanoseconds share the first bucket.
 const LOWEST_BITS: u32 = 7;
 /// Values of 2^34 ns (17 s) and more share the last bucket.
 const OCTAVES: u32 = 27;
-/// One bucket below the octaves, then `OCTAVES * PARTS`.
+/// Number of buckets: one below the octaves, then `OCTAVES * PARTS`.
 const BUCKETS: usize = 433;
 const _: () = assert!(BUCKETS as u64 == 1 + OCTAVES as u64 * PARTS);
 
-/// A distribution of durations in nanoseconds with a bounded relative error of 1/16, in the
-/// log-linear layout of HDR histograms, as plain memory: recording is a handful of instructions,
-/// publishing is a copy, and nothing allocates.
+/// Histogram of durations in nanoseconds with a relative error of at most 1/16, in the log-linear layout of HDR
+/// histograms. It is plain memory: recording takes a few instructions, publishing is a copy, and nothing allocates.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ZeroCopySend)]
 #[repr(C)]
 #[type_name("leo/Histogram/1")]
@@ -42,7 +41,7 @@ fn bucket_of(nanos: u64) -> usize {
     usize::try_from(index).unwrap_or(0)
 }
 
-/// The largest value that a bucket holds.
+/// The largest value of a bucket.
 fn upper_bound(bucket: usize) -> u64 {
     let Some(index) = u64::try_from(bucket).ok().and_then(|index| index.checked_sub(1)) else {
         return (1 << LOWEST_BITS) - 1;
@@ -52,7 +51,7 @@ fn upper_bound(bucket: usize) -> u64 {
 }
 
 impl Histogram {
-    /// Counts one duration.
+    /// Records one duration.
     pub fn record(&mut self, nanos: u64) {
         if let Some(bucket) = self.buckets.get_mut(bucket_of(nanos)) {
             *bucket = bucket.saturating_add(1);
@@ -61,20 +60,19 @@ impl Histogram {
         self.max_ns = self.max_ns.max(nanos);
     }
 
-    /// Durations counted.
+    /// Number of recorded durations.
     #[must_use]
     pub fn count(&self) -> u64 {
         self.count
     }
 
-    /// The largest duration counted, exactly; zero when none was.
+    /// The exact largest recorded duration; zero if there is none.
     #[must_use]
     pub fn max_ns(&self) -> u64 {
         self.max_ns
     }
 
-    /// The smallest bucket bound that at least the share `quantile` of all durations does not
-    /// exceed, at most 1/16 above the true value; zero when none was counted.
+    /// Upper bound of the bucket with this quantile, at most 1/16 above the true value; zero if nothing was recorded.
     ///
     /// ```
     /// let mut histogram = message::Histogram::default();
@@ -89,8 +87,8 @@ impl Histogram {
         self.bucket_at(quantile).map_or(0, |(bucket, _)| upper_bound(bucket).min(self.max_ns))
     }
 
-    /// The same in between the bounds of its bucket, as far along as its rank is there: for who compares two
-    /// quantiles that differ by less than a bucket is wide.
+    /// Like [`Self::quantile_ns`], interpolated linearly within the bucket. Use it to compare quantiles
+    /// closer than the width of a bucket.
     ///
     /// ```
     /// let mut histogram = message::Histogram::default();
@@ -108,7 +106,8 @@ impl Histogram {
         (lower as f64 + (upper_bound(bucket) - lower) as f64 * along).min(self.max_ns as f64)
     }
 
-    /// The bucket of a quantile, and which share of it is up to its rank; `None` when nothing was counted.
+    /// The bucket of a quantile, and the share of its count up to the quantile's rank; `None` if nothing was
+    /// recorded.
     #[expect(
         clippy::cast_precision_loss,
         clippy::cast_possible_truncation,
@@ -128,8 +127,8 @@ impl Histogram {
         None
     }
 
-    /// What was counted since `earlier`, an older copy of the same histogram. The maximum is
-    /// that of all time where the newest window holds it, else the bound of the last bucket.
+    /// The durations recorded since `earlier`, an older copy of the same histogram. Its maximum is the upper bound of
+    /// its last bucket, limited to the maximum of all time.
     #[must_use]
     pub fn since(&self, earlier: &Self) -> Self {
         let mut window = Self::default();
@@ -147,7 +146,7 @@ impl Histogram {
         window
     }
 
-    /// Adds another distribution to this one.
+    /// Adds another histogram to this one.
     pub fn add(&mut self, other: &Self) {
         for (bucket, more) in self.buckets.iter_mut().zip(&other.buckets) {
             *bucket = bucket.saturating_add(*more);
@@ -156,7 +155,7 @@ impl Histogram {
         self.max_ns = self.max_ns.max(other.max_ns);
     }
 
-    /// The buckets that hold anything: their upper bound in nanoseconds and their count.
+    /// The non-empty buckets: upper bound in nanoseconds and count.
     pub fn buckets(&self) -> impl Iterator<Item = (u64, u32)> + '_ {
         self.buckets
             .iter()

@@ -5,139 +5,139 @@ use crate::bytes::laid_out;
 use crate::numbered;
 
 numbered! {
-    /// What the motor process does with a joint.
+    /// Mode of a joint in the motor process.
     JointMode: u16 {
-        /// No torque: the joint hangs free.
+        /// Torque off: the joint moves freely.
         Limp = 0,
-        /// Being brought up: found, checked, torque not yet on.
+        /// Being initialised: found and checked, torque still off.
         Starting = 1,
         /// Following goals.
         Following = 2,
-        /// The commander is gone: slowing down.
+        /// No goals arrive any more: decelerating.
         Decelerating = 3,
         /// Holding the position where it stopped.
         Holding = 4,
-        /// Its servo does not answer, or cannot be believed: no goal is sent, it is asked again now and then.
+        /// The servo does not reply, or its replies are not trusted. No goal is sent; it is probed at intervals.
         Quarantined = 5,
-        /// Told to switch its torque off, and its servo has not confirmed it yet.
+        /// Torque off was commanded, but the servo has not confirmed it.
         Releasing = 6,
-        /// Moving slowly from where torque came on, a little beyond its limits, back within them.
+        /// Moving slowly back within its limits, which it slightly exceeded when torque was switched on.
         Aligning = 7,
-        /// Moving slowly to its rest pose, before its torque goes off.
+        /// Moving slowly to its rest pose before torque is switched off.
         Lowering = 8,
     }
 }
 
 numbered! {
-    /// Why a joint is in its mode.
+    /// Cause of a joint's mode.
     JointCause: u16 {
-        /// As it should be.
+        /// Normal operation.
         None = 0,
         /// Not started yet.
         NotStarted = 1,
-        /// No new goals for longer than the command time-out.
+        /// No new goals within the command timeout.
         CommandTimeout = 2,
-        /// The servo does not answer.
+        /// The servo does not reply.
         Silent = 3,
         /// The servo reports a hardware alert.
         Alert = 4,
-        /// The servo's own bus watchdog tripped.
+        /// The servo's bus watchdog tripped.
         Watchdog = 5,
-        /// The bus itself is lost.
+        /// The bus is lost.
         BusLost = 6,
-        /// Stopped by order.
+        /// Stopped by command.
         Stopped = 7,
-        /// The servo refused an instruction, or is another model than the configured one.
+        /// The servo rejected an instruction, or is not the configured model.
         Refused = 8,
-        /// Another joint of its group is in trouble: the group stops together.
+        /// Another joint of its group failed, and the group stops together.
         GroupStopped = 9,
-        /// A bus is lost: the body stops together.
+        /// A bus is lost, and the whole body stops together.
         BodyStopped = 10,
         /// The emergency stop.
         Emergency = 11,
-        /// The servo started anew by itself: its power or its firmware gave way for a moment.
+        /// The servo rebooted by itself, because of its power supply or firmware.
         Restarted = 12,
-        /// Two servos answer to one identifier on its bus.
+        /// Two servos reply to the same identifier on its bus.
         DuplicateId = 13,
-        /// The servo is hot or short of voltage: it moves more slowly.
+        /// The servo is hot or its voltage low, so its speed is reduced.
         Derated = 14,
-        /// The servo answers, and nothing shows that its answers are new: its own clock does not go right.
+        /// The servo replies, but its clock does not advance correctly. So its replies may be outdated.
         Unbelieved = 15,
-        /// The joint did not follow its command: something held it, or its servo is too weak.
+        /// The joint did not follow its command: it was blocked, or its servo is too weak.
         Blocked = 16,
-        /// It stands further beyond its limits than the tolerance: a slipped horn, a wrong offset, a swapped servo.
+        /// Further beyond its limits than the tolerance: a slipped horn, a wrong offset, or a swapped servo.
         BeyondLimits = 17,
     }
 }
 
 numbered! {
-    /// What is known of the connection to a joint's servo.
+    /// State of the connection to a joint's servo.
     JointLink: u16 {
-        /// It has not been asked yet.
+        /// Not contacted yet.
         Unknown = 0,
-        /// It is there, and is the configured model; how it is set up is being read or written.
+        /// Found, and of the configured model; its settings are being read or written.
         Identified = 1,
-        /// It is set up and read in every cycle.
+        /// Configured, and read in every cycle.
         Answering = 2,
-        /// It does not answer, or cannot be believed: quarantined, and asked again now and then.
+        /// Quarantined, and probed at intervals: it does not reply, or its replies are not trusted.
         Silent = 3,
-        /// Its answers arrive broken: two servos may answer at once.
+        /// Its replies arrive corrupt: two servos may reply at the same time.
         Doubted = 4,
     }
 }
 
 numbered! {
-    /// What is known of the torque of a joint's servo.
+    /// State of the torque of a joint's servo.
     JointPower: u16 {
-        /// Nothing: it may be on.
+        /// Unknown: it may be on.
         Unknown = 0,
-        /// The servo has said that it is off.
+        /// The servo has confirmed that it is off.
         Off = 1,
-        /// It was found on: another process switched it on.
+        /// Found on at start-up: another process switched it on.
         Found = 2,
-        /// It is being switched on.
+        /// Being switched on.
         Rising = 3,
-        /// The motor process switched it on, and the servo's bus watchdog is armed.
+        /// On, and the servo's bus watchdog is armed.
         On = 4,
-        /// The servo is told to switch it off, and has not confirmed it.
+        /// Being switched off, not confirmed by the servo yet.
         Cutting = 5,
     }
 }
 
 numbered! {
-    /// Whether a joint may move.
+    /// Arming state of a joint.
     JointLicence: u16 {
-        /// Not until its cause is gone and a person has acknowledged it.
+        /// May not move until its cause is gone and an operator has acknowledged it.
         Locked = 0,
-        /// Not until a person arms it.
+        /// May not move until an operator arms it.
         Disarmed = 1,
-        /// It may.
+        /// May move.
         Armed = 2,
     }
 }
 
 numbered! {
-    /// How a joint moves.
+    /// Motion state of a joint.
     JointMotion: u16 {
-        /// No goal is sent: it is limp, or its servo stays where it is.
+        /// No goal is sent: torque is off, or its servo keeps its position.
         Idle = 0,
-        /// Slowly back within its limits.
+        /// Moving slowly back within its limits.
         Align = 1,
-        /// After goals, no faster than the soft start.
+        /// Following goals with the speed limit of the soft start.
         Soft = 2,
-        /// After goals.
+        /// Following goals.
         Track = 3,
-        /// Slowing down to a stop.
+        /// Decelerating to a stop.
         Halt = 4,
-        /// Held at the place where it stopped, for goals to come.
+        /// Holding the position where it stopped, ready for new goals.
         Hold = 5,
-        /// Slowly to its rest pose.
+        /// Moving slowly to its rest pose.
         Retreat = 6,
     }
 }
 
 impl JointMode {
-    /// Its word, as people and metrics say it.
+    /// Name used in metrics and output.
     #[must_use]
     pub const fn name(self) -> &'static str {
         match self {
@@ -155,7 +155,7 @@ impl JointMode {
 }
 
 impl JointCause {
-    /// Its word, as people and metrics say it.
+    /// Name used in metrics and output.
     #[must_use]
     pub const fn name(self) -> &'static str {
         match self {
@@ -182,7 +182,7 @@ impl JointCause {
 }
 
 impl JointLink {
-    /// Its word, as people and metrics say it.
+    /// Name used in metrics and output.
     #[must_use]
     pub const fn name(self) -> &'static str {
         match self {
@@ -196,7 +196,7 @@ impl JointLink {
 }
 
 impl JointPower {
-    /// Its word, as people and metrics say it.
+    /// Name used in metrics and output.
     #[must_use]
     pub const fn name(self) -> &'static str {
         match self {
@@ -211,7 +211,7 @@ impl JointPower {
 }
 
 impl JointLicence {
-    /// Its word, as people and metrics say it.
+    /// Name used in metrics and output.
     #[must_use]
     pub const fn name(self) -> &'static str {
         match self {
@@ -223,7 +223,7 @@ impl JointLicence {
 }
 
 impl JointMotion {
-    /// Its word, as people and metrics say it.
+    /// Name used in metrics and output.
     #[must_use]
     pub const fn name(self) -> &'static str {
         match self {
@@ -238,7 +238,7 @@ impl JointMotion {
     }
 }
 
-/// Where one joint shall be, and when.
+/// Goal position of one joint, with arrival time.
 #[derive(Clone, Copy, Debug, PartialEq, ZeroCopySend)]
 #[repr(C)]
 #[type_name("leo/JointGoal/1")]
@@ -249,12 +249,12 @@ pub struct JointGoal {
     pub reserved: u32,
     /// Goal position, in radians from the joint's zero.
     pub goal_position_rad: f64,
-    /// When it shall be there, in nanoseconds of the clock; the motor process moves smoothly and
-    /// arrives later where the joint's limits ask for it.
+    /// Requested arrival time, in nanoseconds of the clock. The motor process moves smoothly, and arrives later if
+    /// the joint's limits require it.
     pub arrive_at_ns: u64,
 }
 
-/// What one joint does.
+/// State of one joint.
 #[derive(Clone, Copy, Debug, PartialEq, ZeroCopySend)]
 #[repr(C)]
 #[type_name("leo/JointState/3")]
@@ -263,7 +263,7 @@ pub struct JointState {
     pub joint: u32,
     mode: u16,
     cause: u16,
-    /// When the servo was read, in nanoseconds of the clock; zero when it never was.
+    /// When the servo was read, in nanoseconds of the clock; zero if never.
     pub sampled_at_ns: u64,
     present_position_rad: f64,
     present_velocity_rad_s: f64,
@@ -280,25 +280,24 @@ pub struct JointState {
     pub reserved: [u16; 3],
 }
 
-/// The four state machines of a joint at one instant. A joint moves only where its link answers, its power is on,
-/// its licence is armed, and its servo's bus watchdog is armed.
+/// The four state machines of a joint at one instant. A joint moves only if its servo answers, its torque is on, it
+/// is armed, and its servo's bus watchdog is armed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct JointMachines {
     /// The connection to its servo.
     pub link: JointLink,
     /// The torque of its servo.
     pub power: JointPower,
-    /// Whether it may move.
+    /// Its arming state.
     pub licence: JointLicence,
-    /// Why it is locked or disarmed; [`JointCause::None`] while it is armed.
+    /// Why it is locked or disarmed; [`JointCause::None`] if armed.
     pub licence_cause: JointCause,
-    /// How it moves.
+    /// Its motion state.
     pub motion: JointMotion,
 }
 
 impl JointState {
-    /// A joint that was never read. A missing reading is NaN in memory, `None` to its reader,
-    /// and never a zero.
+    /// A joint that was never read. A missing reading is NaN in memory and `None` to its reader, never zero.
     #[must_use]
     pub fn unread(joint: u32, mode: JointMode, cause: JointCause) -> Self {
         Self {
@@ -321,7 +320,7 @@ impl JointState {
         }
     }
 
-    /// The same joint with the states of its machines.
+    /// Sets the states of its state machines.
     #[must_use]
     pub const fn with_machines(self, machines: JointMachines) -> Self {
         let JointMachines { link, power, licence, licence_cause, motion } = machines;
@@ -335,7 +334,7 @@ impl JointState {
         }
     }
 
-    /// The states of its machines; `None` for nonsense.
+    /// The states of its state machines; `None` if a number is invalid.
     #[must_use]
     pub const fn machines(&self) -> Option<JointMachines> {
         let (Some(link), Some(power)) = (JointLink::from_raw(self.link), JointPower::from_raw(self.power))
@@ -353,7 +352,7 @@ impl JointState {
         }
     }
 
-    /// The same joint with a reading.
+    /// Sets the reading.
     #[must_use]
     pub fn with_reading(
         self,
@@ -371,25 +370,25 @@ impl JointState {
         }
     }
 
-    /// The same joint with the position commanded in this cycle, after limits.
+    /// Sets the position commanded in this cycle, after limits.
     #[must_use]
     pub fn with_command(self, position_rad: f64) -> Self {
         Self { command_position_rad: position_rad, ..self }
     }
 
-    /// The same joint with what its servo said of itself last: temperature in °C, voltage in V.
+    /// Sets the servo's last temperature in °C and voltage in V.
     #[must_use]
     pub fn with_condition(self, temperature_c: f32, input_v: f32) -> Self {
         Self { present_temperature_c: temperature_c, present_input_v: input_v, ..self }
     }
 
-    /// What the motor process does with the joint; `None` for nonsense.
+    /// The mode of the joint; `None` if the number is invalid.
     #[must_use]
     pub fn mode(&self) -> Option<JointMode> {
         JointMode::from_raw(self.mode)
     }
 
-    /// Why; `None` for nonsense.
+    /// The cause of the mode; `None` if the number is invalid.
     #[must_use]
     pub fn cause(&self) -> Option<JointCause> {
         JointCause::from_raw(self.cause)

@@ -3,26 +3,25 @@ use iceoryx2_bb_elementary_traits::zero_copy_send::ZeroCopySend;
 
 use crate::{JointCause, JointMode, JointState};
 
-/// Joints of which a board can tell; those of a body that has more are told by its topic alone.
+/// Capacity of the board in joints. Further joints of a larger body are only in the topic.
 pub const MAX_JOINTS: usize = 256;
 
-/// The newest joint states, for whoever looks now and then: the motor process writes them to a board of
-/// its own. Who reads a topic is known to its writer, and costs it a page now and then; who reads a board
-/// is not.
+/// The newest joint states, on a board of the motor process, for occasional readers. Unlike a subscriber to the
+/// topic, a reader of a board costs the writer no memory.
 #[derive(Clone, Copy, Debug, PartialEq, ZeroCopySend)]
 #[repr(C)]
 #[type_name("leo/Joints/2")]
 pub struct Joints {
-    /// How many joints there are.
+    /// Number of joints.
     pub count: u64,
-    /// How often a joint was locked since the motor process started. An acknowledgement names the newest that
-    /// was seen, so that it acknowledges no other.
+    /// Number of times that a joint was locked since the motor process started. An acknowledgement contains the last
+    /// value read, so that it never covers a newer lock.
     pub locks: u64,
-    /// Goals beyond a joint's limits, which became the limit.
+    /// Goals beyond a joint's limits, which were clamped.
     pub limited: u64,
-    /// Goals refused: no number, or for no joint.
+    /// Goals refused: not a number, or for an unknown joint.
     pub refused: u64,
-    /// What each of them does.
+    /// The joint states.
     pub states: [JointState; MAX_JOINTS],
 }
 
@@ -34,14 +33,14 @@ impl Default for Joints {
 }
 
 impl Joints {
-    /// What the joints do.
+    /// The joint states in use.
     #[must_use]
     pub fn all(&self) -> &[JointState] {
         let count = usize::try_from(self.count).unwrap_or(MAX_JOINTS).min(MAX_JOINTS);
         self.states.get(..count).unwrap_or(&[])
     }
 
-    /// Puts other states in place of these; those that there is no room for are counted and left out.
+    /// Replaces the states. States beyond the capacity are counted, but not stored.
     pub fn set(&mut self, states: impl Iterator<Item = JointState>) {
         let mut slots = self.states.iter_mut();
         self.count = 0;

@@ -1,8 +1,7 @@
-/// Every layout of this version, byte by byte: a test holds the file to what the compiler makes.
+/// Every layout of this version, byte by byte. A test compares the file with the compiler's layouts.
 const WRITTEN_DOWN: &str = include_str!("../tests/layout.txt");
 
-/// A number for the layouts of all shared types (FNV-1a, 64 bits). Where two programs have different ones, they do not
-/// mean the same by the bytes that they share.
+/// Hash (FNV-1a, 64 bits) of the layouts of all shared types. Programs with different hashes cannot share memory.
 #[must_use]
 pub fn layouts() -> u64 {
     WRITTEN_DOWN.bytes().fold(0xcbf2_9ce4_8422_2325, |hash: u64, byte| {

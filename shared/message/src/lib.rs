@@ -1,15 +1,14 @@
-//! The words of Leo: fixed layouts that its processes share through memory.
+//! Message types with fixed layout that Leo's processes exchange through shared memory.
 //!
-//! Every buffer is a slice of entries behind a head, written in place in shared memory by its
-//! one writer and read in place. A head begins with a [`Header`]: the instant the frame speaks
-//! about, its sequence number, and the time stamps of every hop behind it.
+//! A frame is a head followed by a slice of entries. The topic's only writer writes it in place in shared memory, and
+//! readers read it in place. A head begins with a [`Header`]: time stamp, sequence number, and the times of all hops
+//! so far.
 //!
-//! The middleware compares the name, size and alignment of a type and nothing else, so each type
-//! name carries a version, and `tests/layout.rs` pins sizes and fields: a layout that changes
-//! without its version fails there.
+//! The middleware compares only name, size and alignment of a type. Therefore each type name contains a version, and
+//! `tests/layout.rs` pins sizes and fields. A layout change without a new version fails that test.
 //!
-//! What comes from another process is an allegation: fields that could lie are numbers, and the
-//! accessors return `None` for nonsense. No type here has an invalid bit pattern.
+//! Data from another process is untrusted. Enumerations are stored as numbers, and accessors return `None` for
+//! invalid values. No type here has an invalid bit pattern.
 
 mod belief;
 mod buses;
@@ -72,7 +71,7 @@ pub use topic::{
 };
 pub use turn::{Done, Turn, TurnKind, Turns, TurnsDone};
 
-/// Implements `TryFrom<$raw>` for an enum whose variants have explicit numbers.
+/// Defines an enum with explicit wire numbers, and conversions from and to its raw number.
 macro_rules! numbered {
     ($(#[$doc:meta])* $name:ident: $raw:ty { $($(#[$variant_doc:meta])* $variant:ident = $value:literal,)+ }) => {
         $(#[$doc])*
@@ -80,16 +79,16 @@ macro_rules! numbered {
         pub enum $name { $($(#[$variant_doc])* $variant = $value,)+ }
 
         impl $name {
-            /// Every value, in the order of its number.
+            /// All values, in the order of their numbers.
             pub const ALL: &'static [Self] = &[$(Self::$variant,)+];
 
-            /// The number that stands for it in shared memory.
+            /// Its number in shared memory.
             #[must_use]
             pub const fn raw(self) -> $raw {
                 match self { $(Self::$variant => $value,)+ }
             }
 
-            /// What a number from shared memory stands for, if anything.
+            /// The value of a number from shared memory; `None` if there is none.
             #[must_use]
             #[inline]
             pub const fn from_raw(raw: $raw) -> Option<Self> {

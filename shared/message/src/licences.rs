@@ -1,8 +1,8 @@
-//! How the licences of a robot's joints stand, and what a person does about each cause.
+//! Groups joints by arming state and cause, and describes the causes and their remedies.
 
 use crate::{JointCause, JointLicence, JointLink, JointState};
 
-/// Joints that stand in one licence for one cause.
+/// Joints with the same arming state and cause.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct LicenceGroup {
     /// The cause.
@@ -11,19 +11,19 @@ pub struct LicenceGroup {
     pub joints: Vec<u32>,
 }
 
-/// The joints of a robot by their licence, and within it by cause.
+/// The joints of a robot by arming state, and within it by cause.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Licences {
-    /// How many joints are armed.
+    /// Number of armed joints.
     pub armed: usize,
-    /// Those that are disarmed. A state that is nonsense counts as disarmed.
+    /// The disarmed joints. A joint with an invalid state counts as disarmed.
     pub disarmed: Vec<LicenceGroup>,
-    /// Those that are locked.
+    /// The locked joints.
     pub locked: Vec<LicenceGroup>,
 }
 
 impl Licences {
-    /// Sorts joints by their licence and cause.
+    /// Groups joints by arming state and cause.
     #[must_use]
     pub fn of(states: &[JointState]) -> Self {
         let mut licences = Self::default();
@@ -45,32 +45,32 @@ impl Licences {
                 None => groups.push(LicenceGroup { cause, joints: vec![state.joint] }),
             }
         }
-        // The cause of the most joints first.
+        // The most frequent cause first.
         for groups in [&mut licences.disarmed, &mut licences.locked] {
             groups.sort_by_key(|group| (usize::MAX - group.joints.len(), group.cause));
         }
         licences
     }
 
-    /// How many joints are disarmed.
+    /// Number of disarmed joints.
     #[must_use]
     pub fn disarmed_joints(&self) -> usize {
         self.disarmed.iter().map(|group| group.joints.len()).sum()
     }
 
-    /// How many joints are locked.
+    /// Number of locked joints.
     #[must_use]
     pub fn locked_joints(&self) -> usize {
         self.locked.iter().map(|group| group.joints.len()).sum()
     }
 
-    /// Whether every joint is armed, and there are joints.
+    /// Whether there are joints, and all are armed.
     #[must_use]
     pub fn is_all_armed(&self) -> bool {
         self.armed > 0 && self.disarmed.is_empty() && self.locked.is_empty()
     }
 
-    /// All that in a line: `3 locked: blocked; 62 armed`. Empty where there are no joints.
+    /// One-line summary: `3 locked: blocked; 62 armed`. Empty if there are no joints.
     #[must_use]
     pub fn line(&self) -> String {
         let causes = |groups: &[LicenceGroup]| {
@@ -93,7 +93,7 @@ impl Licences {
 }
 
 impl JointCause {
-    /// What a joint's being locked or disarmed by this cause means, as a sentence without its full stop.
+    /// What this cause of a locked or disarmed joint means, as a sentence without its full stop.
     #[must_use]
     pub const fn meaning(self) -> &'static str {
         match self {
@@ -122,7 +122,7 @@ impl JointCause {
         }
     }
 
-    /// What a person does about this cause before arming, as a sentence without its full stop.
+    /// What the operator should do about this cause before arming, as a sentence without its full stop.
     #[must_use]
     pub const fn remedy(self) -> &'static str {
         match self {
@@ -164,8 +164,8 @@ impl JointCause {
 }
 
 impl JointState {
-    /// Whether a person should look at the joint: it is locked, its servo does not answer properly, or it is not as it
-    /// should be. A joint that only waits for being armed is in no trouble.
+    /// Whether the operator should check the joint: it is locked, its servo does not reply correctly, or its mode is
+    /// not normal. A joint that only waits for arming is fine.
     #[must_use]
     pub fn is_in_trouble(&self) -> bool {
         let is_waiting = matches!(self.cause(), Some(JointCause::None | JointCause::NotStarted));
@@ -176,7 +176,7 @@ impl JointState {
         !is_waiting || is_failing
     }
 
-    /// How long ago its servo was read, in seconds; `None` where it never was.
+    /// Age of its servo's last reading in seconds; `None` if it was never read.
     #[must_use]
     pub fn reading_age_s(&self, now_ns: u64) -> Option<f64> {
         if self.sampled_at_ns == 0 {

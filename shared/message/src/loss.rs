@@ -1,65 +1,65 @@
 use crate::numbered;
 
 numbered! {
-    /// Why something that a source reported did not become a percept. Frames are lost whole for
-    /// the first six reasons, single observations for the others.
+    /// Why an observation of a source did not become a percept. The first six reasons concern whole frames, the
+    /// others single observations.
     Loss: u16 {
-        /// A newer frame of its source came before the cycle that would have taken it.
+        /// A newer frame of its source arrived before the cycle that would have processed it.
         Overtaken = 0,
-        /// It was dropped before the sensor process came to take it: a gap of the sequence.
+        /// Dropped before the sensor process received it: a gap of the sequence number.
         Missed = 1,
-        /// The middleware could not give it to the sensor process.
+        /// The middleware could not deliver it to the sensor process.
         Unreadable = 2,
-        /// Its number did not grow, or grew by more than a source can have sent.
+        /// Its sequence number did not increase, or increased by more than a source can have sent.
         Misnumbered = 3,
-        /// It bore no stamp of `Hop::Observed`, or one of another time than the present.
+        /// The stamp of `Hop::Observed` is missing, or not of the present time.
         Unstamped = 4,
-        /// A frame was later or much earlier than the present, or not newer than its predecessor.
+        /// The frame's time stamp is in the future, too old, or not newer than the previous one.
         Untimely = 5,
-        /// It was later than the present.
+        /// Its time stamp is in the future.
         Future = 6,
-        /// It was so old that it says nothing of the present.
+        /// It is too old to be useful.
         Past = 7,
-        /// It was not newer than what its source reported in an earlier frame.
+        /// It is not newer than its source's earlier frames.
         Stale = 8,
-        /// It was of no known kind.
+        /// Its kind is unknown.
         Kind = 9,
-        /// It was made by no known sense.
+        /// Its modality is unknown.
         Sense = 10,
-        /// Its place was no number, or out of reach.
+        /// Its position is not finite, or out of range.
         Place = 11,
-        /// Its orientation was no quaternion of norm one.
+        /// Its orientation is not a unit quaternion.
         Orientation = 12,
-        /// Its extents were no number, negative, or out of reach.
+        /// Its extents are not finite, negative, or out of range.
         Extents = 13,
-        /// Its colour or its shape was not in [0, 1].
+        /// Its colour or shape is not in [0, 1].
         Look = 14,
-        /// Its confidence was not in [0, 1].
+        /// Its confidence is not in [0, 1].
         Confidence = 15,
-        /// It was of a person who is nobody.
+        /// It is of a person, but names no person.
         Person = 16,
-        /// There was no room for it.
+        /// The buffer was full.
         LeftOut = 17,
-        /// The degree of a state was neither in [0, 1] nor NaN, which says that the thing has no such state.
+        /// The degree of a state is neither in [0, 1] nor NaN, which means that the object has no such state.
         State = 18,
-        /// It was of a person of whom there was another one of the same instant in the frame.
+        /// Another observation of the same person at the same instant is in the frame.
         Twice = 19,
     }
 }
 
-/// Reasons for which there is room in a [`SourceHealth`](crate::SourceHealth).
+/// Capacity for reasons in a [`SourceHealth`](crate::SourceHealth).
 pub const LOSSES: usize = 24;
 
 const _: () = assert!(Loss::ALL.len() <= LOSSES);
 
 impl Loss {
-    /// Whether what was lost was nonsense, rather than late or too much.
+    /// Whether the input was invalid, rather than late or too much.
     #[must_use]
     pub const fn is_refusal(self) -> bool {
         !matches!(self, Self::Overtaken | Self::Missed | Self::LeftOut)
     }
 
-    /// Its name, as `leo top` shows it.
+    /// Its name in `leo top`.
     #[must_use]
     pub const fn name(self) -> &'static str {
         match self {
@@ -86,7 +86,7 @@ impl Loss {
         }
     }
 
-    /// What is wrong, and what to do about it, to be said of the source.
+    /// Description of the problem and its remedy, about the source.
     #[must_use]
     pub const fn advice(self) -> &'static str {
         match self {

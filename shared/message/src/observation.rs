@@ -4,21 +4,20 @@ use iceoryx2_bb_elementary_traits::zero_copy_send::ZeroCopySend;
 use crate::bytes::laid_out;
 use crate::{Loss, numbered};
 
-/// Discrete states that an observation can report.
+/// Number of discrete states of an observation.
 pub const STATES: usize = 8;
 
-/// The agent number that stands for nobody. The robot is agent 0, its partners 1, 2, …
+/// Agent number for no agent. The robot is agent 0, its partners are 1, 2, …
 pub const NOBODY: u16 = u16::MAX;
 
 numbered! {
-    /// What an observation is of.
+    /// Kind of the observed object.
     ObservationKind: u16 {
-        /// A thing on the table.
+        /// An object on the table.
         Object = 1,
-        /// A partner, or the robot's own head; the pose is that of the eyes (x along the line of
-        /// sight).
+        /// A partner, or the robot's own head; the pose is that of the eyes (x along the line of sight).
         Person = 2,
-        /// A thing that hides what lies behind it; the extents are those of a box.
+        /// An object that hides what is behind it; the extents are those of a box.
         Occluder = 3,
     }
 }
@@ -30,13 +29,13 @@ numbered! {
         Vision = 1,
         /// Heard.
         Hearing = 2,
-        /// Felt, or known from one's own joints.
+        /// Felt, or known from the robot's own joints.
         Touch = 3,
     }
 }
 
 numbered! {
-    /// A discrete state of a thing, observed as a degree in [0, 1].
+    /// A discrete state of an object, observed as a degree in [0, 1].
     State: u16 {
         /// Its hole holds a peg.
         Filled = 0,
@@ -49,17 +48,17 @@ numbered! {
     }
 }
 
-/// What one sensory process reported of one thing at one instant, in the robot's base frame.
+/// An observation of one object by one sensory source at one instant, in the robot's base frame.
 ///
-/// An observation carries no identity of the thing: finding out which thing it was is the Belief
-/// System's work (Berlin et al. 2006, "Belief Modeling").
+/// An observation carries no object identity; association is the Belief System's task (Berlin et al. 2006, "Belief
+/// Modeling").
 #[derive(Clone, Copy, Debug, PartialEq, ZeroCopySend)]
 #[repr(C)]
 #[type_name("leo/Observation/1")]
 pub struct Observation {
-    /// When the sensory process observed it, in nanoseconds of the clock.
+    /// When the source observed it, in nanoseconds of the clock.
     pub observed_at_ns: u64,
-    /// The sensory process that reported it.
+    /// The sensory source that reported it.
     pub source: u16,
     /// A [`Modality`].
     pub modality: u16,
@@ -67,28 +66,28 @@ pub struct Observation {
     pub kind: u16,
     /// For a person: which partner (1, 2, …), or 0 for the robot itself.
     pub partner: u16,
-    /// The agent who holds or moves it, or [`NOBODY`].
+    /// The agent that holds or moves it, or [`NOBODY`].
     pub held_by: u16,
     /// Not used; zero.
     pub reserved: u16,
-    /// How sure the sensory process is, in [0, 1].
+    /// Confidence of the source, in [0, 1].
     pub confidence: f32,
     /// Position in the robot's base frame, in metres.
     pub position_m: [f32; 3],
     /// Orientation in the robot's base frame, quaternion `[x, y, z, w]`.
     pub orientation_xyzw: [f32; 4],
-    /// Half the extents along the thing's own axes, in metres.
+    /// Half extents along the object's own axes, in metres.
     pub half_extents_m: [f32; 3],
     /// Colour, linear red, green and blue in [0, 1].
     pub colour_rgb: [f32; 3],
-    /// Shape descriptor: how elongated, how flat, how round, how tapered; each in [0, 1].
+    /// Shape descriptor: elongation, flatness, roundness, taper; each in [0, 1].
     pub shape: [f32; 4],
-    /// Degree of each [`State`]; NaN where the thing has no such state.
+    /// Degree of each [`State`]; NaN if the object has no such state.
     pub states: [f32; STATES],
 }
 
 impl Observation {
-    /// An object at the origin with no states, to be filled in.
+    /// An object at the origin without states; the caller sets the other fields.
     #[must_use]
     pub fn object(source: u16, observed_at_ns: u64) -> Self {
         Self {
@@ -109,39 +108,38 @@ impl Observation {
         }
     }
 
-    /// What it is of; `None` for a number that stands for nothing.
+    /// The kind; `None` if the number is invalid.
     #[must_use]
     #[inline]
     pub fn kind(&self) -> Option<ObservationKind> {
         ObservationKind::from_raw(self.kind)
     }
 
-    /// The sense that made it; `None` for a number that stands for nothing.
+    /// The sense that made it; `None` if the number is invalid.
     #[must_use]
     #[inline]
     pub fn modality(&self) -> Option<Modality> {
         Modality::from_raw(self.modality)
     }
 
-    /// The degree of a state in [0, 1]; `None` where the thing has no such state.
+    /// The degree of a state in [0, 1]; `None` if the object has no such state.
     #[must_use]
     pub fn state(&self, state: State) -> Option<f32> {
         self.states.get(usize::from(state.raw())).copied().filter(|degree| (0.0..=1.0).contains(degree))
     }
 
-    /// Reports a state.
+    /// Sets the degree of a state.
     pub fn set_state(&mut self, state: State, degree: f32) {
         if let Some(slot) = self.states.get_mut(usize::from(state.raw())) {
             *slot = degree;
         }
     }
 
-    /// Whether every number is one that the Perception System may use: see [`Self::fault`].
+    /// Whether every number is valid for the Perception System: see [`Self::fault`].
     #[must_use]
     #[inline]
     pub fn is_sound(&self) -> bool {
-        // All numbers are looked at, for they are sound as a rule: so the compiler can look at several
-        // at once.
+        // Checks all numbers without early exit, because they are usually valid. So the compiler can vectorise.
         self.kind().is_some()
             & self.modality().is_some()
             & self.is_placed()
@@ -153,17 +151,16 @@ impl Observation {
             & ((self.kind() != Some(ObservationKind::Person)) | (self.partner != NOBODY))
     }
 
-    /// Whether its pose is sound: place and orientation. What else is of a sound observation stays so wherever it is
-    /// seen from.
+    /// Whether its pose is valid: position and orientation. The other fields do not depend on the frame.
     #[must_use]
     #[inline]
     pub fn is_placed(&self) -> bool {
         are_all(self.position_m, is_within_reach) & is_unit(self.orientation_xyzw)
     }
 
-    /// What is wrong with it, if anything: a known kind and sense, place and extents finite and
-    /// within 1000 m, extents not negative, a quaternion of norm one within 1 %, colour, shape and
-    /// confidence in [0, 1], states too or NaN (the thing has none), and of a person, who.
+    /// The first invalid field, if any. Valid are: a known kind and modality; position and extents finite and within
+    /// 1000 m, extents not negative; a quaternion of norm 1 within 1 %; colour, shape and confidence in [0, 1];
+    /// states in [0, 1] or NaN; and for a person, the partner.
     ///
     /// ```
     /// use message::{Loss, Observation};
@@ -200,7 +197,7 @@ impl Observation {
     }
 }
 
-/// Nothing that is observed is further away, or larger.
+/// Largest valid coordinate and extent.
 const REACH_M: f32 = 1000.0;
 
 #[inline]
@@ -208,7 +205,7 @@ fn are_all<const COUNT: usize>(numbers: [f32; COUNT], holds: impl Fn(f32) -> boo
     numbers.into_iter().fold(true, |all, number| all & holds(number))
 }
 
-// All are written so that NaN fails.
+// All predicates return false for NaN.
 #[inline]
 fn is_within_reach(coordinate_m: f32) -> bool {
     coordinate_m.abs() <= REACH_M
@@ -224,13 +221,13 @@ pub(crate) fn is_share(share: f32) -> bool {
     (0.0..=1.0).contains(&share)
 }
 
-/// Of a state; NaN where the thing has none.
+/// Whether the degree of a state is valid; NaN means that the object has no such state.
 #[inline]
 fn is_degree(degree: f32) -> bool {
     is_share(degree) | degree.is_nan()
 }
 
-/// 1 % of a norm is 2 % of its square, less what rounds.
+/// A tolerance of 1 % of the norm is 2 % of its square, minus rounding.
 #[inline]
 fn is_unit(quaternion: [f32; 4]) -> bool {
     let norm_squared: f32 = quaternion.iter().map(|part| part * part).sum();

@@ -3,17 +3,16 @@ use iceoryx2_bb_elementary_traits::zero_copy_send::ZeroCopySend;
 
 use crate::bytes::laid_out;
 
-/// How deep perspectives can be nested.
+/// Maximum nesting depth of perspectives.
 pub const DEPTH_MOST: usize = 6;
 
-/// Perspectives that a robot can keep, its own among them.
+/// Maximum number of perspectives of a robot, its own included.
 pub const PERSPECTIVES_MOST: u32 = 256;
 
-/// Whose perspective it is, and within whose: `[]` is the robot's own, `[1]` what it takes partner 1
-/// to believe, `[1, 0]` what it takes partner 1 to take the robot to believe.
+/// Path of a perspective: `[]` is the robot's own, `[1]` is partner 1's as the robot models it. `[1, 0]` is the
+/// robot's as partner 1 models it, according to the robot.
 ///
-/// Nobody stands twice in a row, nor the robot first: what somebody takes himself to believe is
-/// what he believes.
+/// Consecutive agents differ, and the robot is never first: an agent's model of itself is its own perspective.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, ZeroCopySend)]
 #[repr(C)]
 #[type_name("leo/Path/1")]
@@ -26,8 +25,8 @@ impl Path {
     /// The robot's own perspective.
     pub const ROBOT: Self = Self { depth: 0, agents: [0; DEPTH_MOST] };
 
-    /// The perspective that this one takes `agent` to have; `None` where that is its own, or there
-    /// is no deeper one.
+    /// The perspective of `agent` nested in this one; `None` if this is `agent`'s own perspective, or if the maximum
+    /// depth is reached.
     ///
     /// ```
     /// use message::Path;
@@ -47,7 +46,7 @@ impl Path {
         Some(self)
     }
 
-    /// The agents along the path; `None` for nonsense.
+    /// The agents along the path; `None` if the path is invalid.
     #[must_use]
     pub fn agents(&self) -> Option<&[u16]> {
         let agents = self.agents.get(..usize::try_from(self.depth).ok()?)?;
@@ -55,16 +54,15 @@ impl Path {
         (agents.first() != Some(&0) && !repeats).then_some(agents)
     }
 
-    /// Whose perspective it is, at the end of the path; `None` for nonsense.
+    /// The agent at the end of the path, whose perspective it is; `None` if the path is invalid.
     #[must_use]
     pub fn agent(&self) -> Option<u16> {
         self.agents().map(|agents| agents.last().copied().unwrap_or(0))
     }
 }
 
-/// How many perspectives there are with so many partners and so deep: one, and for each partner
-/// one more, and for each of those as many again, the robot standing in for him whose they are.
-/// `u32::MAX` where there are no fewer.
+/// Number of perspectives for a number of partners n and a nesting depth: 1 + n + n² + ... + n^depth. Saturates at
+/// `u32::MAX`.
 ///
 /// ```
 /// assert_eq!(message::perspectives(2, 1), 3);

@@ -5,13 +5,13 @@ use crate::bytes::laid_out;
 use crate::observation::is_share;
 use crate::{Header, Observation, SourceSet};
 
-/// Percepts that one snapshot holds at most: the size of the percept set P.
+/// Maximum number of percepts of one snapshot: the size of the percept set P.
 pub const MAX_PERCEPTS: usize = 12;
 
 /// The feature value d that a percept derives (Eq. 1).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Feature {
-    /// The percept classifies and derives nothing.
+    /// The percept only classifies and derives no feature.
     None,
     /// A symbol: the index of a prototype in the percept's configuration.
     Symbol(u16),
@@ -23,7 +23,7 @@ pub enum Feature {
     Orientation([f32; 4]),
 }
 
-/// A feature as it stands in shared memory: a kind and four numbers.
+/// Raw kinds of a feature in shared memory.
 const NONE: u16 = 0;
 const SYMBOL: u16 = 1;
 const NUMBER: u16 = 2;
@@ -31,14 +31,14 @@ const VECTOR: u16 = 3;
 const ORIENTATION: u16 = 4;
 
 impl Feature {
-    /// The kind of a number.
+    /// Raw kind of a number.
     pub const NUMBER: u16 = NUMBER;
-    /// The kind of a vector.
+    /// Raw kind of a vector.
     pub const VECTOR: u16 = VECTOR;
-    /// The kind of an orientation.
+    /// Raw kind of an orientation.
     pub const ORIENTATION: u16 = ORIENTATION;
 
-    /// The position or the extents, in metres; `None` of other features.
+    /// The position or extents in metres; `None` for other features.
     #[must_use]
     #[inline]
     pub fn vector(self) -> Option<[f32; 3]> {
@@ -48,7 +48,7 @@ impl Feature {
         }
     }
 
-    /// As it stands in shared memory: its kind and four numbers, those that it does not need zero.
+    /// Raw form in shared memory: kind and four numbers, unused ones zero.
     #[must_use]
     #[inline]
     pub fn to_raw(self) -> (u16, [f32; 4]) {
@@ -61,24 +61,24 @@ impl Feature {
         }
     }
 
-    /// Whether a kind and four numbers stand for a feature.
+    /// Whether the raw form is valid.
     #[inline]
     fn stands(kind: u16, numbers: [f32; 4]) -> bool {
-        // All are looked at, for they are finite as a rule: so the compiler can look at all at once.
+        // Checks all numbers without early exit, because they are usually finite. So the compiler can vectorise.
         let are_finite = numbers.iter().fold(true, |all, number| all & number.is_finite());
         let [a, ..] = numbers;
         are_finite && kind <= ORIENTATION && (kind != SYMBOL || (0.0..=f32::from(u16::MAX)).contains(&a))
     }
 
-    /// What a kind and four numbers stand for; `None` where they are no feature.
+    /// The feature of a raw form; `None` if it is invalid.
     #[must_use]
     #[inline]
     pub fn from_raw(kind: u16, numbers: [f32; 4]) -> Option<Self> {
         Self::stands(kind, numbers).then(|| Self::from_sound(kind, numbers))
     }
 
-    /// The same where it is known that they stand for one, and not looked at again. What others stand for is of no
-    /// use, but does no harm.
+    /// Like [`Self::from_raw`] without validation. An invalid raw form gives a meaningless feature, but is
+    /// memory safe.
     #[must_use]
     #[inline]
     pub fn from_sound(kind: u16, numbers: [f32; 4]) -> Self {
@@ -122,28 +122,28 @@ impl PerceptValue {
         Self { percept, feature_kind, matching, confidence, feature }
     }
 
-    /// The derived feature; `None` where the numbers are no feature.
+    /// The derived feature; `None` if the raw form is invalid.
     #[must_use]
     #[inline]
     pub fn feature(&self) -> Option<Feature> {
         Feature::from_raw(self.feature_kind, self.feature)
     }
 
-    /// The derived feature of an evaluation that [is sound](Self::is_sound); of another, it is of no use.
+    /// The derived feature, not validated: meaningful only if the evaluation [is sound](Self::is_sound).
     #[must_use]
     #[inline]
     pub fn sound_feature(&self) -> Feature {
         Feature::from_sound(self.feature_kind, self.feature)
     }
 
-    /// The derived feature as it stands there: its kind and four numbers, of which nothing is promised.
+    /// The raw form of the derived feature, not validated: kind and four numbers.
     #[must_use]
     #[inline]
     pub fn raw_feature(&self) -> (u16, [f32; 4]) {
         (self.feature_kind, self.feature)
     }
 
-    /// Whether it is an evaluation: match and confidence in [0, 1], and a feature.
+    /// Whether match and confidence are in [0, 1] and the feature is valid.
     #[must_use]
     #[inline]
     pub fn is_sound(&self) -> bool {
@@ -163,7 +163,7 @@ pub struct Snapshot {
 }
 
 impl Snapshot {
-    /// Adds an evaluation; `false`, and nothing added, when the snapshot is full.
+    /// Adds an evaluation; `false` if the snapshot is full.
     #[inline]
     pub fn push(&mut self, value: PerceptValue) -> bool {
         let slot = usize::try_from(self.count).ok().and_then(|count| self.values.get_mut(count));
@@ -185,7 +185,7 @@ impl Snapshot {
         self.values.get(..count).unwrap_or(&[])
     }
 
-    /// Whether it is one: each an evaluation, in the order of the percepts.
+    /// Whether all evaluations are valid and sorted by percept.
     #[must_use]
     #[inline]
     pub fn is_sound(&self) -> bool {
@@ -198,12 +198,12 @@ impl Snapshot {
     #[inline]
     pub fn value(&self, percept: u16) -> Option<&PerceptValue> {
         let values = self.values();
-        // Where all percepts before it passed as well.
+        // Fast path: all percepts before it passed the threshold too.
         let here = values.get(usize::from(percept)).filter(|value| value.percept == percept);
         here.or_else(|| values.iter().find(|value| value.percept == percept))
     }
 
-    /// The same, to be changed.
+    /// Like [`Self::value`], mutable.
     #[inline]
     pub fn value_mut(&mut self, percept: u16) -> Option<&mut PerceptValue> {
         let count = usize::try_from(self.count).unwrap_or(0).min(MAX_PERCEPTS);
@@ -211,49 +211,48 @@ impl Snapshot {
     }
 }
 
-/// The head of a percept buffer: who looked.
+/// Head of a percept buffer: the sources that delivered a frame.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ZeroCopySend)]
 #[repr(C)]
 #[type_name("leo/PerceptHead/1")]
 pub struct PerceptHead {
     /// The frame's header.
     pub header: Header,
-    /// The sources that looked: bit n for source n, the last bit for all beyond.
+    /// Sources that delivered a frame: bit n for source n, the last bit for all beyond.
     pub looked: u64,
 }
 
 impl PerceptHead {
-    /// Of a frame that holds what these sources saw, be it nothing.
+    /// A head for a frame with the observations of these sources, possibly none.
     #[must_use]
     pub fn new(header: Header, looked: SourceSet) -> Self {
         Self { header, looked: looked.raw() }
     }
 
-    /// The sources that had anything new in this frame, be it an empty table: a thing that one of
-    /// them saw before and that is not among the entries was looked for and not found. Where it was
-    /// nobody, time passes and nothing is taken to have vanished.
+    /// Sources that delivered a frame this step, possibly empty. An object that one of them observed before, and that
+    /// is not among the entries, was not found. If no source delivered a frame, time advances and no object counts as
+    /// missed.
     #[must_use]
     pub fn looked(&self) -> SourceSet {
         SourceSet::from_raw(self.looked)
     }
 }
 
-/// An entry of the percept buffer: an observation and what the robot perceives in it.
+/// An entry of the percept buffer: an observation and the robot's percept snapshot of it.
 ///
-/// The observation travels along because another perspective perceives it anew in its own frame
-/// (Eq. 7).
+/// It includes the observation, because other perspectives perceive it anew in their own frames (Eq. 7).
 #[derive(Clone, Copy, Debug, PartialEq, ZeroCopySend)]
 #[repr(C)]
 #[type_name("leo/Perceived/1")]
 pub struct Perceived {
-    /// What was observed.
+    /// The observation.
     pub observation: Observation,
     /// The robot's own percept snapshot of it.
     pub snapshot: Snapshot,
 }
 
 impl Perceived {
-    /// Whether every number is one that may be used: what comes from another process is an allegation.
+    /// Whether every number is valid: data from another process is untrusted.
     #[must_use]
     #[inline]
     pub fn is_sound(&self) -> bool {

@@ -3,36 +3,36 @@ use iceoryx2_bb_elementary_traits::zero_copy_send::ZeroCopySend;
 
 use crate::Path;
 
-/// Perspectives of which a board can tell: as many as a robot can keep
+/// Capacity of the board in perspectives, equal to the maximum of a robot
 /// ([`PERSPECTIVES_MOST`](crate::PERSPECTIVES_MOST)).
 pub const MAX_PERSPECTIVES: usize = 256;
 
-/// What was computed of one perspective, since its process's life began.
+/// Counters of one perspective, since this incarnation of the process started.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ZeroCopySend)]
 #[repr(C)]
 #[type_name("leo/PerspectiveHealth/2")]
 pub struct PerspectiveHealth {
-    /// Whose it is, and within whose.
+    /// Its path.
     pub path: Path,
-    /// How often its beliefs were brought to an instant.
+    /// Number of update steps.
     pub steps: u64,
-    /// Beliefs that it held after each of these steps, all together.
+    /// Sum over these steps of the number of beliefs after the step.
     pub beliefs: u64,
-    /// Observations, beliefs and occluders for which it had no room.
+    /// Observations, beliefs and occluders dropped for lack of space.
     pub left_out: u64,
-    /// Observations and evaluations that it refused as nonsense.
+    /// Observations and evaluations refused as invalid.
     pub refused: u64,
 }
 
-/// What was computed of each perspective: the belief process writes it to a board of its own. Where
-/// perspective taking is off there is one, the robot's own.
+/// Counters of all perspectives. The belief process writes them to its board. Without perspective taking there is
+/// one, the robot's own.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ZeroCopySend)]
 #[repr(C)]
 #[type_name("leo/Perspectives/2")]
 pub struct Perspectives {
-    /// How many perspectives there are.
+    /// Number of perspectives.
     pub count: u64,
-    /// Each of them, by its number.
+    /// The perspectives, by number.
     pub perspectives: [PerspectiveHealth; MAX_PERSPECTIVES],
 }
 
@@ -43,7 +43,7 @@ impl Default for Perspectives {
 }
 
 impl Perspectives {
-    /// The perspectives that there are, in the order of their numbers.
+    /// The perspectives in use, by number.
     #[must_use]
     pub fn all(&self) -> &[PerspectiveHealth] {
         let count = usize::try_from(self.count).unwrap_or(MAX_PERSPECTIVES).min(MAX_PERSPECTIVES);

@@ -3,25 +3,25 @@ use iceoryx2_bb_elementary_traits::zero_copy_send::ZeroCopySend;
 
 use crate::Process;
 
-/// One life of a process, as its supervisor knows it.
+/// One incarnation of a process, as recorded by the supervisor.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ZeroCopySend)]
 #[repr(C)]
 #[type_name("leo/Life/1")]
 pub struct Life {
-    /// Counts the lives of the process from one; zero where it was never started.
+    /// Number of the incarnation, from one; zero if the process was never started.
     pub incarnation: u64,
     /// When the supervisor began to start it, in nanoseconds of the monotonic clock.
     pub began_at_ns: u64,
-    /// When the supervisor learned of its end; zero while it lives. No other process has its number before that.
+    /// When the supervisor detected its end; zero while it runs. Until then its process id is not reused.
     pub ended_at_ns: u64,
-    /// The operating system's process number, in the outermost namespace that can be seen; zero while it is unknown.
+    /// The operating system's process id in the outermost visible namespace; zero while unknown.
     pub pid: u32,
-    /// 1 where the process is one of this robot on this machine, else 0.
+    /// 1 if the process belongs to this robot on this machine, else 0.
     is_member: u32,
 }
 
 impl Life {
-    /// Whether this life made something with the process number `pid` at an instant.
+    /// Whether an object with this process id and creation time was created by this incarnation.
     #[must_use]
     pub const fn made(&self, pid: u32, at_ns: u64) -> bool {
         let is_before_end = self.ended_at_ns == 0 || at_ns <= self.ended_at_ns;
@@ -29,8 +29,8 @@ impl Life {
     }
 }
 
-/// Which life of each process is the newest, as the supervisor knows it: the roster names the board on which the
-/// [`Health`](crate::Health) of that life stands, and the process that may publish.
+/// The newest incarnation of each process, as recorded by the supervisor. It determines the board of that
+/// incarnation's [`Health`](crate::Health), and the process that may publish.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ZeroCopySend)]
 #[repr(C)]
 #[type_name("leo/Roster/3")]
@@ -39,42 +39,43 @@ pub struct Roster {
 }
 
 impl Roster {
-    /// The newest incarnation of a process, if it was ever started.
+    /// The newest incarnation of a process; `None` if it was never started.
     #[must_use]
     pub fn incarnation(&self, process: Process) -> Option<u64> {
         self.life(process).map(|life| life.incarnation).filter(|&incarnation| incarnation > 0)
     }
 
-    /// The newest life of a process; `None` where the process is none of this robot on this machine.
+    /// The newest incarnation of a process; `None` if the process does not belong to this robot on this machine.
     #[must_use]
     pub fn life(&self, process: Process) -> Option<&Life> {
         self.lives.get(usize::from(process.raw())).filter(|life| life.is_member != 0)
     }
 
-    /// Notes that a process is one of this robot on this machine.
+    /// Records that a process belongs to this robot on this machine.
     pub fn add_member(&mut self, process: Process) {
         self.change(process, |_| ());
     }
 
-    /// Notes that a life of a process begins. Its process number follows: until then it may not publish.
+    /// Records that an incarnation starts. It may not publish until its process id is set.
     pub fn set_incarnation(&mut self, process: Process, incarnation: u64) {
         self.change(process, |life| *life = Life { incarnation, is_member: 1, ..Life::default() });
     }
 
-    /// Notes which process the newest life of a process is. From now on it may publish.
+    /// Records the process id of the newest incarnation, which may publish from now on.
     pub fn set_pid(&mut self, process: Process, pid: u32, began_at_ns: u64) {
         self.change(process, |life| (life.pid, life.began_at_ns) = (pid, began_at_ns));
     }
 
-    /// Notes that the newest life of a process has ended. What it published until then still counts.
+    /// Records that the newest incarnation has ended. Frames that it published before remain valid.
     pub fn end(&mut self, process: Process, ended_at_ns: u64) {
         self.change(process, |life| life.ended_at_ns = ended_at_ns);
     }
 
-    /// Whether a publisher is of the process that writes a topic of `owner`: of its newest life, or of the link's where
-    /// the owner runs on another machine. A publisher is known by its process number and by when it was made.
+    /// Whether a publisher may write a topic of `owner`. It must belong to the owner's newest incarnation, or to the
+    /// link's if the owner runs on another machine. A publisher is identified by process id and creation time.
     ///
-    /// This is the one place that decides who may publish: a commander that holds a lease becomes a life here.
+    /// This is the only place that decides who may publish. Other commanders would have to be added here as
+    /// incarnations.
     #[must_use]
     pub fn may_publish(&self, owner: Process, pid: u32, made_at_ns: u64) -> bool {
         let life = self.life(owner).or_else(|| self.life(Process::Link));

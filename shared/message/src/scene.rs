@@ -5,35 +5,35 @@ use crate::bytes::laid_out;
 use crate::{Header, NOBODY, STATES, Text, numbered};
 
 numbered! {
-    /// Who moves what is on the table.
+    /// Mode of the simulated lesson.
     SceneMode: u32 {
         /// The lesson's script is played.
         Script = 1,
-        /// A teacher sets the table by hand: things come, go and move as he likes.
+        /// A teacher sets up the table interactively: objects may be added, removed and moved freely.
         SetUp = 2,
-        /// A teacher teaches by hand: things move, and what he does is written down.
+        /// A teacher teaches interactively: objects are moved, and the steps are recorded.
         Teaching = 3,
-        /// The lesson's script was played to its end; Leo may still be at work.
+        /// The lesson's script has ended; Leo may still be performing.
         Over = 4,
     }
 }
 
 numbered! {
-    /// What a thing on the table is for.
+    /// Role of an object on the table.
     ThingRole: u16 {
-        /// To be worked on.
+        /// A block to work on.
         Block = 1,
-        /// To be put into a hole.
+        /// A peg, to be inserted into a hole.
         Peg = 2,
-        /// To mark what it is put onto.
+        /// A marker, to be put onto an object.
         Marker = 3,
     }
 }
 
-/// The number of the table where none is laid that the lesson has.
+/// Table number if none of the lesson's tables is set up.
 pub const NO_TABLE: u32 = u32::MAX;
 
-/// The head of the simulator's scene: where the lesson is, and the robot in the world.
+/// Head of the simulator's scene: progress of the lesson, and pose of the robot in the world.
 #[derive(Clone, Copy, Debug, PartialEq, ZeroCopySend)]
 #[repr(C)]
 #[type_name("leo/SceneHead/1")]
@@ -44,17 +44,17 @@ pub struct SceneHead {
     pub base_position_m: [f64; 3],
     /// Orientation of the robot's base in the world, quaternion `[x, y, z, w]`.
     pub base_orientation_xyzw: [f64; 4],
-    /// When the script or the first table laid by hand began, in nanoseconds of the clock.
+    /// When the script or the first interactive table began, in nanoseconds of the clock.
     pub began_at_ns: u64,
     /// A [`SceneMode`].
     pub mode: u32,
-    /// Which of the lesson's tables is laid, from 0, or [`NO_TABLE`].
+    /// Number of the lesson's current table, from 0, or [`NO_TABLE`].
     pub table: u32,
-    /// Tables of the lesson: the demonstrations, and then the novel set if it has one.
+    /// Number of tables of the lesson: the demonstrations, then the novel set if there is one.
     pub tables: u32,
-    /// Steps taught by hand that are written down.
+    /// Number of recorded interactive steps.
     pub steps: u32,
-    /// Which lesson is open: empty for the one that the robot was started with.
+    /// The open lesson; empty for the one that the robot was started with.
     pub lesson: Text,
 }
 
@@ -75,16 +75,16 @@ impl Default for SceneHead {
 }
 
 impl SceneHead {
-    /// Who moves what is on the table; `None` for nonsense.
+    /// The mode; `None` if the number is invalid.
     #[must_use]
     pub fn mode(&self) -> Option<SceneMode> {
         SceneMode::from_raw(self.mode)
     }
 }
 
-/// What the simulator knows to be true of one thing, in the world frame.
+/// Ground truth of one object in the simulator, in the world frame.
 ///
-/// For people who look on, and for checking what Leo did; no other process of the robot reads it.
+/// For visualisation and for checking Leo's actions; no other process of the robot reads it.
 #[derive(Clone, Copy, Debug, PartialEq, ZeroCopySend)]
 #[repr(C)]
 #[type_name("leo/SceneObject/2")]
@@ -93,21 +93,21 @@ pub struct SceneObject {
     pub position_m: [f64; 3],
     /// Orientation in the world, quaternion `[x, y, z, w]`.
     pub orientation_xyzw: [f64; 4],
-    /// Half the extents along its own axes, in metres.
+    /// Half extents along its own axes, in metres.
     pub half_extents_m: [f64; 3],
     /// Colour, linear red, green and blue in [0, 1].
     pub colour_rgb: [f32; 3],
-    /// How elongated, flat, round and tapered it is, each in [0, 1].
+    /// Shape descriptor: elongation, flatness, roundness, taper; each in [0, 1].
     pub shape: [f32; 4],
-    /// Degree of each `State`; NaN where the thing has no such state.
+    /// Degree of each `State`; NaN if the object has no such state.
     pub states: [f32; STATES],
     /// An `ObservationKind`.
     pub kind: u16,
-    /// The agent who holds it, or `NOBODY`.
+    /// The agent that holds it, or `NOBODY`.
     pub held_by: u16,
-    /// The partner that a person is, or `NOBODY`.
+    /// The partner number of a person, or `NOBODY`.
     pub partner: u16,
-    /// A [`ThingRole`] of an object; 0 of a person or an occluder.
+    /// A [`ThingRole`] of an object; 0 for a person or an occluder.
     pub role: u16,
     /// Its name in the lesson.
     pub name: Text,
@@ -132,7 +132,7 @@ impl Default for SceneObject {
 }
 
 impl SceneObject {
-    /// What it is for; `None` of a person or an occluder, and for nonsense.
+    /// The role; `None` for a person or an occluder, or if the number is invalid.
     #[must_use]
     pub fn role(&self) -> Option<ThingRole> {
         ThingRole::from_raw(self.role)

@@ -1,6 +1,6 @@
-/// A set of sensory sources: those that looked, or those that saw a thing.
+/// A set of sensory sources, for example those that observed an object.
 ///
-/// A robot's 16 sources are told apart; of a trace with more, those from the 63rd on count as one.
+/// A robot has at most 16 sources. In a trace with more, all sources from number 63 on share one bit.
 ///
 /// ```
 /// use message::SourceSet;
@@ -13,9 +13,9 @@
 pub struct SourceSet(u64);
 
 impl SourceSet {
-    /// None.
+    /// The empty set.
     pub const EMPTY: Self = Self(0);
-    /// Whichever source there is.
+    /// The set of all sources.
     pub const ALL: Self = Self(u64::MAX);
 
     /// One source.
@@ -24,13 +24,13 @@ impl SourceSet {
         Self(1 << if source < 63 { source } else { 63 })
     }
 
-    /// Those of either.
+    /// The union of both sets.
     #[must_use]
     pub const fn union(self, others: Self) -> Self {
         Self(self.0 | others.0)
     }
 
-    /// Whether there is one in both.
+    /// Whether the sets have a common source.
     #[must_use]
     #[inline]
     pub const fn intersects(self, others: Self) -> bool {

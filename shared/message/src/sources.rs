@@ -3,49 +3,49 @@ use iceoryx2_bb_elementary_traits::zero_copy_send::ZeroCopySend;
 
 use crate::{LOSSES, Loss, Text};
 
-/// Sources that a robot has at most.
+/// Maximum number of sources of a robot.
 pub const MAX_SOURCES: usize = 16;
 
-/// What became of what one source reported.
+/// Counters of the frames and observations of one source.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ZeroCopySend)]
 #[repr(C)]
 #[type_name("leo/SourceHealth/1")]
 pub struct SourceHealth {
-    /// What people call it.
+    /// Its display name.
     pub name: Text,
-    /// Frames that were taken.
+    /// Frames accepted.
     pub frames: u64,
-    /// Observations that entered the percept buffer.
+    /// Observations added to the percept buffer.
     pub observations: u64,
-    /// When a frame was taken last, in nanoseconds of the clock; zero where none was.
+    /// When a frame was last accepted, in nanoseconds of the clock; zero if never.
     pub heard_at_ns: u64,
-    /// Whether it has been silent for longer than its rate lets expect: 1 yes, 0 no.
+    /// Whether it has been silent for longer than its rate allows: 1 yes, 0 no.
     pub silent: u64,
-    /// What was lost, by the number of the [`Loss`].
+    /// Number of losses, indexed by [`Loss`].
     pub losses: [u64; LOSSES],
 }
 
 impl SourceHealth {
-    /// How much was lost for a reason.
+    /// Number of losses for a reason.
     #[must_use]
     pub fn lost(&self, loss: Loss) -> u64 {
         self.losses.get(usize::from(loss.raw())).copied().unwrap_or(0)
     }
 }
 
-/// What became of what each source reported: the sensor process writes it to a board of its own.
+/// Counters of all sources. The sensor process writes them to its board.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ZeroCopySend)]
 #[repr(C)]
 #[type_name("leo/Sources/1")]
 pub struct Sources {
-    /// How many sources there are.
+    /// Number of sources.
     pub count: u64,
-    /// Each of them, by its number.
+    /// The sources, by number.
     pub sources: [SourceHealth; MAX_SOURCES],
 }
 
 impl Sources {
-    /// The sources that there are, in the order of their numbers.
+    /// The sources in use, by number.
     #[must_use]
     pub fn all(&self) -> &[SourceHealth] {
         let count = usize::try_from(self.count).unwrap_or(MAX_SOURCES).min(MAX_SOURCES);

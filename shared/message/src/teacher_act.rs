@@ -5,77 +5,77 @@ use crate::bytes::laid_out;
 use crate::{Text, numbered};
 
 numbered! {
-    /// What a teacher does by hand in the simulated workspace.
+    /// Kind of an interactive act of a teacher in the simulated workspace.
     TeacherActKind: u16 {
         /// Says the text.
         Say = 1,
-        /// Takes the thing that `text` names in his hand.
+        /// Takes the object named by `text` in hand.
         Take = 2,
-        /// Moves what is in his hand to a place.
+        /// Moves the object in hand to a position.
         Carry = 3,
-        /// Lets go what is in his hand, at a place.
+        /// Puts the object in hand down at a position.
         Put = 4,
-        /// Puts what is in his hand back where it was taken.
+        /// Returns the object in hand to where it was taken.
         Cancel = 5,
-        /// Moves his eyes to a place, and looks at another.
+        /// Moves the teacher's eyes to a position, and directs their gaze to another.
         Seat = 6,
-        /// Goes away.
+        /// Leaves the workspace.
         Leave = 7,
-        /// Comes back.
+        /// Returns to the workspace.
         Return = 8,
-        /// Moves the occluder that `text` names, or puts up a new one.
+        /// Moves the occluder named by `text`, or creates a new one.
         Screen = 9,
-        /// Lays a new object of the kind `text` and the colour `colour`.
+        /// Adds a new object of the kind `text` and the colour `colour`.
         Add = 10,
-        /// Takes the object or the occluder that `text` names off the table.
+        /// Removes the object or occluder named by `text`.
         Remove = 11,
-        /// Begins an empty table.
+        /// Starts with an empty table.
         Clear = 12,
-        /// Lays a table of the lesson.
+        /// Sets up a table of the lesson.
         Lay = 13,
-        /// Opens the lesson that `text` names, and plays it.
+        /// Opens the lesson named by `text`, and plays it.
         Open = 14,
-        /// Plays the open lesson from its beginning.
+        /// Restarts the open lesson.
         Play = 15,
-        /// Takes the last act back.
+        /// Undoes the last act.
         Undo = 16,
-        /// Writes what was taught by hand as a lesson of the title `text`.
+        /// Saves the interactive lesson with the title `text`.
         Save = 17,
     }
 }
 
-/// Something that a teacher does by hand. Places are in the world, in metres.
+/// An interactive act of a teacher. Positions are in the world frame, in metres.
 #[derive(Clone, Copy, Debug, PartialEq, ZeroCopySend)]
 #[repr(C)]
 #[type_name("leo/TeacherAct/1")]
 pub struct TeacherAct {
-    /// Counts the acts of the console's life from one.
+    /// Serial number of the act, from one in each incarnation of the console.
     pub serial: u64,
-    /// Where: of a thing's or an occluder's centre, or of his eyes. The height of something new is its
-    /// own, and that of something put down follows from what is below.
+    /// Target position: centre of an object or occluder, or the teacher's eyes. Heights of added and put down objects
+    /// are computed.
     pub position_m: [f64; 3],
-    /// What he looks at, of a seat; half the extents, of a new occluder.
+    /// Point that the teacher looks at, for a seat; half extents, for a new occluder.
     pub also_m: [f64; 3],
-    /// Heading, anticlockwise from the world's x axis, in radians; NaN to leave it as it is.
+    /// Heading, anticlockwise from the world's x axis, in radians; NaN keeps the current heading.
     pub heading_rad: f64,
     /// A [`TeacherActKind`].
     pub kind: u16,
-    /// Who: partner 1, 2, …
+    /// The teacher: partner 1, 2, …
     pub teacher: u16,
-    /// Whose hand on the console: several people may teach at once, each with one hand.
+    /// Hand on the console; several people may teach at once, each with one hand.
     pub hand: u16,
-    /// Zero.
+    /// Not used; zero.
     pub reserved: u16,
-    /// Which table, of laying.
+    /// Number of the table to set up.
     pub table: u64,
-    /// What is said, named or opened.
+    /// Sentence, name or lesson, depending on the kind.
     pub text: Text,
-    /// The colour's name, of something new.
+    /// Name of the colour of a new object.
     pub colour: Text,
 }
 
 impl TeacherAct {
-    /// An act of a kind by a teacher, everything else empty.
+    /// An act of a kind by a teacher; all other fields are empty.
     #[must_use]
     pub fn new(kind: TeacherActKind, teacher: u16) -> Self {
         Self {
@@ -93,23 +93,23 @@ impl TeacherAct {
         }
     }
 
-    /// What he does; `None` for nonsense.
+    /// The kind; `None` if the number is invalid.
     #[must_use]
     pub fn kind(&self) -> Option<TeacherActKind> {
         TeacherActKind::from_raw(self.kind)
     }
 }
 
-/// What became of an act.
+/// Result of an act.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ZeroCopySend)]
 #[repr(C)]
 #[type_name("leo/ActAnswer/1")]
 pub struct ActAnswer {
     /// The act's serial number.
     pub serial: u64,
-    /// 1 where it was refused, 0 where it was done.
+    /// 1 if the act was refused, 0 if it was done.
     pub refused: u64,
-    /// Why it was refused; or what came of it: the new object's name, the file that was written.
+    /// Reason for the refusal, or the result: the new object's name, the file written.
     pub text: Text,
 }
 

@@ -5,7 +5,7 @@ use iceoryx2_bb_elementary_traits::zero_copy_send::ZeroCopySend;
 
 use crate::bytes::laid_out;
 
-/// Bytes that a [`Text`] holds.
+/// Capacity of a [`Text`] in bytes.
 pub const TEXT_CAPACITY: usize = 252;
 
 /// A short text of fixed capacity, UTF-8.
@@ -18,7 +18,7 @@ pub struct Text {
 }
 
 impl Text {
-    /// The text, cut at the last whole character that fits.
+    /// The text, truncated at a character boundary if it does not fit.
     #[must_use]
     pub fn new(text: &str) -> Self {
         let mut end = text.len().min(TEXT_CAPACITY);
@@ -29,11 +29,11 @@ impl Text {
         for (to, from) in bytes.iter_mut().zip(text.as_bytes().iter().take(end)) {
             *to = *from;
         }
-        // At most TEXT_CAPACITY, which fits.
+        // `end` is at most TEXT_CAPACITY, which fits.
         Self { length: u32::try_from(end).unwrap_or(0), bytes }
     }
 
-    /// The text; empty where the writer's bytes are no UTF-8 or its length is out of range.
+    /// The text; empty if the bytes are not UTF-8 or the length is out of range.
     #[must_use]
     pub fn as_str(&self) -> &str {
         usize::try_from(self.length)

@@ -7,19 +7,17 @@ use crate::{
     Observation, Perceived, PerceptHead, Process, SceneHead, SceneObject, TeacherAct, Text,
 };
 
-/// A buffer between processes: what it is called and what a frame of it holds. Each has exactly
-/// one writer.
+/// A topic: its name and the types of its frames. Each has exactly one writer.
 pub trait Topic {
-    /// What stands before the entries.
+    /// Type of the head of a frame.
     type Head: Head;
-    /// An entry.
+    /// Type of the entries of a frame.
     type Entry: ZeroCopySend + Copy + std::fmt::Debug + 'static;
-    /// Its name within the domain; a number is appended where there is one buffer per partner,
-    /// source or process.
+    /// Its name within the domain. A number is appended if there is one topic per partner, source or process.
     const NAME: &'static str;
 
-    /// The process that writes it; where that runs on another machine, the link writes in its stead. `None` where the
-    /// writer is none of the robot's processes. Readers take frames from no other process.
+    /// The process that writes it. If that process runs on another machine, the link writes in its place. `None` if
+    /// the writer is not a process of the robot. Readers accept frames from no other process.
     fn writer(number: Option<u32>) -> Option<Process>;
 }
 
@@ -42,7 +40,7 @@ macro_rules! topic {
 }
 
 topic!(
-    /// What a sensory source observed; numbered by source. Writer: that source, which the configuration names.
+    /// Observations of a sensory source; numbered by source. Writer: that source, which the configuration names.
     Observations = "observations": Header, Observation, None
 );
 topic!(
@@ -54,47 +52,47 @@ topic!(
     Beliefs = "beliefs": BeliefHead, Belief, Some(Process::Belief)
 );
 topic!(
-    /// What one perspective believes and the one that it is nested in does not, and the reverse;
-    /// numbered by perspective, from 1. Writer: belief.
+    /// Differences between a perspective's beliefs and those of the perspective that it is nested in; numbered by
+    /// perspective, from 1. Writer: belief.
     Divergences = "divergences": DivergenceHead, Difference, Some(Process::Belief)
 );
 topic!(
-    /// Joint commands: where the joints shall be, and when. Writer: learner.
+    /// Joint commands: goal positions with arrival times. Writer: learner.
     JointGoals = "joint-goals": Header, JointGoal, Some(Process::Learner)
 );
 topic!(
-    /// Joint states as they came back over the buses. Writer: motor.
+    /// Joint states as read over the buses. Writer: motor.
     JointStates = "joint-states": Header, JointState, Some(Process::Motor)
 );
 topic!(
-    /// What is true in the simulated workspace. Writer: simulator.
+    /// Ground truth of the simulated workspace. Writer: simulator.
     Scene = "scene": SceneHead, SceneObject, Some(Process::Simulator)
 );
 topic!(
-    /// What a teacher does by hand in the simulated workspace. Writer: console.
+    /// Interactive acts of teachers in the simulated workspace. Writer: console.
     TeacherActs = "teacher-acts": Header, TeacherAct, Some(Process::Console)
 );
 topic!(
-    /// What became of the acts of [`TeacherActs`]. Writer: simulator.
+    /// Results of the acts of [`TeacherActs`]. Writer: simulator.
     ActsAnswered = "acts-answered": Header, ActAnswer, Some(Process::Simulator)
 );
 topic!(
-    /// What the teachers say. Writer: simulator.
+    /// Sentences of the teachers. Writer: simulator.
     Utterances = "utterances": Header, Utterance, Some(Process::Simulator)
 );
 topic!(
-    /// What the learner reports. Writer: learner.
+    /// Events of the learner. Writer: learner.
     Events = "events": Header, Event, Some(Process::Learner)
 );
 
-/// A sentence that somebody said.
+/// A sentence of a teacher.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ZeroCopySend)]
 #[repr(C)]
 #[type_name("leo/Utterance/1")]
 pub struct Utterance {
-    /// Who said it: partner 1, 2, …
+    /// The speaker: partner 1, 2, …
     pub speaker: u32,
-    /// What was said.
+    /// The sentence.
     pub text: Text,
 }
 

@@ -4,17 +4,17 @@ use iceoryx2_bb_elementary_traits::zero_copy_send::ZeroCopySend;
 use crate::{Header, Process, Topic, numbered};
 
 numbered! {
-    /// What a process shall do with its turn.
+    /// Kind of a turn.
     TurnKind: u32 {
-        /// One step at the given instant.
+        /// Make one step at the given instant.
         Step = 1,
-        /// End the process.
+        /// Exit the process.
         Stop = 2,
     }
 }
 
-/// Lockstep: the conductor gives one process its turn at an instant of simulated time. The
-/// header's `valid_at_ns` is that instant.
+/// Lockstep: the conductor gives one process a turn at an instant of simulated time. The header's `valid_at_ns` is
+/// that instant.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ZeroCopySend)]
 #[repr(C)]
 #[type_name("leo/Turn/1")]
@@ -23,31 +23,30 @@ pub struct Turn {
     pub kind: u32,
     /// Not used; zero.
     pub reserved: u32,
-    /// Counts the turns of the run from one.
+    /// Number of the turn in the run, from one.
     pub round: u64,
 }
 
 impl Turn {
-    /// What to do; `None` for nonsense.
+    /// The kind; `None` if the number is invalid.
     #[must_use]
     pub fn kind(&self) -> Option<TurnKind> {
         TurnKind::from_raw(self.kind)
     }
 }
 
-/// Lockstep: a process has done its turn.
+/// Lockstep: a process has completed its turn.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ZeroCopySend)]
 #[repr(C)]
 #[type_name("leo/Done/1")]
 pub struct Done {
-    /// The turn that is done.
+    /// The number of the completed turn.
     pub round: u64,
-    /// Whether the process has nothing left to do: 1 yes, 0 no. The lesson is over when the
-    /// simulator says so.
+    /// Whether the process has nothing left to do: 1 yes, 0 no. The simulator ends the lesson.
     pub finished: u64,
 }
 
-/// The topic of turns given to one process.
+/// Topic of the turns given to one process.
 #[derive(Clone, Copy, Debug)]
 pub enum Turns {}
 
@@ -61,7 +60,7 @@ impl Topic for Turns {
     }
 }
 
-/// The topic of turns done by one process.
+/// Topic of the turns completed by one process.
 #[derive(Clone, Copy, Debug)]
 pub enum TurnsDone {}
 

@@ -1,4 +1,4 @@
-//! The servo buses and the joints on them.
+//! Metrics of the servo buses and the joints.
 
 use message::{
     BusHealth, JointCause, JointLicence, JointLink, JointMachines, JointMode, JointMotion, JointPower,
@@ -9,7 +9,7 @@ use crate::page::{Kind, Page};
 use crate::processes::distribution;
 use crate::readings::Readings;
 
-/// What of a bus is a count: the name of the family, what it counts, where it stands.
+/// A counter of a bus: family name, help text, field.
 type Count = (&'static str, &'static str, fn(&BusHealth) -> u64);
 
 const COUNTS: [Count; 3] = [
@@ -20,14 +20,14 @@ const COUNTS: [Count; 3] = [
     ("leo_bus_late_bytes", "Bytes that came after their time.", |bus| bus.late_bytes),
 ];
 
-/// What goes wrong, by its name.
+/// A kind of fault: label, field.
 type Fault = (&'static str, fn(&BusHealth) -> u64);
 
-/// What goes wrong with an answer.
+/// Faults of status packets.
 const FAULTS: [Fault; 3] =
     [("missed", |bus| bus.missed), ("broken", |bus| bus.broken), ("stale", |bus| bus.stale)];
 
-/// What befalls a bus and its servos.
+/// Incidents of a bus and its servos.
 const INCIDENTS: [Fault; 6] = [
     ("alert", |bus| bus.alerts),
     ("restart", |bus| bus.restarts),
@@ -143,7 +143,7 @@ fn joints(readings: &Readings, page: &mut Page) {
     }
 }
 
-/// How many joints are in each state of each of their machines, what is counted of them, and which are in trouble.
+/// Metrics of the joints' state machines and goals, and of the joints in trouble.
 fn machines(readings: &Readings, page: &mut Page) {
     let machines: Vec<JointMachines> =
         readings.joints.iter().filter_map(message::JointState::machines).collect();

@@ -1,7 +1,7 @@
 //! The robot's health in the text format of OpenMetrics 1.0
 //! (<https://prometheus.io/docs/specs/om/open_metrics_spec/>), which Prometheus and others read.
 //!
-//! Pure: whoever serves the text gathers the [`Readings`] from the boards.
+//! Pure: the server of the text collects the [`Readings`] from the boards.
 //!
 //! ```
 //! let readings = metrics::Readings { store_bytes: Some(4096), ..metrics::Readings::default() };
@@ -20,13 +20,13 @@ use page::{Kind, Page};
 pub use quantiles::Quantiles;
 pub use readings::{Readings, TaskReading};
 
-/// The media type of the text, for whoever serves it.
+/// The media type of the text.
 pub const CONTENT_TYPE: &str = "application/openmetrics-text; version=1.0.0; charset=utf-8";
 
-/// The readings as OpenMetrics text. What was not read is left out; nothing is ever NaN.
+/// The readings as OpenMetrics text. Missing readings are omitted; no value is NaN.
 ///
-/// Units are those of the names: seconds, bytes, degrees Celsius, volts, hertz. What counts begins anew
-/// with each life of the process that counts it.
+/// Units are part of the names: seconds, bytes, degrees Celsius, volts, hertz. Counters restart from zero with each
+/// incarnation of their process.
 #[must_use]
 pub fn openmetrics(readings: &Readings) -> String {
     let mut page = Page::default();

@@ -1,4 +1,4 @@
-//! The link to another machine.
+//! Metrics of the link to another machine.
 
 use message::LinkHealth;
 use quantity::number::float;
@@ -7,7 +7,7 @@ use crate::page::{Kind, Page, seconds};
 use crate::processes::distribution;
 use crate::readings::Readings;
 
-/// What of the link is a count: the name of the family, its unit, what it counts, where it stands.
+/// A counter of the link: family name, unit, help text, field.
 type Count = (&'static str, Option<&'static str>, &'static str, fn(&LinkHealth) -> u64);
 
 const COUNTS: [Count; 10] = [

@@ -1,4 +1,4 @@
-//! What is seen, believed and learned.
+//! Metrics of sources, perspectives and tasks.
 
 use message::Loss;
 use quantity::number::float;

@@ -1,15 +1,15 @@
-//! The text format: families of samples, each with its type, unit and help.
+//! The text format: families of samples, each with type, unit and help text.
 
 use std::fmt::Write as _;
 
 use message::Histogram;
 use quantity::number::float;
 
-/// Bounds of the buckets that are told: powers of two of a nanosecond, from 16 µs to 268 ms. The
-/// histograms in shared memory are cut there too, so each count is exact.
+/// Exponents of the bucket bounds: powers of two in nanoseconds, from 16 µs to 268 ms. The histograms in shared
+/// memory have bounds there too, so each count is exact.
 const FIRST_BOUND: u32 = 14;
 const LAST_BOUND: u32 = 28;
-/// Quantiles that are told of a whole life.
+/// Quantiles over the whole incarnation.
 const QUANTILES: [(&str, f64); 3] = [("0.5", 0.5), ("0.99", 0.99), ("0.999", 0.999)];
 
 /// The type of a family.
@@ -34,7 +34,7 @@ impl Kind {
     }
 }
 
-/// The text as it grows. A family is announced with its first sample, so that none stands empty.
+/// The text under construction. The header of a family is written with its first sample, so that no family is empty.
 #[derive(Debug, Default)]
 pub(crate) struct Page {
     text: String,
@@ -46,7 +46,7 @@ pub(crate) struct Page {
 pub(crate) type Labels<'a> = &'a [(&'a str, &'a str)];
 
 impl Page {
-    /// Begins a family. A unit must be the last word of the name.
+    /// Starts a family. The unit must be the last word of the name.
     pub(crate) fn family(&mut self, name: &str, kind: Kind, unit: Option<&str>, help: &str) {
         name.clone_into(&mut self.family);
         self.announcement = format!("# TYPE {name} {}\n", kind.name());
@@ -57,7 +57,7 @@ impl Page {
         let _ = writeln!(self.announcement, "# HELP {name} {}", escaped(help));
     }
 
-    /// A sample of the family: its name with `suffix`, its labels, its value.
+    /// Adds a sample of the family: name with `suffix`, labels, value. Omits values that are not finite.
     pub(crate) fn sample(&mut self, suffix: &str, labels: Labels<'_>, value: f64) {
         if !value.is_finite() {
             return;
@@ -83,7 +83,7 @@ impl Page {
         self.sample("_total", labels, float(value));
     }
 
-    /// The samples of a distribution over the family's buckets.
+    /// Adds the bucket samples of a histogram.
     pub(crate) fn buckets(&mut self, labels: Labels<'_>, histogram: &Histogram) {
         let mut buckets = histogram.buckets().peekable();
         let mut count = 0;
@@ -99,7 +99,7 @@ impl Page {
         self.sample("_bucket", &[labels, &[("le", "+Inf")]].concat(), float(count));
     }
 
-    /// The quantiles of a distribution, in seconds.
+    /// Adds the quantiles of a histogram in seconds, and its count.
     pub(crate) fn quantiles(&mut self, labels: Labels<'_>, histogram: &Histogram) {
         for (name, quantile) in QUANTILES {
             let seconds = seconds(histogram.quantile_ns(quantile));

@@ -1,4 +1,4 @@
-//! What the loop of every process counted, and how late and how long it was.
+//! Metrics of the processes' main loops: counters, latencies and execution times.
 
 use message::{Health, Histogram, ProcessState};
 use quantity::number::float;
@@ -6,7 +6,7 @@ use quantity::number::float;
 use crate::page::{Kind, Page, seconds};
 use crate::readings::Readings;
 
-/// What of a process's board is a count: the name of the family, what it counts, where it stands.
+/// A counter of a process: family name, help text, field.
 type Count = (&'static str, &'static str, fn(&Health) -> u64);
 
 const COUNTS: [Count; 10] = [
@@ -30,7 +30,7 @@ const COUNTS: [Count; 10] = [
     ("leo_process_page_faults", "Page faults since the loop began.", |health| health.page_faults),
 ];
 
-/// The distributions on a board: the stem of the families' names, what it is, where it stands.
+/// A histogram of a process: stem of the family names, help text, field.
 type Distribution = (&'static str, &'static str, fn(&Health) -> &Histogram);
 
 const DISTRIBUTIONS: [Distribution; 3] = [
@@ -39,7 +39,7 @@ const DISTRIBUTIONS: [Distribution; 3] = [
     ("leo_input_age", "Age of the input when the step on it began", |health| &health.latency),
 ];
 
-/// Rights that may be missing, by their bit.
+/// Names of the missing rights, by bit.
 const RIGHTS: [(u64, &str); 3] = [(1, "priority"), (2, "cores"), (4, "memory")];
 
 pub(crate) fn write(readings: &Readings, page: &mut Page) {
@@ -78,8 +78,8 @@ pub(crate) fn write(readings: &Readings, page: &mut Page) {
     }
 }
 
-/// A distribution three times: in buckets, from which whoever collects them computes the quantiles of any
-/// time; its quantiles over the whole life; and its largest value, exactly.
+/// Writes a histogram in three forms: buckets, from which the collector computes quantiles of any period; quantiles
+/// over the whole incarnation; and the exact maximum.
 pub(crate) fn distribution(
     page: &mut Page,
     stem: &str,

@@ -3,18 +3,18 @@ use std::time::Duration;
 use message::Histogram;
 use serde::Serialize;
 
-/// A distribution in microseconds.
+/// Quantiles of a histogram in microseconds.
 #[derive(Clone, Copy, Debug, Serialize)]
 pub struct Quantiles {
-    /// How many.
+    /// Number of values.
     pub count: u64,
-    /// Half are not above.
+    /// Median.
     pub p50: f64,
-    /// 99 % are not above.
+    /// 99 % quantile.
     pub p99: f64,
-    /// 99.9 % are not above.
+    /// 99.9 % quantile.
     pub p999: f64,
-    /// None is above.
+    /// Maximum.
     pub max: f64,
 }
 

@@ -7,7 +7,7 @@ use message::{
 
 use super::*;
 
-/// A robot of which everything was read.
+/// A robot with all readings.
 fn readings() -> Readings {
     let mut health = Health::default();
     health.set_state(ProcessState::Running);
@@ -138,7 +138,7 @@ fn every_family_is_announced_once_and_before_its_samples() {
     assert!(seen.len() > 30, "{seen:?}");
 }
 
-/// The names of samples in a text.
+/// The names of the samples in a text.
 fn names(text: &str) -> BTreeSet<&str> {
     let words = text.split(|letter: char| !letter.is_ascii_alphanumeric() && letter != '_');
     words.filter(|word| word.starts_with("leo_")).collect()

@@ -1,8 +1,8 @@
-//! Asking the processor for memory ahead of its use.
+//! Prefetching of memory into the processor's caches.
 //!
 //! ```
 //! let cells = vec![0_u64; 1_000_000];
-//! // Known now, used some hundred instructions later.
+//! // The address is known now, and used some hundred instructions later.
 //! prefetch::prefetch(&cells[40_000]);
 //! ```
 #![expect(unsafe_code, reason = "the instructions for it take a raw address")]
@@ -10,21 +10,21 @@
 /// Bytes of a cache line.
 const LINE: usize = 64;
 
-/// Asks for the cache line in which a value begins, into the nearest cache, without waiting for it.
+/// Prefetches the first cache line of a value into the nearest cache, without waiting.
 ///
-/// A hint: nothing but time changes, and on processors other than `x86_64` and `aarch64` nothing at all.
+/// A hint without effect except on time; no effect at all on processors other than `x86_64` and `aarch64`.
 #[inline(always)]
 pub fn prefetch<T>(value: &T) {
     line(std::ptr::from_ref(value).cast());
 }
 
-/// Asks for all the lines of a value, as [`prefetch`] does for its first.
+/// Prefetches all cache lines of a value.
 #[inline(always)]
 pub fn prefetch_whole<T>(value: &T) {
     lines(std::ptr::from_ref(value).cast(), size_of::<T>());
 }
 
-/// Asks for all the lines of what lies side by side.
+/// Prefetches all cache lines of a slice.
 #[inline(always)]
 pub fn prefetch_all<T>(values: &[T]) {
     lines(values.as_ptr().cast(), size_of_val(values));
@@ -35,7 +35,7 @@ fn lines(start: *const u8, bytes: usize) {
     for offset in (0..bytes).step_by(LINE) {
         line(start.wrapping_add(offset));
     }
-    // It need not begin where a line does.
+    // The value need not start at the beginning of a cache line.
     line(start.wrapping_add(bytes.saturating_sub(1)));
 }
 
@@ -79,7 +79,7 @@ mod tests {
             .sum();
         let last = values.len() - 64;
         assert_eq!(sum, (0..last as u64).sum());
-        // A value that is nowhere.
+        // A value without memory.
         prefetch(&());
         prefetch_whole(&());
         prefetch_all(&values);

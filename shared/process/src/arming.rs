@@ -1,5 +1,6 @@
-//! Arming: a person's order that joints may move. It is a file in the domain's folder, which the motor process takes
-//! away as it obeys: an order is carried out once, and none outlives the robot.
+//! Arming: an operator's order that joints may move. The order is a file in the domain's folder, which the motor
+//! process removes before it executes the order. So an order is executed at most once, and does not survive the
+//! robot.
 
 use std::io::{self, Write as _};
 use std::path::Path;
@@ -13,33 +14,33 @@ use transport::Domain;
 
 use crate::Failure;
 
-/// How often the file is looked for.
+/// Polling interval for the order file.
 const EVERY: Duration = Duration::from_millis(20);
-/// Watching needs little, and a process may have all its memory locked.
+/// Stack size of the watching thread; small, because a process may lock all its memory.
 const STACK: usize = 128 << 10;
-/// What stands for no order, and for one that acknowledges nothing; what is above acknowledges locks.
+/// Encoding of an order in a `u64`: none, without acknowledgement, or from [`FIRST`] the acknowledged locks.
 const NONE: u64 = 0;
 const WITHOUT: u64 = 1;
 const FIRST: u64 = 2;
 
-/// What a person orders.
+/// An operator's order to arm the joints.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct ArmOrder {
-    /// Which locks they acknowledge: those up to this one, by [`message::Joints::locks`] as they saw it. Without,
-    /// joints that are locked stay locked, and the others are armed.
+    /// Acknowledges all locks up to this number, as read from [`message::Joints::locks`]. `None`: locked joints stay
+    /// locked, and the others are armed.
     pub acknowledged_locks: Option<u64>,
 }
 
-/// Orders the motor process of the robot in a domain's folder to arm its joints. Nothing says that it has: that
-/// stands on the board of the joints.
+/// Orders the motor process of the robot in a domain's folder to arm its joints. The result is visible only on the
+/// joints board.
 ///
 /// # Errors
 ///
-/// There is no such robot, or this user may not write in its folder.
+/// There is no such robot, or this user may not write to its folder.
 pub fn order(domain: &Path, order: ArmOrder) -> io::Result<()> {
     let acknowledged = order.acknowledged_locks.map_or_else(String::new, |locks| locks.to_string());
     let folder = Folder::open(domain)?;
-    // A reader never sees half of the file.
+    // The file is written under another name first, so that a reader never sees a part of it.
     let draft = format!("{}.{}", Domain::ARM_ORDER, std::process::id());
     let _left_by_another_of_that_number = folder.remove(&draft);
     let mut file = folder.create(&draft)?;
@@ -52,11 +53,11 @@ pub fn order(domain: &Path, order: ArmOrder) -> io::Result<()> {
     written
 }
 
-/// Takes the order that stands, if any: it is carried out once. A file that holds no order is taken away, and is none.
+/// Removes and returns the pending order, if any. A malformed file is removed, and gives no order.
 ///
 /// # Errors
 ///
-/// The file cannot be read, or cannot be taken away: then it is not obeyed either.
+/// The file cannot be read or removed. Then the order is not executed.
 pub fn take(domain: &Path) -> io::Result<Option<ArmOrder>> {
     let folder = Folder::open(domain)?;
     let text = match folder.text(Domain::ARM_ORDER) {
@@ -68,7 +69,7 @@ pub fn take(domain: &Path) -> io::Result<Option<ArmOrder>> {
     Ok(parse(&text))
 }
 
-/// Watches for orders in the motor process: what is looked at in a cycle is one load.
+/// Watches for orders in the motor process. Polling it costs one atomic operation per cycle.
 #[derive(Debug)]
 pub struct Arming {
     ordered: Arc<AtomicU64>,
@@ -77,11 +78,11 @@ pub struct Arming {
 }
 
 impl Arming {
-    /// Begins to watch. An order that stands already was given to an earlier process, and is not obeyed.
+    /// Starts watching. A file that exists already was meant for an earlier process, and is removed.
     ///
     /// # Errors
     ///
-    /// There is no thread.
+    /// The thread cannot be started.
     pub fn watch(domain: &Path) -> Result<Self, Failure> {
         let _stale = Folder::open(domain).map(|folder| folder.remove(Domain::ARM_ORDER));
         let (ordered, stop) = (Arc::new(AtomicU64::new(NONE)), Arc::new(AtomicBool::new(false)));
@@ -96,7 +97,7 @@ impl Arming {
         Ok(Self { ordered, stop, thread: Some(thread) })
     }
 
-    /// The order that came since this was asked last, if any.
+    /// The newest order since the last call, if any.
     #[must_use]
     pub fn ordered(&self) -> Option<ArmOrder> {
         match self.ordered.swap(NONE, Ordering::AcqRel) {
@@ -111,7 +112,7 @@ impl Drop for Arming {
     fn drop(&mut self) {
         self.stop.store(true, Ordering::Relaxed);
         if let Some(thread) = self.thread.take() {
-            // A thread that panicked has said so.
+            // A thread that panicked has already reported it.
             let _ended = thread.join();
         }
     }
@@ -119,7 +120,7 @@ impl Drop for Arming {
 
 fn look(domain: &Path, ordered: &AtomicU64, stop: &AtomicBool) {
     while !stop.load(Ordering::Relaxed) {
-        // A file that cannot be read is no order; `leo arm` reports that no joint was armed.
+        // An unreadable file is no order. `leo arm` reports that no joint was armed.
         if let Ok(Some(ArmOrder { acknowledged_locks })) = take(domain) {
             let code = acknowledged_locks.map_or(WITHOUT, |locks| locks.saturating_add(FIRST));
             ordered.store(code, Ordering::Release);
@@ -149,7 +150,7 @@ mod tests {
             assert_eq!(take(domain).unwrap(), Some(ArmOrder { acknowledged_locks }), "the newest stands");
             assert_eq!(take(domain).unwrap(), None);
         }
-        // A link is no order, and what it leads to stays.
+        // A symbolic link is no order, and its target stays.
         let elsewhere = domain.join("elsewhere");
         std::fs::write(&elsewhere, "acknowledged_locks =\n").unwrap();
         std::os::unix::fs::symlink(&elsewhere, Domain::arm_order(domain)).unwrap();

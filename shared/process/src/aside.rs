@@ -1,5 +1,5 @@
-//! What is said to people is written by a thread of its own: a terminal that stands still, or a
-//! pipe that nobody reads, must not hold up a loop that drives motors.
+//! Non-blocking output: a separate thread writes messages to a terminal or pipe, so that a blocked reader never
+//! delays a control loop.
 
 use std::io::{self, Write};
 use std::sync::Arc;
@@ -8,14 +8,14 @@ use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
 use std::thread;
 use std::time::Duration;
 
-/// Lines that wait to be written; further ones are left out and counted.
+/// Capacity of the queue in lines; further lines are dropped and counted.
 const LINES: usize = 256;
-/// Writing needs little, and a process may have all its memory locked.
+/// Stack size of the writing thread; small, because a process may lock all its memory.
 const STACK: usize = 128 << 10;
-/// How long the end of the program waits for what was said to be written.
+/// Timeout for writing the queued lines at the end of the program.
 const PATIENCE: Duration = Duration::from_millis(500);
 
-/// Takes lines and never waits.
+/// A writer that queues lines and never blocks.
 #[derive(Clone, Debug)]
 pub struct Aside {
     to: SyncSender<Word>,
@@ -25,13 +25,13 @@ pub struct Aside {
 #[derive(Debug)]
 enum Word {
     Line(Vec<u8>),
-    /// Somebody wants to know when everything before this is written.
+    /// A request for a notification once everything before it is written.
     Mark(SyncSender<()>),
 }
 
 impl Aside {
-    /// Says everything on `out`, and that lines were left out behind `mark`. Where there can be no further thread,
-    /// nothing is said.
+    /// Writes everything to `out`, with `mark` before a report of dropped lines. If the thread cannot be started,
+    /// nothing is written.
     #[must_use]
     pub fn over(mut out: impl Write + Send + 'static, mark: &'static str) -> Self {
         let (to, words) = sync_channel(LINES);
@@ -44,7 +44,7 @@ impl Aside {
         Self { to, unsaid }
     }
 
-    /// Waits until everything was written, but not for long.
+    /// Waits until everything is written, up to a short timeout.
     pub fn finish(&self) {
         let (done, is_done) = sync_channel(1);
         if self.to.try_send(Word::Mark(done)).is_ok() {
@@ -68,7 +68,7 @@ impl Write for Aside {
 
 fn say(words: &Receiver<Word>, unsaid: &AtomicU64, mark: &str, out: &mut impl Write) {
     while let Ok(word) = words.recv() {
-        // Nobody reads any more: there is nobody to tell.
+        // Write errors are ignored: the reader has closed its end.
         let _written = match word {
             Word::Line(line) => out.write_all(&line),
             Word::Mark(done) => {
@@ -79,7 +79,7 @@ fn say(words: &Receiver<Word>, unsaid: &AtomicU64, mark: &str, out: &mut impl Wr
         let left_out = unsaid.swap(0, Ordering::Relaxed);
         if left_out > 0 {
             let line = format!("{mark}({left_out} lines were left out here: nobody read them)\n");
-            // In one piece: others write to the same pipe.
+            // As one write call, because other processes write to the same pipe.
             let _written = out.write_all(line.as_bytes());
         }
         let _flushed = out.flush();
@@ -90,7 +90,7 @@ fn say(words: &Receiver<Word>, unsaid: &AtomicU64, mark: &str, out: &mut impl Wr
 mod tests {
     use super::*;
 
-    /// Stands still until it is let go, and then writes down what it was told.
+    /// A writer that blocks until released, then records what it was given.
     struct Terminal {
         go: Receiver<()>,
         went: bool,
@@ -119,7 +119,7 @@ mod tests {
         for line in 0..2 * LINES {
             aside.write_all(format!("{line}\n").as_bytes()).unwrap();
         }
-        // All were taken, and the terminal has shown none.
+        // All lines were accepted, and the terminal has shown none.
         assert!(screen.try_recv().is_err());
         release.send(()).unwrap();
         let mut heard = String::new();

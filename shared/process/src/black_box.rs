@@ -1,53 +1,53 @@
-//! Asking a running robot for what its black box holds: a file in the domain's folder asks, and another
-//! one answers. Who asks needs no port, and the robot need not wait for him.
+//! Requests a dump of a running robot's black box. Request and answer are files in the domain's folder. So the
+//! requester needs no port, and the robot never waits for it.
 
 use std::fs::{self, OpenOptions};
 use std::io::{self, Write as _};
 use std::path::Path;
 
-/// The file that asks. It holds a word of whoever asks.
+/// The request file, which contains a token of the requester.
 const ASKED: &str = "black-box-asked";
-/// The file that answers: that word, and then what came of it.
+/// The answer file: the token, then the result.
 const ANSWERED: &str = "black-box-answered";
 
-/// Asks the robot in a domain's folder; `word` is given back with the answer.
+/// Requests a dump from the robot in a domain's folder; the answer will contain the token `word`.
 ///
 /// # Errors
 ///
-/// Somebody else has just asked, there is no such folder, or this user may not write there.
+/// Another request is pending, the folder does not exist, or this user may not write to it.
 pub fn ask(domain: &Path, word: &str) -> io::Result<()> {
     let mut file = OpenOptions::new().write(true).create_new(true).open(domain.join(ASKED))?;
     writeln!(file, "{word}")
 }
 
-/// The word of somebody who has asked since this was looked at last.
+/// Removes the pending request, if any, and returns its token.
 #[must_use]
 pub fn asked(domain: &Path) -> Option<String> {
     let file = domain.join(ASKED);
     let text = fs::read_to_string(&file).ok()?;
-    // Whoever is just writing is found at the next look.
+    // An incomplete request is processed at the next poll.
     let word = text.strip_suffix('\n')?.to_owned();
     fs::remove_file(file).ok()?;
     Some(word)
 }
 
-/// Answers who asked: with the file that was written, or why none was.
+/// Answers a request: with the file written, or the reason for the failure.
 ///
 /// # Errors
 ///
-/// The folder is gone.
+/// The folder was removed.
 pub fn answer(domain: &Path, word: &str, said: Result<&str, &str>) -> io::Result<()> {
     let (outcome, text) = match said {
         Ok(file) => ("file", file),
         Err(why) => ("error", why),
     };
-    // A reader finds all of it or nothing.
+    // Renamed into place, so that a reader never sees a part of it.
     let new = domain.join("black-box-answering");
     fs::write(&new, format!("{word}\n{outcome}\n{text}"))?;
     fs::rename(new, domain.join(ANSWERED))
 }
 
-/// What was answered to a word, if anything was yet.
+/// The answer to the request with this token, if there is one yet.
 #[must_use]
 pub fn answered(domain: &Path, word: &str) -> Option<Result<String, String>> {
     let text = fs::read_to_string(domain.join(ANSWERED)).ok()?;

@@ -1,5 +1,5 @@
-//! The emergency stop: a file in the domain's folder, so that any process in any language can
-//! raise it, also while the motor process is just starting anew; and a signal, which needs no file.
+//! The emergency stop: a file in the domain's folder, so that any process in any language can raise it, even while
+//! the motor process restarts. It can also be raised by a signal, which needs no file.
 
 use std::fs::{self, Permissions};
 use std::io::{self, Write as _};
@@ -17,23 +17,23 @@ use crate::{Failure, MotorProcess};
 
 /// The file's name.
 const NAME: &str = Domain::EMERGENCY_STOP;
-/// For so long it is tried to raise it where its folder is removed meanwhile.
+/// How long [`raise`] retries while its folder is being removed.
 const FOLDER_WITHIN: Duration = Duration::from_millis(500);
-/// How often the file is looked for.
+/// Polling interval for the file.
 const EVERY: Duration = Duration::from_millis(2);
-/// The reason follows the signal, in the file, within this time.
+/// How long to wait for the file with the reason after the signal.
 const REASON_WITHIN: Duration = Duration::from_millis(50);
-/// Watching needs little, and a process may have all its memory locked.
+/// Stack size of the watching thread; small, because a process may lock all its memory.
 const STACK: usize = 128 << 10;
 
-/// Raises the emergency stop of the robot in a domain's folder, and says why. It stays raised
-/// until it is [released](release), through every restart of a process, and of the robot. Raised twice,
-/// the first reason stands. Where shared memory has no room left for the reason, it is raised without one. A folder
-/// that is not there is made: the robot is just starting anew, or not there yet, and shall find itself stopped.
+/// Raises the emergency stop of the robot in a domain's folder, with a reason. It stays raised through restarts of
+/// processes and of the robot, until it is [released](release). If it is already raised, the first reason stays. If
+/// shared memory is too full for the reason, it is raised without one. A missing folder is created, so that a robot
+/// that is about to start finds itself stopped.
 ///
 /// # Errors
 ///
-/// This user may not write there.
+/// This user may not write to the folder.
 pub fn raise(domain: &Path, why: &str) -> io::Result<()> {
     let until = clock::now() + FOLDER_WITHIN;
     loop {
@@ -51,43 +51,43 @@ fn raise_once(domain: &Path, why: &str) -> io::Result<()> {
         opened => opened,
     };
     let folder = folder?;
-    // Whoever sees the file sees the reason too: it is written elsewhere first, where there is room.
+    // Written under another name first, so that a reader of the file always sees the reason, if space permits.
     let draft = format!("{NAME}.{}", std::process::id());
     let _left_by_another_of_that_number = folder.remove(&draft);
     let written = folder.create(&draft).and_then(|mut file| {
-        // Root may raise another user's. The folder keeps others out.
+        // Root may raise another user's stop, so the owner must be able to read it. The folder keeps other users out.
         file.set_permissions(Permissions::from_mode(0o644))?;
         file.write_all(format!("{why}\n").as_bytes())
     });
     let written = written.and_then(|()| folder.link(&draft, NAME));
     let _gone = folder.remove(&draft);
-    // The file is what stops the robot; what it says is for people.
+    // The presence of the file stops the robot; the reason only informs people.
     match written.or_else(|_| folder.create(NAME).map(drop)) {
-        // A link of that name stops it as well.
+        // A symbolic link of that name stops the robot as well.
         Err(error) if error.kind() != io::ErrorKind::AlreadyExists => Err(error),
         Ok(()) | Err(_) => Ok(()),
     }
 }
 
-/// How the emergency stop reached a robot.
+/// Result of raising the emergency stop of a robot.
 #[derive(Debug)]
 pub struct Reached {
-    /// The motor processes that were signalled, and what the system said to that.
+    /// The motor processes that were signalled, with the operating system's results.
     pub motors: Vec<(MotorProcess, io::Result<()>)>,
-    /// Whether its file stands.
+    /// Whether the file could be written.
     pub file: io::Result<()>,
 }
 
 impl Reached {
-    /// Whether it was reached in any way.
+    /// Whether the signal or the file took effect.
     #[must_use]
     pub fn is_stopped(&self) -> bool {
         self.file.is_ok() || self.motors.iter().any(|(_, signalled)| signalled.is_ok())
     }
 }
 
-/// Raises the emergency stop of the robot in a domain's folder by both ways: first by the signal, which needs no file,
-/// then [by the file](raise), which says why.
+/// Raises the emergency stop of the robot in a domain's folder twice: first by signal, which needs no file, then [by
+/// the file](raise) with the reason.
 #[must_use]
 pub fn stop(domain: &Path, why: &str) -> Reached {
     let motors = MotorProcess::all().into_iter().filter(|motor| motor.domain == domain);
@@ -95,7 +95,7 @@ pub fn stop(domain: &Path, why: &str) -> Reached {
     Reached { motors, file: raise(domain, why) }
 }
 
-/// Releases the emergency stop; whether it was raised. Where no robot runs any more, its folder goes too.
+/// Releases the emergency stop; returns whether it was raised. If no robot runs, its folder is removed too.
 ///
 /// # Errors
 ///
@@ -107,7 +107,7 @@ pub fn release(domain: &Path) -> io::Result<bool> {
     };
     match folder.remove(NAME) {
         Ok(()) => {
-            // There is more in it where a robot runs.
+            // Fails for a running robot, because its folder is not empty.
             let _gone_if_empty = fs::remove_dir(domain);
             Ok(true)
         }
@@ -116,13 +116,13 @@ pub fn release(domain: &Path) -> io::Result<bool> {
     }
 }
 
-/// Whether the emergency stop is raised, for whoever looks now and then.
+/// Whether the emergency stop is raised, for occasional checks.
 #[must_use]
 pub fn is_raised(domain: &Path) -> bool {
     look_for(domain).unwrap_or(false)
 }
 
-/// Whether something of the file's name is in the folder: a link that leads nowhere raises the stop, too.
+/// Whether an entry of the file's name exists. A dangling symbolic link raises the stop too.
 fn look_for(domain: &Path) -> io::Result<bool> {
     match fs::symlink_metadata(Domain::emergency_stop(domain)) {
         Ok(_there) => Ok(true),
@@ -131,7 +131,7 @@ fn look_for(domain: &Path) -> io::Result<bool> {
     }
 }
 
-/// Why the emergency stop is raised, as far as who raised it said so; `None` where it is not raised.
+/// The reason given for a raised emergency stop, possibly empty; `None` if it is not raised.
 #[must_use]
 pub fn reason(domain: &Path) -> Option<String> {
     is_raised(domain).then(|| said(domain).trim().to_owned())
@@ -142,8 +142,7 @@ fn said(domain: &Path) -> String {
     text.unwrap_or_default()
 }
 
-/// Watches for the emergency stop: for the file, and for the signal `SIGUSR1`, which becomes the
-/// file.
+/// Watches for the emergency stop: for the file, and for the signal `SIGUSR1`, on which it writes the file.
 #[derive(Debug)]
 pub struct Emergency {
     lookout: Lookout,
@@ -152,16 +151,16 @@ pub struct Emergency {
 }
 
 impl Emergency {
-    /// Begins to watch. The thread that does has the real-time rights of the one that asks.
+    /// Starts watching. The watching thread inherits the real-time rights of the caller.
     ///
     /// # Errors
     ///
-    /// No signal can be watched for, or there is no thread.
+    /// The signal handler cannot be installed, or the thread cannot be started.
     pub fn watch(domain: &Path) -> Result<Self, Failure> {
         let signalled = Arc::new(AtomicBool::new(false));
         signal_hook::flag::register(signal_hook::consts::SIGUSR1, Arc::clone(&signalled))
             .map_err(|error| Failure::own(format!("cannot watch for the emergency stop: {error}")))?;
-        // Where it cannot be seen whether the file is there, it is better to stand still.
+        // If the file's state cannot be determined, start stopped.
         let raised = Arc::new(AtomicBool::new(look_for(domain).unwrap_or(true)));
         let stop = Arc::new(AtomicBool::new(false));
         let thread = thread::Builder::new()
@@ -177,14 +176,14 @@ impl Emergency {
         Ok(Self { lookout: Lookout { signalled, raised }, stop, thread: Some(thread) })
     }
 
-    /// A look at it, for any thread.
+    /// A handle to query the state from any thread.
     #[must_use]
     pub fn lookout(&self) -> Lookout {
         self.lookout.clone()
     }
 }
 
-/// A look at the emergency stop, for any thread: a load or two.
+/// Handle to query the emergency stop from any thread; costs at most two atomic loads.
 #[derive(Clone, Debug, Default)]
 pub struct Lookout {
     signalled: Arc<AtomicBool>,
@@ -203,7 +202,7 @@ impl Drop for Emergency {
     fn drop(&mut self) {
         self.stop.store(true, Ordering::Relaxed);
         if let Some(thread) = self.thread.take() {
-            // A thread that panicked has said so.
+            // A thread that panicked has already reported it.
             let _ended = thread.join();
         }
     }
@@ -211,7 +210,7 @@ impl Drop for Emergency {
 
 fn look(domain: &Path, signalled: &AtomicBool, raised: &AtomicBool, stop: &AtomicBool) {
     let folder = || fs::metadata(domain).map(|folder| (folder.dev(), folder.ino())).ok();
-    // The folder in which the file was seen last.
+    // Identity of the folder in which the file was last seen.
     let mut stood_in = folder();
     let mut told = false;
     let (mut signalled_at, mut is_unwritten) = (None, false);
@@ -220,13 +219,13 @@ fn look(domain: &Path, signalled: &AtomicBool, raised: &AtomicBool, stop: &Atomi
             let since = *signalled_at.get_or_insert_with(clock::now);
             let is_said = look_for(domain).unwrap_or(false);
             if is_said || clock::now() >= since + REASON_WITHIN {
-                // In this order it is raised at every moment, and a signal that comes meanwhile is kept.
+                // In this order it is raised at every moment, and a signal that arrives meanwhile is kept.
                 raised.store(true, Ordering::Relaxed);
                 signalled.store(false, Ordering::Relaxed);
                 signalled_at = None;
                 let failed = raise(domain, "raised by the signal SIGUSR1").err();
                 if let Some(error) = &failed {
-                    // Where no file can be written, the signal alone keeps it raised.
+                    // While the file cannot be written, the signal flag keeps the stop raised.
                     signalled.store(true, Ordering::Relaxed);
                     if !is_unwritten {
                         tracing::error!(
@@ -238,13 +237,13 @@ fn look(domain: &Path, signalled: &AtomicBool, raised: &AtomicBool, stop: &Atomi
                 is_unwritten = failed.is_some();
             }
         }
-        // Where it cannot be seen whether the file is there, it stays as it was. A file that went with its folder was
-        // not released by a person: shared memory was removed under the robot.
+        // If the file's state cannot be determined, the stop stays as it was. A file removed together with its folder
+        // was not released by the operator: shared memory was removed under the robot.
         let was = raised.load(Ordering::Relaxed);
         let before = folder();
         let is_there = look_for(domain);
         let is = is_there.as_ref().map_or(was, |there| *there) || (was && folder() != stood_in);
-        // The file was in this folder, and not in another one that took its place meanwhile.
+        // Accept the folder only if it was not replaced while the file was checked.
         if is_there.unwrap_or(false) && folder() == before {
             stood_in = before;
         }
@@ -257,7 +256,7 @@ fn look(domain: &Path, signalled: &AtomicBool, raised: &AtomicBool, stop: &Atomi
     }
 }
 
-/// Tells people of it: who raised it, as far as the file says so, or that it is released.
+/// Logs that the stop was raised, with the reason from the file, or that it was released.
 fn tell(raised_in: Option<&Path>) {
     match raised_in.map(said) {
         Some(why) => tracing::error!(
@@ -276,7 +275,7 @@ fn tell(raised_in: Option<&Path>) {
 mod tests {
     use super::*;
 
-    /// Ends what waits for it, also where a test fails.
+    /// Sets a flag when dropped, also if the test fails.
     struct EndsWith<'a>(&'a AtomicBool);
 
     impl Drop for EndsWith<'_> {
@@ -329,9 +328,9 @@ mod tests {
             scope.spawn(|| look(&domain, &signalled, &raised, &stop));
             until(|| is_raised(&domain));
             let removed = Domain::emergency_stop(&domain);
-            // At once: who raises it may still be at work there.
+            // Immediately, because the raising thread may still work in it.
             fs::rename(&domain, parent.path().join("removed")).unwrap();
-            // Longer than the thread needs to look twice.
+            // Longer than two polls of the thread.
             let looks = clock::now() + 10 * EVERY;
             while clock::now() < looks {
                 assert!(raised.load(Ordering::Relaxed) || signalled.load(Ordering::Relaxed));
@@ -382,7 +381,7 @@ mod tests {
     fn a_stop_of_which_no_file_can_be_written_holds_by_its_signal_until_there_is_room() {
         let parent = tempfile::tempdir().unwrap();
         let domain = parent.path().join("leo-robot");
-        // Nothing can be written below a file.
+        // Nothing can be written below a regular file.
         fs::write(&domain, "").unwrap();
         let stop = AtomicBool::new(false);
         let (signalled, raised) = (AtomicBool::new(true), AtomicBool::new(false));
@@ -394,7 +393,7 @@ mod tests {
                 assert!(raised.load(Ordering::Relaxed) || signalled.load(Ordering::Relaxed));
             }
             fs::remove_file(&domain).unwrap();
-            // Whoever raises the stop makes the folder.
+            // Raising the stop creates the folder.
             until(|| is_raised(&domain) && !signalled.load(Ordering::Relaxed));
             fs::write(domain.join("supervisor.lock"), "").unwrap();
             assert!(release(&domain).unwrap());
@@ -413,7 +412,7 @@ mod tests {
             let _ends = EndsWith(&stop);
             scope.spawn(|| look(&domain, &signalled, &raised, &stop));
             until(|| is_raised(&domain) && !signalled.load(Ordering::Relaxed));
-            // Kept, so that the new one has another number.
+            // Kept, so that the new folder gets another inode number.
             fs::rename(&domain, parent.path().join("removed")).unwrap();
             signalled.store(true, Ordering::Relaxed);
             until(|| is_raised(&domain) && !signalled.load(Ordering::Relaxed));

@@ -1,12 +1,12 @@
 use transport::{DomainError, JoinError, PortError, ReceiveError, SendError};
 
-/// Why a process ends before it is told to.
+/// Error that ends a process.
 #[derive(Debug, thiserror::Error)]
 pub enum Failure {
-    /// A file was refused.
+    /// A configuration file is invalid.
     #[error(transparent)]
     Config(#[from] config::ConfigError),
-    /// The domain is none.
+    /// The domain is invalid.
     #[error(transparent)]
     Domain(#[from] DomainError),
     /// The domain could not be joined.
@@ -18,22 +18,22 @@ pub enum Failure {
     /// A frame could not be sent.
     #[error(transparent)]
     Send(#[from] SendError),
-    /// No frame could be received.
+    /// A frame could not be received.
     #[error(transparent)]
     Receive(#[from] ReceiveError),
-    /// The supervisor is gone.
+    /// The supervisor has died.
     #[error(transparent)]
     Parent(#[from] realtime::ParentError),
-    /// The cycle's period is no period.
+    /// The period of the cycle is zero.
     #[error(transparent)]
     Schedule(#[from] cycle::ZeroPeriod),
-    /// What only one process can fail at.
+    /// An error specific to one process.
     #[error("{0}")]
     Own(String),
 }
 
 impl Failure {
-    /// A failure of one process's own making.
+    /// An error specific to one process.
     pub fn own(reason: impl std::fmt::Display) -> Self {
         Self::Own(reason.to_string())
     }

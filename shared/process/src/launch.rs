@@ -2,42 +2,42 @@ use std::path::PathBuf;
 
 use config::{ConfigError, Files};
 
-/// What a process is told when it is started.
+/// Command line arguments of a process.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Launch {
     /// Root directory of the domain to join.
     pub domain: PathBuf,
-    /// Counts the lives of the process from one.
+    /// Incarnation of the process, from one.
     pub incarnation: u64,
-    /// The process to die with, if any: its supervisor.
+    /// Process id of its supervisor, with which it ends; `None` without supervisor.
     pub parent: Option<i32>,
-    /// The robot's configuration; the built-in one without it.
+    /// The robot's configuration; `None` for the built-in one.
     pub config: Option<PathBuf>,
-    /// The folder in which is kept what the files of the configuration said as the robot started: it is
-    /// read in their stead, so that a process that starts anew is as it was.
+    /// Folder with the snapshot of the configuration taken when the robot started. It is read instead of the original
+    /// files, so that a restarted process has the same configuration.
     pub kept: Option<PathBuf>,
-    /// The lesson to play; the built-in one without it.
+    /// The lesson to play; `None` for the built-in one.
     pub lesson: Option<PathBuf>,
-    /// The lesson is a synthetic one of so many objects instead.
+    /// Number of objects of a synthetic lesson, played instead.
     pub synthetic: Option<u32>,
-    /// Partners whose perspective is taken; what the configuration says without it.
+    /// Number of partners whose perspective is simulated; default: the configuration's value.
     pub partners: Option<u32>,
-    /// Whether the robot stays up when the lesson is over.
+    /// Whether the robot keeps running when the lesson is over.
     pub stay: bool,
-    /// Whether time is simulated and a conductor gives out the turns.
+    /// Whether time is simulated, with turns given by a conductor.
     pub lockstep: bool,
-    /// Directory of what Leo remembers; nothing is remembered without it.
+    /// The state directory; `None` to store nothing.
     pub state: Option<PathBuf>,
-    /// The file that says what goes wrong on purpose; nothing does without it.
+    /// The fault campaign; `None` to inject no faults.
     pub campaign: Option<PathBuf>,
 }
 
 impl Launch {
-    /// What the files of the robot's configuration say.
+    /// The configuration files, from the snapshot if there is one.
     ///
     /// # Errors
     ///
-    /// One of them cannot be read.
+    /// A file cannot be read.
     pub fn files(&self) -> Result<Files, ConfigError> {
         let leo = self.config.as_deref();
         self.kept.as_deref().map_or_else(|| Files::read(leo), |folder| Files::kept(leo, folder))

@@ -1,7 +1,6 @@
-//! What the shells of all processes have in common: joining the domain, the pace of the loop,
-//! the health they publish, and the end.
+//! Common parts of all process shells: joining the domain, timing of the main loop, health, and shutdown.
 //!
-//! A process's shell is a loop around its core, the same in wall time and in lockstep:
+//! A process's shell is a loop around its core, the same in wall time and in lockstep time:
 //!
 //! ```text
 //! let mut member = Member::join(launch, Process::Sensor, &config.buffers, &config.sensor.realtime)?;

@@ -14,23 +14,23 @@ use transport::{
 use crate::pace::{Lockstep, Pace, Wait, wait_for_call};
 use crate::{Failure, Launch, stop_flag};
 
-/// Health is published this often: often enough for a heartbeat, seldom enough to cost nothing.
+/// Interval at which health is published; short enough for a heartbeat, long enough to cost nothing.
 const HEALTH_EVERY: Duration = Duration::from_millis(20);
-/// A process that its supervisor's roster does not name yet looks again this often. It is named within a millisecond.
+/// Polling interval until the supervisor's roster lists this process, which takes about a millisecond.
 const NAMED_EVERY: Duration = Duration::from_millis(1);
-/// In lockstep nothing may be dropped, so queues hold what one turn of a fast writer brings.
+/// Queue length in lockstep, where nothing may be dropped: the frames of one turn of a fast writer.
 const LOCKSTEP_FRAMES: usize = 16;
 
 /// Whether a process has anything left to do.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Progress {
-    /// There is more to come.
+    /// There is more to do.
     More,
-    /// Nothing more will come of itself: the lesson's script is over.
+    /// Nothing more happens by itself: the lesson's script is over.
     Finished,
 }
 
-/// A process in its domain.
+/// A process that has joined its domain.
 pub struct Member {
     process: Process,
     node: Node,
@@ -39,34 +39,34 @@ pub struct Member {
     board: HealthWriter,
     health: Health,
     published_at: Instant,
-    /// Whether all memory is asked for to stay, and does.
+    /// Whether locking all memory was requested and granted.
     locks_memory: bool,
     faults_at_start: u64,
     account: Option<Account>,
 }
 
 impl Member {
-    /// Joins the domain, asks for real-time rights and puts up the health board.
+    /// Joins the domain, requests real-time rights and creates the health board.
     ///
-    /// In lockstep no rights are asked for: time is simulated there.
+    /// In lockstep no rights are requested, because time is simulated.
     ///
-    /// Under a supervisor it waits until the roster names it: from then on other processes take what it publishes, and
-    /// itself takes frames only from processes that the roster names. A process that was started by hand says where that
-    /// is otherwise.
+    /// Under a supervisor it waits until the roster lists the process. From then on other processes accept its
+    /// frames, and it accepts only frames of processes on the roster. A process started by hand logs a warning if
+    /// that is not the case.
     ///
-    /// A process dies with its supervisor, except the motor process in wall time: it is told to stop, and ends in
-    /// order. When memory runs out, the kernel ends the others before it.
+    /// A process is killed when its supervisor dies. The motor process in wall time gets a stop request instead, and
+    /// shuts down in order. If memory runs out, the kernel kills the other processes before it.
     ///
     /// # Errors
     ///
-    /// The supervisor is gone, the domain is none, or shared memory is full.
+    /// The supervisor has died, the domain is invalid, or shared memory is exhausted.
     pub fn join(
         launch: &Launch,
         process: Process,
         buffers: &Buffers,
         rights: &Rights,
     ) -> Result<Self, Failure> {
-        // Before the parent's death can be a signal.
+        // First of all, because the parent's death may send a signal.
         let stop = stop_flag()?;
         if let Some(parent) = launch.parent {
             realtime::take_name();
@@ -111,13 +111,13 @@ impl Member {
         })
     }
 
-    /// Its place in the domain, for boards of others to be read from.
+    /// Its node in the domain, for reading boards of other processes.
     #[must_use]
     pub const fn node(&self) -> &Node {
         &self.node
     }
 
-    /// Opens the writing end of a topic.
+    /// Opens the publisher of a topic.
     ///
     /// # Errors
     ///
@@ -126,8 +126,8 @@ impl Member {
         Ok(self.node.outlet(number, capacity)?)
     }
 
-    /// Opens a reading end of a topic. Where a supervisor runs, it takes frames only from the process that the
-    /// supervisor's roster names as the topic's writer.
+    /// Opens a subscriber to a topic. Under a supervisor, it accepts frames only from the topic's writer on the
+    /// roster.
     ///
     /// # Errors
     ///
@@ -136,8 +136,8 @@ impl Member {
         Ok(self.node.inlet(number)?)
     }
 
-    /// The same of a topic that the configuration gives to a process, such as that of a source to the simulator;
-    /// without an owner, every process of this user may publish on it.
+    /// Like [`Self::inlet`], for a topic whose writer the configuration defines, such as a source in the
+    /// simulator. Without an owner, every process of this user may publish on it.
     ///
     /// # Errors
     ///
@@ -150,8 +150,8 @@ impl Member {
         Ok(self.node.inlet_from(number, owner)?)
     }
 
-    /// Opens a reading end of a topic that wakes this process. In lockstep turns wake it, and the
-    /// writer is spared the bell.
+    /// Opens a subscriber whose frames wake this process. In lockstep, turns wake the process, so the writer sends no
+    /// notifications.
     ///
     /// # Errors
     ///
@@ -163,7 +163,7 @@ impl Member {
         }
     }
 
-    /// Puts up the board on which the sensor process says what became of what its sources reported.
+    /// Creates the board with the counters of the sources, in the sensor process.
     ///
     /// # Errors
     ///
@@ -172,7 +172,7 @@ impl Member {
         Ok(SourcesWriter::create(&self.node, self.process, self.health.incarnation)?)
     }
 
-    /// Puts up the board on which the motor process says how its buses fare.
+    /// Creates the board with the health of the buses, in the motor process.
     ///
     /// # Errors
     ///
@@ -181,7 +181,7 @@ impl Member {
         Ok(BusesWriter::create(&self.node, self.process, self.health.incarnation)?)
     }
 
-    /// Puts up the board on which the motor process says what the joints do.
+    /// Creates the board with the joint states, in the motor process.
     ///
     /// # Errors
     ///
@@ -190,7 +190,7 @@ impl Member {
         Ok(JointsWriter::create(&self.node, self.process, self.health.incarnation)?)
     }
 
-    /// Puts up the board on which the belief process says what it computed of each perspective.
+    /// Creates the board with the counters of the perspectives, in the belief process.
     ///
     /// # Errors
     ///
@@ -199,7 +199,7 @@ impl Member {
         Ok(PerspectivesWriter::create(&self.node, self.process, self.health.incarnation)?)
     }
 
-    /// Puts up the board on which the link process says how the link fares.
+    /// Creates the board with the health of the link, in the link process.
     ///
     /// # Errors
     ///
@@ -208,7 +208,7 @@ impl Member {
         Ok(LinkWriter::create(&self.node, self.process, self.health.incarnation)?)
     }
 
-    /// The present instant: of the clock, or of simulated time.
+    /// The current instant, of the clock or of simulated time.
     #[must_use]
     pub fn now(&self) -> Instant {
         match &self.pace {
@@ -223,12 +223,12 @@ impl Member {
         matches!(self.pace, Pace::Lockstep(_))
     }
 
-    /// What the loop counts, for counts of the process's own.
+    /// The health counters, for the process's own counts.
     pub fn health(&mut self) -> &mut Health {
         &mut self.health
     }
 
-    /// Says that the process is ready, and begins its cycle: every `period`, or when called.
+    /// Reports that the process is ready, and starts its cycle: with a `period`, or event-driven.
     ///
     /// # Errors
     ///
@@ -251,8 +251,8 @@ impl Member {
         Ok(())
     }
 
-    /// Waits for the next cycle of a process with a period: until its release, or for its turn.
-    /// `None` when the process shall stop.
+    /// Waits for the next cycle of a periodic process: for its release, or in lockstep for its turn. `None` if the
+    /// process has to stop.
     ///
     /// # Errors
     ///
@@ -282,12 +282,12 @@ impl Member {
         }
     }
 
-    /// Waits until the writer of `inlet` calls, or for this process's turn. There may be no frame
-    /// when it returns, and there may be several. `None` when the process shall stop.
+    /// Waits for a notification of the writer of `inlet`, or in lockstep for a turn. On return there may be no frame
+    /// or several. `None` if the process has to stop.
     ///
     /// # Errors
     ///
-    /// The inlet does not wake, or the middleware failed.
+    /// The subscriber has no notifications, or the middleware failed.
     pub fn next_call<T: Topic>(&mut self, inlet: &mut Inlet<T>) -> Result<Option<Instant>, Failure> {
         loop {
             if self.stop.load(Ordering::Relaxed) {
@@ -305,8 +305,7 @@ impl Member {
         }
     }
 
-    /// Begins the step on one frame of a call: accounts for how long the frame, published at
-    /// `published_ns`, waited for it.
+    /// Starts the step on one frame: records how long the frame, published at `published_ns`, has waited.
     pub fn begin_step(&mut self, published_ns: u64) -> Instant {
         let now = self.now();
         let published = Instant::from_nanos(published_ns);
@@ -315,8 +314,8 @@ impl Member {
         now
     }
 
-    /// Ends the step on one frame. The heart beats: a process that is called faster than it works
-    /// takes frame after frame in one call, and is late, not hung.
+    /// Ends the step on one frame, with a heartbeat. A process that gets frames faster than it processes them stays
+    /// in one call; so it is late, but does not seem to hang.
     pub fn end_step(&mut self) {
         let now = self.now();
         if let Some(account) = self.account.take() {
@@ -325,14 +324,14 @@ impl Member {
         self.beat();
     }
 
-    /// Whether the process was told to stop, for a loop over the frames of one call, which need
-    /// not end by itself.
+    /// Whether the process received a stop request. For loops over the frames of one call, which may not end by
+    /// themselves.
     #[must_use]
     pub fn shall_stop(&self) -> bool {
         self.stop.load(Ordering::Relaxed)
     }
 
-    /// Ends the call: publishes the health, and in lockstep gives the turn back.
+    /// Ends the call: publishes the health, and in lockstep completes the turn.
     ///
     /// # Errors
     ///
@@ -342,8 +341,7 @@ impl Member {
         self.give_back(progress)
     }
 
-    /// Ends the cycle: accounts for its deadline, publishes the health, and in lockstep gives the
-    /// turn back.
+    /// Ends the cycle: checks its deadline, publishes the health, and in lockstep completes the turn.
     ///
     /// # Errors
     ///
@@ -371,8 +369,7 @@ impl Member {
         }
     }
 
-    /// Does work that takes long in a thread of its own, with the heart beating: what is left to do at the
-    /// end.
+    /// Runs long work in a separate thread while the heartbeat continues, for example during shutdown.
     pub fn beat_while<T: Send>(&mut self, work: impl FnOnce() -> T + Send) -> T {
         std::thread::scope(|scope| {
             let work = scope.spawn(work);
@@ -384,7 +381,7 @@ impl Member {
         })
     }
 
-    /// The heartbeat is of the machine's time also in lockstep: whoever watches lives in it.
+    /// The heartbeat uses the machine's clock in lockstep too, because the supervisor's timeouts do.
     fn beat(&mut self) {
         let now = clock::now();
         self.health.beat += 1;
@@ -417,7 +414,8 @@ impl std::fmt::Debug for Member {
     }
 }
 
-/// Lets the supervisor's roster decide who may publish. A process that the supervisor started waits until it is named.
+/// Makes the supervisor's roster decide who may publish. A process that the supervisor started waits until it is
+/// listed.
 fn follow_roster(
     node: &mut Node,
     process: Process,
@@ -441,7 +439,7 @@ fn follow_roster(
     Ok(())
 }
 
-/// How frames wait for their readers, the same for all processes of a domain.
+/// Queue settings, the same for all processes of a domain.
 #[must_use]
 pub fn queues(buffers: &Buffers, lockstep: bool) -> Queues {
     if lockstep {

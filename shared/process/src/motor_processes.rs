@@ -1,4 +1,4 @@
-//! The motor processes of this user, found without shared memory: an emergency stop reaches them also where their
+//! Finds the motor processes of this user without shared memory, so that an emergency stop reaches them even if their
 //! domain was removed.
 
 use std::ffi::OsStr;
@@ -11,22 +11,22 @@ use std::path::{Path, PathBuf};
 use message::Process;
 use rustix::process::{Pid, Signal, kill_process};
 
-/// What the file of a program is called behind its link in `/proc` when it was removed or replaced since.
+/// Suffix of the link in `/proc` to a program file that was removed or replaced.
 const DELETED: &[u8] = b" (deleted)";
-/// The program's file, wherever it lies.
+/// Name of the program file, in any folder.
 const PROGRAM: &str = "leo";
 
-/// A motor process that runs.
+/// A running motor process.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct MotorProcess {
-    /// Its number.
+    /// Its process id.
     pub pid: i32,
-    /// The root of its domain, which need not exist any more.
+    /// The root of its domain, which may no longer exist.
     pub domain: PathBuf,
 }
 
 impl MotorProcess {
-    /// All motor processes of this user, by the executable and the command line of every process.
+    /// All motor processes of this user, identified by executable and command line.
     #[must_use]
     pub fn all() -> Vec<Self> {
         let Ok(user) = fs::metadata("/proc/self").map(|process| process.uid()) else { return Vec::new() };
@@ -48,21 +48,21 @@ impl MotorProcess {
         is_program(&program).then_some(Self { pid, domain })
     }
 
-    /// Raises the emergency stop by the signal `SIGUSR1`, which needs no shared memory.
+    /// Raises the emergency stop with the signal `SIGUSR1`, which needs no shared memory.
     ///
     /// # Errors
     ///
-    /// The process has ended, or it is another user's.
+    /// The process has ended, or belongs to another user.
     pub fn stop(&self) -> io::Result<()> {
         let pid = Pid::from_raw(self.pid).ok_or(io::ErrorKind::NotFound)?;
         Ok(kill_process(pid, Signal::USR1)?)
     }
 
-    /// Whether it still runs: the same process, not another one of that number.
+    /// Whether this process still runs, and its process id was not reused.
     #[must_use]
     pub fn runs(&self) -> bool {
         let folder = Path::new("/proc").join(self.pid.to_string());
-        // A process that has ended and was not waited for yet has no command line.
+        // A zombie has an empty command line.
         Self::of(self.pid, &folder).as_ref() == Some(self)
     }
 }
@@ -73,10 +73,10 @@ fn is_program(file: &Path) -> bool {
     Path::new(OsStr::from_bytes(bytes)).file_name() == Some(OsStr::new(PROGRAM))
 }
 
-/// The domain of a motor process by its command line: `leo motor .. --domain DIRECTORY ..`.
+/// The domain in the command line of a motor process: `leo motor .. --domain DIRECTORY ..`.
 fn domain_of(command_line: &[u8]) -> Option<PathBuf> {
     let words: Vec<&[u8]> = command_line.split(|byte| *byte == 0).collect();
-    // Simulated time has no emergencies, and no servos.
+    // In simulated time there are no servos to stop.
     if words.get(1) != Some(&Process::Motor.name().as_bytes()) || words.contains(&&b"--lockstep"[..]) {
         return None;
     }

@@ -7,17 +7,17 @@ use transport::{Inlet, Node, Outlet};
 
 use crate::Failure;
 
-/// How long a process waits before it looks whether it was told to stop, and its heart beats.
+/// Longest wait before a process checks its stop flag and sends a heartbeat.
 pub(crate) const IDLE: Duration = Duration::from_millis(50);
 
-/// What makes the loop go round.
+/// What triggers the iterations of the main loop.
 pub(crate) enum Pace {
     /// The machine's clock.
     Wall {
-        /// Release times; none for a process that is woken.
+        /// Release times; `None` for an event-driven process.
         schedule: Option<Schedule>,
     },
-    /// The conductor's turns.
+    /// Turns given by the conductor.
     Lockstep(Box<Lockstep>),
 }
 
@@ -28,13 +28,13 @@ pub(crate) struct Lockstep {
     now: Instant,
 }
 
-/// What waiting came to.
+/// Result of waiting.
 pub(crate) enum Wait {
-    /// Begin a cycle, released then.
+    /// Start a cycle with this release time.
     Go(Instant),
-    /// Nothing yet.
+    /// Timeout without an event.
     Idle,
-    /// The conductor says stop.
+    /// The conductor requests a stop.
     Stop,
 }
 
@@ -72,7 +72,7 @@ impl Lockstep {
     }
 }
 
-/// Waits for a frame of the inlet that wakes the process.
+/// Waits for a notification of the subscriber that wakes the process.
 pub(crate) fn wait_for_call<T: Topic>(inlet: &mut Inlet<T>) -> Result<Wait, Failure> {
     inlet.wait(IDLE)?;
     Ok(Wait::Go(clock::now()))

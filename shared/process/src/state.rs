@@ -1,8 +1,8 @@
-//! What a robot keeps in its state directory, and where.
+//! Layout of a robot's state directory.
 //!
-//! One policy holds for all of it. A command that will write there refuses to start where it cannot ([`prepare`]): a
-//! person is there to hear it. A robot that runs already never stops for it: what cannot be written is told, kept in
-//! memory as far as it can be, and tried again.
+//! The same policy holds for all of it. A command that will write there refuses to start if it cannot ([`prepare`]),
+//! because then a person sees the error. A running robot never stops for it: a write error is reported, the data is
+//! kept in memory as far as possible, and the write is retried.
 
 use std::io::{self, Write as _};
 use std::path::{Path, PathBuf};
@@ -10,10 +10,10 @@ use std::path::{Path, PathBuf};
 use folder::{Folder, FolderError};
 use rustix::process::geteuid;
 
-/// As much as a file takes at least on a disk, in bytes.
+/// Data written by the probe, in bytes: at least one block of a file system.
 const PROBE: [u8; 4096] = [0; 4096];
 
-/// Why nothing can be kept in a state directory.
+/// Error: the state directory is not usable.
 #[derive(Debug, thiserror::Error)]
 #[error(
     "nothing can be kept in the state directory {}: {reason}; make it writable for this user, make room on its disk, or \
@@ -25,11 +25,11 @@ pub struct StateError {
     reason: String,
 }
 
-/// Makes the state directory where it is not there, and makes sure that it can be written, with all that is in it.
+/// Creates the state directory if necessary, and checks that it and its content are writable.
 ///
 /// # Errors
 ///
-/// It is a link or no folder, belongs to another user, is open to others, or cannot be written.
+/// It is a symbolic link or not a folder, belongs to another user, is accessible to others, or cannot be written.
 pub fn prepare(state: &Path) -> Result<(), StateError> {
     let failed = |reason: String| StateError { state: state.to_owned(), reason };
     let folder = open(state).map_err(|error| failed(error.to_string()))?;
@@ -51,7 +51,7 @@ pub fn prepare(state: &Path) -> Result<(), StateError> {
     Ok(())
 }
 
-/// A folder, which is made where it is not there. Root may work in another user's: for what root does for others.
+/// Opens a folder, and creates it if necessary. Root may use another user's folder, to act on that user's behalf.
 fn open(path: &Path) -> Result<Folder, FolderError> {
     match Folder::make_all(path) {
         Err(FolderError::OtherOwner { .. }) if geteuid().is_root() => Folder::open_for_root(path),
@@ -66,7 +66,7 @@ fn open_there(path: &Path) -> Result<Folder, FolderError> {
     }
 }
 
-/// Writes a file in a folder, through to the disk, and removes it again.
+/// Writes a file to a folder, syncs it to disk, and removes it again.
 fn probe(folder: &Folder) -> io::Result<()> {
     let name = format!(".probe-{}", std::process::id());
     let _left_by_a_killed_process = folder.remove(&name);
@@ -78,25 +78,25 @@ fn probe(folder: &Folder) -> io::Result<()> {
     written
 }
 
-/// The store of what was learned: the first of its two copies. The learner process writes it.
+/// The first of the two copies of the learner's memory. Writer: the learner process.
 #[must_use]
 pub fn learned(state: &Path) -> PathBuf {
     state.join("learned.store")
 }
 
-/// The folder of the lessons that were taught by hand. The simulator process writes them.
+/// Folder of the lessons taught interactively. Writer: the simulator process.
 #[must_use]
 pub fn lessons(state: &Path) -> PathBuf {
     state.join("lessons")
 }
 
-/// The folder of what was recorded by the page's button, and of the black box. The console process writes there.
+/// Folder of the page's recordings and the black box's dumps. Writer: the console process.
 #[must_use]
 pub fn recordings(state: &Path) -> PathBuf {
     state.join("recordings")
 }
 
-/// What pages on other machines have to know. The console process writes it.
+/// File with the access token for pages on other machines. Writer: the console process.
 #[must_use]
 pub fn page_token(state: &Path) -> PathBuf {
     state.join("page_token")

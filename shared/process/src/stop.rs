@@ -5,12 +5,12 @@ use signal_hook::consts::{SIGHUP, SIGINT, SIGTERM};
 
 use crate::Failure;
 
-/// A flag that `SIGTERM` sets. `SIGINT` and `SIGHUP` set it too where a process was started by
-/// hand; under a supervisor Ctrl-C does not reach it, because it is in a process group of its own.
+/// A flag that `SIGTERM`, `SIGINT` and `SIGHUP` set. Ctrl-C reaches only a process started by hand: under a
+/// supervisor, the process is in its own process group.
 ///
 /// # Errors
 ///
-/// The system does not let it watch for signals.
+/// The signal handlers cannot be installed.
 pub fn stop_flag() -> Result<Arc<AtomicBool>, Failure> {
     let stop = Arc::new(AtomicBool::new(false));
     for signal in [SIGTERM, SIGINT, SIGHUP] {

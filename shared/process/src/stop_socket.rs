@@ -1,8 +1,8 @@
-//! The stop socket: any local user may raise a robot's emergency stop, and do nothing else to it.
+//! The stop socket: any local user may raise a robot's emergency stop, and do nothing else to the robot.
 //!
-//! It is an abstract Unix socket, so that nothing of it is left behind, and its name holds the robot's folder. To
-//! connect is to stop: whoever connects sends nothing. The answer is a line with the exit status of `leo
-//! emergency-stop`, and then what that command says.
+//! It is an abstract Unix socket, so that no file remains; its name contains the robot's folder. A connection raises
+//! the stop, and the client sends nothing. The answer is one line with the exit status of `leo emergency-stop`, then
+//! the output of that command.
 
 use std::ffi::OsStr;
 use std::fs;
@@ -27,58 +27,58 @@ use rustix::net::{
 
 use crate::Failure;
 
-/// What the names of all stop sockets begin with; the robot's folder follows.
+/// Prefix of the names of all stop sockets, before the robot's folder.
 const PREFIX: &str = "leo-emergency-stop:";
 /// The kernel's list of sockets, which every user may read.
 const LIST: &str = "/proc/net/unix";
-/// So many are answered at a time. Whoever comes then has stopped the robot as well, and is told no more.
+/// Maximum number of concurrent answers. A further client stops the robot too, but gets no details.
 const ANSWERED_AT_ONCE: usize = 8;
-/// Somebody who does not take the answer.
+/// Timeout for writing the answer to a client that does not read.
 const WRITE_WITHIN: Duration = Duration::from_secs(1);
-/// No answer is longer: a line for each of the most servos.
+/// Maximum length of an answer in bytes: one line for each of the maximum number of servos.
 const LONGEST_ANSWER: usize = 64 << 10;
 
-/// What came of a stop.
+/// Answer to a stop.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct StopAnswer {
-    /// The exit status of `leo emergency-stop`: 0 where every servo has confirmed.
+    /// The exit status of `leo emergency-stop`: 0 if every servo has confirmed.
     pub status: u8,
-    /// What that command says, without control characters.
+    /// The output of that command, without control characters.
     pub text: String,
 }
 
-/// A robot whose stop socket was found, and whose emergency stop is raised by that.
+/// A robot whose emergency stop was raised over its stop socket.
 #[derive(Debug)]
 pub struct StoppedRobot {
     /// Its folder.
     pub domain: PathBuf,
-    /// The number of the user whose robot it is.
+    /// The user id of the robot's owner.
     pub owner: u32,
     stream: UnixStream,
 }
 
 impl StoppedRobot {
-    /// The folders of the robots on this machine that have a stop socket, in the order of their names.
+    /// The folders of the robots on this machine that have a stop socket, sorted.
     #[must_use]
     pub fn all() -> Vec<PathBuf> {
         let list = fs::read(LIST).unwrap_or_default();
         let mut all: Vec<PathBuf> = list.split(|byte| *byte == b'\n').filter_map(domain_in).collect();
         all.sort();
-        // A connection is in the list as well, by its listener's name.
+        // An open connection is listed too, under its listener's name.
         all.dedup();
         all
     }
 
-    /// Raises the emergency stop of the robot in a folder. It is tried until an instant, and once in any case: a robot
-    /// takes a connection at once, and whoever holds its name need not.
+    /// Raises the emergency stop of the robot in a folder. Retries until an instant, but tries at least once. A robot
+    /// accepts a connection at once; a foreign process that has taken the name may not.
     ///
     /// # Errors
     ///
-    /// It has no stop socket, or that is another user's than the folder.
+    /// The robot has no stop socket, or the socket and the folder belong to different users.
     pub fn stop(domain: &Path, until: Instant) -> io::Result<Self> {
         let stream = connect(domain, until)?;
         let owner = socket_peercred(&stream)?.uid.as_raw();
-        // Anybody may take a name that is free.
+        // Any user may take a free name.
         let real = fs::symlink_metadata(domain).map(|folder| folder.uid()).ok();
         if let Some(real) = real.filter(|real| *real != owner) {
             return Err(io::Error::other(format!(
@@ -89,15 +89,15 @@ impl StoppedRobot {
         Ok(Self { domain: domain.to_owned(), owner, stream })
     }
 
-    /// Waits for what came of it, until an instant at most.
+    /// Waits for the answer until an instant.
     ///
     /// # Errors
     ///
-    /// The robot does not answer, or not as one does.
+    /// The robot does not answer in time, or the answer is malformed.
     pub fn answer(mut self, until: Instant) -> io::Result<StopAnswer> {
         let mut text = Vec::new();
         let mut part = [0; 4096];
-        // Whoever sends a byte now and then is not waited for any longer.
+        // The deadline also holds for a peer that sends single bytes at intervals.
         while text.len() < LONGEST_ANSWER {
             let left = until.since(clock::now());
             if left.is_zero() {
@@ -116,15 +116,15 @@ impl StoppedRobot {
         let answer = text.split_once('\n').and_then(|(status, text)| Some((status.parse().ok()?, text)));
         let (status, text) =
             answer.ok_or_else(|| io::Error::other("it was reached, and does not say what came of it"))?;
-        // Another user's words go to a terminal.
+        // Another user's text is printed to a terminal, so remove control characters.
         let is_plain = |letter: &char| !letter.is_control() || *letter == '\n';
         Ok(StopAnswer { status, text: text.chars().filter(is_plain).collect() })
     }
 }
 
-/// The folder that a line of the kernel's list names, where it is that of a stop socket.
+/// The folder in a line of the kernel's list, if it is that of a stop socket.
 fn domain_in(line: &[u8]) -> Option<PathBuf> {
-    // The list writes an abstract socket's name behind this character.
+    // In the list, an abstract socket's name follows this character.
     let name = line.splitn(2, |byte| *byte == b'@').nth(1)?.strip_prefix(PREFIX.as_bytes())?;
     Some(PathBuf::from(OsStr::from_bytes(name)))
 }
@@ -133,7 +133,7 @@ fn name(domain: &Path) -> Vec<u8> {
     [PREFIX.as_bytes(), domain.as_os_str().as_bytes()].concat()
 }
 
-/// A listener that takes no connections would hold an ordinary call for ever.
+/// Connects without blocking: a listener that never accepts would block an ordinary call for ever.
 fn connect(domain: &Path, until: Instant) -> io::Result<UnixStream> {
     let address = SocketAddrUnix::new_abstract_name(&name(domain))?;
     let flags = SocketFlags::CLOEXEC | SocketFlags::NONBLOCK;
@@ -152,7 +152,7 @@ fn connect(domain: &Path, until: Instant) -> io::Result<UnixStream> {
     Ok(stream)
 }
 
-/// The listening end.
+/// The listening stop socket of a robot.
 #[derive(Debug)]
 pub struct StopSocket {
     listener: Arc<UnixListener>,
@@ -160,12 +160,12 @@ pub struct StopSocket {
 }
 
 impl StopSocket {
-    /// Listens for the robot in a folder. For each connection `stop` is called at once, with the number of the user,
-    /// and then `answer`, in a thread of its own.
+    /// Listens for the robot in a folder. For each connection it calls `stop` at once with the user id of the client,
+    /// and then `answer` in a separate thread.
     ///
     /// # Errors
     ///
-    /// Another process holds the name, the folder's name is too long for a socket, or there is no thread.
+    /// Another process holds the name, the folder's name is too long for a socket, or the thread cannot be started.
     pub fn listen(
         domain: &Path,
         stop: impl Fn(u32) + Send + 'static,
@@ -190,7 +190,7 @@ impl Drop for StopSocket {
     fn drop(&mut self) {
         let is_told = shutdown(&self.listener, Shutdown::Both).is_ok();
         if let Some(thread) = self.thread.take().filter(|_| is_told) {
-            // A thread that panicked has said so.
+            // A thread that panicked has already reported it.
             let _ended = thread.join();
         }
     }
@@ -207,7 +207,8 @@ fn accept(
             Ok((stream, _)) => stream,
             // The listener was shut down.
             Err(error) if error.kind() == io::ErrorKind::InvalidInput => return,
-            // Somebody who has gone again, or no descriptor is free: the next one is stopped by all the same.
+            // The client has disconnected, or no file descriptor is free. The next connection stops the robot all the
+            // same.
             Err(_) => {
                 clock::sleep_until(clock::now() + Duration::from_millis(10));
                 continue;
@@ -236,7 +237,7 @@ fn accept(
 
 fn say(mut stream: UnixStream, answer: &StopAnswer) {
     let text = format!("{}\n{}", answer.status, answer.text);
-    // Who has stopped the robot need not wait for the answer.
+    // A client need not wait for the answer, so ignore write errors.
     let _told = stream.set_write_timeout(Some(WRITE_WITHIN)).and_then(|()| stream.write_all(text.as_bytes()));
 }
 
@@ -291,7 +292,7 @@ mod tests {
         for _ in &robots {
             stops.recv().unwrap();
         }
-        // The last of them is told at once that nobody looks for it.
+        // The last client is told at once that the result is not confirmed.
         let last = robots.into_iter().next_back().unwrap().answer(soon()).unwrap();
         assert!(last.status == 1 && last.text.contains("too many ask"), "{last:?}");
         drop(go);

@@ -1,12 +1,12 @@
-//! Who may read the files that this process makes.
+//! Access of other users to the files that this process creates.
 
 use rustix::fs::Mode;
 use rustix::process::umask;
 
-/// Keeps other users out of the files and folders that this process makes, and those that it starts. A umask that keeps
-/// them out already was chosen by somebody, such as the service's, which lets a group in: it stays.
+/// Denies other users access to files and folders created by this process and its children. An inherited umask that
+/// already denies it was set on purpose, for example by the service to admit a group, and is kept.
 ///
-/// To be called before there are other threads.
+/// To be called before other threads start.
 pub fn restrict_umask() {
     let inherited = umask(Mode::RWXG | Mode::RWXO);
     if inherited.contains(Mode::RWXO) {

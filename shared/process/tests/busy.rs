@@ -1,4 +1,4 @@
-//! A process that has more to do than time.
+//! Heartbeat of an overloaded process.
 
 use clock::Duration;
 use config::Robot;
@@ -38,12 +38,12 @@ fn the_heart_beats_while_one_call_goes_on_and_on_and_while_the_end_takes_its_tim
     for _step in 0..3 {
         let now = member.now();
         member.begin_step(now.as_nanos());
-        // A step that is longer than the time between two looks at the board.
+        // A step that takes longer than the health interval.
         clock::sleep_until(now + Duration::from_millis(30));
         member.end_step();
         beats.push(board.read().beat);
     }
-    // What is left to do at the end, too.
+    // Also during the work at shutdown.
     let beats_on = member.beat_while(|| {
         let node = Node::join(&domain, "onlooker", 1, queues(&leo.buffers, false)).expect("joins");
         let board = HealthReader::open(&node, Process::Belief, 1).expect("the board stands");

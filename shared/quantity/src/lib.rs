@@ -1,8 +1,6 @@
-//! Numbers with their units in the type, and conversions between number types that say what
-//! they do at the edges.
+//! Numbers with units in the type, and number conversions with defined behaviour at the limits.
 //!
-//! A newtype has a public field where every number is legal. Only the operators that mean
-//! something exist.
+//! A newtype has a public field if every number is valid. Only meaningful operators exist.
 
 pub mod number;
 
@@ -31,8 +29,8 @@ macro_rules! quantity {
             fn mul(self, rhs: f64) -> Self { Self(self.0 * rhs) }
         }
         impl $name {
-            /// The same quantity inside `[low, high]`; `None` when a number is NaN or the
-            /// limits are crossed. (`f64::clamp` passes NaN on and panics on crossed limits.)
+            /// Clamps the quantity to `[low, high]`. `None` if it is not finite, or if `low <= high` is false.
+            /// (`f64::clamp` returns NaN for NaN, and panics for invalid limits.)
             #[must_use]
             pub fn within(self, low: Self, high: Self) -> Option<Self> {
                 if self.0.is_finite() && low.0 <= high.0 { Some(Self(self.0.clamp(low.0, high.0))) } else { None }

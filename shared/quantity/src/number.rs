@@ -1,6 +1,6 @@
-//! Conversions between number types, each named for what it does where the target is narrower.
+//! Number conversions, each named after its behaviour when the target type is narrower.
 //!
-//! They exist so that a lossy `as` appears in this file alone.
+//! Lossy `as` casts are allowed in this file only.
 
 #![expect(
     clippy::cast_possible_truncation,
@@ -27,45 +27,45 @@ pub const fn float_of_signed(value: i64) -> f64 {
     value as f64
 }
 
-/// The nearest `f32`; infinite where the value is out of its range.
+/// The nearest `f32`; infinite if the value is out of range.
 #[must_use]
 pub const fn single(value: f64) -> f32 {
     value as f32
 }
 
-/// Towards zero, saturating; zero for NaN and for negative numbers.
+/// Rounds towards zero and saturates; zero for NaN and for negative numbers.
 #[must_use]
 pub const fn floor_u64(value: f64) -> u64 {
     value as u64
 }
 
-/// Towards zero, saturating; zero for NaN and for negative numbers.
+/// Rounds towards zero and saturates; zero for NaN and for negative numbers.
 #[must_use]
 pub const fn floor_usize(value: f64) -> usize {
     value as usize
 }
 
-/// To the next whole number below, saturating; zero for NaN.
+/// Rounds down and saturates; zero for NaN.
 #[must_use]
 pub const fn floor_i64(value: f64) -> i64 {
-    // Towards zero, and one less where that was upwards: quicker than to floor a float.
+    // Truncates, and corrects values that were rounded up: faster than `floor` of a float.
     let truncated = value as i64;
     if value < truncated as f64 { truncated.saturating_sub(1) } else { truncated }
 }
 
-/// To the nearest whole number, halves away from zero, saturating; zero for NaN.
+/// Rounds to the nearest integer, halves away from zero, and saturates; zero for NaN.
 #[must_use]
 pub fn round_i32(value: f64) -> i32 {
     value.round() as i32
 }
 
-/// To the nearest whole number, halves away from zero, saturating; zero for NaN.
+/// Rounds to the nearest integer, halves away from zero, and saturates; zero for NaN.
 #[must_use]
 pub fn round_i64(value: f64) -> i64 {
     value.round() as i64
 }
 
-/// So many of something, in words.
+/// A count with its noun, in the plural unless the count is one.
 ///
 /// ```
 /// assert_eq!(quantity::number::counted(1, "example"), "1 example");
@@ -76,13 +76,13 @@ pub fn counted(count: u32, noun: &str) -> String {
     if count == 1 { format!("1 {noun}") } else { format!("{count} {noun}s") }
 }
 
-/// The value, or `u32::MAX` where it does not fit.
+/// The value, saturating at `u32::MAX`.
 #[must_use]
 pub fn saturating_u32(value: usize) -> u32 {
     u32::try_from(value).unwrap_or(u32::MAX)
 }
 
-/// The value, or `u16::MAX` where it does not fit.
+/// The value, saturating at `u16::MAX`.
 #[must_use]
 pub fn saturating_u16(value: usize) -> u16 {
     u16::try_from(value).unwrap_or(u16::MAX)

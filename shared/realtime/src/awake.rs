@@ -2,24 +2,24 @@ use std::fs::{File, OpenOptions};
 use std::io::{self, Write as _};
 use std::path::Path;
 
-/// Where the kernel is told how soon a core must wake: PM QoS, Documentation/power/pm_qos_interface.rst
+/// The kernel's interface for the maximum wake-up latency of cores: PM QoS, Documentation/power/pm_qos_interface.rst
 /// of the kernel.
 const CPU_LATENCY: &str = "/dev/cpu_dma_latency";
 
-/// Keeps all cores from sleeping as long as it lives: one that sleeps wakes late, by 2 to 200 µs on most
-/// machines and by 50 and more in a virtual one. It costs power.
+/// Keeps all cores out of idle states while it lives. Leaving an idle state takes 2 to 200 µs on most machines, and
+/// 50 µs and more in a virtual machine. It increases power consumption.
 #[derive(Debug)]
 pub struct Awake {
-    /// The request goes when the file is closed, however the process ends.
+    /// The kernel drops the request when the file is closed, however the process ends.
     _request: File,
 }
 
 impl Awake {
-    /// Asks the kernel for it.
+    /// Requests it from the kernel.
     ///
     /// # Errors
     ///
-    /// This user may not ask (by default only root may), or the kernel knows no such request: then
+    /// This user may not request it (by default only root may), or the kernel has no such interface: then
     /// [`io::ErrorKind::NotFound`].
     pub fn ask() -> io::Result<Self> {
         Self::ask_at(Path::new(CPU_LATENCY))
@@ -27,7 +27,7 @@ impl Awake {
 
     fn ask_at(path: &Path) -> io::Result<Self> {
         let mut request = OpenOptions::new().write(true).open(path)?;
-        // The latency in microseconds that is borne.
+        // The tolerated latency in microseconds.
         request.write_all(&0_i32.to_ne_bytes())?;
         Ok(Self { _request: request })
     }

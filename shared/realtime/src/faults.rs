@@ -1,9 +1,8 @@
 use std::mem::MaybeUninit;
 
-/// Page faults of the calling process so far, minor and major; zero where the kernel does not
-/// count them.
+/// Minor and major page faults of the calling process so far; zero if the kernel does not count them.
 ///
-/// A real-time loop compares two readings: a fault within it is memory that was not locked.
+/// A real-time loop compares two readings: a fault in between means that memory was not locked.
 #[must_use]
 pub fn page_faults() -> u64 {
     let mut usage = MaybeUninit::<libc::rusage>::zeroed();

@@ -3,31 +3,32 @@ use std::io;
 
 use crate::schedule::{policy, schedule};
 
-/// Before all ordinary threads, and after everything else that is real-time.
+/// Above all ordinary threads, below all other real-time threads.
 const PRIORITY: i32 = 1;
-/// Threads that start while they are looked for are found by the next look. A process that has started makes few.
+/// Maximum number of scans for threads, because new threads may start during a scan. A process that has started
+/// creates few.
 const LOOKS: usize = 8;
 
-/// A process that starts goes before ordinary ones until it is ready.
+/// Raised priority of a process until it is ready.
 ///
-/// What a start needs is some tenths of a second of a processor. On a machine on which twenty programs compute, an
-/// ordinary process gets that in several seconds, and its robot waits for it.
+/// Starting takes some tenths of a second of processor time. On a machine with twenty busy programs, an ordinary
+/// process needs several seconds for it, and the robot waits.
 #[derive(Debug)]
 pub struct HeadStart {
     pid: i32,
 }
 
 impl HeadStart {
-    /// Gives it to a process that was just started. Its threads inherit it.
+    /// Raises the priority of a process that was just started. Its threads inherit it.
     ///
     /// # Errors
     ///
-    /// It is not granted, or the process has ended.
+    /// Not permitted, or the process has ended.
     pub fn give(pid: i32) -> io::Result<Self> {
         schedule(pid, libc::SCHED_RR, PRIORITY).map(|()| Self { pid })
     }
 
-    /// Ends it. Threads that the process has scheduled otherwise since stay as they are.
+    /// Restores the default policy. Threads that the process has rescheduled since keep their policy.
     pub fn end(self) {
         for _ in 0..LOOKS {
             let tasks = fs::read_dir(format!("/proc/{}/task", self.pid)).into_iter().flatten().flatten();
@@ -37,7 +38,7 @@ impl HeadStart {
                 return;
             }
             for task in ahead {
-                // One that has ended meanwhile needs nothing.
+                // The thread may have ended meanwhile.
                 let _done = schedule(task, libc::SCHED_OTHER, 0);
             }
         }
@@ -59,7 +60,7 @@ mod tests {
     fn a_process_and_its_threads_have_it_until_it_ends_and_what_they_were_given_since_stays() {
         let own = i32::try_from(std::process::id()).unwrap();
         let started = thread::spawn(move || {
-            // A thread here is what a process is that was just started.
+            // This thread stands for a process that was just started.
             let granted = schedule(0, libc::SCHED_RR, PRIORITY);
             let (go, told) = channel::<()>();
             let (say, ready) = channel();

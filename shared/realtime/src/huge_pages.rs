@@ -3,20 +3,19 @@ use std::ops::Range;
 
 use libc::c_void;
 
-/// Moves the process's own memory into huge pages where the kernel can, at once; how many bytes of it
-/// lie in huge pages then.
+/// Moves the process's own memory into huge pages at once, as far as the kernel can. Returns the number of bytes that
+/// are in huge pages afterwards.
 ///
-/// A hot path that goes through megabytes in each of its frames otherwise spends much of its time
-/// waiting for the addresses of small pages. To be called once, when all memory is there and locked:
-/// what is moved later, by the kernel on its own, is a page fault in the middle of a cycle, which is
-/// why huge pages are not merely advised. Nothing is moved where the kernel cannot (before Linux 6.1,
-/// or built without huge pages) or has no room: the small pages stay, and are as good as before.
+/// A hot path that touches megabytes per frame otherwise spends much time on TLB misses. Call it once, when all
+/// memory is allocated and locked. Huge pages are not merely advised (`MADV_HUGEPAGE`), because later moves by the
+/// kernel cause page faults in the middle of a cycle. If the kernel cannot move a page (before Linux 6.1, without
+/// huge pages, or without free memory), the small pages stay and keep working.
 pub fn use_huge_pages() -> u64 {
     let maps = fs::read_to_string("/proc/self/maps");
     if let (Some(size), Ok(maps)) = (huge_page_bytes(), maps) {
         for range in maps.lines().filter_map(own_memory) {
-            // One by one: of a longer range the kernel gives up the rest where one page cannot be moved, and one of
-            // which nothing was ever used cannot.
+            // One page at a time: in a longer range, the kernel stops at the first page that it cannot move. Ranges
+            // that were never used cannot be moved.
             for page in within(&range, size).step_by(size) {
                 let _one_that_stays_is_as_good_as_before = collapse(page, size);
             }
@@ -25,25 +24,24 @@ pub fn use_huge_pages() -> u64 {
     in_huge_pages().unwrap_or(0)
 }
 
-/// From now on what is allocated lies together and stays: between mappings of their own, large pieces
-/// are too short for whole huge pages, and what is given back comes again as new pages. Only where the
-/// allocator is that of the GNU C library; others do as they do.
+/// Makes the allocator use one heap and never return memory. Separate mappings for large blocks would be too small
+/// for whole huge pages, and returned memory would come back as new pages. Applies to the GNU C library only.
 pub(crate) fn keep_one_heap() {
     #[cfg(target_env = "gnu")]
     for (parameter, value) in [(libc::M_MMAP_MAX, 0), (libc::M_TRIM_THRESHOLD, -1)] {
-        // SAFETY: mallopt(3) takes numbers, and a heap that is never given back is as sound as any.
+        // SAFETY: mallopt(3) takes plain numbers, and a heap that never returns memory is as sound as any other.
         unsafe { libc::mallopt(parameter, value) };
     }
 }
 
-/// Of one huge page; `None` where the kernel knows none.
+/// Size of a huge page; `None` if the kernel does not support them.
 fn huge_page_bytes() -> Option<usize> {
     let size = fs::read_to_string("/sys/kernel/mm/transparent_hugepage/hpage_pmd_size").ok()?;
     size.trim().parse().ok().filter(|size: &usize| size.is_power_of_two())
 }
 
-/// The addresses of a line of `/proc/self/maps` (proc_pid_maps(5)) that maps memory and no file, to be
-/// read and written by this process alone.
+/// The address range of a line of `/proc/self/maps` (proc_pid_maps(5)), if it is private anonymous memory with read
+/// and write access.
 fn own_memory(line: &str) -> Option<Range<usize>> {
     let mut words = line.split_ascii_whitespace();
     let (start, end) = words.next()?.split_once('-')?;
@@ -55,21 +53,21 @@ fn own_memory(line: &str) -> Option<Range<usize>> {
     (is_private && is_memory).then_some(address(start)?..address(end)?)
 }
 
-/// The whole pages of that size within a range.
+/// The whole pages of a size within a range.
 fn within(range: &Range<usize>, size: usize) -> Range<usize> {
     let start = range.start.checked_next_multiple_of(size).unwrap_or(range.end);
     start..(range.end - range.end % size).max(start)
 }
 
-/// Whether the huge page of `size` bytes at an address is one now.
+/// Moves the range of `size` bytes at an address into a huge page; returns whether it is one now.
 fn collapse(page: usize, size: usize) -> bool {
     let start = std::ptr::without_provenance_mut::<c_void>(page);
-    // SAFETY: MADV_COLLAPSE (madvise(2)) changes on which pages memory lies, and nothing that a program
-    // could read of it; of a page that is no longer mapped it says that it is not.
+    // SAFETY: MADV_COLLAPSE (madvise(2)) changes the pages that back the memory, and nothing that a program can read
+    // from it. For an address that is no longer mapped it returns an error.
     unsafe { libc::madvise(start, size, libc::MADV_COLLAPSE) == 0 }
 }
 
-/// Of this process's own memory, what lies in huge pages, in bytes.
+/// Bytes of this process's own memory in huge pages.
 fn in_huge_pages() -> Option<u64> {
     let rollup = fs::read_to_string("/proc/self/smaps_rollup").ok()?;
     let line = rollup.lines().find_map(|line| line.strip_prefix("AnonHugePages:"))?;
@@ -80,8 +78,8 @@ fn in_huge_pages() -> Option<u64> {
 mod tests {
     use super::*;
 
-    /// Where the kernel can move all of some bytes but their ends, it has: `after` that, so many lie in huge pages. A
-    /// kernel that cannot, or has no room, is no fault here.
+    /// Asserts that whatever the kernel can move was moved: `after` is at least the size of the whole pages in
+    /// `bytes`. A kernel that cannot move them does not fail the test.
     fn assert_moved(bytes: &[u8], after: u64) {
         let Some(size) = huge_page_bytes() else { return };
         let start = bytes.as_ptr().addr();
@@ -103,10 +101,10 @@ mod tests {
 
     #[test]
     fn memory_behind_what_was_never_used_is_moved_as_well() {
-        // More than the other tests of this process hold, whose huge pages would count.
+        // Larger than the memory of the other tests in this process, whose huge pages would count.
         const BYTES: usize = 128 << 20;
         const HOLE: usize = 32 << 20;
-        // Zeroes that are asked for as such are mapped, and there only when they are used.
+        // Zeroed memory is mapped, but gets pages only when it is first used.
         let mut bytes = vec![0; BYTES];
         let after_hole = bytes.get_mut(HOLE..).unwrap();
         after_hole.fill(7);

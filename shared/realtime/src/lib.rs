@@ -1,9 +1,8 @@
-//! Real-time rights of a process: scheduling, affinity, locked memory; what is asked of the kernel
-//! besides, so that its cores stay awake and its workers are prompt; and so that no process outlives the one
-//! that started it.
+//! Real-time rights of a process: scheduling, affinity, locked memory. Also kernel settings against wake-up latency,
+//! and the link between the lifetimes of parent and child.
 //!
-//! Nothing here is a condition: without rights everything goes on, more slowly, and the
-//! [`Report`] says what is missing and how to grant it.
+//! All rights are optional: without them, everything works with worse timing. The [`Report`] lists the missing rights
+//! and how to grant them.
 #![expect(
     unsafe_code,
     reason = "the scheduling policy, resource usage, the state of the clock and moving memory into huge pages, \

@@ -4,39 +4,39 @@ use rustix::io::Errno;
 
 const SCHEDULING: u64 = 1;
 const AFFINITY: u64 = 2;
-/// The bit of locked memory among missing rights.
+/// The bit of locked memory in the missing rights.
 pub const MEMORY: u64 = 4;
 
-/// A right that was asked for and not granted.
+/// A right that was requested and not granted.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Refusal {
     /// The scheduling policy `SCHED_FIFO`.
     Scheduling {
-        /// The priority asked for.
+        /// The requested priority.
         priority: u8,
         /// The highest priority that the limit `RLIMIT_RTPRIO` allows.
         limit: u64,
-        /// What the kernel said.
+        /// The kernel's error.
         source: Errno,
     },
-    /// Running on these cores only.
+    /// CPU affinity.
     Affinity {
-        /// The cores asked for.
+        /// The requested cores.
         cores: Vec<u16>,
-        /// What the kernel said.
+        /// The kernel's error.
         source: Errno,
     },
     /// Locking all memory, present and future.
     Memory {
-        /// The limit `RLIMIT_MEMLOCK` in bytes; none when it is unlimited.
+        /// The limit `RLIMIT_MEMLOCK` in bytes; `None` if unlimited.
         limit: Option<u64>,
-        /// What the kernel said, or would say to the first allocation beyond the limit.
+        /// The kernel's error, now or at the first allocation beyond the limit.
         source: Errno,
     },
 }
 
 impl Refusal {
-    /// Its bit among the missing rights of a process's health.
+    /// Its bit in the missing rights of a process's health.
     #[must_use]
     pub const fn bit(&self) -> u64 {
         match self {
@@ -47,7 +47,7 @@ impl Refusal {
     }
 }
 
-/// How to grant each right, by its bit.
+/// Bit, name and remedy of each right.
 const GRANTS: [(u64, &str, &str); 3] = [
     (
         SCHEDULING,
@@ -62,15 +62,14 @@ const GRANTS: [(u64, &str, &str); 3] = [
     ),
 ];
 
-/// The rights whose bits are set, each with how to grant it.
+/// Name and remedy of each right whose bit is set.
 #[must_use]
 pub fn grants(missing_bits: u64) -> Vec<(&'static str, &'static str)> {
     let missing = GRANTS.iter().filter(|(bit, ..)| missing_bits & bit != 0);
     missing.map(|(_, right, how)| (*right, *how)).collect()
 }
 
-/// One warning about the rights of some processes whose bits are set: what is missing, and how to
-/// grant it.
+/// One warning about the missing rights of several processes, with their remedies.
 #[must_use]
 pub fn advice(missing_bits: u64) -> String {
     let how: Vec<String> =
@@ -97,7 +96,7 @@ impl fmt::Display for Refusal {
     }
 }
 
-/// What was asked for and not granted. Displayed, it is one warning that says how to grant it.
+/// The rights that were not granted. Its `Display` is one warning with the remedies.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 #[must_use = "a right that is missing must be said"]
 pub struct Report {
@@ -109,19 +108,19 @@ impl Report {
         Self { refusals }
     }
 
-    /// What is missing, in the order in which it was asked for.
+    /// The missing rights in the order of the requests.
     #[must_use]
     pub fn refusals(&self) -> &[Refusal] {
         &self.refusals
     }
 
-    /// Whether everything was granted.
+    /// Whether all rights were granted.
     #[must_use]
     pub fn is_complete(&self) -> bool {
         self.refusals.is_empty()
     }
 
-    /// One bit for each right that is missing: 1 scheduling, 2 affinity, 4 memory.
+    /// One bit for each missing right: 1 scheduling, 2 affinity, 4 memory.
     #[must_use]
     pub fn missing_bits(&self) -> u64 {
         self.refusals.iter().fold(0, |bits, refusal| bits | refusal.bit())

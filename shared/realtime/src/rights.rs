@@ -8,15 +8,14 @@ use crate::huge_pages::keep_one_heap;
 use crate::schedule::schedule;
 use crate::{Refusal, Report};
 
-/// How much of the stack is touched ahead of time: far more than a cycle uses, and within the
-/// smallest stack that a thread of ours has.
+/// Size of the prefaulted stack: far more than a cycle uses, and less than the smallest stack of our threads.
 const STACK_BYTES: usize = 256 * 1024;
 
-/// Asks for `rights` and reports which were not granted; the others hold.
+/// Requests `rights` and reports those not granted; the others take effect.
 ///
-/// Scheduling and affinity are the calling thread's, and pass on to the threads it starts from
-/// then on; locked memory is the whole process's. To be called before ports are opened: shared
-/// memory that is mapped later is then locked as it is mapped.
+/// Scheduling and affinity apply to the calling thread, and are inherited by threads that it starts later. Locked
+/// memory applies to the whole process. To be called before ports are opened, so that shared memory is locked as it
+/// is mapped.
 pub fn apply(rights: &Rights) -> Report {
     let mut refusals = Vec::new();
     if rights.lock_memory {
@@ -41,10 +40,10 @@ pub fn apply(rights: &Rights) -> Report {
     Report::new(refusals)
 }
 
-/// Locks all pages, present and future.
+/// Locks all current and future pages.
 ///
-/// Under a finite limit this is refused even where the kernel would agree: it would agree as
-/// long as the present pages fit, and fail a later allocation instead, in mid-run.
+/// With a finite limit this is refused even if the kernel would accept it. The kernel would accept as long as the
+/// current pages fit, and fail a later allocation during the run instead.
 fn lock_memory() -> Result<(), Errno> {
     let unlimited = getrlimit(Resource::Memlock).current.is_none()
         || capabilities(None).is_ok_and(|sets| sets.effective.contains(CapabilitySet::IPC_LOCK));
@@ -56,7 +55,7 @@ fn lock_memory() -> Result<(), Errno> {
     Ok(())
 }
 
-/// Touches the stack below this frame, so that no cycle is the first to use it.
+/// Touches the stack below this frame, so that no cycle causes its first page faults.
 #[inline(never)]
 fn prefault_stack() {
     std::hint::black_box(&mut [1_u8; STACK_BYTES]);
@@ -71,7 +70,7 @@ fn pin(cores: &[u16]) -> Result<(), Errno> {
         set.set(core);
     }
     sched_setaffinity(None, &set)?;
-    // The kernel takes a set that names some core it has and silently drops the others.
+    // If at least one core exists, the kernel accepts the set and silently drops the others.
     let granted = rustix::thread::sched_getaffinity(None)?;
     if granted.count() == set.count() { Ok(()) } else { Err(Errno::INVAL) }
 }
@@ -94,7 +93,7 @@ mod tests {
         Rights { fifo_priority: fifo_priority.try_into().unwrap(), cores: cores.to_vec(), lock_memory }
     }
 
-    /// Runs `body` in a thread without capabilities, under limits that grant nothing.
+    /// Runs `body` in a thread without capabilities, with limits of zero.
     fn unprivileged<T: Send + 'static>(body: impl FnOnce() -> T + Send + 'static) -> T {
         for resource in [Resource::Memlock, Resource::Rtprio] {
             let maximum = getrlimit(resource).maximum;
@@ -120,7 +119,7 @@ mod tests {
         for word in ["priority 70", "rtprio", "LimitRTPRIO", "memlock unlimited", "LimitMEMLOCK"] {
             assert!(said.contains(word), "{said}");
         }
-        // Not one allocation fails after a lock that was not granted.
+        // No allocation may fail after a lock that was not granted.
         let fresh = unprivileged(|| vec![1_u8; 64 << 20].len());
         assert_eq!(fresh, 64 << 20);
     }

@@ -1,6 +1,6 @@
 use std::io;
 
-/// Schedules a thread by the kernel's `policy`, with a priority; 0 is the calling thread.
+/// Sets the scheduling policy and priority of a thread; 0 is the calling thread.
 pub(crate) fn schedule(thread: i32, policy: i32, priority: i32) -> io::Result<()> {
     let parameters = libc::sched_param { sched_priority: priority };
     // SAFETY: `parameters` lives across the call, which only reads it.
@@ -11,8 +11,8 @@ pub(crate) fn schedule(thread: i32, policy: i32, priority: i32) -> io::Result<()
     }
 }
 
-/// The policy of a thread; 0 is the calling thread.
+/// The scheduling policy of a thread; 0 is the calling thread.
 pub(crate) fn policy(thread: i32) -> i32 {
-    // SAFETY: it takes a number and gives one.
+    // SAFETY: sched_getscheduler(2) takes and returns plain numbers.
     unsafe { libc::sched_getscheduler(thread) }
 }

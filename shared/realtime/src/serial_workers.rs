@@ -7,35 +7,33 @@ use rustix::thread::{CapabilitySet, capabilities};
 
 use crate::schedule::schedule;
 
-/// The flag of a thread that is the kernel's own: `PF_KTHREAD` of include/linux/sched.h.
+/// Flag of kernel threads: `PF_KTHREAD` of include/linux/sched.h.
 const KERNEL_THREAD: u64 = 0x0020_0000;
-/// Before all ordinary threads, and after everything else that is real-time.
+/// Above all ordinary threads, below all other real-time threads.
 const PRIORITY: i32 = 1;
 
-/// The kernel's workers that carry the bytes of serial lines, which come before ordinary threads as long as it
-/// lives.
+/// Raises the priority of the kernel workers that transfer the bytes of serial lines, while it lives.
 ///
-/// What a line received, and what is written to a pseudo-terminal, is handed to who reads it by a work item of the
-/// unbound work queue (`flush_to_ldisc` in drivers/tty/tty_buffer.c of the kernel). Its workers are ordinary threads:
-/// a reader of whatever priority waits until it is their turn, on a machine with much to do for a tenth of a second
-/// and longer. There is no telling which of them will carry what, and the kernel starts others as it needs them: so
-/// all of them are looked for, again and again.
+/// Bytes received on a line, or written to a pseudo-terminal, reach the reader through a work item of the unbound
+/// work queue (`flush_to_ldisc` in drivers/tty/tty_buffer.c of the kernel). Its workers are ordinary threads. So on a
+/// loaded machine, a reader of any priority may wait for a tenth of a second and longer. It is not known which worker
+/// will run the item, and the kernel starts workers on demand. Therefore all of them are searched for repeatedly.
 #[derive(Debug)]
 pub struct SerialWorkers {
     proc: PathBuf,
-    /// Processes that are none, as long as they are there.
+    /// Running processes that are known not to be workers.
     others: BTreeSet<i32>,
-    /// Workers that are prompt.
+    /// Workers with raised priority.
     prompt: BTreeSet<i32>,
 }
 
-/// Why serial lines are not carried promptly.
+/// Reason why the priority of the workers cannot be raised.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum SerialWorkersError {
     /// This process may not change the kernel's threads.
     #[error("changing the kernel's threads takes the capability CAP_SYS_NICE")]
     Forbidden,
-    /// They are not to be seen, as in a container.
+    /// The kernel threads are not visible, as in a container.
     #[error("the kernel's threads are not to be seen from here")]
     Hidden,
 }
@@ -51,26 +49,26 @@ impl SerialWorkers {
         Self { proc: proc.to_owned(), others: BTreeSet::new(), prompt: BTreeSet::new() }
     }
 
-    /// Whether they can be made prompt: changes nothing.
+    /// Checks whether the priority can be raised; changes nothing.
     ///
     /// # Errors
     ///
-    /// They cannot.
+    /// It cannot be raised.
     pub fn may(&mut self) -> Result<(), SerialWorkersError> {
         self.find().map(drop)?;
         let may = capabilities(None).is_ok_and(|sets| sets.effective.contains(CapabilitySet::SYS_NICE));
         if may { Ok(()) } else { Err(SerialWorkersError::Forbidden) }
     }
 
-    /// Makes those prompt that are ordinary. To be called a few times a second: it reads a line about each of them,
-    /// and about each process that has come since.
+    /// Raises the priority of all workers that have the default one. To be called a few times per second. It reads
+    /// one line for each worker, and for each new process.
     ///
     /// # Errors
     ///
-    /// They cannot be.
+    /// The priority cannot be raised.
     pub fn look(&mut self) -> Result<(), SerialWorkersError> {
         let found = self.find()?;
-        // Those too that a robot left behind that was killed.
+        // Includes workers left behind by a killed robot.
         self.prompt = found.iter().filter(|worker| worker.is_ours).map(|worker| worker.pid).collect();
         for worker in found.into_iter().filter(|worker| worker.is_ordinary) {
             match schedule(worker.pid, libc::SCHED_FIFO, PRIORITY) {
@@ -80,7 +78,7 @@ impl SerialWorkers {
                 Err(error) if error.kind() == io::ErrorKind::PermissionDenied => {
                     return Err(SerialWorkersError::Forbidden);
                 }
-                // It has ended meanwhile.
+                // The worker has ended meanwhile.
                 Err(_) => {}
             }
         }
@@ -110,11 +108,12 @@ impl SerialWorkers {
 }
 
 impl Drop for SerialWorkers {
-    /// They are ordinary again. A robot that is killed leaves them prompt until they end, or the next robot does.
+    /// Restores the default priority. After a robot was killed, the workers keep it until they end, or until the next
+    /// robot ends.
     fn drop(&mut self) {
         let ours = std::mem::take(&mut self.prompt);
         for pid in ours.into_iter().filter(|&pid| self.read(pid).is_some_and(|worker| worker.is_ours)) {
-            // One that has ended meanwhile needs nothing.
+            // The worker may have ended meanwhile.
             let _done = schedule(pid, libc::SCHED_OTHER, 0);
         }
     }
@@ -124,18 +123,19 @@ impl Drop for SerialWorkers {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 struct Worker {
     pid: i32,
-    /// Whether it is scheduled as the kernel does without being asked.
+    /// Whether it has the kernel's default policy and niceness.
     is_ordinary: bool,
-    /// Whether it is scheduled as here.
+    /// Whether it has the policy and priority set here.
     is_ours: bool,
 }
 
 impl Worker {
-    /// From a line such as proc_pid_stat(5) describes. Anybody may take a name, but not the kernel's flag.
+    /// Parses a line as described in proc_pid_stat(5). Any process may take a worker's name, but only kernel threads
+    /// have the flag.
     fn parse(pid: i32, stat: &str) -> Option<Self> {
         let (_, name) = stat.split_once('(')?;
         let (name, rest) = name.rsplit_once(')')?;
-        // The first word behind the name is the third field.
+        // The first word after the name is the third field.
         let field = |number: usize| rest.split_whitespace().nth(number.checked_sub(3)?);
         let flags: u64 = field(9)?.parse().ok()?;
         let (nice, priority, policy): (i32, i32, i32) =
@@ -169,7 +169,7 @@ mod tests {
         for (line, is) in [
             (stat("kworker/u8:2-events_unbound", kernels, 0, 0, 0), worker(true, false)),
             (stat("kworker/u8:2", kernels, 0, 1, 1), worker(false, true)),
-            // Of a queue that is prompt as the kernel has it, and one that somebody else has looked after.
+            // A worker of a high-priority queue, and one that was changed by another program.
             (stat("kworker/u9:0", kernels, -20, 0, 0), worker(false, false)),
             (stat("kworker/u8:5", kernels, 0, 50, 1), worker(false, false)),
             (stat("kworker/1:0-mm_percpu_wq", kernels, 0, 0, 0), None),
@@ -181,7 +181,7 @@ mod tests {
         ] {
             assert_eq!(Worker::parse(7, &line), is, "{line}");
         }
-        // As this kernel has it.
+        // The format of the running kernel.
         let own = fs::read_to_string("/proc/self/stat").unwrap();
         let fields = own.rsplit_once(')').unwrap().1.split_whitespace().count();
         assert!(fields > 38, "{own}");

@@ -1,7 +1,7 @@
 use std::mem::MaybeUninit;
 
-/// Whether somebody keeps the wall clock in time, as the kernel was told by whoever does (adjtimex(2));
-/// `None` where it cannot be asked.
+/// Whether a time service synchronises the wall clock, according to the kernel (adjtimex(2)); `None` if it cannot be
+/// queried.
 #[must_use]
 pub fn is_wall_clock_kept() -> Option<bool> {
     let mut state = MaybeUninit::<libc::timex>::zeroed();

@@ -5,22 +5,22 @@ use mcap::sans_io::{LinearReadEvent, LinearReader, LinearReaderOptions};
 
 use crate::{LONGEST, RecordsError, Wanted};
 
-/// A record costs as much as one of this length at least, in bytes: millions of empty ones take their time.
+/// Minimum cost of a record in bytes, because millions of empty records take time.
 const RECORD_COST: u64 = 256;
-/// The bytes of a record's opcode, and of its length.
+/// Sizes in bytes of a record's opcode and length fields.
 const OPCODE: usize = 1;
 const LENGTH: usize = 8;
-/// The bytes of a chunk before its records, the name of its compression aside.
+/// Size in bytes of a chunk before its records, without the name of its compression.
 const HEADER: usize = 40;
 
-/// The chunk that is being read: its records, expanded.
+/// The chunk being read, with its records decompressed.
 pub(crate) struct OpenChunk {
     records: LinearReader,
-    /// Bytes of records that are still to come.
+    /// Bytes of records not read yet; `None` if no chunk is open.
     left: Option<u64>,
 }
 
-/// What comes next in a chunk.
+/// Result of reading from a chunk.
 pub(crate) enum Next {
     Record(Record<'static>),
     Passed,
@@ -37,7 +37,7 @@ impl OpenChunk {
         Self { records: LinearReader::new_with_options(options), left: None }
     }
 
-    /// Opens a chunk, the whole record of which is `data`; whether it has a check sum or needs none.
+    /// Opens a chunk with the record content `data`. Returns whether it has a check sum or needs none.
     pub(crate) fn open(&mut self, data: &[u8], budget: &mut Budget) -> Result<bool, RecordsError> {
         let Record::Chunk { header, data: records } = mcap::parse_record(op::CHUNK, data)? else {
             return Err(McapError::UnexpectedEoc.into());
@@ -52,7 +52,8 @@ impl OpenChunk {
         if usize::try_from(expanded).map_or(true, |expanded| expanded > LONGEST) {
             return Err(McapError::ChunkTooLarge(expanded).into());
         }
-        // What a later version of the format puts after the records is left out, so that no record reaches into it.
+        // A later version of the format may add fields after the records. They are cut off, so that no record
+        // overlaps them.
         let length = HEADER + compression.len() + records.len();
         let whole = self.records.insert(OPCODE + LENGTH + length);
         let (opcode, rest) = whole.split_at_mut_checked(OPCODE).ok_or(McapError::UnexpectedEoc)?;
@@ -65,7 +66,7 @@ impl OpenChunk {
         Ok(uncompressed_crc != 0 || expanded == 0)
     }
 
-    /// What comes next; [`Next::End`] where no chunk is open.
+    /// The next record; [`Next::End`] if no chunk is open.
     pub(crate) fn next(&mut self, wanted: Wanted, budget: &mut Budget) -> Result<Next, RecordsError> {
         let Some(left) = self.left else { return Ok(Next::End) };
         match self.records.next_event() {
@@ -73,13 +74,13 @@ impl OpenChunk {
                 let length = u64::try_from(OPCODE + LENGTH + data.len()).unwrap_or(u64::MAX);
                 budget.spend(RECORD_COST.saturating_sub(length))?;
                 self.left = Some(left.checked_sub(length).ok_or(McapError::UnexpectedEoc)?);
-                // A chunk inside another one has lied about its length.
+                // A nested chunk means that the declared length was wrong.
                 if opcode == op::CHUNK {
                     return Err(McapError::UnexpectedEoc.into());
                 }
                 Ok(wanted.parse(opcode, data)?.map_or(Next::Passed, Next::Record))
             }
-            // It wants the next chunk.
+            // The reader asks for the next chunk.
             Some(Ok(LinearReadEvent::ReadRequest(_))) if left == 0 => {
                 self.left = None;
                 Ok(Next::End)

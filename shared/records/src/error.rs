@@ -3,16 +3,16 @@ use std::fmt;
 use budget::BudgetError;
 use mcap::McapError;
 
-/// Why the records of a file cannot be read on.
+/// Error while reading the records of a file.
 #[derive(Debug, thiserror::Error)]
 pub enum RecordsError {
-    /// The bytes could not be read.
+    /// Reading failed.
     #[error(transparent)]
     Read(std::io::Error),
-    /// They expand to too much.
+    /// The data expands to too much.
     #[error(transparent)]
     Budget(#[from] BudgetError),
-    /// They are damaged.
+    /// The data is damaged.
     #[error("{0}")]
     Damaged(String),
 }
@@ -23,12 +23,12 @@ impl From<McapError> for RecordsError {
     }
 }
 
-/// What has no check sum, so that damage in it goes unnoticed.
+/// Parts of a file without a check sum, where damage is not detected.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Unchecked {
-    /// Chunks without one, and messages that lie in no chunk.
+    /// Number of chunks without a check sum, and of messages outside of chunks.
     pub places: u64,
-    /// Bytes of the file that were read when the first of them was found.
+    /// Bytes of the file read when the first of them was found.
     pub first_bytes: u64,
 }
 

@@ -1,8 +1,8 @@
-//! The records of an MCAP file, which may come from a stranger.
+//! Reads the records of an untrusted MCAP file.
 //!
-//! A record of a chunk comes out only after the check sum of its chunk was compared, where the chunk has one. What does
-//! not have one is counted ([`Records::unchecked`]). However long the file is, one chunk is in memory; and what its
-//! chunks expand to is bounded by a [`budget::Budget`].
+//! Records of a chunk are returned only after the chunk's check sum was verified, if it has one. Parts without a
+//! check sum are counted ([`Records::unchecked`]). Only one chunk is in memory at a time, and a [`budget::Budget`]
+//! limits the decompressed size.
 
 mod chunk;
 mod error;
@@ -13,5 +13,5 @@ pub use error::{RecordsError, Unchecked};
 pub use parse::Wanted;
 pub use reader::Records;
 
-/// No record and no chunk is longer, in bytes, expanded: what claims to be is damaged.
+/// Maximum length of a record or a decompressed chunk in bytes. A longer one counts as damaged.
 pub const LONGEST: usize = 64 << 20;

@@ -3,12 +3,13 @@ use mcap::records::{Record, op};
 
 use crate::RecordsError;
 
-/// The longest record with a map in it, in bytes: each entry of a map takes several times its length in memory.
+/// Maximum length in bytes of a record that contains a map, because map entries need several times their length in
+/// memory.
 const LONGEST_MAP: usize = 1 << 20;
-/// The longest schema and the longest attachment of Leo, in bytes.
+/// Maximum length in bytes of a schema, and of an attachment of Leo.
 const LONGEST_TEXT: usize = 4 << 20;
 
-/// The kinds of records that are given out. All others are passed over.
+/// The kinds of records to return; all others are skipped. Channels and messages are always returned.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Wanted {
     /// The header.
@@ -17,12 +18,12 @@ pub struct Wanted {
     pub schemas: bool,
     /// Metadata.
     pub metadata: bool,
-    /// Attachments, those aside that are longer than any of Leo's.
+    /// Attachments, except those longer than any of Leo's.
     pub attachments: bool,
 }
 
 impl Wanted {
-    /// Reads a record; `None` for one that is not wanted.
+    /// Parses a record; `None` if it is not wanted.
     pub(crate) fn parse(self, opcode: u8, data: &[u8]) -> Result<Option<Record<'static>>, RecordsError> {
         let (is_wanted, longest) = match opcode {
             op::HEADER => (self.header, LONGEST_MAP),
@@ -48,7 +49,7 @@ impl Wanted {
     }
 }
 
-/// Whether an attachment is long enough for the check sum at its end: mcap 0.26 would panic where it is not.
+/// Whether an attachment is long enough for the check sum at its end; otherwise mcap 0.26 would panic.
 fn has_check_sum(data: &[u8]) -> bool {
     const TIMES: usize = 16;
     const LENGTH: usize = 8;

@@ -8,14 +8,14 @@ use mcap::sans_io::{LinearReadEvent, LinearReader, LinearReaderOptions};
 use crate::chunk::{Next, OpenChunk};
 use crate::{LONGEST, RecordsError, Unchecked, Wanted};
 
-/// As much is read at once, in bytes: what a record claims to be long is not allocated before it is there.
+/// Read size in bytes: memory for a record grows with the data read, not with the declared length.
 const PIECE: usize = 256 << 10;
 
 /// Reads the records of an MCAP file from its beginning to its end.
 pub struct Records<R> {
     source: R,
     wanted: Wanted,
-    /// Gives out chunks whole.
+    /// Returns chunks as a whole.
     file: LinearReader,
     chunk: OpenChunk,
     budget: Budget,
@@ -24,7 +24,7 @@ pub struct Records<R> {
     has_ended: bool,
 }
 
-/// What a step has come to.
+/// Result of one step.
 enum Step {
     Record(Record<'static>),
     Passed,
@@ -32,7 +32,7 @@ enum Step {
 }
 
 impl<R: Read> Records<R> {
-    /// The records of `source`: messages and channels, and what else is wanted.
+    /// The records of `source`: messages, channels, and the kinds in `wanted`.
     pub fn new(source: R, wanted: Wanted) -> Self {
         let options = LinearReaderOptions::default().with_emit_chunks(true).with_record_length_limit(LONGEST);
         Self {
@@ -47,11 +47,11 @@ impl<R: Read> Records<R> {
         }
     }
 
-    /// The next record; `None` at the end, and where the file was cut short ([`Self::is_cut`]).
+    /// The next record; `None` at the end, or if the file is truncated ([`Self::is_cut`]).
     ///
     /// # Errors
     ///
-    /// The file cannot be read, is damaged, or expands to too much. Nothing comes after that.
+    /// The file cannot be read, is damaged, or expands to too much. No record follows.
     pub fn next_record(&mut self) -> Result<Option<Record<'static>>, RecordsError> {
         while !self.has_ended {
             match self.step() {
@@ -67,19 +67,19 @@ impl<R: Read> Records<R> {
         Ok(None)
     }
 
-    /// Whether the file ended in the middle.
+    /// Whether the file is truncated.
     #[must_use]
     pub fn is_cut(&self) -> bool {
         self.is_cut
     }
 
-    /// Bytes that were read of it.
+    /// Number of bytes read so far.
     #[must_use]
     pub fn read_bytes(&self) -> u64 {
         self.budget.read_bytes()
     }
 
-    /// What of it has no check sum, of what was read up to now.
+    /// The parts without a check sum, among those read so far.
     #[must_use]
     pub fn unchecked(&self) -> Option<Unchecked> {
         self.unchecked

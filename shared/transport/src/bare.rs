@@ -1,4 +1,4 @@
-//! The middleware alone, without frames, headers and accounts: what a bench compares Leo with.
+//! Bare iceoryx2 ports without heads and counters: the reference of the benchmark.
 
 use std::fmt;
 use std::time::Duration;
@@ -12,25 +12,24 @@ use iceoryx2::service::ipc::Service;
 use crate::service::service_name;
 use crate::{Node, PortError, ReceiveError, SendError};
 
-/// One direction of a bare exchange of bytes between two processes: publish, notify; wait,
-/// receive.
+/// Publisher of bytes with a notification: one direction of a bare exchange between two processes.
 pub struct BareOutlet {
     publisher: Publisher<Service, [u8], ()>,
     bell: Notifier<Service>,
 }
 
-/// The other end of a [`BareOutlet`].
+/// Subscriber to the bytes of a [`BareOutlet`].
 pub struct BareInlet {
     subscriber: Subscriber<Service, [u8], ()>,
     bell: Listener<Service>,
 }
 
 impl BareOutlet {
-    /// Opens the writing end of `name` for messages of up to `size` bytes.
+    /// Opens the publisher of `name` for messages of up to `size` bytes.
     ///
     /// # Errors
     ///
-    /// Shared memory is full, or the other end was opened otherwise.
+    /// Shared memory is exhausted, or the topic was opened with other settings.
     pub fn open(node: &Node, name: &str, size: usize) -> Result<Self, PortError> {
         let failed = |reason: &dyn fmt::Debug| PortError::new(name, "writing", reason);
         let service = node
@@ -56,7 +55,7 @@ impl BareOutlet {
         Ok(Self { publisher, bell })
     }
 
-    /// Copies the bytes into shared memory and wakes the other end.
+    /// Copies the bytes into shared memory and wakes the subscriber.
     ///
     /// # Errors
     ///
@@ -74,11 +73,11 @@ impl BareOutlet {
 }
 
 impl BareInlet {
-    /// Opens the reading end of `name`.
+    /// Opens the subscriber of `name`.
     ///
     /// # Errors
     ///
-    /// Shared memory is full, or the other end was opened otherwise.
+    /// Shared memory is exhausted, or the topic was opened with other settings.
     pub fn open(node: &Node, name: &str) -> Result<Self, PortError> {
         let failed = |reason: &dyn fmt::Debug| PortError::new(name, "reading", reason);
         let subscriber = node
@@ -102,8 +101,8 @@ impl BareInlet {
         Ok(Self { subscriber, bell })
     }
 
-    /// Waits up to `most` for a message and reads every byte of it; returns their sum, or `None`
-    /// when none came.
+    /// Waits up to `most` for a message, and reads every byte of it. Returns the sum of the bytes, or `None` if no
+    /// message arrived.
     ///
     /// # Errors
     ///

@@ -1,8 +1,7 @@
-//! Health on blackboards in shared memory: boards of one life of a process, written by it alone.
+//! Boards: blackboards in shared memory, each written by one incarnation of a process.
 //!
-//! Reading a board touches neither the writer's thread nor its ports: whoever looks costs the
-//! loop that is looked at nothing. A board bears the number of the life that wrote it, because
-//! the board of a killed process cannot be written again while anybody still reads it.
+//! Reading a board involves neither the writer's thread nor its ports, so it costs the writer nothing. A board's name
+//! contains the incarnation of its writer: the board of a killed process cannot be reused while a reader has it open.
 
 use std::fmt;
 
@@ -15,9 +14,9 @@ use message::{Buses, Health, Joints, LinkHealth, Perspectives, Process, Roster, 
 use crate::service::service_name;
 use crate::{Node, PortError};
 
-/// The one entry of a board.
+/// Key of the only entry of a board.
 const KEY: u64 = 0;
-/// Who looks: the supervisor, a live table, a scrape, a test; at the roster also every process of the robot.
+/// Maximum number of readers: supervisor, live table, metrics, tests; for the roster also every process of the robot.
 const READERS: usize = 32;
 
 macro_rules! board {
@@ -30,11 +29,11 @@ macro_rules! board {
         }
 
         impl $writer {
-            /// Makes the board of one life of a process.
+            /// Creates the board of one incarnation of a process.
             ///
             /// # Errors
             ///
-            /// The board exists already, or shared memory is full.
+            /// The board exists already, or shared memory is exhausted.
             pub fn create(node: &Node, process: Process, incarnation: u64) -> Result<Self, PortError> {
                 let name = board_name($name, process, incarnation);
                 let failed = |reason: &dyn fmt::Debug| PortError::new(&name, "writing", reason);
@@ -72,11 +71,11 @@ macro_rules! board {
         }
 
         impl $reader {
-            /// Opens the board of one life of a process.
+            /// Opens the board of one incarnation of a process.
             ///
             /// # Errors
             ///
-            /// There is no such board (yet), or it has too many readers.
+            /// The board does not exist (yet), or has too many readers.
             pub fn open(node: &Node, process: Process, incarnation: u64) -> Result<Self, PortError> {
                 let name = board_name($name, process, incarnation);
                 let failed = |reason: &dyn fmt::Debug| PortError::new(&name, "reading", reason);
@@ -91,7 +90,7 @@ macro_rules! board {
                 Ok(Self { entry, _reader: reader, _board: board })
             }
 
-            /// The value published last.
+            /// The last published value.
             #[must_use]
             pub fn read(&self) -> $value {
                 *self.entry.get()
@@ -107,50 +106,50 @@ macro_rules! board {
 }
 
 board!(
-    /// Writes the health of one life of a process.
+    /// Writes the health of one incarnation of a process.
     HealthWriter,
-    /// Reads the health of one life of a process.
+    /// Reads the health of one incarnation of a process.
     HealthReader: Health as "health"
 );
 board!(
-    /// Writes which life of each process is the newest, and which process may publish: the supervisor.
+    /// Writes the roster: the newest incarnation of each process, and which process may publish. Writer: supervisor.
     RosterWriter,
-    /// Reads which life of each process is the newest, and which process may publish.
+    /// Reads the roster: the newest incarnation of each process, and which process may publish.
     RosterReader: Roster as "roster"
 );
 
 board!(
-    /// Writes what became of what each source reported: the sensor process.
+    /// Writes the counters of the sources. Writer: sensor.
     SourcesWriter,
-    /// Reads what became of what each source reported.
+    /// Reads the counters of the sources.
     SourcesReader: Sources as "sources"
 );
 
 board!(
-    /// Writes how the servo buses fare: the motor process.
+    /// Writes the health of the servo buses. Writer: motor.
     BusesWriter,
-    /// Reads how the servo buses fare.
+    /// Reads the health of the servo buses.
     BusesReader: Buses as "buses"
 );
 
 board!(
-    /// Writes what the joints do: the motor process.
+    /// Writes the joint states. Writer: motor.
     JointsWriter,
-    /// Reads what the joints do.
+    /// Reads the joint states.
     JointsReader: Joints as "joints"
 );
 
 board!(
-    /// Writes what was computed of each perspective: the belief process.
+    /// Writes the counters of the perspectives. Writer: belief.
     PerspectivesWriter,
-    /// Reads what was computed of each perspective.
+    /// Reads the counters of the perspectives.
     PerspectivesReader: Perspectives as "perspectives"
 );
 
 board!(
-    /// Writes how the link to another machine fares: the link process.
+    /// Writes the health of the link to another machine. Writer: link.
     LinkWriter,
-    /// Reads how the link to another machine fares.
+    /// Reads the health of the link to another machine.
     LinkReader: LinkHealth as "link"
 );
 

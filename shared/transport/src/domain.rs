@@ -6,55 +6,55 @@ use folder::{Folder, FolderError};
 
 use crate::segment::Segment;
 
-/// Where the domains live: a file system in memory, because ports are created 20 to 70 times
-/// faster there than on a disk.
+/// Parent directory of all domains. It is in memory, because creating ports is 20 to 70 times faster there than on
+/// disk.
 const PARENT: &str = "/dev/shm";
-/// What the names of all domains begin with.
+/// Prefix of the names of all domains.
 const NAME: &str = "leo-";
-/// iceoryx2 makes Unix sockets below the root, whose paths hold 108 bytes; beyond 60 bytes of
-/// root they no longer fit.
+/// Maximum length of a root path in bytes. iceoryx2 creates Unix sockets below the root, whose paths are limited to
+/// 108 bytes.
 const ROOT_MOST: usize = 60;
 
-/// A place of its own for the processes of one robot: a root directory for what iceoryx2 keeps
-/// in files, and a prefix for what it keeps in shared memory.
+/// Isolated communication domain of one robot's processes: a root directory for the files of iceoryx2, and a name
+/// prefix for its shared memory.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Domain {
     root: PathBuf,
 }
 
-/// Why a domain cannot be made or found.
+/// Error while creating or opening a domain.
 #[derive(Debug, thiserror::Error)]
 pub enum DomainError {
-    /// The name holds something else than letters, digits and hyphens, or is too long.
+    /// The name is too long, or contains characters other than letters, digits and hyphens.
     #[error("`{name}` cannot name a domain: use up to 32 letters, digits and hyphens")]
     Name {
         /// The name.
         name: String,
     },
-    /// The directory of the domain cannot be written.
+    /// The domain's directory is not writable.
     #[error("cannot write {}: {source}; is {PARENT} mounted, writable and not full?", path.display())]
     Write {
-        /// What was written.
+        /// The path that could not be written.
         path: PathBuf,
-        /// What the system said.
+        /// The operating system's error.
         source: std::io::Error,
     },
-    /// The directory is not this user's, or may not be worked in.
+    /// The directory belongs to another user, or is not safe to use.
     #[error(transparent)]
     Folder(#[from] FolderError),
-    /// Another user has made shared memory of the domain's name.
+    /// Shared memory with the domain's name belongs to another user.
     #[error(
         "{} belongs to the user with the number {owner}, and the robot could not use it: have that user or root remove \
          it, or give this robot another name with --domain",
         path.display()
     )]
     Foreign {
-        /// A file of shared memory.
+        /// The shared memory file.
         path: PathBuf,
-        /// Its user's number.
+        /// The user id of its owner.
         owner: u32,
     },
-    /// The directory is no domain.
+    /// The directory is not a domain.
     #[error("{} is no domain of Leo: `{ROOT_FILE}` is not in it; start one with `leo run`", root.display())]
     NoDomain {
         /// The directory.
@@ -68,7 +68,7 @@ pub enum DomainError {
     },
 }
 
-/// The robot in a domain is run by a program with other messages than this one's.
+/// The robot in a domain uses another version of the message layouts than this program.
 #[derive(Debug, thiserror::Error)]
 #[error("the robot in {} runs {runs} with other messages, and this is {THIS}: restart it, or use its own program", root.display())]
 pub struct OtherProgram {
@@ -76,24 +76,24 @@ pub struct OtherProgram {
     runs: String,
 }
 
-/// This program, as people call it.
+/// Name and version of this program.
 const THIS: &str = concat!("Leo ", env!("CARGO_PKG_VERSION"));
-/// The file that says which program made a domain, and then the number of its messages' layouts.
+/// File with the name of the program that created a domain, and the hash of its message layouts.
 const PROGRAM_FILE: &str = "program";
-/// The middleware's configuration, which makes a directory a domain.
+/// The middleware's configuration. Its presence makes a directory a domain.
 const ROOT_FILE: &str = "iceoryx2.toml";
 
 impl Domain {
-    /// The name of the file that is there while the emergency stop is raised.
+    /// Name of the file that exists while the emergency stop is raised.
     pub const EMERGENCY_STOP: &str = "emergency-stop";
-    /// The name of the file that orders the motor process to arm its joints.
+    /// Name of the file with an order to the motor process to arm its joints.
     pub const ARM_ORDER: &str = "arm";
 
-    /// Names a domain `/dev/shm/leo-<name>`; nothing is written yet.
+    /// The domain `/dev/shm/leo-<name>`; nothing is created yet.
     ///
     /// # Errors
     ///
-    /// The name holds something else than letters, digits and hyphens, or is too long.
+    /// The name is too long, or contains characters other than letters, digits and hyphens.
     pub fn named(name: &str) -> Result<Self, DomainError> {
         let legal = |letter: char| letter.is_ascii_alphanumeric() || letter == '-';
         if name.is_empty() || name.len() > 32 || !name.chars().all(legal) {
@@ -102,11 +102,11 @@ impl Domain {
         Ok(Self { root: Path::new(PARENT).join(format!("{NAME}{name}")) })
     }
 
-    /// The domain whose root directory this is, as a process is told by its supervisor.
+    /// The domain with this root directory, which a process gets from its supervisor.
     ///
     /// # Errors
     ///
-    /// The directory is no domain, a link, or open to other users.
+    /// The directory is not a domain, is a symbolic link, or is accessible to other users.
     pub fn at(root: &Path) -> Result<Self, DomainError> {
         if root.as_os_str().len() > ROOT_MOST {
             return Err(DomainError::TooLong { root: root.to_owned() });
@@ -120,8 +120,8 @@ impl Domain {
         }
     }
 
-    /// All domains of this user on this machine, by name: also those of which nothing is left but
-    /// an emergency stop that was not released.
+    /// All domains of this user on this machine, by name. Includes those of which only a raised emergency stop
+    /// remains.
     #[must_use]
     pub fn all() -> Vec<Self> {
         let mut roots: Vec<PathBuf> = fs::read_dir(PARENT)
@@ -141,11 +141,11 @@ impl Domain {
         roots.into_iter().map(|root| Self { root }).collect()
     }
 
-    /// Makes the directory, for this user alone, and writes the middleware's configuration.
+    /// Creates the directory with access for this user only, and writes the middleware's configuration.
     ///
     /// # Errors
     ///
-    /// The directory is another user's or a link, or either cannot be written.
+    /// The directory belongs to another user, is a symbolic link, or cannot be written.
     pub fn make(&self) -> Result<(), DomainError> {
         if self.root.as_os_str().len() > ROOT_MOST {
             return Err(DomainError::TooLong { root: self.root.clone() });
@@ -157,17 +157,17 @@ impl Domain {
         };
         write(PROGRAM_FILE, program())?;
         Segment::make(self, &folder)?;
-        // The file that makes it a domain comes last: nobody shall find a domain that does not say whose it is, or join
-        // one before it has its management segment.
+        // This file makes the directory a domain, so it is written last. A domain always has its program file and its
+        // management segment.
         write(ROOT_FILE, self.middleware_configuration())
     }
 
-    /// Whether this program means the same by the bytes of messages as the one that made the domain. A robot
-    /// goes on as the program that it was started as when the package is upgraded.
+    /// Checks that this program has the same message layouts as the program that created the domain. They can differ
+    /// after an upgrade, because a running robot keeps its old program.
     ///
     /// # Errors
     ///
-    /// It does not.
+    /// The message layouts differ.
     pub fn agrees(&self) -> Result<(), OtherProgram> {
         let other = |runs: &str| Err(OtherProgram { root: self.root.clone(), runs: runs.to_owned() });
         match fs::read_to_string(self.root.join(PROGRAM_FILE)) {
@@ -177,16 +177,16 @@ impl Domain {
                 let runs = lines.next().filter(|runs| runs.starts_with("Leo ")).unwrap_or("another program");
                 if lines.next() == Some(&layouts_word()) { Ok(()) } else { other(runs) }
             }
-            // Those that did not say so yet.
+            // Older versions did not write the file.
             Err(error) if error.kind() == ErrorKind::NotFound && self.middleware_file().is_file() => {
                 other("an older Leo")
             }
-            // Whatever is wrong with it besides is found by whoever joins it.
+            // Joining the domain reports all other errors.
             Err(_) => Ok(()),
         }
     }
 
-    /// The program that made the domain, as people call it; `None` for one that did not say so yet.
+    /// Name and version of the program that created the domain; `None` for versions that did not write it.
     #[must_use]
     pub fn made_by(&self) -> Option<String> {
         let text = fs::read_to_string(self.root.join(PROGRAM_FILE)).ok()?;
@@ -199,20 +199,20 @@ impl Domain {
         &self.root
     }
 
-    /// The file that is there while the emergency stop of the domain whose root this is is raised. It stays
-    /// when the rest of the domain is removed: who raised it has not released it.
+    /// The file that exists while the emergency stop is raised, in the domain with this root. It survives the removal
+    /// of the domain until it is released.
     #[must_use]
     pub fn emergency_stop(root: &Path) -> PathBuf {
         root.join(Self::EMERGENCY_STOP)
     }
 
-    /// The file by which a person orders the motor process of the domain whose root this is to arm its joints.
+    /// The file with an order to arm the joints, in the domain with this root.
     #[must_use]
     pub fn arm_order(root: &Path) -> PathBuf {
         root.join(Self::ARM_ORDER)
     }
 
-    /// What the names of all shared-memory files of the domain begin with.
+    /// Prefix of the names of all shared memory files of the domain.
     #[must_use]
     pub fn prefix(&self) -> String {
         let name = self.root.file_name().and_then(|name| name.to_str()).unwrap_or("leo");
@@ -223,8 +223,8 @@ impl Domain {
         self.root.join(ROOT_FILE)
     }
 
-    /// Dead nodes are cleaned up by the janitor, outside the real-time threads and while no
-    /// process is starting, and never in passing by a process that opens a port.
+    /// The middleware must not clean up dead nodes when a process opens a port. The janitor does it, outside the
+    /// real-time threads and while no process starts.
     pub(crate) fn middleware_configuration(&self) -> String {
         format!(
             "[global]\nroot-path = \"{}/\"\nprefix = \"{}\"\n\n\
@@ -236,7 +236,7 @@ impl Domain {
     }
 }
 
-/// What stands in the file of that name: who this is, and its messages.
+/// Content of the program file: name, version and hash of the message layouts.
 fn program() -> String {
     format!("{THIS}\n{}\n", layouts_word())
 }

@@ -2,37 +2,37 @@ use std::path::PathBuf;
 
 use crate::OtherProgram;
 
-/// Why a process could not join its domain.
+/// Error while joining a domain.
 #[derive(Debug, thiserror::Error)]
 pub enum JoinError {
-    /// Its robot has other messages.
+    /// The robot uses other message layouts.
     #[error(transparent)]
     OtherProgram(#[from] OtherProgram),
-    /// The middleware's configuration of the domain is missing or damaged.
+    /// The domain's middleware configuration is missing or damaged.
     #[error("cannot read {}: {reason}; start the robot anew with `leo run`", file.display())]
     Configuration {
         /// The file.
         file: PathBuf,
-        /// What the middleware said.
+        /// The middleware's error.
         reason: String,
     },
-    /// This process already joined another domain; it can be in one only.
+    /// This process already joined another domain; a process can join only one.
     #[error("this process already joined another domain than {}", root.display())]
     AnotherDomain {
-        /// The domain asked for.
+        /// The requested domain.
         root: PathBuf,
     },
-    /// The middleware could not make a node.
+    /// The middleware could not create a node.
     #[error("cannot join the domain {}: {reason}; is /dev/shm full?", root.display())]
     Node {
         /// The domain.
         root: PathBuf,
-        /// What the middleware said.
+        /// The middleware's error.
         reason: String,
     },
 }
 
-/// Why a port could not be opened.
+/// Error while opening a port.
 #[derive(Debug, thiserror::Error)]
 #[error("cannot open `{topic}` for {purpose}: {reason}")]
 pub struct PortError {
@@ -46,32 +46,32 @@ impl PortError {
         Self { topic: topic.to_owned(), purpose, reason: format!("{reason:?}") }
     }
 
-    /// Other processes publish already, or were killed and are not cleaned up yet.
+    /// Other processes publish on the topic already, or were killed and not cleaned up yet.
     pub(crate) fn taken(topic: &str, pids: &[u32]) -> Self {
         let pids: Vec<_> = pids.iter().map(u32::to_string).collect();
         let reason = format!("process {} publishes on it already: end it first", pids.join(", "));
         Self { topic: topic.to_owned(), purpose: "writing", reason }
     }
 
-    /// Somebody of this domain opened it before, and means something else by it.
+    /// A process of this domain opened the topic with other message types.
     pub(crate) fn other_messages(topic: &str, purpose: &'static str) -> Self {
         let reason = "another process made it for other messages: has it the layouts of this version of Leo?";
         Self { topic: topic.to_owned(), purpose, reason: reason.to_owned() }
     }
 }
 
-/// Why a frame was not sent.
+/// Error while sending a frame.
 #[derive(Debug, thiserror::Error)]
 pub enum SendError {
-    /// No memory was free for another frame, or the middleware failed.
+    /// No memory is free for another frame, or the middleware failed.
     #[error("cannot send on `{topic}`: {reason}")]
     Failed {
         /// The topic.
         topic: String,
-        /// What the middleware said.
+        /// The middleware's error.
         reason: String,
     },
-    /// In lockstep, a reader's queue is full.
+    /// In lockstep: a subscriber's queue is full.
     #[error("a reader of `{topic}` did not take its frames: its queue is full")]
     QueueFull {
         /// The topic.
@@ -79,7 +79,7 @@ pub enum SendError {
     },
 }
 
-/// Why no frame could be received.
+/// Error while receiving a frame.
 #[derive(Debug, thiserror::Error)]
 #[error("cannot receive from `{topic}`: {reason}")]
 pub struct ReceiveError {

@@ -14,10 +14,11 @@ use crate::service::{bell_service, frame_service, made_frame_service};
 use crate::writers::Writers;
 use crate::{PortError, Queues, ReceiveError};
 
-/// Frames that one call refuses at most. It is more than all publishers that are refused have in their queues.
+/// Maximum number of frames refused in one call. It exceeds the number of frames that all refused publishers have in
+/// their queues.
 const REFUSED_MOST: usize = 256;
 
-/// A reading end of a topic.
+/// Subscriber to a topic.
 pub struct Inlet<T: Topic> {
     subscriber: Subscriber<Service, [T::Entry], T::Head>,
     bell: Option<Listener<Service>>,
@@ -27,19 +28,19 @@ pub struct Inlet<T: Topic> {
     drops: u64,
 }
 
-/// A frame, read in place in shared memory for as long as it is held.
+/// A received frame, read in place in shared memory while this is held.
 pub struct Frame<T: Topic> {
     sample: Sample<Service, [T::Entry], T::Head>,
 }
 
 impl<T: Topic> Frame<T> {
-    /// What stands before the entries.
+    /// The head of the frame.
     #[must_use]
     pub fn head(&self) -> &T::Head {
         self.sample.user_header()
     }
 
-    /// The entries.
+    /// The entries of the frame.
     #[must_use]
     pub fn entries(&self) -> &[T::Entry] {
         self.sample.payload()
@@ -77,8 +78,8 @@ impl<T: Topic> Inlet<T> {
         Ok(Self { subscriber, bell, topic, writers, last: None, drops: 0 })
     }
 
-    /// A reading end of a topic that somebody else has made, with the longest queue that it was made for; `None`
-    /// where nobody has.
+    /// A subscriber to an existing topic, with the maximum queue length of the topic. `None` if the topic does not
+    /// exist.
     pub(crate) fn open_made(
         node: &RawNode<Service>,
         number: Option<u32>,
@@ -92,7 +93,7 @@ impl<T: Topic> Inlet<T> {
         Ok(Some(Self { subscriber, bell: None, topic, writers, last: None, drops: 0 }))
     }
 
-    /// The oldest frame that waits, if any. Frames of processes that may not publish are passed over.
+    /// The oldest frame in the queue, if any. Skips frames of processes that may not publish.
     ///
     /// # Errors
     ///
@@ -111,7 +112,7 @@ impl<T: Topic> Inlet<T> {
         Ok(None)
     }
 
-    /// The newest frame that waits, if any; older ones are passed over, which is no drop.
+    /// The newest frame in the queue, if any. Skipped older frames do not count as drops.
     ///
     /// # Errors
     ///
@@ -124,25 +125,25 @@ impl<T: Topic> Inlet<T> {
         Ok(newest)
     }
 
-    /// Waits until the writer sends a frame, or for `most`; returns at once if one was sent since
-    /// the last wait. Wakes early now and then: look whether a frame is there.
+    /// Waits up to `most` for a notification of the writer. Returns at once if one was sent since the last wait. May
+    /// wake spuriously, so check whether a frame is there.
     ///
     /// # Errors
     ///
-    /// The inlet was not opened as a waking one, or the middleware failed.
+    /// The subscriber was opened without notifications, or the middleware failed.
     pub fn wait(&mut self, most: Duration) -> Result<(), ReceiveError> {
         let Some(bell) = &self.bell else {
             return Err(self.failed(&"the inlet was opened without a bell"));
         };
         match bell.timed_wait(|_| {}, most) {
             Ok(_) => Ok(()),
-            // A signal: the caller looks at its stop flag.
+            // A signal arrived; the caller checks its stop flag.
             Err(iceoryx2::port::listener::ListenerWaitError::InterruptSignal) => Ok(()),
             Err(error) => Err(self.failed(&error)),
         }
     }
 
-    /// Frames lost because this reader was slow, by gaps of the sequence.
+    /// Frames lost because this subscriber was slow, by gaps of the sequence number.
     #[must_use]
     pub fn drops(&self) -> u64 {
         self.drops

@@ -1,15 +1,18 @@
-//! Clears away what killed processes leave behind in shared memory.
+//! Removes and repairs what killed processes leave in shared memory.
 //!
-//! Killing a process that runs is clean: iceoryx2 removes what a dead node owned. Killing one
-//! *while it starts* can leave a file half made, which iceoryx2 0.10 never finishes: whoever opens
-//! a shared-memory file of no bytes waits for it for ever, a tag that was never made readable
-//! keeps its dead node from being cleaned up, a service's description that was never finished
-//! keeps everybody from that service, and the directory of a node without a monitor is never
-//! listed. The [`Janitor`] mends those, and tells them from files that are being made this very
-//! moment by looking twice: a process makes one within microseconds.
+//! After the death of a running process, iceoryx2 removes everything that its node owned. A process killed *while it
+//! starts* can leave a half-created file that iceoryx2 0.10 never completes:
 //!
-//! The supervisor holds the [`Claim`] on its domain as long as it lives. A domain whose claim
-//! nobody holds is stale, and [`sweep_stale`] removes it.
+//! - opening an empty shared memory file blocks for ever;
+//! - a tag that is not readable prevents the clean-up of its dead node;
+//! - an incomplete service description blocks that service for all processes;
+//! - the directory of a node without a monitor is never listed.
+//!
+//! The [`Janitor`] repairs those. A file that is just being created is complete within microseconds, so only a file
+//! that stays incomplete counts as abandoned.
+//!
+//! The supervisor holds the [`Claim`] on its domain while it runs. A domain with an unheld claim is stale, and
+//! [`sweep_stale`] removes it.
 
 mod claim;
 mod wipe;
@@ -25,19 +28,19 @@ use crate::Domain;
 pub use claim::{Claim, ClaimError, claim, is_claimed};
 pub use wipe::sweep_stale;
 
-/// Where shared memory appears as files.
+/// Directory of the shared memory files.
 const SHARED_MEMORY: &str = "/dev/shm";
-/// Below the root of a domain: the nodes' monitors, and one directory per node.
+/// Subdirectory of a domain with the nodes' monitors, and one directory per node.
 const NODES: &str = "nodes";
-/// Below the root of a domain: the descriptions of its services.
+/// Subdirectory of a domain with the descriptions of its services.
 const SERVICES: &str = "services";
-/// How long a file must have looked unfinished before it counts as abandoned.
+/// Time after which an incomplete file counts as abandoned.
 const ABANDONED_AFTER: Duration = Duration::from_millis(200);
-/// The mode of a file that iceoryx2 is still writing, and of one that it has finished.
+/// Mode of a file that iceoryx2 is still writing; [`FINISHED`] is that of a complete file.
 const UNFINISHED: u32 = 0o600;
 const FINISHED: u32 = 0o400;
 
-/// What helps against a half-made file.
+/// Repair of a half-created file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Remedy {
     Remove,
@@ -45,23 +48,23 @@ enum Remedy {
     Finish,
 }
 
-/// A file that looked unfinished, since when, and whether it is still the same file.
+/// An incomplete file, identified by its inode, and when it was first found.
 #[derive(Clone, Copy, Debug)]
 struct Suspect {
     inode: u64,
     since: Instant,
 }
 
-/// What one look at a domain found.
+/// Result of one scan of a domain.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Look {
-    /// Half-made files that were mended.
+    /// Number of half-created files repaired.
     pub mended: usize,
-    /// Files that look unfinished and are too young to judge: look again.
+    /// Number of incomplete files too young to repair; scan again.
     pub suspects: usize,
 }
 
-/// Mends half-made files in one domain.
+/// Repairs half-created files in one domain.
 #[derive(Debug)]
 pub struct Janitor {
     domain: Domain,
@@ -75,10 +78,10 @@ impl Janitor {
         Self { domain: domain.clone(), suspects: BTreeMap::new() }
     }
 
-    /// Looks through the domain once, and mends what has looked unfinished for 200 ms.
+    /// Scans the domain once, and repairs files that have been incomplete for 200 ms.
     ///
-    /// To be repeated after a death for as long as it finds suspects. What cannot be read or
-    /// mended is left: it is gone, or another user's.
+    /// After a death, repeat it while it finds suspects. Files that cannot be read or repaired are skipped: they are
+    /// gone, or belong to another user.
     pub fn look(&mut self, now: Instant) -> Look {
         let mut look = Look::default();
         let mut seen = BTreeMap::new();
@@ -96,10 +99,9 @@ impl Janitor {
         look
     }
 
-    /// Removes everything of the domain but an emergency stop that was not released: for the last one out.
+    /// Removes the whole domain except a raised emergency stop. To be called when the robot has ended.
     ///
-    /// Gives up the claim at the end. What cannot be removed is left to the next
-    /// [`sweep_stale`].
+    /// Releases the claim at the end. The next [`sweep_stale`] removes what is left.
     pub fn wipe(self, claim: Claim) {
         wipe::wipe(&self.domain, claim);
     }
@@ -113,7 +115,7 @@ fn apply(remedy: Remedy, path: &Path) -> std::io::Result<()> {
     }
 }
 
-/// Every file of the domain that looks unfinished, with its inode.
+/// All incomplete files of the domain, with their inodes.
 fn unfinished(domain: &Domain) -> Vec<(PathBuf, u64, Remedy)> {
     let nodes = domain.root().join(NODES);
     let mut found = Vec::new();
@@ -143,18 +145,18 @@ fn unfinished(domain: &Domain) -> Vec<(PathBuf, u64, Remedy)> {
     found
 }
 
-/// A shared-memory file without bytes was created and never sized.
+/// An empty shared memory file was created, but never given its size.
 fn shared_memory(size: u64, mode: u32) -> Option<Remedy> {
     (is_file(mode) && size == 0).then_some(Remedy::Remove)
 }
 
-/// The description of a service, which is made readable when it is whole.
+/// A service description is made readable when it is complete.
 fn service(name: &str, mode: u32) -> Option<Remedy> {
     (name.ends_with(".service") && permissions(mode) == UNFINISHED).then_some(Remedy::Remove)
 }
 
-/// What a node uses is tagged in its directory: a tag says so by its name alone, so it can be
-/// finished for its dead owner.
+/// A tag in a node's directory marks a resource that the node uses. Only its name matters, so the janitor can
+/// complete it for its dead owner.
 fn tag(name: &str, mode: u32) -> Option<Remedy> {
     (name.ends_with("_tag") && permissions(mode) == UNFINISHED).then_some(Remedy::Finish)
 }
@@ -171,7 +173,7 @@ const fn is_directory(mode: u32) -> bool {
     mode & 0o170_000 == 0o040_000
 }
 
-/// The entries of a directory; none when it is not there.
+/// The entries of a directory; none if it does not exist.
 fn entries(directory: &Path) -> impl Iterator<Item = DirEntry> + use<> {
     fs::read_dir(directory).into_iter().flatten().flatten()
 }

@@ -1,19 +1,17 @@
-//! Shared memory between Leo's processes.
+//! Publish-subscribe and boards in shared memory between Leo's processes, on top of iceoryx2.
 //!
-//! A [`Domain`] is a place of its own: two domains on one machine exchange nothing. A process
-//! [joins](Node::join) one and opens [`Outlet`]s and [`Inlet`]s on topics of the `message` crate,
-//! each of which has exactly one writer. Frames are written in place in shared memory and read in
-//! place: nothing is copied or serialised between processes.
+//! A [`Domain`] isolates the processes of one robot: two domains on a machine share nothing. A process
+//! [joins](Node::join) a domain, and opens [`Outlet`]s (publishers) and [`Inlet`]s (subscribers) on the topics of the
+//! `message` crate. Each topic has exactly one writer. Frames are written and read in place in shared memory, without
+//! copies or serialisation.
 //!
-//! Where a supervisor runs, readers take frames only from the processes that its roster names: see
-//! [`Node::follow_roster`].
+//! Under a supervisor, subscribers accept frames only from the processes on its roster: see [`Node::follow_roster`].
 //!
-//! A slow reader costs nobody anything but its own drops: when its queue is full, the oldest
-//! frame is dropped for it alone, and it sees the gap in the sequence numbers. In lockstep time
-//! nothing may be dropped: there a full queue is an error that names the topic.
+//! A slow subscriber affects only itself: if its queue is full, its oldest frame is dropped, which shows as a gap of
+//! the sequence numbers. In lockstep time nothing may be dropped, so a full queue is an error that names the topic.
 //!
-//! Only this crate knows iceoryx2. Per frame, iceoryx2 0.10 allocates once on the heap of the
-//! writer (48 bytes of bookkeeping of the loan) and never at the reader.
+//! Only this crate uses iceoryx2. Per frame, iceoryx2 0.10 allocates once on the heap of the publisher (48 bytes, for
+//! the loan) and never at the subscriber.
 
 pub mod bare;
 mod board;

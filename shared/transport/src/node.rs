@@ -13,34 +13,34 @@ use message::{Process, Topic};
 use crate::writers::{Listed, Writers, identity};
 use crate::{Domain, Inlet, JoinError, Outlet, PortError, Queues, RosterReader, Unlisted};
 
-/// This process's place in a domain: what its ports are made from.
+/// A process's node in a domain, from which its ports are created.
 #[derive(Debug)]
 pub struct Node {
     node: RawNode<Service>,
     queues: Queues,
     incarnation: u64,
-    /// The supervisor's roster, where it decides who may publish.
+    /// The supervisor's roster, if it decides who may publish.
     listed: Option<Rc<Listed>>,
 }
 
 impl Node {
-    /// Joins a domain under a name, as a given life of the process that bears it.
+    /// Joins a domain under a name, with the incarnation of the process.
     ///
     /// # Errors
     ///
-    /// The domain's robot is run by a program with other messages, the domain's configuration is damaged, this
-    /// process is in another domain already, or shared memory is not to be had.
+    /// The robot uses other message layouts, the domain's configuration is damaged, this process already joined
+    /// another domain, or shared memory is not available.
     pub fn join(domain: &Domain, name: &str, incarnation: u64, queues: Queues) -> Result<Self, JoinError> {
         domain.agrees()?;
         Self::join_any(domain, name, incarnation, queues)
     }
 
-    /// The same whatever program runs the robot: for who must look as far as can be seen. A board or topic whose
-    /// messages are others than this program's cannot be opened.
+    /// Like [`Self::join`], but accepts robots with other message layouts, for diagnostics. Boards and topics
+    /// with other messages cannot be opened.
     ///
     /// # Errors
     ///
-    /// As [`join`](Self::join), but for the program.
+    /// As [`Self::join`], except for the message layouts.
     pub fn join_any(
         domain: &Domain,
         name: &str,
@@ -53,15 +53,15 @@ impl Node {
         let node = NodeBuilder::new()
             .name(&name)
             .config(config)
-            // The processes stop when their supervisor says so; see the crate `process`.
+            // The processes stop at their supervisor's request; see the crate `process`.
             .signal_handling_mode(SignalHandlingMode::Disabled)
             .create::<Service>()
             .map_err(|error| failed(format!("{error:?}")))?;
         Ok(Self { node, queues, incarnation, listed: None })
     }
 
-    /// Lets the supervisor's roster decide from which processes the readers that this node opens from now on take
-    /// frames. Without, they take them from every process of this user.
+    /// Restricts the subscribers that this node opens from now on to publishers on the supervisor's roster. Otherwise
+    /// they accept frames from every process of this user.
     ///
     /// # Errors
     ///
@@ -71,7 +71,8 @@ impl Node {
         Ok(())
     }
 
-    /// Whether the supervisor's roster names this process as the newest life of `process`; without a roster it does not.
+    /// Whether the supervisor's roster lists this process as the newest incarnation of `process`; false without a
+    /// roster.
     #[must_use]
     pub fn is_listed(&self, process: Process) -> bool {
         let (pid, made_at_ns) = identity(self.node.id().value());
@@ -79,13 +80,13 @@ impl Node {
         roster.is_some_and(|roster| roster.life(process).is_some_and(|life| life.made(pid, made_at_ns)))
     }
 
-    /// What the readers of this node refused because the supervisor's roster does not name its writer.
+    /// Frames that the subscribers of this node refused because their publisher is not on the supervisor's roster.
     #[must_use]
     pub fn unlisted(&self) -> Unlisted {
         self.listed.as_ref().map(|listed| listed.unlisted()).unwrap_or_default()
     }
 
-    /// The number of this process as the middleware knows it, by which the roster names it.
+    /// The process id of this process as the middleware sees it, which the roster uses.
     #[must_use]
     pub fn pid(&self) -> u32 {
         identity(self.node.id().value()).0
@@ -95,33 +96,34 @@ impl Node {
         Writers::new(self.listed.clone(), owner)
     }
 
-    /// Opens the writing end of a topic for frames of up to `capacity` entries.
+    /// Opens the publisher of a topic for frames of up to `capacity` entries.
     ///
-    /// `number` tells topics of one kind apart: partner, source or process.
+    /// `number` distinguishes topics of one kind: partner, source or process.
     ///
     /// # Errors
     ///
-    /// The topic has a writer already, as far as no roster tells the right one from it, other frames than asked for, or shared memory is full.
+    /// The topic already has a publisher and no roster decides, or it has other message types, or shared memory is
+    /// exhausted.
     pub fn outlet<T: Topic>(&self, number: Option<u32>, capacity: usize) -> Result<Outlet<T>, PortError> {
         let is_supervised = self.listed.is_some();
         Outlet::open(&self.node, number, capacity, self.queues, self.incarnation, is_supervised)
     }
 
-    /// Opens a reading end of a topic.
+    /// Opens a subscriber to a topic.
     ///
     /// # Errors
     ///
-    /// The topic has too many readers already, other frames than asked for, or shared memory is
-    /// full.
+    /// The topic has too many subscribers or other message types, or shared memory is exhausted.
     pub fn inlet<T: Topic>(&self, number: Option<u32>) -> Result<Inlet<T>, PortError> {
         Inlet::open(&self.node, number, self.queues, false, self.writers(T::writer(number)))
     }
 
-    /// The same of a topic that the configuration gives to a process, such as that of a source to the simulator.
+    /// Like [`Self::inlet`], for a topic whose writer the configuration defines, such as a source in the
+    /// simulator.
     ///
     /// # Errors
     ///
-    /// As [`inlet`](Self::inlet).
+    /// As [`Self::inlet`].
     pub fn inlet_from<T: Topic>(
         &self,
         number: Option<u32>,
@@ -130,30 +132,30 @@ impl Node {
         Inlet::open(&self.node, number, self.queues, false, self.writers(owner))
     }
 
-    /// Opens a reading end of a topic that can be waited on: its writer rings a bell with every
-    /// frame. Every such end costs the writer one system call per frame.
+    /// Opens a subscriber with notifications: its writer wakes it with every frame. Each such subscriber costs the
+    /// writer one system call per frame.
     ///
     /// # Errors
     ///
-    /// As [`inlet`](Self::inlet).
+    /// As [`Self::inlet`].
     pub fn waking_inlet<T: Topic>(&self, number: Option<u32>) -> Result<Inlet<T>, PortError> {
         Inlet::open(&self.node, number, self.queues, true, self.writers(T::writer(number)))
     }
 
-    /// Opens a reading end of a topic of a robot that runs already, for somebody who looks on: in wall time with a
-    /// queue eight times as long as those of its processes, because who looks on is scheduled last and wants every
-    /// frame. `None` where nobody has made it (yet). It costs the writer no system call, and nothing that waits
-    /// for this reader keeps anything from others.
+    /// Opens a subscriber for an observer of a running robot; `None` if the topic does not exist (yet). In wall time
+    /// its queue is eight times as long as those of the robot's processes, because observers run at the lowest
+    /// priority and want every frame. It costs the writer no system call, and its queue does not affect other
+    /// subscribers.
     ///
     /// # Errors
     ///
-    /// The topic has too many readers already, or other frames than asked for.
+    /// The topic has too many subscribers, or other message types.
     pub fn made_inlet<T: Topic>(&self, number: Option<u32>) -> Result<Option<Inlet<T>>, PortError> {
         Inlet::open_made(&self.node, number, self.writers(T::writer(number)))
     }
 
-    /// Cleans up after dead processes of the domain. Scans and allocates: never in a real-time
-    /// thread, and only while no process of the domain is starting.
+    /// Cleans up after dead processes of the domain. It scans directories and allocates. So do not call it in a
+    /// real-time thread, and only while no process of the domain is starting.
     pub fn clean_up_dead(&self) {
         self.node.blocking_cleanup_dead_nodes(Duration::from_millis(200));
     }
@@ -167,10 +169,10 @@ pub(crate) fn topic_name<T: Topic>(number: Option<u32>) -> String {
     number.map_or_else(|| T::NAME.to_owned(), |number| format!("{}/{number}", T::NAME))
 }
 
-/// The middleware keeps one configuration per process, and cleans up dead nodes by that one
-/// whatever a node was made with: it must be the domain's.
+/// The middleware keeps one global configuration per process, and cleans up dead nodes with it regardless of a node's
+/// own configuration. So it must be the domain's.
 fn join_config(domain: &Domain) -> Result<&'static Config, JoinError> {
-    // What the middleware warns of reaches us as an error of the call; it writes to standard error.
+    // The middleware's warnings go to standard error; all errors are returned by its functions.
     set_log_level(LogLevel::Error);
     let file = domain.middleware_file();
     let damaged = |reason: String| JoinError::Configuration { file: file.clone(), reason };

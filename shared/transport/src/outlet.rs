@@ -18,10 +18,10 @@ use crate::service::{Frames, bell_service, frame_service};
 use crate::writers::identity;
 use crate::{Delivery, PortError, Queues, SendError};
 
-/// A frame's memory, not yet written.
+/// Uninitialised memory of a frame.
 type Loan<T> = SampleMutUninit<Service, [MaybeUninit<<T as Topic>::Entry>], <T as Topic>::Head>;
 
-/// The writing end of a topic.
+/// Publisher of a topic.
 pub struct Outlet<T: Topic> {
     publisher: Publisher<Service, [T::Entry], T::Head>,
     service: Frames<T>,
@@ -32,7 +32,7 @@ pub struct Outlet<T: Topic> {
     incarnation: u64,
     sequence: u64,
     undelivered: u64,
-    /// The readers that were there when it was asked for newcomers last; and room for those of the next time.
+    /// Subscribers at the last call of `has_newcomers`, and a buffer for the next call.
     known: Vec<u128>,
     spare: Vec<u128>,
 }
@@ -50,11 +50,12 @@ impl<T: Topic> Outlet<T> {
         let failed = |reason: &dyn fmt::Debug| PortError::new(&topic, purpose, reason);
         let service = frame_service::<T>(node, (&topic, number), queues, purpose)?;
         let publishers = publishers::<T>(&service);
-        // Under a supervisor, readers tell its process from others that publish; without one, the first keeps the topic.
+        // Under a supervisor, subscribers reject foreign publishers. Without one, the first publisher keeps the
+        // topic.
         if !publishers.is_empty() && (!is_supervised || T::writer(number).is_none()) {
             return Err(PortError::taken(&topic, &publishers));
         }
-        // Whoever made the topic may have made it for longer queues.
+        // The process that created the topic may have given it longer queues.
         let made = service.static_config();
         let (readers, borrowed) = (made.max_subscribers(), made.subscriber_max_borrowed_samples());
         let alive = alive(queues.delivery, made.subscriber_max_buffer_size(), readers, borrowed);
@@ -63,10 +64,10 @@ impl<T: Topic> Outlet<T> {
             .initial_max_slice_len(capacity)
             .allocation_strategy(AllocationStrategy::Static)
             .max_loaned_samples(LOANED)
-            // The middleware reckons with queues that share nothing.
+            // The middleware's default assumes that the queues share no frames.
             .override_sample_preallocation(move |_| alive)
             .backpressure_strategy(BackpressureStrategy::DiscardData)
-            // Only without overflow is a queue ever full.
+            // A queue can be full only without overflow.
             .set_backpressure_handler(|_| BackpressureAction::DiscardDataAndFail)
             .create()
             .map_err(|error| {
@@ -96,14 +97,14 @@ impl<T: Topic> Outlet<T> {
         })
     }
 
-    /// Entries that a frame holds.
+    /// Maximum number of entries of a frame.
     #[must_use]
     pub fn capacity(&self) -> usize {
         self.capacity
     }
 
-    /// Whether somebody reads who did not when this was asked last. Who ended and came back in between is somebody
-    /// new, and whoever is there when it is asked first.
+    /// Whether there are new subscribers since the last call. A subscriber that reconnected counts as new; so do all
+    /// subscribers at the first call.
     pub fn has_newcomers(&mut self) -> bool {
         let mut there = std::mem::take(&mut self.spare);
         there.clear();
@@ -116,20 +117,20 @@ impl<T: Topic> Outlet<T> {
         has_newcomers
     }
 
-    /// Frames that could not be given to some reader.
+    /// Frames that could not be delivered to some subscriber.
     #[must_use]
     pub fn undelivered(&self) -> u64 {
         self.undelivered
     }
 
-    /// Sends a frame of `count` entries and rings the bell; returns its sequence number.
+    /// Publishes a frame of `count` entries and notifies the subscribers; returns its sequence number.
     ///
-    /// The entries are written in place in shared memory by `entry(index)`; then `seal` sees the
-    /// head, to stamp it. Entries beyond the capacity are left out, and the header says how many.
+    /// `entry(index)` gives the entries, which are written in place in shared memory. Then `seal` can set time stamps
+    /// in the head. Entries beyond the capacity are left out and counted in the header.
     ///
     /// # Errors
     ///
-    /// No memory is free for another frame; in lockstep also: a reader's queue is full.
+    /// No memory is free for another frame, or in lockstep, a subscriber's queue is full.
     pub fn send(
         &mut self,
         head: T::Head,
@@ -142,7 +143,7 @@ impl<T: Topic> Outlet<T> {
         self.deliver(sample.write_from_fn(entry), count, seal)
     }
 
-    /// Sends a frame with these entries, as [`Self::send`] does.
+    /// Publishes a frame with these entries, like [`Self::send`].
     ///
     /// # Errors
     ///
@@ -179,15 +180,13 @@ impl<T: Topic> Outlet<T> {
         seal(sample.user_header_mut());
         if let Err(error) = sample.send() {
             self.undelivered += 1;
-            // In wall time a reader whose connection is broken is its own loss: the others have
-            // the frame, and the writer goes on.
+            // In wall time, a broken connection affects only that subscriber: the others have received the frame.
             if self.delivery == Delivery::Every {
                 tracing::debug!(topic = self.topic, ?error, "not delivered");
                 return Err(SendError::QueueFull { topic: self.topic.clone() });
             }
         }
-        // A reader that died between two looks of the janitor has a bell that cannot be rung:
-        // its loss, and nobody else's.
+        // A subscriber that died since the janitor's last scan cannot be notified. This affects no other subscriber.
         if self.bell.notify().is_err() {
             self.undelivered += 1;
         }
@@ -199,7 +198,7 @@ impl<T: Topic> Outlet<T> {
     }
 }
 
-/// The numbers of the processes that publish.
+/// The process ids of the publishers.
 fn publishers<T: Topic>(service: &Frames<T>) -> Vec<u32> {
     let mut pids = Vec::new();
     service.dynamic_config().list_publishers(|publisher| {

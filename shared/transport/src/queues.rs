@@ -1,44 +1,44 @@
-/// Readers that a topic has at most: its process, a recorder, a bench and somebody who looks.
+/// Maximum number of subscribers to a topic: its process, a recorder, a benchmark and observers.
 pub(crate) const READERS: usize = 8;
-/// Publishers that a topic of the robot's processes has at most: its process, one that was killed and is not cleaned up
-/// yet, and some that are none of the robot's and must not keep it out.
+/// Maximum number of publishers of a robot's topic: its process, a killed one not cleaned up yet, and foreign ones,
+/// which must not lock it out.
 pub(crate) const WRITERS: usize = 4;
-/// Frames that a reader holds at a time.
+/// Number of frames that a subscriber holds at a time.
 pub(crate) const BORROWED: usize = 2;
-/// Frames that the writer writes at a time.
+/// Number of frames that the publisher writes at a time.
 pub(crate) const LOANED: usize = 1;
 
-/// The queue of somebody who looks on is so many times as long as that of the robot's own processes: an onlooker
-/// is scheduled after all of them, and wants every frame where they want the newest.
+/// Factor of the queue length of observers. Observers run after the robot's processes and want every frame, whereas
+/// the processes want the newest.
 const ONLOOKERS: usize = 8;
 
-/// What happens when a reader's queue is full.
+/// Policy for a full subscriber queue.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Delivery {
-    /// Its oldest frame is dropped, and it sees a gap: wall time.
+    /// Wall time: the oldest frame of that subscriber is dropped, which shows as a gap.
     Newest,
-    /// Sending fails with an error that names the topic: lockstep time.
+    /// Lockstep time: sending fails with an error that names the topic.
     Every,
 }
 
-/// How frames wait for their readers; the same for every port of a domain.
+/// Queue settings, the same for every port of a domain.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Queues {
-    /// Frames that wait for a reader that is one of the robot's processes.
+    /// Queue length of a subscriber in the robot's processes.
     pub frames: usize,
-    /// What happens when there are more.
+    /// Policy for a full queue.
     pub delivery: Delivery,
 }
 
 impl Queues {
-    /// Frames of a topic that its memory has room for: so many are alive at most, so that whoever writes always
-    /// finds room for the next.
+    /// Maximum number of frames of a topic that exist at the same time. This much memory is allocated, so that the
+    /// publisher always finds space for the next frame.
     #[must_use]
     pub fn alive(self) -> usize {
         alive(self.delivery, self.longest(), READERS, BORROWED)
     }
 
-    /// Frames that wait for a reader at most, whoever it is.
+    /// Maximum queue length of any subscriber.
     pub(crate) fn longest(self) -> usize {
         match self.delivery {
             Delivery::Newest => self.frames.saturating_mul(ONLOOKERS),
@@ -47,12 +47,11 @@ impl Queues {
     }
 }
 
-/// Frames of a topic that are alive at most, where each of so many `readers` has a queue that is no longer than the
-/// `longest` and may hold some `borrowed` frames.
+/// Maximum number of frames of a topic that exist at the same time. Each of the `readers` subscribers has a queue of
+/// at most `longest` frames, and holds up to `borrowed` frames.
 ///
-/// Where a queue that is full forgets its oldest frame, each holds nothing but the last frames sent, and all of
-/// them together what the longest holds; only what is borrowed can be older, and one frame is being written.
-/// Where none is forgotten, every reader may have stopped at another place.
+/// With dropping, every queue holds a subset of the last `longest` frames, so the queues share them. Only borrowed
+/// frames can be older, and one frame is being written. Without dropping, every subscriber may hold different frames.
 pub(crate) fn alive(delivery: Delivery, longest: usize, readers: usize, borrowed: usize) -> usize {
     match delivery {
         Delivery::Newest => longest.saturating_add(readers.saturating_mul(borrowed)),

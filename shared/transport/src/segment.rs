@@ -1,10 +1,10 @@
-//! The middleware's management segment: a few bytes of shared memory from which every node takes a number.
+//! The middleware's management segment: a small shared memory file from which every node takes a number.
 //!
-//! iceoryx2 0.10 opens it to every user of the machine (mode 0666, whatever the umask): another user could damage it,
-//! and no process could join the domain any more. So Leo makes the segment before the middleware does. The middleware
-//! makes a template under another name. Its bytes go into a new file of this user's alone, which then gets the name that
-//! every node looks for. Nodes open the segment for the moment in which they are made, so that one that is
-//! damaged can be replaced while a robot runs.
+//! iceoryx2 0.10 creates it with mode 0666 regardless of the umask. Another user could damage it, and then no process
+//! could join the domain. Therefore Leo creates the segment before the middleware does. The middleware creates a
+//! template under another name. Its bytes are copied to a new file with access for this user only, which is then
+//! renamed to the expected name. Nodes open the segment only during their creation, so a damaged one can be replaced
+//! while a robot runs.
 
 use std::fmt;
 use std::fs::{self, File, OpenOptions};
@@ -21,20 +21,20 @@ use rustix::process::geteuid;
 
 use crate::{Domain, DomainError};
 
-/// Where shared memory appears as files.
+/// Directory of the shared memory files.
 const SHARED_MEMORY: &str = "/dev/shm";
-/// What the segment's name ends with; the middleware's version stands before it.
+/// Suffix of the segment's name, after the middleware's version.
 const SUFFIX: &str = ".global_mgmt";
-/// The middleware's version comes first in it, and changes never; the number behind it does.
+/// The first bytes are the middleware's version, which never changes. The counter after them does.
 const VERSION_BYTES: usize = 8;
-/// More than it ever has.
+/// Upper bound of the segment's size.
 const BYTES_MOST: u64 = 4096;
-/// Below the domain's directory: where the middleware makes the template, and by which configuration.
+/// Names below the domain's directory: root of the middleware that creates the template, and its configuration.
 const TEMPLATE: &str = "template";
 const TEMPLATE_FILE: &str = "template.toml";
-/// How often two segments are compared before that is given up.
+/// Number of attempts to create two equal templates.
 const ATTEMPTS: u32 = 3;
-/// Files are this user's alone.
+/// File mode: access for this user only.
 const OWN: u32 = 0o600;
 
 /// The management segment of a domain.
@@ -44,12 +44,12 @@ pub struct Segment {
     bytes: Vec<u8>,
 }
 
-/// What was wrong with the segment, and that it was replaced.
+/// Report that a faulty segment was replaced.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Replaced {
     /// The segment's file.
     pub path: PathBuf,
-    /// What was wrong.
+    /// The fault.
     pub what: String,
 }
 
@@ -60,11 +60,11 @@ impl fmt::Display for Replaced {
 }
 
 impl Segment {
-    /// Makes the segment of a domain that this process has claimed.
+    /// Creates the segment of a domain that this process has claimed.
     ///
     /// # Errors
     ///
-    /// Shared memory of the domain's name belongs to another user, or cannot be written.
+    /// Shared memory with the domain's name belongs to another user, or cannot be written.
     pub(crate) fn make(domain: &Domain, folder: &Folder) -> Result<Self, DomainError> {
         refuse_foreign(domain)?;
         if let Some(there) = Self::of(domain) {
@@ -75,7 +75,7 @@ impl Segment {
             source: io::Error::other(reason.to_owned()),
         };
         for _attempt in 0..ATTEMPTS {
-            // Two are compared: in the instant in which one is open to others, another user may write into it.
+            // Two templates are compared, because another user may write to one while it is accessible to others.
             let one = Self::template(domain, folder).map_err(|reason| failed(&reason))?;
             let other = Self::template(domain, folder).map_err(|reason| failed(&reason))?;
             if one.bytes.get(..VERSION_BYTES) == other.bytes.get(..VERSION_BYTES) {
@@ -86,8 +86,8 @@ impl Segment {
         Err(failed("another program changes the middleware's management segments"))
     }
 
-    /// Has the middleware make a node, and with it a segment, below another directory and under another prefix; the
-    /// segment that the domain has to have by that.
+    /// Lets the middleware create a node, and thereby a segment, with another root and prefix. Returns the segment
+    /// for the domain derived from it.
     fn template(domain: &Domain, folder: &Folder) -> Result<Self, String> {
         let prefix = format!("{}new_", domain.prefix());
         let below = domain.root().join(TEMPLATE);
@@ -107,7 +107,7 @@ impl Segment {
         Ok(Self { path, bytes })
     }
 
-    /// The segment that a domain has, where it is as it should be.
+    /// The segment of a domain, if it exists and has no fault.
     #[must_use]
     pub fn of(domain: &Domain) -> Option<Self> {
         let new = format!("{}new_", domain.prefix());
@@ -118,11 +118,11 @@ impl Segment {
         segment.fault().is_none().then_some(segment)
     }
 
-    /// Makes it anew where it is damaged, gone or not this user's alone any more; what was wrong then.
+    /// Replaces the segment if it is damaged, removed, or accessible to other users. Returns the fault.
     ///
     /// # Errors
     ///
-    /// What is wrong, and cannot be mended: the file is another user's, or shared memory is full.
+    /// The fault cannot be repaired: the file belongs to another user, or shared memory is exhausted.
     pub fn mend(&self) -> Result<Option<Replaced>, io::Error> {
         let Some(what) = self.fault() else { return Ok(None) };
         let failed = |error: io::Error| {
@@ -132,7 +132,7 @@ impl Segment {
         Ok(Some(Replaced { path: self.path.clone(), what }))
     }
 
-    /// What is wrong with the file, if anything.
+    /// The fault of the file, if any.
     fn fault(&self) -> Option<String> {
         let stat = match fs::symlink_metadata(&self.path) {
             Ok(stat) => stat,
@@ -156,12 +156,12 @@ impl Segment {
         (!is_whole).then(|| "it is damaged".to_owned())
     }
 
-    /// Puts a new file in its place: it is this user's alone from its first instant.
+    /// Replaces the file by a new one that is never accessible to other users.
     fn place(&self) -> io::Result<()> {
         let mut draft = self.path.clone().into_os_string();
         draft.push(".draft");
         let draft = PathBuf::from(draft);
-        // Left by one that was killed here.
+        // Left by a process that was killed here.
         let _gone = fs::remove_file(&draft);
         let mut file = OpenOptions::new().write(true).create_new(true).mode(OWN).open(&draft)?;
         let placed = file.write_all(&self.bytes).and_then(|()| fs::rename(&draft, &self.path));
@@ -172,7 +172,7 @@ impl Segment {
     }
 }
 
-/// Makes a node below a directory and under a prefix, and drops it.
+/// Creates and drops a node with another root and prefix.
 fn node(domain: &Domain, folder: &Folder, below: &Path, prefix: &str) -> Result<(), String> {
     let told = |error: &dyn fmt::Debug| format!("{error:?}");
     let no_text = "the domain's path is no UTF-8";
@@ -194,7 +194,7 @@ fn node(domain: &Domain, folder: &Folder, below: &Path, prefix: &str) -> Result<
     made.map(drop).map_err(|error| told(&error))
 }
 
-/// Refuses a domain of which another user has made shared memory before: the middleware would wait for it.
+/// Refuses a domain with shared memory of another user, because the middleware would wait for it.
 fn refuse_foreign(domain: &Domain) -> Result<(), DomainError> {
     let user = geteuid().as_raw();
     let foreign = files(&domain.prefix()).find_map(|path| {
@@ -213,7 +213,7 @@ fn starts_with(path: &Path, prefix: &str) -> bool {
     path.file_name().and_then(|name| name.to_str()).is_some_and(|name| name.starts_with(prefix))
 }
 
-/// Whether it is a file, and this user's.
+/// Whether it is a regular file of this user.
 fn is_own(path: &Path) -> bool {
     fs::symlink_metadata(path).is_ok_and(|stat| stat.is_file() && stat.uid() == geteuid().as_raw())
 }

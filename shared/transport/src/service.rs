@@ -1,4 +1,4 @@
-//! What both ends of a topic must agree on.
+//! Settings of the iceoryx2 services that publishers and subscribers of a topic must agree on.
 
 use iceoryx2::node::Node as RawNode;
 use iceoryx2::prelude::ServiceName;
@@ -12,19 +12,19 @@ use message::Topic;
 use crate::queues::{BORROWED, READERS, WRITERS};
 use crate::{Delivery, PortError, Queues};
 
-/// Nodes that use a topic at most, dead ones that the janitor has not seen yet included.
+/// Maximum number of nodes that use a topic, including dead ones not cleaned up yet.
 const NODES: usize = 16;
 
-/// What the ends of a topic are made from.
+/// The factory of a topic's publishers and subscribers.
 pub(crate) type Frames<T> =
     publish_subscribe::PortFactory<Service, [<T as Topic>::Entry], <T as Topic>::Head>;
 
-/// Places for publishers. A source of the configuration has one: its readers know no other by which to choose.
+/// Maximum number of publishers. A configured source has one, because its subscribers cannot distinguish publishers.
 fn places<T: Topic>(number: Option<u32>) -> usize {
     if T::writer(number).is_some() { WRITERS } else { 1 }
 }
 
-/// The service that carries the frames of a topic.
+/// Opens or creates the service for the frames of a topic.
 pub(crate) fn frame_service<T: Topic>(
     node: &RawNode<Service>,
     (topic, number): (&str, Option<u32>),
@@ -52,7 +52,7 @@ pub(crate) fn frame_service<T: Topic>(
     }
 }
 
-/// The same where it has been made already, with whatever queues; `None` where it has not.
+/// Opens the service if it exists, with its own queue settings; `None` if it does not exist.
 pub(crate) fn made_frame_service<T: Topic>(
     node: &RawNode<Service>,
     topic: &str,
@@ -65,7 +65,7 @@ pub(crate) fn made_frame_service<T: Topic>(
         .open();
     match service {
         Ok(service) => Ok(Some(service)),
-        // Not there, or just being made: whoever looks looks again.
+        // It does not exist, or is being created. The caller tries again.
         Err(
             PublishSubscribeOpenError::DoesNotExist
             | PublishSubscribeOpenError::IsMarkedForDestruction
@@ -76,7 +76,7 @@ pub(crate) fn made_frame_service<T: Topic>(
     }
 }
 
-/// The event service that wakes the readers of a topic.
+/// Opens or creates the event service that wakes the subscribers of a topic.
 pub(crate) fn bell_service<T: Topic>(
     node: &RawNode<Service>,
     (topic, number): (&str, Option<u32>),

@@ -1,4 +1,4 @@
-//! Who publishes: a reader takes frames only from the processes that the supervisor's roster names.
+//! Publisher authorisation: a subscriber accepts frames only from the processes on the supervisor's roster.
 
 use std::cell::Cell;
 use std::fmt;
@@ -9,19 +9,19 @@ use message::{Process, Roster};
 
 use crate::RosterReader;
 
-/// Processes that a reader tells of; the frames of further ones are only counted.
+/// Maximum number of processes that a subscriber logs; frames of further ones are only counted.
 const TOLD: usize = 8;
 
-/// What the readers of one node refused because the roster does not name its writer.
+/// Frames that the subscribers of one node refused because their publisher is not on the roster.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Unlisted {
-    /// Frames.
+    /// Number of frames.
     pub frames: u64,
-    /// The process number of the newest of their writers; zero where there was none.
+    /// Process id of the last of their publishers; zero if there was none.
     pub pid: u32,
 }
 
-/// The supervisor's roster, and what was refused by it.
+/// The supervisor's roster, and the count of refused frames.
 pub(crate) struct Listed {
     roster: RosterReader,
     unlisted: Cell<Unlisted>,
@@ -47,15 +47,15 @@ impl fmt::Debug for Listed {
     }
 }
 
-/// The publishers of one topic, as one of its readers knows them.
+/// The authorised publishers of one topic, for one subscriber.
 pub(crate) struct Writers {
-    /// The supervisor's roster; without one, everybody may publish.
+    /// The supervisor's roster; without one, every process may publish.
     listed: Option<Rc<Listed>>,
-    /// Whose topic it is. A source has no owner: everybody may publish there.
+    /// The process that owns the topic. A source has no owner, so every process may publish there.
     owner: Option<Process>,
-    /// The publisher whose frames were taken last: its identifier is new in every life.
+    /// Identifier of the last accepted publisher; it differs for every incarnation.
     accepted: u128,
-    /// The processes that were told.
+    /// Process ids that were logged.
     told: [u32; TOLD],
     told_count: usize,
 }
@@ -65,7 +65,7 @@ impl Writers {
         Self { listed, owner, accepted: 0, told: [0; TOLD], told_count: 0 }
     }
 
-    /// Whether the frames of a publisher are taken. No system call, no lock, no allocation; one comparison while the
+    /// Whether frames of a publisher are accepted. No system call, no lock, no allocation; one comparison while the
     /// publisher stays the same.
     #[inline]
     pub(crate) fn accept(&mut self, publisher: u128, topic: &str) -> bool {
@@ -98,7 +98,7 @@ impl Writers {
         false
     }
 
-    /// Whether a process is to be told of: each is once.
+    /// Whether a process has not been logged yet.
     fn is_new(&mut self, pid: u32) -> bool {
         if self.told.iter().take(self.told_count).any(|told| *told == pid) {
             return false;
@@ -110,7 +110,7 @@ impl Writers {
     }
 }
 
-/// The process number in a port's identifier, and when the port was made, in nanoseconds of the monotonic clock.
+/// Process id and creation time of a port, from its identifier; the time in nanoseconds of the monotonic clock.
 pub(crate) fn identity(port: u128) -> (u32, u64) {
     let id = UniqueSystemId::from(port);
     let made = id.creation_time();

@@ -1,4 +1,4 @@
-//! Killing a process at any moment of its start leaves nothing behind that keeps the next one out.
+//! Killing a process at any moment of its start must not block the next one.
 #![expect(clippy::expect_used, reason = "a test fails by panicking")]
 
 use std::path::Path;
@@ -13,14 +13,14 @@ use transport::janitor::{Janitor, claim};
 use transport::{Delivery, Domain, HealthReader, HealthWriter, Inlet, Node, Queues};
 
 const QUEUES: Queues = Queues { frames: 3, delivery: Delivery::Newest };
-/// Tells this program's child what it is.
+/// Environment variables for this program's child process.
 const ROOT: &str = "LEO_TEST_DOMAIN";
 const LIFE: &str = "LEO_TEST_LIFE";
 const WARM_UP: u64 = 3;
 const KILLS: u64 = 120;
 
-/// The process that is killed: it joins, opens every kind of port, and works. Only the test below
-/// starts it; among the tests it has nothing to do.
+/// The process that is killed: it joins, opens every kind of port, and works. As a test of its own it does nothing;
+/// the test below starts it.
 #[test]
 fn child() {
     let Ok(root) = env::var(ROOT) else { return };
@@ -79,7 +79,7 @@ fn pause(time: Duration) {
     clock::sleep_until(clock::now() + time);
 }
 
-/// Looks from a thread of its own, because whoever opens a half-made file waits for ever.
+/// Scans in a thread of its own, because opening a half-created file blocks for ever.
 fn look_until(stop: &AtomicBool, mended: &AtomicUsize, domain: &Domain) {
     let mut janitor = Janitor::new(domain);
     while !stop.load(Ordering::Relaxed) {
@@ -102,7 +102,7 @@ fn a_process_killed_at_any_moment_of_its_start_keeps_nobody_out() {
         thread::spawn(move || look_until(&stop, &mended, &domain))
     };
 
-    // Many kills shall hit the start, however loaded the machine is.
+    // Many kills should hit the start, whatever the load of the machine.
     let usual =
         (1..=WARM_UP).map(|life| time_to_start(&domain, &node, &mut utterances, life)).min().expect("some");
     let most = u64::try_from(usual.as_micros()).expect("no century");
@@ -122,7 +122,7 @@ fn a_process_killed_at_any_moment_of_its_start_keeps_nobody_out() {
         }
         node.clean_up_dead();
     }
-    // What was left half made needs a while to be judged so.
+    // Half-created files count as abandoned only after a while.
     pause(Duration::from_millis(400));
     node.clean_up_dead();
 

@@ -1,4 +1,4 @@
-//! Outlets, inlets and boards over real shared memory.
+//! Publishers, subscribers and boards over real shared memory.
 #![expect(clippy::expect_used, clippy::panic, reason = "a test fails by panicking")]
 
 use std::ops::Deref;
@@ -10,8 +10,7 @@ use message::{Event, EventKind, Events, Header, Health, Hop, Process, ProcessSta
 use transport::janitor::{Claim, ClaimError, Janitor, claim, is_claimed};
 use transport::{Delivery, Domain, HealthReader, HealthWriter, Node, Queues, SendError};
 
-/// iceoryx2 holds one domain per process, so the tests of this file share one; the last test that
-/// uses it leaves nothing behind.
+/// iceoryx2 allows one domain per process, so the tests of this file share one. The last test removes it.
 struct Domained {
     domain: Domain,
     claim: Option<Claim>,
@@ -27,7 +26,7 @@ impl Drop for Domained {
     }
 }
 
-/// A node, and what must outlive it.
+/// A node, and the domain that must outlive it.
 struct Place {
     node: Node,
     _domain: Arc<Domained>,
@@ -45,7 +44,7 @@ fn node(delivery: Delivery) -> Place {
     let mut shared = SHARED.lock().unwrap_or_else(PoisonError::into_inner);
     let domained = shared.upgrade().unwrap_or_else(|| {
         let domain = Domain::named(&format!("ports-{}", std::process::id())).expect("a legal name");
-        // The one before may still be cleaning up after itself.
+        // The previous test may still be removing its domain.
         let claim = loop {
             match claim(&domain) {
                 Ok(claim) => break claim,
@@ -97,7 +96,7 @@ fn a_slow_reader_loses_the_oldest_frames_and_knows_how_many() {
         sequences.push(frame.head().sequence);
     }
     assert_eq!(sequences, [8, 9, 10]);
-    // The first frame seen may follow others sent before the reader came: that is no drop.
+    // Frames sent before the first one received do not count as drops.
     assert_eq!(inlet.drops(), 0);
     for _ in 0..5 {
         outlet.send(Header::at(0), 1, |_| event("x"), |_| {}).expect("never blocks");
@@ -135,7 +134,7 @@ fn a_writer_finds_room_while_every_reader_holds_old_frames_and_has_a_full_queue(
             outlet.send(Header::at(0), 1, |_| event("x"), |_| {}).expect("room for another frame");
         }
     };
-    // Each of the eight readers borrows two frames that no other has, and lets its queue run over.
+    // Each of the eight subscribers borrows two frames of its own, and lets its queue overflow.
     let mut readers = Vec::new();
     let mut held = Vec::new();
     for reader in 0..8 {
@@ -154,7 +153,7 @@ fn a_writer_finds_room_while_every_reader_holds_old_frames_and_has_a_full_queue(
     let sequences = held.iter().map(|frame| frame.head().sequence).collect::<Vec<_>>();
     assert_eq!(sequences, (1..=16).collect::<Vec<_>>());
     send(100);
-    // What was borrowed is as it was written, and what waits are the last frames.
+    // Borrowed frames are unchanged, and the queues hold the last frames.
     assert!(held.iter().zip(sequences).all(|(frame, sequence)| frame.head().sequence == sequence));
     drop(held);
     let waiting = readers.iter_mut().map(|inlet| {
@@ -204,7 +203,7 @@ fn a_writer_finds_room_while_readers_come_and_go_and_take_frames_at_any_moment()
                             node.made_inlet::<Events>(Some(11)).expect("a free reader").expect("it was made")
                         }
                     };
-                    // Holds one while it takes the next, for as long as another reader's turn lasts.
+                    // Holds one frame while receiving the next, until it runs again.
                     let mut held = None;
                     for _ in 0..1000 {
                         if let Some(frame) = inlet.receive().expect("works") {
@@ -242,7 +241,7 @@ fn in_lockstep_a_full_queue_is_an_error_that_names_the_topic() {
     let node = node(Delivery::Every);
     let mut inlet = node.inlet::<Events>(Some(3)).expect("a free reader");
     let mut outlet = node.outlet::<Events>(Some(3), 1).expect("a free writer");
-    // A reader counts as connected once it has looked for the first time.
+    // A subscriber is connected once it has called `receive` for the first time.
     assert!(inlet.receive().expect("works").is_none());
     let mut sent = 0;
     let refusal = loop {
@@ -274,7 +273,7 @@ fn a_writer_hears_once_of_everybody_who_begins_to_read() {
     let first = node.inlet::<Events>(Some(8)).expect("opens");
     assert!(outlet.has_newcomers());
     assert!(!outlet.has_newcomers(), "once");
-    // One goes and another one comes before anybody asks.
+    // One subscriber leaves and another joins between two calls.
     drop(first);
     let second = node.inlet::<Events>(Some(8)).expect("opens");
     assert!(outlet.has_newcomers());
@@ -292,7 +291,7 @@ fn a_topic_has_one_writer() {
     assert!(refused.to_string().contains("events/5"), "{refused}");
 }
 
-/// The events of another version of Leo.
+/// The events topic of another version of Leo.
 enum OtherEvents {}
 
 impl Topic for OtherEvents {
@@ -322,7 +321,7 @@ fn a_bell_rung_before_the_wait_is_not_lost() {
     let mut inlet = node.waking_inlet::<Events>(Some(6)).expect("a free reader");
     let mut outlet = node.outlet::<Events>(Some(6), 1).expect("a free writer");
     outlet.send(Header::at(0), 1, |_| event("x"), |_| {}).expect("room");
-    // Would last an hour if the bell were lost.
+    // Would last an hour if the notification were lost.
     inlet.wait(Duration::from_secs(3600)).expect("has a bell");
     assert!(inlet.receive().expect("works").is_some());
 }

@@ -1,4 +1,4 @@
-//! Readers take frames only from the processes that the supervisor's roster names, over real shared memory.
+//! Subscribers accept frames only from the processes on the supervisor's roster, over real shared memory.
 #![expect(clippy::expect_used, reason = "a test fails by panicking")]
 
 use message::{EventKind, Events, Head as _, Header, Observation, Observations, Process, Roster, Topic};
@@ -12,7 +12,7 @@ fn send(outlet: &mut Outlet<Events>) {
     outlet.send(Header::at(0), 1, |_| event, |_| {}).expect("room");
 }
 
-/// Incarnations of the frames that wait.
+/// Incarnations of the frames in the queue.
 fn received<T: Topic>(inlet: &mut Inlet<T>) -> Vec<u64> {
     let next = || inlet.receive().expect("works").map(|frame| frame.head().header().incarnation);
     std::iter::from_fn(next).collect()
@@ -44,7 +44,7 @@ fn check(domain: &Domain) {
         node
     };
     let mut inlet = reader.inlet::<Events>(None).expect("a free reader");
-    // A process that the supervisor did not start, and one that it does start.
+    // A process that the supervisor did not start, and one that it did start.
     let nodes = [1, 2, 3].map(supervised);
     let open = |node: &Node| node.outlet::<Events>(None, 1).expect("a free writer");
     let mut stray = open(&nodes[0]);
@@ -85,7 +85,7 @@ fn check(domain: &Domain) {
     });
     assert_eq!((allocations, taken, reader.unlisted().frames), (0, 3, 6));
 
-    // Its last frames count after its end, also for a reader that has heard nothing of it before.
+    // Its last frames remain valid after its end, also for a new subscriber.
     let mut late = reader.inlet::<Events>(None).expect("a free reader");
     send(&mut learner);
     roster.end(Process::Learner, now_ns());
@@ -98,7 +98,7 @@ fn check(domain: &Domain) {
         "the number is another's now"
     );
 
-    // A new life.
+    // A new incarnation.
     drop(learner);
     roster.set_incarnation(Process::Learner, 3);
     board.write(&roster);
@@ -110,7 +110,7 @@ fn check(domain: &Domain) {
     (0..2).for_each(|_| send(&mut next));
     assert_eq!(received(&mut inlet), [3, 3], "none of its first frames is lost");
 
-    // Sources are started by others. The configuration may name one of the robot's processes as the source.
+    // Other users may start sources. The configuration may name one of the robot's processes as the source.
     let mut source = nodes[0].outlet::<Observations>(Some(0), 1).expect("a free writer");
     let mut of_anybody = reader.inlet::<Observations>(Some(0)).expect("a free reader");
     let simulator = Some(Process::Simulator);

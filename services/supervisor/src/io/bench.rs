@@ -1,5 +1,5 @@
-//! `leo bench`: how long a percept takes to become a belief in another process, beside the bare
-//! middleware and a bare thread, all in one run.
+//! `leo bench`: measures the latency from a percept to a belief in another process. References in the same run are
+//! the bare middleware and a bare thread.
 
 mod bare;
 mod leo;
@@ -18,27 +18,27 @@ pub use bare::echo;
 use message::Histogram;
 use report::{Machine, Report, Wakeup};
 
-/// Sensor rates that are measured.
+/// Measured sensor rates.
 const RATES_HZ: [u32; 2] = [200, 1000];
-/// Objects in the workspace that are measured.
+/// Measured numbers of objects in the workspace.
 const OBJECTS: [u32; 3] = [16, 64, 256];
-/// Priority of the threads that measure: above the processes that are measured, so that what is
-/// seen is their latency.
+/// Priority of the measuring threads. It is above that of the measured processes, so that their own latency is not
+/// included.
 const PRIORITY: u8 = 73;
 
-/// Why nothing could be measured.
+/// Error of a benchmark.
 #[derive(Debug, thiserror::Error)]
 pub enum BenchError {
-    /// The domain cannot be had, or a process cannot be started.
+    /// The domain cannot be claimed, or a process cannot be started.
     #[error(transparent)]
     Run(#[from] RunError),
-    /// A process is not ready, or died.
+    /// A process did not get ready, or died.
     #[error("the process `{0}` did not get ready")]
     NotReady(&'static str),
     /// A port failed.
     #[error("{0}")]
     Port(String),
-    /// Something could not be written.
+    /// Writing failed.
     #[error("cannot write: {0}")]
     Write(#[from] std::io::Error),
 }
@@ -49,7 +49,7 @@ impl BenchError {
     }
 }
 
-/// One rate and number of objects, measured for so long.
+/// One measured combination of rate and number of objects.
 #[derive(Clone, Copy, Debug)]
 struct Case {
     rate_hz: u32,
@@ -63,11 +63,11 @@ impl Case {
     }
 }
 
-/// Measures every rate and size for `lasting` and prints the report. `commit` says what was built.
+/// Measures every rate and size for `lasting`, and prints the report. `commit` is the commit of the build.
 ///
 /// # Errors
 ///
-/// The processes that are measured cannot run here.
+/// The measured processes cannot run here.
 pub fn bench(lasting: Duration, json: bool, commit: &str, out: &mut impl Write) -> Result<(), BenchError> {
     let domain = Domain::named(&format!("bench-{}", std::process::id())).map_err(RunError::from)?;
     let claim = claim(&domain).map_err(RunError::from)?;
@@ -93,7 +93,7 @@ fn measure(domain: &Domain, lasting: Duration, commit: &str) -> Result<Report, B
         lock_memory: true,
     };
     let missing = realtime::apply(&rights);
-    // For Leo, for the bare middleware and for the bare thread.
+    // Applies to Leo, to the bare middleware and to the bare thread alike.
     let awake = realtime::Awake::ask();
     let queues = Queues { frames: 4, delivery: Delivery::Newest };
     let node = Node::join(domain, "bench", 1, queues).map_err(RunError::from)?;
@@ -102,8 +102,7 @@ fn measure(domain: &Domain, lasting: Duration, commit: &str) -> Result<Report, B
     for rate_hz in RATES_HZ {
         for objects in OBJECTS {
             let case = Case { rate_hz, objects, lasting };
-            // The reference is measured before and after, so that a machine that changes its
-            // pace in between is seen in both.
+            // The reference is measured before and after, so that it covers changes of the machine's speed.
             let before = bare::round_trips(domain, &node, case)?;
             let leo = leo::percept_to_belief(domain, &node, case)?;
             let mut round_trip = bare::round_trips(domain, &node, case)?;

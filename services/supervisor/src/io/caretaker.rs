@@ -6,13 +6,13 @@ use clock::Duration;
 use transport::Domain;
 use transport::janitor::Janitor;
 
-/// How often the janitor looks without being asked.
+/// Scan interval without a request.
 const UNASKED: Duration = Duration::from_millis(250);
-/// How often it looks while something is suspect.
+/// Scan interval while a file is suspect.
 const SUSPICIOUS: Duration = Duration::from_millis(50);
 
-/// The janitor of the domain, in a thread of its own: whoever opens a half-made file in shared
-/// memory waits for ever, the supervisor too, and then the janitor frees it.
+/// Runs the domain's janitor in a thread of its own. A process that opens a half-created shared memory file blocks
+/// for ever, and so would the supervisor. The janitor unblocks it.
 #[derive(Debug)]
 pub(crate) struct Caretaker {
     ask: Sender<()>,
@@ -23,7 +23,7 @@ pub(crate) struct Caretaker {
 impl Caretaker {
     /// # Errors
     ///
-    /// The system has no thread for it.
+    /// The thread cannot be started.
     pub(crate) fn hire(domain: &Domain) -> io::Result<Self> {
         let (ask, asked) = channel();
         let (say, is_clean) = channel();
@@ -33,13 +33,13 @@ impl Caretaker {
         Ok(Self { ask, is_clean, thread })
     }
 
-    /// Asks for a look at the domain as it is from now on.
+    /// Requests a scan of the domain that begins after this call.
     pub(crate) fn ask(&self) {
-        // A caretaker that is gone answers nothing: that is seen there.
+        // If the thread has ended, no answer follows; the receiver detects that.
         let _asked = self.ask.send(());
     }
 
-    /// Whether a look that was asked for found nothing (any more) to mend; said once.
+    /// Whether a requested scan has found nothing left to repair. Returns true once per request.
     pub(crate) fn says_clean(&self) -> bool {
         self.is_clean.try_recv().is_ok()
     }

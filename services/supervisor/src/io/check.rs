@@ -1,4 +1,4 @@
-//! `leo check`: reads the configuration and the machine, and changes what it is told to.
+//! `leo check`: validates the configuration, inspects the machine, and applies or reverts tuning on request.
 
 mod apply;
 mod measure;
@@ -21,38 +21,38 @@ use crate::readiness::{
 };
 pub use apply::ApplyError;
 
-/// What is asked of a check.
+/// Options of a check.
 #[derive(Clone, Debug)]
 pub struct Inquiry {
-    /// The robot's `leo.toml`; the built-in one without.
+    /// The robot's `leo.toml`; `None` for the built-in one.
     pub config: Option<PathBuf>,
-    /// What was found of versions; told after the configuration.
+    /// Findings about versions, reported after the configuration.
     pub versions: Vec<Finding>,
-    /// One JSON document instead of lines.
+    /// Whether to print one JSON document instead of lines.
     pub json: bool,
-    /// How long to measure how late threads wake; not at all with zero.
+    /// Duration of the wake-up latency measurement; zero skips it.
     pub measure: Duration,
-    /// What is changed before anything is looked at.
+    /// Change to make before the inspection.
     pub deed: Deed,
-    /// The folder that stands for the root of the machine: `/`.
+    /// The folder used as the root of the machine: `/`.
     pub root: PathBuf,
 }
 
-/// What is changed on the machine.
+/// Change to the machine.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Deed {
-    /// Nothing.
+    /// No change.
     Look,
-    /// Whatever can be mended by writing to `/proc` and `/sys`.
+    /// Apply everything that can be fixed by writing to `/proc` and `/sys`.
     Apply,
-    /// What was applied before.
+    /// Revert what was applied before.
     Revert,
 }
 
-/// Why nothing could be checked.
+/// Error of a check.
 #[derive(Debug, thiserror::Error)]
 pub enum CheckError {
-    /// A file of the configuration is wrong.
+    /// A configuration file is invalid.
     #[error(transparent)]
     Config(#[from] ConfigError),
     /// The machine cannot be changed.
@@ -63,14 +63,12 @@ pub enum CheckError {
     Write(#[from] std::io::Error),
 }
 
-/// Checks a whole configuration and whether this machine can keep what it promises; writes what was
-/// found to `out`, each finding as soon as it is known, or one JSON document. Whether the robot can
-/// run here.
+/// Checks the whole configuration, and whether this machine meets its requirements. Writes the findings to `out`:
+/// each as soon as it is known, or one JSON document. Returns whether the robot can run here.
 ///
 /// # Errors
 ///
-/// A file of the configuration is wrong, the machine cannot be changed as was asked for, or `out`
-/// cannot be written.
+/// A configuration file is invalid, a requested change fails, or `out` cannot be written.
 pub fn check(inquiry: &Inquiry, out: &mut impl Write) -> Result<bool, CheckError> {
     let robot = Robot::load(inquiry.config.as_deref())?;
     let system = System::below(&inquiry.root);
@@ -88,7 +86,7 @@ pub fn check(inquiry: &Inquiry, out: &mut impl Write) -> Result<bool, CheckError
         findings.iter().try_for_each(|finding| tell(finding, out))?;
         out.flush()?;
     }
-    // As the running robot has it.
+    // Same condition as in the running robot.
     let _awake = robot.leo.supervisor.keep_cores_awake.then(Awake::ask);
     let measured = measure::wakeups(&Hot::all(&robot), inquiry.measure)?;
     let measured: Vec<Finding> = measured.iter().map(judge_wakeup).collect();
@@ -102,7 +100,7 @@ pub fn check(inquiry: &Inquiry, out: &mut impl Write) -> Result<bool, CheckError
     Ok(findings.iter().all(|finding| finding.verdict != Verdict::Broken))
 }
 
-/// A line for what was found, and one for what mends it.
+/// Writes one line for a finding, and one for its remedy.
 fn tell(finding: &Finding, out: &mut impl Write) -> std::io::Result<()> {
     let Finding { verdict, about, text, mend, changes } = finding;
     writeln!(out, "{:<8} {about:<20} {text}", verdict.name())?;
@@ -113,8 +111,7 @@ fn tell(finding: &Finding, out: &mut impl Write) -> std::io::Result<()> {
     Ok(())
 }
 
-/// Looks at the configuration and the machine. Nothing stays changed: rights are asked for in
-/// threads of their own, which end.
+/// Inspects the configuration and the machine. Has no lasting effect: rights are requested in short-lived threads.
 fn inspect(robot: &Robot, inquiry: &Inquiry, system: &System) -> Vec<Finding> {
     let what = inquiry
         .config
@@ -147,34 +144,34 @@ fn machine(robot: &Robot) -> Machine {
     }
 }
 
-/// The cores that a process gets which asks for all that it may have. The kernel starts everybody beside the cores that
-/// it keeps free (`isolcpus`), and yet gives them to whoever asks.
+/// The cores that a process gets if it requests all cores. By default the kernel excludes isolated cores
+/// (`isolcpus`), but a process may request them.
 fn cores_on_request() -> Vec<u16> {
-    // A thread that ends: what it asks for is for itself alone. The kernel leaves out what is not there and what the
-    // group of this process may not have.
+    // In a short-lived thread, because the affinity applies to one thread. The kernel ignores cores that do not exist
+    // or that this process's cgroup excludes.
     let ask = || {
         let mut every = CpuSet::new();
         (0..CpuSet::MAX_CPU).for_each(|core| every.set(core));
-        // Where nothing may be asked for, what there was stays.
+        // If the request fails, the affinity stays as it was.
         let _granted = sched_setaffinity(None, &every);
         own_cores()
     };
     thread::spawn(ask).join().unwrap_or_default()
 }
 
-/// The cores that the thread that asks may run on.
+/// The affinity of the calling thread.
 fn own_cores() -> Vec<u16> {
     let mask = sched_getaffinity(None).ok();
     let is_set = |core: &u16| mask.is_some_and(|mask| mask.is_set(usize::from(*core)));
     (0..=u16::MAX).take(CpuSet::MAX_CPU).filter(is_set).collect()
 }
 
-/// Whether the kernel's workers may be made prompt.
+/// Whether the priority of the kernel's serial workers may be raised.
 fn carriers() -> Carriers {
     SerialWorkers::default().may().map_or_else(Carriers::Refused, |()| Carriers::Prompt)
 }
 
-/// What the kernel's answer to the request means.
+/// Interprets the kernel's answer to the request.
 fn sleep(refused: Option<std::io::Error>) -> Sleep {
     match refused {
         None => Sleep::Prevented,
@@ -183,7 +180,7 @@ fn sleep(refused: Option<std::io::Error>) -> Sleep {
     }
 }
 
-/// Asks for what the processes will ask for; the bits of what is not granted.
+/// Requests the rights that the processes will request; returns the bits of those not granted.
 fn missing_rights(leo: &Leo) -> u64 {
     let wanted = [
         &leo.sensor.realtime,
@@ -201,14 +198,14 @@ fn missing_bits(rights: Rights) -> u64 {
     thread::spawn(move || realtime::apply(&rights).missing_bits()).join().unwrap_or(0)
 }
 
-/// Bytes free in shared memory; nothing where this user may not write there.
+/// Bytes free in shared memory; `None` if this user may not write there.
 fn shared_memory_free() -> Option<u64> {
     let system = rustix::fs::statvfs("/dev/shm").ok().filter(|_| is_writable("/dev/shm"))?;
     Some(system.f_bavail.saturating_mul(system.f_frsize))
 }
 
-/// Whether shared memory has room for a robot with so many partners, in `lockstep` time or not; where it has not,
-/// what to do. Asked before the first byte is written there: a page that does not fit kills who touches it.
+/// Checks that shared memory is large enough for a robot with this many partners; on failure returns the remedy. Call
+/// it before the first write to shared memory: a process that touches a page that does not fit gets SIGBUS.
 pub(crate) fn room(leo: &Leo, partners: u32, lockstep: bool) -> Result<(), String> {
     let finding = shared_memory(shared_memory_free(), needed(leo, partners, lockstep));
     if finding.verdict == Verdict::Broken {
@@ -219,7 +216,7 @@ pub(crate) fn room(leo: &Leo, partners: u32, lockstep: bool) -> Result<(), Strin
     }
 }
 
-/// Bytes of shared memory that a robot with so many partners needs, in `lockstep` time or not.
+/// Bytes of shared memory that a robot with this many partners needs.
 fn needed(leo: &Leo, partners: u32, lockstep: bool) -> u64 {
     let frames = queues(&leo.buffers, lockstep).alive();
     shared_memory_needed(leo.buffers.objects.get(), frames, leo.belief.perspectives(partners))

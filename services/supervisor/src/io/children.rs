@@ -17,29 +17,29 @@ use rustix::process::{
 
 use crate::Lives;
 
-/// The program that runs, whatever by now is the file that it was started from: a robot whose package is
-/// upgraded goes on as it was.
+/// The running program, even if its file has been replaced since: an upgrade of the package does not affect a running
+/// robot.
 pub(crate) const PROGRAM: &str = "/proc/self/exe";
 
-/// What says of this program how much it tells, and how: it holds for whom it starts as well.
+/// Logging options of this program that its child processes inherit.
 const VOICE: [&str; 3] = ["-v", "--verbose", "--log-json"];
 
-/// How often a motor process is looked at that is on its way down.
+/// Polling interval while the motor process stops.
 const LOOK_EVERY: Duration = Duration::from_millis(5);
 
-/// The processes that live, started from this very program. Dropping it kills them, the motor process in wall time last:
-/// it is told to stop, and has its time for that.
+/// The running child processes, all started from this program's own executable. Dropping it kills them. In wall time,
+/// the motor process is first asked to stop and is killed last, after its timeout.
 #[derive(Debug)]
 pub struct Children {
-    /// What people see the processes called.
+    /// `argv[0]` of the processes.
     name: PathBuf,
-    /// Of [`VOICE`], what this program was told.
+    /// The options of [`VOICE`] that this program was given.
     voice: Vec<OsString>,
     living: BTreeMap<Process, Living>,
-    /// Says in shared memory which processes these are.
+    /// Publishes the processes' identities in shared memory.
     lives: Option<Lives>,
     helpers: Vec<Child>,
-    /// How long a motor process in wall time may take to stop before it is killed.
+    /// Stop timeout of a motor process in wall time.
     motor_stops_within: Option<Duration>,
 }
 
@@ -50,20 +50,20 @@ struct Living {
 }
 
 impl Living {
-    /// Whether it has ended. It is not reaped: its number stays its own.
+    /// Whether it has ended. It is not reaped, so its process id stays reserved.
     fn has_ended(&self) -> bool {
         let options = WaitIdOptions::EXITED | WaitIdOptions::NOHANG | WaitIdOptions::NOWAIT;
-        // What cannot be asked is found out by reaping.
+        // If the query fails, reaping determines the state.
         !matches!(waitid(WaitId::PidFd(self.pidfd.as_fd()), options), Ok(None))
     }
 }
 
 impl Children {
-    /// Nobody lives yet.
+    /// A set without processes.
     ///
     /// # Errors
     ///
-    /// The path of this program's file cannot be found out.
+    /// The path of this program's file cannot be determined.
     pub fn new() -> io::Result<Self> {
         Ok(Self {
             name: std::env::current_exe()?,
@@ -75,14 +75,14 @@ impl Children {
         })
     }
 
-    /// The same of a robot in wall time, whose motor process has so long to switch torque off when this is dropped.
+    /// Sets the stop timeout of a motor process in wall time, which applies when this is dropped.
     #[must_use]
     pub fn with_motor(mut self, stops_within: Duration) -> Self {
         self.motor_stops_within = Some(stops_within);
         self
     }
 
-    /// The same whose processes are named on a roster. Every process that joins a domain waits for that.
+    /// Publishes the processes on a roster, which every process that joins a domain waits for.
     #[must_use]
     pub fn with_lives(mut self, lives: Lives) -> Self {
         self.lives = Some(lives);
@@ -91,22 +91,21 @@ impl Children {
 
     /// Starts a process.
     ///
-    /// It is in a process group of its own, so that Ctrl-C reaches the supervisor alone, which
-    /// then stops everybody in order. It is told this process's number, so that it can die with
-    /// it.
+    /// The process gets its own process group: Ctrl-C reaches only the supervisor, which stops the processes in
+    /// order. It receives the supervisor's process id, so that it can end when the supervisor dies.
     ///
     /// # Errors
     ///
-    /// The system has no room for another process.
+    /// The system cannot create another process.
     pub fn start(&mut self, process: Process, launch: &Launch) -> io::Result<()> {
         self.start_with(process, launch, Stdio::null())
     }
 
-    /// The same with something else on its standard input than nothing.
+    /// Like [`Self::start`], with the given standard input instead of `/dev/null`.
     ///
     /// # Errors
     ///
-    /// As [`start`](Self::start).
+    /// As [`Self::start`].
     pub(crate) fn start_with(&mut self, process: Process, launch: &Launch, stdin: Stdio) -> io::Result<()> {
         let began_at_ns = clock::now().as_nanos();
         if let Some(lives) = &mut self.lives {
@@ -117,7 +116,7 @@ impl Children {
             .arg(process.name())
             .args(arguments(launch))
             .args(&self.voice)
-            // The service manager is the supervisor's to talk to.
+            // Only the supervisor communicates with the service manager.
             .env_remove("NOTIFY_SOCKET")
             .env_remove("WATCHDOG_USEC")
             .stdin(stdin)
@@ -144,11 +143,11 @@ impl Children {
         }
     }
 
-    /// Starts this program with another command line, to be killed as this is dropped.
+    /// Starts this program with other arguments. The process is killed when this is dropped.
     ///
     /// # Errors
     ///
-    /// The system has no room for another process.
+    /// The system cannot create another process.
     pub fn start_command(&mut self, arguments: &[&str]) -> io::Result<()> {
         let mut command = Command::new(PROGRAM);
         command.arg0(&self.name).args(arguments).stdin(Stdio::null()).process_group(0);
@@ -157,33 +156,33 @@ impl Children {
         Ok(())
     }
 
-    /// Asks a process to stop; nothing happens when it does not live.
+    /// Sends SIGTERM to a process. No effect if it does not run.
     pub fn terminate(&self, process: Process) {
         self.signal(process, Signal::TERM);
     }
 
-    /// Kills a process; nothing happens when it does not live.
+    /// Sends SIGKILL to a process. No effect if it does not run.
     pub fn kill(&self, process: Process) {
         self.signal(process, Signal::KILL);
     }
 
-    /// Lets a process stand still, or go on; nothing happens when it does not live.
+    /// Sends SIGSTOP (`still`) or SIGCONT to a process. No effect if it does not run.
     pub fn hold(&self, process: Process, still: bool) {
         self.signal(process, if still { Signal::STOP } else { Signal::CONT });
     }
 
-    /// The number of a process that lives.
+    /// The process id of a running process.
     pub(crate) fn pid(&self, process: Process) -> Option<u32> {
         self.living.get(&process).map(|living| living.child.id())
     }
 
-    /// Whether nobody lives.
+    /// Whether no process runs.
     #[must_use]
     pub fn is_empty(&self) -> bool {
         self.living.is_empty()
     }
 
-    /// Those that died since this was asked last, and how.
+    /// Reaps the processes that have ended since the last call; returns their exit statuses.
     pub fn bury(&mut self) -> Vec<(Process, ExitStatus)> {
         let mut dead = Vec::new();
         let Self { living, lives, .. } = self;
@@ -205,12 +204,12 @@ impl Children {
         dead
     }
 
-    /// Waits until somebody dies, `other` can be read, or the time is over.
+    /// Waits until a process ends, `other` is readable, or the timeout expires.
     pub fn wait(&self, other: BorrowedFd<'_>, within: Duration) {
         let pidfds = self.living.values().map(|living| living.pidfd.as_fd());
         let mut fds: Vec<PollFd<'_>> =
             pidfds.chain([other]).map(|fd| PollFd::from_borrowed_fd(fd, PollFlags::IN)).collect();
-        // An interrupted wait is a wait that ended early: whoever waits looks anew anyway.
+        // An interrupted wait only ends early; the caller polls again anyway.
         let _woken = poll(&mut fds, Timespec::try_from(within).ok().as_ref());
     }
 
@@ -227,7 +226,7 @@ impl Children {
 impl Drop for Children {
     fn drop(&mut self) {
         let until = self.motor_stops_within.map(|within| clock::now() + within);
-        // The servos of a mock bus are told by the motor process as those of hardware are.
+        // On a mock bus, the motor process still needs the servos to switch torque off.
         let goes_last = |process: Process| until.is_some() && process == Process::MockBus;
         self.terminate(Process::Motor);
         for (process, living) in &mut self.living {
@@ -249,7 +248,7 @@ impl Drop for Children {
     }
 }
 
-/// The command line that says what `launch` says.
+/// The command line arguments that encode `launch`.
 pub(crate) fn arguments(launch: &Launch) -> Vec<OsString> {
     let mut arguments: Vec<OsString> = Vec::new();
     let mut say = |key: &str, value: OsString| arguments.extend([key.into(), value]);

@@ -16,10 +16,10 @@ use crate::io::run::RunError;
 use crate::io::signals::{Received, Signals};
 use crate::{Children, Lives};
 
-/// How often a starting process is looked at.
+/// Polling interval while processes start or stop.
 const LOOK: Duration = Duration::from_millis(2);
 
-/// Why the processes are not all there.
+/// Reason why the processes do not all run.
 #[derive(Debug, thiserror::Error)]
 pub enum ClassError {
     /// A process could not be started.
@@ -27,7 +27,7 @@ pub enum ClassError {
     Start {
         /// The process.
         process: Process,
-        /// What the system said.
+        /// The operating system's error.
         source: io::Error,
     },
     /// A process ended, or was not ready in time.
@@ -35,26 +35,27 @@ pub enum ClassError {
     NotReady {
         /// The process.
         process: Process,
-        /// What became of it.
+        /// Exit status or timeout.
         how: String,
     },
-    /// A process died or hangs.
+    /// A process died, or its turn timed out.
     #[error(transparent)]
     Turn(#[from] TurnError),
 }
 
-/// The processes that are given turns. Dropping it kills those that live.
+/// The processes of a robot in lockstep time. Dropping it kills those that still run.
 pub(crate) struct Class {
     children: Children,
     signals: Signals,
     ended: BTreeMap<Process, ExitStatus>,
     interrupted: bool,
-    /// Turns are many, and each wakes a process: where that is refused, everything takes longer.
+    /// Keeps cores out of idle states, because each turn wakes a process. Without the permission, a run only
+    /// takes longer.
     _awake: Option<io::Result<Awake>>,
 }
 
 impl Class {
-    /// Nobody yet; the cores are kept awake for them where the settings say so.
+    /// A set without processes. Keeps the cores awake if the settings say so.
     pub(crate) fn new(settings: &Leo) -> Result<Self, RunError> {
         Ok(Self {
             _awake: settings.supervisor.keep_cores_awake.then(Awake::ask),
@@ -65,13 +66,13 @@ impl Class {
         })
     }
 
-    /// Names the processes on a roster.
+    /// Publishes the processes on a roster.
     pub(crate) fn with_lives(mut self, lives: Lives) -> Self {
         self.children = self.children.with_lives(lives);
         self
     }
 
-    /// Starts processes in this order, and waits until all are ready.
+    /// Starts the processes in this order, and waits until all are ready.
     pub(crate) fn gather(
         &mut self,
         node: &Node,
@@ -111,7 +112,7 @@ impl Class {
         }
     }
 
-    /// Waits until all have ended; those that do not in time are killed as the class is dropped.
+    /// Waits until all have exited. Those that exceed the timeout are killed when this is dropped.
     pub(crate) fn see_off(&mut self, within: Duration) {
         let give_up = clock::now() + within;
         while !self.children.is_empty() && clock::now() < give_up {

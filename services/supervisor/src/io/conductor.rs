@@ -1,4 +1,4 @@
-//! Lockstep: gives every process its turn at instants of simulated time.
+//! Lockstep: gives each process its turns at instants of simulated time.
 
 use std::collections::BTreeMap;
 use std::time::Duration;
@@ -7,13 +7,13 @@ use clock::Instant;
 use message::{Done, Header, Process, Turn, TurnKind, Turns, TurnsDone};
 use transport::{Inlet, Node, Outlet, PortError, ReceiveError, SendError};
 
-/// A turn is waited for in slices of this length, between which the process is looked after.
+/// Polling interval while waiting for a turn; between polls, the process is checked.
 const SLICE: Duration = Duration::from_millis(100);
 
-/// Why a turn was not done.
+/// Reason why a turn was not completed.
 #[derive(Debug, thiserror::Error)]
 pub enum TurnError {
-    /// The process ended in its turn, or before it.
+    /// The process ended during its turn, or before it.
     #[error("the process `{process}` died at {:.3} s of simulated time ({how})", seconds(*at))]
     Died {
         /// The process.
@@ -23,23 +23,23 @@ pub enum TurnError {
         /// Its exit status.
         how: String,
     },
-    /// The process did not end its turn in time.
+    /// The process did not complete its turn in time.
     #[error("the process `{process}` hangs: its turn at {:.3} s of simulated time is not done after {} s", seconds(*at), within.as_secs())]
     Hangs {
         /// The process.
         process: Process,
         /// The simulated instant.
         at: Instant,
-        /// How long it was waited for.
+        /// The timeout.
         within: Duration,
     },
-    /// The user wants to stop.
+    /// The user requested a stop.
     #[error("interrupted")]
     Interrupted,
-    /// No turn could be given.
+    /// The turn could not be sent.
     #[error(transparent)]
     Send(#[from] SendError),
-    /// No answer could be received.
+    /// The reply could not be received.
     #[error(transparent)]
     Receive(#[from] ReceiveError),
 }
@@ -48,15 +48,15 @@ fn seconds(at: Instant) -> f64 {
     at.since(Instant::EPOCH).as_secs_f64()
 }
 
-/// What the conductor asks between two slices of waiting.
+/// Checks that the conductor makes while it waits for a turn.
 pub trait Watch {
-    /// How the process ended, if it did.
+    /// The exit status of the process, if it has ended.
     fn ended(&mut self, process: Process) -> Option<String>;
-    /// Whether the user wants to stop.
+    /// Whether the user has requested a stop.
     fn interrupted(&mut self) -> bool;
 }
 
-/// The conductor of lockstep time.
+/// Conducts the processes of a robot in lockstep time.
 pub struct Conductor {
     seats: BTreeMap<Process, Seat>,
     within: Duration,
@@ -69,11 +69,11 @@ struct Seat {
 }
 
 impl Conductor {
-    /// A conductor of `processes`, each of which has `within` to do a turn.
+    /// A conductor of `processes`, with a timeout of `within` for each turn.
     ///
     /// # Errors
     ///
-    /// Shared memory is full.
+    /// Shared memory is exhausted.
     pub fn open(node: &Node, processes: &[Process], within: Duration) -> Result<Self, PortError> {
         let mut seats = BTreeMap::new();
         for &process in processes {
@@ -83,11 +83,12 @@ impl Conductor {
         Ok(Self { seats, within, round: 0 })
     }
 
-    /// Gives one process its turn and waits until it is done; whether it has nothing more to do.
+    /// Gives one process its turn and waits until it is completed. Returns whether the process has nothing left to
+    /// do.
     ///
     /// # Errors
     ///
-    /// The process died, hangs, or cannot be reached; the user wants to stop.
+    /// The process died, timed out or cannot be reached, or the user requested a stop.
     pub fn step(&mut self, process: Process, at: Instant, watch: &mut impl Watch) -> Result<bool, TurnError> {
         self.round += 1;
         let turn = Turn { kind: TurnKind::Step.raw(), reserved: 0, round: self.round };
@@ -115,21 +116,21 @@ impl Conductor {
         }
     }
 
-    /// Tells every process to end.
+    /// Tells every process to exit.
     pub fn dismiss(&mut self) {
         self.round += 1;
         let turn = Turn { kind: TurnKind::Stop.raw(), reserved: 0, round: self.round };
         for seat in self.seats.values_mut() {
-            // One that cannot be told is killed with the others.
+            // A process that cannot be told is killed with the others.
             let _ = seat.turns.send(Header::default(), 1, |_| turn, |_| {});
         }
     }
 }
 
-/// When each process is due, on grids that begin together at one period after zero.
+/// Schedule of the processes' turns, on periodic grids that all start one period after zero.
 #[derive(Clone, Debug)]
 pub struct Timetable {
-    /// Processes in the order of their turns at one instant, each with its period.
+    /// Processes in the order of their turns at the same instant, with period and next turn.
     due: Vec<(Process, Duration, Instant)>,
 }
 
@@ -142,9 +143,9 @@ impl Timetable {
         Self { due }
     }
 
-    /// The next turn: whose, and when. `None` when nobody is in the timetable.
+    /// The next turn: process and instant. `None` if the timetable is empty.
     pub fn next_turn(&mut self) -> Option<(Process, Instant)> {
-        // `min_by_key` keeps the first of equals: the order of the turns.
+        // `min_by_key` returns the first of equal keys, which preserves the order of turns.
         let (process, period, at) = self.due.iter_mut().min_by_key(|(_, _, at)| *at)?;
         let turn = (*process, *at);
         *at += *period;

@@ -1,8 +1,8 @@
-//! The guard process: it switches torque off when the supervisor and the motor process have died together.
+//! The torque guard process: it switches torque off if both the supervisor and the motor process die.
 //!
-//! It waits at the reading end of a pipe. Only the supervisor and the motor process hold its writing ends.
-//! Both tell it on that pipe where the robot stands. When both are gone, the kernel closes the pipe: where the last word
-//! was not that torque is off, the guard opens the buses itself. It takes no line from a motor process that lives.
+//! The guard reads from a pipe whose write ends only the supervisor and the motor process hold. Both report the
+//! robot's state on that pipe. When both are gone, the kernel closes the pipe. If the last report was not that torque
+//! is off, the guard opens the buses itself. It never takes a serial line from a running motor process.
 
 use std::fs::File;
 use std::io::{self, PipeReader, PipeWriter, Write as _};
@@ -23,39 +23,40 @@ use crate::io::children::{PROGRAM, arguments};
 /// The subcommand.
 const COMMAND: &str = "torque-guard";
 
-/// A motor process begins, or is between two lives.
+/// A motor process is starting, or is about to be restarted.
 const STARTING: &str = "starting";
-/// The motor process with this number runs.
+/// A motor process with the following process id runs.
 const MOTOR: &str = "motor ";
-/// Torque is off, or it was said of which servos that is not known.
+/// Torque is off, or the servos for which this is not confirmed were logged.
 const ENDED: &str = process::TORQUE_IS_OFF;
 
-/// A guard that has died is replaced, but not more often than this.
+/// Shortest interval between two restarts of a dead guard.
 const REPLACE_EVERY: Duration = Duration::from_secs(1);
-/// How long the end of a run waits for the guard's.
+/// How long the end of a run waits for the guard to exit.
 const ENDS_WITHIN: Duration = Duration::from_secs(1);
-/// How often the guard looks whether its supervisor lives.
+/// Interval at which the guard checks that its supervisor runs.
 const LOOK_EVERY: Duration = Duration::from_millis(200);
-/// How long a motor process may take to end after its supervisor has died: it needs a second. One that hangs is killed.
+/// How long a motor process may take to exit after its supervisor has died; normally one second. After that it is
+/// killed.
 const MOTOR_ENDS_WITHIN: Duration = Duration::from_millis(2500);
-/// How long a line may stay another process's.
+/// How long to wait for the exclusive lock of a serial line.
 const BUSY_TIMEOUT: Duration = Duration::from_secs(5);
 
-/// The supervisor's end of the guard.
+/// The supervisor's handle of the guard process.
 #[derive(Debug)]
 pub(crate) struct Guard {
     launch: Launch,
-    /// The guard reads from a copy: held here so that its successor reads from the same pipe.
+    /// The guard reads from a duplicate. Kept so that a restarted guard reads from the same pipe.
     reader: PipeReader,
     writer: PipeWriter,
     child: Option<Child>,
-    /// What was told last.
+    /// The last message.
     told: String,
     replace_at: Instant,
 }
 
 impl Guard {
-    /// Starts the guard of a robot; none where every bus is a mock, whose servos end with its process.
+    /// Starts the guard of a robot. `None` if all buses are mocks, whose servos end with their process.
     pub(crate) fn start(robot: &Robot, launch: &Launch) -> Option<Self> {
         let is_hardware = robot.motor.buses.iter().any(|bus| bus.device != Device::Mock);
         if !is_hardware {
@@ -69,7 +70,7 @@ impl Guard {
         started.inspect_err(no_guard).ok()
     }
 
-    /// What the motor process is to hold, so that the guard learns of its death.
+    /// The write end for the motor process; the kernel closes it when that process dies.
     pub(crate) fn line(&self) -> io::Result<OwnedFd> {
         self.writer.try_clone().map(OwnedFd::from)
     }
@@ -93,7 +94,7 @@ impl Guard {
         }
     }
 
-    /// Replaces a guard that has died.
+    /// Restarts the guard if it has died.
     pub(crate) fn attend(&mut self, now: Instant) {
         let has_died = self.child.as_mut().is_none_or(|child| !matches!(child.try_wait(), Ok(None)));
         if !has_died || now < self.replace_at {
@@ -113,7 +114,7 @@ impl Guard {
         }
     }
 
-    /// Tells the guard that there is nothing to do any more, and waits for its end.
+    /// Tells the guard that torque is off, and waits for its exit.
     pub(crate) fn end(mut self) {
         self.tell(ENDED.to_owned());
         let Self { writer, child, .. } = self;
@@ -135,7 +136,7 @@ fn no_guard(error: &io::Error) {
     );
 }
 
-/// Starts a guard that reads from a pipe. It is in a process group of its own, and does not die with its parent.
+/// Starts a guard that reads from `reader`. It has its own process group, and survives its parent.
 fn spawn(reader: &PipeReader, launch: &Launch) -> io::Result<Child> {
     Command::new(PROGRAM)
         .arg0(std::env::current_exe()?)
@@ -149,26 +150,26 @@ fn spawn(reader: &PipeReader, launch: &Launch) -> io::Result<Child> {
         .spawn()
 }
 
-/// Where the robot stands, as the guard was told.
+/// The robot's state, as last reported to the guard.
 #[derive(Debug)]
 enum Standing {
-    /// No motor process has begun, or torque is off.
+    /// No motor process has started, or torque is off.
     Ended,
     /// A motor process may have switched torque on.
     Begun { motor: Option<OwnedFd> },
 }
 
-/// The guard process: waits until the supervisor and the motor process are gone, and then sees to it that torque is
-/// off. Signals do not end it.
+/// Main function of the guard process. Waits until the supervisor and the motor process are gone, then ensures that
+/// torque is off. Signals do not end it.
 ///
 /// # Errors
 ///
-/// Its pipe is none, or a servo has not confirmed that its torque is off.
+/// The pipe at standard input cannot be read, or a servo has not confirmed that its torque is off.
 pub fn guard(launch: &Launch, robot: &Robot) -> Result<(), Failure> {
-    // The flag is not looked at: it is there so that the signals are handled.
+    // The flag is not read. Installing it makes the process handle signals instead of ending.
     let _ignored = process::stop_flag()?;
     realtime::take_name();
-    // The domain may be gone by then; the files were read already.
+    // The domain may be removed by then; the configuration has been read before.
     let buses = torque::buses(&robot.motor, None);
     let standing = watch(launch).map_err(|error| Failure::own(format!("the guard has no pipe: {error}")))?;
     if matches!(standing, Standing::Ended) {
@@ -180,7 +181,7 @@ pub fn guard(launch: &Launch, robot: &Robot) -> Result<(), Failure> {
     if report.is_confirmed() { Ok(()) } else { Err(Failure::own(report)) }
 }
 
-/// Reads the pipe to its end: until no process holds a writing end.
+/// Reads the pipe until no process holds a write end any more.
 fn watch(launch: &Launch) -> io::Result<Standing> {
     let pipe = File::from(io::stdin().as_fd().try_clone_to_owned()?);
     let mut standing = Standing::Ended;
@@ -228,7 +229,7 @@ impl Standing {
         Self::Begun { motor: number.and_then(|pid| pidfd_open(pid, PidfdFlags::empty()).ok()) }
     }
 
-    /// The motor process has had its time to end: the line that it holds is needed.
+    /// Kills a motor process that exceeds its timeout, because the guard needs its serial line.
     fn without_a_motor_that_hangs(self) -> Self {
         if let Self::Begun { motor: Some(motor) } = &self
             && pidfd_send_signal(motor, Signal::KILL).is_ok()

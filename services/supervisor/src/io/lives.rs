@@ -3,7 +3,7 @@ use std::fs;
 use message::{Process, Roster};
 use transport::{Node, PortError, RosterWriter};
 
-/// The supervisor's roster on its board: which life of each process is the newest, and which process may publish.
+/// Writer of the supervisor's roster: the newest incarnation of each process, and which process may publish.
 #[derive(Debug)]
 pub struct Lives {
     board: RosterWriter,
@@ -11,11 +11,11 @@ pub struct Lives {
 }
 
 impl Lives {
-    /// Puts up the roster of a robot that these processes are.
+    /// Publishes the roster of a robot that consists of these processes.
     ///
     /// # Errors
     ///
-    /// Another supervisor runs in the domain, or shared memory is full.
+    /// Another supervisor runs in the domain, or shared memory is exhausted.
     pub fn put_up(node: &Node, members: &[Process]) -> Result<Self, PortError> {
         let mut lives =
             Self { board: RosterWriter::create(node, Process::Supervisor, 1)?, roster: Roster::default() };
@@ -26,33 +26,35 @@ impl Lives {
         Ok(lives)
     }
 
-    /// Lets this process publish in the place of a process of the robot.
+    /// Allows this process to publish in place of a process of the robot.
     pub fn stand_in(&mut self, node: &Node, process: Process) {
         self.roster.add_member(process);
         self.roster.set_pid(process, node.pid(), 0);
         self.board.write(&self.roster);
     }
 
-    /// Notes that a life begins, of which the process is not known yet.
+    /// Records that an incarnation starts, whose process id is not known yet.
     pub(crate) fn begin(&mut self, process: Process, incarnation: u64) {
         self.roster.set_incarnation(process, incarnation);
         self.board.write(&self.roster);
     }
 
-    /// Notes which process it is that was started at an instant. It waits for that before it publishes.
+    /// Records the process id and start time of the newest incarnation. The process waits for this before it
+    /// publishes.
     pub(crate) fn name(&mut self, process: Process, pid: u32, began_at_ns: u64) {
         self.roster.set_pid(process, outermost(pid), began_at_ns);
         self.board.write(&self.roster);
     }
 
-    /// Notes that a life has ended. To be called before its process is reaped: until then its number is no other's.
+    /// Records that an incarnation has ended. Call it before the process is reaped, because reaping frees its process
+    /// id.
     pub(crate) fn end(&mut self, process: Process, ended_at_ns: u64) {
         self.roster.end(process, ended_at_ns);
         self.board.write(&self.roster);
     }
 }
 
-/// The number of a process in the outermost namespace that can be seen, as the middleware uses it.
+/// The process id in the outermost visible namespace, as the middleware uses it.
 fn outermost(pid: u32) -> u32 {
     let status = fs::read_to_string(format!("/proc/{pid}/status")).unwrap_or_default();
     let numbers = status.lines().find_map(|line| line.strip_prefix("NSpid:"));

@@ -5,42 +5,42 @@ use std::path::{Path, PathBuf};
 use clock::{Duration, Instant};
 use transport::{Domain, Replaced, Segment};
 
-/// How often it is looked at.
+/// Interval between two checks.
 const EVERY: Duration = Duration::from_millis(100);
-/// The memory that this process has mapped, with the files that it comes from.
+/// The memory mappings of this process.
 const MAPS: &str = "/proc/self/maps";
 
-/// Notices that shared memory is removed under the running robot: by `RemoveIPC` of logind when its user's last login
-/// ends, or by a cleaner; and that the middleware's management segment is damaged.
+/// Detects that shared memory was removed under the running robot, or that the middleware's management segment is
+/// damaged. Causes of a removal are logind's `RemoveIPC` at the user's last logout, and cleaners of /dev/shm.
 ///
-/// Processes keep what they have mapped, and go on. But no process can start, and no command finds the robot.
+/// Running processes keep their mappings and continue. But no process can start, and no command finds the robot.
 #[derive(Debug)]
 pub(crate) struct MemoryWatch {
-    /// The domain's folder, and the files there and in shared memory that are the supervisor's own: no other process may
-    /// remove them while it lives.
+    /// The domain's folder and the supervisor's own files in shared memory. No other process may remove them while
+    /// the supervisor runs.
     files: Vec<(PathBuf, Option<File>)>,
     segment: Option<Segment>,
-    /// What is wrong with the segment and could not be mended, as it was told.
+    /// The last reported reason why the segment cannot be repaired.
     told: Option<String>,
     look_at: Instant,
 }
 
-/// What is wrong with shared memory.
+/// A fault of shared memory.
 #[derive(Debug)]
 pub(crate) enum MemoryFault {
-    /// A file of shared memory is gone, or another one stands in its place.
+    /// A file of shared memory was removed or replaced.
     Removed(PathBuf),
-    /// The management segment was damaged, and is as it was again.
+    /// The management segment was damaged, and has been repaired.
     Mended(Replaced),
-    /// The management segment cannot be mended, and why: no process can join.
+    /// The management segment cannot be repaired, with the reason; no process can join.
     Damaged(String),
 }
 
-/// Which file it is, by the file system's number and its own.
+/// Identity of a file: device and inode number.
 type File = (u64, u64);
 
 impl MemoryWatch {
-    /// Watches what there is of the domain now; the supervisor has joined it.
+    /// Watches the current files of the domain, which the supervisor has joined.
     pub(crate) fn of(domain: &Domain) -> Self {
         let mapped = fs::read_to_string(MAPS).unwrap_or_default();
         let folder = [domain.root().to_owned()].into_iter();
@@ -52,7 +52,7 @@ impl MemoryWatch {
         Self { files: files.collect(), segment, told: None, look_at: Instant::EPOCH }
     }
 
-    /// What is wrong, if anything; looked at now and then, or `now_for_sure`.
+    /// Checks the files and the segment at intervals, or at once with `now_for_sure`; returns a new fault.
     pub(crate) fn look(&mut self, now: Instant, now_for_sure: bool) -> Option<MemoryFault> {
         if now < self.look_at && !now_for_sure {
             return None;
@@ -80,7 +80,7 @@ fn file(path: &Path) -> Option<File> {
     fs::metadata(path).map(|file| (file.dev(), file.ino())).ok()
 }
 
-/// The files in shared memory of a domain that are mapped.
+/// The mapped shared memory files of a domain.
 fn files_mapped(maps: &str, domain: &Domain) -> Vec<PathBuf> {
     let files = format!("{}_", domain.root().display());
     let mut paths: Vec<_> = maps
@@ -119,7 +119,7 @@ mod tests {
         let now = clock::now();
         let removed = |found| matches!(found, Some(MemoryFault::Removed(path)) if path == domain.root());
         assert!(watch.look(now, false).is_none());
-        // The new one is made before the old one goes, so that it cannot have its number.
+        // Created before the old folder is removed, so that it gets another inode number.
         let other = domain.root().with_extension("other");
         fs::create_dir(&other).unwrap();
         fs::remove_dir_all(domain.root()).unwrap();

@@ -1,5 +1,5 @@
-//! `leo replay`: what a recording says was perceived, said and felt, through the real belief and learner
-//! processes once more; and what they make of it beside what they made of it then.
+//! `leo replay`: feeds a recording's percepts, utterances and joint states to the real belief and learner processes,
+//! and compares their output with the recorded output.
 
 use std::collections::{BTreeMap, VecDeque};
 use std::fmt;
@@ -22,67 +22,68 @@ use crate::io::conductor::{Conductor, TurnError, Watch as _};
 use crate::io::run::RunError;
 use crate::io::tape::{Record, Tape};
 
-/// Who makes anything of what is replayed, readers before their writers.
+/// The processes that consume what is replayed; readers before their writers.
 const PROCESSES: [Process; 2] = [Process::Learner, Process::Belief];
-/// What the player publishes in the place of, as it was recorded.
+/// The processes whose recorded output the player publishes in their place.
 const STAGE: [Process; 3] = [Process::Sensor, Process::Simulator, Process::Motor];
-/// Sentences that one frame holds at most.
+/// Maximum number of utterances in one frame.
 const SENTENCES: usize = 16;
 
-/// Where time is kept, it is looked this often whether the user wants to stop.
+/// Polling interval for a stop request while replaying at a given speed.
 const SLICE: Duration = Duration::from_millis(50);
 
-/// What to replay, and how.
+/// Options of a replay.
 #[derive(Clone, Debug)]
 pub struct Replaying {
-    /// The domain of its own that the processes run in.
+    /// The domain of the processes.
     pub domain: Domain,
-    /// The configuration that the recording was made with, checked.
+    /// The validated configuration of the recorded robot.
     pub settings: Leo,
-    /// Its file, as the processes read it themselves.
+    /// Its file, which the processes read themselves.
     pub config: PathBuf,
-    /// How many joints it has.
+    /// Its number of joints.
     pub joints: usize,
-    /// Multiple of real time; as fast as the machine can, without.
+    /// Multiple of real time; `None` for as fast as possible.
     pub speed: Option<f64>,
-    /// What comes before is played too, because beliefs have a past, and is neither compared nor told.
+    /// Start of the comparison. Earlier frames are played too, because beliefs have a history, but are neither
+    /// compared nor reported.
     pub from: Duration,
-    /// What comes after is not played.
+    /// End of the replay.
     pub to: Option<Duration>,
-    /// Where all that is played, and what the processes make of it, is recorded, if it is.
+    /// Where to record the replayed and the produced frames.
     pub record: Option<Record>,
 }
 
-/// What came of it.
+/// Result of a replay.
 #[derive(Clone, Debug, Default)]
 pub struct Played {
-    /// Simulated time, from the first frame played to the last.
+    /// Simulated time from the first to the last frame played.
     pub lasted: Duration,
-    /// Of each buffer that the processes made.
+    /// Counts per buffer that the processes produced.
     pub paired: BTreeMap<Buffer, Paired>,
-    /// What differs first; the replay ends there.
+    /// The first difference; the replay stops there.
     pub wrong: Option<Wrong>,
-    /// Why nothing was compared, if nothing was.
+    /// Reason why nothing was compared.
     pub incomparable: Option<&'static str>,
 }
 
-/// Frames of one buffer.
+/// Frame counts of one buffer.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Paired {
-    /// In the recording, and replayed the same bit by bit.
+    /// Recorded frames that were reproduced bit by bit.
     pub equal: u64,
-    /// Replayed, and not compared.
+    /// Produced frames that were not compared.
     pub uncompared: u64,
 }
 
-/// A frame that was replayed otherwise than it was recorded.
+/// A produced frame that differs from the recorded one.
 #[derive(Clone, Debug)]
 pub struct Wrong {
     /// The buffer.
     pub buffer: Buffer,
-    /// The number of the frame.
+    /// The sequence number of the frame.
     pub sequence: u64,
-    /// The instant that it speaks about, from the beginning of the recording.
+    /// The frame's time stamp, relative to the start of the recording.
     pub at: Duration,
     /// The first field that differs.
     pub difference: Difference,
@@ -95,37 +96,37 @@ impl fmt::Display for Wrong {
     }
 }
 
-/// Why a replay came to nothing.
+/// Error of a replay.
 #[derive(Debug, thiserror::Error)]
 pub enum ReplayError {
-    /// The processes could not run at all.
+    /// The processes could not be run.
     #[error(transparent)]
     Run(#[from] RunError),
-    /// The processes are not all there, or one died or hangs.
+    /// The processes did not all start, or one died or timed out.
     #[error(transparent)]
     Class(#[from] ClassError),
-    /// The recording cannot be read on.
+    /// The recording cannot be read.
     #[error(transparent)]
     Read(#[from] ReadError),
-    /// What is played cannot be recorded.
+    /// The replay cannot be recorded.
     #[error(transparent)]
     Record(#[from] RecordError),
     /// A frame could not be sent to the processes.
     #[error(transparent)]
     Send(#[from] SendError),
-    /// Nothing could be received from them.
+    /// Receiving from the processes failed.
     #[error(transparent)]
     Receive(#[from] ReceiveError),
-    /// A frame has more entries than the configuration lets a buffer hold.
+    /// A frame has more entries than the configuration allows.
     #[error("frame {sequence} of `{buffer}` has {entries} entries, and its configuration allows {most}")]
     TooLong {
         /// The buffer.
         buffer: Buffer,
-        /// The number of the frame.
+        /// The sequence number of the frame.
         sequence: u64,
-        /// How many it has.
+        /// Its number of entries.
         entries: usize,
-        /// How many it may have.
+        /// The maximum number of entries.
         most: usize,
     },
 }
@@ -142,13 +143,13 @@ impl From<PortError> for ReplayError {
     }
 }
 
-/// Replays a recording in lockstep time, and compares what the belief process and the learner make of it
-/// with what they made of it when it was recorded, as far as that was in lockstep time too. `tell` is
-/// given every utterance and every event, in the order of the instants.
+/// Replays a recording in lockstep time, and compares the output of the belief process and the learner with the
+/// recorded output. The comparison requires a recording in lockstep time. `tell` receives every utterance and event
+/// in the order of their time stamps.
 ///
 /// # Errors
 ///
-/// The recording cannot be read to its end, a process died or hangs, or they could not run at all.
+/// The recording cannot be read to its end, a process died or timed out, or the processes could not be run.
 pub fn replay<R: Read>(
     replaying: &Replaying,
     reader: &mut Reader<R>,
@@ -222,7 +223,7 @@ fn play<R: Read>(
     Ok(played)
 }
 
-/// Why what comes of a replay need not be what came of it then.
+/// Reason why the output of a replay may differ from the recording.
 fn incomparable<R: Read>(reader: &Reader<R>) -> Option<&'static str> {
     let time = reader.about().map(|about| about.time);
     (time != Some(Time::Lockstep)).then_some(
@@ -231,15 +232,15 @@ fn incomparable<R: Read>(reader: &Reader<R>) -> Option<&'static str> {
     )
 }
 
-/// What stands in for sensor, simulator and motor, and what the processes make of it.
+/// Publishers that stand in for sensor, simulator and motor, and subscribers to the processes' output.
 struct Stage {
     percepts: Outlet<Percepts>,
     utterances: Outlet<Utterances>,
     joint_states: Outlet<JointStates>,
-    /// The newest one counts: it is sent when the learner has its turn.
+    /// The newest joint states, published at the learner's next turn.
     joints: Option<Frame>,
     inlets: Inlets,
-    /// Made in the last turn, and not yet found in the recording.
+    /// Frames produced in the last turn that have not been matched with the recording.
     made: BTreeMap<Buffer, VecDeque<Frame>>,
 }
 
@@ -257,12 +258,12 @@ impl Stage {
     }
 }
 
-/// Sends a frame as it was recorded, its number and its life included.
+/// Publishes a frame as recorded, including its sequence number and incarnation.
 fn send<T>(outlet: &mut Outlet<T>, frame: &Frame) -> Result<(), ReplayError>
 where
     T: Topic<Head: Bytes, Entry: Bytes>,
 {
-    // The reader gives whole frames only.
+    // The reader returns complete frames only.
     let Some((head, entries)) = frame.read::<T>() else { return Ok(()) };
     if entries.len() > outlet.capacity() {
         let Frame { buffer, sequence, .. } = *frame;
@@ -281,7 +282,7 @@ struct Performance<'a, F> {
     tell: F,
     played: Played,
     began_ns: Option<u64>,
-    /// The instant of the clock, and the simulated one, from which on time is kept.
+    /// Start of the paced part: clock time and simulated time.
     paced_from: Option<(Instant, Instant)>,
     tape: Option<Tape>,
 }
@@ -336,7 +337,7 @@ impl<F: FnMut(&Frame)> Performance<'_, F> {
         }
     }
 
-    /// Gives the belief process and the learner their turns on a frame of the percept buffer.
+    /// Gives the belief process and the learner a turn for a frame of the percept buffer.
     fn step(&mut self, frame: &Frame) -> Result<(), ReplayError> {
         self.expect_nothing_more();
         if self.played.wrong.is_some() {
@@ -369,7 +370,7 @@ impl<F: FnMut(&Frame)> Performance<'_, F> {
         Ok(())
     }
 
-    /// What was made of the percepts before the next ones has to be in the recording by now.
+    /// All frames produced for the previous percepts must have appeared in the recording by now.
     fn expect_nothing_more(&mut self) {
         let more = self.stage.made.values_mut().find_map(VecDeque::pop_front);
         if let Some(frame) = more {
@@ -377,7 +378,7 @@ impl<F: FnMut(&Frame)> Performance<'_, F> {
         }
     }
 
-    /// Compares a recorded frame with the one that was made.
+    /// Compares a recorded frame with the produced one.
     fn pair(&mut self, recorded: &Frame) {
         if self.played.incomparable.is_some() {
             return;
@@ -405,14 +406,14 @@ impl<F: FnMut(&Frame)> Performance<'_, F> {
         self.played.wrong.get_or_insert(Wrong { buffer, sequence, at, difference });
     }
 
-    /// Waits until it is time for a turn, where time is kept.
+    /// Waits until a turn is due, if a replay speed is given.
     fn keep_time(&mut self, frame: &Frame, now: Instant) -> Result<(), ReplayError> {
         let mut until = Instant::EPOCH;
         if let Some(speed) = self.replaying.speed
             && self.counts(frame)
         {
             let (began, simulated) = *self.paced_from.get_or_insert_with(|| (clock::now(), now));
-            // What is too long to be told is no time to wait for.
+            // A delay beyond the range of `Duration` is skipped.
             let after = Duration::try_from_secs_f64(now.since(simulated).as_secs_f64() / speed);
             until = began + after.unwrap_or_default();
         }

@@ -26,18 +26,18 @@ use crate::io::stop_by_any_user::stop_by_any_user;
 use crate::policy::{Action, Ended, Event, Outcome, Policy, Terms, Why};
 use crate::{Children, Lives};
 
-/// How soon to look again while a process is on its way up or down.
+/// Polling interval while a process is starting or stopping.
 const BUSY: Duration = Duration::from_millis(5);
-/// Hearts are felt this many times within the time that they may stand still.
+/// Number of heartbeat polls within one heartbeat timeout.
 const PULSES: u32 = 4;
-/// How often is cleaned up after those that looked on and were killed, while nobody of the robot dies.
+/// Interval of the clean-up after killed observers while no process of the robot dies.
 const CLEAN_EVERY: Duration = Duration::from_secs(5);
-/// How long a line of a motor process that has just died may stay its own.
+/// How long to wait for the exclusive lock of a serial line of a motor process that has just died.
 const BUSY_TIMEOUT: Duration = Duration::from_secs(2);
-/// The exit status of a process that refuses its configuration.
+/// Exit status of a process that refuses its configuration.
 const REFUSED: i32 = 2;
-/// The order of starting: readers before their writers, so that no frame finds nobody there, and
-/// the servos before who moves them.
+/// Start order. Readers start before their writers, so that no message is lost. The mock servo bus starts before the
+/// motor process.
 pub const ORDER: [Process; 8] = [
     Process::Console,
     Process::MockBus,
@@ -52,70 +52,70 @@ pub const ORDER: [Process; 8] = [
 /// What to run.
 #[derive(Clone, Debug)]
 pub struct Orders {
-    /// The domain of its own that the robot runs in.
+    /// The domain of this robot.
     pub domain: Domain,
-    /// The processes, in the order of starting: [`ORDER`], or a part of it.
+    /// The processes in start order: [`ORDER`], or a part of it.
     pub processes: Vec<Process>,
-    /// The configuration, checked.
+    /// The validated configuration.
     pub settings: Leo,
-    /// The files of the configuration: the processes read them as they are now, in every life.
+    /// The configuration files. Every incarnation of a process reads this snapshot.
     pub files: Files,
-    /// The lesson to play, as it is written.
+    /// Text of the lesson to play.
     pub lesson: Option<String>,
-    /// A synthetic lesson of so many objects instead.
+    /// Number of objects of a synthetic lesson, played instead of `lesson`.
     pub synthetic: Option<u32>,
-    /// Partners whose perspective is taken; what the configuration says, without.
+    /// Number of partners whose perspective is simulated; default: the configuration's value.
     pub partners: Option<u32>,
-    /// Where Leo remembers what it learned.
+    /// File that stores what Leo has learned.
     pub state: Option<PathBuf>,
-    /// What goes wrong on purpose, as it is written, and of it what is done to the processes.
+    /// Text of the fault campaign, and the part of it that concerns processes.
     pub faults: Option<(String, ProcessFaults)>,
-    /// Whether the robot stays up when the lesson is over.
+    /// Whether the robot keeps running when the lesson is over.
     pub stay: bool,
-    /// How long to run once all processes are ready, whether or not there is anything left to do; until
-    /// somebody stops it, or as `stay` says, without.
+    /// Run time, counted from the moment all processes are ready. `None`: until stopped, or until the lesson ends
+    /// unless `stay` is set.
     pub run_for: Option<Duration>,
 }
 
-/// Why the robot could not run at all.
+/// Error that prevents the robot from running.
 #[derive(Debug, thiserror::Error)]
 pub enum RunError {
-    /// Shared memory has no room for the robot.
+    /// Shared memory is too small for the robot.
     #[error("{0}")]
     NoRoom(String),
-    /// The system has no thread for the supervisor.
+    /// The supervisor cannot start a thread.
     #[error("cannot start a thread: {0}; is the limit of processes of this user, `ulimit -u`, reached?")]
     Thread(#[source] io::Error),
-    /// The configuration is refused.
+    /// The configuration is invalid.
     #[error(transparent)]
     Config(#[from] ConfigError),
-    /// The domain cannot be had.
+    /// The domain cannot be claimed.
     #[error(transparent)]
     Claim(#[from] ClaimError),
-    /// The domain cannot be made.
+    /// The domain cannot be created.
     #[error(transparent)]
     Domain(#[from] DomainError),
     /// The supervisor cannot join the domain.
     #[error(transparent)]
     Join(#[from] JoinError),
-    /// The roster cannot be put up.
+    /// The roster cannot be published.
     #[error(transparent)]
     Port(#[from] PortError),
-    /// Signals cannot be watched for.
+    /// Signal handlers cannot be installed.
     #[error("cannot watch for signals: {0}")]
     Signals(io::Error),
-    /// What the program is called cannot be found out.
+    /// The path of the program cannot be determined.
     #[error("cannot find out what this program is called, from which the processes are started: {0}")]
     Executable(io::Error),
 }
 
-/// Runs the robot until somebody stops it, a process has nothing left to do, or one cannot be
-/// kept alive. Nothing is left behind, in shared memory or among the processes, but an emergency stop
-/// that was not released: a robot that is started anew in its domain is limp until it is.
+/// Runs the robot until it is stopped, a process has finished, or a process cannot be kept running.
+/// On return, no shared memory and no process remains.
+/// An emergency stop that was not released is kept: the next run in this domain has torque off until the release.
 ///
 /// # Errors
 ///
-/// The domain cannot be had, or the system refuses what the supervisor itself needs.
+/// The domain cannot be claimed or created, or the system refuses a resource that the supervisor needs.
 pub fn run(orders: &Orders) -> Result<Outcome, RunError> {
     for name in sweep_stale() {
         tracing::info!(domain = name, "removed what a killed robot left behind");
@@ -133,14 +133,13 @@ pub fn run(orders: &Orders) -> Result<Outcome, RunError> {
     let outcome = made.map_err(RunError::from).and_then(|kept| supervise(orders, &kept));
     Janitor::new(&orders.domain).wipe(claim);
     if matches!(outcome, Ok(Outcome::MemoryRemoved)) {
-        // What is left of it belongs to a folder that is gone.
+        // The remaining files belong to a folder that is already removed.
         sweep_stale();
     }
     outcome
 }
 
-/// Where the files lie that the processes read instead of those they were made from: a life that begins
-/// while somebody edits them, or upgrades the package that brought them, is like the first.
+/// Snapshot of the configuration taken at start-up, so that restarted processes see the same files.
 struct Kept {
     folder: PathBuf,
     lesson: Option<PathBuf>,
@@ -174,8 +173,8 @@ fn supervise(orders: &Orders, kept: &Kept) -> Result<Outcome, RunError> {
     let queues = Queues { frames: orders.settings.buffers.frames.get(), delivery: Delivery::Newest };
     let node = Node::join(&orders.domain, Process::Supervisor.name(), 1, queues)?;
     let lives = Lives::put_up(&node, &orders.processes)?;
-    // What the supervisor was granted for itself, such as to change the kernel's threads, is not for those that it
-    // starts. A kernel that knows nothing of it has granted nothing.
+    // Child processes must not inherit the supervisor's capabilities, such as changing kernel threads. A kernel
+    // without ambient capabilities has granted none.
     let _cleared = rustix::thread::clear_ambient_capability_set();
     let stop_within = orders.settings.supervisor.stop_within_ms.duration();
     let children = Children::new().map_err(RunError::Executable)?.with_motor(stop_within).with_lives(lives);
@@ -216,7 +215,7 @@ fn supervise(orders: &Orders, kept: &Kept) -> Result<Outcome, RunError> {
     Ok(outcome)
 }
 
-/// Keeps the cores awake where that is granted: where it is not, everything works, and wakes later.
+/// Keeps the cores out of idle states if permitted. Without the permission, wake-up latency is higher.
 fn keep_cores_awake() -> Option<Awake> {
     let asked = Awake::ask();
     if let Err(error) = &asked {
@@ -227,7 +226,7 @@ fn keep_cores_awake() -> Option<Awake> {
     asked.ok()
 }
 
-/// What a process is told when it is started.
+/// The command line arguments of a process.
 fn launch(orders: &Orders, kept: &Kept, incarnation: u64) -> Launch {
     Launch {
         domain: orders.domain.root().to_owned(),
@@ -245,28 +244,29 @@ fn launch(orders: &Orders, kept: &Kept, incarnation: u64) -> Launch {
     }
 }
 
-/// The world that the policy decides about.
+/// State of the running robot; executes the decisions of the [`Policy`].
 struct House<'orders> {
     orders: &'orders Orders,
     kept: &'orders Kept,
     robot: Robot,
     node: Node,
     children: Children,
-    /// Behind the children: where the supervisor ends without a word, it learns of that when they are gone.
+    /// Started after the children's resources: if the supervisor is killed, the guard notices once the motor process
+    /// is gone.
     guard: Option<Guard>,
     memory: MemoryWatch,
     is_memory_removed: bool,
-    /// Switches torque off, while it does.
+    /// The thread that switches torque off, while it runs.
     torque_off: Option<JoinHandle<()>>,
     caretaker: Caretaker,
-    /// Boards of the living, opened once they stand.
+    /// Health boards of the running processes, opened once they exist.
     hearts: BTreeMap<Process, Heart>,
-    /// What happened since the policy was told.
+    /// Events since the last step of the policy.
     events: Vec<Event>,
     end_at: Option<Instant>,
-    /// When to clean up after onlookers next.
+    /// Time of the next clean-up after killed observers.
     clean_at: Instant,
-    /// What is done to the processes on purpose.
+    /// Faults that are still to be injected into processes.
     faults: ProcessFaults,
     service_manager: ServiceManager,
     serial_lines: SerialLines,
@@ -275,7 +275,7 @@ struct House<'orders> {
 struct Heart {
     incarnation: u64,
     board: Option<HealthReader>,
-    /// Until it is ready.
+    /// Held until the process is ready.
     head_start: Option<HeadStart>,
 }
 
@@ -285,7 +285,7 @@ impl House<'_> {
         let mut policy = Policy::new(terms, &self.orders.processes, clock::now());
         loop {
             self.look_around(&mut signals);
-            // Read after the hearts were felt, so that none seems to stand still for longer.
+            // Read the clock after the heartbeats, so that no heartbeat seems older than it is.
             let now = clock::now();
             for action in policy.step(now, &std::mem::take(&mut self.events)) {
                 if let Some(outcome) = self.act(now, action) {
@@ -299,7 +299,7 @@ impl House<'_> {
             }
             if now >= self.clean_at {
                 self.clean_at = now + CLEAN_EVERY;
-                // Never while a process starts; after a death it is done in any case.
+                // Never while a process starts. After a death, a clean-up is done in any case.
                 if !policy.is_busy() {
                     self.node.clean_up_dead();
                 }
@@ -326,7 +326,7 @@ impl House<'_> {
             self.events.push(Event::TimeIsOver);
         }
         let dead = self.children.bury();
-        // Before a death is told, of which it may be the cause.
+        // Check before reporting a death, because removed memory may be its cause.
         self.look_at_memory(!dead.is_empty());
         for (process, status) in dead {
             self.hearts.remove(&process);
@@ -352,7 +352,7 @@ impl House<'_> {
             self.events.push(Event::CleanedUp);
         }
         if let Some(done) = self.torque_off.take_if(|thread| thread.is_finished()) {
-            // A thread that panicked has said so.
+            // A thread that panicked has already reported it.
             let _ended = done.join();
             self.events.push(Event::TorqueIsOff);
         }
@@ -386,7 +386,8 @@ impl House<'_> {
         self.events.push(Event::MemoryRemoved);
     }
 
-    /// Switches torque off without a motor process, in a thread of its own: the others are looked after meanwhile.
+    /// Switches torque off without a motor process. Uses a thread of its own, so that supervision continues
+    /// meanwhile.
     fn switch_torque_off(&mut self) {
         let buses = torque::buses(&self.robot.motor, Some(self.orders.domain.root()));
         let config = self.orders.files.leo().map(Path::to_owned);
@@ -442,7 +443,7 @@ impl House<'_> {
         };
         match started {
             Ok(()) => {
-                // Where it is not granted, the process starts all the same.
+                // Without the permission, the process starts with its normal priority.
                 let head_start =
                     self.children.pid(process).and_then(|pid| HeadStart::give(i32::try_from(pid).ok()?).ok());
                 self.hearts.insert(process, Heart { incarnation, board: None, head_start });
@@ -465,8 +466,8 @@ impl House<'_> {
     }
 }
 
-/// Only who tells people about the lesson may have nothing left to do, and only the motor process says by its exit
-/// status that torque is off; for everybody else ending unasked is failing.
+/// Maps an exit status to [`Ended`]. Only the console may finish a run with status 0. The motor process reports by
+/// status 0 that torque is off. For all other processes, an unrequested exit is a failure.
 fn ended(process: Process, status: ExitStatus) -> Ended {
     let may_finish = matches!(process, Process::Console | Process::Motor);
     match status.code() {

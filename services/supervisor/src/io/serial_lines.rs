@@ -1,14 +1,14 @@
 use clock::{Duration, Instant};
 use realtime::SerialWorkers;
 
-/// How often the kernel's workers are looked for: it starts others when there is much to do.
+/// Scan interval for kernel workers: the kernel starts more of them under load.
 const EVERY: Duration = Duration::from_millis(250);
 
-/// Keeps whoever carries the bytes of serial lines from waiting behind ordinary work, where that is granted:
-/// where it is not, everything works, as long as there is little else to do.
+/// Raises the priority of the kernel workers that transfer the bytes of serial lines, if permitted. Without the
+/// permission, the lines work as long as the load is low.
 #[derive(Debug)]
 pub(crate) struct SerialLines {
-    /// Nobody where it is not wanted, or not granted.
+    /// `None` if not configured or not permitted.
     workers: Option<SerialWorkers>,
     look_at: Instant,
 }

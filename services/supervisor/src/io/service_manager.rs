@@ -1,10 +1,10 @@
-//! What the service manager (systemd) is told, where one started the supervisor and listens.
+//! Notifications to the service manager (systemd), if it has started the supervisor.
 
 use sd_notify::NotifyState;
 
 use crate::policy::Standing;
 
-/// Whoever listens at `NOTIFY_SOCKET`, as sd_notify(3) says; nobody, where it is not set.
+/// Client of the socket at `NOTIFY_SOCKET`, see sd_notify(3). Does nothing if the variable is not set.
 #[derive(Debug, Default)]
 pub(crate) struct ServiceManager {
     said: Option<Standing>,
@@ -12,13 +12,13 @@ pub(crate) struct ServiceManager {
 }
 
 impl ServiceManager {
-    /// All processes run, for the first time: what was ordered to come after the robot may start.
+    /// Reports that all processes run for the first time, so that units ordered after the robot may start.
     pub(crate) fn ready(&mut self) {
         self.tell(&[NotifyState::Ready]);
     }
 
-    /// Says how the robot stands where that changed, and feeds the watchdog where it is well: a process
-    /// that hangs and cannot be replaced starves it.
+    /// Reports the robot's state if it changed, and triggers the watchdog if all processes run. If a process hangs
+    /// and cannot be replaced, the watchdog expires.
     pub(crate) fn stands(&mut self, standing: Standing) {
         let before = self.said.replace(standing);
         if standing.is_ending && !before.is_some_and(|before| before.is_ending) {

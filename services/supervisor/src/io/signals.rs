@@ -5,21 +5,22 @@ use std::os::unix::net::UnixStream;
 use signal_hook::consts::{SIGHUP, SIGINT, SIGTERM};
 use signal_hook::low_level::pipe::register;
 
-/// The signals that end a run, by their kind.
+/// The signals that end a run, by kind.
 #[derive(Debug)]
 pub(crate) struct Signals {
     requests: UnixStream,
     hang_ups: UnixStream,
-    /// Readable after any of them.
+    /// Readable after any of the signals.
     wake: UnixStream,
 }
 
-/// Signals that came since they were asked for last.
+/// Signals received since the last call.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(crate) struct Received {
-    /// `SIGINT` and `SIGTERM`: a person, or a service manager, wants the run to end. Each of them counts.
+    /// Number of `SIGINT` and `SIGTERM`: stop requests of a person or of the service manager.
     pub(crate) requests: usize,
-    /// `SIGHUP`: the terminal is gone. A shell and the kernel both say so, of one event.
+    /// Whether `SIGHUP` was received: the terminal has closed. Both the shell and the kernel may send it for the same
+    /// event.
     pub(crate) has_hung_up: bool,
 }
 
@@ -34,13 +35,13 @@ impl Signals {
         for signal in [SIGINT, SIGTERM, SIGHUP] {
             let kind = if signal == SIGHUP { &on_hang_up } else { &on_request };
             register(signal, kind.try_clone()?)?;
-            // Handlers run in the order of their registration: the kind is stored before the pipe wakes the reader.
+            // Handlers run in the order of registration: the kind is stored before the pipe wakes the reader.
             register(signal, on_any.try_clone()?)?;
         }
         Ok(Self { requests, hang_ups, wake })
     }
 
-    /// What can be read when a signal has come.
+    /// Readable when a signal has arrived.
     pub(crate) fn as_fd(&self) -> BorrowedFd<'_> {
         self.wake.as_fd()
     }
@@ -51,7 +52,7 @@ impl Signals {
     }
 }
 
-/// Bytes that were there, one for each signal.
+/// Number of bytes read, one for each signal.
 fn drain(stream: &mut UnixStream) -> usize {
     let mut bytes = [0; 16];
     let mut all = 0;

@@ -6,8 +6,8 @@ use transport::Domain;
 
 use crate::io::children::PROGRAM;
 
-/// Lets every user of this machine raise the emergency stop of the robot in a domain, while what is returned lives.
-/// Where that cannot be had, the robot runs all the same, and the log says so.
+/// Lets every user of this machine raise the robot's emergency stop, as long as the returned socket lives. If the
+/// socket cannot be created, the robot runs all the same and logs a warning.
 pub(crate) fn stop_by_any_user(domain: &Domain) -> Option<StopSocket> {
     let root = domain.root().to_owned();
     let (raised, looked) = (root.clone(), root);
@@ -37,7 +37,7 @@ fn raise(domain: &Path, user: u32) {
     }
 }
 
-/// What came of it, as the same command of the robot's own user says it.
+/// Runs `leo emergency-stop` as the robot's own user, and returns its output.
 fn look(domain: &PathBuf, user: u32) -> StopAnswer {
     let looked = Command::new(PROGRAM)
         .args(["emergency-stop", "--reason", &reason(user), "--domain"])

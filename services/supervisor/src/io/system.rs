@@ -1,32 +1,32 @@
-//! The one reader of `/proc` and `/sys`.
+//! Access to `/proc` and `/sys`.
 
 use std::fs;
 use std::io::{self, Write as _};
 use std::path::{Path, PathBuf};
 use std::str::FromStr;
 
-/// What a machine says of itself in files, below a folder that stands for its root.
+/// Files of a machine, below a folder used as its root.
 ///
-/// Whatever cannot be read is `None` or empty: what a kernel does not have, it does not show.
+/// An unreadable file is `None` or empty, because a kernel without a feature does not have its file.
 #[derive(Clone, Debug)]
 pub struct System {
     root: PathBuf,
 }
 
 impl System {
-    /// The machine whose files lie below `root`: `/` for this one.
+    /// The machine with its files below `root`; `/` for this machine.
     #[must_use]
     pub fn below(root: &Path) -> Self {
         Self { root: root.to_owned() }
     }
 
-    /// The text of a file, without white space around it.
+    /// The text of a file, trimmed.
     #[must_use]
     pub fn read(&self, file: &str) -> Option<String> {
         fs::read_to_string(self.place(file)).ok().map(|text| text.trim().to_owned())
     }
 
-    /// The number that a file holds.
+    /// The content of a file as a number.
     #[must_use]
     pub fn number<T: FromStr>(&self, file: &str) -> Option<T> {
         self.read(file)?.parse().ok()
@@ -42,7 +42,7 @@ impl System {
         names
     }
 
-    /// A folder and those above it, from the inside out, where links have led to.
+    /// The real path of a folder and its ancestors, innermost first, with symbolic links resolved.
     #[must_use]
     pub fn ancestors(&self, folder: &str) -> Vec<String> {
         let Ok(root) = self.root.canonicalize() else { return Vec::new() };
@@ -51,21 +51,21 @@ impl System {
         within.ancestors().map(|folder| format!("/{}", folder.display())).collect()
     }
 
-    /// Writes a file, as `echo text > file` does. A file of `/proc` or `/sys` may refuse.
+    /// Writes a file, like `echo text > file`. A file of `/proc` or `/sys` may reject the text.
     ///
     /// # Errors
     ///
-    /// The file is not there, may not be written, or refuses the text.
+    /// The file does not exist, is not writable, or rejects the text.
     pub fn write(&self, file: &str, text: &str) -> io::Result<()> {
         let mut file = fs::OpenOptions::new().write(true).truncate(true).open(self.place(file))?;
         file.write_all(text.as_bytes())
     }
 
-    /// Makes a file, or replaces the whole of one, so that nobody ever sees half of it.
+    /// Creates or replaces a file atomically.
     ///
     /// # Errors
     ///
-    /// Its folder cannot be written.
+    /// Its folder is not writable.
     pub fn replace(&self, file: &str, text: &str) -> io::Result<()> {
         let place = self.place(file);
         let new = place.with_extension("new");
@@ -77,7 +77,7 @@ impl System {
     ///
     /// # Errors
     ///
-    /// It is not there, or its folder cannot be written.
+    /// It does not exist, or its folder is not writable.
     pub fn remove(&self, file: &str) -> io::Result<()> {
         fs::remove_file(self.place(file))
     }

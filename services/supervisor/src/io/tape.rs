@@ -1,4 +1,4 @@
-//! A file that a robot in lockstep time is recorded into.
+//! Recording file of a robot in lockstep time.
 
 use std::fs::File;
 use std::path::PathBuf;
@@ -6,16 +6,16 @@ use std::path::PathBuf;
 use folder::Output;
 use recording::{Frame, RecordError, Subject, Writer};
 
-/// What is recorded, and where.
+/// What to record, and where.
 #[derive(Clone, Debug)]
 pub struct Record {
-    /// The file, which is made.
+    /// The file to create.
     pub output: Output,
-    /// The robot that is recorded.
+    /// The recorded robot.
     pub subject: Subject,
 }
 
-/// A recording being made.
+/// An open recording.
 pub(crate) struct Tape {
     file: PathBuf,
     writer: Writer<File>,
@@ -37,7 +37,7 @@ impl Tape {
         self.writer.write(frame).map_err(|source| RecordError::Write { file: self.file.clone(), source })
     }
 
-    /// Writes the rest, and the index.
+    /// Writes the remaining frames and the index.
     pub(crate) fn finish(self) -> Result<(), RecordError> {
         let Self { file, writer } = self;
         writer.finish().map(drop).map_err(|source| RecordError::Write { file, source })

@@ -1,4 +1,4 @@
-//! `leo teach`: a lesson through the real processes in lockstep time.
+//! `leo teach`: plays a lesson through the real processes in lockstep time.
 
 use std::path::PathBuf;
 use std::time::Duration;
@@ -19,49 +19,48 @@ use crate::io::conductor::{Conductor, Timetable, TurnError};
 use crate::io::run::{ORDER, RunError};
 use crate::io::tape::{Record, Tape};
 
-/// A robot that has not finished performing this long after the lesson's script is over, in
-/// simulated time, never will.
+/// Timeout in simulated time for the last performance, counted from the end of the lesson's script.
 const PATIENCE: Duration = Duration::from_secs(300);
-/// What was said last is heard, thought about and answered within this time.
+/// Simulated time that the learner needs to answer the last utterance.
 const ANSWER: Duration = Duration::from_secs(1);
 
-/// What to teach, and how.
+/// Options of a lesson.
 #[derive(Clone, Debug)]
 pub struct Teaching {
-    /// The domain of its own that the robot runs in.
+    /// The robot's domain.
     pub domain: Domain,
-    /// The configuration, checked.
+    /// The validated configuration.
     pub settings: Leo,
-    /// The file of the configuration, as the processes read it themselves.
+    /// The configuration file, which the processes read themselves.
     pub config: Option<PathBuf>,
-    /// The lesson; the built-in one without it.
+    /// The lesson; `None` for the built-in one.
     pub lesson: Option<PathBuf>,
-    /// How many times the lesson has Leo perform.
+    /// Number of performances in the lesson.
     pub performances: u32,
-    /// Partners whose perspective is taken; what the configuration says, without.
+    /// Number of partners whose perspective is simulated; default: the configuration's value.
     pub partners: Option<u32>,
-    /// Where Leo remembers what it learned; it begins knowing nothing, and forgets, without.
+    /// File that stores what Leo has learned. `None`: Leo starts without memory and stores nothing.
     pub state: Option<PathBuf>,
-    /// Where the lesson is recorded, if it is.
+    /// Where to record the lesson.
     pub record: Option<Record>,
 }
 
-/// Why a lesson came to nothing.
+/// Error of a lesson.
 #[derive(Debug, thiserror::Error)]
 pub enum TeachError {
-    /// The robot could not run at all.
+    /// The robot could not be run.
     #[error(transparent)]
     Run(#[from] RunError),
-    /// The processes are not all there, or one died or hangs.
+    /// The processes did not all start, or one died or timed out.
     #[error(transparent)]
     Class(#[from] ClassError),
-    /// Nothing could be heard from the learner.
+    /// Receiving from the learner failed.
     #[error(transparent)]
     Receive(#[from] ReceiveError),
     /// The lesson cannot be recorded.
     #[error(transparent)]
     Record(#[from] RecordError),
-    /// Leo did not do what it was told to.
+    /// Leo did not finish the requested performances.
     #[error("Leo has not finished performing {} s after the lesson's script was over", PATIENCE.as_secs())]
     Unfinished,
 }
@@ -78,13 +77,13 @@ impl From<PortError> for TeachError {
     }
 }
 
-/// Plays one lesson from the beginning to the end of the last performance, as fast as the machine
-/// can, and gives the account of it: the same for the same lesson, every time.
+/// Plays one lesson to the end of the last performance, as fast as possible, and returns its account. Deterministic:
+/// the same lesson always gives the same account.
 ///
 /// # Errors
 ///
-/// A process died or hangs (the error names it), or the robot could not run at all. Nothing is
-/// left behind.
+/// A process died or timed out (the error names it), or the robot could not be run. Shared memory is removed in any
+/// case.
 pub fn teach(teaching: &Teaching) -> Result<Account, TeachError> {
     sweep_stale();
     let settings = &teaching.settings;
@@ -180,8 +179,8 @@ fn conduct(
     Ok(account)
 }
 
-/// The recording of a lesson: after every turn what it brought, so that the file holds the frames in
-/// the order of the turns.
+/// Recorder of a lesson. It drains the topics after every turn, so that the file holds the frames in the order of the
+/// turns.
 struct Witness {
     inlets: Inlets,
     tape: Tape,

@@ -5,22 +5,22 @@ use message::{Process, ProcessState};
 
 use super::{Action, Terms, Why};
 
-/// Where a process stands, as the supervisor sees it.
+/// Stage of a process, as the supervisor sees it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Stage {
-    /// Not running, to be started at an instant.
+    /// Not running; starts at `until`.
     Waiting { until: Instant },
-    /// Started, and not ready yet.
+    /// Started, not ready yet.
     Starting { since: Instant },
-    /// Ready; its heart last beat then.
+    /// Ready; last heartbeat at `beat_at`.
     Running { beat: u64, beat_at: Instant },
     /// Asked to stop.
     Stopping { since: Instant },
-    /// Killed, and not dead yet.
+    /// Killed, not dead yet.
     Killed,
 }
 
-/// One process over all its lives.
+/// One process over all its incarnations.
 #[derive(Clone, Debug)]
 pub(super) struct Life {
     pub(super) process: Process,
@@ -28,9 +28,9 @@ pub(super) struct Life {
     pub(super) was_ready: bool,
     incarnation: u64,
     started_at: Instant,
-    /// Within the window, oldest first.
+    /// Deaths within the window, oldest first.
     deaths: VecDeque<Instant>,
-    /// Wait before the last restart; zero after a life that lasted.
+    /// Delay before the last restart; zero after an incarnation that lasted.
     backoff: Duration,
 }
 
@@ -54,7 +54,7 @@ impl Life {
         Action::Start { process: self.process, incarnation: self.incarnation }
     }
 
-    /// Takes in what the process says of itself.
+    /// Updates the stage from the process's health.
     pub(super) fn feel(&mut self, state: ProcessState, beat: u64, now: Instant) {
         match self.stage {
             Stage::Starting { .. } if state == ProcessState::Running => {
@@ -72,14 +72,14 @@ impl Life {
         }
     }
 
-    /// Counts so much less time since the last beat.
+    /// Extends the heartbeat deadline by `late`.
     pub(super) fn forgive(&mut self, late: Duration) {
         if let Stage::Running { beat_at, .. } = &mut self.stage {
             *beat_at += late;
         }
     }
 
-    /// Kills a process that overstays.
+    /// Kills the process if its current timeout has expired.
     pub(super) fn watch(&mut self, terms: &Terms, now: Instant, actions: &mut Vec<Action>) {
         let overdue = match self.stage {
             Stage::Starting { since } if now.since(since) > terms.ready_within => Some(Why::NotReady),
@@ -104,7 +104,7 @@ impl Life {
         Some(Action::Kill(self.process, why))
     }
 
-    /// Asks a process that runs to stop, once.
+    /// Asks a running process to stop, once.
     pub(super) fn stop(&mut self, now: Instant) -> Option<Action> {
         match self.stage {
             Stage::Starting { .. } | Stage::Running { .. } => {
@@ -115,7 +115,7 @@ impl Life {
         }
     }
 
-    /// Notes a death and when to start anew; whether it was one too many.
+    /// Records a death and schedules the restart. Returns whether the limit of deaths is reached.
     pub(super) fn die(&mut self, terms: &Terms, now: Instant) -> bool {
         while self.deaths.front().is_some_and(|&death| now.since(death) > terms.deaths_window) {
             self.deaths.pop_front();

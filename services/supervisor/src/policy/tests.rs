@@ -27,7 +27,7 @@ fn start(process: Process, incarnation: u64) -> Action {
     Action::Start { process, incarnation }
 }
 
-/// A policy whose processes all run, and beat for the first time at 0 ms.
+/// A policy whose processes all run, with a first heartbeat at 0 ms.
 fn running() -> Policy {
     let mut policy = Policy::new(TERMS, &ORDER, at(0));
     policy.step(at(0), &[]);
@@ -119,7 +119,7 @@ fn nothing_starts_before_the_dead_are_cleaned_up_after() {
     let died = Event::Died(Process::Belief, Ended::Failed);
     assert_eq!(policy.step(at(1), &[died]), [Action::CleanUp]);
     assert_eq!(policy.step(at(80), &[]), []);
-    // Another one dies while the first is cleaned up after: that answer is not about it.
+    // Another process dies during the clean-up: the first answer does not cover it.
     let died = Event::Died(Process::Sensor, Ended::Failed);
     assert_eq!(policy.step(at(81), &[died]), []);
     assert_eq!(policy.step(at(82), &[Event::CleanedUp]), [Action::CleanUp]);
@@ -149,7 +149,7 @@ fn the_wait_before_a_restart_doubles_up_to_its_bound() {
         let next = u64::try_from(incarnation).unwrap() + 2;
         assert_eq!(policy.step(at(now), &[]), [start(Process::Motor, next)]);
     }
-    // A life that lasted as long as the window ends the doubling.
+    // An incarnation that lasted as long as the window resets the delay.
     policy.step(at(now), &[pulse(Process::Motor, 1)]);
     now += 10_000;
     policy.step(at(now), &[pulse(Process::Motor, 2), Event::Died(Process::Motor, Ended::Failed)]);
@@ -222,12 +222,12 @@ fn a_process_that_does_not_stop_is_killed() {
     assert_eq!(policy.step(at(200), &all_beat(3)), []);
     let killed = [Process::Motor, Process::Sensor].map(|process| Action::Kill(process, Why::DoesNotStop));
     assert_eq!(policy.step(at(201), &[]), killed);
-    // Nobody else has switched torque off.
+    // No process has switched torque off.
     let off = policy.step(at(202), &[Event::Died(Process::Motor, Ended::Failed)]);
     assert_eq!(off, [Action::SwitchTorqueOff]);
 }
 
-/// The servos' own processes, and one of the others.
+/// The servos' processes, and one other.
 const WITH_SERVOS: [Process; 3] = [Process::MockBus, Process::Motor, Process::Sensor];
 
 fn running_with_servos() -> Policy {
@@ -285,11 +285,11 @@ fn a_robot_that_is_stopped_between_two_lives_of_its_motor_process_has_its_torque
     policy.step(at(1), &[Event::Died(Process::Motor, Ended::Failed)]);
     let stopped = policy.step(at(2), &[Event::Stop]);
     assert_eq!(stopped, [Action::SwitchTorqueOff, Action::Terminate(Process::Sensor)]);
-    // One that ended in order needs nobody.
+    // After an orderly exit nothing has to be switched off.
     let mut policy = running();
     policy.step(at(1), &[Event::Died(Process::Motor, Ended::Done)]);
     assert_eq!(policy.step(at(2), &[Event::Stop]), [Action::Terminate(Process::Sensor)]);
-    // Before it has begun there is nothing to switch off.
+    // Before the first start nothing has to be switched off.
     let mut policy = Policy::new(TERMS, &ORDER, at(0));
     assert_eq!(policy.step(at(0), &[Event::Stop]), [Action::End(Outcome::Stopped)]);
 }
@@ -336,7 +336,7 @@ fn a_run_that_fails_ends_as_it_would_whoever_stops_it_meanwhile() {
         }
         let expected = [Action::SwitchTorqueOff, Action::Terminate(Process::Sensor)];
         assert_eq!(actions, expected, "the others stop in order");
-        // That is a first wish, and kills nobody.
+        // This is the first stop request, so it kills no process.
         assert_eq!(policy.step(at(1), &[Event::Stop]), []);
         let next = policy.step(at(2), &[Event::Died(Process::Sensor, Ended::Done)]);
         assert_eq!(next, [Action::Terminate(Process::Belief)]);
@@ -371,7 +371,7 @@ fn the_robot_is_well_while_every_heart_beats_and_not_while_one_is_replaced() {
     assert_eq!(policy.standing().to_string(), "stopping: 1 of 3 processes still run");
 }
 
-/// The world as the policy sees it: processes that die, hang and stop as chance has it.
+/// Random events: processes die, hang and get cleaned up.
 #[derive(Clone, Copy, Debug)]
 enum Chance {
     Die(usize),
@@ -400,7 +400,7 @@ proptest! {
         let mut lives = [0; ORDER.len()];
         let (mut now, mut beat) = (0, 0);
         let mut ended = false;
-        // Whether a motor process has begun since torque was switched off.
+        // Whether a motor process has started since torque was switched off.
         let mut torque = false;
         let stop = [Chance::Wait(1)];
         for (turn, chance) in chances.iter().chain(stop.iter().cycle()).enumerate().take(chances.len() + 2000) {
@@ -425,7 +425,7 @@ proptest! {
             for index in (0..ORDER.len()).filter(|&index| alive[index] && !hangs[index]) {
                 events.push(pulse(ORDER[index], beat));
             }
-            // What an action causes is told to the policy in a step of its own.
+            // The consequences of an action reach the policy in a separate step.
             while !ended {
                 let actions = policy.step(at(now), &events);
                 events.clear();

@@ -2,16 +2,16 @@ use std::fmt;
 
 use serde::{Deserialize, Serialize};
 
-/// A file of `/proc` or `/sys` that shall hold another text.
+/// A new value for a file of `/proc` or `/sys`.
 ///
-/// Nothing of this outlives the next start of the machine.
+/// It does not survive a reboot.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Change {
     /// The file.
     pub file: String,
-    /// What it holds, and what is written to take the change back.
+    /// Old content, written to revert the change.
     pub from: String,
-    /// What it shall hold.
+    /// New content.
     pub to: String,
 }
 
@@ -20,7 +20,7 @@ impl Change {
         Self { file: file.into(), from: from.into(), to: to.into() }
     }
 
-    /// What takes this change back.
+    /// The inverse change.
     #[must_use]
     pub fn back(&self) -> Self {
         Self { file: self.file.clone(), from: self.to.clone(), to: self.from.clone() }

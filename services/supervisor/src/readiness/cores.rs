@@ -1,4 +1,4 @@
-//! The cores: how many, who runs on which, and what puts them to sleep.
+//! Checks of the cores: count, affinity of the hot path, isolation, frequency governors, idle states.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::iter::repeat_n;
@@ -6,13 +6,14 @@ use std::iter::repeat_n;
 use super::{Change, Finding, Hot, Machine, Sleep, System};
 
 const CPU: &str = "/sys/devices/system/cpu";
-/// An idle state that takes this long to leave, in microseconds, is felt.
+/// Exit latency in microseconds from which an idle state is considered harmful.
 const IDLE_LATENCY: u64 = 50;
-/// Who may keep cores awake: root alone, unless a rule says otherwise. The package has it for the group `leo`.
+/// Remedy for missing access to `/dev/cpu_dma_latency`, by default root only. The package installs the rule for the
+/// group `leo`.
 const AWAKE_RULE: &str =
     r#"`KERNEL=="cpu_dma_latency", GROUP="<group>", MODE="0660"` in /etc/udev/rules.d/60-leo.rules"#;
 
-/// The numbers in a list such as `0-3,7`, as the kernel writes them.
+/// Parses a kernel CPU list such as `0-3,7`.
 pub(super) fn parse_list(list: &str) -> Vec<u16> {
     let ranges = list.split(',').filter_map(|range| {
         let (first, last) = range.trim().split_once('-').unwrap_or((range.trim(), range.trim()));
@@ -21,12 +22,12 @@ pub(super) fn parse_list(list: &str) -> Vec<u16> {
     ranges.flatten().collect()
 }
 
-/// The numbers as the kernel reads them.
+/// Formats a kernel CPU list.
 pub(super) fn to_list(cores: &[u16]) -> String {
     cores.iter().map(u16::to_string).collect::<Vec<_>>().join(",")
 }
 
-/// Every core that a hot process is told to run on, each once.
+/// All cores in the affinity of a hot process, sorted, without duplicates.
 pub(super) fn chosen(hot: &[Hot]) -> Vec<u16> {
     let mut cores: Vec<u16> = hot.iter().flat_map(|process| process.cores.iter().copied()).collect();
     cores.sort_unstable();
@@ -34,7 +35,7 @@ pub(super) fn chosen(hot: &[Hot]) -> Vec<u16> {
     cores
 }
 
-/// How many cores there are, and whether the hot path reaches more than one of them.
+/// Checks the number of cores, and that the hot path uses more than one.
 pub(super) fn count(machine: &Machine) -> Finding {
     let about = "cores";
     let cores = &machine.cores;
@@ -61,8 +62,7 @@ pub(super) fn count(machine: &Machine) -> Finding {
     Finding::good(about, format!("{} may be used", cores.len()))
 }
 
-/// Whether each thread of the hot processes that are told to stay on cores can have one of its own, as far as
-/// there are any.
+/// Checks that each thread of the pinned hot processes can have a core of its own, as far as there are enough cores.
 pub(super) fn plan(hot: &[Hot], machine: &[u16]) -> Finding {
     let about = "core plan";
     let pinned: Vec<&Hot> = hot.iter().filter(|process| !process.cores.is_empty()).collect();
@@ -86,7 +86,7 @@ pub(super) fn plan(hot: &[Hot], machine: &[u16]) -> Finding {
         return Finding::good(about, format!("a core for each thread of {}", names(&pinned)));
     };
     let used = chosen(hot);
-    // One is left for all else that runs: the adapters' interrupts, the other processes.
+    // One core stays free for everything else: the adapters' interrupts, the other processes.
     let free: Vec<u16> = machine.iter().copied().filter(|core| !used.contains(core)).skip(1).collect();
     let told = |crowd: &BTreeSet<u16>| {
         let cores: Vec<u16> = crowd.iter().copied().collect();
@@ -104,7 +104,7 @@ pub(super) fn plan(hot: &[Hot], machine: &[u16]) -> Finding {
     }
 }
 
-/// The line that gives `process` cores that none of the `others` has, as far as enough are free.
+/// The configuration line that gives `process` cores that no other process uses, as far as enough are free.
 fn roomier(process: &Hot, others: &[&Hot], free: &[u16]) -> String {
     let is_theirs = |core: &u16| others.iter().any(|other| other.cores.contains(core));
     let own = process.cores.iter().filter(|core| !is_theirs(core));
@@ -112,7 +112,7 @@ fn roomier(process: &Hot, others: &[&Hot], free: &[u16]) -> String {
     format!("cores = {cores:?} in [{}.realtime] of leo.toml", process.name)
 }
 
-/// Cores on which more threads shall run than there are of them, those together between which threads could change.
+/// Sets of cores with more threads than cores. Cores between which threads could be exchanged belong to the same set.
 fn crowds(pinned: &[&Hot]) -> Vec<BTreeSet<u16>> {
     let each = |hot: &&Hot| repeat_n(hot.cores.clone(), hot.threads);
     let threads: Vec<Vec<u16>> = pinned.iter().flat_map(each).collect();
@@ -125,7 +125,7 @@ fn crowds(pinned: &[&Hot]) -> Vec<BTreeSet<u16>> {
     }
     let mut crowds: Vec<BTreeSet<u16>> = Vec::new();
     for thread in left_over {
-        // Now that all others sit: the cores that it could have only if somebody there had another one.
+        // After the others have been placed: the cores that only moving another thread would free.
         let mut cores = BTreeSet::new();
         seat(thread, &threads, &mut taken, &mut cores);
         let (met, mut apart): (Vec<_>, Vec<_>) =
@@ -136,8 +136,8 @@ fn crowds(pinned: &[&Hot]) -> Vec<BTreeSet<u16>> {
     crowds
 }
 
-/// Gives a thread a core of its own, for which others move to other cores of theirs; whether it could. `taken` says
-/// which thread has which core, and `tried` becomes the cores that were looked at.
+/// Assigns a core to a thread, moving other threads among their own cores (augmenting path in bipartite matching).
+/// Returns whether it succeeded. `taken` maps a core to its thread; `tried` collects the visited cores.
 fn seat(
     thread: usize,
     threads: &[Vec<u16>],
@@ -157,7 +157,7 @@ fn seat(
     })
 }
 
-/// Those that run nowhere but in a crowd, the one with the most threads last.
+/// The processes whose affinity lies within a crowd, sorted by number of threads.
 fn within<'hot>(crowd: &BTreeSet<u16>, pinned: &[&'hot Hot]) -> Vec<&'hot Hot> {
     let is_within = |hot: &&&Hot| hot.cores.iter().all(|core| crowd.contains(core));
     let mut within: Vec<&Hot> = pinned.iter().filter(is_within).copied().collect();
@@ -226,10 +226,11 @@ const HALTS: &str = "this kernel has no driver for them: an idle core halts what
 const NO_HALT: &str =
     "add `idle=poll` to the kernel's command line (a guest of KVM: `cpuidle_haltpoll.force=1`)";
 
-/// Whether an idle core of a virtual machine is given back to the host, whatever wake-up latency was asked for.
+/// Whether an idle core of a virtual machine is returned to the host, whatever wake-up latency was requested.
 ///
-/// Without a driver the kernel does not choose among idle states, and knows no bound on their latency
-/// (`cpuidle_idle_call` in `kernel/sched/idle.c`). Of a real machine that is the state that is left soonest.
+/// Without a cpuidle driver, the kernel does not choose among idle states and cannot bound their latency
+/// (`cpuidle_idle_call` in `kernel/sched/idle.c`). On a real machine this is the state with the shortest exit
+/// latency.
 fn halts(system: &System) -> bool {
     let has = |file: &str, word: &str| {
         system.read(file).is_some_and(|text| text.split_whitespace().any(|part| part == word))
@@ -239,7 +240,7 @@ fn halts(system: &System) -> bool {
         && !has("/proc/cmdline", "idle=poll")
 }
 
-/// Idle states that take long to leave, where cores may enter them.
+/// Checks for idle states with a long exit latency that cores may enter.
 pub(super) fn idle_states(system: &System, cores: &[u16], sleep: &Sleep) -> Finding {
     let about = "idle states";
     if halts(system) {

@@ -1,4 +1,4 @@
-//! On which cores the interrupts of serial adapters are served.
+//! Checks on which cores the interrupts of serial adapters are served.
 
 use super::cores::{chosen, parse_list, to_list};
 use super::{Change, Finding, Hot, System};
@@ -43,7 +43,7 @@ pub(super) fn of_adapters(system: &System, hot: &[Hot], cores: &[u16]) -> Findin
     }
 }
 
-/// The interrupts of the nearest device above a tty that has any: those of the USB controller.
+/// The interrupts of the nearest ancestor device of a tty that has any: the USB controller's.
 fn of(system: &System, tty: &str) -> Vec<u32> {
     for device in system.ancestors(&format!("{TTYS}/{tty}/device")) {
         let several = system.names(&format!("{device}/msi_irqs"));

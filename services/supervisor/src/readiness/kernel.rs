@@ -1,4 +1,4 @@
-//! How the kernel preempts, shares and counts time.
+//! Checks of the kernel's preemption model, real-time throttling and clocks.
 
 use super::{Change, Finding, System};
 
@@ -6,11 +6,11 @@ const PREEMPTION: &str = "/sys/kernel/debug/sched/preempt";
 const SHARE: &str = "/proc/sys/kernel/sched_rt_runtime_us";
 const SHARE_PERIOD: &str = "/proc/sys/kernel/sched_rt_period_us";
 const SOURCES: &str = "/sys/devices/system/clocksource/clocksource0";
-/// Sources that are read through a device and not by an instruction: each reading costs a microsecond.
+/// Clock sources that access a device instead of an instruction: each reading takes a microsecond.
 const SLOW_SOURCES: [&str; 4] = ["hpet", "acpi_pm", "jiffies", "refined-jiffies"];
 
-/// Which preemption model is on. The kernel says it of itself in one of three places, by its age and
-/// by what may be read.
+/// Checks the active preemption model. Depending on version and permissions, the kernel shows it in one of three
+/// places.
 pub(super) fn preemption(system: &System) -> Finding {
     let about = "kernel preemption";
     let version = system.read("/proc/version").unwrap_or_default();
@@ -18,7 +18,7 @@ pub(super) fn preemption(system: &System) -> Finding {
         return Finding::good(about, "fully preemptible (PREEMPT_RT)");
     }
     let mend = "install a PREEMPT_RT kernel (Debian: `apt install linux-image-rt-amd64`) and start it";
-    // "none voluntary (full) lazy": the one in brackets is on.
+    // In "none voluntary (full) lazy", the active model is in parentheses.
     let dynamic = system.read(PREEMPTION);
     let on = dynamic.as_deref().and_then(|models| models.split(['(', ')']).nth(1));
     let asked = system.read("/proc/cmdline").and_then(|line| {
@@ -75,7 +75,7 @@ pub(super) fn clock_source(system: &System) -> Finding {
     let better = available.split_whitespace().find(|source| !SLOW_SOURCES.contains(source));
     let mend = better.map_or_else(
         || "see what the kernel says of its clocks: `dmesg | grep -i clocksource`".to_owned(),
-        // Not for `--apply`: the kernel may have left that one because it is wrong.
+        // Not for `--apply`: the kernel may have rejected that source as unstable.
         |better| {
             format!("echo {better} > {SOURCES}/current_clocksource, if `dmesg` does not call it unstable")
         },

@@ -1,8 +1,8 @@
-//! What a process may have.
+//! Checks of process limits and rights.
 
 use super::{Finding, Verdict};
 
-/// Descriptors that one process may need.
+/// File descriptors that one process may need.
 const DESCRIPTORS_LEAST: u64 = 1024;
 
 pub(super) fn descriptors(limit: Option<u64>) -> Finding {
@@ -18,12 +18,12 @@ pub(super) fn descriptors(limit: Option<u64>) -> Finding {
     }
 }
 
-/// Priorities and cores that were asked for.
+/// Checks the requested priorities and affinities.
 pub(super) fn rights(missing: u64) -> Finding {
     granted("real-time rights", missing & !realtime::MEMORY, "all that are configured are granted")
 }
 
-/// Locked memory, and how much of it may be had.
+/// Checks locked memory and its limit.
 pub(super) fn locked_memory(missing: u64, limit: Option<u64>) -> Finding {
     let text = match limit {
         None => "any amount may be locked".to_owned(),

@@ -4,23 +4,23 @@ use config::leo::Rights;
 use config::motor::Device;
 use realtime::SerialWorkersError;
 
-/// A process of the hot path, as it is configured.
+/// A process of the hot path, as configured.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Hot {
-    /// Its name, which is that of its table in `leo.toml`.
+    /// Name; equals its table in `leo.toml`.
     pub name: &'static str,
-    /// Time between two of its releases; nothing for one that is woken.
+    /// Time between two releases; `None` for an event-driven process.
     pub period: Option<Duration>,
-    /// Priority of `SCHED_FIFO`; 0 for the ordinary scheduler.
+    /// `SCHED_FIFO` priority; 0 for the default scheduler.
     pub priority: u8,
-    /// Cores that it may run on, all its threads; none means all.
+    /// Affinity of all its threads; empty means all cores.
     pub cores: Vec<u16>,
-    /// How many of its threads are hot.
+    /// Number of its real-time threads.
     pub threads: usize,
 }
 
 impl Hot {
-    /// Those that a configuration makes: sensor, belief and motor, and the mock servo bus where there are buses of it.
+    /// The hot processes of a configuration: sensor, belief, motor, and the mock servo bus if one is configured.
     #[must_use]
     pub fn all(robot: &Robot) -> Vec<Self> {
         let hot = |name, period, rights: &Rights, threads| Self {
@@ -35,7 +35,7 @@ impl Hot {
         let mut all = vec![
             hot("sensor", Some(leo.sensor.rate_hz.period()), &leo.sensor.realtime, 1),
             hot("belief", None, &leo.belief.realtime, 1),
-            // Its cycle, and a thread for each bus.
+            // Its control cycle, and a thread for each bus.
             hot("motor", Some(leo.motor.rate_hz.period()), &leo.motor.realtime, 1 + buses.len()),
         ];
         let mock = buses.iter().filter(|bus| bus.device == Device::Mock).count();
@@ -46,54 +46,54 @@ impl Hot {
     }
 }
 
-/// What a machine grants to whoever asks, beside what stands in its files; `None` where it could not
-/// be found out.
+/// Properties of the machine that are queried by system calls rather than read from files. `None`: could not be
+/// determined.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Machine {
-    /// Cores that a process may use if it asks for them.
+    /// Cores that a process may use if it requests them.
     pub cores: Vec<u16>,
-    /// Cores that a process gets which asks for none. The kernel leaves out those that it keeps free.
+    /// Cores that a process gets by default, without isolated cores.
     pub given_cores: Vec<u16>,
-    /// Free bytes of the file system under shared memory.
+    /// Free bytes in shared memory.
     pub shared_memory_free: Option<u64>,
-    /// Bytes of it that the robot as configured needs.
+    /// Bytes of shared memory that the robot needs, as configured.
     pub shared_memory_needed: u64,
-    /// Descriptors that a process may have; none when unlimited.
+    /// Limit of file descriptors of a process; `None` if unlimited.
     pub descriptors: Option<u64>,
-    /// Bytes that a process may lock; none when unlimited.
+    /// Limit of locked bytes of a process; `None` if unlimited.
     pub memory_limit: Option<u64>,
-    /// Real-time rights that were asked for as configured and not granted, one bit each.
+    /// Configured real-time rights that were requested and not granted, one bit each.
     pub missing_rights: u64,
-    /// Whether somebody keeps the wall clock.
+    /// Whether a time service synchronises the wall clock.
     pub is_wall_clock_kept: Option<bool>,
-    /// The hot path as configured.
+    /// The hot processes as configured.
     pub hot: Vec<Hot>,
-    /// Whether the cores may sleep while the robot runs.
+    /// Whether the cores may enter idle states while the robot runs.
     pub sleep: Sleep,
-    /// Who carries the bytes of serial lines while the robot runs.
+    /// Priority of the kernel workers that transfer the bytes of serial lines.
     pub carriers: Carriers,
 }
 
-/// Whether cores sleep between the cycles of a running robot.
+/// Whether cores enter idle states between the cycles of a running robot.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub enum Sleep {
-    /// As the kernel has it: nobody asks for anything else, or the kernel knows nothing else.
+    /// They do, as by default: not configured otherwise, or the kernel has no such interface.
     #[default]
     Allowed,
     /// They are kept awake.
     Prevented,
-    /// They should be kept awake, and that is not granted: why.
+    /// They should be kept awake, but it is not permitted; with the reason.
     Refused(String),
 }
 
-/// Whether the kernel's workers that carry the bytes of serial lines wait for ordinary work while a robot runs.
+/// Priority of the kernel workers that transfer the bytes of serial lines, while a robot runs.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Carriers {
-    /// They do, as the kernel has it.
+    /// Default priority: they wait for other work.
     #[default]
     Ordinary,
-    /// They go before it.
+    /// Raised priority.
     Prompt,
-    /// They should go before it, and that is not granted: why.
+    /// The priority should be raised, but it is not permitted; with the reason.
     Refused(SerialWorkersError),
 }

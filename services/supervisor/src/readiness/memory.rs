@@ -1,15 +1,15 @@
-//! Room in shared memory, and memory that may be away.
+//! Checks of shared memory size and swap.
 
 use super::{Finding, System};
 
-/// Shared memory that the processes need whatever the sizes of their buffers are.
+/// Shared memory of the processes independent of buffer sizes.
 const SHARED_MEMORY_BASE: u64 = 8 << 20;
-/// Shared memory for one object in one frame of one perspective, the observations and percepts about it
-/// included. Measured: 3.2 KiB for the robot and one partner.
+/// Shared memory in bytes per object, frame and perspective, including its observations and percepts. Measured: 3.2
+/// KiB for the robot and one partner.
 const SHARED_MEMORY_OF_OBJECT: u64 = 2 << 10;
 
-/// Bytes of shared memory that a robot with so many perspectives needs, whose topics have memory for so many frames
-/// of so many objects; rather more than fewer.
+/// Bytes of shared memory that a robot needs, given the numbers of objects per frame, frames and perspectives.
+/// Rounded up generously.
 #[must_use]
 pub fn shared_memory_needed(objects: usize, frames: usize, perspectives: u32) -> u64 {
     let number = |count: usize| u64::try_from(count).unwrap_or(u64::MAX);

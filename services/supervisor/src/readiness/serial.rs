@@ -1,12 +1,12 @@
-//! Serial lines: how long adapters keep what they received, and who in the kernel carries it on.
+//! Checks of serial lines: latency timers of adapters, priority of the kernel workers.
 
 use realtime::SerialWorkersError;
 
 use super::{Carriers, Change, Finding, System};
 
 const ADAPTERS: &str = "/sys/bus/usb-serial/devices";
-/// Milliseconds after which an adapter hands over what it has. Answers of a servo are shorter than what
-/// fills its buffer, so each waits for this.
+/// Latency timer of an adapter in milliseconds. A status packet never fills the adapter's buffer, so each waits for
+/// this timer.
 const TIMER: u64 = 1;
 
 pub(super) fn latency_timers(system: &System) -> Finding {

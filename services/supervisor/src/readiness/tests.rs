@@ -10,8 +10,8 @@ use tempfile::TempDir;
 
 use super::*;
 
-/// A machine as it should be: four cores, three of them set apart for the hot path, one adapter. The kernel gives the
-/// three to whoever asks for them, and to nobody else.
+/// A well configured machine: four cores, three of them isolated for the hot path, one adapter. The kernel gives the
+/// isolated cores only to processes that request them.
 const FILES: [(&str, &str); 15] = [
     ("proc/version", "Linux version 6.12.9-rt #1 SMP PREEMPT_RT"),
     ("proc/cmdline", "quiet isolcpus=1-3"),
@@ -93,7 +93,7 @@ fn larger_buffers_need_more_shared_memory() {
         let frames = process::queues(&buffers, lockstep).alive();
         shared_memory_needed(buffers.objects.get(), frames, perspectives) >> 10
     };
-    // Measured of robots with one partner, in KiB.
+    // Measured on robots with one partner, in KiB.
     for (objects, frames, lockstep, measured) in [
         (64, 4, false, 15_163),
         (1024, 1, false, 84_069),
@@ -199,7 +199,7 @@ fn threads_of_the_hot_path_share_no_core_while_others_are_free_and_it_is_said_wh
     };
     let slower = |text: &str, mend: &str| (Verdict::Slower, text.to_owned(), Some(mend.to_owned()));
     let good = |text: &str| (Verdict::Good, text.to_owned(), None);
-    // As it is recommended for four cores: one is for all else that runs.
+    // The recommended plan for four cores: one core for everything else.
     assert_eq!(
         plan(4, &[3], 5, &[]),
         good("threads share cores, no more are free: motor (6 threads) on [3]")
@@ -227,7 +227,7 @@ fn threads_of_the_hot_path_share_no_core_while_others_are_free_and_it_is_said_wh
             "cores = [3, 4, 7] in [motor.realtime] of leo.toml"
         )
     );
-    // Two that have nothing to do with each other.
+    // Two independent crowds.
     assert_eq!(
         plan(5, &[2], 1, &[1]),
         slower(
@@ -235,7 +235,7 @@ fn threads_of_the_hot_path_share_no_core_while_others_are_free_and_it_is_said_wh
             "cores = [3, 4] in [motor.realtime] of leo.toml"
         )
     );
-    // However many there are, it takes no time.
+    // The search stays fast for many threads.
     let many: Vec<u16> = (3..60).collect();
     let (verdict, text, _) = plan(64, &many, 90, &many);
     assert_eq!(verdict, Verdict::Slower);

@@ -1,4 +1,4 @@
-//! How late a thread wakes, beside how often it must.
+//! Judges the wake-up latency of a thread against its period.
 
 use std::time::Duration;
 
@@ -6,19 +6,19 @@ use message::Histogram;
 
 use super::Finding;
 
-/// One wake-up in a thousand may be later than this share of the period, and none later than half of
-/// it: past that, what a cycle computes no longer fits behind it.
+/// Limits of the wake-up latency as fractions of the period: 1/10 for the p99.9, 1/2 for the maximum. Beyond half of
+/// the period, a cycle's computation no longer fits.
 const USUAL_SHARE: u32 = 10;
 const MOST_SHARE: u32 = 2;
 
-/// How late a thread woke that does nothing but sleep until the releases of a process.
+/// Wake-up latency of a thread that only sleeps until the releases of a process.
 #[derive(Clone, Debug)]
 pub struct Wakeup {
-    /// Of which process.
+    /// The process.
     pub process: &'static str,
     /// Time between two releases.
     pub period: Duration,
-    /// From release to running.
+    /// Time from release to running.
     pub late: Histogram,
 }
 

@@ -1,5 +1,5 @@
-//! The layouts for processes in other languages: a C header and a Python module, made from the
-//! sources of this crate. `LEO_REWRITE=1 cargo test -p message` writes them anew.
+//! Message layouts for other languages: a C header and a Python module, generated from the sources of this crate.
+//! `LEO_REWRITE=1 cargo test -p message` regenerates them.
 
 mod c;
 mod numbers;
@@ -13,7 +13,7 @@ use crate::declared::{Declared, array, compare, compiled, declared};
 const HEADER: &str = "../../docs/examples/c/leo_messages.h";
 const MODULE: &str = "../../docs/examples/python/leo_messages.py";
 
-/// The types in such an order that each comes after those that it holds.
+/// The types in dependency order: each after the types that it contains.
 fn in_order(declared: &BTreeMap<String, Declared>) -> Vec<(&str, &Declared)> {
     fn visit<'a>(name: &'a str, all: &'a BTreeMap<String, Declared>, out: &mut Vec<(&'a str, &'a Declared)>) {
         let Some(declared) = all.get(name) else { return };
@@ -44,7 +44,7 @@ fn the_python_module_is_made_from_the_sources() {
     compare(MODULE, &python::module(&in_order(&declared), &numbers::numbers(), &compiled()));
 }
 
-/// Runs a tool, which must succeed and say nothing. `None` where a machine lacks it.
+/// Runs a tool, which must succeed without output. `None` if the machine does not have it.
 fn passes(tool: &str, arguments: &[&str]) -> Option<()> {
     let output = Command::new(tool).args(arguments).output().ok()?;
     let said = String::from_utf8_lossy(&output.stderr);
@@ -60,10 +60,10 @@ fn a_c_compiler_agrees_with_every_size_and_offset() {
         eprintln!("SKIPPED: there is no C compiler `cc` here");
         return;
     }
-    // The same header serves C++, where there is a compiler of it.
+    // The same header is for C++ too, if there is a C++ compiler.
     let _cpp =
         passes("c++", &["-std=c++11", "-Wall", "-Wextra", "-Werror", "-fsyntax-only", "-x", "c++", header]);
-    // The assertions are seen to fail: with packed structs, nothing lies where it should.
+    // Checks that the assertions can fail: packed structs have other offsets.
     let packed =
         Command::new("cc").args(strict).args(["-fpack-struct=1", header]).output().expect("is there");
     assert!(!packed.status.success());

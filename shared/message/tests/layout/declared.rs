@@ -1,5 +1,4 @@
-//! What the sources of the crate declare to be shared between processes, read from their text, and
-//! what the compiler made of it.
+//! The shared types as declared in the crate's source text, and as laid out by the compiler.
 
 use std::collections::BTreeMap;
 use std::fs;
@@ -14,7 +13,7 @@ use message::{
     Snapshot, SourceHealth, Sources, TEXT_CAPACITY, TeacherAct, Text, Turn, Utterance,
 };
 
-/// What the compiler says of a type: size, alignment, and the offsets of its public fields.
+/// The compiler's layout of a type: size, alignment, and the offsets of its public fields.
 pub(crate) struct Compiled {
     pub(crate) name: &'static str,
     pub(crate) size: usize,
@@ -99,7 +98,7 @@ pub(crate) fn compiled() -> Vec<Compiled> {
     })
 }
 
-/// A field as the sources declare it.
+/// A field as declared in the source.
 #[derive(Debug)]
 pub(crate) struct Field {
     pub(crate) name: String,
@@ -108,7 +107,7 @@ pub(crate) struct Field {
     pub(crate) doc: Vec<String>,
 }
 
-/// A shared type as its source declares it.
+/// A shared type as declared in its source.
 #[derive(Debug)]
 pub(crate) struct Declared {
     pub(crate) type_name: String,
@@ -117,7 +116,7 @@ pub(crate) struct Declared {
     pub(crate) fields: Vec<Field>,
 }
 
-/// Every type with a `type_name` in the crate's sources, by its Rust name.
+/// All types with a `type_name` in the crate's sources, by Rust name.
 pub(crate) fn declared() -> BTreeMap<String, Declared> {
     let mut found = BTreeMap::new();
     let folder = path::Path::new(env!("CARGO_MANIFEST_DIR")).join("src");
@@ -164,7 +163,7 @@ fn fields<'a>(body: impl Iterator<Item = &'a str>) -> Vec<Field> {
     fields
 }
 
-/// Length of an array as the sources write it.
+/// Length of an array as written in the source.
 pub(crate) fn length(count: &str) -> usize {
     match count {
         "DEPTH_MOST" => DEPTH_MOST,
@@ -176,13 +175,13 @@ pub(crate) fn length(count: &str) -> usize {
         "MAX_SOURCES" => MAX_SOURCES,
         "STATES" => STATES,
         "TEXT_CAPACITY" => TEXT_CAPACITY,
-        // Private to the histogram, and held by the size of it.
+        // Private to the histogram; checked by its size.
         "BUCKETS" => 433,
         number => number.parse().expect("a number or a known constant"),
     }
 }
 
-/// Entry and length of an array type; `None` of any other.
+/// Element type and length of an array type; `None` for other types.
 pub(crate) fn array(kind: &str) -> Option<(&str, usize)> {
     let array = kind.strip_prefix('[').and_then(|array| array.strip_suffix(']'))?;
     let (entry, count) = array.split_once("; ").expect("an array");
@@ -207,7 +206,7 @@ pub(crate) fn extent(kind: &str, compiled: &[Compiled]) -> (usize, usize) {
     }
 }
 
-/// Offset and size of each field of a type, then the type's size and alignment, by the rules of C.
+/// Offset and size of each field, then size and alignment of the type, by the rules of C.
 pub(crate) fn laid_out(declared: &Declared, compiled: &[Compiled]) -> (Vec<(usize, usize)>, usize, usize) {
     let (mut end, mut align_most) = (0_usize, 1);
     let mut places = Vec::new();
@@ -221,8 +220,8 @@ pub(crate) fn laid_out(declared: &Declared, compiled: &[Compiled]) -> (Vec<(usiz
     (places, end.next_multiple_of(align_most), align_most)
 }
 
-/// Compares a file of the repository, named from the crate's folder, with what it should hold.
-/// With `LEO_REWRITE=1` in the environment it is written instead.
+/// Compares a file of the repository, named relative to the crate's folder, with its expected content. With
+/// `LEO_REWRITE=1` in the environment, writes it instead.
 pub(crate) fn compare(file: &str, should: &str) {
     let file = path::Path::new(env!("CARGO_MANIFEST_DIR")).join(file);
     if std::env::var_os("LEO_REWRITE").is_some() {

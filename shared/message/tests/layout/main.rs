@@ -1,8 +1,8 @@
-//! The layout of every type that processes share, byte by byte, beside its version.
+//! Checks the layout and version of every type that processes share, byte by byte.
 //!
-//! The middleware compares name, size and alignment: two fields of one size that change places
-//! pass it unseen. `tests/layout.txt` therefore says where every field lies, private ones included.
-//! Whoever changes a layout raises the version in its type name and writes the new one there.
+//! The middleware only compares name, size and alignment, so it does not detect two swapped fields of equal size.
+//! Therefore `tests/layout.txt` lists the offset of every field, private ones included. A change of layout requires a
+//! new version in the type name and in that file.
 #![expect(clippy::expect_used, reason = "a test that cannot read the sources has failed")]
 
 mod bindings;
@@ -18,7 +18,7 @@ use message::{
 
 use declared::{Compiled, Declared, compare, compiled, declared, laid_out};
 
-/// Padding is written down too: it is memory that no writer sets.
+/// Padding is listed too, because no writer sets it.
 fn pad(out: &mut String, from: usize, to: usize) {
     if to > from {
         writeln!(out, "{from:>8} padding").expect("a string");
@@ -83,7 +83,7 @@ fn every_type_name_is_the_types_own_and_carries_a_version() {
     assert_eq!(declared.len(), 36);
 }
 
-/// Head and entry of a topic.
+/// The kinds of head and entry of a topic.
 fn kinds<T: Topic<Head: Bytes, Entry: Bytes>>() -> [Kind; 2] {
     [T::Head::kind(), T::Entry::kind()]
 }

@@ -9,20 +9,20 @@ use rustix::io::Errno;
 
 use crate::Domain;
 
-/// Below the root of a domain: locked as long as the domain's supervisor lives.
+/// Lock file in the root of a domain, locked while the domain's supervisor runs.
 pub(super) const CLAIM_FILE: &str = "supervisor.lock";
 
-/// A domain is ours for as long as this lives; the kernel gives it up for a process that dies.
+/// Exclusive claim on a domain. The kernel releases it if the process dies.
 #[derive(Debug)]
 pub struct Claim {
     file: File,
     folder: Folder,
 }
 
-/// Why a domain cannot be claimed.
+/// Error while claiming a domain.
 #[derive(Debug, thiserror::Error)]
 pub enum ClaimError {
-    /// A living supervisor holds it.
+    /// A running supervisor holds the claim.
     #[error(
         "a robot already runs in the domain {}: stop it first, or give this one another name with --domain",
         root.display()
@@ -31,7 +31,7 @@ pub enum ClaimError {
         /// The root of the domain.
         root: PathBuf,
     },
-    /// It is another user's.
+    /// The domain belongs to another user.
     #[error(
         "the domain {} belongs to the user with the number {owner}: a robot of theirs runs there, or an emergency \
          stop of theirs was never released. They or root release it (`leo emergency-stop --release`); or give this \
@@ -41,34 +41,34 @@ pub enum ClaimError {
     OfAnother {
         /// The root of the domain.
         root: PathBuf,
-        /// Its user's number.
+        /// The user id of its owner.
         owner: u32,
     },
-    /// Its directory is a link, or may not be worked in.
+    /// Its directory is a symbolic link, or not safe to use.
     #[error(transparent)]
     Folder(FolderError),
-    /// It cannot be made or locked.
+    /// It cannot be created or locked.
     #[error("cannot claim {}: {source}; is it this user's, and is /dev/shm writable and not full?", path.display())]
     Failed {
-        /// What could not be made or locked.
+        /// The path that could not be created or locked.
         path: PathBuf,
-        /// What the system said.
+        /// The operating system's error.
         source: io::Error,
     },
 }
 
-/// Claims a domain, making its directory where there is none.
+/// Claims a domain; creates its directory if necessary.
 ///
 /// # Errors
 ///
-/// Another process holds it, or it cannot be made.
+/// Another process holds the claim, or the directory cannot be created.
 pub fn claim(domain: &Domain) -> Result<Claim, ClaimError> {
     let root = domain.root();
     let path = root.join(CLAIM_FILE);
     loop {
         let folder = match Folder::make(root) {
             Ok(folder) => folder,
-            // Somebody wiped it between being made and being opened.
+            // Another process removed it between creation and opening.
             Err(error) if error.is_missing() && root.parent().is_some_and(Path::is_dir) => continue,
             Err(FolderError::OtherOwner { path: root, owner }) => {
                 return Err(ClaimError::OfAnother { root, owner });
@@ -79,7 +79,7 @@ pub fn claim(domain: &Domain) -> Result<Claim, ClaimError> {
         let failed = |source| ClaimError::Failed { path: path.clone(), source };
         let file = match folder.write(CLAIM_FILE) {
             Ok(file) => file,
-            // Somebody swept the stale directory away under us.
+            // Another process removed the stale directory meanwhile.
             Err(error) if error.kind() == io::ErrorKind::NotFound => continue,
             Err(error) => return Err(failed(error)),
         };
@@ -88,27 +88,27 @@ pub fn claim(domain: &Domain) -> Result<Claim, ClaimError> {
             Err(Errno::WOULDBLOCK) => return Err(ClaimError::Held { root: root.to_owned() }),
             Err(error) => return Err(failed(error.into())),
         }
-        // A lock on a file that was swept away between opening and locking locks nobody out.
+        // A lock on a file that was removed between opening and locking excludes no other process.
         if is_at(&file, &path) {
             return Ok(Claim { file, folder });
         }
     }
 }
 
-/// Whether somebody holds the claim on a domain: whether its supervisor lives.
+/// Whether the claim on a domain is held, so that its supervisor runs.
 #[must_use]
 pub fn is_claimed(domain: &Domain) -> bool {
     let file = Folder::open_for_root(domain.root()).map_err(io::Error::from);
     let file = file.and_then(|folder| folder.read(CLAIM_FILE));
-    // A lock taken here for a moment is shared and given up with the file.
+    // The shared lock taken here is released with the file.
     file.is_ok_and(|file| flock(&file, FlockOperation::NonBlockingLockShared) == Err(Errno::WOULDBLOCK))
 }
 
-/// Takes over the claim of a domain whose holder is dead; none while somebody holds it, and none
-/// where nobody ever claimed it.
+/// Takes over the claim on a domain whose holder has died. `None` if the claim is held, or if the domain was never
+/// claimed.
 pub(super) fn inherit(domain: &Domain) -> Option<Claim> {
     let folder = Folder::open(domain.root()).ok()?;
-    // Where there is none, none is made.
+    // Do not create the file if it does not exist.
     folder.has(CLAIM_FILE).ok().filter(|has| *has)?;
     let file = folder.write(CLAIM_FILE).ok()?;
     flock(&file, FlockOperation::NonBlockingLockExclusive).ok()?;

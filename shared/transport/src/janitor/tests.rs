@@ -1,7 +1,7 @@
 use super::*;
 use std::fs::File;
 
-/// A claimed domain of the test's own, wiped when the test ends.
+/// A claimed domain for one test, removed when the test ends.
 struct Place {
     domain: Domain,
     claim: Option<Claim>,
@@ -89,7 +89,7 @@ fn a_file_that_was_finished_or_made_anew_in_between_is_no_longer_suspected() {
     file(&path, b"", 0o600);
     let mut janitor = Janitor::new(&place.domain);
     assert_eq!(janitor.look(Instant::EPOCH).suspects, 1);
-    // The new file is made before the old one goes, so that it cannot have its inode.
+    // Created before the old file is removed, so that it gets another inode.
     let other = place.shared("b.data");
     file(&other, b"", 0o600);
     fs::rename(&other, &path).unwrap();

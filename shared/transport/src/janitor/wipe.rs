@@ -8,14 +8,13 @@ use super::claim::{CLAIM_FILE, Claim, inherit};
 use super::{SHARED_MEMORY, entries};
 use crate::Domain;
 
-/// What the names of all domains begin with.
+/// Prefix of the names of all domains.
 const NAME: &str = "leo-";
 
-/// Removes the shared memory of a domain, then its files, then the claim and the directory: a
-/// wipe that is itself killed leaves the claim for the next sweep to find.
+/// Removes the shared memory of a domain, then its files, then the claim and the directory. If this process is killed
+/// meanwhile, the claim remains for the next sweep.
 ///
-/// An emergency stop that was not released stays, and the directory with it: the next robot of that
-/// name must find it.
+/// A raised emergency stop stays, and so does the directory: the next robot of that name must find it.
 pub(super) fn wipe(domain: &Domain, claim: Claim) {
     if !claim.is_on(domain.root()) {
         return;
@@ -28,10 +27,10 @@ pub(super) fn wipe(domain: &Domain, claim: Claim) {
     drop(claim);
 }
 
-/// Removes the domains of this user whose supervisor is dead, and shared memory whose domain is
-/// gone; gives the names of those domains. Their emergency stops stay.
+/// Removes the domains of this user whose supervisor has died, and shared memory without a domain. Returns the names
+/// of the removed domains. Raised emergency stops stay.
 ///
-/// Domains that nobody ever claimed are left alone: they may be about to be.
+/// Domains that were never claimed are skipped, because a process may be about to claim them.
 pub fn sweep_stale() -> Vec<String> {
     let mut swept = Vec::new();
     for entry in entries(Path::new(SHARED_MEMORY)) {
@@ -55,7 +54,7 @@ pub fn sweep_stale() -> Vec<String> {
 fn remove_shared_memory(ours: impl Fn(&str) -> bool) {
     let user = geteuid().as_raw();
     for entry in entries(Path::new(SHARED_MEMORY)) {
-        // Root may remove what is another user's, and must not.
+        // Root could remove files of other users, but must not.
         let is_ours = entry.metadata().is_ok_and(|file| file.is_file() && file.uid() == user);
         if is_ours && entry.file_name().to_str().is_some_and(&ours) {
             let _gone = fs::remove_file(entry.path());

@@ -1,4 +1,4 @@
-//! The references: bytes there and back between two processes, and a thread that only sleeps.
+//! The references: a round trip of bytes between two processes, and a thread that only sleeps.
 
 use std::mem::size_of;
 use std::path::Path;
@@ -13,25 +13,25 @@ use transport::{Delivery, Domain, Node, Queues};
 use super::{BenchError, Case};
 use crate::Children;
 
-/// The name of the exchange, one each for there and back.
+/// Topic names of the two directions.
 const THERE: &str = "bare/there";
 const BACK: &str = "bare/back";
-/// The echo ends when nothing came for so long.
+/// The echo process ends after this long without a message.
 const SILENCE: Duration = Duration::from_secs(2);
-/// Priority of the echo: that of the belief process, whose place it takes.
+/// Priority of the echo process: that of the belief process, which it stands in for.
 const ECHO_PRIORITY: u8 = 69;
 
-/// Bytes of the percept buffer, and of the belief buffers of two perspectives.
+/// Size in bytes of the percept buffer, and of the belief buffers of two perspectives.
 fn sizes(objects: u32) -> (usize, usize) {
     let objects = usize::try_from(objects).unwrap_or(usize::MAX);
     (objects * size_of::<Perceived>(), 2 * objects * size_of::<Belief>())
 }
 
-/// Sends as many bytes as Leo does, at its rate, to a process that reads them all and sends as
-/// many back as Leo does; from before sending to after reading all.
+/// Round-trip time of as many bytes as Leo sends, at Leo's rate. The echo process reads all of them and returns as
+/// many as Leo does. The time ends when all are read.
 pub(super) fn round_trips(domain: &Domain, node: &Node, case: Case) -> Result<Histogram, BenchError> {
     let (there, back) = sizes(case.objects);
-    // A name for each case: the exchange is made for one size.
+    // One topic per case, because a topic has a fixed size.
     let name = format!("{}-{}", case.rate_hz, case.objects);
     let outlet = BareOutlet::open(node, &format!("{THERE}/{name}"), there).map_err(BenchError::port)?;
     let inlet = BareInlet::open(node, &format!("{BACK}/{name}")).map_err(BenchError::port)?;
@@ -57,14 +57,13 @@ pub(super) fn round_trips(domain: &Domain, node: &Node, case: Case) -> Result<Hi
             }
         }
         release += case.period();
-        // A release that has passed is skipped, never made up.
+        // A missed release is skipped, not made up for.
         release = release.max(clock::now());
     }
     if answered { Ok(histogram) } else { Err(BenchError::NotReady("bench-echo")) }
 }
 
-/// The other process of `round_trips`: reads every byte and sends `bytes` back, until nothing
-/// comes any more.
+/// The other process of `round_trips`: reads every byte and sends `bytes` back, until no more messages arrive.
 ///
 /// # Errors
 ///
@@ -75,7 +74,7 @@ pub fn echo(root: &Path, name: &str, bytes: usize) -> Result<(), BenchError> {
         cores: Vec::new(),
         lock_memory: true,
     };
-    // The bench itself says what is missing.
+    // The benchmark itself reports missing rights.
     let _missing = realtime::apply(&rights);
     let domain = Domain::at(root).map_err(BenchError::port)?;
     let queues = Queues { frames: 4, delivery: Delivery::Newest };
@@ -86,7 +85,7 @@ pub fn echo(root: &Path, name: &str, bytes: usize) -> Result<(), BenchError> {
     let mut give_up = clock::now() + SILENCE;
     while clock::now() < give_up {
         while let Some(sum) = inlet.receive(SILENCE / 4).map_err(BenchError::port)? {
-            // The sum goes into the answer, so that reading cannot be optimised away.
+            // The sum goes into the reply, so that the reads cannot be optimised away.
             answer.fill(u8::try_from(sum & 0xff).unwrap_or(0));
             outlet.send(&answer).map_err(BenchError::port)?;
             give_up = clock::now() + SILENCE;
@@ -95,15 +94,14 @@ pub fn echo(root: &Path, name: &str, bytes: usize) -> Result<(), BenchError> {
     Ok(())
 }
 
-/// How late a thread with the sensor's rights wakes that does nothing but sleep to an absolute grid
-/// of the sensor's rate.
+/// Wake-up latency of a thread with the sensor's rights that only sleeps until an absolute grid of the sensor's rate.
 ///
-/// It runs while the sensor does: what the machine does to the one it does to the other.
+/// It runs at the same time as the sensor, so that disturbances affect both.
 pub(super) fn wakeups(case: Case) -> Result<JoinHandle<Histogram>, BenchError> {
     let rights = config::Robot::load(None).map_err(BenchError::port)?.leo.sensor.realtime;
     let thread = std::thread::Builder::new().name("bare-wakeup".to_owned());
     Ok(thread.spawn(move || {
-        // The bench itself says what is missing.
+        // The benchmark itself reports missing rights.
         let _missing = realtime::apply(&rights);
         let mut histogram = Histogram::default();
         let mut release = clock::now() + case.period();

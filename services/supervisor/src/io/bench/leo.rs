@@ -1,4 +1,4 @@
-//! Leo's own processes, measured where the beliefs are read.
+//! Measures Leo's own processes at the reader of the beliefs.
 
 use std::time::Duration;
 
@@ -9,27 +9,27 @@ use transport::{Domain, HealthReader, Inlet, Node};
 use super::{BenchError, Case, bare};
 use crate::{Children, Lives};
 
-/// The processes between an observation and a belief, in the order of starting.
+/// The processes from an observation to a belief, in start order.
 const PROCESSES: [Process; 3] = [Process::Belief, Process::Sensor, Process::Simulator];
-/// How long they have to get ready.
+/// Timeout until they are ready.
 const READY_WITHIN: Duration = Duration::from_secs(10);
 /// The perspective whose buffer is published last.
 const LAST_PERSPECTIVE: u32 = 1;
-/// Frames before counting begins: caches, page tables and connections are warm then.
+/// Frames before the measurement starts, to warm up caches, page tables and connections.
 const WARM_UP_FRAMES: u64 = 100;
 
-/// What was measured.
+/// The measurements of one case.
 #[derive(Default)]
 pub(super) struct Measured {
-    /// Percept buffer published to belief buffers read.
+    /// From percept buffer published to belief buffers read.
     pub(super) latency: Histogram,
-    /// The belief process's step, its publishing included.
+    /// Duration of the belief process's step, publishing included.
     pub(super) step: Histogram,
-    /// How late the sensor process woke.
+    /// Wake-up latency of the sensor process.
     pub(super) sensor_wakeup: Histogram,
-    /// How late a bare thread woke meanwhile.
+    /// Wake-up latency of a bare thread at the same time.
     pub(super) bare_wakeup: Histogram,
-    /// Belief frames that did not come.
+    /// Number of lost belief frames.
     pub(super) lost: u64,
 }
 
@@ -53,7 +53,7 @@ pub(super) fn percept_to_belief(domain: &Domain, node: &Node, case: Case) -> Res
     std::fs::write(&file, text)?;
     let lives = Lives::put_up(node, &PROCESSES).map_err(BenchError::port)?;
     let mut children = Children::new().map_err(crate::RunError::Executable)?.with_lives(lives);
-    // A name for each life of each process, because the boards of one domain are told apart by it.
+    // Unique per incarnation of each process, because the board names of one domain contain it.
     let incarnation = u64::from(case.rate_hz) * 100_000 + u64::from(case.objects);
     let mut beliefs = node.waking_inlet::<Beliefs>(Some(LAST_PERSPECTIVE)).map_err(BenchError::port)?;
     let measured = (|| {
@@ -148,7 +148,7 @@ fn read(
     if let (Some(before), Some(after)) = (before, health(node, Process::Sensor, incarnation)) {
         measured.sensor_wakeup = after.wakeup.since(&before.wakeup);
     }
-    // A thread that panicked has measured nothing, and the report shows it.
+    // A thread that panicked has no measurements; the report shows that.
     measured.bare_wakeup = bare.and_then(|thread| thread.join().ok()).unwrap_or_default();
     Ok(measured)
 }

@@ -1,4 +1,4 @@
-//! What `leo bench` prints.
+//! The report of `leo bench`.
 
 use std::fmt;
 use std::time::Duration;
@@ -10,16 +10,16 @@ use serde::Serialize;
 use super::Case;
 use super::leo::Measured;
 
-/// Everything that was measured, and on what.
+/// All measurements, and the machine.
 #[derive(Clone, Debug, Serialize)]
 pub(super) struct Report {
     pub(super) machine: Machine,
     pub(super) rows: Vec<Row>,
-    /// Over all rates and sizes: the tails of one are a handful of wake-ups.
+    /// Over all rates and sizes, because one case has too few wake-ups in its tail.
     pub(super) wakeup: Wakeup,
 }
 
-/// How late the sensor process woke, beside a bare thread of its priority that ran meanwhile.
+/// Wake-up latency of the sensor process and of a bare thread of the same priority at the same time.
 #[derive(Clone, Copy, Debug, Serialize)]
 pub(super) struct Wakeup {
     sensor_us: Quantiles,
@@ -43,7 +43,7 @@ impl Wakeup {
     }
 }
 
-/// The machine that was measured on.
+/// The measured machine.
 #[derive(Clone, Debug, Serialize)]
 pub(super) struct Machine {
     processor: String,
@@ -58,19 +58,19 @@ pub(super) struct Machine {
 pub(super) struct Row {
     rate_hz: u32,
     objects: u32,
-    /// Percept buffer published to belief buffers read.
+    /// From percept buffer published to belief buffers read.
     percept_to_belief_us: Quantiles,
-    /// The belief process's step, its publishing included.
+    /// Duration of the belief process's step, publishing included.
     belief_step_us: Quantiles,
-    /// As many bytes there and back with the bare middleware.
+    /// Round trip of as many bytes with the bare middleware.
     bare_round_trip_us: Quantiles,
-    /// (percept to belief - step) / round trip: what Leo adds to the middleware, at p50 and p99.
+    /// (percept to belief - step) / round trip at p50 and p99: the latency that Leo adds to the middleware.
     ratio_p50: f64,
     ratio_p99: f64,
     wakeup: Wakeup,
-    /// Belief frames that did not come.
+    /// Number of lost belief frames.
     lost: u64,
-    /// Upper bound in nanoseconds and count of every bucket of the percept-to-belief latency.
+    /// Upper bound in nanoseconds and count of each bucket of the percept-to-belief latency.
     histogram: Vec<(u64, u32)>,
 }
 
@@ -147,7 +147,7 @@ fn line(out: &mut fmt::Formatter<'_>, name: &str, quantiles: &Quantiles) -> fmt:
     writeln!(out, "  {name:<20} {p50:>8.1} {p99:>8.1} {p999:>8.1} {max:>8.1} {count:>7}")
 }
 
-/// The distribution of percept to belief as bars, one line per octave.
+/// Prints the histogram of percept to belief as bars, one line per octave.
 fn draw(out: &mut fmt::Formatter<'_>, buckets: &[(u64, u32)]) -> fmt::Result {
     let mut octaves: Vec<(u32, u64)> = Vec::new();
     for &(bound_ns, count) in buckets {

@@ -1,22 +1,22 @@
-//! Changing the machine, and taking it back.
+//! Applies changes to the machine, and reverts them.
 
 use std::io::{self, Write};
 
 use crate::readiness::{Change, System};
 
-/// What was changed since the machine started, to be taken back. It lies where nothing outlives the
-/// next start, as the changes do not.
+/// Journal of the changes made since the machine booted, used to revert them. Like the changes themselves, it does
+/// not survive a reboot.
 const JOURNAL: &str = "/run/leo-check.json";
 
-/// Why the machine is not as was asked for.
+/// Error while applying or reverting changes.
 #[derive(Debug, thiserror::Error)]
 pub enum ApplyError {
-    /// What is to be changed cannot be noted, so nothing was.
+    /// The journal cannot be written, so nothing was changed.
     #[error(
         "cannot write {JOURNAL}, in which is noted what to take back, so nothing is changed: {0}; run it as root: `sudo leo check`"
     )]
     Journal(io::Error),
-    /// The notes are damaged.
+    /// The journal is damaged.
     #[error(
         "{JOURNAL} does not say what to take back ({0}): restart the machine, which takes back everything"
     )]
@@ -24,19 +24,19 @@ pub enum ApplyError {
     /// Nothing was changed before.
     #[error("there is nothing to take back: {JOURNAL} is not there")]
     Nothing,
-    /// Some files did not take what was written.
+    /// Some files rejected the new value.
     #[error("the machine refused {0} of {1} changes; what it said stands above")]
     Refused(usize, usize),
-    /// What was done cannot be said.
+    /// The report cannot be written.
     #[error("cannot write what was done: {0}")]
     Write(io::Error),
 }
 
-/// Makes changes, and says each with what takes it back. Each is noted before it is made.
+/// Applies changes, and reports each with its inverse. Each is recorded in the journal before it is made.
 ///
 /// # Errors
 ///
-/// Nothing could be noted, or the machine refused a change; the others are made.
+/// The journal cannot be written, or the machine rejected a change. The other changes are made.
 pub(super) fn apply(system: &System, changes: &[Change], out: &mut impl Write) -> Result<(), ApplyError> {
     let mut noted = read(system)?.unwrap_or_default();
     let mut refused = 0;
@@ -63,11 +63,11 @@ pub(super) fn apply(system: &System, changes: &[Change], out: &mut impl Write) -
     if refused == 0 { Ok(()) } else { Err(ApplyError::Refused(refused, changes.len())) }
 }
 
-/// Takes back what was applied, the last first.
+/// Reverts the recorded changes, the last one first.
 ///
 /// # Errors
 ///
-/// Nothing was applied, or the machine refused; what it refused stays noted.
+/// Nothing was applied, or the machine rejected a change. Rejected changes stay in the journal.
 pub(super) fn revert(system: &System, out: &mut impl Write) -> Result<(), ApplyError> {
     let noted = read(system)?.ok_or(ApplyError::Nothing)?;
     let mut kept = Vec::new();
@@ -83,7 +83,7 @@ pub(super) fn revert(system: &System, out: &mut impl Write) -> Result<(), ApplyE
     Err(ApplyError::Refused(kept.len(), noted.len()))
 }
 
-/// Makes one change and says so; whether the machine took it.
+/// Makes and reports one change; returns whether the machine accepted it.
 fn make(system: &System, change: &Change, out: &mut impl Write) -> Result<bool, ApplyError> {
     let written = system.write(&change.file, &change.to);
     let said = match &written {

@@ -1,4 +1,4 @@
-//! How late threads wake that do nothing but sleep to absolute instants.
+//! Measures the wake-up latency of threads that only sleep until absolute instants.
 
 use std::io;
 use std::thread::{Builder, JoinHandle};
@@ -9,12 +9,12 @@ use message::Histogram;
 
 use crate::readiness::{Hot, Wakeup};
 
-/// Measures for so long, all processes with a rate at once, as in the running robot; nothing where the
-/// time is zero.
+/// Measures all periodic processes at the same time, as in the running robot. Returns nothing if the duration is
+/// zero.
 ///
 /// # Errors
 ///
-/// The system has no room for another thread.
+/// The system cannot create another thread.
 pub(super) fn wakeups(hot: &[Hot], lasting: Duration) -> io::Result<Vec<Wakeup>> {
     if lasting.is_zero() {
         return Ok(Vec::new());
@@ -33,7 +33,7 @@ pub(super) fn wakeups(hot: &[Hot], lasting: Duration) -> io::Result<Vec<Wakeup>>
     Ok(threads.into_iter().map(end).collect())
 }
 
-/// A thread with the rights of a process that sleeps until its releases.
+/// A thread with the rights of a process, which sleeps until the releases of that process.
 fn sleeper(process: &Hot, period: Duration, lasting: Duration) -> io::Result<JoinHandle<Histogram>> {
     let rights = Rights {
         fifo_priority: Priority::try_from(process.priority).map_err(io::Error::other)?,
@@ -41,7 +41,7 @@ fn sleeper(process: &Hot, period: Duration, lasting: Duration) -> io::Result<Joi
         lock_memory: true,
     };
     Builder::new().name(format!("wake-{}", process.name)).spawn(move || {
-        // What is not granted is a finding of its own.
+        // Missing rights are reported as a separate finding.
         let _missing = realtime::apply(&rights);
         let mut late = Histogram::default();
         let mut release = clock::now() + period;
@@ -50,7 +50,7 @@ fn sleeper(process: &Hot, period: Duration, lasting: Duration) -> io::Result<Joi
             clock::sleep_until(release);
             let now = clock::now();
             late.record(clock::nanos(now.since(release)));
-            // A release that has passed is skipped, never made up.
+            // A missed release is skipped, not made up for.
             while release <= now {
                 release += period;
             }

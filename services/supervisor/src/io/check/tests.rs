@@ -5,7 +5,7 @@ use config::motor::Device;
 
 use super::*;
 
-/// A machine in a folder: one core that saves power, one adapter that waits.
+/// A machine in a folder: one core with a power-saving governor, one adapter with a long latency timer.
 fn folder() -> tempfile::TempDir {
     let root = tempfile::tempdir().unwrap();
     for (file, text) in [
@@ -41,7 +41,7 @@ fn this_machine_has_cores_and_shared_memory() {
     assert!(!machine.cores.is_empty() && machine.shared_memory_free > Some(0), "{machine:?}");
 }
 
-/// As the kernel has it where it keeps cores free: whoever asks for none of them does not get them.
+/// With isolated cores: a process does not get them unless it requests them.
 #[test]
 fn cores_that_nobody_is_given_unless_he_asks_are_cores_of_the_machine() {
     let all = machine(&Robot::load(None).unwrap()).cores;
@@ -117,7 +117,7 @@ fn what_is_applied_is_said_noted_and_taken_back() {
     );
     assert!(said.contains("no core is slowed down"), "{said}");
     assert_eq!(governor(root.path()), "performance");
-    // Applied again, nothing is changed and nothing of the notes is lost.
+    // Applying twice changes nothing and keeps the journal.
     check(&inquiry(root.path(), Deed::Apply), &mut Vec::new()).unwrap();
     check(&inquiry(root.path(), Deed::Revert), &mut Vec::new()).unwrap();
     assert_eq!(governor(root.path()), "powersave");

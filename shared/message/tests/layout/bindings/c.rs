@@ -30,7 +30,7 @@ const OPENING: &str = "\
 #endif
 ";
 
-/// `leo_observation_kind` of `ObservationKind`.
+/// `leo_observation_kind` for `ObservationKind`.
 fn snake(name: &str) -> String {
     let mut out = String::from("leo");
     for letter in name.chars() {
@@ -56,7 +56,7 @@ fn kind(rust: &str) -> String {
 }
 
 fn comment(out: &mut String, indent: &str, doc: &[String]) {
-    // Links between Rust items mean nothing here.
+    // Remove Rust's intra-doc links.
     let plain = |line: &String| line.replace("[`", "`").replace("`]", "`");
     match doc {
         [] => {}
@@ -70,7 +70,7 @@ fn comment(out: &mut String, indent: &str, doc: &[String]) {
     }
 }
 
-/// The header.
+/// The text of the C header.
 pub(crate) fn header(types: &[(&str, &Declared)], numbers: &[Numbered], compiled: &[Compiled]) -> String {
     let mut out = OPENING.to_owned();
     for (name, value) in [

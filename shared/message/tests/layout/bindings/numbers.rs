@@ -6,21 +6,21 @@ use message::{
     ObservationKind, Process, ProcessState, SceneMode, State, TeacherActKind, ThingRole, TurnKind,
 };
 
-/// A kind of number that stands for something: its name and what each stands for.
+/// A `numbered!` type: its name and values.
 pub(crate) struct Numbered {
     pub(crate) name: String,
     pub(crate) doc: Vec<String>,
     pub(crate) values: Vec<Value>,
 }
 
-/// A number and what it stands for.
+/// A value of a `numbered!` type.
 pub(crate) struct Value {
     pub(crate) name: String,
     pub(crate) number: u32,
     pub(crate) doc: String,
 }
 
-/// What the compiler made of every `numbered!` type.
+/// The compiler's values of every `numbered!` type.
 fn compiled() -> Vec<(&'static str, Vec<(String, u32)>)> {
     macro_rules! compiled {
         ($($name:ident)+) => {
@@ -36,7 +36,7 @@ fn compiled() -> Vec<(&'static str, Vec<(String, u32)>)> {
     )
 }
 
-/// Every `numbered!` type of the crate, in the order of its name.
+/// All `numbered!` types of the crate, sorted by name.
 pub(crate) fn numbers() -> Vec<Numbered> {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("src");
     let mut found = Vec::new();

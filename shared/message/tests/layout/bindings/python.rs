@@ -19,7 +19,7 @@ import ctypes
 import enum
 "#;
 
-/// The bytes of every type are those that the compiler of Rust gave it, or nothing works.
+/// Assertion in the Python module that all sizes and offsets equal those of the Rust compiler.
 const CLOSING: &str = r#"
 for _type, _size, _places in _LAYOUT:
     _is = [getattr(_type, _name).offset for _name, *_ in _type._fields_]
@@ -27,7 +27,7 @@ for _type, _size, _places in _LAYOUT:
         raise ImportError(f"{_type.type_name()} is laid out otherwise on this machine")
 "#;
 
-/// `LEFT_OUT` of `LeftOut`.
+/// `LEFT_OUT` for `LeftOut`.
 fn loud(name: &str) -> String {
     let mut out = String::new();
     for (index, letter) in name.chars().enumerate() {
@@ -50,13 +50,13 @@ fn kind(rust: &str) -> String {
 
 fn comment(out: &mut String, indent: &str, doc: &[String]) {
     for line in doc {
-        // Links between Rust items mean nothing here.
+        // Remove Rust's intra-doc links.
         let line = line.replace("[`", "`").replace("`]", "`");
         writeln!(out, "{}", format!("{indent}# {line}").trim_end()).expect("a string");
     }
 }
 
-/// The module.
+/// The text of the Python module.
 pub(crate) fn module(types: &[(&str, &Declared)], numbers: &[Numbered], compiled: &[Compiled]) -> String {
     let mut out = OPENING.to_owned();
     for (name, value) in [
