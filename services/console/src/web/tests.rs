@@ -281,7 +281,7 @@ async fn half_open(to: SocketAddr, from: [u8; 4]) {
     }
 }
 
-/// Half-open connections from addresses, as long as it is held.
+/// Half-open connections from the addresses, until the runtime is dropped.
 fn flood(to: &str, from: impl Iterator<Item = [u8; 4]>) -> tokio::runtime::Runtime {
     let to = to.parse().unwrap();
     let flood = tokio::runtime::Builder::new_multi_thread().worker_threads(1).enable_all().build().unwrap();
