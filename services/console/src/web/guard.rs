@@ -221,7 +221,8 @@ impl Asks<'_> {
         pairs.find(|(known, _)| *known == name).map(|(_, value)| value)
     }
 
-    /// The response to the address with the token: stores the token in a cookie and redirects to the address without it.
+    /// The response to the address with the token: stores the token in a cookie and redirects to the address
+    /// without it.
     fn entered(&self, lock: &Lock) -> Option<Response> {
         let query = self.uri.query()?;
         self.token_of_address()?;
