@@ -14,7 +14,7 @@ use transport::Inlet;
 use crate::cells::{Histories, Minds, Seen, belief_in, joints, numbers, scene};
 use crate::sheet::Sheet;
 
-/// Beliefs are published at every fifth poll: readers need no more than ten updates a second.
+/// Beliefs are published at every fifth poll, which is 10 Hz at the default rate: enough for readers.
 const BELIEFS_EVERY: u32 = 5;
 
 /// The message for a robot that perceives more than its buffers hold.

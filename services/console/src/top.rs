@@ -25,7 +25,7 @@ pub use tasks::tasks;
 /// Why nothing can be shown.
 #[derive(Debug, thiserror::Error)]
 pub enum TopError {
-    /// No robot of this user runs on this machine.
+    /// No robot that this user can see runs on this machine.
     #[error("no robot runs here: start one with `leo run`")]
     NoRobot,
     /// Several robots run; one must be named.

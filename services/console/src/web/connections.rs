@@ -19,15 +19,15 @@ use tokio::time::{sleep, timeout};
 use super::{Patience, Shared};
 pub(super) use table::{Class, Connection, Table};
 
-/// Pause of accepting when the system is out of file descriptors.
+/// Pause after a failed accept, for example when file descriptors are exhausted.
 const NO_ROOM: Duration = Duration::from_millis(100);
 /// Size of the read buffer of a connection. Longer request heads are refused (431).
 const HEAD_MAX: usize = 16 << 10;
 /// Maximum number of header fields of a request.
 const FIELDS_MAX: usize = 64;
 
-/// Accepts and serves connections for as long as it is polled. Accepting never waits for a free slot but evicts
-/// an old connection.
+/// Accepts and serves connections for as long as it is polled. At a limit an old connection is evicted; accepting
+/// pauses until that one has reached its minimum age.
 pub(super) async fn serve(listener: TcpListener, routes: Router, shared: Arc<Shared>) {
     let table = Arc::clone(&shared.connections);
     loop {
