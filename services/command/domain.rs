@@ -19,8 +19,8 @@ pub(crate) fn own() -> Result<Domain, Failed> {
     Domain::named(&std::process::id().to_string()).map_err(Failed::usage)
 }
 
-/// The requested domain, or a new one. A domain left by an earlier unnamed robot of this user is reused if its
-/// emergency stop is still raised, so that the stop remains in force.
+/// The requested domain, or a new one. Reuses the domain of an earlier unnamed robot of this user if its emergency
+/// stop is still raised, so that the stop remains in force.
 pub(crate) fn to_run_in(root: Option<&Path>) -> Result<Domain, Failed> {
     let Some(root) = root else {
         return Domain::all().into_iter().find(was_left_stopped).map_or_else(own, Ok);

@@ -16,7 +16,7 @@ pub(super) fn show(entry: &Entry, count: i64) -> String {
 /// The minus sign that replaces a hyphen, which would begin an option.
 const MINUS: char = '\u{2212}';
 
-/// An argument of the command line. In a negative number with a unit, such as `-10deg`, the hyphen is replaced by a
+/// An argument of the command line. Replaces the hyphen of a negative number with a unit, such as `-10deg`, by a
 /// minus sign, because clap would take it for an option.
 pub(crate) fn spelled(word: OsString) -> OsString {
     let is_number = |rest: &str| {

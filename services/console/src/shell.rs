@@ -28,9 +28,9 @@ const ANSWER: Duration = Duration::from_secs(1);
 /// The same after a page was closed: it may only have been reloaded.
 const REOPENED: Duration = Duration::from_secs(5);
 
-/// Runs the process until it is stopped or the lesson is over. The lesson is over when all its sentences were said,
-/// Leo has performed or declined every requested performance, no page is open and no one teaches interactively.
-/// Finally prints what Leo learned.
+/// Runs the process until it is stopped or the lesson is over. A lesson is over when all its sentences were said and
+/// Leo has performed or declined every requested performance. In addition no page may be open, and no one may be
+/// teaching interactively. Finally prints what Leo learned.
 ///
 /// # Errors
 ///

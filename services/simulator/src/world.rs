@@ -136,9 +136,10 @@ impl World {
     /// Advances the world to `now`; an earlier instant than that of the last step is replaced by the latter.
     ///
     /// `hands` are Leo's left and right hand at `now`, `None` if unknown. A hand that closes grasps the loose peg or
-    /// marker whose centre is within 3 cm of its grasp point; the thing then moves rigidly with it. When the hand
-    /// opens, a peg whose lower end is 5 to 60 mm below the top of a free hole and within 2 cm of its axis slides into
-    /// it. Anything else falls upright onto what is below it.
+    /// marker whose centre is within 3 cm of its grasp point; the thing then moves rigidly with it.
+    ///
+    /// When the hand opens, a peg slides into a free hole within 2 cm of its axis. Its lower end must be 5 to 60 mm below
+    /// the hole's top. Anything else falls upright onto what is below it.
     pub fn step(&mut self, now: Instant, hands: [Option<Hand>; 2]) {
         let now = now.max(self.state.now);
         let began = *self.state.began.get_or_insert(now);

@@ -13,8 +13,8 @@ use crate::{Buffer, Frame, ReadError};
 
 /// Reads a recording frame by frame; only one chunk is in memory at a time.
 ///
-/// The file is not trusted. A frame is returned only from a chunk with a correct check sum, from a channel with this
-/// program's layout, and only with a head and whole entries. A chunk without a check sum is counted
+/// The file is not trusted. A frame is returned only from a chunk with a correct check sum and a channel with this
+/// program's layout. It must consist of a head and whole entries. A chunk without a check sum is counted
 /// ([`Self::unchecked`]), or refused ([`Self::require_check_sums`]). A truncated file, left by a killed writer or a
 /// full disk, is read to its end ([`Self::is_cut`]). Memory and expansion are bounded.
 pub struct Reader<R> {

@@ -7,8 +7,8 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use clock::{Duration, Instant};
 use tokio::task::AbortHandle;
 
-/// Minimum age of an evicted connection. It gives a slow browser time for its request head, and bounds the rate at
-/// which a flood opens connections, so that the accept queue stays short.
+/// Minimum age of an evicted connection. It gives a slow browser time for its request head. It also bounds the rate
+/// at which a flood opens connections, so that the accept queue stays short.
 const MIN_AGE: Duration = Duration::from_millis(100);
 /// Prefix length of an IPv6 network: one machine owns all addresses of a /64.
 const NETWORK_BITS: u32 = 64;
