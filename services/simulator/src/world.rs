@@ -138,8 +138,8 @@ impl World {
     /// `hands` are Leo's left and right hand at `now`, `None` if unknown. A hand that closes grasps the loose peg or
     /// marker whose centre is within 3 cm of its grasp point; the thing then moves rigidly with it.
     ///
-    /// When the hand opens, a peg slides into a free hole within 2 cm of its axis. Its lower end must be 5 to 60 mm below
-    /// the hole's top. Anything else falls upright onto what is below it.
+    /// When the hand opens, a peg slides into a free hole within 2 cm of its axis. Its lower end must be 5 to 60 mm
+    /// below the hole's top. Anything else falls upright onto what is below it.
     pub fn step(&mut self, now: Instant, hands: [Option<Hand>; 2]) {
         let now = now.max(self.state.now);
         let began = *self.state.began.get_or_insert(now);
