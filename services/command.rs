@@ -1,4 +1,4 @@
-//! The commands: their names, their flags, and whom each hands over to.
+//! The command line: commands, their options, and the dispatch to the crates that implement them.
 
 mod arm;
 mod believe;
@@ -176,7 +176,8 @@ struct Bench {
     json: bool,
 }
 
-/// The words of the command line. Negative numbers with a unit are values where `leo bus write` takes one.
+/// The command line's arguments. Rewrites negative numbers with a unit for `leo bus write`, so that clap takes them as
+/// values.
 pub(crate) fn arguments() -> Vec<std::ffi::OsString> {
     let words: Vec<_> = std::env::args_os().collect();
     let said = |word: &str| words.iter().any(|other| other == word);
@@ -184,7 +185,7 @@ pub(crate) fn arguments() -> Vec<std::ffi::OsString> {
 }
 
 impl Leo {
-    /// Does what the command line says.
+    /// Runs the command.
     pub(crate) fn run(self) -> Result<ExitCode, Failure> {
         let is_journal = journal::is_listening();
         let left_out = if is_journal { journal::mark(tracing::Level::WARN) } else { "" };
@@ -237,10 +238,10 @@ impl Run {
         let faults = self.faults.as_deref().map(|file| campaign(file, &robot)).transpose()?;
         let state = domain::state_directory()?;
         ::process::state::prepare(&state).map_err(Failed::usage)?;
-        // Here it is one clear error; the learner could only die of it again and again. Another robot that has it
-        // open is no obstacle: the learner says that this one forgets.
+        // Report a broken memory here as one clear error; the learner would only die of it repeatedly. A memory that is
+        // locked by another robot is accepted: the learner then runs without one.
         let _access = learner_process::check_memory(&state).map_err(Failed::usage)?;
-        // On a real robot nobody plays the world.
+        // On a real robot there is no simulator process.
         let plays = robot.leo.sensor.simulator().is_some();
         let orders = Orders {
             domain: domain::to_run_in(self.domain.as_deref())?,
@@ -263,14 +264,14 @@ impl Run {
     }
 }
 
-/// What a lesson says, looked at whole before anything starts.
+/// The text of a lesson file, validated before anything starts.
 fn lesson_text(file: &Path, settings: &Settings) -> Result<String, Failure> {
     let text = read(file)?;
     tell_lacking(file, &Lesson::parse(&text, file).map_err(Failed::usage)?, settings);
     Ok(text)
 }
 
-/// Says what a lesson needs of the settings that they lack: it is taught all the same.
+/// Warns about settings that a lesson needs and the configuration lacks. The lesson is taught nevertheless.
 fn tell_lacking(file: &Path, lesson: &Lesson, settings: &Settings) {
     if let Some(lacking) = lesson.needs.lacking(settings) {
         let file = file.display();
@@ -278,7 +279,7 @@ fn tell_lacking(file: &Path, lesson: &Lesson, settings: &Settings) {
     }
 }
 
-/// What goes wrong on purpose, looked at whole before anything starts, and what of it the processes suffer.
+/// The text of a fault campaign, validated before anything starts, and its process faults.
 fn campaign(file: &Path, robot: &Robot) -> Result<(String, ProcessFaults), Failure> {
     let text = read(file)?;
     let bus = |words: &str| mock_bus_process::parse(words, &robot.motor).map(drop);
@@ -336,7 +337,7 @@ impl Teach {
 }
 
 impl Teach {
-    /// What is recorded of a lesson, if anything.
+    /// The recording to make of a lesson, if requested.
     fn recorded(&self, lesson: &Lesson, partners: Option<u32>) -> Result<Option<Record>, Failure> {
         let Some(file) = self.record.clone() else { return Ok(None) };
         let x_world_base = stands(lesson);
@@ -347,7 +348,7 @@ impl Teach {
     }
 }
 
-/// This program with its version, as recordings name it.
+/// This program's name and version, as written into recordings.
 fn program() -> String {
     format!("leo {}", env!("CARGO_PKG_VERSION"))
 }
@@ -360,16 +361,15 @@ impl Bench {
     }
 }
 
-/// Refuses what the processes could only die of again and again: a body that is not the one that
-/// the servos turn, a bus that cannot be driven, a trace that cannot be played, a fault that is none, a
-/// function of the program's own that this program lacks. `config` is the `leo.toml` of the robot.
+/// Refuses a configuration with which a process could only die repeatedly. Checks the body against the servos, the
+/// traces, the mock buses' faults and the program's own belief plug-ins. `config` is the robot's `leo.toml`.
 fn startable(robot: &Robot, config: Option<&Path>) -> Result<(), Failure> {
     body::check(robot, config).map_err(Failed::usage)?;
     sensor_process::check_traces(&robot.leo.sensor.source).map_err(Failed::usage)?;
     mock_bus_process::Faults::configured(&robot.leo.mock_bus, &robot.motor)
         .map_err(|bad| Failed::usage(format!("leo.toml: `faults` of [mock_bus]: {bad}")))?;
     let belief = &robot.leo.belief;
-    // Whether there can be any: their size does not matter.
+    // Only whether it can be constructed matters, so a capacity of one suffices.
     belief_process::Believer::new(
         &robot.percepts,
         &robot.perspective,
@@ -381,12 +381,12 @@ fn startable(robot: &Robot, config: Option<&Path>) -> Result<(), Failure> {
     Ok(())
 }
 
-/// Refuses a link that there cannot be.
+/// Refuses an invalid link configuration.
 fn linkable(link: &config::leo::Link) -> Result<(), Failure> {
     link_process::check(link).map_err(Failed::usage)
 }
 
-/// Refuses to play a lesson to a robot that does not look at the simulator; the number of that source.
+/// Refuses to play a lesson to a robot without a simulator source. Returns the number of that source.
 fn teachable(robot: &Robot, config: Option<&Path>) -> Result<usize, Failure> {
     startable(robot, config)?;
     let simulator = robot.leo.sensor.simulator().map(usize::from);
@@ -398,11 +398,10 @@ fn teachable(robot: &Robot, config: Option<&Path>) -> Result<usize, Failure> {
     })
 }
 
-/// What the processes say goes to standard error: by default warnings, `-v` what they do,
-/// `RUST_LOG` whatever it says.
+/// Directs the log to standard error. Default: warnings; with `-v`: debug messages; otherwise as `RUST_LOG` demands.
 fn listen(voice: Voice, verbose: bool, json: bool) {
     use tracing_subscriber::EnvFilter;
-    // What the link's library has to say of every packet and try to connect, the link says once.
+    // quinn logs every packet and connection attempt; the link process reports its own state once.
     let default = if verbose { "debug,quinn=warn,quinn_proto=warn" } else { "warn" };
     let filter = EnvFilter::try_from_default_env().unwrap_or_else(|_| EnvFilter::new(default));
     let colour = std::io::stderr().is_terminal() && std::env::var_os("NO_COLOR").is_none();

@@ -1,4 +1,4 @@
-//! Reads the command line and hands over to what it names.
+//! The program `leo`: parses the command line and runs the command.
 
 mod command;
 
@@ -11,7 +11,7 @@ fn main() -> ExitCode {
     match command::Leo::parse_from(command::arguments()).run() {
         Ok(code) => code,
         Err(failure) => {
-            // The only place where an error of a command reaches its user.
+            // The only place where a command's error is printed.
             let mut out = std::io::stderr().lock();
             let _ = std::io::Write::write_all(&mut out, failure.told().as_bytes());
             failure.code

@@ -1,4 +1,4 @@
-//! `leo arm`: a person's order that joints may move, and why those may not that cannot.
+//! `leo arm`: lets joints move on a person's order, and explains why others may not.
 
 use std::fmt::Write as _;
 use std::path::PathBuf;
@@ -19,11 +19,11 @@ use super::domain::running;
 use super::failure::Failed;
 use super::output::{print, print_json};
 
-/// How long the motor process may take to report its joints.
+/// Time-out for the motor process to report its joints.
 const REPORT_TIMEOUT: Duration = Duration::from_secs(3);
-/// How long it may take to carry the order out.
+/// Time-out for it to execute the order.
 const ARM_TIMEOUT: Duration = Duration::from_secs(5);
-/// When no licence has changed for so long after the order was taken, none will.
+/// The result is final when no licence changed for this long after the order was taken.
 const SETTLE_TIME: Duration = Duration::from_secs(1);
 const POLL_INTERVAL: Duration = Duration::from_millis(10);
 
@@ -66,10 +66,10 @@ impl Arm {
         if !self.json {
             print(&told_before(&licences, &names))?;
         }
-        // A robot of which all joints are armed, or locked without an acknowledgement, has nothing to be armed.
+        // There is nothing to do if all joints are armed, or locked without an acknowledgement.
         let is_needed = !licences.disarmed.is_empty() || (self.acknowledge && !licences.locked.is_empty());
         let after = if is_needed {
-            // What was locked after this reading was not seen, and is not acknowledged.
+            // Joints locked after this reading were not shown to the person, so they are not acknowledged.
             let acknowledged_locks = self.acknowledge.then_some(before.joint_locks);
             arming::order(&root, ArmOrder { acknowledged_locks }).map_err(|error| {
                 Failed::because(format!(
@@ -91,7 +91,7 @@ impl Arm {
     }
 }
 
-/// The boards of a robot.
+/// The health boards of a robot.
 struct Board {
     node: Node,
     boards: Boards,
@@ -111,7 +111,7 @@ impl Board {
         self.boards.read(&self.node)
     }
 
-    /// The joints, once the motor process has reported them.
+    /// Waits until the motor process has reported its joints.
     fn reported(&mut self) -> Result<Readings, Failed> {
         let began = clock::now();
         loop {
@@ -128,8 +128,8 @@ impl Board {
         }
     }
 
-    /// The joints, once the order was carried out as far as it can be. An order that was not taken is withdrawn: it
-    /// would be obeyed by a motor process that starts later.
+    /// Waits for the result of the order. Withdraws an order that was not taken: otherwise a motor process that starts
+    /// later would obey it.
     fn outcome(&mut self, domain: &Domain) -> Result<Readings, Failed> {
         let began = clock::now();
         let (mut licences, mut settled_since) = (Licences::default(), None);
@@ -167,7 +167,7 @@ fn is_over(since: Instant, span: Duration) -> bool {
     clock::now() >= since + span
 }
 
-/// What a joint is called.
+/// The name of a joint.
 fn name_of(names: &[String], joint: u32) -> String {
     let name = usize::try_from(joint).ok().and_then(|index| names.get(index));
     name.cloned().unwrap_or_else(|| format!("joint {joint}"))
@@ -177,7 +177,7 @@ fn counted(count: usize) -> String {
     if count == 1 { "1 joint".to_owned() } else { format!("{count} joints") }
 }
 
-/// The groups of a licence, with the meaning and the remedy of each cause.
+/// The joints of a licence state as text, with the meaning and the remedy of each cause.
 fn told_groups(word: &str, groups: &[LicenceGroup], names: &[String], are_named: bool) -> String {
     let mut text = String::new();
     for LicenceGroup { cause, joints } in groups {
@@ -193,7 +193,7 @@ fn told_groups(word: &str, groups: &[LicenceGroup], names: &[String], are_named:
     text
 }
 
-/// What is locked and what is disarmed, before the order.
+/// The locked and disarmed joints before the order, as text.
 fn told_before(licences: &Licences, names: &[String]) -> String {
     let mut text = told_groups("locked", &licences.locked, names, true);
     for LicenceGroup { cause, joints } in &licences.disarmed {
@@ -202,7 +202,7 @@ fn told_before(licences: &Licences, names: &[String]) -> String {
     text
 }
 
-/// What came of it.
+/// The result as text.
 fn told_after(licences: &Licences, joints: usize, was_acknowledged: bool, names: &[String]) -> String {
     let mut text = if licences.is_all_armed() {
         format!("all {joints} joints are armed\n")
@@ -226,7 +226,7 @@ fn told_after(licences: &Licences, joints: usize, was_acknowledged: bool, names:
     text
 }
 
-/// What `--json` prints.
+/// The document of `--json`.
 #[derive(Debug, Serialize)]
 struct Outcome {
     domain: String,
@@ -234,7 +234,7 @@ struct Outcome {
     armed: usize,
     disarmed: Vec<Group>,
     locked: Vec<Group>,
-    /// How often a joint was locked since the motor process started.
+    /// Number of locks since the motor process started.
     locks: u64,
 }
 

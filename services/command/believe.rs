@@ -1,4 +1,4 @@
-//! `leo believe`: a recorded trace through perception and belief, and what comes of it told.
+//! `leo believe`: runs a recorded trace through perception and belief, and prints the result.
 
 mod minds;
 
@@ -46,7 +46,7 @@ pub(crate) struct Believe {
 }
 
 impl Believe {
-    /// Believes the trace and tells what comes of it.
+    /// Processes the trace and prints the beliefs.
     pub(crate) fn run(&self) -> Result<ExitCode, Failed> {
         let mut robot = Robot::load(self.config.as_deref()).map_err(Failed::usage)?;
         let literal = if self.literal { robot.percepts.belief.make_literal() } else { Vec::new() };
@@ -64,7 +64,7 @@ impl Believe {
         }
         match self.tell(minds, Instants::new(reader), teller, literal, &mut out) {
             Err(Stopped::Unread(error)) => Err(Failed::usage(error)),
-            // Who closed the other end has read enough.
+            // A closed pipe means that the reader has seen enough.
             Err(Stopped::Unwritten(error)) if error.kind() != ErrorKind::BrokenPipe => {
                 Err(Failed::because(format!("cannot write to standard output: {error}")))
             }
@@ -126,7 +126,7 @@ fn open(trace: &Path) -> Result<Reader<Box<dyn Read>>, trace::TraceError> {
     }
 }
 
-/// Who was observed, if a partner was.
+/// The partner that an observation is about, if any.
 fn partner(observation: &Observation) -> Option<u16> {
     (observation.kind() == Some(ObservationKind::Person)).then_some(observation.partner)
 }
@@ -139,7 +139,7 @@ fn refusal(refused: &trace::Refused) -> Refusal {
     }
 }
 
-/// How it is told.
+/// The output format.
 enum Teller {
     Text(Timeline),
     Json(JsonLines),
@@ -161,7 +161,7 @@ impl Teller {
     }
 }
 
-/// Why the telling ended before its end.
+/// Why the output ended early.
 enum Stopped {
     Unread(trace::TraceError),
     Unwritten(std::io::Error),
@@ -179,14 +179,14 @@ impl From<std::io::Error> for Stopped {
     }
 }
 
-/// Standard output, and what shall be written to it.
+/// Standard output, and the text to be written to it.
 struct Out<'a> {
     out: BufWriter<StdoutLock<'a>>,
     text: String,
 }
 
 impl Out<'_> {
-    /// Writes at once: whoever waits at the other end of a pipe sees what was believed so far.
+    /// Writes and flushes at once, so that a reader of a pipe sees the current state.
     fn write(&mut self) -> std::io::Result<()> {
         if !self.text.is_empty() {
             self.out.write_all(self.text.as_bytes())?;

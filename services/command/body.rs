@@ -1,4 +1,4 @@
-//! Whether `leo.urdf` and `motor.toml` say the same of one body, and whether its servos can be driven.
+//! Checks that `leo.urdf` and `motor.toml` describe the same body, and that its servos can be driven.
 
 use std::cmp::Ordering;
 use std::path::Path;
@@ -9,19 +9,19 @@ use kinematics::{Body, BodyError, Joint};
 use learner_process::{LeoBody, LeoBodyError};
 use motor_process::{Motor, MotorError};
 
-/// Why a body cannot be had.
+/// Why a body is invalid.
 #[derive(Debug, thiserror::Error)]
 pub(super) enum WrongBody {
-    /// `leo.urdf` cannot be read as a URDF.
+    /// `leo.urdf` is not a valid URDF.
     #[error("{urdf}: {source}; mend it, or take it away: without one the robot has the built-in body")]
     NoUrdf { urdf: String, source: BodyError },
-    /// `leo.urdf` is no body, or not with the joints of `motor.toml`.
+    /// `leo.urdf` is no usable body, or lacks joints of `motor.toml`.
     #[error("{urdf}: {source}")]
     Urdf { urdf: String, source: BodyError },
-    /// The body lacks a joint without which nothing can be performed.
+    /// The body lacks a joint that performances need.
     #[error("{urdf}: {why}; add it there and to motor.toml")]
     Lacks { urdf: String, why: String },
-    /// A limit is not the same in both files.
+    /// A limit differs between the two files.
     #[error(transparent)]
     Limit(ConfigError),
     /// The servos cannot be driven.
@@ -29,13 +29,13 @@ pub(super) enum WrongBody {
     Motor { motor: String, source: MotorError },
 }
 
-/// Checks the body of a robot, whose `leo.toml` is `config`: the joints of `leo.urdf` are those of
-/// `motor.toml`, with the very same limits, since goals are planned within the ones and commanded within
-/// the others; the learner can perform with it, and every bus has room for its servos.
+/// Checks the body of the robot whose `leo.toml` is `config`. The joints of `leo.urdf` must be those of `motor.toml`,
+/// with equal limits: goals are planned within the former and commanded within the latter. The learner must be able to
+/// perform with the body, and every bus must have room for its servos.
 ///
 /// # Errors
 ///
-/// The first thing that is not so.
+/// The first check that fails.
 pub(super) fn check(robot: &Robot, config: Option<&Path>) -> Result<(), WrongBody> {
     let urdf = || called(config, "leo.urdf");
     let names: Vec<&str> = robot.motor.joints.iter().map(|joint| joint.name.as_str()).collect();
@@ -70,7 +70,7 @@ pub(super) fn check(robot: &Robot, config: Option<&Path>) -> Result<(), WrongBod
     Ok(())
 }
 
-/// The word of a URDF for a limit, and what it is for a joint.
+/// A limit's name in the URDF, and its value for a joint.
 const fn in_urdf(limit: Limit, joint: &Joint) -> (&'static str, f64) {
     match limit {
         Limit::Min => ("lower", joint.lower_rad),
@@ -79,7 +79,7 @@ const fn in_urdf(limit: Limit, joint: &Joint) -> (&'static str, f64) {
     }
 }
 
-/// How an error calls a file that lies beside `config`: one that does not is built in.
+/// The name in error messages of a file beside `config`; a missing one is the built-in file.
 fn called(config: Option<&Path>, name: &str) -> String {
     let file = Robot::neighbour(config, name);
     file.map_or_else(|| format!("the built-in {name}"), |file| file.display().to_string())

@@ -1,4 +1,4 @@
-//! `leo bus`: what an engineer needs at the bench, against the mock servo bus or hardware.
+//! `leo bus`: bench tool for servos, for the mock servo bus or hardware.
 
 mod commission;
 mod line;
@@ -28,7 +28,7 @@ use self::whom::{Target, Where};
 use super::failure::Failed;
 use super::output;
 
-/// How long a servo says nothing after a reboot, and some more.
+/// Time until a servo answers again after a reboot, with a margin.
 const REBOOT: Duration = Duration::from_millis(600);
 
 /// Talk to servos by hand.
@@ -158,7 +158,7 @@ struct Raw {
     yes: bool,
 }
 
-/// How a servo that may move is treated.
+/// The safety settings for a servo that may move.
 struct Care<'a> {
     raw: bool,
     yes: bool,
@@ -190,7 +190,7 @@ impl Bus {
     }
 }
 
-/// Whether the EEPROM of a servo may be written: an error that says what to do if not.
+/// Checks that the EEPROM of a servo can be written, or returns an error with the remedy.
 fn unlocked(line: &mut Line, id: u8, item: &str) -> Result<(), Failed> {
     let model = line.model(id)?;
     if line.value(model, id, "torque_enable")? != 0 {
@@ -201,7 +201,7 @@ fn unlocked(line: &mut Line, id: u8, item: &str) -> Result<(), Failed> {
     Ok(())
 }
 
-/// Asks a person at a terminal; elsewhere `--yes` must have been said.
+/// Asks for confirmation on a terminal; without one `--yes` is required.
 fn confirm(yes: bool, what: &str) -> Result<(), Failed> {
     if yes {
         return Ok(());
@@ -234,12 +234,12 @@ fn read(place: &Where<'_>, target: &Target, items: &[String]) -> Result<ExitCode
     Ok(ExitCode::SUCCESS)
 }
 
-/// Says that a servo has a hardware alert, where it has one.
+/// Prints the hardware alert of a servo, if any.
 fn tell_alert(line: &mut Line, id: u8) -> Result<(), Failed> {
     line.alert(id)?.map_or(Ok(()), |errors| output::print(&format!("{}\n", clears(id, errors))))
 }
 
-/// A joint and its servo, for people.
+/// The name of a joint and its servo, for messages.
 fn called(joint: &Joint) -> String {
     format!("{} (id {})", joint.name, joint.id)
 }

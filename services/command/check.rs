@@ -1,4 +1,4 @@
-//! `leo check`: whether the configuration is right and what this machine can promise.
+//! `leo check`: validates the configuration and measures what this machine can guarantee.
 
 mod migrate;
 mod versions;

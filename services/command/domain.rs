@@ -1,4 +1,4 @@
-//! Where a robot runs and where it remembers; how its end is told.
+//! The domain and the state directory of a robot, and the exit status of a run.
 
 use std::fs;
 use std::os::unix::fs::MetadataExt as _;
@@ -14,13 +14,13 @@ use transport::janitor::is_claimed;
 
 use super::failure::Failed;
 
-/// A domain of this program's own.
+/// The domain named by this program's process id.
 pub(crate) fn own() -> Result<Domain, Failed> {
     Domain::named(&std::process::id().to_string()).map_err(Failed::usage)
 }
 
-/// The domain asked for, or one of this program's own for a robot that nobody names: that of this user's
-/// earlier one whose emergency stop was raised and never released. Who stopped it shall find it stopped.
+/// The requested domain, or a new one. Reuses the domain of an earlier unnamed robot of this user if its emergency
+/// stop is still raised, so that the stop remains in force.
 pub(crate) fn to_run_in(root: Option<&Path>) -> Result<Domain, Failed> {
     let Some(root) = root else {
         return Domain::all().into_iter().find(was_left_stopped).map_or_else(own, Ok);
@@ -33,7 +33,7 @@ pub(crate) fn to_run_in(root: Option<&Path>) -> Result<Domain, Failed> {
     }
 }
 
-/// Whether it is the domain of a robot that nobody named, and nothing is left of that but its stop.
+/// Whether it is the domain of an unnamed, ended robot of this user whose emergency stop is still raised.
 fn was_left_stopped(domain: &Domain) -> bool {
     let owner = |path: &Path| fs::metadata(path).map(|there| there.uid()).ok();
     let is_ours = || owner(domain.root()) == owner(Path::new("/proc/self"));
@@ -45,7 +45,7 @@ fn name_of(root: &Path) -> Option<&str> {
     root.file_name().and_then(|name| name.to_str()).and_then(|name| name.strip_prefix("leo-"))
 }
 
-/// The robot asked for, or the only one that runs on this machine.
+/// The requested robot, or the only one that runs on this machine.
 pub(crate) fn running(root: Option<&Path>) -> Result<Domain, Failed> {
     if let Some(root) = root {
         return Domain::at(root).map_err(Failed::usage);

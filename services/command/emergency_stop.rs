@@ -1,4 +1,4 @@
-//! `leo emergency-stop`: every torque off, now; and its release.
+//! `leo emergency-stop`: switches all torque off at once, and releases the stop.
 
 use std::io;
 use std::path::{Path, PathBuf};
@@ -17,20 +17,20 @@ use super::domain::to_run_in;
 use super::failure::Failed;
 use super::other_users::OthersRobot;
 
-/// How long the servos may take to confirm. A healthy bus needs two cycles.
+/// Time-out for the servos' confirmation. A healthy bus needs two cycles.
 const CONFIRM_WITHIN: Duration = Duration::from_secs(2);
-/// A joint that holds for so long after the stop was raised keeps its torque.
+/// A joint that still holds this long after the stop was raised keeps its torque (stop category 2).
 const HELD_AFTER: Duration = Duration::from_millis(1200);
 const LOOK_EVERY: Duration = Duration::from_millis(1);
 const NONE_RUNS: &str =
     "no motor process runs: the stop holds once one does; cut the power if anything moves";
 const RELEASE: &str = "release it with `leo emergency-stop --release`";
 const REACHED: &str = "; reached by ";
-/// How long a motor process whose shared memory is gone may take to end: its supervisor notices that within a second.
+/// Time-out for the end of a motor process without shared memory; its supervisor notices within a second.
 const END_WITHIN: Duration = Duration::from_secs(5);
-/// How long the robots of other users may take to say what came of their stop, all together.
+/// Time-out for the answers of other users' robots, all together.
 const ANSWER_WITHIN: Duration = Duration::from_secs(20);
-/// How long a line may stay another program's.
+/// Time-out for a serial port that another program uses.
 const BUSY_TIMEOUT: Duration = Duration::from_secs(2);
 
 /// Stop every robot on this machine, or release one.
@@ -62,7 +62,7 @@ impl EmergencyStop {
         if self.release {
             return self.release();
         }
-        // Before anything else is looked at, and before any file: the signal needs none.
+        // First of all send the signals: they need no file.
         let motors: Vec<Motor> = MotorProcess::all()
             .into_iter()
             .filter(|process| self.domain.as_ref().is_none_or(|domain| *domain == process.domain))
@@ -71,11 +71,11 @@ impl EmergencyStop {
                 Motor { process, signalled }
             })
             .collect();
-        // The file says why, and keeps it raised. Whether it could be written is said below, where it is written again.
+        // The file contains the reason and keeps the stop raised. Errors are reported below, where it is written again.
         for Motor { process, .. } in motors.iter().filter(|motor| motor.process.domain.is_dir()) {
             let _raised = emergency::raise(&process.domain, &self.reason);
         }
-        // This user's own come first: another user may keep theirs from answering.
+        // Then stop other users' robots. This user's robots were stopped first: another user may delay the answers.
         let others = OthersRobot::stop_all(self.domain.as_deref());
         let is_others = self.domain.is_some() && others.iter().any(OthersRobot::is_stopped);
         let robots = if is_others { Vec::new() } else { self.robots(&motors)? };
@@ -92,7 +92,7 @@ impl EmergencyStop {
             let said = hand.unwrap_or_else(|why| format!("NOT CONFIRMED: {why}"));
             return super::output::print(&format!("no robot runs: {said}\n")).map(|()| code);
         }
-        // First all are stopped, and only then is looked what came of it.
+        // Stop all robots before waiting for any result.
         let told = told(&robots, |root| emergency::raise(root, &self.reason));
         let mut code = ExitCode::SUCCESS;
         let (mut lines, mut failed) = (Vec::new(), Vec::new());
@@ -106,7 +106,7 @@ impl EmergencyStop {
                     continue;
                 }
             }
-            // A process can look into one domain only: where there are several, another one does.
+            // A process can join only one domain; for several robots, run this program once per robot.
             let limp = if robots.len() == 1 {
                 self.confirmed(robot, &motors)
             } else {
@@ -151,9 +151,9 @@ impl EmergencyStop {
         print(&lines, &failed, ExitCode::SUCCESS)
     }
 
-    /// The robots that are meant: those that run, and for a release also those that a stop has outlived. One that
-    /// is named need not run: it may be starting anew just now, and shall find itself stopped. One whose folder is gone
-    /// is known by its motor process.
+    /// The robots that are meant: running ones, and for a release also domains with a stop that outlived its robot.
+    /// A named robot need not run: it may be restarting, and must then find the stop. A robot without a folder is
+    /// found by its motor process.
     fn robots(&self, motors: &[Motor]) -> Result<Vec<Domain>, Failed> {
         let was_left = |robot: &Domain| self.release && emergency::is_raised(robot.root());
         let mut all = Domain::all().into_iter();
@@ -169,7 +169,7 @@ impl EmergencyStop {
         };
         let robot = match all.find(|robot| robot.root() == root && was_left(robot)) {
             Some(robot) => robot,
-            // Root releases it for others too.
+            // Root may release other users' stops.
             None if self.release && emergency::is_raised(root) => to_run_in(Some(root))?,
             None if self.release => Domain::at(root).map_err(Failed::usage)?,
             None => Domain::at(root).or_else(|_| to_run_in(Some(root)))?,
@@ -177,10 +177,10 @@ impl EmergencyStop {
         Ok(vec![robot])
     }
 
-    /// Waits until every joint of a robot says that its torque is off, or switches torque off itself where no motor
-    /// process does: what to say of it, or what is wrong.
+    /// Waits until every joint reports that its torque is off. Without a motor process switches torque off itself.
+    /// Returns the message, or the error.
     fn confirmed(&self, robot: &Domain, motors: &[&Motor]) -> Result<String, String> {
-        // Root does no more for others than to raise it: their configuration names any device.
+        // For other users root only raises the stop: their configuration could name any device.
         if let Err(FolderError::OtherOwner { owner, .. }) = Folder::open(robot.root()) {
             return Err(format!(
                 "the robot is that of the user with the number {owner}: `sudo -u '#{owner}' leo emergency-stop` confirms it"
@@ -193,13 +193,13 @@ impl EmergencyStop {
         }
         if motors.is_empty() || is_running(robot) {
             return on_the_boards(robot).or_else(|why| {
-                // It may have died since.
+                // The motor process may have died meanwhile.
                 let is_ours = buses.has_hardware()
                     && !MotorProcess::all().iter().any(|motor| motor.domain == *robot.root());
                 if is_ours { by_hand(&buses) } else { Err(why) }
             });
         }
-        // Its shared memory is gone, and with it what it could say there. It ends, and then its lines are free.
+        // The shared memory is gone, so its health board is too. Wait for its end; then its serial ports are free.
         let until = clock::now() + END_WITHIN;
         while runs() && clock::now() < until {
             clock::sleep_until(clock::now() + LOOK_EVERY);
@@ -215,7 +215,7 @@ impl EmergencyStop {
         Ok("its shared memory is gone, and its motor process has ended; its servo buses are mocks".to_owned())
     }
 
-    /// Has this same program look at one robot.
+    /// Runs this program for one robot.
     fn confirmed_by_another(&self, robot: &Domain) -> Result<String, String> {
         let config = self.config.iter().flat_map(|config| ["--config".as_ref(), config.as_os_str()]);
         let looked = std::env::current_exe()
@@ -234,13 +234,13 @@ impl EmergencyStop {
     }
 }
 
-/// A motor process that was signalled, and what the system said to that.
+/// A motor process and the result of signalling it.
 struct Motor {
     process: MotorProcess,
     signalled: Result<(), String>,
 }
 
-/// How the stop reached a robot, where that is not by its file alone.
+/// How the stop reached a robot, unless by its file alone.
 fn reached(motors: &[&Motor], by_file: bool) -> String {
     let signals = motors.iter().map(|Motor { process, signalled }| match signalled {
         Ok(()) => format!("the signal SIGUSR1 to its motor process {}", process.pid),
@@ -256,15 +256,15 @@ fn print(lines: &[String], failed: &[String], code: ExitCode) -> Result<ExitCode
     if failed.is_empty() { printed.map(|()| code) } else { Err(Failed::because(failed.join("\n"))) }
 }
 
-/// The servo buses of a robot, and where its configuration stands.
+/// The servo buses of a robot, and the path of its configuration.
 struct Buses {
     buses: Vec<torque::Bus>,
     config: Option<PathBuf>,
 }
 
 impl Buses {
-    /// Those of a configuration; without one, of that which the robot in a domain was started with; without that, the
-    /// built-in ones, which are mocks.
+    /// The buses of the given configuration. Without one, those of the configuration that the robot was started with.
+    /// Without that, the built-in ones, which are mocks.
     fn of(config: Option<&Path>, robot: Option<&Domain>) -> Result<Self, Failed> {
         let kept = robot.map(|robot| robot.root().join("configuration")).filter(|kept| kept.is_dir());
         let files = match (config, kept) {
@@ -301,16 +301,15 @@ fn is_running(robot: &Domain) -> bool {
     Domain::at(robot.root()).is_ok() && is_claimed(robot)
 }
 
-/// Does to every robot what is to be done in its folder, whatever goes wrong with another; what is said of each.
+/// Calls `act` for every robot's folder, regardless of errors of others, and returns the results.
 fn told<T>(robots: &[Domain], act: impl Fn(&Path) -> io::Result<T>) -> Vec<Result<T, String>> {
     let failed =
         |robot: &Domain, error| format!("{}: {error}; is the robot another user's?", robot.root().display());
     robots.iter().map(|robot| act(robot.root()).map_err(|error| failed(robot, error))).collect()
 }
 
-/// Waits until every joint of a robot says that its torque is off: what to say of it, or what is
-/// wrong. It reads the boards, which look on and are made by nobody but who writes them: whoever else looks on,
-/// and however far the robot is on its way up, the stop stands in nobody's way.
+/// Waits until every joint reports that its torque is off; returns the message, or the error. It opens the health
+/// boards read-only, so it cannot race with a process that is still creating its own.
 fn on_the_boards(robot: &Domain) -> Result<String, String> {
     let began = clock::now();
     while !is_running(robot) {
@@ -319,14 +318,14 @@ fn on_the_boards(robot: &Domain) -> Result<String, String> {
         }
         clock::sleep_until(clock::now() + LOOK_EVERY);
     }
-    // Also the robot of another version, whose boards may be the same.
+    // Join robots of other versions too: their boards may have the same layout.
     let node = Node::join_any(robot, "emergency-stop", 0, Queues { frames: 1, delivery: Delivery::Newest });
     let mut boards = Boards { node: node.map_err(|error| error.to_string())?, joints: None };
     let mut left = None;
     while clock::now() < began + CONFIRM_WITHIN {
         if let Some(board) = boards.joints() {
             let joints = board.all();
-            // One that was sampled before says what was before: that of a stop that was released since, say.
+            // An older sample may be from before the stop, for example of an earlier stop that was released since.
             let is_since = |joint: &JointState| joint.sampled_at_ns >= began.as_nanos();
             let limp = joints.iter().filter(|joint| is_limp(joint) && is_since(joint)).count();
             let all = usize::try_from(board.count).unwrap_or(usize::MAX).max(joints.len());
@@ -335,7 +334,7 @@ fn on_the_boards(robot: &Domain) -> Result<String, String> {
                 let after = after.as_secs_f64() * 1e3;
                 return Ok(format!("all {all} servos say that their torque is off ({after:.0} ms)"));
             }
-            // Category 1 is over by then.
+            // A controlled stop of category 1 is over by then.
             let held = joints.iter().filter(|joint| is_held(joint) && is_since(joint)).count();
             if after >= HELD_AFTER && held > 0 && held + limp == all {
                 return Ok(format!(
@@ -358,14 +357,14 @@ fn on_the_boards(robot: &Domain) -> Result<String, String> {
     })
 }
 
-/// What the joints of a robot do, by the board of the motor process's newest life.
+/// The joints' board of the current incarnation of the motor process.
 struct Boards {
     node: Node,
     joints: Option<(u64, JointsReader)>,
 }
 
 impl Boards {
-    /// `None` while no motor process has said anything.
+    /// `None` until a motor process has published its joints.
     fn joints(&mut self) -> Option<Joints> {
         let roster = RosterReader::open(&self.node, Process::Supervisor, 1).ok()?.read();
         let life = roster.incarnation(Process::Motor)?;
@@ -397,7 +396,7 @@ mod tests {
             std::fs::create_dir(&root).and_then(|()| std::fs::write(root.join("iceoryx2.toml"), "")).unwrap();
             Domain::at(&root).unwrap()
         });
-        // A file is no place for a robot.
+        // A robot whose folder is a file.
         std::fs::remove_dir_all(gone.root()).and_then(|()| std::fs::write(gone.root(), "")).unwrap();
         let robots = [gone, here];
         let told = told(&robots, |root| emergency::raise(root, "a test"));

@@ -1,5 +1,5 @@
-//! Lines for standard error. The journal takes its lines for news, unless each says how urgent it is: `<4>` in front of
-//! a warning, as sd-daemon(3) has it. People who read a terminal or a file are spared that.
+//! The log on standard error. The systemd journal takes every line as a notice unless a prefix gives its level, such as
+//! `<4>` for a warning (sd-daemon(3)). Terminals and files get no prefix.
 
 use std::backtrace::{Backtrace, BacktraceStatus};
 use std::fs::File;
@@ -11,20 +11,20 @@ use process::Aside;
 use tracing::{Level, Metadata};
 use tracing_subscriber::fmt::MakeWriter;
 
-/// Whether standard error is the journal. systemd says which stream is, and who is started by Leo is told the same; but
-/// standard error may have been led elsewhere since.
+/// Whether standard error is the journal. `JOURNAL_STREAM` names the journal's stream, but it is inherited by child
+/// processes, whose standard error may be redirected.
 pub(super) fn is_listening() -> bool {
     let announced = std::env::var("JOURNAL_STREAM").ok();
     announced.is_some() && announced == stream().ok()
 }
 
-/// Standard error, as `JOURNAL_STREAM` names it.
+/// Standard error in the format of `JOURNAL_STREAM`.
 fn stream() -> io::Result<String> {
     let about = File::from(io::stderr().as_fd().try_clone_to_owned()?).metadata()?;
     Ok(format!("{}:{}", about.dev(), about.ino()))
 }
 
-/// What stands before a line of this level.
+/// The prefix of a level.
 pub(super) const fn mark(level: Level) -> &'static str {
     match level {
         Level::ERROR => "<3>",
@@ -34,12 +34,12 @@ pub(super) const fn mark(level: Level) -> &'static str {
     }
 }
 
-/// The text with a mark before each of its lines: the journal knows no other kind of entry than a line.
+/// Prefixes each line of a text, because the journal takes each line as an entry.
 pub(super) fn marked(text: &str, level: Level) -> String {
     text.lines().map(|line| format!("{}{line}\n", mark(level))).collect()
 }
 
-/// Has a panic say how urgent it is: its message stands only here.
+/// Installs a panic hook that prefixes the panic message.
 pub(super) fn mark_panics() {
     std::panic::set_hook(Box::new(|panic| {
         let thread = std::thread::current();
@@ -52,18 +52,18 @@ pub(super) fn mark_panics() {
     }));
 }
 
-/// Takes what is said, for whoever listens.
+/// The log writer.
 #[derive(Clone, Debug)]
 pub(super) struct Voice {
     pub(super) aside: Aside,
     pub(super) is_journal: bool,
 }
 
-/// What is said at once.
+/// The writer of one event.
 #[derive(Debug)]
 pub(super) struct Saying {
     aside: Aside,
-    /// How urgent it is, where that is to be said.
+    /// The level for the prefix; `None` for no prefix.
     marked: Option<Level>,
 }
 
@@ -80,7 +80,7 @@ impl MakeWriter<'_> for Voice {
 }
 
 impl Write for Saying {
-    /// Whatever an event says comes in one piece.
+    /// The subscriber writes each event in one call.
     fn write(&mut self, text: &[u8]) -> io::Result<usize> {
         match self.marked {
             Some(level) => self.aside.write_all(marked(&String::from_utf8_lossy(text), level).as_bytes())?,

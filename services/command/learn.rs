@@ -1,4 +1,4 @@
-//! `leo learn`: task learning alone over recorded before-and-after examples.
+//! `leo learn`: task learning alone, over recorded before-and-after examples.
 
 mod examples;
 mod json;
@@ -21,10 +21,9 @@ use tasks::{
 use super::failure::Failed;
 use examples::{Examples, Shown, Unread};
 
-/// Hypotheses further below the best than this are not in the sum of any rule that is told, in
-/// nats.
+/// Hypotheses whose log posterior is this much below the best are left out of the reported rules, in nats.
 const NATS: f64 = 10.0;
-/// Objects of an inquiry that is a demonstration.
+/// Number of objects in a demonstration that Leo asks for.
 const OBJECTS: usize = 3;
 
 #[derive(Args, Clone, Debug)]
@@ -62,35 +61,35 @@ fn noise(text: &str) -> Result<Noise, String> {
     Noise::try_from(number).map_err(|error| error.to_string())
 }
 
-/// What is told of an example.
+/// The results for an example.
 struct Told<'a> {
     shown: &'a Shown,
-    /// From 1.
+    /// Its number, from 1.
     number: usize,
-    /// What each perspective that saw it makes of all examples so far.
+    /// What each perspective that saw it has learned from all examples so far.
     learned: BTreeMap<u16, Learned>,
     answers: Vec<Answer>,
 }
 
-/// How probable a perspective finds it that its rule about a goal holds for each object asked about.
+/// A perspective's probabilities that its rule about a goal holds, one for each object asked about.
 struct Answer {
     perspective: u16,
     goal: Signature,
     probabilities: Vec<Option<f64>>,
 }
 
-/// What is told at the end.
+/// The final results.
 struct Conclusion {
-    /// Whose rules Leo would follow, and what they are.
+    /// The perspective whose rules Leo would follow, and the rules.
     followed: Option<(u16, Learned)>,
-    /// What would have to be asked before anybody's rules are followed.
+    /// The question to ask before any rules are followed.
     doubt: Option<Doubt>,
-    /// What to ask the teacher, and what to have him show, goal by goal.
+    /// Per goal, the question and the demonstration to ask the teacher for.
     inquiries: Vec<(Signature, Option<Inquiry>, Option<Inquiry>)>,
 }
 
 impl Learn {
-    /// Learns from all examples and tells what comes of each.
+    /// Learns from all examples and prints the results of each.
     pub(crate) fn run(&self) -> Result<ExitCode, Failed> {
         let robot = Robot::load(self.config.as_deref()).map_err(Failed::usage)?;
         let mut settings = learner_process::learning(&robot.leo.learner);
@@ -103,7 +102,7 @@ impl Learn {
         settings.noise = self.noise.unwrap_or(settings.noise);
         let examples = read(&self.examples).map_err(Failed::usage)?;
         match self.tell(&examples, &settings) {
-            // Who closed the other end has read enough.
+            // A closed pipe means that the reader has seen enough.
             Err(error) if error.kind() != ErrorKind::BrokenPipe => {
                 Err(Failed::because(format!("cannot write to standard output: {error}")))
             }
@@ -146,7 +145,7 @@ impl Learn {
     }
 }
 
-/// What a perspective would answer about the objects, of every goal that it has.
+/// A perspective's answers about the objects, for each of its goals.
 fn answer(learning: &mut Learning, learned: &Learned, view: &View, asked: &[Object]) -> Vec<Answer> {
     if asked.is_empty() {
         return Vec::new();

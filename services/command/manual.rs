@@ -1,4 +1,4 @@
-//! `leo manual`: manual pages and completions for shells, made from the definitions of the commands.
+//! `leo manual`: writes manual pages and shell completions, generated from the command definitions.
 
 use std::fs;
 use std::io;

@@ -1,4 +1,4 @@
-//! `leo mock-bus`: mock servo buses by themselves, and the process of that name.
+//! `leo mock-bus`: mock servo buses as a stand-alone program, and as a process of the robot.
 
 use std::io::stdout;
 use std::path::PathBuf;
@@ -46,7 +46,7 @@ pub(crate) struct MockBus {
 }
 
 impl MockBus {
-    /// Answers on every mock bus until told to stop.
+    /// Serves every mock bus until stopped.
     pub(super) fn run(&self) -> Result<ExitCode, Failed> {
         if let Some(domain) = &self.domain {
             let launch = self.life.launch(domain.clone(), self.config.clone());

@@ -1,4 +1,4 @@
-//! The robots of this machine's other users: whoever sees one may stop it, and do nothing else to it.
+//! Robots of other users of this machine: any user may stop them, and nothing else.
 
 use std::fs;
 use std::io;
@@ -9,21 +9,21 @@ use std::time::Duration;
 use clock::Instant;
 use process::{StopAnswer, StoppedRobot};
 
-/// How long is tried to reach them, all together.
+/// Time-out for connecting to them, all together.
 const CONNECT_WITHIN: Duration = Duration::from_millis(500);
 
-/// The robot of another user, and whether its emergency stop is raised.
+/// A robot of another user, and the result of raising its emergency stop.
 pub(crate) struct OthersRobot {
     domain: PathBuf,
     stopped: io::Result<StoppedRobot>,
 }
 
 impl OthersRobot {
-    /// Raises the emergency stop of all of them, or of that in one folder. No answer is waited for.
+    /// Raises the emergency stop of all of them, or of the one in a folder. Does not wait for answers.
     pub(crate) fn stop_all(domain: Option<&Path>) -> Vec<Self> {
         let is_meant = |robot: &PathBuf| domain.is_none_or(|domain| domain == robot) && !is_own(robot);
         let all = StoppedRobot::all().into_iter().filter(is_meant);
-        // All together: whoever holds many names and takes no connection keeps nobody from those that do.
+        // One deadline for all: a robot that accepts no connection must not delay the others.
         let until = clock::now() + CONNECT_WITHIN;
         all.map(|domain| Self { stopped: StoppedRobot::stop(&domain, until), domain }).collect()
     }
@@ -32,8 +32,8 @@ impl OthersRobot {
         self.stopped.is_ok()
     }
 
-    /// Waits for what came of it, until an instant at most: the exit status, and what to say. `release` is no use to
-    /// this user.
+    /// Waits for the result until `until`; returns the exit status and the message. The advice `release` is removed
+    /// from it, because this user cannot release the stop.
     pub(crate) fn answer(self, release: &str, until: Instant) -> (u8, String) {
         let owner = self.stopped.as_ref().map(|robot| robot.owner).ok();
         let of =
@@ -44,7 +44,7 @@ impl OthersRobot {
                 let said = said.strip_suffix(release).unwrap_or(said).trim_end();
                 let root = self.domain.display();
                 let said = said.strip_prefix(&format!("{root}: ")).unwrap_or(said);
-                // Another user's words: under this robot's name, and no line of them looks like one about another robot.
+                // The text comes from another user: indent its lines, so that none looks like one about another robot.
                 let said = said.replace('\n', "\n  ");
                 (status, format!("{root}: {said}{}", of.unwrap_or_default()))
             }

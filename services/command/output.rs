@@ -1,4 +1,4 @@
-//! What the commands print.
+//! Printing of the commands' results.
 
 use std::io::Write as _;
 use std::path::Path;
@@ -10,12 +10,12 @@ use folder::{Existing, Output};
 
 use super::failure::Failed;
 
-/// A file that the user named, which is written over only where that was asked for.
+/// An output file named by the user; an existing one is replaced only with `overwrite`.
 pub(crate) fn named(file: &Path, overwrite: bool) -> Output {
     Output::named(file, if overwrite { Existing::Replace } else { Existing::Keep })
 }
 
-/// The longest answer on standard input that is read, in bytes.
+/// Maximum length of an answer on standard input, in bytes.
 const ANSWER_BYTES: usize = 4 << 10;
 
 /// A line of standard input; `None` at its end.

@@ -1,4 +1,4 @@
-//! The processes, as the supervisor starts them.
+//! The hidden commands with which the supervisor starts the robot's processes.
 
 use std::path::PathBuf;
 use std::process::ExitCode;
@@ -79,7 +79,7 @@ pub(super) struct Life {
 }
 
 impl Process {
-    /// Runs the process until it is told to stop.
+    /// Runs the process until it is stopped.
     pub(crate) fn run(self) -> Result<ExitCode, Failed> {
         let told = match &self {
             Self::Simulator(told)

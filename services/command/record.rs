@@ -1,4 +1,4 @@
-//! `leo record`: a running robot into a file.
+//! `leo record`: records a running robot into a file.
 
 use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
@@ -16,11 +16,11 @@ use transport::janitor::is_claimed;
 use super::failure::Failed;
 use super::{domain, output, seconds};
 
-/// How often it is looked whether to stop.
+/// Polling interval of the stop conditions.
 const LOOK_EVERY: Duration = Duration::from_millis(20);
-/// How long a robot may take to write down what its black box holds.
+/// Time-out for the robot to write its black box.
 const WRITES_WITHIN: Duration = Duration::from_secs(60);
-/// The most memory in which what was last is kept, in bytes: half an hour of a robot with one partner.
+/// Memory limit of `--last`, in bytes: half an hour of a robot with one partner.
 const MEMORY_MOST: usize = 1_000_000_000;
 
 /// Look at a running robot, and put down what its buffers hold.
@@ -73,7 +73,7 @@ impl Record {
             Subject::load(self.config.as_deref(), Time::Wall, None, stands(&lesson), &super::program())
                 .map_err(Failed::usage)?;
         let domain = domain::running(self.domain.as_deref())?;
-        // Before there is a file in which nothing would be.
+        // Check the layouts before creating a file that would stay empty.
         domain.agrees().map_err(Failed::because)?;
         let stop = process::stop_flag().map_err(Failed::because)?;
         let to = output::named(file, self.overwrite);
@@ -106,7 +106,7 @@ impl Record {
     }
 }
 
-/// Asks the robot for what its black box holds, and waits for the file.
+/// Requests a dump of the robot's black box, and waits for the file.
 fn kept(domain: &Domain) -> Result<ExitCode, Failed> {
     let root = domain.root();
     let failed = |why: String| Failed::because(format!("{}: {why}", root.display()));
@@ -129,7 +129,7 @@ fn kept(domain: &Domain) -> Result<ExitCode, Failed> {
             return Ok(ExitCode::SUCCESS);
         }
         if stop.load(Ordering::Relaxed) || !is_claimed(domain) || clock::now() >= until {
-            // Nobody shall find the question later.
+            // Remove the request, so that it is not served later.
             let _withdrawn = black_box::asked(root);
             return Err(failed(
                 "the robot did not answer: was its console process replaced? ask again".to_owned(),

@@ -1,5 +1,5 @@
-//! A lesson played in one process, as fast as it goes: the cores of simulator, sensor, belief and
-//! learner handed to one another, without shared memory, bus or body.
+//! Plays a lesson in one process, as fast as possible: connects the cores of simulator, sensor, belief and learner
+//! directly, without shared memory, servo bus or body.
 
 use account::Account;
 use clock::{Duration, Instant};
@@ -11,15 +11,15 @@ use simulator_process::World;
 
 use super::failure::Failed;
 
-/// What was said last is heard and answered within this time.
+/// The last utterance is processed and answered within this time.
 const ANSWER: Duration = Duration::from_secs(1);
 
-/// Plays the demonstrations of a lesson to a robot with so many partners' perspectives; what it made
-/// of them. `source` is the number of the simulator among the robot's sources.
+/// Plays the demonstrations of a lesson to a robot with `partners` partners; returns what it learned. `source` is the
+/// number of the simulator among the robot's sources.
 ///
 /// # Errors
 ///
-/// The robot's configuration cannot be.
+/// The robot's configuration is invalid.
 pub(super) fn rehearse(
     robot: &Robot,
     source: usize,
@@ -75,7 +75,7 @@ pub(super) fn rehearse(
     Ok(account)
 }
 
-/// A body that does nothing: nobody asks it to.
+/// A body that does nothing, because the lesson's performances are not played.
 #[derive(Clone, Copy, Debug)]
 struct Still;
 

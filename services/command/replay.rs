@@ -1,4 +1,4 @@
-//! `leo replay`: a recording through the real belief and learner processes once more.
+//! `leo replay`: plays a recording through the belief and learner processes again.
 
 use std::fmt::Write as _;
 use std::fs;
@@ -48,7 +48,7 @@ pub(crate) struct Replay {
     overwrite: bool,
 }
 
-/// Reads a multiple of real time: a thousandth to a thousandfold.
+/// Parses a multiple of real time, from 0.001 to 1000.
 fn speed(text: &str) -> Result<f64, String> {
     let speed = text.parse().ok().filter(|speed| (0.001..=1000.0).contains(speed));
     speed.ok_or_else(|| "give a number from 0.001 to 1000, for example 1 or 0.5".to_owned())
@@ -72,7 +72,7 @@ impl Replay {
         let folder = tempfile::tempdir().map_err(|error| {
             Failed::because(format!("cannot make a folder for the recorded configuration: {error}"))
         })?;
-        // Names that are not known are not made files of.
+        // Write only known file names.
         for file in FILES {
             let text = reader.files().get(file).ok_or_else(|| {
                 Failed::usage(format!("{name} is no recording of Leo: its configuration lacks {file}"))
@@ -82,7 +82,7 @@ impl Replay {
             })?;
         }
         let config = folder.path().join("leo.toml");
-        // What it says of a file is of the one in the recording.
+        // Errors should name the recording instead of the temporary folder.
         let refused = |error: &dyn std::fmt::Display| {
             Failed::usage(error.to_string().replace(&folder.path().display().to_string(), &name.to_string()))
         };
@@ -151,7 +151,7 @@ impl Replay {
 }
 
 impl Replay {
-    /// What is recorded of the replay, if anything: it is in lockstep time whatever it is a replay of.
+    /// The recording to make of the replay, if requested. It is in lockstep time, whatever the source is.
     fn recorded<R: Read>(&self, reader: &Reader<R>, robot: &Robot) -> Result<Option<Record>, Failed> {
         let Some(file) = self.record.clone() else { return Ok(None) };
         let about = reader.about().ok_or_else(|| Failed::usage("nothing is known of the recording"))?;
@@ -168,7 +168,7 @@ impl Replay {
     }
 }
 
-/// Tells what is said and learned, where anybody wants to hear it.
+/// Prints utterances and events as they happen, if requested.
 struct Narration {
     narrator: Option<(Narrator, Transcript)>,
 }
@@ -186,7 +186,7 @@ impl Narration {
         }
         let text: String = lines.iter().map(|line| transcript.text(line)).collect();
         if output::print(&text).is_err() {
-            // Where nobody reads any more, the replay goes on.
+            // The replay continues without a reader.
             self.narrator = None;
         }
     }

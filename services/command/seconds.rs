@@ -1,9 +1,9 @@
 use std::time::Duration;
 
-/// The longest time that a command takes: a year.
+/// The longest time accepted by a command: a year.
 const MOST: Duration = Duration::from_secs(366 * 24 * 3600);
 
-/// Reads seconds: a number above 0 and up to a year.
+/// Parses seconds: a number above 0 and up to a year.
 pub(crate) fn parse(text: &str) -> Result<Duration, String> {
     text.parse()
         .ok()
@@ -12,12 +12,12 @@ pub(crate) fn parse(text: &str) -> Result<Duration, String> {
         .ok_or_else(|| "give the seconds as a number above 0, for example 60 or 2.5".to_owned())
 }
 
-/// Reads seconds: 0, or as [`parse`].
+/// Parses seconds: 0, or as [`parse`].
 pub(crate) fn parse_or_none(text: &str) -> Result<Duration, String> {
     if text == "0" { Ok(Duration::ZERO) } else { parse(text) }
 }
 
-/// Reads milliseconds: a number above 0 and up to a year.
+/// Parses milliseconds: a number above 0 and up to a year.
 pub(crate) fn parse_millis(text: &str) -> Result<Duration, String> {
     text.parse::<f64>()
         .ok()

@@ -72,10 +72,10 @@ impl Study {
         Ok(ExitCode::from(u8::from(!comparison.holds())))
     }
 
-    /// Tells whoever looks on what takes so long.
+    /// Prints progress.
     fn tell(&self, news: &str) {
         if !self.json {
-            // Nobody need be there to hear it.
+            // Progress is optional, so errors are ignored.
             let _ = writeln!(std::io::stderr(), "{news}");
         }
     }

@@ -1,4 +1,4 @@
-//! `leo tasks`: what Leo has learned, to look at, to take along, to forget.
+//! `leo tasks`: lists, shows, exports, imports and forgets learned tasks.
 
 use std::fs::File;
 use std::path::{Path, PathBuf};
@@ -17,7 +17,7 @@ use super::{domain, output};
 
 /// The version of the exported format that this program writes and reads.
 const FORMAT: u32 = 1;
-/// The longest file of exported tasks that is read, in bytes.
+/// Maximum size of a file of exported tasks, in bytes.
 const EXPORTED_BYTES: u64 = 256 << 20;
 
 /// What to do with what was learned.
@@ -72,7 +72,7 @@ enum What {
     },
 }
 
-/// What is exported.
+/// The exported document.
 #[derive(Debug, Deserialize, Serialize)]
 #[serde(deny_unknown_fields)]
 struct Exported {
@@ -80,15 +80,15 @@ struct Exported {
     tasks: Vec<Task>,
 }
 
-/// What a task comes to.
+/// A task with its results.
 #[derive(Debug, Serialize)]
 struct Shown {
     account: Account,
-    /// What Leo would ask, where the examples leave open what is meant.
+    /// Leo's question, if the examples are ambiguous.
     question: Option<String>,
 }
 
-/// A line of the list.
+/// A row of the list.
 #[derive(Debug, Serialize)]
 struct Known {
     name: String,
@@ -97,7 +97,7 @@ struct Known {
 }
 
 impl What {
-    /// Whether it changes what is remembered.
+    /// Whether it modifies the memory.
     fn writes(&self) -> bool {
         match self {
             Self::Forget { .. } | Self::Import { .. } => true,
@@ -199,7 +199,7 @@ fn examples(count: usize) -> String {
     counted(saturating_u32(count), "example")
 }
 
-/// What is remembered, opened.
+/// The opened memory.
 struct Remembered {
     memory: Memory,
     tasks: Vec<Task>,
@@ -223,7 +223,7 @@ impl Remembered {
         })
     }
 
-    /// Takes in all tasks of a file or none; their names.
+    /// Imports all tasks of a file or none; returns their names.
     fn import(&mut self, file: &Path, replace: bool) -> Result<Vec<String>, Failed> {
         let at = file.display();
         let text =

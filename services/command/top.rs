@@ -1,4 +1,4 @@
-//! `leo top`: what the processes count, beside a running robot.
+//! `leo top`: shows the counters of a running robot's processes.
 
 use std::io::IsTerminal as _;
 use std::path::PathBuf;
@@ -35,7 +35,7 @@ impl Top {
         let domain = self.domain.as_deref().map(Domain::at).transpose().map_err(Failed::usage)?;
         let about = About {
             joint_names: robot.motor.joints.into_iter().map(|joint| joint.name).collect(),
-            // Whose state folder cannot be told has no store that could.
+            // Without a state directory there is no memory file to report on.
             store: state_directory().ok().map(|state| process::state::learned(&state)),
         };
         let mut out = std::io::stdout().lock();

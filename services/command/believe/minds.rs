@@ -7,12 +7,11 @@ use perception::{Frame as Whose, Perception};
 use perspective::{Divergence, Side};
 use trace::Frame;
 
-/// All perspectives over a trace: the robot's perception and the core of the belief process, one
-/// after the other as the percept buffer between them would have it, and how each perspective
-/// differs from the robot's.
+/// All perspectives over a trace: the robot's perception and the core of the belief process in sequence, as if
+/// connected by the percept buffer; and the differences of each perspective from the robot's.
 ///
-/// Whoever read the trace has judged what sources reported, and a trace is in the base frame: of the
-/// sensor process's work, perceiving is what is left.
+/// The trace reader already validates observations, and a trace is in the base frame. So of the sensor process only
+/// perception is needed.
 pub(super) struct Minds {
     perception: Perception,
     believer: Believer,
@@ -23,16 +22,16 @@ pub(super) struct Minds {
     minds: Vec<Own>,
 }
 
-/// A perspective of its own.
+/// One perspective.
 struct Own {
     head: BeliefHead,
     beliefs: Vec<Belief>,
-    /// How it differs from the robot; nothing is compared before the partner has been seen.
+    /// Its differences from the robot; nothing is compared before the partner has been seen.
     divergence: Divergence,
 }
 
 impl Minds {
-    /// Nothing believed yet, with the sizes of the robot's buffers.
+    /// No beliefs yet, with the capacities of the robot's buffers.
     pub(super) fn new(robot: &Robot, partners: u32) -> Result<Self, Unbelieving> {
         let capacity = robot.leo.buffers.objects.get();
         let depth = robot.leo.belief.depth.get();
@@ -53,7 +52,7 @@ impl Minds {
         })
     }
 
-    /// One look, and the step of the belief process that it wakes: over the frames of one instant.
+    /// One percept snapshot and the belief step that it triggers, over the frames of one instant.
     pub(super) fn step(&mut self, frames: &[Frame]) {
         let Some(at_ns) = frames.iter().map(|frame| frame.at_ns).max() else { return };
         let observations = || frames.iter().flat_map(|frame| &frame.observations);
@@ -66,9 +65,10 @@ impl Minds {
         let left_out = observations().count().saturating_sub(self.entries.len());
         self.left_out = self.left_out.saturating_add(u64::try_from(left_out).unwrap_or(u64::MAX));
         let mut header = Header::at(at_ns);
-        // A stamp of zero would say that there is none.
+        // A time stamp of zero means "none".
         header.pass(Hop::Observed, at_ns.max(1));
-        // What there was no room for is not gone: who saw it did not look, as in the sensor process.
+        // A source whose observations did not all fit counts as not having looked, as in the sensor process: missing
+        // observations must not count as absent objects.
         let mut room = self.capacity;
         let whole = frames.iter().filter(|frame| {
             let is_whole = frame.observations.len() <= room;
@@ -80,7 +80,7 @@ impl Minds {
         self.read();
     }
 
-    /// Reads what every perspective believes, as from the belief buffers.
+    /// Reads the beliefs of every perspective, as from the belief buffers.
     fn read(&mut self) {
         let believer = &self.believer;
         for (perspective, own) in (0..).zip(&mut self.minds) {
@@ -100,7 +100,7 @@ impl Minds {
         }
     }
 
-    /// The instant that all beliefs are of.
+    /// The instant of the beliefs.
     pub(super) fn at(&self) -> Instant {
         Instant::from_nanos(self.minds.first().map_or(0, |robot| robot.head.header.valid_at_ns))
     }
@@ -110,7 +110,7 @@ impl Minds {
         u32::from(partner) <= self.partners
     }
 
-    /// Observations that found no room in a frame of the percept buffer.
+    /// Observations that did not fit into a frame of the percept buffer.
     pub(super) fn left_out(&self) -> u64 {
         self.left_out
     }

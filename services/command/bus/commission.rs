@@ -1,4 +1,4 @@
-//! `leo bus commission`: trials on real servos, before Leo drives a body with them.
+//! `leo bus commission`: trials on real servos before Leo drives a body with them.
 
 mod bench;
 mod person;
@@ -74,7 +74,7 @@ impl Commission {
         self.conclude(&mut report, stop.load(Ordering::Relaxed))
     }
 
-    /// The trials that are meant, in their order.
+    /// The requested trials, in their order.
     fn plan(&self) -> Result<Vec<&'static Trial>, Failed> {
         if let Some(unknown) = self.only.iter().find(|name| !TRIALS.iter().any(|trial| trial.name == **name))
         {

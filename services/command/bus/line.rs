@@ -1,4 +1,4 @@
-//! One bus, spoken to by hand: one question, one answer.
+//! Synchronous access to one servo bus: one request, one reply.
 
 use std::path::Path;
 use std::time::Duration;
@@ -9,34 +9,34 @@ use servo::{Address, Fault, HardwareErrors, Id, Instruction, Model, Parser, Read
 
 use super::Failed;
 
-/// Bytes of an instruction at most.
+/// Maximum length of an instruction packet, in bytes.
 const INSTRUCTION: usize = 64;
-/// How long an answer may take beyond the time on the wire: adapters are slow.
+/// Reply time-out in addition to the transmission time; USB adapters are slow.
 const PATIENCE: Duration = Duration::from_millis(40);
-/// How long after the last answer to a ping of all nobody else answers any more.
+/// End of a broadcast ping's replies: no reply for this long.
 const SCAN_PATIENCE: Duration = Duration::from_millis(60);
-/// How often a question is asked before its servo is taken for absent.
+/// Number of attempts before a servo counts as absent.
 const ATTEMPTS: u32 = 3;
-/// Pieces of stale bytes that are thrown away before a question at most.
+/// Maximum number of reads to drain stale bytes before a request.
 const DRAINS: u32 = 64;
 
-/// A bus that was opened.
+/// An open bus.
 pub(super) struct Line {
     tty: Tty,
     parser: Parser,
-    /// Whether an instruction was heard, which only this master says: its echo.
+    /// Whether the line echoes: an instruction packet was received, and this is the only master.
     echoes: bool,
 }
 
-/// What a servo answered.
+/// A status packet.
 pub(super) struct Said {
     pub(super) fault: Option<Fault>,
-    /// Whether the servo has a hardware alert: bit 7 of every answer.
+    /// Whether the servo has a hardware alert: bit 7 of every status packet's error field.
     pub(super) alert: bool,
     pub(super) data: Vec<u8>,
 }
 
-/// A servo that answered a ping.
+/// A servo that replied to a ping.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Found {
     pub(super) id: u8,
@@ -52,12 +52,12 @@ impl Line {
         Ok(Self { tty, parser: Parser::new(), echoes: false })
     }
 
-    /// Whether the line was heard to echo what was said on it.
+    /// Whether an echo was detected.
     pub(super) const fn echoes(&self) -> bool {
         self.echoes
     }
 
-    /// Who answers a ping to all.
+    /// The servos that reply to a broadcast ping.
     pub(super) fn scan(&mut self) -> Result<Vec<Found>, Failed> {
         self.say(Address::All, Instruction::Ping)?;
         let mut found: Vec<Found> = Vec::new();
@@ -70,7 +70,7 @@ impl Line {
         Ok(found)
     }
 
-    /// Whether a servo of an identifier answers.
+    /// Pings an identifier; `None` without a reply.
     pub(super) fn ping(&mut self, id: u8) -> Result<Option<Found>, Failed> {
         let address = address(id)?;
         for _ in 0..ATTEMPTS {
@@ -87,7 +87,7 @@ impl Line {
         Ok(None)
     }
 
-    /// Which model a servo is.
+    /// The model of a servo.
     pub(super) fn model(&mut self, id: u8) -> Result<Model, Failed> {
         let found = self.ping(id)?.ok_or_else(|| silent(id))?;
         Model::from_number(found.model).ok_or_else(|| {
@@ -98,7 +98,7 @@ impl Line {
         })
     }
 
-    /// Says something to a servo and takes its answer. What is written is said once only.
+    /// Sends a request and returns the reply. Writes are never repeated.
     pub(super) fn ask(&mut self, id: u8, instruction: Instruction<'_>) -> Result<Said, Failed> {
         let address = address(id)?;
         let may_repeat = matches!(instruction, Instruction::Read { .. } | Instruction::Ping);
@@ -122,7 +122,7 @@ impl Line {
         Err(silent(id))
     }
 
-    /// Why a servo did not obey: its error, and the hardware alert that may be the cause of it.
+    /// The error for an instruction that a servo refused, with the hardware alert that may be its cause.
     fn refusal(&mut self, id: u8, fault: Fault, alert: bool) -> Failed {
         let told = self.alert(id).ok().flatten().filter(|_| alert);
         Failed::because(match told {
@@ -131,7 +131,7 @@ impl Line {
         })
     }
 
-    /// The hardware errors of a servo, if it has any.
+    /// The hardware errors of a servo, if any.
     pub(super) fn alert(&mut self, id: u8) -> Result<Option<HardwareErrors>, Failed> {
         let item = table::HARDWARE_ERROR_STATUS;
         let said = self.ask(id, Instruction::Read { address: item.address, length: item.length })?;
@@ -139,27 +139,27 @@ impl Line {
         Ok((!errors.is_none()).then_some(errors))
     }
 
-    /// Says something to a servo that may answer as another one afterwards.
+    /// Sends a request after which the servo may reply with another identifier or speed.
     pub(super) fn tell(&mut self, id: u8, instruction: Instruction<'_>) -> Result<(), Failed> {
         self.say(address(id)?, instruction)?;
         self.listen(PATIENCE, |_| true)
     }
 
-    /// The value of an item by its place, in counts.
+    /// The value of an item by its address, in counts.
     pub(super) fn get(&mut self, model: Model, id: u8, item: Item) -> Result<i64, Failed> {
         let said = self.ask(id, Instruction::Read { address: item.address, length: item.length })?;
         let entry = table::by_address(model, item.address);
         entry.and_then(|entry| entry.value(&said.data)).ok_or_else(|| silent(id))
     }
 
-    /// Writes an item by its place, in counts.
+    /// Writes an item by its address, in counts.
     pub(super) fn put(&mut self, id: u8, item: Item, value: i64) -> Result<(), Failed> {
         let bytes = value.to_le_bytes();
         let data = bytes.get(..usize::from(item.length)).unwrap_or_default();
         self.ask(id, Instruction::Write { address: item.address, data }).map(|_| ())
     }
 
-    /// What a servo measures, and whether it has a hardware alert.
+    /// The measurements of a servo, and whether it has a hardware alert.
     pub(super) fn reading(&mut self, model: Model, id: u8) -> Result<(Reading, bool), Failed> {
         let item = Reading::ITEM;
         let said = self.ask(id, Instruction::Read { address: item.address, length: item.length })?;
@@ -167,7 +167,7 @@ impl Line {
         Ok((reading, said.alert))
     }
 
-    /// The value of an item, in counts.
+    /// The value of an item by its name, in counts.
     pub(super) fn value(&mut self, model: Model, id: u8, item: &str) -> Result<i64, Failed> {
         let entry = super::entry(model, item)?;
         let said =
@@ -175,7 +175,7 @@ impl Line {
         entry.value(&said.data).ok_or_else(|| silent(id))
     }
 
-    /// Says to all that torque goes off, three times: nobody answers that.
+    /// Broadcasts torque off, three times, because no servo replies to it.
     pub(super) fn torque_off(&mut self) -> Result<(), Failed> {
         for _ in 0..3 {
             let address = table::TORQUE_ENABLE.address;
@@ -194,7 +194,7 @@ impl Line {
             .map_err(Failed::because)
     }
 
-    /// Hands over every answer until `take` has enough, or nothing came for as long as is patient.
+    /// Passes every status packet to `take` until it returns `true` or none arrived within `patience`.
     fn listen(
         &mut self,
         patience: Duration,
@@ -210,7 +210,7 @@ impl Line {
             self.parser.push(buffer.get(..count).unwrap_or_default());
             while let Some(frame) = self.parser.next_frame() {
                 if let Some(status) = Status::parse(&frame) {
-                    // Only answers keep us waiting: noise does not.
+                    // Only status packets extend the time-out; noise does not.
                     until = clock::now() + patience;
                     if take(&status) {
                         return Ok(());
@@ -229,7 +229,7 @@ fn as_found(status: &Status<'_>) -> Option<Found> {
     Some(Found { id: status.id.get(), model, firmware, alert: status.alert })
 }
 
-/// What a hardware alert is, and what clears it.
+/// The message about a hardware alert, with the remedy.
 pub(super) fn clears(id: u8, errors: HardwareErrors) -> String {
     format!("id {id}: hardware alert ({errors}); `leo bus reboot --id {id}` clears it once its cause is gone")
 }

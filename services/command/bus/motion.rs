@@ -1,4 +1,4 @@
-//! One servo that is moved by hand: slowly, with its bus watchdog armed, and watched until it stands.
+//! Supervised motion of one servo: slow, with the bus watchdog armed, and monitored until it stands still.
 
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
@@ -13,26 +13,26 @@ use servo::{HardwareErrors, Model, Reading, acceleration_count, position_count, 
 use super::Failed;
 use super::line::{Line, clears};
 
-/// For how long the bus may be silent before the servo stops by itself, in 20 ms.
+/// Bus watchdog: the servo stops if the bus is silent for this long, in units of 20 ms.
 pub(super) const WATCHDOG: i64 = 10;
-/// What item 98 reads once the watchdog has tripped.
+/// The value of item 98 (bus watchdog) after it has tripped.
 pub(super) const TRIPPED: i64 = -1;
-/// How fast a servo that is moved by hand speeds up and slows down.
+/// Acceleration of a supervised motion.
 const ACCELERATION_RAD_S2: f64 = 1.0;
-/// Position control, by item 11.
+/// The value of item 11 (operating mode) for position control.
 const POSITION_MODE: i64 = 3;
-/// How often a servo that moves is looked at; it keeps its watchdog from tripping too.
+/// Polling interval during a motion; polling also keeps the watchdog from tripping.
 const LOOK: Duration = Duration::from_millis(15);
-/// As near as this to its goal it has arrived: friction keeps servos from coming nearer.
+/// A servo within this distance of its goal has arrived; friction prevents a smaller error.
 const NEAR_RAD: f64 = 0.02;
-/// Slower than this it stands.
+/// Below this velocity a servo stands still.
 const STANDS_RAD_S: f64 = 0.03;
-/// A servo that comes no nearer for so long does not come at all.
+/// A servo that makes no progress for this long is stalled.
 const STALLED: Duration = Duration::from_secs(1);
-/// By how much it has to come nearer.
+/// Minimum progress.
 const NEARER_RAD: f64 = 0.004;
 
-/// A servo on its line.
+/// A servo on its bus.
 pub(super) struct Servo<'a> {
     pub(super) line: &'a mut Line,
     pub(super) id: u8,
@@ -44,15 +44,15 @@ pub(super) struct Servo<'a> {
 pub(super) enum Ended {
     /// At its goal.
     Arrived,
-    /// Where it was, because a person stopped this program.
+    /// Stopped because the user interrupted the program.
     Interrupted,
-    /// Where it was, because who looked on has seen enough.
+    /// Stopped because the caller's monitor ended the motion.
     Left,
-    /// Something holds it.
+    /// Blocked by an obstacle.
     Stalled,
-    /// Its bus watchdog tripped: this program did not talk for too long.
+    /// Its bus watchdog tripped: this program was silent for too long.
     Tripped,
-    /// Its torque went off.
+    /// Its torque was switched off.
     Limp,
     /// It has a hardware alert.
     Alert(HardwareErrors),
@@ -75,12 +75,12 @@ impl Servo<'_> {
         Ok(self.get(TORQUE_ENABLE)? == 1)
     }
 
-    /// An error that names the hardware alert of this servo, if it has one.
+    /// Returns an error if the servo has a hardware alert.
     pub(super) fn refuse_alert(&mut self) -> Result<(), Failed> {
         self.line.alert(self.id)?.map_or(Ok(()), |errors| Err(Failed::because(clears(self.id, errors))))
     }
 
-    /// Whether the servo counts as `motor.toml` believes: an error that names what does not.
+    /// Checks that the servo's model and settings match `motor.toml`, or returns an error that names the mismatch.
     pub(super) fn check(&mut self, joint: &Joint) -> Result<(), Failed> {
         let wrong = |what: String| Err(Failed::because(format!("{}: {what}", joint.name)));
         let expected = Model::from(joint.model);
@@ -108,14 +108,14 @@ impl Servo<'_> {
         Ok(())
     }
 
-    /// Sets a slow profile and arms the bus watchdog: from now on this program has to go on talking.
+    /// Sets a slow profile and arms the bus watchdog. From now on this program must keep communicating.
     pub(super) fn slow_down(&mut self, velocity_rad_s: f64) -> Result<(), Failed> {
         self.put(PROFILE_ACCELERATION, i64::from(acceleration_count(ACCELERATION_RAD_S2)))?;
         self.put(PROFILE_VELOCITY, i64::from(velocity_count(velocity_rad_s).max(1)))?;
         self.arm_watchdog(WATCHDOG)
     }
 
-    /// Arms the bus watchdog, and clears it before where it has tripped.
+    /// Arms the bus watchdog; clears it first if it has tripped.
     pub(super) fn arm_watchdog(&mut self, units: i64) -> Result<(), Failed> {
         if self.get(BUS_WATCHDOG)? == TRIPPED {
             self.put(BUS_WATCHDOG, 0)?;
@@ -123,7 +123,7 @@ impl Servo<'_> {
         self.put(BUS_WATCHDOG, units)
     }
 
-    /// Switches torque on where it stands: its goal is its present position, its profile slow, its watchdog armed.
+    /// Switches torque on at the present position, with a slow profile and an armed watchdog.
     pub(super) fn hold(&mut self, velocity_rad_s: f64) -> Result<(), Failed> {
         self.slow_down(velocity_rad_s)?;
         let present = self.get(PRESENT_POSITION)?;
@@ -136,8 +136,8 @@ impl Servo<'_> {
         Err(Failed::because(format!("id {}: torque did not come on", self.id)))
     }
 
-    /// Goes to a position of the servo, and is watched until it stands; `see` is shown every reading, and says whether
-    /// it shall go on.
+    /// Moves to a position of the servo and monitors it until it stands still. `see` gets every reading and returns
+    /// whether to continue.
     pub(super) fn go(
         &mut self,
         goal_rad: f64,
@@ -166,7 +166,7 @@ impl Servo<'_> {
             if distance < nearest - NEARER_RAD {
                 (nearest, nearer_at) = (distance, clock::now());
             } else if clock::now().since(nearer_at) > STALLED {
-                // Its goals are locked then, and it stands.
+                // After a trip the servo stands still and refuses goals.
                 if self.get(BUS_WATCHDOG)? == TRIPPED {
                     return Ok(Ended::Tripped);
                 }
@@ -178,7 +178,7 @@ impl Servo<'_> {
         }
     }
 
-    /// Stops where its deceleration brings it to rest, and returns once it stands.
+    /// Stops with the profile's deceleration and returns once the servo stands still.
     pub(super) fn halt(&mut self) -> Result<Reading, Failed> {
         let (reading, _) = self.reading()?;
         let velocity = reading.velocity_rad_s;
@@ -195,7 +195,7 @@ impl Servo<'_> {
     }
 }
 
-/// An angle, for people.
+/// An angle as text.
 pub(super) fn angle(rad: f64) -> String {
     format!("{:.1} deg ({rad:.3} rad)", rad.to_degrees())
 }

@@ -1,4 +1,4 @@
-//! Which servos answer on a bus, at its speed or at another one.
+//! Scans a bus for servos, at its speed or at others.
 
 use std::fmt::Write as _;
 use std::process::ExitCode;
@@ -9,16 +9,16 @@ use super::line::{Found, Line, clears};
 use super::whom::{Opening, Where};
 use super::{Failed, output};
 
-/// Speeds of servos in bits per second, the likeliest first.
+/// Speeds of servos in bits per second, the most common first.
 pub(super) const SPEEDS: [u32; 8] =
     [1_000_000, 57_600, 2_000_000, 3_000_000, 4_000_000, 4_500_000, 115_200, 9600];
 
-/// What a scan found, for a person and as rows of a JSON document.
+/// The result of a scan, as text and as rows of a JSON document.
 #[derive(Default)]
 struct Report {
     text: String,
     rows: Vec<serde_json::Value>,
-    /// Whether a joint of motor.toml, or a whole bus, does not answer.
+    /// Whether a joint of motor.toml, or a whole bus, does not reply.
     lacks: bool,
 }
 
@@ -56,7 +56,7 @@ impl Report {
         if line.echoes() {
             self.say("  the line echoes what is said on it: its receiver hears its own transmitter");
         }
-        // One line cannot be open twice.
+        // A serial port cannot be open twice.
         drop(line);
         if all_speeds || found.is_empty() {
             self.try_other_speeds(bus)?;
@@ -92,10 +92,10 @@ impl Report {
         Ok(())
     }
 
-    /// Looks who answers at a speed that is not the bus's.
+    /// Scans at the speeds that are not the bus's.
     fn try_other_speeds(&mut self, bus: &Opening<'_>) -> Result<(), Failed> {
         for baud in SPEEDS.into_iter().filter(|baud| *baud != bus.baud) {
-            // An adapter that does not know a speed says nothing of the servos.
+            // If the adapter does not support a speed, nothing is known about servos at it.
             let Ok(mut line) = bus.at(baud).open() else {
                 self.say(&format!("  the adapter does not know {baud} baud"));
                 continue;

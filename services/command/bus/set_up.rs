@@ -1,4 +1,4 @@
-//! A servo's identifier and its speed.
+//! Sets a servo's identifier and its speed.
 
 use std::process::ExitCode;
 

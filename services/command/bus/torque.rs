@@ -1,4 +1,4 @@
-//! Torque: on of one servo where it stands, off of all.
+//! Switches torque on for one servo at its present position, and off for all.
 
 use std::fmt::Write as _;
 use std::process::ExitCode;
@@ -11,7 +11,7 @@ use super::whom::{Named, Opening, Target, Where};
 use super::write::{beyond, set};
 use super::{Care, Failed, called, confirm, output, tell_alert};
 
-/// A position count, by which a joint at its limit may stand beyond it.
+/// One position count: tolerance for a joint at its limit.
 const COUNT_RAD: f64 = 0.0016;
 
 pub(super) fn torque(
@@ -31,14 +31,13 @@ pub(super) fn torque(
         tell_alert(&mut line, named.id)?;
         return Ok(ended);
     }
-    // Where no bus is one that can be opened, what was said was not meant so.
+    // If no bus can be opened, report the error of the first one.
     if let [first, ..] = place.buses()
         && !place.buses().iter().any(Opening::is_placed)
     {
         first.open()?;
     }
-    // First it is said on every bus, and only then is looked what came of it; what goes wrong on one bus
-    // keeps no other from either.
+    // Send torque off on every bus before checking any result. An error on one bus does not affect the others.
     let told: Vec<_> = place
         .buses()
         .iter()
@@ -72,7 +71,7 @@ pub(super) fn torque(
     }
 }
 
-/// Switches torque on where a servo stands.
+/// Switches torque on at the present position of a servo.
 pub(super) fn torque_on(
     servo: &mut Servo<'_>,
     named: &Named<'_>,
@@ -105,19 +104,19 @@ pub(super) fn torque_on(
     Ok(ExitCode::SUCCESS)
 }
 
-/// What the servos of a bus say of their torque.
+/// The torque states of the servos of a bus.
 pub(super) struct Torque {
-    /// How many say that it is off.
+    /// Number of servos that confirm that it is off.
     pub(super) off: usize,
-    /// Those that do not, or say nothing.
+    /// Servos that do not confirm it.
     pub(super) doubtful: Vec<String>,
 }
 
-/// Asks all who answer on a bus, and all who should, whether their torque is off.
+/// Reads the torque state of all servos that reply on a bus, and of all that should.
 pub(super) fn look_for_torque(line: &mut Line, bus: &Opening<'_>) -> Result<Torque, Failed> {
     let mut servos = line.scan()?;
     for joint in &bus.joints {
-        // An answer to a question to all is lost more easily than one to a question of its own.
+        // A reply to a broadcast ping is lost more easily than one to a direct ping.
         if !servos.iter().any(|servo| servo.id == joint.id) {
             servos.extend(line.ping(joint.id)?);
         }

@@ -1,11 +1,11 @@
-//! Values as people write and read them: counts, or numbers with a unit.
+//! Parsing and printing of values: counts, or numbers with a unit.
 
 use std::ffi::OsString;
 
 use quantity::number::{float_of_signed, round_i64};
 use servo::table::Entry;
 
-/// A value with its unit, and the count beside it.
+/// The count, with its value in the unit.
 pub(super) fn show(entry: &Entry, count: i64) -> String {
     match entry.unit {
         Some(unit) => format!("{count:>10}   {:.3} {}", entry.in_unit(count), unit.symbol),
@@ -13,11 +13,11 @@ pub(super) fn show(entry: &Entry, count: i64) -> String {
     }
 }
 
-/// The sign that the command line keeps apart from an option's.
+/// The minus sign that replaces a hyphen, which would begin an option.
 const MINUS: char = '\u{2212}';
 
-/// A word of the command line: where it is a negative number with a unit, such as `-10deg`, with a minus sign instead of
-/// the hyphen with which options begin.
+/// An argument of the command line. Replaces the hyphen of a negative number with a unit, such as `-10deg`, by a
+/// minus sign, because clap would take it for an option.
 pub(crate) fn spelled(word: OsString) -> OsString {
     let is_number = |rest: &str| {
         let digits = rest.trim_start_matches('.');
@@ -30,7 +30,7 @@ pub(crate) fn spelled(word: OsString) -> OsString {
     }
 }
 
-/// Reads a count, or a number with the item's unit.
+/// Parses a count, or a number with the item's unit.
 pub(super) fn parse(entry: &Entry, text: &str) -> Result<i64, String> {
     let text = text.replace(MINUS, "-");
     let text = text.as_str();
@@ -59,7 +59,7 @@ pub(super) fn parse(entry: &Entry, text: &str) -> Result<i64, String> {
     }
 }
 
-/// Reads an angle of a joint, which needs its unit: a count would be one of the servo.
+/// Parses an angle of a joint. The unit is required, because a bare number would be a servo's count.
 pub(super) fn angle_rad(text: &str) -> Result<f64, String> {
     let text = text.replace(MINUS, "-");
     let wrong = || {
@@ -74,7 +74,7 @@ pub(super) fn angle_rad(text: &str) -> Result<f64, String> {
     number.map(|number| number * per_unit).ok_or_else(wrong)
 }
 
-/// Whether a name could be meant by another.
+/// Whether a known name resembles a mistyped one.
 pub(super) fn alike(name: &str, said: &str) -> bool {
     let words: Vec<&str> = said.split(['_', '-', ' ']).filter(|word| word.len() > 2).collect();
     words.iter().any(|word| name.contains(word))

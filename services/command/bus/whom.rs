@@ -1,4 +1,4 @@
-//! Which bus and which servo is meant.
+//! Selection of the bus and the servo.
 
 use std::fmt;
 use std::path::PathBuf;
@@ -21,7 +21,7 @@ pub(super) struct Target {
 }
 
 impl Target {
-    /// The servo, and the words that are left: without an identifier, the first is its joint.
+    /// The target and the remaining words: without an identifier, the first word is the joint.
     pub(super) fn split(id: Option<u8>, words: &[String]) -> (Self, &[String]) {
         match (id, words.split_first()) {
             (None, Some((joint, rest))) => (Self { joint: Some(joint.clone()), id }, rest),
@@ -39,23 +39,23 @@ impl Target {
 #[derive(Clone, Debug)]
 pub(super) struct Opening<'a> {
     pub(super) name: String,
-    /// Where it is; nowhere while it is a mock servo bus of which nobody has said where it is put up.
+    /// Path of its tty; `None` for a mock servo bus without a known path.
     path: Option<PathBuf>,
     pub(super) baud: u32,
-    /// Its joints, as far as the configuration knows it.
+    /// Its joints, as far as they are configured.
     pub(super) joints: Vec<&'a Joint>,
 }
 
-/// The buses that were meant.
+/// The selected buses.
 pub(super) struct Where<'a> {
     buses: Vec<Opening<'a>>,
 }
 
-/// A servo that was meant.
+/// The selected servo.
 pub(super) struct Named<'a> {
     pub(super) id: u8,
     pub(super) name: String,
-    /// The joint, where it is named by that.
+    /// Its joint, if it was named by one.
     pub(super) joint: Option<&'a Joint>,
 }
 
@@ -75,12 +75,12 @@ impl fmt::Display for Opening<'_> {
 }
 
 impl<'a> Opening<'a> {
-    /// The same at another speed.
+    /// The same bus at another speed.
     pub(super) fn at(&self, baud: u32) -> Self {
         Self { baud, ..self.clone() }
     }
 
-    /// Its joint of an identifier.
+    /// The joint with an identifier.
     pub(super) fn joint(&self, id: u8) -> Option<&'a Joint> {
         self.joints.iter().copied().find(|joint| joint.id == id)
     }
@@ -96,7 +96,7 @@ impl<'a> Opening<'a> {
         Line::open(path, self.baud)
     }
 
-    /// Whether it is known where it is.
+    /// Whether its path is known.
     pub(super) const fn is_placed(&self) -> bool {
         self.path.is_some()
     }
@@ -133,7 +133,7 @@ impl<'a> Where<'a> {
         Ok(Self { buses })
     }
 
-    /// The same at another speed.
+    /// The same buses at another speed.
     pub(super) fn at(&self, baud: u32) -> Self {
         Self { buses: self.buses.iter().map(|bus| bus.at(baud)).collect() }
     }
@@ -143,7 +143,7 @@ impl<'a> Where<'a> {
         &self.buses
     }
 
-    /// The one servo that is meant, on its bus.
+    /// The selected servo, with its open bus.
     pub(super) fn one(&self, target: &Target) -> Result<(Line, Named<'a>), Failed> {
         if let Some(name) = &target.joint {
             for bus in &self.buses {

@@ -1,4 +1,4 @@
-//! Items of a control table that are written by hand, and joints that are moved.
+//! Writes items of a control table, and moves joints.
 
 use std::process::ExitCode;
 
@@ -45,14 +45,15 @@ pub(super) fn write(
     Ok(ended)
 }
 
-/// Whether a servo with torque may move once the item is written: its goals, its torque, and what may point to them.
+/// Whether writing the item can move a servo with torque: goals, torque enable, and indirect data that may alias
+/// them.
 fn moves(entry: &Entry) -> bool {
     let goals =
         ["goal_position", "goal_velocity", "goal_pwm", "goal_current", "torque_enable", "indirect_data"];
     goals.contains(&entry.name)
 }
 
-/// Moves a joint to an angle of its own, and stays until it stands.
+/// Moves a joint to one of its angles and waits until it stands still.
 fn go(servo: &mut Servo<'_>, joint: &Joint, goal_rad: f64, care: &Care<'_>) -> Result<ExitCode, Failed> {
     let name = &joint.name;
     if !(joint.min_rad..=joint.max_rad).contains(&goal_rad) {
@@ -96,7 +97,7 @@ fn go(servo: &mut Servo<'_>, joint: &Joint, goal_rad: f64, care: &Care<'_>) -> R
     Err(Failed::because(format!("{name} {wrong}; it is at {at}, and was to go to {}", angle(goal_rad))))
 }
 
-/// Why a joint that stands beyond its limits is left alone.
+/// The error for a joint beyond its limits, which is not moved.
 pub(super) fn beyond(joint: &Joint, present_rad: f64) -> String {
     format!(
         "{} stands at {}, beyond its limits of {} to {}: with torque off, bring it back by hand, or look whether its horn \
@@ -108,7 +109,7 @@ pub(super) fn beyond(joint: &Joint, present_rad: f64) -> String {
     )
 }
 
-/// What the bus watchdog has to do with a goal that is refused.
+/// Adds the remedy to an error that a tripped bus watchdog causes.
 fn because_tripped(line: &mut Line, model: Model, id: u8, entry: &Entry, error: Failed) -> Failed {
     let tripped = moves(entry) && matches!(line.get(model, id, table::BUS_WATCHDOG), Ok(TRIPPED));
     if tripped {
@@ -120,7 +121,7 @@ fn because_tripped(line: &mut Line, model: Model, id: u8, entry: &Entry, error: 
     error
 }
 
-/// Writes an item, and reads it back.
+/// Writes an item and reads it back.
 pub(super) fn set(line: &mut Line, id: u8, item: &str, count: i64) -> Result<ExitCode, Failed> {
     let model = line.model(id)?;
     let entry = entry(model, item)?;

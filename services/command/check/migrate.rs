@@ -1,4 +1,4 @@
-//! `leo check --migrate`: files of an older version become files of this one, and are kept as they were.
+//! `leo check --migrate`: converts files of an older version, and keeps copies of the originals.
 
 use std::collections::BTreeSet;
 use std::ffi::OsString;
@@ -15,8 +15,8 @@ use super::super::domain::state_directory;
 use super::super::failure::Failed;
 use super::super::output::print;
 
-/// Brings a configuration and what was learned forward, and says what was done. No file of the configuration is
-/// written before it is known that every one can be.
+/// Migrates a configuration and the learner's memory, and prints what was done. Writes no configuration file before all
+/// of them can be converted.
 pub(super) fn migrate(config: Option<&Path>, state: Option<&Path>) -> Result<(), Failed> {
     if let Some(leo) = config {
         let files = Robot::forward(leo).map_err(Failed::usage)?;
@@ -39,10 +39,10 @@ pub(super) fn migrate(config: Option<&Path>, state: Option<&Path>) -> Result<(),
     learned(&state)
 }
 
-/// Brings what was learned forward: a store of an older version is taken over when it is opened.
+/// Migrates the learner's memory: opening a store of an older version converts it.
 fn learned(state: &Path) -> Result<(), Failed> {
     let file = process::state::learned(state);
-    // Opening makes a store where there is none, and whoever names the wrong directory shall not find one there.
+    // Opening would create a missing store, which would be wrong in a mistyped directory.
     if learner_process::memory_version(state).map_err(Failed::usage)? == MemoryVersion::NoFile {
         return print(&format!(
             "nothing was learned in {}; where Leo remembers elsewhere, name it with --state\n\n",
@@ -75,12 +75,12 @@ fn said(file: &Forward) -> String {
     format!("{} was migrated; as it was: {}\n{steps}", file.file.display(), kept(&file.file).display())
 }
 
-/// Where a file is kept as it was.
+/// Path of the copy of the original.
 fn kept(file: &Path) -> PathBuf {
     with(file, ".old")
 }
 
-/// Where a file is written that replaces it.
+/// Path of the new file before it replaces the original.
 fn new(file: &Path) -> PathBuf {
     with(file, ".new")
 }
@@ -91,8 +91,8 @@ fn with(file: &Path, ending: &str) -> PathBuf {
     name.into()
 }
 
-/// Keeps the files as they are beside themselves, and replaces each whole: all that needs room is on the disk
-/// before the first of them is changed. Nothing lies beside a file that could not be replaced.
+/// Copies the originals and replaces each file atomically. Everything is on the disk before the first file is replaced.
+/// The extra files of files that could not be replaced are removed.
 fn replace(files: &[Forward]) -> Result<(), (&Forward, io::Error)> {
     let old: Vec<&Forward> = files.iter().filter(|file| !file.steps.is_empty()).collect();
     let mut replaced = 0;
@@ -105,21 +105,21 @@ fn replace(files: &[Forward]) -> Result<(), (&Forward, io::Error)> {
     });
     for file in old.iter().skip(replaced) {
         for made in [kept(&file.file), new(&file.file)] {
-            // What was not made yet cannot be removed.
+            // A file that was not created cannot be removed.
             let _ = fs::remove_file(made);
         }
     }
     done
 }
 
-/// Writes what a file was and what it becomes beside it, through to the disk.
+/// Writes the copy and the new version beside a file, synchronised to the disk.
 fn prepare(file: &Forward) -> io::Result<()> {
     let old = fs::metadata(&file.file)?;
     let (kept, new) = (kept(&file.file), new(&file.file));
     for (path, bytes) in [(kept, fs::read(&file.file)?), (new, file.text.clone().into_bytes())] {
         let mut made = Output::named(&path, Existing::Replace).create()?;
         made.write_all(&bytes)?;
-        // A user other than root cannot give a file away.
+        // Only root can change a file's owner.
         let _granted = fchown(&made, Some(old.uid()), Some(old.gid()));
         made.set_permissions(old.permissions())?;
         made.sync_all()?;

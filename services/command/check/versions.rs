@@ -1,4 +1,4 @@
-//! Of which versions what was learned and the robots that run are, beside this program.
+//! Compares the versions of the learner's memory and of running robots with this program.
 
 use std::path::Path;
 
@@ -9,7 +9,7 @@ use transport::janitor::is_claimed;
 
 use super::super::domain::state_directory;
 
-/// All findings: one of what was learned, and one for each robot that runs on this machine.
+/// All findings: one about the learner's memory, and one for each robot that runs on this machine.
 pub(super) fn all(state: Option<&Path>) -> Vec<Finding> {
     let mut findings = vec![learned(state)];
     findings.extend(messages());
@@ -24,7 +24,7 @@ fn learned(state: Option<&Path>) -> Finding {
     };
     let version = match learner_process::memory_version(&state) {
         Ok(version) => version,
-        // It says what to do itself.
+        // The error includes its remedy.
         Err(error) => return Finding::new(Verdict::Broken, about, error.to_string()),
     };
     let (file, state) = (process::state::learned(&state), state.display());
@@ -60,7 +60,7 @@ fn learned(state: Option<&Path>) -> Finding {
     }
 }
 
-/// What to do with a file of a newer version: a copy of this version was kept when that one took it over.
+/// The remedy for a store of a newer version: the newer program kept a copy of this version when it converted it.
 fn go_back(file: &Path, at: &str) -> String {
     let (of_this, second) = (format!("v{MEMORY_VERSION}.store"), file.with_extension("copy.store"));
     let away = |file: &Path| format!("mv {} {}.new", file.display(), file.display());

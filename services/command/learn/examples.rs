@@ -1,4 +1,4 @@
-//! The format of examples: `docs/examples-format.md`.
+//! Parser of the examples format: `docs/examples-format.md`.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::io::BufRead;
@@ -12,15 +12,15 @@ use super::vocabulary::Vocabulary;
 
 /// The version of the format.
 const VERSION: u32 = 1;
-/// The longest line that is read, in bytes: a hundred objects, before and after, need a hundredth of it.
+/// Maximum length of a line, in bytes. A hundred objects, before and after, need a hundredth of it.
 const LONGEST_LINE: usize = 4 << 20;
-/// Places are no further away than this, in metres.
+/// Maximum absolute coordinate, in metres.
 const FURTHEST_M: f64 = 1000.0;
 
 /// The examples of one file.
 pub(super) struct Examples {
     pub(super) title: Option<String>,
-    /// Whose rules are followed where he is among the perspectives.
+    /// The teacher, whose rules are followed if the teacher is among the perspectives.
     pub(super) teacher: u16,
     pub(super) language: Language,
     pub(super) shown: Vec<Shown>,
@@ -50,7 +50,7 @@ pub(super) enum Unread {
     Empty { name: String },
 }
 
-/// What is wrong, and in which field.
+/// An error and its field.
 struct Wrong {
     field: String,
     reason: String,
@@ -118,7 +118,7 @@ struct WrittenChange {
 }
 
 impl Examples {
-    /// Reads all examples; nothing is learned from a file of which a line is wrong.
+    /// Reads all examples. An error in any line rejects the whole file.
     pub(super) fn read(from: impl BufRead, name: &str) -> Result<Self, Unread> {
         let mut header: Option<WrittenHeader> = None;
         let mut shown = Vec::new();
@@ -128,7 +128,7 @@ impl Examples {
         let file = |source| Unread::File { name: name.to_owned(), source };
         while lines.next_line().map_err(file)?.is_some() {
             let (bytes, line) = (lines.line(), lines.number());
-            // Blank lines and notes.
+            // Blank lines and comments.
             let trimmed = bytes.trim_ascii();
             if trimmed.is_empty() || trimmed.starts_with(b"#") {
                 continue;
@@ -166,7 +166,7 @@ impl Examples {
     }
 }
 
-/// About as many bytes of memory an example takes while it is kept: its objects, and their words as in its line.
+/// Approximate memory of a stored example, in bytes: its objects, and as many bytes of words as its line has.
 fn kept_bytes(line: &[u8], views: &[View], asked: &[Object]) -> u64 {
     let objects = views.iter().flat_map(|view| [&view.before, &view.after]).map(|side| side.objects.len());
     let objects = objects.sum::<usize>().saturating_add(asked.len()).saturating_mul(size_of::<Object>());
@@ -187,12 +187,12 @@ fn read_header(bytes: &[u8]) -> Result<WrittenHeader, Wrong> {
     }
 }
 
-/// Reads one JSON value and nothing else.
+/// Parses exactly one JSON value.
 fn read_json<T: DeserializeOwned>(bytes: &[u8]) -> Result<T, Wrong> {
     let mut json = serde_json::Deserializer::from_slice(bytes);
     let wrong = |path: &str, error: &serde_json::Error| {
         let said = error.to_string();
-        // It counts lines within one line.
+        // Remove the parser's line number: it is always 1.
         let said = said.rsplit_once(" at line ").map_or(said.as_str(), |(said, _)| said);
         let path = if path == "." || path == "?" { String::new() } else { format!("{path}: ") };
         Wrong::new(format!("column {}, {path}", error.column()), config::suggest(said))
@@ -318,7 +318,7 @@ fn read_object(
     })
 }
 
-/// The objects with what is different about some of them.
+/// Applies changes to a copy of the objects.
 fn change(
     before: &[Object],
     changed: Vec<WrittenChange>,

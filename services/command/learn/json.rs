@@ -1,4 +1,4 @@
-//! What was learned, as one JSON document, written example by example.
+//! The learned rules as one JSON document, written example by example.
 
 use serde_json::{Value, json};
 use tasks::{Hypotheses, Inquiry, Learned, Rule, Selection, Settings};
@@ -41,7 +41,7 @@ pub(super) fn example(told: &Told<'_>) -> serde_json::Result<String> {
     Ok(format!("{comma}{}", serde_json::to_string(&example)?))
 }
 
-/// The document from its last example on.
+/// The document after its last example.
 pub(super) fn closing(examples: &Examples, conclusion: &Conclusion) -> serde_json::Result<String> {
     let followed = conclusion.followed.as_ref().map(|(perspective, learned)| {
         let rules: Vec<&str> = learned.primary().map(|rule| rule.name.as_str()).collect();

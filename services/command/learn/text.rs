@@ -1,4 +1,4 @@
-//! What was learned, for people.
+//! The learned rules as text.
 
 use std::fmt::Write as _;
 
@@ -10,7 +10,7 @@ use tasks::{
 use super::examples::Examples;
 use super::{Conclusion, Told};
 
-/// What is told of one example.
+/// The results for one example.
 pub(super) fn example(examples: &Examples, told: &Told<'_>) -> String {
     let mut text = String::new();
     if let Some(title) = examples.title.as_ref().filter(|_| told.number == 1) {
@@ -54,7 +54,7 @@ pub(super) fn example(examples: &Examples, told: &Told<'_>) -> String {
     text
 }
 
-/// What is told at the end.
+/// The final results.
 pub(super) fn closing(examples: &Examples, conclusion: &Conclusion) -> String {
     let mut text = String::new();
     match (&conclusion.doubt, &conclusion.followed) {
@@ -91,7 +91,7 @@ pub(super) fn closing(examples: &Examples, conclusion: &Conclusion) -> String {
     text
 }
 
-/// What has to be asked before anybody's rules are followed.
+/// The question to ask before any rules are followed.
 pub(super) fn asked_first(examples: &Examples, doubt: &Doubt) -> String {
     let thing = Object { features: doubt.kind.clone(), ..Object::default() };
     let shown = examples.shown.iter().flat_map(|shown| &shown.views).flat_map(|view| &view.after.objects);

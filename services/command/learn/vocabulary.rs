@@ -4,9 +4,9 @@ use std::collections::BTreeSet;
 
 use tasks::{FEATURES_MOST, FeatureWords, Language, StateWords, VALUES_MOST};
 
-/// An object has moved when its place differs by more than this, as for the learner.
+/// Minimum displacement that counts as a move, as in the learner.
 const MOVED_M: f64 = 0.03;
-/// The features, values and states that examples speak of.
+/// The features, values and states that occur in the examples.
 #[derive(Default)]
 pub(super) struct Vocabulary {
     /// In the order of speech.
@@ -16,10 +16,10 @@ pub(super) struct Vocabulary {
 }
 
 impl Vocabulary {
-    /// The features of the header, in the order in which people say them.
+    /// Sets the features of the header, in the order of speech.
     ///
     /// # Errors
-    /// The field of the header, and what is wrong with it.
+    /// The field of the header, and the error.
     pub(super) fn declare(&mut self, names: &[String]) -> Result<(), (String, String)> {
         for (index, name) in names.iter().enumerate() {
             let field = || format!("features[{index}]: ");
@@ -40,7 +40,7 @@ impl Vocabulary {
         Ok(())
     }
 
-    /// Takes note of a value of a feature.
+    /// Adds a value of a feature.
     pub(super) fn note(&mut self, name: &str, value: &str) -> Result<(), String> {
         if !self.features.iter().any(|known| known.name == name) {
             if self.declared {
@@ -49,7 +49,7 @@ impl Vocabulary {
                 return Err(config::suggest(&format!("unknown field `{name}`, the header names {known}")));
             }
             self.add(name)?;
-            // Nobody said how people would say them.
+            // Without a header the order of speech is unknown, so sort by name.
             self.features.sort_by(|a, b| a.name.cmp(&b.name));
         }
         let Some(words) = self.features.iter_mut().find(|known| known.name == name) else { return Ok(()) };
@@ -64,7 +64,7 @@ impl Vocabulary {
         Ok(())
     }
 
-    /// Takes note of states.
+    /// Adds states.
     pub(super) fn note_states<'a>(&mut self, names: impl Iterator<Item = &'a String>) {
         self.states.extend(names.cloned());
     }

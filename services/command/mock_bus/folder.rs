@@ -4,26 +4,26 @@ use std::path::Path;
 
 use tempfile::TempDir;
 
-/// How the names of these folders begin.
+/// Prefix of the folders' names.
 const PREFIX: &str = "leo-mock-bus-";
-/// The file in each that is locked while its maker lives.
+/// The lock file in each folder, locked while its creator lives.
 const LOCK: &str = "lock";
 
-/// A folder for the links to mock buses. It goes when it is dropped; where its maker was killed it goes
-/// when the next one is made, here or anywhere by this user.
+/// A temporary folder for the links to mock buses, removed when dropped. If its creator was killed, it is removed when
+/// this user creates the next one.
 #[derive(Debug)]
 pub(super) struct Folder {
     folder: TempDir,
-    /// Unlocked by the system when the process ends, however it does.
+    /// The kernel releases the lock when the process ends, however it ends.
     _lock: File,
 }
 
 impl Folder {
-    /// Makes one for temporary files, and removes those whose makers are gone.
+    /// Creates one in the folder for temporary files, and removes those of dead creators.
     ///
     /// # Errors
     ///
-    /// Nothing can be written there.
+    /// The folder cannot be written.
     pub(super) fn new() -> io::Result<Self> {
         Self::within(&std::env::temp_dir())
     }
@@ -31,7 +31,7 @@ impl Folder {
     fn within(parent: &Path) -> io::Result<Self> {
         clear_up(parent);
         let folder = tempfile::Builder::new().prefix(PREFIX).tempdir_in(parent)?;
-        // It has its name when it is locked: whoever finds it unlocked knows that its maker is gone.
+        // Lock the file before it gets its name, so that an unlocked file always means a dead creator.
         let unnamed = folder.path().join("lock.new");
         let lock = File::create_new(&unnamed)?;
         lock.lock()?;
@@ -44,12 +44,11 @@ impl Folder {
     }
 }
 
-/// Removes the folders of makers that were killed. What cannot be removed is another user's, or stays for
-/// another time.
+/// Removes the folders of killed creators. Ignores errors: a folder may belong to another user.
 fn clear_up(parent: &Path) {
     for entry in fs::read_dir(parent).into_iter().flatten().flatten() {
         let is_ours = entry.file_name().to_str().is_some_and(|name| name.starts_with(PREFIX));
-        // No link is followed to wherever it may lead.
+        // Do not follow symbolic links.
         if is_ours && entry.file_type().is_ok_and(|kind| kind.is_dir()) {
             let lock = File::open(entry.path().join(LOCK));
             if lock.is_ok_and(|lock| lock.try_lock().is_ok()) {
@@ -69,7 +68,7 @@ mod tests {
         let living = Folder::within(parent.path()).unwrap();
         let killed = Folder::within(parent.path()).unwrap();
         let path = killed.path().to_owned();
-        // The system unlocks what a killed process had locked, and removes nothing.
+        // The kernel releases the lock of a killed process but removes no files.
         let Folder { folder, _lock: lock } = killed;
         drop(lock);
         let _kept = folder.keep();

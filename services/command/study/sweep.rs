@@ -1,4 +1,4 @@
-//! The study again and again, with other blocks, noise, cones and thresholds.
+//! The study repeated with random blocks, and with different noise, cones and thresholds.
 
 use std::fmt;
 use std::sync::Mutex;
@@ -12,19 +12,19 @@ use study::Design;
 use crate::command::failure::Failed;
 use crate::command::rehearsal::rehearse;
 
-/// Tasks of the study.
+/// Number of tasks of the study.
 const TASKS: u32 = 4;
-/// Designs that failed are named up to this many for each setting and task.
+/// Maximum number of failed designs listed per setting and task.
 const NAMED: usize = 5;
 
-/// What is varied beside the blocks.
+/// The varied parameters, apart from the blocks.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 struct Setting {
     /// Standard deviation of an observed position, in metres.
     position_sigma_m: f64,
-    /// Half the angle of the partner's cone, in degrees.
+    /// Half angle of the partner's cone, in degrees.
     cone_half_angle_deg: f64,
-    /// Beliefs closer than this are of one thing.
+    /// Distance below which beliefs are merged.
     threshold: f64,
 }
 
@@ -40,14 +40,14 @@ const SETTINGS: [Setting; 7] = [
     Setting { threshold: 0.20, ..AS_IT_COMES },
 ];
 
-/// The robot that is taught, and the number of the simulator among its sources.
+/// The robot under test, and the number of the simulator among its sources.
 #[derive(Clone, Copy)]
 struct Pupil<'a> {
     robot: &'a Robot,
     source: usize,
 }
 
-/// How often the winner was the right one, setting by setting and task by task.
+/// Success rate per setting and task.
 #[derive(Clone, Debug, Serialize)]
 pub(super) struct Sweep {
     designs: u64,
@@ -58,9 +58,9 @@ pub(super) struct Sweep {
 struct Row {
     setting: Setting,
     task: u32,
-    /// Designs whose winner was right in both conditions.
+    /// Number of designs whose winner was right in both conditions.
     held: u64,
-    /// What was learned instead, from the first designs where it was not.
+    /// The first failed designs, and what was learned instead.
     broken: Vec<Broken>,
 }
 
@@ -73,8 +73,8 @@ struct Broken {
 }
 
 impl Sweep {
-    /// Plays so many designs of every task in every setting, on all processors; `source` is the
-    /// number of the simulator among the robot's sources.
+    /// Plays `designs` designs of every task in every setting, on all processors. `source` is the number of the
+    /// simulator among the robot's sources.
     pub(super) fn of(
         robot: &Robot,
         source: usize,
@@ -92,7 +92,7 @@ impl Sweep {
         Ok(Self { designs, rows })
     }
 
-    /// Whether all winners were right with up to 10 mm of noise, and nearly all with more.
+    /// Whether all winners were right with up to 10 mm of noise, and at least 95 % with more.
     pub(super) fn holds(&self) -> bool {
         self.rows.iter().all(|row| row.held * 100 >= self.designs * row.setting.percent())
     }
@@ -107,7 +107,7 @@ impl Setting {
         Ok(robot)
     }
 
-    /// The share of right winners that is asked for.
+    /// The required success rate in percent.
     fn percent(self) -> u64 {
         if self.position_sigma_m > 0.01 { 95 } else { 100 }
     }
@@ -148,8 +148,7 @@ impl Row {
     }
 }
 
-/// Plays a design with and without perspective taking; the conditions whose winner is not the one
-/// that should be.
+/// Plays a design with and without perspective taking; returns the conditions with a wrong winner.
 fn play(pupil: Pupil<'_>, setting: Setting, task: u32, design: u64) -> Result<Vec<Broken>, Failed> {
     let Some(Design { mut lesson, with, without, .. }) = Design::of(task, design) else {
         return Err(Failed::because(format!("there is no design of task {task}")));

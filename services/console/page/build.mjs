@@ -1,5 +1,5 @@
-// Bundles the page into built/, gzipped: the same bytes from the same sources on every build.
-// `--check` builds and compares with what is there instead of writing.
+// Bundles the page into built/, gzipped. Builds are reproducible.
+// With `--check` it compares the build with the existing files instead of writing.
 import { build } from 'esbuild';
 import { mkdir, readFile, writeFile } from 'node:fs/promises';
 import { dirname, join } from 'node:path';
@@ -18,7 +18,7 @@ export async function bundle() {
     target: 'es2022',
     legalComments: 'none',
     write: false,
-    // Leo's body is of boxes, cylinders and spheres: the loaders of meshes stay outside.
+    // Leo's body consists of boxes, cylinders and spheres, so the mesh loaders are replaced by stubs.
     alias: {
       'three/examples/jsm/loaders/STLLoader.js': join(here, 'src/no-loader.js'),
       'three/examples/jsm/loaders/ColladaLoader.js': join(here, 'src/no-loader.js'),
@@ -52,7 +52,7 @@ async function main() {
     const path = join(here, 'built', `${name}.gz`);
     const packed = squeeze(bytes);
     if (check) {
-      // Unpacked: another Node's gzip may pack the same bytes otherwise.
+      // Compare uncompressed: gzip output may differ between Node versions.
       const there = await readFile(path).then(gunzipSync).catch(() => Buffer.alloc(0));
       if (!there.equals(bytes)) {
         console.error(`${path} is not what the sources build: run npm run build and commit it`);

@@ -1,4 +1,4 @@
-//! What the pages are shown, from what the robot's buffers hold: pure.
+//! Conversion of the robot's buffers into the state shown on the pages. No I/O.
 
 mod arming;
 mod belief;
@@ -16,21 +16,21 @@ pub(crate) use line::Lines;
 pub(crate) use scene::{Thing, scene};
 pub(crate) use task::tasks;
 
-/// Places are shown to a tenth of a millimetre.
+/// Positions are rounded to 0.1 mm.
 const PLACE: f64 = 1e4;
 
-/// A number to so many parts of one; none where it is no number.
+/// Rounds to `1 / parts`; `None` for NaN and infinities.
 pub(crate) fn rounded(value: f64, parts: f64) -> Option<f64> {
-    // What rounds to zero is zero, and never -0.
+    // Adding 0.0 turns -0 into 0.
     value.is_finite().then(|| (value * parts).round() / parts + 0.0)
 }
 
-/// How far two points are apart.
+/// Euclidean distance of two points.
 fn far<const N: usize>(one: [f64; N], other: [f64; N]) -> f64 {
     one.iter().zip(other).map(|(one, other)| (one - other).powi(2)).sum::<f64>().sqrt()
 }
 
-/// Numbers to a tenth of a thousandth.
+/// Rounds each number to 1e-4.
 pub(crate) fn numbers<const N: usize>(values: [f64; N]) -> [Option<f64>; N] {
     values.map(|value| rounded(value, PLACE))
 }

@@ -1,4 +1,4 @@
-//! A day of what the console keeps: the same lesson again and again, other things on the table each time.
+//! Endurance test: a day of the same lesson, with new objects on the table each time.
 
 use std::collections::BTreeMap;
 
@@ -11,14 +11,14 @@ use crate::cells::{Histories, Lines, Seen, tasks};
 use crate::narrator::Narrator;
 use crate::sheet::Sheet;
 
-/// Lessons of 51 s in a day.
+/// Number of lessons of 51 s in a day.
 const LESSONS: u64 = 1700;
-/// After so many lessons everything that is bounded is full.
+/// After this many lessons every bounded collection is full.
 const FULL: u64 = 200;
-/// What may be more after the day: the digits of numbers, and the room that collections keep.
+/// Allowed growth over the day in bytes: digits of numbers and capacity of collections.
 const MORE: usize = 64 << 10;
 
-/// All that lives as long as the console does, without what the system writes.
+/// All long-lived state of the console, without I/O.
 struct Console {
     sheet: Sheet,
     narrator: Narrator,
@@ -35,7 +35,7 @@ impl Console {
         self.account.note(event);
     }
 
-    /// Plays a lesson: two demonstrations and a performance, over a dozen things that were not there before.
+    /// Plays one lesson: two demonstrations and a performance, with a dozen new objects.
     fn play(&mut self, lesson: u64) {
         let t = |step: u32| 51.0 * f64::from(u32::try_from(lesson).unwrap()) + f64::from(step);
         let event = |kind, text: &str| {
@@ -102,7 +102,7 @@ fn what_the_console_keeps_after_a_day_it_kept_after_some_hours() {
     let shown = |console: &Console| console.sheet.since(0).unwrap().len();
     let first = shown(&console);
     let ((), kept) = bytes_kept_by(|| (FULL..LESSONS).for_each(|lesson| console.play(lesson)));
-    // It may have given back more than it took.
+    // The difference wraps if more was freed than allocated.
     let kept = if kept > usize::MAX / 2 { 0 } else { kept };
     assert!(kept < MORE, "{kept} bytes more");
     let last = shown(&console);

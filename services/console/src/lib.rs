@@ -1,5 +1,4 @@
-//! Console process: tells people what happens, one clear line per event, and serves the page on which
-//! they see it and teach by hand.
+//! Console process: prints one line per event, and serves the page on which people watch the robot and teach it.
 
 mod cells;
 #[cfg(test)]

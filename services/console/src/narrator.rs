@@ -2,22 +2,22 @@ use config::Names;
 use message::{Event, EventKind, NOBODY, Utterance};
 use quantity::number::counted;
 
-/// What a line tells of.
+/// The category of a line.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum LineKind {
-    /// Somebody said something.
+    /// An utterance.
     Said,
-    /// What happens with a task.
+    /// An event of a task, or a note about the robot.
     Note,
-    /// What a perspective has before it.
+    /// What a perspective sees.
     Sees,
-    /// An action that was recognised.
+    /// A recognised action.
     Saw,
     /// A hypothesis.
     Thinks,
-    /// The rule chosen.
+    /// The rule that was chosen.
     Rule,
-    /// Why.
+    /// An explanation.
     Why,
     /// A step begins.
     Does,
@@ -25,14 +25,14 @@ pub enum LineKind {
     Done,
     /// A step failed.
     Failed,
-    /// How a performance ended.
+    /// The outcome of a performance.
     Result,
-    /// How somebody and Leo differ.
+    /// A difference between the beliefs of a partner and Leo.
     Knows,
 }
 
 impl LineKind {
-    /// The word for it.
+    /// The serialised name.
     #[must_use]
     pub const fn word(self) -> &'static str {
         match self {
@@ -52,35 +52,35 @@ impl LineKind {
     }
 }
 
-/// Something that happened, in words.
+/// An event as text.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Line {
-    /// When, in nanoseconds of the clock.
+    /// Time of the event, in nanoseconds of the monotonic clock.
     pub at_ns: u64,
-    /// Who said it, of what was said.
+    /// The speaker of an utterance.
     pub who: Option<String>,
-    /// What it tells of.
+    /// The category.
     pub kind: LineKind,
-    /// The words.
+    /// The text.
     pub text: String,
 }
 
-/// Puts what happens into words.
+/// Converts events into lines of text.
 #[derive(Clone, Debug, Default)]
 pub struct Narrator {
     names: Names,
-    /// Whether what a remembered task comes to is being told: it was told when it was learned.
+    /// Whether the current events repeat a remembered task; those were reported when it was learned.
     recalls: bool,
 }
 
 impl Narrator {
-    /// About people who are called so.
+    /// A narrator that uses the given names of agents.
     #[must_use]
     pub fn new(names: &Names) -> Self {
         Self { names: names.clone(), recalls: false }
     }
 
-    /// A line about what a teacher said at `at_ns`.
+    /// A line about a teacher's utterance at `at_ns`.
     #[must_use]
     pub fn utterance(&self, at_ns: u64, utterance: &Utterance) -> Line {
         let speaker = u16::try_from(utterance.speaker).unwrap_or(NOBODY);
@@ -88,8 +88,7 @@ impl Narrator {
         Line { at_ns, who: Some(self.names.of(speaker)), kind: LineKind::Said, text }
     }
 
-    /// A line about an event of the learner at `at_ns`; none where the numbers are no event, or one of
-    /// which nobody is told.
+    /// A line about an event of the learner at `at_ns`. `None` if the event is malformed or not shown to people.
     #[must_use]
     pub fn event(&mut self, at_ns: u64, event: &Event) -> Option<Line> {
         let text = event.text.as_str();
@@ -144,27 +143,27 @@ impl Narrator {
         Line { at_ns, who: None, kind: LineKind::Note, text: words.to_owned() }
     }
 
-    /// A line about how somebody and Leo differ, or no longer differ, at `at_ns`.
+    /// A line about a difference between a partner and Leo that begins or ends at `at_ns`.
     #[must_use]
     pub fn divide(&self, at_ns: u64, words: &str) -> Line {
         Line { at_ns, who: None, kind: LineKind::Knows, text: words.to_owned() }
     }
 }
 
-/// Lines as text, each with the seconds since the first one before it.
+/// Formats lines as text, with the seconds since the first line.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Transcript {
     first_ns: Option<u64>,
 }
 
 impl Transcript {
-    /// A line as text, its end included.
+    /// A line as text, including the line feed.
     pub fn text(&mut self, line: &Line) -> String {
         let first = *self.first_ns.get_or_insert(line.at_ns);
         let since = clock::Instant::from_nanos(line.at_ns).since(clock::Instant::from_nanos(first));
         let text = &line.text;
         let words = match (line.kind, &line.who) {
-            // What Leo says stands under what it does.
+            // Leo's utterances are aligned with the lines about its actions.
             (LineKind::Said, Some(who)) => {
                 let who = if who == "Leo" { "Leo:    " } else { &format!("{who}:") };
                 format!("{who} \"{}\"", text.replace('"', "'"))

@@ -1,22 +1,22 @@
-//! What a page says, as acts of a teacher.
+//! Parses a page's messages into requests.
 
 use message::{TEXT_CAPACITY, TeacherAct, TeacherActKind, Text};
 use serde::Deserialize;
 
-/// What a page wants.
+/// A request of a page.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) enum Wish {
-    /// Something in the workspace.
+    /// An act of a teacher in the workspace.
     Act(Box<TeacherAct>),
-    /// A recording, begun or ended.
+    /// Start or stop a recording.
     Record(bool),
-    /// What the black box holds.
+    /// Dump the black box.
     Keep,
-    /// That the joints may move, with the locks that the page acknowledges.
+    /// Arm the joints, with the lock count that the page acknowledges.
     Arm(Option<u64>),
 }
 
-/// What a page says, as it stands in its message.
+/// The JSON format of a page's message.
 #[derive(Debug, Deserialize)]
 #[serde(tag = "do", rename_all = "lowercase", deny_unknown_fields)]
 enum Said {
@@ -122,14 +122,14 @@ enum Said {
     },
 }
 
-/// Why a message is none, and the page's number for it if that could be read.
+/// A parse error, with the page's request number if that could be read.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) struct Malformed {
     pub(crate) id: Option<u64>,
     pub(crate) reason: String,
 }
 
-/// The page's own number for a message, which is not read any further.
+/// The request number of a message that is not parsed further.
 pub(crate) fn number(message: &str) -> Option<u64> {
     #[derive(Deserialize)]
     struct Numbered {
@@ -138,8 +138,8 @@ pub(crate) fn number(message: &str) -> Option<u64> {
     serde_json::from_str::<Numbered>(message).ok().map(|numbered| numbered.id)
 }
 
-/// What a message of a page says: the page's own number for it, and the wish. `first` is the teacher
-/// where none is named.
+/// Parses a message of a page into its request number and the request. `first` is the teacher if the message names
+/// none.
 pub(crate) fn parse(message: &str, first: u16) -> Result<(u64, Wish), Malformed> {
     let malformed = |reason: String| Malformed { id: number(message), reason };
     let said: Said = serde_json::from_str(message).map_err(|error| malformed(error.to_string()))?;

@@ -1,19 +1,18 @@
-//! What a page is shown: cells, of which each page gets those that changed since it looked last.
+//! The state shown on the pages: a versioned key-value store with delta synchronisation.
 
 use std::collections::{BTreeMap, BTreeSet, VecDeque};
 use std::fmt::Write as _;
 
-/// Cells that are gone are remembered so long, in their number: a page that has missed more begins
-/// anew.
+/// Maximum number of removed keys kept for deltas. A page that is further behind gets the full state.
 const GONE_MOST: usize = 512;
 
-/// The newest value of every cell, as JSON, and in which version of the whole it came to be.
+/// The newest value of every key as JSON, with the version in which it changed.
 #[derive(Clone, Debug)]
 pub struct Sheet {
     version: u64,
     cells: BTreeMap<String, Cell>,
     gone: VecDeque<(u64, String)>,
-    /// What was gone before this version is forgotten.
+    /// Removals before this version are no longer kept.
     known_since: u64,
 }
 
@@ -30,15 +29,15 @@ impl Default for Sheet {
 }
 
 impl Sheet {
-    /// The version of the whole: it grows with every change.
+    /// The version of the store; it grows with every change.
     #[must_use]
     pub fn version(&self) -> u64 {
         self.version
     }
 
-    /// Writes a cell. One that says the same as before has not changed.
+    /// Sets a value. An unchanged value does not change the version.
     pub fn put(&mut self, key: &str, value: &impl serde::Serialize) {
-        // What we say are numbers and texts, which can always be written; numbers that are none are null.
+        // Serialisation of our numbers and texts does not fail; NaN and infinities become null.
         let Ok(value) = serde_json::to_string(value) else { return };
         match self.cells.get_mut(key) {
             Some(cell) if cell.value == value => {}
@@ -53,7 +52,7 @@ impl Sheet {
         }
     }
 
-    /// Takes a cell away.
+    /// Removes a key.
     pub fn remove(&mut self, key: &str) {
         if self.cells.remove(key).is_some() {
             self.version += 1;
@@ -66,7 +65,7 @@ impl Sheet {
         }
     }
 
-    /// Takes all cells away whose key begins so and is not among those that stay.
+    /// Removes all keys with the prefix that are not in `stay`.
     pub fn keep_only(&mut self, prefix: &str, stay: &BTreeSet<String>) {
         let under = self.cells.range(prefix.to_owned()..).map(|(key, _)| key);
         let under = under.take_while(|key| key.starts_with(prefix));
@@ -76,13 +75,13 @@ impl Sheet {
         }
     }
 
-    /// A message for a page that holds a version: nothing has changed.
+    /// An empty delta, for a page that is up to date.
     #[must_use]
     pub(crate) fn nothing_since(version: u64) -> String {
         format!("{{\"version\":{version},\"fresh\":false,\"cells\":{{}}}}")
     }
 
-    /// What has changed since a version, as a message for a page; nothing where nothing has.
+    /// The changes since a version as a message for a page; `None` if there are none.
     #[must_use]
     pub fn since(&self, version: u64) -> Option<String> {
         if version == self.version {
@@ -114,7 +113,7 @@ mod tests {
 
     use super::*;
 
-    /// What a page holds that got a message.
+    /// Applies a message to a page's state, and returns its version.
     fn taken(page: &mut BTreeMap<String, Value>, message: &str) -> u64 {
         let message: Value = serde_json::from_str(message).unwrap();
         if message["fresh"] == Value::Bool(true) {

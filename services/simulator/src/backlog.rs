@@ -1,8 +1,8 @@
-//! What is to be sent, a frame at a time.
+//! A send queue that is emptied frame by frame.
 
 use std::collections::VecDeque;
 
-/// Entries that wait, in their order, where a frame has room for so many and no more.
+/// A queue of entries for frames of bounded size.
 #[derive(Debug)]
 pub(crate) struct Backlog<T> {
     waiting: VecDeque<T>,
@@ -10,7 +10,7 @@ pub(crate) struct Backlog<T> {
 }
 
 impl<T> Backlog<T> {
-    /// Nothing waits yet for frames with room for so many.
+    /// An empty queue for frames of at most `room` entries.
     pub(crate) fn new(room: usize) -> Self {
         Self { waiting: VecDeque::with_capacity(room), room }
     }
@@ -19,13 +19,13 @@ impl<T> Backlog<T> {
         self.waiting.extend(entries);
     }
 
-    /// Takes what the next frame holds; the rest is of the frames after it.
+    /// Takes the entries of the next frame; the others stay queued.
     pub(crate) fn next_frame(&mut self) -> impl ExactSizeIterator<Item = T> {
         let fits = self.waiting.len().min(self.room);
         self.waiting.drain(..fits)
     }
 
-    /// Whether nothing waits.
+    /// Whether the queue is empty.
     pub(crate) fn is_empty(&self) -> bool {
         self.waiting.is_empty()
     }

@@ -1,4 +1,4 @@
-//! What people do by hand in the workspace while it runs: they take over where the script is.
+//! Interactive acts of people in the workspace while it runs; the first one interrupts the script.
 
 mod drop;
 mod set_up;
@@ -22,21 +22,21 @@ use crate::thing::{Motion, Seat};
 
 pub(crate) use undo::Undo;
 
-/// How long what is moved by hand takes to come to where the hand was last said to be.
+/// Time in which a thing moved by hand reaches the last commanded position of the hand.
 const FOLLOWS: Duration = Duration::from_millis(60);
-/// How long what is let go takes to come to rest.
+/// Time in which a released thing comes to rest.
 const SETTLES: Duration = Duration::from_millis(300);
-/// What is nearer to his eyes than this nobody can look at, in metres: a lesson says the same.
+/// Minimum distance between eyes and the point looked at, in metres; lessons have the same limit.
 const SIGHT_LEAST_M: f64 = 0.01;
-/// No place is farther away than this, in metres.
+/// Maximum absolute coordinate, in metres.
 const FARTHEST_M: f64 = 100.0;
 
-/// Why something cannot be done by hand, and what to do about it.
+/// Why an act is refused, with the remedy.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("{0}")]
 pub struct Refusal(pub String);
 
-/// A thing that somebody took in his hand.
+/// A thing in a person's hand.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Taken {
     hand: u16,
@@ -48,14 +48,14 @@ pub(crate) struct Taken {
 }
 
 impl World {
-    /// Does what a teacher does by hand, at the instant of the next step or after it. What came of
-    /// it is said where there is anything to say: the name of a new object.
+    /// Executes an act of a teacher at the instant of the next step or later. Returns the result, if the act has one:
+    /// the name of a new object.
     ///
-    /// `room` is how many things, people and occluders an observation has room for.
+    /// `room` is the maximum number of things, people and occluders in an observation frame.
     ///
     /// # Errors
     ///
-    /// It cannot be done, and nothing was.
+    /// The act is refused, and nothing has changed.
     pub fn act(&mut self, now: Instant, act: &TeacherAct, room: usize) -> Result<String, Refusal> {
         let Some(kind) = act.kind() else { return refuse("this is no act that the simulator knows") };
         let who = act.teacher;
@@ -98,7 +98,7 @@ impl World {
         .map(|_: Done| self.state.outcome.take().unwrap_or_default())
     }
 
-    /// What was taught by hand until now, as a lesson of this title; `None` where nobody said a word.
+    /// The recorded demonstrations as a lesson of this title; `None` if no sentence was said.
     #[must_use]
     pub fn taught(&self, title: &str, now: Instant) -> Option<Lesson> {
         self.state.diary.lesson(title, now, &self.lesson)
@@ -196,7 +196,7 @@ impl World {
         Ok(Done)
     }
 
-    /// Puts back what a hand holds. A hand that holds nothing has nothing to put back.
+    /// Puts back what a hand holds, if anything.
     fn cancel(&mut self, now: Instant, hand: u16) -> Result<Done, Refusal> {
         if let Ok(taken) = self.in_hand(hand) {
             self.give_back(now, taken);
@@ -204,7 +204,7 @@ impl World {
         Ok(Done)
     }
 
-    /// Puts back what is in people's hands: those who held it are gone.
+    /// Puts back everything in people's hands, because their owners are gone.
     pub fn put_all_back(&mut self, now: Instant) {
         while let Some(&taken) = self.state.taken.last() {
             self.give_back(now, taken);
@@ -295,7 +295,7 @@ impl World {
         Ok(Done)
     }
 
-    /// Ends the script where it is; what is on its way goes on to its end.
+    /// Ends the script at this point; motions in progress are completed.
     fn interrupt(&mut self) {
         if self.state.mode != SceneMode::Script {
             return;
@@ -307,7 +307,7 @@ impl World {
         self.state.has_occluders = true;
         self.state.mode = SceneMode::SetUp;
         if self.state.laid_at.is_none() {
-            // What would have been laid there will not be.
+            // The table has not been laid, so clear what it would have contained.
             let setting = Arc::make_mut(self.state.setting.get_or_insert_default());
             setting.objects.clear();
             setting.territory.clear();
@@ -318,8 +318,8 @@ impl World {
         }
     }
 
-    /// The table on which the script has said a word, with what has been played there, and when it was laid: who
-    /// takes over teaches from then on.
+    /// The current table if its script has already said a sentence, with the steps played so far and the time when it
+    /// was laid. A person who takes over then continues teaching on it.
     fn spoken(&self) -> Option<(Instant, Table)> {
         let table = self.lesson.tables().nth(self.state.table?)?;
         let laid_at = self.state.laid_at?;
@@ -329,7 +329,7 @@ impl World {
         is_spoken.then(|| (laid_at, Table { script, ..table.clone() }))
     }
 
-    /// The table is set: from now on what is done is written down.
+    /// Ends the set-up of the table: from now on acts are recorded as a demonstration.
     fn begin_teaching(&mut self, now: Instant) {
         self.state.mode = SceneMode::Teaching;
         self.state.undo.clear();
@@ -357,14 +357,14 @@ impl World {
     }
 }
 
-/// That something was done.
+/// The success of an act.
 struct Done;
 
 fn refuse<T>(why: impl Into<String>) -> Result<T, Refusal> {
     Err(Refusal(why.into()))
 }
 
-/// A place that exists.
+/// Validates a position.
 fn place(position_m: [f64; 3]) -> Result<[f64; 3], Refusal> {
     // Written so that NaN fails.
     if position_m.iter().all(|coordinate| coordinate.abs() <= FARTHEST_M) {

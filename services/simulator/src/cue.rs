@@ -1,35 +1,34 @@
-//! A lesson's tables one after the other, as cues on one axis of time.
+//! The timeline of a lesson: the events of all its tables, one table after the other.
 
 use clock::Duration;
 use config::lesson::Lesson;
 
-/// Something that happens by the script.
+/// A scheduled event of the script.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Cue {
-    /// When, counted from the script's beginning.
+    /// Time since the script's beginning.
     pub(crate) at: Duration,
-    /// Which of the lesson's tables it belongs to.
+    /// Index of the table in the lesson.
     pub(crate) table: usize,
     pub(crate) event: Event,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Event {
-    /// Everything of the table before is taken away.
+    /// The previous table is cleared.
     Clear,
-    /// The table's occluders stand.
+    /// The table's occluders are put up.
     Occlude,
-    /// The table's objects lie.
+    /// The table's objects are laid.
     Lay,
-    /// The step of the table's script begins.
+    /// A step of the table's script begins.
     Step(usize),
 }
 
-/// The cues in the order of time, and when the last step has ended.
+/// The events in order of time, and the time when the last step has ended.
 ///
-/// Before a table is laid it lies empty for a while, in view of everybody, so that the beliefs
-/// about the old objects are culled; and the occluders stand before the objects lie, so that
-/// nobody has seen what they hide.
+/// Each table stays empty for a while, visible to everyone, so that beliefs about the previous objects are culled.
+/// Occluders are put up before the objects are laid, so that no one has seen what they hide.
 pub(crate) fn timeline(lesson: &Lesson) -> (Vec<Cue>, Duration) {
     let laying = &lesson.laying;
     let mut cues = Vec::new();

@@ -1,18 +1,18 @@
-//! What is taught by hand, written down as a lesson plays it.
+//! Records interactive demonstrations in the format of lessons.
 
 use clock::{Duration, Instant};
 use config::lesson::{self, Act, Lesson, Step, Table, is_order};
 
-/// Small movements of one hand or one head that follow on one another within this time are one.
+/// Consecutive small movements of one hand or head within this time are merged into one step.
 pub(crate) const PAUSE: Duration = Duration::from_millis(500);
-/// Acts beside a script that are remembered.
+/// Maximum number of acts remembered while a script plays.
 const ASIDE_MOST: usize = 1000;
-/// The shortest that an act takes which takes any time.
+/// Minimum duration of an act that has one.
 const SHORTEST: Duration = Duration::from_millis(50);
-/// Eyes that are nearer than this to where they were have not moved, in metres.
+/// Eyes that moved less than this have not moved, in metres.
 const STILL_M: f64 = 1e-3;
 
-/// Where somebody is and what he looks at, in metres, and whether he is there at all.
+/// A person's position and the point looked at, in metres, and whether they are present.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Attitude {
     pub(crate) number: u16,
@@ -21,13 +21,13 @@ pub(crate) struct Attitude {
     pub(crate) looks_at_m: [f64; 3],
 }
 
-/// The tables on which something was taught by hand, in their order.
+/// The recorded tables, in their order.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Diary {
     pages: Vec<Page>,
-    /// Whether the last of them is being written.
+    /// Whether the last one is being recorded.
     is_open: bool,
-    /// Who was where as the table was laid, and what was done by hand beside a script since then.
+    /// The people when the table was laid, and interactive acts beside a script since then.
     laid: Vec<Attitude>,
     aside: Vec<(u16, Instant, Act)>,
 }
@@ -42,30 +42,30 @@ struct Page {
 }
 
 impl Diary {
-    /// Nothing written yet, about so many people.
+    /// An empty recording, for a number of people.
     pub(crate) fn new(people: usize) -> Self {
         Self { laid: Vec::with_capacity(people), ..Self::default() }
     }
 
-    /// Steps written down.
+    /// Number of recorded steps.
     pub(crate) fn steps(&self) -> usize {
         self.pages.iter().map(|page| page.table.script.len()).sum()
     }
 
-    /// Begins a page: the table as it is, and the people at it.
+    /// Starts a table: its initial state, and the people at it.
     pub(crate) fn begin(&mut self, now: Instant, table: Table, people: Vec<Attitude>) {
         self.pages.push(Page { table, began: now, after: people.clone(), before: people, left: now });
         self.is_open = true;
     }
 
-    /// A table is laid by a script, and these people are at it.
+    /// Notes that a script laid a table, with these people at it.
     pub(crate) fn lay(&mut self, people: impl Iterator<Item = Attitude>) {
         self.aside.clear();
         self.laid.clear();
         self.laid.extend(people);
     }
 
-    /// Begins a page with a script that somebody took over now: since the table was laid.
+    /// Starts a table from a script that a person took over now; it begins when the table was laid.
     pub(crate) fn take_over(&mut self, laid_at: Instant, table: Table) {
         let people = std::mem::take(&mut self.laid);
         self.begin(laid_at, table, people);
@@ -74,8 +74,8 @@ impl Diary {
         }
     }
 
-    /// Writes down what somebody did from an instant on, if a page is open. What goes on from the
-    /// last thing that he did, he did at once.
+    /// Records an act that began at an instant, if a table is being recorded. It is merged with the person's previous
+    /// act if it continues it.
     pub(crate) fn note(&mut self, who: u16, from: Instant, act: Act) {
         let Some(page) = self.pages.last_mut().filter(|_| self.is_open) else {
             if self.aside.len() < ASIDE_MOST {
@@ -94,7 +94,7 @@ impl Diary {
         page.insert(Step { at, who, act });
     }
 
-    /// Writes down what somebody did from an instant on that goes on from nothing, if a page is open.
+    /// Records an act that began at an instant and continues no other one, if a table is being recorded.
     pub(crate) fn note_apart(&mut self, who: u16, from: Instant, act: Act) {
         match self.pages.last_mut().filter(|_| self.is_open) {
             Some(page) => page.insert(Step { at: from.since(page.began), who, act }),
@@ -102,7 +102,7 @@ impl Diary {
         }
     }
 
-    /// Ends the page: the table is cleared.
+    /// Ends the table, because it is cleared.
     pub(crate) fn close(&mut self, now: Instant, people: Vec<Attitude>) {
         if let Some(page) = self.pages.last_mut().filter(|_| self.is_open) {
             page.left = now;
@@ -111,14 +111,13 @@ impl Diary {
         self.is_open = false;
     }
 
-    /// The lesson that was taught, `None` where nobody said a word. The rest of it is as in the lesson
-    /// that was open.
+    /// The recorded lesson; `None` if no sentence was said. Everything else is taken from the lesson `of`.
     pub(crate) fn lesson(&self, title: &str, now: Instant, of: &Lesson) -> Option<Lesson> {
         let first = self.pages.first()?;
         let last = self.pages.len() - 1;
         let mut keep = of.laying.keep;
         let mut tables = Vec::new();
-        // A lesson begins with everybody there.
+        // A lesson begins with everyone present.
         let mut people: Vec<Attitude> =
             first.before.iter().map(|person| Attitude { is_present: true, ..*person }).collect();
         for (number, page) in self.pages.iter().enumerate() {
@@ -153,7 +152,7 @@ impl Diary {
 }
 
 impl Page {
-    /// Writes a step down after those that begin no later.
+    /// Inserts a step after those that begin no later.
     fn insert(&mut self, step: Step) {
         let script = &mut self.table.script;
         let place = script.iter().rposition(|before| before.at <= step.at).map_or(0, |last| last + 1);
@@ -161,7 +160,7 @@ impl Page {
     }
 }
 
-/// Whether two acts go on from one another: of one occluder, or one pair of eyes.
+/// Whether two acts can be merged: movements of the same occluder, or of the same eyes.
 fn is_same(one: &Act, other: &Act) -> bool {
     match (one, other) {
         (Act::Slide { occluder, .. }, Act::Slide { occluder: other, .. }) => occluder == other,
@@ -183,7 +182,7 @@ fn lasting(mut act: Act, lasts: Duration) -> Act {
     act
 }
 
-/// The ways of people who went elsewhere while the table was set.
+/// Steps for people who moved while the table was set up.
 fn ways(from: &[Attitude], to: &[Attitude]) -> Vec<Step> {
     let mut steps = Vec::new();
     for (from, to) in from.iter().zip(to) {
@@ -210,10 +209,10 @@ pub(crate) fn has_moved(from_m: [f64; 3], to_m: [f64; 3]) -> bool {
     from_m.iter().zip(to_m).any(|(from, to)| (from - to).abs() > STILL_M)
 }
 
-/// A hand that took the next thing while the last one still slid to rest, took it right after; and
-/// what its owner did then, he did no earlier.
+/// Delays steps so that no hand moves two things at once. If a hand took the next thing while the last one still slid
+/// to rest, the step begins when the last one ends. Later steps of the same person keep their order.
 fn one_hand(script: &mut [Step]) {
-    /// Somebody: when his hand is free, and when he did something last.
+    /// A person: when their hand is free, and the time of their last step.
     struct Course {
         who: u16,
         free: Duration,

@@ -2,7 +2,7 @@ use quantity::number::float;
 use rand_chacha::ChaCha8Rng;
 use rand_core::{Rng, SeedableRng};
 
-/// Seeded normally distributed numbers, by Box and Muller's transform.
+/// Seeded normally distributed numbers (Box-Muller transform).
 #[derive(Clone, Debug)]
 pub(crate) struct Gaussian {
     rng: ChaCha8Rng,

@@ -1,4 +1,4 @@
-//! Leo's hands: when they grasp and when they let go.
+//! Leo's hands: detection of grasp and release.
 
 use clock::Instant;
 use config::lesson::Object;
@@ -7,14 +7,14 @@ use geometry::{Base, Pose, World};
 use crate::settle;
 use crate::thing::{Motion, Thing};
 
-/// A hand is closed from this mean finger closure on, in radians …
+/// Hysteresis: a hand is closed from this mean finger closure on, in radians …
 const CLOSED_RAD: f64 = 0.7;
 /// … and open again below this one.
 const OPEN_RAD: f64 = 0.5;
 /// A thing is grasped when its centre is within this distance of the grasp point, in metres.
 const REACH_M: f64 = 0.03;
 
-/// One of Leo's hands, as his joints say.
+/// One of Leo's hands, computed from the joint positions.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Hand {
     /// The pose of the hand, its origin at the grasp point.
@@ -23,14 +23,14 @@ pub struct Hand {
     pub closure_rad: f64,
 }
 
-/// What is known of a hand from step to step.
+/// The state of a hand between steps.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Grasp {
-    /// Whether it is closed; unknown until it is first seen.
+    /// Whether it is closed; `None` until it is first seen.
     is_closed: Option<bool>,
 }
 
-/// What happens to a hand's grasp in a step.
+/// The change of a hand's state in a step.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Change {
     None,
@@ -39,8 +39,7 @@ pub(crate) enum Change {
 }
 
 impl Grasp {
-    /// Takes note of the closure. Between the two thresholds a hand stays as it is, and so it
-    /// does where the closure is no number.
+    /// Updates the state with a closure. Between the two thresholds, and for NaN, the state does not change.
     pub(crate) fn note(&mut self, closure_rad: f64) -> Change {
         let before = self.is_closed;
         let after = if closure_rad > CLOSED_RAD {
@@ -54,13 +53,13 @@ impl Grasp {
         match (before, after) {
             (Some(false), true) => Change::Closes,
             (Some(true), false) => Change::Opens,
-            // A hand that is first seen closed has closed on nothing that is known.
+            // A hand that is closed when first seen has grasped nothing known.
             (None | Some(false), false) | (None | Some(true), true) => Change::None,
         }
     }
 }
 
-/// Takes the loose thing next to the grasp point, if one is near enough.
+/// Attaches the nearest loose thing within reach of the grasp point to the hand.
 pub(crate) fn grasp(things: &mut [Thing], hand: usize, x_world_hand: &Pose<World, geometry::Hand>) {
     let point = x_world_hand.origin();
     let nearest = things
@@ -76,8 +75,8 @@ pub(crate) fn grasp(things: &mut [Thing], hand: usize, x_world_hand: &Pose<World
     }
 }
 
-/// Lets go what the hand holds: into a hole where the rule says so, unless that `is_kept` for another thing, else
-/// down.
+/// Releases what the hand holds. A peg goes into a hole below it, unless `is_kept` reserves the hole for another thing;
+/// everything else falls.
 pub(crate) fn release(
     things: &mut [Thing],
     objects: &[Object],

@@ -1,8 +1,7 @@
 //! Simulator process: the workspace, the teacher and Leo's body.
 //!
-//! [`World`] is the whole of it, pure: it plays a lesson's script from the first step on, lets
-//! Leo's hands grasp and let go, and says what the robot's eyes observe, what is true, and what
-//! was said.
+//! [`World`] is the simulation core, without I/O: it plays a lesson's script, lets Leo's hands grasp and release, and
+//! provides the observations of the robot's eyes, the ground truth and the utterances.
 
 mod backlog;
 mod by_hand;

@@ -6,23 +6,23 @@ use crate::Hand;
 /// The fingers that close a hand; the thumb only opposes them.
 const FINGERS: [&str; 4] = ["index", "middle", "ring", "little"];
 
-/// Leo's hands in the workspace, as his joint states say.
+/// The poses of Leo's hands, computed from joint states.
 ///
 /// Allocates nothing after `new`.
 #[derive(Clone, Debug)]
 pub(crate) struct Limbs {
     body: Body,
     fingers: [[usize; FINGERS.len()]; 2],
-    /// The joints on which both hands depend.
+    /// The joints that move both hands.
     torso: Vec<usize>,
-    /// The last reading of every joint, if there was one.
+    /// The last reading of every joint, if any.
     known_rad: Vec<Option<f64>>,
-    /// The same for the kinematics: a joint of another limb that was never read stands at zero.
+    /// The same for the kinematics: a joint that was never read is at zero.
     assumed_rad: Vec<f64>,
 }
 
 impl Limbs {
-    /// The hands of a body, nothing known of them yet.
+    /// The hands of a body, without readings.
     ///
     /// # Errors
     ///
@@ -45,7 +45,7 @@ impl Limbs {
         Ok(Self { body, fingers, torso, known_rad: vec![None; count], assumed_rad: vec![0.0; count] })
     }
 
-    /// Takes note of the joints that were read.
+    /// Updates the positions of the joints that were read.
     pub(crate) fn note(&mut self, states: &[JointState]) {
         for state in states {
             let Some(position_rad) = state.present_position_rad() else { continue };
@@ -59,8 +59,8 @@ impl Limbs {
         }
     }
 
-    /// The left and the right hand, by the last reading of each joint. A hand is `None` until
-    /// every joint that moves it has been read once.
+    /// The left and the right hand, from the last reading of each joint. A hand is `None` until every joint that moves
+    /// it has been read once.
     pub(crate) fn hands(&self) -> [Option<Hand>; 2] {
         let [left, right] = self.fingers;
         [self.hand(Side::Left, left), self.hand(Side::Right, right)]

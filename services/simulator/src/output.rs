@@ -1,4 +1,4 @@
-//! What the world gives away: observations, the truth, and what was said.
+//! The outputs of the world: observations, ground truth and utterances.
 
 use config::lesson::{Act, Object, Occluder, Role};
 use geometry::{Pose, Thing as Frame};
@@ -14,17 +14,17 @@ use crate::settle;
 use crate::teacher::Teacher;
 use crate::thing::{Motion, SeatKind, Thing};
 
-/// The sensor process gives every observation the number of the source that it came from.
+/// Placeholder; the sensor process sets the number of the source.
 const SOURCE: u16 = 0;
-/// Half the extents of a head, in metres.
+/// Half extents of a head, in metres.
 const HEAD_M: [f64; 3] = [0.10, 0.08, 0.12];
-/// The colour of what has none in the lesson.
+/// The colour of objects without one in the lesson.
 const GREY: [f32; 3] = [0.5; 3];
 
 impl World {
-    /// What the robot's eyes observe at the instant of the last step, in its base frame and with
-    /// noise: the objects, the teachers who are present (the pose is that of their eyes) and the
-    /// occluders. The robot looks down on the table: nothing there is hidden from it.
+    /// The observations of the robot's eyes at the instant of the last step, in its base frame and with noise: the
+    /// objects, the present teachers (with the pose of their eyes) and the occluders. The robot looks down on the
+    /// table, so nothing is hidden from it.
     pub fn observations(&self) -> impl Iterator<Item = Observation> {
         let observed_at_ns = self.state.now.as_nanos();
         let confidence = single(self.lesson.noise.confidence);
@@ -54,8 +54,7 @@ impl World {
         })
     }
 
-    /// What is true at the instant of the last step, in the world frame, in the order of
-    /// [`World::observations`].
+    /// The ground truth at the instant of the last step, in the world frame, in the order of [`World::observations`].
     pub fn scene(&self) -> impl Iterator<Item = SceneObject> {
         self.truths().map(|truth| SceneObject {
             position_m: truth.pose.position_m(),
@@ -72,7 +71,7 @@ impl World {
         })
     }
 
-    /// Where the lesson is, and the robot in the world. Which lesson it is, its opener knows.
+    /// The lesson's progress, and the pose of the robot in the world. The caller fills in the lesson's name.
     #[must_use]
     pub fn head(&self) -> SceneHead {
         let count = |number: usize| u32::try_from(number).unwrap_or(u32::MAX);
@@ -90,7 +89,7 @@ impl World {
         }
     }
 
-    /// What was said since the step before the last one, in the order of time.
+    /// The utterances since the step before the last one, in order of time.
     pub fn utterances(&self) -> impl Iterator<Item = Utterance> {
         let by_script = self.recent_cues().iter().filter_map(|cue| {
             let Event::Step(index) = cue.event else { return None };
@@ -191,7 +190,7 @@ fn occluder(occluder: &Occluder, [x, y, z]: [f64; 3]) -> Truth {
     }
 }
 
-/// What is true of one thing, person or occluder.
+/// The ground truth about one thing, person or occluder.
 struct Truth {
     pose: Pose<geometry::World, Frame>,
     kind: ObservationKind,

@@ -1,29 +1,29 @@
-//! How things and eyes get from one place to another: nothing jumps.
+//! Smooth motions of things and eyes.
 
 use clock::{Duration, Instant};
 use geometry::{Pose, Position, Thing, World};
 
-/// How far above the higher end of its way a carried thing is lifted, in metres.
+/// Height to which a carried thing is lifted above the higher end of its path, in metres.
 const LIFT_M: f64 = 0.12;
-/// Share of the time after which a carried thing has been lifted.
+/// Fraction of the time after which a carried thing has been lifted.
 const LIFTED: f64 = 0.4;
-/// Share of the time after which it is lowered again.
+/// Fraction of the time after which its lowering begins.
 const LOWERED_FROM: f64 = 0.6;
-/// Share of the time at either end in which it only goes up or down.
+/// Fraction of the time at either end in which it moves only vertically.
 const VERTICAL: f64 = 0.15;
 
-/// The course of position over time.
+/// The motion profile.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Manner {
-    /// Up, over and down, each with the least jerk; into a hole it goes from straight above.
+    /// Up, over and down with minimum jerk; it enters a hole vertically.
     Carry,
-    /// Straight, with the least jerk.
+    /// Straight, with minimum jerk.
     Glide,
     /// Straight and uniformly accelerated.
     Fall,
 }
 
-/// The way of a thing between two poses.
+/// The motion of a thing between two poses.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Path {
     pub(crate) from: Pose<World, Thing>,
@@ -61,7 +61,7 @@ impl Path {
     }
 }
 
-/// A point on its way from one place to another.
+/// The minimum-jerk motion of a point.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Glide {
     from_m: [f64; 3],
@@ -79,7 +79,7 @@ impl Glide {
         *self = Self { from_m: self.point_m(now), to_m, begins: now, takes };
     }
 
-    /// Where it ends.
+    /// Its end point.
     pub(crate) fn end_m(&self) -> [f64; 3] {
         self.to_m
     }
@@ -99,20 +99,20 @@ impl Glide {
     }
 }
 
-/// The share of the time that has passed, in [0, 1].
+/// The fraction of the time that has passed, in [0, 1].
 pub(crate) fn share(now: Instant, begins: Instant, takes: Duration) -> f64 {
     if takes.is_zero() { 1.0 } else { (now.since(begins).as_secs_f64() / takes.as_secs_f64()).min(1.0) }
 }
 
-/// The share of the way after a share of the time, both clamped to [0, 1]: the polynomial of
-/// least jerk that starts and ends at rest (Flash and Hogan 1985).
+/// The fraction of the path after a fraction of the time, both clamped to [0, 1]: the minimum-jerk polynomial that
+/// starts and ends at rest (Flash and Hogan 1985).
 pub(crate) fn least_jerk(share: f64) -> f64 {
     let t = share.clamp(0.0, 1.0);
     t * t * t * (10.0 + t * (6.0 * t - 15.0))
 }
 
 fn between(from: &Pose<World, Thing>, to: &Pose<World, Thing>, share: f64) -> Pose<World, Thing> {
-    // Undefined only between opposite orientations, where any way round is as good.
+    // Slerp is undefined only between opposite orientations.
     from.isometry().try_lerp_slerp(to.isometry(), share, 1e-9).map_or(*to, Pose::from_isometry)
 }
 
@@ -149,7 +149,7 @@ mod tests {
         for ms in 1000..2000 {
             let [x, y, z] = path.at(Instant::EPOCH + Duration::from_millis(ms)).position_m();
             let aside = (x - 0.4).hypot(y - 0.3);
-            // Its lower half is below the hole's top from z = 0.085 down; beside it are blocks.
+            // Its lower half is below the hole's top from z = 0.085 down; beside the hole is the block.
             if ms > 1500 && z < 0.085 {
                 seen += 1;
                 assert!(aside < 1e-3, "{aside} m aside at {z} m");

@@ -1,13 +1,13 @@
 use config::lesson::{Object, Occluder, Table, Territory};
 
-/// What lies and stands on a table: as a lesson has it, or as somebody set it by hand.
+/// The content of a table, from a lesson or set up interactively.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Setting {
-    /// What the objects are; where they lie first.
+    /// The objects, with their initial places.
     pub(crate) objects: Vec<Object>,
-    /// What hides things; where it stands first.
+    /// The occluders, with their initial places.
     pub(crate) occluders: Vec<Occluder>,
-    /// Whose the regions of the table are, as the lesson notes it: a lesson that is saved notes it again.
+    /// The owners of the table's regions, as in the lesson; copied into a saved lesson.
     pub(crate) territory: Vec<Territory>,
 }
 

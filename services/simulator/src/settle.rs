@@ -1,4 +1,4 @@
-//! Where a thing comes to rest that Leo lets go.
+//! Computes where a released thing comes to rest.
 
 use clock::{Duration, Instant};
 use config::lesson::{Object, Role};
@@ -7,27 +7,27 @@ use geometry::{Pose, Position, Thing as Frame, World};
 use crate::path::{Manner, Path};
 use crate::thing::{Motion, Seat, SeatKind, Thing, above};
 
-/// A peg that is let go slides into a hole whose axis is within this distance, in metres …
+/// A released peg slides into a hole whose axis is within this distance, in metres …
 const ASIDE_M: f64 = 0.02;
-/// … when its lower end is this far below the hole's top, in metres.
+/// … if its lower end is this far below the hole's top, in metres.
 const DEPTH_M: std::ops::RangeInclusive<f64> = 0.005..=0.06;
-/// How long it takes to slide down in a hole.
+/// Duration of sliding down in a hole.
 const SLIDE: Duration = Duration::from_millis(150);
-/// Things are laid as exactly as this, in metres.
+/// Placement tolerance of lessons, in metres.
 const LAID_M: f64 = 0.001;
-/// The shortest fall, in seconds: within it the thing also turns upright.
+/// Minimum duration of a fall, in seconds; within it the thing also turns upright.
 const FALL_LEAST_S: f64 = 0.1;
 /// Acceleration of free fall, in metres per second squared.
 const GRAVITY_M_S2: f64 = 9.81;
 
-/// Where a thing will rest.
+/// The final pose of a thing, and what it sits on.
 pub(crate) struct Rest {
     pub(crate) pose: Pose<World, Frame>,
     pub(crate) seat: Option<Seat>,
 }
 
 impl Rest {
-    /// The way there.
+    /// The path to it.
     pub(crate) fn path(&self, from: Pose<World, Frame>, begins: Instant) -> Path {
         let ([.., high], [.., low]) = (from.position_m(), self.pose.position_m());
         let slides = self.seat.is_some_and(|seat| seat.kind == SeatKind::Hole);
@@ -47,12 +47,12 @@ pub(crate) fn half_height_m(object: &Object) -> f64 {
     half_height_m
 }
 
-/// Whether something sits in the hole of the object.
+/// Whether a thing sits in the hole of the object.
 pub(crate) fn is_filled(things: &[Thing], block: usize) -> bool {
     things.iter().any(|thing| is_in(thing.seat, block))
 }
 
-/// Whether nothing sits in the hole of the object, and nothing is being carried into it.
+/// Whether the hole of the object is empty, and no thing is being carried into it.
 pub(crate) fn is_free(things: &[Thing], block: usize) -> bool {
     let is_coming = |thing: &Thing| match thing.motion {
         Motion::Carried { to, .. } => is_in(to, block),
@@ -65,7 +65,7 @@ pub(crate) fn is_in(seat: Option<Seat>, block: usize) -> bool {
     seat.is_some_and(|seat| seat.on == block && seat.kind == SeatKind::Hole)
 }
 
-/// The free hole into which a peg goes that is let go where it is; none that `is_kept` for another one.
+/// The free hole that a released peg slides into, unless `is_kept` reserves it for another one.
 pub(crate) fn hole_below(
     things: &[Thing],
     objects: &[Object],
@@ -89,13 +89,13 @@ pub(crate) fn hole_below(
         .filter(|(aside_m, depth_m, _)| *aside_m <= ASIDE_M && DEPTH_M.contains(depth_m))
         .filter(|(.., index)| is_free(things, *index) && !is_kept(*index))
         .min_by(|a, b| a.0.total_cmp(&b.0))?;
-    // The hole goes right through. The peg slides on until half of it is in, and stays where it
-    // is when it is deeper: nothing lifts it.
+    // The hole goes through the block. The peg slides down until half of it is inside. A deeper peg stays where it is,
+    // because nothing lifts it.
     let raised_m = self::half_height_m(objects.get(block)?) + half_height_m - depth_m.max(half_height_m);
     seated(things, block, SeatKind::Hole, raised_m)
 }
 
-/// Lets things that were laid in a hole or on top of another one sit there.
+/// Seats things that were laid in a hole or on top of another one.
 pub(crate) fn sit(things: &mut [Thing], objects: &[Object]) {
     for index in 0..things.len() {
         let Some(object) = objects.get(index) else { continue };
@@ -118,7 +118,7 @@ pub(crate) fn sit(things: &mut [Thing], objects: &[Object]) {
     }
 }
 
-/// The hole in which a peg stands that was laid there.
+/// The hole that a peg was laid in.
 fn hole_round(things: &[Thing], objects: &[Object], peg: usize) -> Option<Seat> {
     let pose = things.get(peg)?.pose;
     let [x, y, z] = pose.position_m();
@@ -132,15 +132,15 @@ fn hole_round(things: &[Thing], objects: &[Object], peg: usize) -> Option<Seat> 
     Some(Seat { on: block, kind: SeatKind::Hole, x_on_thing })
 }
 
-/// Where a thing comes to rest that is let go and falls: the highest top below it, or the table.
+/// Where a released thing comes to rest: on the highest block below it, or on the table.
 pub(crate) fn support_below(things: &[Thing], objects: &[Object], index: usize) -> Option<Rest> {
     let pose = things.get(index)?.pose;
     let half_height_m = half_height_m(objects.get(index)?);
     let [x, y, centre_m] = pose.position_m();
     let top_m = centre_m + half_height_m;
     let supports = things.iter().zip(objects).enumerate().filter(|&(other, (thing, object))| {
-        // What is put beside a hole stands on the block's top even where it was let go lower:
-        // two bodies do not share a place.
+        // A thing beside a hole rests on the block's top even if it was released a little lower, because bodies cannot
+        // overlap.
         other != index
             && object.kind.role == Role::Block
             && matches!(thing.motion, Motion::AtRest)
@@ -159,7 +159,7 @@ pub(crate) fn support_below(things: &[Thing], objects: &[Object], index: usize) 
     Some(Rest { pose, seat })
 }
 
-/// Upright in the middle of another thing, `raised_m` above that one's centre.
+/// An upright pose in the middle of another thing, `raised_m` above its centre.
 pub(crate) fn seated(things: &[Thing], on: usize, kind: SeatKind, raised_m: f64) -> Option<Rest> {
     let below = things.get(on)?.pose;
     let pose = above(&below, raised_m);

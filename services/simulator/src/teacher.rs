@@ -6,7 +6,7 @@ use message::Text;
 use crate::diary::Attitude;
 use crate::path::Glide;
 
-/// A teacher as he is now.
+/// The current state of a teacher.
 #[derive(Clone, Debug)]
 pub(crate) struct Teacher {
     pub(crate) number: u16,
@@ -27,28 +27,28 @@ impl Teacher {
         }
     }
 
-    /// Turns his eyes from where they look at `now` to a point, within a time.
+    /// Moves the gaze from its point at `now` to another one, within a time.
     pub(crate) fn look(&mut self, now: Instant, at_m: [f64; 3], takes: Duration) {
         self.gaze.go(now, at_m, takes);
     }
 
-    /// Carries his eyes from where they are at `now` to a place, within a time.
+    /// Moves the eyes from their place at `now` to another one, within a time.
     pub(crate) fn walk(&mut self, now: Instant, eyes_m: [f64; 3], takes: Duration) {
         self.eyes.go(now, eyes_m, takes);
     }
 
-    /// Where he is and what he looks at.
+    /// The teacher's position, gaze and presence.
     pub(crate) fn attitude(&self, now: Instant) -> Attitude {
         let (eyes_m, looks_at_m) = self.looks(now);
         Attitude { number: self.number, is_present: self.is_present, eyes_m, looks_at_m }
     }
 
-    /// Where his eyes are and what he looks at, in metres.
+    /// The position of the eyes and the point looked at, in metres.
     pub(crate) fn looks(&self, now: Instant) -> ([f64; 3], [f64; 3]) {
         (self.eyes.point_m(now), self.gaze.point_m(now))
     }
 
-    /// The pose of his eyes, x along the line of sight.
+    /// The pose of the eyes, x along the line of sight.
     pub(crate) fn eye(&self, now: Instant) -> Pose<World, Eye> {
         Pose::looking(&self.eyes.position(now), &self.gaze.position(now))
     }

@@ -41,12 +41,12 @@ fn lesson(script: &str) -> Lesson {
     Lesson::parse(&format!("{head}{table}{script}]"), Path::new("test.toml")).unwrap()
 }
 
-/// An instant of the script, counted from its beginning; the table is laid at 300.
+/// An instant of the script, in milliseconds since its beginning; the table is laid at 300.
 fn at(ms: u64) -> Instant {
     Instant::from_nanos(5_000_000_000) + Duration::from_millis(ms)
 }
 
-/// A world of that lesson in which the objects lie.
+/// A world of that lesson in which the objects have been laid.
 fn laid(script: &str) -> World {
     let mut world = World::new(&lesson(script), 1);
     world.step(at(0), NO_HANDS);
@@ -83,8 +83,8 @@ fn hand(position_m: [f64; 3], closure_rad: f64) -> [Option<Hand>; 2] {
     [None, Some(Hand { pose: x_world_base.inverse() * x_world_hand, closure_rad })]
 }
 
-/// Takes the peg at (0.10, 0.40) and brings its centre to a place in straight lines, then opens;
-/// steps of 5 ms from `from_ms` on. The instant after a second of rest is returned, in ms.
+/// Grasps the peg at (0.10, 0.40), moves its centre to a place in straight lines, and releases it; in steps of 5 ms
+/// from `from_ms` on. Returns the instant after a second of rest, in ms.
 fn take_and_let_go(world: &mut World, from_ms: u64, place_m: [f64; 3]) -> u64 {
     let mut ms = from_ms;
     let mut go = |from: [f64; 3], to: [f64; 3], closure_rad: f64, steps: u32| {
@@ -211,7 +211,7 @@ fn the_length_of_the_steps_does_not_change_what_happens() {
 #[test]
 fn a_hand_that_closes_on_a_peg_and_opens_over_a_hole_fills_it() {
     let mut world = laid("");
-    // Half of it in the hole, and a centimetre beside the axis.
+    // Half of it in the hole, a centimetre off the axis.
     let ms = take_and_let_go(&mut world, 400, [0.01, 0.40, 0.06]);
     let peg = truth(&world, "peg");
     assert!(is(state(&peg, State::Inserted), 1.0));
@@ -370,7 +370,7 @@ fn a_teacher_who_walks_looks_on_at_the_same_point() {
         let person = world.observations().find(|seen| seen.kind() == Some(ObservationKind::Person)).unwrap();
         person.position_m
     };
-    // The robot at the origin faces the world's y: what is at x there is to its right.
+    // The robot at the origin faces the world's y axis, so world x is to its right.
     let (before, midway, after) = (world_at(900), world_at(1_800), world_at(3_000));
     assert!((before[0] - 1.5).abs() < 1e-6 && before[1].abs() < 1e-6, "{before:?}");
     assert!(midway[1] < -0.1 && midway[1] > -1.4, "{midway:?}");

@@ -1,4 +1,4 @@
-//! One object as it is now.
+//! The current state of one object.
 
 use clock::Instant;
 use config::lesson::Object;
@@ -7,19 +7,19 @@ use message::NOBODY;
 
 use crate::path::Path;
 
-/// An object as it is now. What it is, its [`Object`] says, at the same index of the table.
+/// The current state of an object. Its [`Object`], at the same index of the table, describes what it is.
 #[derive(Clone, Debug)]
 pub(crate) struct Thing {
     pub(crate) pose: Pose<World, Frame>,
     pub(crate) motion: Motion,
-    /// What it sits in or on; it goes where that goes.
+    /// Its seat in or on another thing, with which it moves.
     pub(crate) seat: Option<Seat>,
 }
 
 #[derive(Clone, Copy, Debug)]
 pub(crate) enum Motion {
     AtRest,
-    /// In a teacher's hand.
+    /// In a teacher's hand, by script.
     Carried {
         by: u16,
         path: Path,
@@ -30,18 +30,18 @@ pub(crate) enum Motion {
         hand: usize,
         x_hand_thing: Pose<Hand, Frame>,
     },
-    /// In the hand of a teacher who is there himself: it goes where he moves it.
+    /// In the hand of a person who acts interactively: it follows their pointer.
     InHand {
         by: u16,
         path: Path,
     },
-    /// Let go, on its way to rest.
+    /// Released, on its way to rest.
     Settling {
         path: Path,
     },
 }
 
-/// Where a thing sits on another one.
+/// The seat of a thing in or on another one.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Seat {
     /// The other one's index.
@@ -63,7 +63,7 @@ impl Thing {
         Self { pose, motion: Motion::AtRest, seat: None }
     }
 
-    /// Whether a hand may take it: it rests, and in no hole.
+    /// Whether a hand may take it: it is at rest, and in no hole.
     pub(crate) fn is_loose(&self) -> bool {
         matches!(self.motion, Motion::AtRest) && !self.seat.is_some_and(|seat| seat.kind == SeatKind::Hole)
     }
@@ -76,7 +76,7 @@ impl Thing {
         }
     }
 
-    /// Goes on along its path, if it is on one.
+    /// Advances it along its path, if any.
     pub(crate) fn advance(&mut self, now: Instant) {
         match self.motion {
             Motion::AtRest | Motion::Grasped { .. } => {}
@@ -98,8 +98,7 @@ impl Thing {
     }
 }
 
-/// The pose of a thing that stands upright on the top of another, `raised_m` above the other's
-/// centre, right in the middle.
+/// The pose of an upright thing in the middle of another one's top, `raised_m` above the other's centre.
 pub(crate) fn above(pose: &Pose<World, Frame>, raised_m: f64) -> Pose<World, Frame> {
     *pose * Pose::<Frame, Frame>::upright(0.0, 0.0, raised_m, 0.0)
 }

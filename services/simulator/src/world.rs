@@ -24,31 +24,31 @@ use crate::thing::{Motion, SeatKind, Thing};
 #[derive(Clone, Debug)]
 pub struct World {
     pub(crate) lesson: Lesson,
-    /// What lies on each of the lesson's tables at first.
+    /// The initial content of each of the lesson's tables.
     settings: Vec<Arc<Setting>>,
     pub(crate) x_base_world: Pose<Base, geometry::World>,
     pub(crate) state: State,
 }
 
-/// All that changes.
+/// The mutable state.
 #[derive(Clone, Debug)]
 pub(crate) struct State {
     pub(crate) mode: SceneMode,
-    /// What happens by itself: the lesson's script, or the laying of a table that somebody asked for.
+    /// The scheduled events: the lesson's script, or the laying of a table on request.
     pub(crate) cues: Vec<Cue>,
-    /// How long that takes.
+    /// Duration of these events.
     pub(crate) lasts: Duration,
-    /// When it began.
+    /// When they began.
     pub(crate) began: Option<Instant>,
     pub(crate) now: Instant,
     pub(crate) next_cue: usize,
-    /// The cues of this step begin here; they end where the next ones begin.
+    /// Index of the first event of this step; the events of the step end at `next_cue`.
     pub(crate) first_cue: usize,
-    /// Which of the lesson's tables is laid.
+    /// Index of the lesson's table that is laid.
     pub(crate) table: Option<usize>,
     /// When its objects were laid.
     pub(crate) laid_at: Option<Instant>,
-    /// What lies there, and stands there once `has_occluders`.
+    /// Its content; the occluders are put up once `has_occluders`.
     pub(crate) setting: Option<Arc<Setting>>,
     pub(crate) has_occluders: bool,
     /// The centres of the occluders.
@@ -56,22 +56,22 @@ pub(crate) struct State {
     pub(crate) things: Vec<Thing>,
     pub(crate) teachers: Vec<Teacher>,
     grasps: [Grasp; 2],
-    /// What was said by hand in this step, and what will be in the next one.
+    /// Interactive utterances of this step, and those of the next one.
     pub(crate) said: Vec<Utterance>,
     pub(crate) saying: Vec<Utterance>,
     pub(crate) diary: Diary,
-    /// What is in people's hands.
+    /// The things in people's hands.
     pub(crate) taken: Vec<Taken>,
     pub(crate) undo: Vec<Undo>,
-    /// What came of the act by hand that is being done.
+    /// The result of the interactive act that is being executed.
     pub(crate) outcome: Option<String>,
     noise: Gaussian,
-    /// What the noise adds to each observation of this step, in their order, in metres.
+    /// The noise offset of each observation of this step, in their order, in metres.
     pub(crate) offsets_m: Vec<[f64; 3]>,
 }
 
 impl World {
-    /// The world of a lesson, before its script begins. `seed` is the noise's.
+    /// The world of a lesson before its script begins. `seed` is for the noise.
     #[must_use]
     pub fn new(lesson: &Lesson, seed: u64) -> Self {
         let (cues, lasts) = timeline(lesson);
@@ -113,19 +113,18 @@ impl World {
         }
     }
 
-    /// Lets the script begin at an instant; without it, it begins with the first step.
+    /// Schedules the script's beginning; without it, the script begins with the first step.
     pub fn begin(&mut self, at: Instant) {
         self.state.began = Some(at);
     }
 
-    /// How long the script lasts.
+    /// The duration of the script.
     #[must_use]
     pub fn lasts(&self) -> Duration {
         self.state.lasts
     }
 
-    /// Whether the script is over; Leo may still be at work. What somebody does by hand is over
-    /// when he says so.
+    /// Whether the script is over; Leo may still be at work. Interactive teaching never finishes by itself.
     #[must_use]
     pub fn is_finished(&self) -> bool {
         let is_over = |began| self.state.now >= began + self.state.lasts;
@@ -134,13 +133,13 @@ impl World {
             && self.state.began.is_some_and(is_over)
     }
 
-    /// Moves the world on to `now`; an instant before that of the last step is taken for that one.
+    /// Advances the world to `now`; an earlier instant than that of the last step is replaced by the latter.
     ///
-    /// `hands` are Leo's left and right hand at `now`, `None` where nobody knows. A hand that
-    /// closes takes the loose peg or marker whose centre is within 3 cm of its grasp point, and
-    /// the thing then moves rigidly with it. When it opens, a peg whose lower end is 5 to 60 mm
-    /// below the top of a free hole and within 2 cm of its axis slides into it; anything else
-    /// falls upright onto what is below it.
+    /// `hands` are Leo's left and right hand at `now`, `None` if unknown. A hand that closes grasps the loose peg or
+    /// marker whose centre is within 3 cm of its grasp point; the thing then moves rigidly with it.
+    ///
+    /// When the hand opens, a peg slides into a free hole within 2 cm of its axis. Its lower end must be 5 to 60 mm
+    /// below the hole's top. Anything else falls upright onto what is below it.
     pub fn step(&mut self, now: Instant, hands: [Option<Hand>; 2]) {
         let now = now.max(self.state.now);
         let began = *self.state.began.get_or_insert(now);
@@ -169,12 +168,12 @@ impl World {
         }
     }
 
-    /// What the objects are, in the order of `state.things`.
+    /// The objects, in the order of `state.things`.
     pub(crate) fn objects(&self) -> &[Object] {
         self.state.setting.as_ref().map_or(&[][..], |setting| &setting.objects)
     }
 
-    /// The cues of the last step.
+    /// The events of the last step.
     pub(crate) fn recent_cues(&self) -> &[Cue] {
         self.state.cues.get(self.state.first_cue..self.state.next_cue).unwrap_or(&[])
     }
@@ -186,7 +185,7 @@ impl World {
         self.follow();
     }
 
-    /// Things that sit in or on another one go where it goes.
+    /// Moves things that sit in or on another one along with it.
     fn follow(&mut self) {
         follow(&mut self.state.things);
     }
@@ -202,7 +201,7 @@ impl World {
                 state.setting = None;
                 state.table = None;
                 state.laid_at = None;
-                // What was pushed there is gone.
+                // Occluders pushed on the old table are gone.
                 state.undo.clear();
             }
             Event::Occlude => {
@@ -266,7 +265,7 @@ impl World {
     }
 }
 
-/// Things that rest in or on another one are where it is.
+/// Moves resting things that sit in or on another one along with it.
 pub(crate) fn follow(things: &mut [Thing]) {
     for index in 0..things.len() {
         let seat = things.get(index).filter(|thing| matches!(thing.motion, Motion::AtRest));
@@ -278,7 +277,7 @@ pub(crate) fn follow(things: &mut [Thing]) {
     }
 }
 
-/// A teacher takes an object, unless Leo has it or its end is no longer free.
+/// Starts a scripted move, unless Leo holds the object or its destination is no longer free.
 pub(crate) fn begin_move(
     things: &mut [Thing],
     objects: &[Object],
@@ -308,7 +307,7 @@ pub(crate) fn destination(
             let [x, y, z] = place.position_m;
             Some(Rest { pose: Pose::upright(x, y, z, place.heading_rad), seat: None })
         }
-        // Half of a peg that is put into a hole stands out of it: its centre is at the hole's top.
+        // Half of a peg in a hole stands out of it: its centre is at the hole's top.
         Destination::Hole(block) if settle::is_free(things, block) => {
             settle::seated(things, block, SeatKind::Hole, half_height_m(objects.get(block)?))
         }

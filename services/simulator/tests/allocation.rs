@@ -1,4 +1,4 @@
-//! A step of the world allocates nothing, and neither does what it gives away.
+//! Steps and outputs of the world do not allocate.
 
 use clock::{Duration, Instant};
 use config::lesson::Lesson;

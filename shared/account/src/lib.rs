@@ -1,4 +1,4 @@
-//! What happened, told from the learner's events: for people, and as JSON.
+//! A summary of the learner's events, as text and as JSON.
 
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
@@ -7,67 +7,67 @@ use config::Names;
 use message::{Event, EventKind};
 use serde::Serialize;
 
-/// Hypotheses of each perspective that people are told of, beyond those of high likelihood.
+/// Number of hypotheses printed per perspective, in addition to those of high likelihood.
 const TOLD: usize = 3;
 
-/// What an account of the [newest](Account::newest) keeps: tasks, ...
+/// Bounds of an account of the [newest](Account::newest): maximum number of tasks, ...
 const TASKS_MAX: usize = 1024;
-/// ... sentences that Leo said, ...
+/// ... of Leo's sentences, ...
 const SAID_MAX: usize = 64;
-/// ... demonstrations of a task and performances of it, ...
+/// ... of demonstrations and performances per task, ...
 const TIMES_MAX: usize = 32;
-/// ... and actions or steps of one of these.
+/// ... and of actions or steps per demonstration or performance.
 const STEPS_MAX: usize = 256;
 
-/// An account of a lesson, gathered from the events in their order.
+/// The account of a lesson, built from its events in order.
 #[derive(Clone, Debug, Default, Serialize)]
 pub struct Account {
     /// Tasks in the order in which they were first mentioned.
     pub tasks: Vec<Task>,
     /// What Leo said, in order.
     pub said: Vec<String>,
-    /// How often it was asked to perform something and did not.
+    /// Number of requested performances that Leo declined.
     #[serde(skip)]
     declined: usize,
-    /// Whether only the newest is kept.
+    /// Whether only the newest entries are kept.
     #[serde(skip)]
     is_of_newest: bool,
-    /// Performances that had ended and are not kept any more.
+    /// Number of ended performances that were removed.
     #[serde(skip)]
     ended_before: usize,
 }
 
-/// What is known of one task.
+/// The account of one task.
 #[derive(Clone, Debug, Default, Serialize)]
 pub struct Task {
     /// Its name, as the teacher said it.
     pub name: String,
-    /// Examples that it has: demonstrations that were finished, and answers.
+    /// Number of examples: finished demonstrations, and answers.
     pub examples: u32,
-    /// The demonstrations begun, in order.
+    /// The demonstrations in order of their beginning.
     pub demonstrations: Vec<Demonstration>,
     /// The hypotheses after the last example, by perspective: `robot`, `human`, ...
     pub hypotheses: BTreeMap<String, Vec<Hypothesis>>,
-    /// The rule chosen.
+    /// The chosen rule.
     pub rule: Option<Rule>,
-    /// Why the perspectives differ, where they do.
+    /// The explanation of differences between the perspectives, if any.
     pub explanation: Option<String>,
-    /// What Leo did on its own.
+    /// Leo's performances.
     pub performances: Vec<Performance>,
-    /// Whether it was taught or performed, and not merely remembered.
+    /// Whether it was taught or performed in this run, and not only loaded from the memory.
     #[serde(skip)]
     is_touched: bool,
-    /// Demonstrations that are not kept any more.
+    /// Number of demonstrations that were removed.
     #[serde(skip)]
     demonstrated_before: usize,
 }
 
-/// What was seen of one demonstration.
+/// One demonstration.
 #[derive(Clone, Debug, Default, Serialize)]
 pub struct Demonstration {
-    /// What each perspective had before it at the beginning.
+    /// What each perspective saw at the beginning.
     pub seen: BTreeMap<String, String>,
-    /// The actions recognised, in order: who did what.
+    /// The recognised actions in order, with their agents.
     pub actions: Vec<String>,
     /// Whether it was finished, and became an example.
     pub counts: bool,
@@ -80,7 +80,7 @@ pub struct Hypothesis {
     pub name: String,
     /// Rank from one; hypotheses that tie share it.
     pub rank: u32,
-    /// Examples it is consistent with.
+    /// Number of examples that it is consistent with.
     pub tally: u32,
     /// Posterior probability within its perspective.
     pub posterior: f64,
@@ -88,10 +88,10 @@ pub struct Hypothesis {
     pub high_likelihood: bool,
 }
 
-/// The hypothesis that Leo goes by.
+/// The hypothesis that Leo follows.
 #[derive(Clone, Debug, Serialize)]
 pub struct Rule {
-    /// Whose perspective it was learned in.
+    /// The perspective in which it was learned.
     pub perspective: String,
     /// Its computed name.
     pub name: String,
@@ -100,17 +100,17 @@ pub struct Rule {
 /// One performance of a task.
 #[derive(Clone, Debug, Default, Serialize)]
 pub struct Performance {
-    /// What Leo had before it at the beginning.
+    /// What Leo saw at the beginning.
     pub seen: Option<String>,
     /// Steps that succeeded, in order.
     pub done: Vec<String>,
     /// Steps that failed, and why.
     pub failed: Vec<String>,
-    /// How it ended; nothing while it goes on.
+    /// How it ended; `None` while it continues.
     pub result: Option<String>,
 }
 
-/// How a perspective is called: partner 1 is the human of the paper.
+/// The name of a perspective: partner 1 is the human of the paper.
 #[must_use]
 pub fn perspective_name(perspective: u16) -> String {
     match perspective {
@@ -121,13 +121,13 @@ pub fn perspective_name(perspective: u16) -> String {
 }
 
 impl Account {
-    /// An account that keeps the newest of everything and stays small, however long it goes on.
+    /// An account of bounded size, which keeps the newest entries.
     #[must_use]
     pub fn newest() -> Self {
         Self { is_of_newest: true, ..Self::default() }
     }
 
-    /// Takes note of an event.
+    /// Adds an event.
     pub fn note(&mut self, event: &Event) {
         self.add(event);
         if self.is_of_newest {
@@ -135,7 +135,7 @@ impl Account {
         }
     }
 
-    /// Forgets what is too old, of all tasks together and of one by its name.
+    /// Removes old entries: tasks and sentences overall, and the lists of one task by its name.
     fn forget(&mut self, task: &str) {
         keep_newest(&mut self.said, SAID_MAX);
         let ended = |task: &Task| task.performances.iter().filter(|done| done.result.is_some()).count();
@@ -168,7 +168,7 @@ impl Account {
             return;
         }
         if kind == EventKind::ContinuityBroken {
-            // Outside a demonstration it is about no task.
+            // Outside a demonstration the event belongs to no task.
             return;
         }
         let task = self.task(event.task.as_str());
@@ -216,27 +216,27 @@ impl Account {
         }
     }
 
-    /// Performances that have ended, those among them that never began because Leo declined.
+    /// Number of ended performances, including those that Leo declined.
     #[must_use]
     pub fn performances_ended(&self) -> usize {
         let performances = self.tasks.iter().flat_map(|task| &task.performances);
         performances.filter(|done| done.result.is_some()).count() + self.ended_before + self.declined
     }
 
-    /// Examples that a task has, where it was mentioned.
+    /// The number of examples of a task; `None` if it was never mentioned.
     #[must_use]
     pub fn examples(&self, task: &str) -> Option<u32> {
         self.tasks.iter().find(|known| known.name == task).map(|task| task.examples)
     }
 
-    /// The account without what was merely remembered.
+    /// The account without tasks that were only loaded from the memory.
     #[must_use]
     pub fn of_today(mut self) -> Self {
         self.tasks.retain(|task| task.is_touched);
         self
     }
 
-    /// The account for a person to read, with what the partners are called.
+    /// The account as text; `names` are the names of the agents.
     #[must_use]
     pub fn to_text(&self, names: &Names) -> String {
         let mut out = String::new();
@@ -258,7 +258,7 @@ impl Account {
 }
 
 impl Task {
-    /// It has one more example: what it comes to is told once more.
+    /// Resets the results when a further example arrives; the learner reports them again.
     fn begin_anew(&mut self, examples: u32) {
         self.examples = examples;
         self.hypotheses.clear();
@@ -354,18 +354,18 @@ impl Task {
     }
 }
 
-/// Removes the oldest of several beyond so many; how many were removed.
+/// Removes the oldest elements beyond `max`; returns how many.
 fn keep_newest<T>(all: &mut Vec<T>, max: usize) -> usize {
     all.drain(..all.len().saturating_sub(max)).count()
 }
 
-/// The robot's own first: the others are made from it.
+/// The entries by perspective, the robot's own first.
 fn in_order<T>(by_perspective: &BTreeMap<String, T>) -> impl Iterator<Item = (&String, &T)> {
     let own = by_perspective.iter().filter(|(perspective, _)| *perspective == "robot");
     own.chain(by_perspective.iter().filter(|(perspective, _)| *perspective != "robot"))
 }
 
-/// Who looks through a perspective's eyes ([`perspective_name`]), to people.
+/// The display name of a perspective's agent (see [`perspective_name`]).
 fn person(names: &Names, perspective: &str) -> String {
     let number = match perspective {
         "robot" => Some(0),
@@ -426,7 +426,7 @@ mod tests {
         note(EventKind::TeachingStarted, 0);
         note(EventKind::DemonstrationEnded, 1);
         note(EventKind::Hypothesis, 1);
-        // One that is never finished; meanwhile what was asked before is answered.
+        // This demonstration is never finished; meanwhile an earlier question is answered.
         note(EventKind::TeachingStarted, 1);
         note(EventKind::Answered, 2);
         note(EventKind::Hypothesis, 2);

@@ -5,19 +5,19 @@ use config::lesson::Lesson;
 use config::{ConfigError, Files, Robot};
 use geometry::{Base, Pose, World};
 
-/// What time it was for the robot that was recorded.
+/// The time base of the recorded robot.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Time {
-    /// Simulated: every frame is there, in the order of the turns.
+    /// Simulated time in lockstep: no frame is missing, and their order is that of the processes' turns.
     Lockstep,
-    /// The machine's.
+    /// Wall-clock time.
     Wall,
 }
 
 impl Time {
     const ALL: [Self; 2] = [Self::Lockstep, Self::Wall];
 
-    /// As it stands in the file.
+    /// The name in the file.
     #[must_use]
     pub const fn name(self) -> &'static str {
         match self {
@@ -27,29 +27,29 @@ impl Time {
     }
 }
 
-/// What is known of the robot that is recorded.
+/// The robot to record.
 #[derive(Clone, Debug)]
 pub struct Subject {
     /// Its configuration.
     pub robot: Robot,
-    /// The files of its configuration by their names, which the recording holds.
+    /// The files of its configuration by their names; they are attached to the recording.
     pub files: Vec<(&'static str, String)>,
-    /// What time it is for it.
+    /// Its time base.
     pub time: Time,
-    /// Partners whose perspective it takes.
+    /// Number of partners whose perspective it takes.
     pub partners: u32,
-    /// Where it stands in the room.
+    /// Pose of its base in the room.
     pub x_world_base: Pose<World, Base>,
-    /// The program that records, with its version.
+    /// The recording program, with its version.
     pub program: String,
 }
 
 impl Subject {
-    /// The robot that a `leo.toml` describes, or the built-in one.
+    /// The robot of a `leo.toml`, or the built-in one.
     ///
     /// # Errors
     ///
-    /// The configuration cannot be read, or something in it is wrong.
+    /// The configuration cannot be read, or is invalid.
     pub fn load(
         leo: Option<&Path>,
         time: Time,
@@ -60,11 +60,11 @@ impl Subject {
         Self::of(&Files::read(leo)?, time, partners, x_world_base, program)
     }
 
-    /// The robot that files describe.
+    /// The robot of the given configuration files.
     ///
     /// # Errors
     ///
-    /// Something in them is wrong.
+    /// The configuration is invalid.
     pub fn of(
         files: &Files,
         time: Time,
@@ -79,26 +79,26 @@ impl Subject {
     }
 }
 
-/// Where a robot stands in the room of a lesson.
+/// Pose of the robot in the room of a lesson.
 #[must_use]
 pub fn stands(lesson: &Lesson) -> Pose<World, Base> {
     let [x, y, z] = lesson.robot.position_m;
     Pose::upright(x, y, z, lesson.robot.heading_rad)
 }
 
-/// The name of the record that says what a recording is of.
+/// Name of the metadata record that describes the recording.
 pub(crate) const ABOUT: &str = "leo";
 
-/// What a recording says of itself.
+/// The description of a recording.
 #[derive(Clone, Debug, PartialEq)]
 pub struct About {
-    /// What time it was for the robot.
+    /// The robot's time base.
     pub time: Time,
-    /// Partners whose perspective it took.
+    /// Number of partners whose perspective it took.
     pub partners: u32,
-    /// The program that recorded, with its version.
+    /// The recording program, with its version.
     pub program: String,
-    /// Where the robot stood in the room: position in metres, then a quaternion `[x, y, z, w]`.
+    /// Pose of the robot in the room: position in metres, then a quaternion `[x, y, z, w]`.
     stood: [f64; 7],
 }
 
@@ -110,7 +110,7 @@ impl About {
         Self { time, partners, program: subject.program.clone(), stood: [x, y, z, i, j, k, w] }
     }
 
-    /// Where the robot stood in the room; the origin where the numbers are no pose.
+    /// Pose of the robot's base in the room; identity if the stored numbers are no valid pose.
     #[must_use]
     pub fn x_world_base(&self) -> Pose<World, Base> {
         let [x, y, z, i, j, k, w] = self.stood;
@@ -128,7 +128,7 @@ impl About {
         entries.into_iter().map(|(key, value)| (key.to_owned(), value)).collect()
     }
 
-    /// What such a record says; the reason where it says nothing that is understood.
+    /// Parses the metadata record.
     pub(crate) fn read(written: &BTreeMap<String, String>) -> Result<Self, String> {
         let get =
             |key: &str| written.get(key).ok_or_else(|| format!("`{key}` is not in its record `{ABOUT}`"));

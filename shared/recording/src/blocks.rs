@@ -1,33 +1,31 @@
 use std::io::{self, Read, Write};
 use std::slice::Iter;
 
-/// So many bytes lie in one block. Of a part of a megabyte half a block is nothing, and a part of a robot
-/// that is quiet takes no more than one.
+/// Size of a block. It is small compared with a part of about a megabyte, and a part of a quiet robot needs only one.
 const BLOCK: usize = 16 << 10;
 
-/// Bytes in memory in blocks of one size: written at their end, read from their beginning.
+/// A byte buffer made of blocks of one size: appended at its end, read from its beginning.
 ///
-/// What is kept for a while and forgotten in turns, for days, must not ask for a piece of another size each
-/// time: a heap that gets such pieces back can rarely use the whole of one for another, and grows although
-/// what it holds does not. Of blocks, those that one of these gives back are those that the next one takes.
+/// The ring allocates and frees parts for days. With allocations of varying sizes the heap fragments and grows without
+/// bound. With blocks of one size every freed block is reused.
 #[derive(Debug, Default)]
 pub(crate) struct Blocks {
-    /// Each has room for [`BLOCK`] bytes and never more; all but the last one are full.
+    /// Each has a capacity of [`BLOCK`] bytes and never more; all but the last one are full.
     blocks: Vec<Vec<u8>>,
 }
 
 impl Blocks {
-    /// Bytes that were written.
+    /// Number of bytes written.
     pub(crate) fn bytes(&self) -> usize {
         self.blocks.iter().map(Vec::len).sum()
     }
 
-    /// Bytes of memory that are taken for them: whole blocks.
+    /// Allocated memory in bytes: whole blocks.
     pub(crate) fn held(&self) -> usize {
         self.blocks.iter().map(Vec::capacity).sum()
     }
 
-    /// What was written, from its beginning, without a copy of it.
+    /// A reader from the beginning, without copying.
     pub(crate) fn reading(&self) -> Reading<'_> {
         Reading { block: &[], later: self.blocks.iter() }
     }
@@ -53,10 +51,10 @@ impl Write for Blocks {
     }
 }
 
-/// Reads what lies in [`Blocks`].
+/// Reads [`Blocks`].
 #[derive(Clone, Debug)]
 pub(crate) struct Reading<'a> {
-    /// What is left of the present block.
+    /// The rest of the current block.
     block: &'a [u8],
     later: Iter<'a, Vec<u8>>,
 }

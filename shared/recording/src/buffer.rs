@@ -5,32 +5,32 @@ use message::{
     Beliefs, Bytes, Divergences, Events, JointGoals, JointStates, Kind, Percepts, Scene, Topic, Utterances,
 };
 
-/// How the topics of raw channels begin; the name of the buffer follows.
+/// Topic prefix of raw channels; the name of the buffer follows.
 const PREFIX: &str = "leo/";
 
-/// A buffer of the robot, as far as recordings hold them.
+/// A recorded buffer (topic) of the robot.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum Buffer {
-    /// What is true in the simulated workspace.
+    /// Ground truth of the simulated workspace.
     Scene,
-    /// What the teachers say.
+    /// The teachers' utterances.
     Utterances,
     /// The percept buffer.
     Percepts,
     /// The belief buffer of a perspective.
     Beliefs(u32),
-    /// How a perspective differs from the one that it is nested in.
+    /// Differences of a perspective from the one that it is nested in.
     Divergences(u32),
-    /// What the learner reports.
+    /// The learner's events.
     Events,
-    /// Where the joints shall be.
+    /// Joint goals.
     JointGoals,
-    /// Where the joints are.
+    /// Joint states.
     JointStates,
 }
 
 impl Buffer {
-    /// Those of a robot with so many perspectives, in the order in which data flow.
+    /// All buffers of a robot with `perspectives` perspectives, in the order of the data flow.
     pub fn all(perspectives: u32) -> impl Iterator<Item = Self> {
         let first = [Self::Scene, Self::Utterances, Self::Percepts];
         let last = [Self::Events, Self::JointGoals, Self::JointStates];
@@ -39,7 +39,7 @@ impl Buffer {
         first.into_iter().chain(beliefs).chain(divergences).chain(last)
     }
 
-    /// Whether it is what the belief process or the learner makes of the others.
+    /// Whether the belief process or the learner computes it from other buffers.
     #[must_use]
     pub const fn is_made_of_others(self) -> bool {
         match self {
@@ -63,7 +63,7 @@ impl Buffer {
         }
     }
 
-    /// The buffer of a channel's topic, such as `leo/beliefs/0`; `None` where it is another's.
+    /// The buffer of a channel's topic, such as `leo/beliefs/0`; `None` for other topics.
     ///
     /// ```
     /// use recording::Buffer;
@@ -93,7 +93,7 @@ impl Buffer {
         all.into_iter().find(|buffer| buffer.name() == (name, number))
     }
 
-    /// How the bytes of a frame are laid out: its head, and one entry.
+    /// The layouts of a frame's head and of one entry.
     #[must_use]
     pub fn kinds(self) -> [Kind; 2] {
         fn of<T: Topic<Head: Bytes, Entry: Bytes>>() -> [Kind; 2] {
@@ -111,14 +111,14 @@ impl Buffer {
         }
     }
 
-    /// The name of its schema: that of the head and that of the entry, each with its version.
+    /// The name of its schema: the names of head and entry, each with its version.
     #[must_use]
     pub fn schema_name(self) -> String {
         let [head, entry] = self.kinds();
         format!("{head}+{entry}")
     }
 
-    /// Its schema: what the bytes of a frame are, for whoever has no other word about them.
+    /// The text of its schema: the self-contained description of a frame's bytes.
     #[must_use]
     pub fn schema(self) -> String {
         let [head, entry] = self.kinds();

@@ -1,10 +1,10 @@
-//! Common Data Representation, little-endian, as ROS 2 writes it (OMG DDS-XTypes 1.3, 7.4.1; encoding
-//! version 1): every number at a multiple of its size, counted from behind the four bytes that say so.
+//! Common Data Representation, little-endian, as used by ROS 2 (OMG DDS-XTypes 1.3, 7.4.1; encoding version 1). Every
+//! number is aligned to its size, relative to the end of the four-byte encapsulation header.
 
-/// How a message in it begins: plain, little-endian.
+/// Encapsulation header: plain CDR, little-endian.
 const ENCAPSULATION: [u8; 4] = [0, 1, 0, 0];
 
-/// A message being written.
+/// Serialises one message.
 #[derive(Clone, Debug)]
 pub(crate) struct Cdr(Vec<u8>);
 
@@ -51,24 +51,24 @@ impl Cdr {
         self.put(number.to_le_bytes());
     }
 
-    /// The length of a sequence, whose entries follow.
+    /// The length of a sequence; its elements follow.
     pub(crate) fn length(&mut self, length: usize) {
         self.u32(u32::try_from(length).unwrap_or(u32::MAX));
     }
 
-    /// A text; it ends with a zero, which its length counts.
+    /// A string; it ends with a zero byte, which its length includes.
     pub(crate) fn string(&mut self, text: &str) {
         self.length(text.len() + 1);
         self.0.extend_from_slice(text.as_bytes());
         self.0.push(0);
     }
 
-    /// Numbers of a known count.
+    /// An array of fixed length.
     pub(crate) fn f64s(&mut self, numbers: &[f64]) {
         numbers.iter().for_each(|number| self.f64(*number));
     }
 
-    /// Numbers of any count.
+    /// A sequence of numbers.
     pub(crate) fn f64_sequence(&mut self, numbers: &[f64]) {
         self.length(numbers.len());
         self.f64s(numbers);

@@ -3,32 +3,32 @@ use std::fmt;
 
 use crate::Buffer;
 
-/// How many frames of each buffer were written, and how many were lost on the way to the file.
+/// Counters of written and dropped frames, per buffer.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Counts(BTreeMap<Buffer, Count>);
 
-/// Of one buffer.
+/// Counters of one buffer.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Count {
     /// Frames in the file.
     pub written: u64,
-    /// Frames that the recorder lost because it, or the disk, was slow.
+    /// Frames that were dropped because the recorder, or the disk, was too slow.
     pub dropped: u64,
 }
 
 impl Counts {
-    /// Of every buffer of which there was anything.
+    /// The counters of every buffer with at least one frame.
     pub fn iter(&self) -> impl Iterator<Item = (Buffer, Count)> + '_ {
         self.0.iter().map(|(buffer, count)| (*buffer, *count))
     }
 
-    /// Of one buffer.
+    /// The counters of one buffer.
     #[must_use]
     pub fn of(&self, buffer: Buffer) -> Count {
         self.0.get(&buffer).copied().unwrap_or_default()
     }
 
-    /// Of all buffers together.
+    /// The sums over all buffers.
     #[must_use]
     pub fn total(&self) -> Count {
         self.0.values().fold(Count::default(), |sum, count| Count {
@@ -47,7 +47,7 @@ impl Counts {
         }
     }
 
-    /// As a record of the file: of each channel the frames written, and those dropped.
+    /// The entries of the metadata record: per channel the frames written, and those dropped.
     pub(crate) fn written_down(&self) -> BTreeMap<String, String> {
         let say = |(buffer, count): (&Buffer, &Count)| {
             (buffer.to_string(), format!("{} written, {} dropped", count.written, count.dropped))
@@ -56,7 +56,7 @@ impl Counts {
     }
 }
 
-/// A line for each buffer.
+/// One line per buffer.
 impl fmt::Display for Counts {
     fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
         for (buffer, Count { written, dropped }) in self.iter() {

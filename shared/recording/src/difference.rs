@@ -9,9 +9,9 @@ use crate::{Buffer, Frame};
 pub struct Difference {
     /// The field, such as `entries[3].percepts[0].confidence`.
     pub field: String,
-    /// What the one says.
+    /// Value in the first frame.
     pub one: String,
-    /// What the other says.
+    /// Value in the second frame.
     pub other: String,
 }
 
@@ -22,14 +22,14 @@ impl fmt::Display for Difference {
 }
 
 impl Difference {
-    /// A frame that is in the one and not in the other.
+    /// The difference for a frame that is missing on one side.
     #[must_use]
     pub fn of_presence(is_in_one: bool) -> Self {
         let said = |is_there| if is_there { "there" } else { "not there" }.to_owned();
         Self { field: "the frame".to_owned(), one: said(is_in_one), other: said(!is_in_one) }
     }
 
-    /// Compares two frames of one buffer bit by bit; `None` where they are the same.
+    /// Compares two frames of one buffer bit by bit; `None` if they are equal.
     #[must_use]
     pub fn between(one: &Frame, other: &Frame) -> Option<Self> {
         if one.bytes == other.bytes {
@@ -65,7 +65,7 @@ fn within(buffer: Buffer, one: &[u8], other: &[u8]) -> Option<Difference> {
     })
 }
 
-/// Compares what begins at the beginning of both.
+/// Compares two values of the same kind at the start of both slices.
 fn compare(kind: &Kind, path: &str, one: &[u8], other: &[u8]) -> Option<Difference> {
     let (first, second) = (one.get(..kind.size())?, other.get(..kind.size())?);
     if first == second {
@@ -101,7 +101,7 @@ fn is_text(layout: &Layout) -> bool {
     layout.name.starts_with("leo/Text/")
 }
 
-/// A number as people read it; of one with a point also its bits, since two that differ may read alike.
+/// A number as text. Floating-point numbers include their bits, since different ones may print alike.
 fn value(number: Number, bytes: &[u8]) -> String {
     match number {
         Number::U8 => u8::get(bytes).to_string(),

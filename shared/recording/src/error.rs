@@ -3,7 +3,7 @@ use records::Unchecked;
 
 use crate::Buffer;
 
-/// Why a recording cannot be read, or not read on.
+/// Why a recording cannot be read, or not to its end.
 #[derive(Debug, thiserror::Error)]
 pub enum ReadError {
     /// The bytes could not be read.
@@ -11,10 +11,10 @@ pub enum ReadError {
     Read {
         /// The file.
         name: String,
-        /// What the system said.
+        /// The I/O error.
         source: std::io::Error,
     },
-    /// It is something else.
+    /// It is not a recording of Leo.
     #[error(
         "{name} is no recording of Leo: {found}; make one with `leo teach LESSON --record FILE` or `leo record FILE`"
     )]
@@ -24,7 +24,7 @@ pub enum ReadError {
         /// What it is instead.
         found: String,
     },
-    /// Its frames are laid out otherwise than this program's.
+    /// Its frame layout differs from this program's.
     #[error(
         "{name}: `{buffer}` was recorded as {found}, and this Leo reads {known}: use the Leo that it was made with"
     )]
@@ -33,9 +33,9 @@ pub enum ReadError {
         name: String,
         /// The channel.
         buffer: Buffer,
-        /// What its schema is called.
+        /// The name of its schema in the file.
         found: String,
-        /// What it is called here.
+        /// The name of its schema in this program.
         known: String,
     },
     /// The records of the file are damaged.
@@ -43,22 +43,22 @@ pub enum ReadError {
     Damaged {
         /// The file.
         name: String,
-        /// Frames read before.
+        /// Number of frames read before.
         after: u64,
-        /// What is wrong.
+        /// The damage.
         reason: String,
     },
-    /// It expands to too much, or too much of it would have to be kept.
+    /// It expands to too many bytes, or needs too much memory.
     #[error("{name} is not read on after frame {after}: {source}")]
     Budget {
         /// The file.
         name: String,
-        /// Frames read before.
+        /// Number of frames read before.
         after: u64,
-        /// What is too much.
+        /// The exceeded limit.
         source: BudgetError,
     },
-    /// It has no check sum where one is needed.
+    /// A required check sum is missing.
     #[error(
         "{name}: {unchecked}: damage there would pass for a difference, and nothing is compared; record it anew, or use \
          the file that it was made of"
@@ -66,31 +66,31 @@ pub enum ReadError {
     Unchecked {
         /// The file.
         name: String,
-        /// What has none.
+        /// The part without a check sum.
         unchecked: Unchecked,
     },
 }
 
-/// Why a recording was not made, or not made whole.
+/// Why a recording could not be made or completed.
 #[derive(Debug, thiserror::Error)]
 pub enum RecordError {
-    /// The file cannot be made.
+    /// The file cannot be created.
     #[error("cannot make {}: {source}", file.display())]
     Create {
         /// The file.
         file: std::path::PathBuf,
-        /// What the system said.
+        /// The I/O error.
         source: std::io::Error,
     },
-    /// The file cannot be written on.
+    /// Writing to the file failed.
     #[error("cannot write {} on: {source}; it can be read up to there", file.display())]
     Write {
         /// The file.
         file: std::path::PathBuf,
-        /// What the system said.
+        /// The I/O error.
         source: std::io::Error,
     },
-    /// The disk has no room left for it.
+    /// The disk has less free space than a recording must leave.
     #[error(
         "{}: less than {} MB of its disk are free, and a recording leaves them to others: make room, or record elsewhere; \
          what was recorded up to there is whole",
@@ -100,10 +100,10 @@ pub enum RecordError {
     Room {
         /// The file.
         file: std::path::PathBuf,
-        /// What it leaves free.
+        /// The free space to leave, in bytes.
         bytes: u64,
     },
-    /// The disk has no room for all that was kept.
+    /// The disk has no space for all that was kept in memory.
     #[error(
         "{}: with what was kept in it, less than {} MB of its disk are free, and a recording leaves them to others: \
          make room, or record elsewhere; nothing was written",
@@ -113,22 +113,22 @@ pub enum RecordError {
     Unsaved {
         /// The file.
         file: std::path::PathBuf,
-        /// What it leaves free.
+        /// The free space to leave, in bytes.
         bytes: u64,
     },
-    /// The body that viewers are shown cannot be made.
+    /// The body for viewers is invalid.
     #[error(transparent)]
     Body(#[from] kinematics::BodyError),
-    /// The robot cannot be looked at.
+    /// The robot's domain cannot be joined.
     #[error(transparent)]
     Join(#[from] transport::JoinError),
-    /// A buffer cannot be opened.
+    /// A topic cannot be opened.
     #[error(transparent)]
     Port(#[from] transport::PortError),
-    /// A buffer cannot be read.
+    /// A topic cannot be read.
     #[error(transparent)]
     Receive(#[from] transport::ReceiveError),
-    /// No thread is to be had, or one ended.
+    /// A thread could not be started, or ended.
     #[error("no thread to record with: {0}")]
     Thread(String),
 }

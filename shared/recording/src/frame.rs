@@ -7,16 +7,16 @@ use crate::Buffer;
 pub struct Frame {
     /// The buffer.
     pub buffer: Buffer,
-    /// The instant that it speaks about, in nanoseconds of the clock, or of simulated time.
+    /// The instant that it is valid at, in nanoseconds of the monotonic clock or of simulated time.
     pub at_ns: u64,
-    /// Its number.
+    /// Its sequence number.
     pub sequence: u64,
     /// Its head, then its entries.
     pub bytes: Vec<u8>,
 }
 
 impl Frame {
-    /// The frame of a head and entries. `buffer` must be one of the topic.
+    /// Makes a frame of a head and entries. `buffer` must belong to topic `T`.
     #[must_use]
     pub fn of<T>(buffer: Buffer, head: &T::Head, entries: &[T::Entry]) -> Self
     where
@@ -28,7 +28,7 @@ impl Frame {
         Self { buffer, at_ns: valid_at_ns, sequence, bytes }
     }
 
-    /// Head and entries; `None` where the bytes are none of this topic.
+    /// Decodes head and entries; `None` if the bytes do not fit the topic's layout.
     #[must_use]
     pub fn read<T>(&self) -> Option<(T::Head, Vec<T::Entry>)>
     where

@@ -1,9 +1,9 @@
 use std::io::{self, ErrorKind, Write};
 
-/// An output that takes nothing more after its first error.
+/// A writer that accepts nothing more after its first error.
 ///
-/// A disk that fails once and then no more would leave a hole in the middle of a file, behind which nothing can be read:
-/// so the file ends where the hole would be.
+/// After a temporary disk error, further writes would leave a hole in the middle of the file and make the rest
+/// unreadable. With this writer the file ends at the error instead.
 #[derive(Debug)]
 pub(crate) struct Fused<W> {
     out: W,
@@ -27,7 +27,7 @@ impl<W: Write> Fused<W> {
             return Err(kind.into());
         }
         act(&mut self.out).inspect_err(|error| {
-            // Such a call is repeated.
+            // An interrupted call is retried by the caller.
             if error.kind() != ErrorKind::Interrupted {
                 self.failed = Some(error.kind());
             }

@@ -5,13 +5,13 @@ use transport::{Inlet, Node, PortError, ReceiveError};
 
 use crate::{Buffer, Frame};
 
-/// Reading ends of the buffers that a recording holds.
+/// The subscribers of all recorded buffers.
 pub struct Inlets(Vec<Box<dyn Source>>);
 
-/// A buffer whose frames are taken.
+/// A type-erased subscriber of one buffer.
 trait Source {
     fn buffer(&self) -> Buffer;
-    /// Takes what waits, in order.
+    /// Takes all pending frames in order.
     fn take(&mut self, to: &mut dyn FnMut(Frame)) -> Result<(), ReceiveError>;
     /// Frames lost because they were not taken in time.
     fn drops(&self) -> u64;
@@ -39,17 +39,17 @@ impl<T: Topic<Head: Bytes, Entry: Bytes>> Source for Tap<T> {
     }
 }
 
-/// How an inlet comes to be.
+/// How a subscriber is opened.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Opening {
-    /// Before its writer is there, with the queues of the node.
+    /// Before its publisher exists, with the queue size of the node.
     Make,
-    /// Of a robot that runs, where the buffer is there.
+    /// On a running robot, if the topic exists.
     Find,
 }
 
 impl Inlets {
-    /// Opens buffers of a robot before its processes do.
+    /// Opens buffers before the robot's processes do.
     ///
     /// # Errors
     ///
@@ -62,17 +62,17 @@ impl Inlets {
         Ok(inlets)
     }
 
-    /// None yet, of a robot that runs: see [`Self::find`].
+    /// No subscribers yet, for a running robot: see [`Self::find`].
     #[must_use]
     pub fn none() -> Self {
         Self(Vec::new())
     }
 
-    /// Opens what buffers of a running robot are there and not open yet.
+    /// Opens the buffers of a running robot that exist and are not open yet.
     ///
     /// # Errors
     ///
-    /// A buffer has too many readers already, or other frames than this program's.
+    /// A buffer has too many subscribers already, or another frame layout than this program's.
     pub fn find(&mut self, node: &Node) -> Result<(), PortError> {
         for buffer in Buffer::all(0) {
             self.open(node, buffer, Opening::Find)?;
@@ -85,7 +85,7 @@ impl Inlets {
         Ok(())
     }
 
-    /// Whether the buffer is open.
+    /// Opens a buffer. Returns whether it is open now.
     fn open(&mut self, node: &Node, buffer: Buffer, how: Opening) -> Result<bool, PortError> {
         if self.0.iter().any(|source| source.buffer() == buffer) {
             return Ok(true);
@@ -105,7 +105,7 @@ impl Inlets {
         Ok(is_open)
     }
 
-    /// Takes every frame that waits: buffer by buffer, in the order in which they were opened.
+    /// Takes all pending frames: buffer by buffer, in the order in which they were opened.
     ///
     /// # Errors
     ///
@@ -114,7 +114,7 @@ impl Inlets {
         self.0.iter_mut().try_for_each(|source| source.take(&mut to))
     }
 
-    /// Frames of each buffer that were lost because they were not taken in time.
+    /// Number of frames of each buffer that were lost because they were not taken in time.
     pub fn drops(&self) -> impl Iterator<Item = (Buffer, u64)> + '_ {
         self.0.iter().map(|source| (source.buffer(), source.drops()))
     }

@@ -1,9 +1,8 @@
-//! Recordings: what the robot's buffers hold, byte by byte, in an MCAP file; and beside it what common
-//! viewers show of it.
+//! Recordings of the robot's buffers as MCAP files: the raw frames, and messages for common viewers.
 //!
-//! A [`Writer`] puts down one [`Frame`] after the other, from [`Inlets`] of a robot in lockstep time, or
-//! by a [`Recorder`] that looks at a running one. A [`Reader`] gives them back, and a [`Difference`] says
-//! where two differ. `docs/recording.md` describes the file.
+//! A [`Writer`] writes [`Frame`]s that [`Inlets`] deliver in lockstep time, or that a [`Recorder`] takes from a running
+//! robot. A [`Reader`] reads them, and a [`Difference`] describes where two differ. `docs/recording.md` describes the
+//! file format.
 
 mod about;
 mod blocks;

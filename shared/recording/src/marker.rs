@@ -4,37 +4,37 @@ use nalgebra::Isometry3;
 
 use crate::cdr::Cdr;
 
-/// What a marker is drawn as.
+/// The shape of a marker.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Form {
-    /// From the origin along x.
+    /// An arrow from the origin along x.
     Arrow,
     /// A box around the origin.
     Cube,
 }
 
-/// Something to draw.
+/// A marker to draw.
 #[derive(Clone, Debug)]
 pub(crate) struct Marker<'a> {
-    /// What it is one of.
+    /// Its namespace.
     pub(crate) kind: &'a str,
-    /// Which of them.
+    /// Its number within the namespace.
     pub(crate) id: i32,
     pub(crate) form: Form,
     pub(crate) pose: Isometry3<f64>,
     /// Its extents, in metres.
     pub(crate) scale_m: [f64; 3],
-    /// Red, green, blue, and how opaque, in [0, 1].
+    /// Red, green, blue and opacity, in [0, 1].
     pub(crate) colour_rgba: [f32; 4],
-    /// What it is called.
+    /// Its label.
     pub(crate) text: &'a str,
 }
 
-/// Draw it; take everything away that was drawn before.
+/// Marker actions: add a marker, delete all markers.
 const ADD: i32 = 0;
 const DELETE_ALL: i32 = 3;
 
-/// The markers, which take the place of those drawn before.
+/// A message that replaces all markers drawn before.
 pub(crate) fn markers(at_ns: u64, frame: &str, markers: &[Marker<'_>]) -> Vec<u8> {
     let mut cdr = Cdr::new();
     cdr.length(markers.len() + 1);
@@ -66,10 +66,10 @@ fn put(cdr: &mut Cdr, at_ns: u64, frame: &str, action: i32, marker: &Marker<'_>)
     pose(cdr, &marker.pose);
     cdr.f64s(&marker.scale_m);
     marker.colour_rgba.iter().for_each(|share| cdr.f32(*share));
-    // For ever, and not carried along by its frame.
+    // Lifetime: for ever. Not frame-locked.
     cdr.time(0);
     cdr.bool(false);
-    // Neither points nor colours of them, nor a texture: its resource, its image, its coordinates.
+    // No points and no colours of points; no texture: resource, image, coordinates.
     cdr.length(0);
     cdr.length(0);
     cdr.string("");
@@ -78,14 +78,14 @@ fn put(cdr: &mut Cdr, at_ns: u64, frame: &str, action: i32, marker: &Marker<'_>)
     cdr.length(0);
     cdr.length(0);
     cdr.string(marker.text);
-    // Nor a mesh: its resource, its file, its materials.
+    // No mesh: resource, file, materials.
     cdr.string("");
     cdr.string("");
     cdr.length(0);
     cdr.bool(false);
 }
 
-/// A place and an orientation, as `Pose` and `Transform` have them.
+/// A pose in the layout shared by `Pose` and `Transform`.
 pub(crate) fn pose(cdr: &mut Cdr, pose: &Isometry3<f64>) {
     let (place, turn) = (pose.translation, pose.rotation);
     cdr.f64s(&[place.x, place.y, place.z, turn.i, turn.j, turn.k, turn.w]);

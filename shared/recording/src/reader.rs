@@ -11,19 +11,18 @@ use crate::about::{ABOUT, About};
 use crate::writer::ENCODING;
 use crate::{Buffer, Frame, ReadError};
 
-/// Reads a recording frame by frame: however long it is, one chunk is in memory.
+/// Reads a recording frame by frame; only one chunk is in memory at a time.
 ///
-/// What the file claims is an allegation: a frame comes only out of a chunk whose check sum is right,
-/// from a channel whose layout is this program's, and as a head and whole entries. A chunk without a
-/// check sum is counted ([`Self::unchecked`]), or refused ([`Self::require_check_sums`]). A file that
-/// ends in the middle, because its writer was killed or the disk was full, is read up to there
-/// ([`Self::is_cut`]). What is kept of it, and what it expands to, is bounded.
+/// The file is not trusted. A frame is returned only from a chunk with a correct check sum and a channel with this
+/// program's layout. It must consist of a head and whole entries. A chunk without a check sum is counted
+/// ([`Self::unchecked`]), or refused ([`Self::require_check_sums`]). A truncated file, left by a killed writer or a
+/// full disk, is read to its end ([`Self::is_cut`]). Memory and expansion are bounded.
 pub struct Reader<R> {
     name: String,
     records: Records<R>,
-    /// For what is kept of schemas and files.
+    /// Budget for stored schemas and files.
     memory: Budget,
-    /// Names and texts of the schemas of frames.
+    /// Names and texts of the schemas of raw frames.
     schemas: BTreeMap<u16, (String, Vec<u8>)>,
     channels: BTreeMap<u16, Channel>,
     about: Option<About>,
@@ -31,11 +30,11 @@ pub struct Reader<R> {
     frames: u64,
     requires_check_sums: bool,
     ended: bool,
-    /// Read ahead, to have all that stands before it.
+    /// The first frame, read ahead because all metadata stands before it.
     first: Option<Frame>,
 }
 
-/// A channel of frames, with the sizes of a head and of an entry.
+/// A raw channel, with the sizes of a head and of an entry in bytes.
 #[derive(Clone, Copy)]
 struct Channel {
     buffer: Buffer,
@@ -48,7 +47,7 @@ impl Reader<File> {
     ///
     /// # Errors
     ///
-    /// It cannot be read, or is no recording.
+    /// The file cannot be read, or is no recording.
     pub fn open(file: &Path) -> Result<Self, ReadError> {
         let name = file.display().to_string();
         match File::open(file) {
@@ -59,7 +58,7 @@ impl Reader<File> {
 }
 
 impl<R: Read> Reader<R> {
-    /// Reads from anything, up to the first frame; `name` is what errors call it.
+    /// Reads from any source, up to the first frame; `name` is used in errors.
     ///
     /// # Errors
     ///
@@ -80,7 +79,7 @@ impl<R: Read> Reader<R> {
             first: None,
         };
         let first = match reader.read() {
-            // Not even its beginning is one of these files.
+            // Damage before the description means that it is not a recording at all.
             Err(ReadError::Damaged { name, after: 0, reason }) if reader.about.is_none() => {
                 let found = format!("it cannot be read as MCAP ({reason})");
                 return Err(ReadError::Foreign { name, found });
@@ -99,7 +98,7 @@ impl<R: Read> Reader<R> {
         Ok(reader)
     }
 
-    /// What the recording says of itself; `None` never after [`Self::new`].
+    /// The description of the recording; never `None` after [`Self::new`].
     #[must_use]
     pub fn about(&self) -> Option<&About> {
         self.about.as_ref()
@@ -111,26 +110,26 @@ impl<R: Read> Reader<R> {
         &self.files
     }
 
-    /// Whether the file ended in the middle.
+    /// Whether the file is truncated.
     #[must_use]
     pub fn is_cut(&self) -> bool {
         self.records.is_cut()
     }
 
-    /// Bytes read up to now: where a file that is cut ends.
+    /// Number of bytes read so far; the end of a truncated file.
     #[must_use]
     pub fn bytes(&self) -> u64 {
         self.records.read_bytes()
     }
 
-    /// What has no check sum, of what was read up to now.
+    /// The part read so far that has no check sum, if any.
     #[must_use]
     pub fn unchecked(&self) -> Option<Unchecked> {
         self.records.unchecked()
     }
 
-    /// From now on, a frame out of a chunk without a check sum is an error: for a comparison bit by bit, in which damage
-    /// would pass for a difference.
+    /// From now on, a frame from a chunk without a check sum is an error. Use it for bit-by-bit comparisons, where
+    /// damage would look like a difference.
     pub fn require_check_sums(&mut self) {
         self.requires_check_sums = true;
     }
@@ -160,7 +159,7 @@ impl<R: Read> Reader<R> {
             return self.frame(channel, data.into_owned()).map(Some);
         }
         if let Record::Schema { header, data } = record {
-            // Those of other languages are for viewers.
+            // Schemas of other encodings are for viewers.
             if header.encoding == ENCODING {
                 self.keep(header.name.len() + data.len())?;
                 self.schemas.insert(header.id, (header.name, data.into_owned()));
@@ -188,13 +187,13 @@ impl<R: Read> Reader<R> {
         Ok(None)
     }
 
-    /// Notes that so many bytes of it are kept in memory.
+    /// Charges `bytes` to the memory budget.
     fn keep(&mut self, bytes: usize) -> Result<(), ReadError> {
         let spent = self.memory.spend(u64::try_from(bytes).unwrap_or(u64::MAX));
         spent.map_err(|source| self.unread(source.into()))
     }
 
-    /// Whether a buffer was recorded as this program lays it out.
+    /// Checks that a buffer was recorded with this program's layout.
     fn is_ours(&self, buffer: Buffer, schema: u16) -> Result<(), ReadError> {
         let (found, text) = match self.schemas.get(&schema) {
             Some((name, text)) => (name.as_str(), text.as_slice()),
@@ -234,7 +233,7 @@ impl<R: Read> Iterator for Reader<R> {
             Some(first) => Ok(Some(first)),
             None => self.read(),
         };
-        // The first frame was read before anything could be required.
+        // The first frame was read before `require_check_sums` could be called, so check here too.
         let unchecked = self.unchecked().filter(|_| self.requires_check_sums);
         let read = match unchecked {
             Some(unchecked) => Err(ReadError::Unchecked { name: self.name.clone(), unchecked }),

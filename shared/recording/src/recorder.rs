@@ -15,18 +15,19 @@ use transport::{Delivery, Domain, Node, Queues};
 use crate::room::lacking;
 use crate::{Buffer, Counts, Frame, Inlets, Last, RecordError, Ring, Subject, Writer};
 
-/// Buffers are looked at this often: more often than a queue of four frames fills at 1 kHz.
+/// Polling interval of the topics; a queue of four frames at 1 kHz does not fill within it.
 const LOOK_EVERY: Duration = Duration::from_millis(2);
-/// It is looked this often whether there are more buffers, and whether the robot still runs.
+/// Polling interval for new topics, and for the end of the robot.
 const FIND_EVERY: Duration = Duration::from_millis(250);
-/// What stands in the file is never older than this.
+/// Flush interval of the file.
 const FLUSH_EVERY: Duration = Duration::from_millis(500);
-/// Frames that wait for the file: two seconds of a robot with one partner.
+/// Capacity of the queue between the threads, in frames: two seconds of a robot with one partner.
 const WAITING: usize = 4096;
 
-/// Records a running robot until it is stopped, into a file, or into memory what was last: a thread takes
-/// the frames out of shared memory, and another one keeps them. Between them is room for some seconds;
-/// where the disk is slower, frames are dropped and counted. The robot notices nothing of it.
+/// Records a running robot until stopped: into a file, or the most recent frames into memory.
+///
+/// One thread takes frames from shared memory, another one stores them; the queue between them holds some seconds. If
+/// the disk is slower, frames are dropped and counted. The robot is not affected.
 ///
 /// Dropping it stops it.
 ///
@@ -50,7 +51,7 @@ pub struct Recorder {
     shared: Arc<Shared>,
     taker: Option<Joined>,
     keeper: Option<Joined>,
-    /// Asks for what is kept in memory, where it is.
+    /// Requests the frames kept in memory; `None` when recording into a file.
     asks: Option<Sender<Asker>>,
 }
 
@@ -61,14 +62,14 @@ struct Shared {
     counts: Mutex<Counts>,
 }
 
-/// Who asks for what is kept in memory.
+/// The requester of the frames kept in memory.
 type Asker = Sender<io::Result<Last>>;
 
-/// A thread and what came of it.
+/// A thread and its result.
 type Joined = JoinHandle<Result<(), RecordError>>;
 
 impl Shared {
-    /// Runs a thread to its end, which is then known.
+    /// Runs a thread's body and marks its end.
     fn ending(&self, run: impl FnOnce() -> Result<(), RecordError>) -> Result<(), RecordError> {
         let outcome = run();
         self.ended.store(true, Ordering::Release);
@@ -81,13 +82,13 @@ impl Shared {
 }
 
 impl Recorder {
-    /// Begins to record the robot of a domain into a file, which is made. It ends by itself, whole,
-    /// before the disk is full.
+    /// Starts to record the robot of a domain into a new file. The recording ends by itself, complete, before the disk
+    /// is full.
     ///
     /// # Errors
     ///
-    /// The file cannot be made, its disk has no room, or the robot cannot be looked at; nothing is recorded
-    /// then, and no file is left.
+    /// The file cannot be created, its disk has no space, or the robot cannot be joined. Nothing is recorded then, and
+    /// no file is left.
     pub fn start(domain: &Domain, subject: Subject, output: &Output) -> Result<Self, RecordError> {
         let file = output.path().to_owned();
         if let Some(bytes) = lacking(&file, 0) {
@@ -105,12 +106,12 @@ impl Recorder {
         begun.inspect_err(|_error| output.remove())
     }
 
-    /// Begins to keep the last `span` of the robot of a domain in memory, in as much as `bytes_most`, for
+    /// Starts to keep the last `span` of the robot of a domain in memory, in at most `bytes_most` bytes, for
     /// [`Self::last`].
     ///
     /// # Errors
     ///
-    /// The robot cannot be looked at.
+    /// The robot cannot be joined.
     pub fn keep(
         domain: &Domain,
         subject: Subject,
@@ -145,7 +146,7 @@ impl Recorder {
         Ok(recorder)
     }
 
-    /// Waits until a thread has begun. One that ended before says why.
+    /// Waits until a thread is ready. Returns the error of a thread that ended before.
     fn await_begin(&mut self, began: &Receiver<()>) -> Result<(), RecordError> {
         match began.recv() {
             Ok(()) => Ok(()),
@@ -155,11 +156,11 @@ impl Recorder {
         }
     }
 
-    /// What is kept in memory now; it goes on keeping.
+    /// A snapshot of the frames kept in memory; recording continues.
     ///
     /// # Errors
     ///
-    /// [`Self::start`] began it: that has a file. Or it has ended.
+    /// It records into a file ([`Self::start`]), or has ended.
     pub fn last(&self) -> Result<Last, RecordError> {
         let gone = || RecordError::Thread("it keeps nothing in memory (any more)".to_owned());
         let asks = self.asks.as_ref().ok_or_else(gone)?;
@@ -169,24 +170,24 @@ impl Recorder {
         last.map_err(|source| RecordError::Write { file: "memory".into(), source })
     }
 
-    /// What was recorded and dropped up to now.
+    /// The counters so far.
     #[must_use]
     pub fn counts(&self) -> Counts {
         self.shared.counts.lock().unwrap_or_else(PoisonError::into_inner).clone()
     }
 
-    /// Whether it ended by itself: the robot did, or the file cannot be written on. [`Self::stop`] says
-    /// which.
+    /// Whether it ended by itself, because the robot ended or the file cannot be written. [`Self::stop`] returns the
+    /// cause.
     #[must_use]
     pub fn has_ended(&self) -> bool {
         self.shared.ended.load(Ordering::Acquire)
     }
 
-    /// Ends the recording: what was taken is written, and then the index.
+    /// Ends the recording: writes the queued frames, and then the index.
     ///
     /// # Errors
     ///
-    /// The file could not be written to its end, or the robot could not be looked at any more.
+    /// The file could not be completed, or the robot could not be read any more.
     pub fn stop(mut self) -> Result<Counts, RecordError> {
         self.end()?;
         Ok(self.counts())
@@ -221,7 +222,7 @@ fn thread<T: Send + 'static>(
     started.map_err(|error| RecordError::Thread(error.to_string()))
 }
 
-/// Takes frames out of shared memory.
+/// The thread that takes frames from shared memory.
 struct Taking {
     shared: Arc<Shared>,
     to: Sender<Frame>,
@@ -233,17 +234,17 @@ impl Taking {
     }
 
     fn take(&self, domain: &Domain, ready: &Sender<()>) -> Result<(), RecordError> {
-        // The buffers bring their own queues along.
+        // Each topic has its own queue size; these are only the defaults.
         let queues = Queues { frames: 1, delivery: Delivery::Newest };
         let mut node = Node::join(domain, "recorder", 1, queues)?;
-        // What the robot refuses is none of its buffers. Where no supervisor runs, nothing is refused.
+        // Refuse publishers that the roster does not list. Without a supervisor nothing is refused.
         let _no_supervisor = node.follow_roster();
         let mut inlets = Inlets::none();
         inlets.find(&node)?;
         let _waits = ready.send(());
         let mut find_at = clock::now() + FIND_EVERY;
         let mut is_refused = false;
-        // Dropped for want of room before the file, by buffer.
+        // Frames dropped because the queue to the file was full, by buffer.
         let mut lost = BTreeMap::<Buffer, u64>::new();
         loop {
             let is_last = self.shared.stop.load(Ordering::Acquire);
@@ -267,19 +268,19 @@ impl Taking {
                 if !is_claimed(domain) {
                     return Ok(());
                 }
-                // A robot that is just ending takes its buffers away one by one.
+                // While a robot ends its topics disappear one by one, so an error counts only the second time.
                 match inlets.find(&node) {
                     Err(error) if is_refused => return Err(error.into()),
                     found => is_refused = found.is_err(),
                 }
             }
-            // A grid is of no use here: what is there is taken.
+            // Polling needs no fixed phase.
             clock::sleep_until(now + LOOK_EVERY);
         }
     }
 }
 
-/// Writes a file until nobody sends any more, or its disk has no room left.
+/// Writes a file until the sender is gone, or the disk has no space left.
 fn keep_in_file(
     shared: &Shared,
     from: &Receiver<Frame>,
@@ -316,8 +317,8 @@ fn keep_in_file(
     left.map_or(Ok(()), |bytes| Err(RecordError::Room { file: file.to_owned(), bytes }))
 }
 
-/// Keeps frames in memory until nobody can ask for them any more, longer than anybody sends: what was
-/// before the end of a robot is what is asked for.
+/// Keeps frames in memory until no request can come any more. It outlives the sender, because a request after the end
+/// of the robot asks for what happened before.
 fn keep_in_memory(
     shared: &Shared,
     from: &Receiver<Frame>,

@@ -11,13 +11,13 @@ use crate::blocks::Blocks;
 use crate::room::lacking;
 use crate::{Frame, NotBegun, ReadError, Reader, RecordError, Subject, Writer};
 
-/// So much time goes into one part: what is forgotten at once.
+/// Duration of one part, the unit of eviction.
 const PART_NS: u64 = 2_000_000_000;
 
-/// The last while of a robot in memory, compressed: about half a megabyte for each second of one
-/// with one partner.
+/// A ring of the most recent frames in memory, compressed: about half a megabyte per second for a robot with one
+/// partner.
 ///
-/// Pure: the instants of the frames are all the time there is.
+/// No clock: time is taken from the frames.
 pub struct Ring {
     subject: Subject,
     span_ns: u64,
@@ -26,21 +26,21 @@ pub struct Ring {
     present: Option<Present>,
 }
 
-/// A part that is whole: a small recording of its own, of raw frames.
+/// A completed part: a small recording of raw frames.
 #[derive(Clone, Debug)]
 struct Part {
     newest_ns: u64,
     bytes: Arc<Blocks>,
 }
 
-/// The part that is being written.
+/// The part being written.
 struct Present {
     began_ns: u64,
     newest_ns: u64,
     writer: Writer<Blocks>,
 }
 
-/// What a ring held at one moment.
+/// A snapshot of a ring.
 #[derive(Clone, Debug)]
 pub struct Last {
     subject: Subject,
@@ -48,25 +48,25 @@ pub struct Last {
 }
 
 impl Ring {
-    /// An empty ring that keeps `span` of frames and up to two seconds more, or as much as `bytes_most`
-    /// of memory hold, the newest two seconds aside.
+    /// An empty ring that keeps `span` of frames and up to two seconds more, or as much as fits into `bytes_most`
+    /// bytes. The newest two seconds are not counted.
     #[must_use]
     pub fn new(subject: Subject, span: Duration, bytes_most: usize) -> Self {
         let span_ns = clock::nanos(span);
         Self { subject, span_ns, bytes_most, parts: VecDeque::new(), present: None }
     }
 
-    /// Keeps a frame, and forgets what is too old beside it.
+    /// Adds a frame and evicts old parts.
     ///
     /// # Errors
     ///
-    /// It cannot be compressed.
+    /// Compression failed.
     pub fn push(&mut self, frame: &Frame) -> io::Result<()> {
         let is_over = |present: &Present| frame.at_ns.abs_diff(present.began_ns) >= PART_NS;
         if self.present.as_ref().is_some_and(is_over) {
             self.close()?;
         }
-        // Before anything is taken: what is forgotten makes room for what comes.
+        // Evict before allocating, so that freed blocks are reused.
         self.forget(frame.at_ns);
         let present = match &mut self.present {
             Some(present) => present,
@@ -98,17 +98,17 @@ impl Ring {
         Ok(())
     }
 
-    /// What is kept now. It costs no copy of it.
+    /// A snapshot of the kept frames, without copying them.
     ///
     /// # Errors
     ///
-    /// It cannot be compressed.
+    /// Compression failed.
     pub fn last(&mut self) -> io::Result<Last> {
         self.close()?;
         Ok(Last { subject: self.subject.clone(), parts: self.parts.iter().cloned().collect() })
     }
 
-    /// Bytes of memory that are taken for what is kept, those of the newest two seconds aside.
+    /// Allocated memory in bytes, without the newest two seconds.
     #[must_use]
     pub fn bytes(&self) -> usize {
         self.parts.iter().map(|part| part.bytes.held()).sum()
@@ -121,7 +121,7 @@ impl std::fmt::Debug for Ring {
     }
 }
 
-/// Why what was kept was not written.
+/// Why a snapshot was not written.
 #[derive(Debug, thiserror::Error)]
 pub enum NotSaved {
     /// The recording was not begun.
@@ -130,7 +130,7 @@ pub enum NotSaved {
     /// It cannot be written.
     #[error(transparent)]
     Write(#[from] io::Error),
-    /// What was kept cannot be read.
+    /// The kept frames cannot be read.
     #[error(transparent)]
     Read(#[from] ReadError),
 }
@@ -144,7 +144,7 @@ impl Last {
         self
     }
 
-    /// From the oldest to the newest of its frames, to within two seconds.
+    /// Time from the oldest to the newest frame, within two seconds.
     #[must_use]
     pub fn span(&self) -> Duration {
         let at = |part: Option<&Part>| part.map_or(0, |part| part.newest_ns);
@@ -152,24 +152,25 @@ impl Last {
         Duration::from_nanos(parts + if self.parts.is_empty() { 0 } else { PART_NS })
     }
 
-    /// Writes it into a file, which is made; how many frames there were.
+    /// Writes it into a new file; returns the number of frames.
     ///
     /// # Errors
     ///
-    /// The file cannot be made or written, or its disk has no room for all of it; no file is left then.
+    /// The file cannot be created or written, or its disk has no space for all of it. No file is left then.
     pub fn write(&self, output: &Output) -> Result<u64, RecordError> {
         self.write_sparing(output, lacking)
     }
 
-    /// The same on a disk of which `lacking` says how it would be with so many bytes more. What viewers are
-    /// shown comes to it only here, so that nobody knows before how long the file becomes.
+    /// The same, with `lacking` as the check for disk space for a number of bytes. Messages for viewers are generated
+    /// only while writing, so the final size is not known in advance.
     fn write_sparing(
         &self,
         output: &Output,
         lacking: impl Fn(&Path, u64) -> Option<u64>,
     ) -> Result<u64, RecordError> {
         let file = output.path().to_owned();
-        // It is longer than this at any rate: what is there already is not lost for nothing.
+        // The file will be larger than the raw parts. Refuse early, so that an existing file is not overwritten in
+        // vain.
         let size: usize = self.parts.iter().map(|part| part.bytes.bytes()).sum();
         if let Some(bytes) = lacking(&file, u64::try_from(size).unwrap_or(u64::MAX)) {
             return Err(RecordError::Unsaved { file, bytes });
@@ -192,8 +193,8 @@ impl Last {
         })
     }
 
-    /// Writes a whole recording of it, viewers' messages included; gives back what it was written to,
-    /// and how many frames there were. Takes about a second for a minute.
+    /// Writes a complete recording of it, with messages for viewers. Returns the writer and the number of frames. Takes
+    /// about a second per minute.
     ///
     /// # Errors
     ///
@@ -210,11 +211,11 @@ impl Last {
     }
 }
 
-/// A file that is written on as long as its disk has room to spare.
+/// A file that fails once its disk would have less free space than it must leave.
 struct Sparing<L> {
     out: File,
     lacks: L,
-    /// What had to be left free when there was no more to spare.
+    /// The free space that must be left, set once there is no more to spare.
     left: Option<u64>,
 }
 
@@ -261,7 +262,7 @@ mod tests {
             fs::metadata(&file).unwrap().len()
         };
         assert!(whole > kept, "{whole} bytes of {kept}");
-        // On a disk with so much to spare.
+        // On a disk with this much free space.
         let on = |spare: u64| {
             let is_there = |file: &Path| file.metadata().map_or(0, |file| file.len());
             last.write_sparing(&output, move |file, more| (is_there(file) + more > spare).then_some(LEFT))
@@ -272,7 +273,7 @@ mod tests {
         let error = on(whole - 1).unwrap_err();
         assert!(matches!(error, RecordError::Unsaved { bytes: LEFT, .. }), "{error}");
         assert!(!file.exists(), "a part of it lies about");
-        // What is known before costs no file that is there.
+        // A shortage known in advance does not destroy an existing file.
         fs::write(&file, "").unwrap();
         assert!(on(kept / 2).is_err() && file.exists());
     }

@@ -2,16 +2,15 @@ use std::path::Path;
 
 use rustix::fs::statvfs;
 
-/// What a recording leaves of a disk: this many in a hundred of it ...
+/// Free space that a recording leaves on a disk: this percentage of its size ...
 const LEFT_PERCENT: u64 = 5;
-/// ... and more of no disk than this, in bytes.
+/// ... but at most this many bytes.
 const LEFT_MOST: u64 = 128_000_000;
 
-/// How many bytes a recording leaves of the disk on which a file is or shall be made, where they would not be
-/// free any more with `more` bytes in it: who records must not take from the robot what it needs to remember
-/// what it learned. `None` also where nobody can say what is free.
+/// The free space to leave on a file's disk, in bytes, if it would be violated with `more` bytes in the file. The robot
+/// needs that space to store what it learned. `None` if there is enough, or if the free space is unknown.
 pub(crate) fn lacking(file: &Path, more: u64) -> Option<u64> {
-    // A device has no size.
+    // Devices have no size.
     if file.metadata().is_ok_and(|there| !there.is_file()) {
         return None;
     }

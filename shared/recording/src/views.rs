@@ -1,4 +1,4 @@
-//! What common viewers show: the frames once more, as messages of ROS 2.
+//! Messages for common viewers: the frames converted into ROS 2 messages.
 
 use config::Robot;
 use config::percepts::{Kernel, Percepts, Space};
@@ -15,18 +15,18 @@ use crate::cdr::Cdr;
 use crate::marker::{Form, Marker, markers, pose};
 use crate::{Buffer, Frame};
 
-/// Pictures are no more often than this, in nanoseconds; the raw channels have every frame.
+/// Minimum interval between pictures of a buffer, in nanoseconds; the raw channels contain every frame.
 const PICTURE_EVERY_NS: u64 = 20_000_000;
 /// The frame of the room.
 const WORLD: &str = "world";
-/// The severity of everything that is told.
+/// The severity of log messages.
 const INFO: u8 = 20;
-/// Half the extents of what is believed in and whose extents are not known, in metres.
+/// Half extents of a belief whose extents are unknown, in metres.
 const UNKNOWN_M: [f32; 3] = [0.02; 3];
-/// The colour of what has no known one.
+/// The colour of objects without a known one.
 const GREY: [f32; 3] = [0.5; 3];
 
-/// A type of message that viewers know.
+/// A ROS 2 message type.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub(crate) enum Schema {
     JointState,
@@ -66,7 +66,7 @@ pub(crate) struct View {
     pub(crate) bytes: Vec<u8>,
 }
 
-/// Makes the messages for viewers.
+/// Converts frames into messages for viewers.
 #[derive(Clone, Debug)]
 pub(crate) struct Views {
     robot: Robot,
@@ -78,7 +78,7 @@ pub(crate) struct Views {
     pictured_ns: Vec<(Buffer, u64)>,
 }
 
-/// The percepts that are drawn, by their numbers.
+/// The indices of the percepts that are drawn.
 #[derive(Clone, Copy, Debug, Default)]
 struct Shown {
     position: Option<u16>,
@@ -102,7 +102,7 @@ impl Views {
         })
     }
 
-    /// What viewers are shown of a frame. Nothing of one that is nonsense.
+    /// The messages for a frame; none for a malformed frame.
     pub(crate) fn of(&mut self, frame: &Frame) -> Vec<View> {
         let mut views = Vec::new();
         if !self.has_described {
@@ -126,7 +126,7 @@ impl Views {
         views
     }
 
-    /// Whether it is time for another picture of a buffer.
+    /// Whether the next picture of a buffer is due.
     fn is_due(&mut self, frame: &Frame) -> bool {
         let known = self.pictured_ns.iter_mut().find(|(buffer, _)| *buffer == frame.buffer);
         match known {
@@ -161,7 +161,7 @@ impl Views {
         let positions = numbers(message::JointState::present_position_rad);
         cdr.f64_sequence(&positions);
         cdr.f64_sequence(&numbers(message::JointState::present_velocity_rad_s));
-        // A current is no torque.
+        // JointState has no field for currents, and a current is not an effort.
         cdr.f64_sequence(&[]);
         for ((index, ..), position) in joints.iter().zip(&positions) {
             if let Some(slot) = self.positions_rad.get_mut(*index).filter(|_| position.is_finite()) {
@@ -219,7 +219,7 @@ impl Views {
             form: Form::Cube,
             pose: x_base_frame * x_frame_thing.isometry(),
             scale_m: half_m.map(|half| 2.0 * f64::from(half)),
-            // What is hardly believed any more is hardly seen.
+            // Opacity shows the confidence.
             colour_rgba: [red, green, blue, position.confidence.clamp(0.1, 1.0)],
             text: "",
         })
@@ -235,7 +235,7 @@ impl Views {
         Some(numbers.map(single))
     }
 
-    /// Whose beliefs: `leo`, `the_teacher`, or of nested ones `the_teacher/leo`.
+    /// Name of the perspective: `leo`, `the_teacher`, or for nested ones `the_teacher/leo`.
     fn whose(&self, head: &BeliefHead) -> String {
         let names = &self.robot.leo.belief.names;
         let plain = |name: String| {
@@ -342,7 +342,7 @@ fn log(at_ns: u64, who: &str, words: &str) -> View {
     view("/log", Schema::Log, cdr.finish())
 }
 
-/// An event in words; none of what is nonsense.
+/// An event as text; `None` if it is malformed.
 fn words(event: &Event, whose: &str) -> Option<String> {
     let (text, task) = (event.text.as_str(), event.task.as_str());
     Some(match event.kind()? {

@@ -12,22 +12,21 @@ use crate::fused::Fused;
 use crate::views::Views;
 use crate::{Buffer, Counts, Frame, RecordError, Subject};
 
-/// What viewers take the file for.
+/// The MCAP profile; tells viewers to expect ROS 2 messages.
 pub(crate) const PROFILE: &str = "ros2";
-/// How the raw frames are encoded, and the language of their schemas.
+/// The encoding of raw frames and of their schemas.
 pub(crate) const ENCODING: &str = "leo";
-/// The name of the record with the counts.
+/// Name of the metadata record with the counters.
 pub(crate) const COUNTS: &str = "leo.counts";
-/// A chunk is written when it spans this much time, in nanoseconds: what is lost at most when the
-/// recorder is killed.
+/// Maximum time span of a chunk, in nanoseconds: the most that is lost when the recorder is killed.
 const CHUNK_NS: u64 = 500_000_000;
-/// Or when it holds this many bytes.
+/// Maximum size of a chunk, in bytes.
 const CHUNK_BYTES: u64 = 4 << 20;
 
-/// Writes a recording frame by frame: the same frames are the same bytes.
+/// Writes a recording frame by frame. Deterministic: equal frames give equal bytes.
 pub struct Writer<W: Write> {
     out: mcap::Writer<NoSeek<Fused<W>>>,
-    /// None of a part of a recording, which nobody looks at.
+    /// `None` for the parts of a ring, which no viewer opens.
     views: Option<Views>,
     raw: BTreeMap<Buffer, u16>,
     shown: BTreeMap<String, u16>,
@@ -36,7 +35,7 @@ pub struct Writer<W: Write> {
 }
 
 impl<W: Write> Writer<W> {
-    /// Begins a recording with the robot's configuration.
+    /// Starts a recording that contains the robot's configuration.
     ///
     /// # Errors
     ///
@@ -48,7 +47,7 @@ impl<W: Write> Writer<W> {
         Ok(writer)
     }
 
-    /// Begins a recording of the raw frames alone, without the robot's configuration.
+    /// Starts a recording of raw frames only, without the configuration.
     pub(crate) fn raw(out: W, subject: &Subject) -> io::Result<Self> {
         let mut writer = Self::over(out, None)?;
         writer.begin_as(subject).map_err(failed)?;
@@ -56,7 +55,7 @@ impl<W: Write> Writer<W> {
     }
 
     fn over(out: W, views: Option<Views>) -> io::Result<Self> {
-        // A chunk is written whole or not at all, by this thread.
+        // No compression threads and no seeking: each chunk is written by this thread, sequentially.
         let options = WriteOptions::new()
             .profile(PROFILE)
             .library("leo")
@@ -64,7 +63,7 @@ impl<W: Write> Writer<W> {
             .compression_threads(0)
             .chunk_size(Some(CHUNK_BYTES))
             .disable_seeking(true);
-        // What nobody looks at is read from its beginning to its end: it needs no index.
+        // Parts of a ring are read sequentially, so they need no index.
         let options = match &views {
             Some(_) => options,
             None => {
@@ -101,7 +100,7 @@ impl<W: Write> Writer<W> {
         self.out.flush()
     }
 
-    /// Writes a frame, and what viewers are shown of it.
+    /// Writes a frame, and the messages for viewers.
     ///
     /// # Errors
     ///
@@ -150,13 +149,13 @@ impl<W: Write> Writer<W> {
     }
 
     fn message(&mut self, channel_id: u16, frame: &Frame, bytes: &[u8]) -> McapResult<()> {
-        // The number in the file has half the bits: they are its last ones.
+        // The sequence number in MCAP has 32 bits; use the lower ones.
         let sequence = u32::try_from(frame.sequence & u64::from(u32::MAX)).unwrap_or(0);
         let header = MessageHeader { channel_id, sequence, log_time: frame.at_ns, publish_time: frame.at_ns };
         self.out.write_to_known_channel(&header, bytes)
     }
 
-    /// Writes what is not in the file yet: it can be read up to here whatever happens.
+    /// Writes the current chunk. Everything up to here can then be read in any case.
     ///
     /// # Errors
     ///
@@ -166,18 +165,18 @@ impl<W: Write> Writer<W> {
         self.out.flush().map_err(failed)
     }
 
-    /// What was written up to now.
+    /// The counters so far.
     #[must_use]
     pub fn counts(&self) -> &Counts {
         &self.counts
     }
 
-    /// Notes that so many frames of a buffer were lost before they came here.
+    /// Sets the number of frames of a buffer that were lost before they reached the writer.
     pub fn set_dropped(&mut self, buffer: Buffer, frames: u64) {
         self.counts.set_dropped(buffer, frames);
     }
 
-    /// Ends the recording with its counts and its index, and gives back what it was written to.
+    /// Ends the recording with its counters and its index, and returns the underlying writer.
     ///
     /// # Errors
     ///
@@ -201,19 +200,19 @@ impl<W: Write> std::fmt::Debug for Writer<W> {
     }
 }
 
-/// Why a recording was not begun.
+/// Why a recording could not be started.
 #[derive(Debug, thiserror::Error)]
 pub enum NotBegun {
-    /// The body that viewers are shown cannot be made.
+    /// The body for viewers is invalid.
     #[error(transparent)]
     Body(#[from] BodyError),
-    /// Nothing can be written.
+    /// Writing failed.
     #[error(transparent)]
     Write(#[from] io::Error),
 }
 
 impl NotBegun {
-    /// The same of a file.
+    /// The error for a file.
     #[must_use]
     pub fn of(self, file: &Path) -> RecordError {
         match self {

@@ -1,4 +1,4 @@
-//! Files of any bytes: refused, or read to their end, in little memory.
+//! Files of random bytes are refused, or read to their end, in bounded memory.
 
 mod bytes;
 
@@ -6,7 +6,7 @@ use proptest::prelude::*;
 use proptest::strategy::ValueTree as _;
 use proptest::test_runner::TestRunner;
 
-/// A reader takes no more memory, in KiB, this test's own included.
+/// Maximum memory of the reader in KiB, including this test.
 const MEMORY_KIB: u64 = 512 << 10;
 
 /// The script of a trace: a channel of observations, and a message with one.
@@ -15,12 +15,12 @@ const OBSERVATION: [u8; 10] = [7, 1, 0, 1, 1, 0, 1, 0, 5, 0];
 fn script() -> impl Strategy<Value = Vec<u8>> {
     prop_oneof![
         prop::collection::vec(any::<u8>(), 0..600),
-        // A file of chunks that expand to much.
+        // A file of chunks with a high expansion ratio.
         prop::collection::vec(prop_oneof![Just(0_u8), any::<u8>()], 40..200).prop_map(|mut script| {
             script.insert(0, 4);
             script
         }),
-        // A trace with one observation, and what comes after it.
+        // A trace with one observation, followed by random records.
         prop::collection::vec(any::<u8>(), 0..60).prop_map(|rest| [&OBSERVATION[..], &rest].concat()),
     ]
 }

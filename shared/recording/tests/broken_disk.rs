@@ -1,4 +1,4 @@
-//! A disk that fails at the n-th call: what was written before is whole, and the error is told.
+//! A disk that fails at the n-th call: what was written before is intact, and the error is reported.
 #![expect(
     clippy::expect_used,
     clippy::panic,
@@ -18,15 +18,15 @@ use recording::{Buffer, Frame, NotBegun, NotSaved, ReadError, Reader, Ring, Subj
 /// How a disk fails.
 #[derive(Clone, Copy, Debug)]
 enum Fault {
-    /// The call fails, and so do all after it.
+    /// This call and all later ones fail.
     Lasting(ErrorKind),
-    /// The call fails, and those after it do not.
+    /// Only this call fails.
     Once(ErrorKind),
-    /// From the call on, one byte is taken at a time.
+    /// From this call on, one byte is accepted at a time.
     Short,
 }
 
-/// A file in memory on a disk that fails at the n-th call. A copy of it is the same file.
+/// A file in memory, on a disk that fails at the n-th call. Clones share the file.
 #[derive(Clone)]
 struct Disk {
     bytes: Rc<RefCell<Vec<u8>>>,
@@ -40,7 +40,7 @@ impl Disk {
         Self { bytes: Rc::default(), calls: Rc::default(), fails_at, fault }
     }
 
-    /// Counts a call; how many bytes of so many it may take.
+    /// Counts a call; returns how many of `bytes` it may process.
     fn call(&self, bytes: usize) -> io::Result<usize> {
         let call = self.calls.get();
         self.calls.set(call + 1);
@@ -65,7 +65,7 @@ impl Write for Disk {
     }
 }
 
-/// Reads from a disk as it is written to.
+/// Reads from the failing disk.
 struct Reading<'a> {
     disk: &'a Disk,
     left: &'a [u8],
@@ -106,7 +106,7 @@ fn written(disk: Disk, frames: &[Frame]) -> Result<(), io::Error> {
     writer.finish().map(drop)
 }
 
-/// What can be read of a file: a prefix of `frames`, or a file that has not begun.
+/// Asserts that a file contains a prefix of `frames`, or has not begun. Returns the number of frames.
 fn assert_prefix(bytes: &[u8], frames: &[Frame], what: &str) -> usize {
     let reader = match Reader::new(bytes, "x.mcap") {
         Ok(reader) => reader,
@@ -142,7 +142,7 @@ fn a_disk_that_fails_at_any_call_is_told_and_what_was_flushed_before_can_be_read
                     assert_eq!(assert_prefix(&disk.bytes.borrow(), &frames, &what), frames.len(), "{what}");
                     whole += 1;
                 }
-                // What was flushed is never lost; a chunk that was cut is no frame.
+                // Flushed frames are never lost; a truncated chunk gives no frame.
                 Err(error) => {
                     assert!(has_failed, "{what}: {error}");
                     prefixes.push(assert_prefix(&disk.bytes.borrow(), &frames, &what));
@@ -177,7 +177,7 @@ fn what_the_black_box_holds_outlives_a_disk_that_fails_at_any_call() {
         assert!(matches!(error, NotSaved::Write(_) | NotSaved::Begin(NotBegun::Write(_))), "{error}");
         assert_prefix(&disk.bytes.borrow(), &frames, &format!("call {fails_at}"));
     }
-    // It is kept, and can be written elsewhere.
+    // The snapshot is kept, and can be written elsewhere.
     let whole = Disk::new(usize::MAX, Fault::Short);
     assert!(matches!(last.save(whole.clone()), Ok((_, 6))));
     assert_eq!(assert_prefix(&whole.bytes.borrow(), &frames, "elsewhere"), frames.len());

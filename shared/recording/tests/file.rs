@@ -1,4 +1,4 @@
-//! What was written is read, whatever happens to the file.
+//! Round trips of recordings, and damaged files.
 #![expect(clippy::expect_used, reason = "helpers of tests may fail them")]
 
 use clock::Duration;
@@ -14,7 +14,7 @@ use recording::{Buffer, Count, Frame, ReadError, Reader, Ring, Subject, Time, Wr
 fn subject(time: Time) -> Subject {
     let mut subject = Subject::load(None, time, Some(1), Pose::upright(1.0, -2.0, 0.5, 0.3), "a test")
         .expect("the built-in robot");
-    // The texts of the configuration are long, and their bytes are all alike to a reader.
+    // Keep only one configuration file: their long texts add nothing to the test.
     subject.files.retain(|(name, _)| *name == "perspective.toml");
     subject
 }
@@ -50,7 +50,7 @@ fn written(frames: &[Frame], time: Time) -> Vec<u8> {
     writer.finish().expect("ends")
 }
 
-/// The frames that are read, whether the file was cut, and what was wrong with it in the end.
+/// The frames read, whether the file was truncated, and the error at its end.
 fn read(bytes: &[u8]) -> (Vec<Frame>, bool, Option<ReadError>) {
     let mut reader = match Reader::new(bytes, "x.mcap") {
         Ok(reader) => reader,
@@ -87,7 +87,7 @@ fn a_file_cut_at_any_byte_is_an_error_or_a_prefix() {
     let frames = frames();
     let bytes = written(&frames, Time::Lockstep);
     let (mut prefixes, mut lengths) = (0, std::collections::BTreeSet::new());
-    // Every byte of the beginning and of the end, and every seventh of the frames between them.
+    // Every byte of the beginning and of the end, and every seventh byte in between.
     let all = (0..bytes.len()).filter(|at| *at < 4096 || bytes.len() - at < 4096 || at % 7 == 0);
     let count = all.clone().count();
     for length in all {
@@ -115,7 +115,7 @@ fn what_is_no_recording_is_one_error() {
     assert!(said(b"").starts_with("x.mcap is no recording of Leo: it ends after 0 bytes"));
     assert!(said(b"[leo]\nrate = 5\nand more of this").contains("is no recording of Leo"));
 
-    // Somebody else's MCAP file.
+    // An MCAP file of another program.
     let mut others = mcap::Writer::new(std::io::Cursor::new(Vec::new())).expect("begins");
     let channel =
         others.add_channel(0, "/chatter", "json", &std::collections::BTreeMap::new()).expect("adds");
@@ -128,7 +128,7 @@ fn what_is_no_recording_is_one_error() {
 #[test]
 fn frames_of_another_layout_are_refused_with_both_versions() {
     const HEAD: usize = size_of::<message::SceneHead>();
-    // What an older program would have written: the same channel with another schema.
+    // A file of an older program: the same channel with another schema.
     let recorded = |name: &str, text: &str, frame: &[u8]| {
         let mut out = mcap::Writer::new(std::io::Cursor::new(Vec::new())).expect("begins");
         let about = [
@@ -179,8 +179,7 @@ fn a_schema_says_every_field_with_its_place() {
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(200))]
 
-    /// No byte that changes is believed: either a check sum notices, or it is one that nothing of the
-    /// robot's stands in.
+    /// A changed byte is either detected by a check sum, or lies where it does not affect frames.
     #[test]
     fn a_changed_byte_is_noticed_or_means_nothing(place in 0.0..1.0_f64, flip in 1..=255_u8) {
         let frames = frames();
@@ -209,7 +208,7 @@ fn a_ring_holds_the_last_while_and_no_more() {
         assert!(ring.bytes() < 100_000, "{ring:?}");
     }
     for round in 0..2 {
-        // Asking for it takes nothing away.
+        // A snapshot does not change the ring.
         let (bytes, count) = ring.last().expect("is kept").save(Vec::new()).expect("is written");
         let (found, is_cut, wrong) = read(&bytes);
         assert!(!is_cut && wrong.is_none(), "{wrong:?}");
@@ -222,7 +221,7 @@ fn a_ring_holds_the_last_while_and_no_more() {
         assert!((30..=52).contains(&count), "{count}");
         ring.push(&said(newest + 1)).expect("has room");
     }
-    // And of these only what is newer than a second, and up to two more.
+    // Of these only the newest second, and up to two more.
     let last = ring.last().expect("is kept");
     assert!(last.span() >= Duration::from_secs(3), "{:?}", last.span());
     let (_, count) = last.newest(Duration::from_secs(1)).save(Vec::new()).expect("is written");
@@ -241,13 +240,13 @@ fn a_ring_holds_no_more_bytes_than_it_may() {
         peak = peak.max(ring.bytes());
     }
     assert!(peak <= MOST && peak > MOST / 2, "{peak}");
-    // The newest is kept.
+    // The newest frame is kept.
     let (bytes, _) = ring.last().expect("is kept").save(Vec::new()).expect("is written");
     assert_eq!(read(&bytes).0.last().map(|frame| frame.sequence), Some(9000));
 }
 
 proptest! {
-    /// Whatever comes after the magic: an error, or an end.
+    /// Random bytes after the magic give an error, or an end.
     #[test]
     fn any_bytes_are_refused_or_read_to_their_end(
         bytes in prop::collection::vec(any::<u8>(), 0..400),

@@ -1,4 +1,4 @@
-//! What a ring takes from the heap: as much after hours as after its first minutes.
+//! Heap usage of a ring does not grow over hours.
 #![expect(clippy::expect_used, reason = "helpers of tests may fail them")]
 
 use std::collections::BTreeMap;
@@ -7,21 +7,21 @@ use clock::Duration;
 use geometry::Pose;
 use recording::{Buffer, Frame, Ring, Subject, Time};
 
-/// What a ring forgets at once.
+/// Duration of a part of the ring.
 const PART_NS: u64 = 2_000_000_000;
 const SPAN: Duration = Duration::from_secs(60);
-/// Frames of a part, and the bytes of each.
+/// Number of frames in a part, and the size of each in bytes.
 const FRAMES: u64 = 20;
 const BYTES: u64 = 16_000;
-/// The bytes of a part of which nothing can be compressed.
+/// Size of a part of incompressible frames, in bytes.
 const PART: usize = 320_000;
 
-/// A ring, and what it takes from the heap.
+/// A ring with its allocations.
 struct Watched {
     ring: Ring,
     sequence: u64,
     noise: u64,
-    /// Pieces of memory that it holds, by their size, and the most of each size that there ever were.
+    /// Number of live allocations by size, and their maximum so far.
     held: BTreeMap<usize, i64>,
     most: BTreeMap<usize, i64>,
 }
@@ -40,8 +40,8 @@ impl Watched {
         self.noise
     }
 
-    /// Pushes a part, of each of whose frames at least so many bytes cannot be compressed. What it holds is
-    /// looked at after the part, where nothing is held of how one is written.
+    /// Pushes one part, with at least `least` incompressible bytes per frame. Allocations are measured after the part,
+    /// when no temporary ones exist.
     fn push(&mut self, least: u64) {
         let noisy = BYTES - self.noise() % (BYTES - least + 1);
         let frame = |_| {
@@ -65,13 +65,13 @@ impl Watched {
         }
     }
 
-    /// Bytes that it holds.
+    /// Allocated bytes.
     fn held(&self) -> usize {
         bytes(&self.held)
     }
 
-    /// Bytes of a heap that is enough whatever it does with what it gets back: where it neither joins nor splits,
-    /// a piece is of use to those alone who want one just as long.
+    /// Bytes needed by a worst-case allocator that neither splits nor joins free blocks: the sum of the maxima per
+    /// size.
     fn needed(&self) -> usize {
         bytes(&self.most)
     }
@@ -84,12 +84,12 @@ fn bytes(pieces: &BTreeMap<usize, i64>) -> usize {
 #[test]
 fn a_ring_takes_for_what_comes_what_it_gives_back_of_what_it_forgets() {
     let mut watched = Watched::new(usize::MAX);
-    // A minute in which nothing can be compressed, and a little more.
+    // A little more than a minute of incompressible frames.
     (0..40).for_each(|_| watched.push(BYTES));
     let (says, held, needed) = (watched.ring.bytes(), watched.held(), watched.needed());
     assert!(says > 30 * PART, "{says} bytes are no minute");
     assert!((says..says + says / 100).contains(&held), "it says {says} and holds {held}");
-    // Twenty minutes in which more or less can, and another minute like the first one.
+    // Twenty minutes of varying compressibility, then another minute like the first one.
     let mut least = says;
     for _ in 0..600 {
         watched.push(2_000);
@@ -110,6 +110,6 @@ fn a_ring_takes_no_more_than_it_may() {
         watched.push(2_000);
         most = most.max(watched.held());
     }
-    // What says where the blocks are is a hundredth of them at most.
+    // The block lists take at most a hundredth of the blocks.
     assert!(most > MOST / 2 && most <= MOST + MOST / 100, "{most}");
 }

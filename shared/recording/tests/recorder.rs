@@ -1,4 +1,4 @@
-//! A robot that cannot be looked at.
+//! Recording a domain that cannot be joined.
 
 use std::fs;
 use std::path::Path;

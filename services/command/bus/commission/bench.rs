@@ -1,4 +1,4 @@
-//! The servos of one bus, while trials are made on them.
+//! The servos of one bus during trials.
 
 use std::sync::atomic::AtomicBool;
 
@@ -14,12 +14,12 @@ use super::person::Person;
 use super::report::Outcome;
 use super::trials::Trial;
 
-/// What a trial measured, and what was not as expected.
+/// The measurements of a trial, and deviations from the expectation.
 #[derive(Debug, Default)]
 pub(super) struct Measured {
     pub(super) notes: Vec<String>,
     pub(super) wrong: Vec<String>,
-    /// Whether a person left it out.
+    /// Whether a person skipped it.
     pub(super) skipped: bool,
 }
 
@@ -32,18 +32,18 @@ impl Measured {
         self.notes.push(note.into());
     }
 
-    /// Notes something that was not as expected.
+    /// Adds a deviation.
     pub(super) fn wrong(&mut self, wrong: impl Into<String>) {
         self.wrong.push(wrong.into());
     }
 
-    /// Notes one or the other.
+    /// Adds a measurement if it is good, otherwise a deviation.
     pub(super) fn check(&mut self, good: bool, what: String) {
         if good { self.note(what) } else { self.wrong(what) }
     }
 }
 
-/// A bus, its servos and its line.
+/// A bus with its servos.
 pub(super) struct Bench<'a> {
     pub(super) bus: &'a Opening<'a>,
     pub(super) motor: &'a config::leo::Motor,
@@ -57,24 +57,24 @@ impl<'a> Bench<'a> {
         Self { bus, motor, stop, person: Person, line: None }
     }
 
-    /// Makes a trial. An error of the line is an outcome too.
+    /// Runs a trial. A communication error counts as a failure.
     pub(super) fn run(&mut self, trial: &Trial) -> Outcome {
         let measured = (trial.run)(self);
         if trial.moves {
-            // Nothing holds or moves between trials.
+            // No servo holds or moves between trials.
             let _told = self.line().and_then(Line::torque_off);
         }
         match measured {
             Ok(measured) => Outcome::of(measured),
             Err(error) => {
-                // What is wrong with a line may be mended by opening it again.
+                // Reopening the serial port may repair it.
                 self.close();
                 Outcome::of(Measured { wrong: vec![error.text], ..Measured::default() })
             }
         }
     }
 
-    /// Switches all torque off, and says what came of it.
+    /// Switches all torque off, and returns the result as text.
     pub(super) fn end(&mut self) -> String {
         let bus = self.bus;
         let off = self.line().and_then(|line| line.torque_off().and_then(|()| look_for_torque(line, bus)));
@@ -92,7 +92,7 @@ impl<'a> Bench<'a> {
         }
     }
 
-    /// The line, opened again where it was closed.
+    /// The open line; reopens it if needed.
     pub(super) fn line(&mut self) -> Result<&mut Line, Failed> {
         let line = match self.line.take() {
             Some(line) => line,
@@ -101,12 +101,12 @@ impl<'a> Bench<'a> {
         Ok(self.line.insert(line))
     }
 
-    /// Closes the line, so that it can be opened at another speed, or after an adapter came back.
+    /// Closes the line, so that it can be opened at another speed, or after an adapter was reconnected.
     pub(super) fn close(&mut self) {
         self.line = None;
     }
 
-    /// The joints whose servos answer: an error where none does.
+    /// The joints whose servos reply; an error if there are none.
     pub(super) fn joints(&mut self) -> Result<Vec<&'a Joint>, Failed> {
         let bus = self.bus;
         let line = self.line()?;
@@ -129,8 +129,8 @@ impl<'a> Bench<'a> {
         Ok(Servo { line, id: joint.id, model })
     }
 
-    /// Switches torque on where a joint stands: where it stands as an angle of the servo. An error where it has an
-    /// alert, counts otherwise than motor.toml believes, or stands beyond its limits.
+    /// Switches torque on at a joint's present position, and returns it as an angle of the servo. Returns an error if
+    /// the servo has an alert, does not match motor.toml, or stands beyond the joint's limits.
     pub(super) fn hold(&mut self, joint: &Joint) -> Result<f64, Failed> {
         let speed_rad_s = self.motor.soft_start_rad_s.get().min(joint.velocity_rad_s);
         let mut servo = self.servo(joint)?;
@@ -145,7 +145,7 @@ impl<'a> Bench<'a> {
         Ok(servo_rad)
     }
 
-    /// Does something with every servo that answers: what goes wrong with one is noted, and costs no other its trial.
+    /// Calls `tries` for every servo that replies. An error of one is noted and does not affect the others.
     pub(super) fn each(
         &mut self,
         measured: &mut Measured,
@@ -162,8 +162,8 @@ impl<'a> Bench<'a> {
         Ok(())
     }
 
-    /// The goal so far from where a servo stands, to the side where its joint has more room; as an angle of the
-    /// servo. None where there is no such room.
+    /// A goal at a distance from the servo's position, towards the farther limit of its joint, as an angle of the
+    /// servo. `None` if it would be beyond the limit.
     pub(super) fn aside(joint: &Joint, servo_rad: f64, by_rad: f64) -> Option<f64> {
         let joint_rad = joint.joint_rad(servo_rad);
         let up = joint.max_rad - joint_rad >= joint_rad - joint.min_rad;
@@ -171,7 +171,7 @@ impl<'a> Bench<'a> {
         (joint.min_rad..=joint.max_rad).contains(&goal_rad).then(|| joint.servo_rad(goal_rad))
     }
 
-    /// Whether a model is the one that motor.toml says.
+    /// Whether a model number matches motor.toml.
     pub(super) fn is_model(joint: &Joint, number: u16) -> bool {
         Model::from(joint.model).number() == number
     }

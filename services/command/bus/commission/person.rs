@@ -1,4 +1,4 @@
-//! What only a person can do, and says that it is done.
+//! Instructions that only a person can carry out.
 
 use super::super::output;
 use super::Failed;
@@ -7,7 +7,7 @@ use super::Failed;
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Person;
 
-/// What a person says.
+/// A person's answer.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Reply {
     Done,
@@ -15,7 +15,7 @@ pub(super) enum Reply {
 }
 
 impl Person {
-    /// Asks for something, and waits until the person says that it is done or is to be left out.
+    /// Prints an instruction, and waits until the person confirms or skips it.
     pub(super) fn ask(self, what: &str) -> Result<Reply, Failed> {
         output::print(&format!("  {what}.\n  Enter when that is so, or `skip`: "))?;
         let said = output::answer()?.ok_or_else(|| {

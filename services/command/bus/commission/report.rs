@@ -1,4 +1,4 @@
-//! The report of the trials: a TOML file that is written as they go.
+//! The report of the trials: a TOML file that is extended after each trial.
 
 use std::fmt::Write as _;
 use std::fs::{self, File};
@@ -10,10 +10,10 @@ use super::super::whom::Where;
 use super::bench::Measured;
 use super::trials::Trial;
 
-/// Reports of one second at most.
+/// Maximum number of reports created in the same second.
 const SAME_SECOND: u32 = 100;
 
-/// How a trial ended.
+/// The result of a trial.
 #[derive(Debug)]
 pub(super) struct Outcome {
     word: &'static str,
@@ -25,7 +25,7 @@ impl Outcome {
     pub(super) const FAILED: &'static str = "failed";
     pub(super) const SKIPPED: &'static str = "skipped";
 
-    /// What follows from what was measured.
+    /// Derives the result from the measurements.
     pub(super) const fn of(measured: Measured) -> Self {
         let word = if !measured.wrong.is_empty() {
             Self::FAILED
@@ -37,7 +37,7 @@ impl Outcome {
         Self { word, measured }
     }
 
-    /// The same for a person.
+    /// The result as text.
     pub(super) fn told(&self) -> String {
         let mut told = String::new();
         for note in &self.measured.notes {
@@ -60,16 +60,16 @@ impl Outcome {
     }
 }
 
-/// The file.
+/// The report file.
 pub(super) struct Report {
     path: PathBuf,
     file: File,
-    /// Each trial that was made, and how it ended.
+    /// Each completed trial with its result.
     ended: Vec<(&'static str, &'static str)>,
 }
 
 impl Report {
-    /// A new file in `folder`, named by the date: none that is there is written over.
+    /// Creates a new file in `folder`, named by the date. Existing files are never overwritten.
     pub(super) fn create(folder: &Path, place: &Where<'_>) -> Result<Self, Failed> {
         let date = Date::of(clock::date_s());
         for count in 1..=SAME_SECOND {
@@ -100,17 +100,17 @@ impl Report {
         &self.path
     }
 
-    /// How many trials ended so.
+    /// Number of trials with a result.
     pub(super) fn count(&self, outcome: &str) -> usize {
         self.ended.iter().filter(|(_, ended)| *ended == outcome).count()
     }
 
-    /// Whether a trial was made.
+    /// Whether a trial was completed.
     pub(super) fn has(&self, trial: &str) -> bool {
         self.ended.iter().any(|(name, _)| *name == trial)
     }
 
-    /// Adds a trial, at once on the disk: the next one may take the power of this machine.
+    /// Appends a trial and syncs it to the disk at once: the next trial may cut the power of this machine.
     pub(super) fn add(
         &mut self,
         bus: &str,
@@ -133,12 +133,12 @@ impl Report {
         self.write(&text)
     }
 
-    /// Adds how a bus was left.
+    /// Appends the final state of a bus.
     pub(super) fn end_of_bus(&mut self, bus: &str, torque: &str) -> Result<(), Failed> {
         self.write(&format!("\n[[left]]\nbus = {}\ntorque = {}\n", quoted(bus), quoted(torque)))
     }
 
-    /// Adds what all that comes to.
+    /// Appends the summary.
     pub(super) fn conclude(&mut self, interrupted: bool, left: &[&str]) -> Result<(), Failed> {
         let left: Vec<_> = left.iter().map(|name| (*name).to_owned()).collect();
         let all = self.count(Outcome::PASSED) == self.ended.len() && left.is_empty() && !interrupted;
@@ -160,7 +160,7 @@ impl Report {
 }
 
 impl Drop for Report {
-    /// A report of nothing is none.
+    /// Removes an empty report.
     fn drop(&mut self) {
         if self.ended.is_empty() {
             let _removed = fs::remove_file(&self.path);
@@ -168,7 +168,7 @@ impl Drop for Report {
     }
 }
 
-/// A string of TOML: its escapes are those of JSON.
+/// A TOML string; its escapes are a superset of JSON's.
 fn quoted(text: &str) -> String {
     serde_json::Value::from(text).to_string()
 }
@@ -178,7 +178,7 @@ fn list(texts: &[String]) -> String {
     format!("[{}]", texts.join(", "))
 }
 
-/// A moment in UTC.
+/// An instant in UTC.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 struct Date {
     year: u64,
@@ -188,7 +188,7 @@ struct Date {
 }
 
 impl Date {
-    /// The date so many seconds after the beginning of 1970, by the calendar of 400 years that begin in March.
+    /// Converts seconds since 1970, with the 400-year cycle of years that begin in March.
     const fn of(seconds: u64) -> Self {
         let days = seconds / 86_400 + 719_468;
         let (era, day) = (days / 146_097, days % 146_097);
@@ -200,14 +200,14 @@ impl Date {
         Self { year, month, day: day - (153 * march + 2) / 5 + 1, second: seconds % 86_400 }
     }
 
-    /// As a file is named.
+    /// The format of file names.
     fn name(self) -> String {
         let Self { year, month, day, second } = self;
         let (hour, minute) = (second / 3600, second / 60 % 60);
         format!("{year}-{month:02}-{day:02}-{hour:02}{minute:02}{:02}", second % 60)
     }
 
-    /// As TOML says it.
+    /// The format of TOML.
     fn text(self) -> String {
         let Self { year, month, day, second } = self;
         let (hour, minute) = (second / 3600, second / 60 % 60);

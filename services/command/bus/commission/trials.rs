@@ -14,14 +14,14 @@ pub(super) struct Trial {
     pub(super) name: &'static str,
     /// Whether it needs a person: to cut the power, to hold a joint, to unplug.
     pub(super) needs_person: bool,
-    /// Whether torque comes on in it.
+    /// Whether it switches torque on.
     pub(super) moves: bool,
     pub(super) tries: &'static str,
     pub(super) expects: &'static str,
     pub(super) run: fn(&mut Bench<'_>) -> Result<Measured, Failed>,
 }
 
-/// All of them. What is easily mended and moves nothing comes first.
+/// All trials. Those that move nothing and whose faults are easy to repair come first.
 pub(super) const TRIALS: [Trial; 11] = [
     Trial {
         name: "identity",

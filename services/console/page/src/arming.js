@@ -1,4 +1,4 @@
-// Whether the joints may move: the strip that says so, and the button that arms them.
+// The arming strip: shows whether the joints may move, with the button that arms them.
 import { find, make, write } from './element.js';
 
 /** @typedef {{cause: string, meaning: string, remedy: string, count: number, joints: string[]}} Group */
@@ -11,7 +11,7 @@ const sum = (groups) => groups.reduce((all, { count }) => all + count, 0);
 const joints = (count) => (count === 1 ? '1 joint' : `${count} joints`);
 
 /**
- * How the licences stand, in words: the parts of a line, the worst first, and how bad that is. Pure.
+ * The licences as text: the parts of a line, the worst first, and their state. Pure.
  * @param {Licences | undefined} licences
  * @returns {{state: 'unknown' | 'stopped' | 'locked' | 'disarmed' | 'armed', parts: string[], canArm: boolean}}
  */
@@ -30,7 +30,7 @@ export function licenceWords(licences) {
 }
 
 /**
- * What is asked before locked joints are acknowledged: a line for each cause, with its joints and its remedy. Pure.
+ * The lines of the dialog that acknowledges locks: one per cause, with its joints and its remedy. Pure.
  * @param {Group[]} groups
  */
 export function lockLines(groups) {
@@ -46,7 +46,7 @@ export class Arming {
   #strip = find('arming');
   #button = /** @type {HTMLButtonElement} */ (find('arm'));
   #dialog = /** @type {HTMLDialogElement} */ (find('arm-dialog'));
-  /** The locks that the open dialog shows: those alone are acknowledged. @type {number | null} */
+  /** The lock count shown in the open dialog: only these locks are acknowledged. @type {number | null} */
   #shown = null;
 
   /**
@@ -90,7 +90,7 @@ export class Arming {
     find('arm-causes').replaceChildren(...lockLines(licences.locked).map((text) => make('li', { text })));
     find('arm-others').hidden = licences.disarmed.length === 0;
     this.#dialog.showModal();
-    // Enter alone, pressed twice, acknowledges nothing.
+    // Focus "cancel", so that pressing Enter twice acknowledges nothing.
     find('arm-cancel').focus();
   }
 

@@ -1,4 +1,4 @@
-// A scene of what is believed in one perspective, with what divides it from Leo's own drawn as such.
+// The scene of one perspective's beliefs, with its differences from Leo's own beliefs highlighted.
 import { LineSegments2 } from 'three/examples/jsm/lines/LineSegments2.js';
 import { LineSegmentsGeometry } from 'three/examples/jsm/lines/LineSegmentsGeometry.js';
 import { Mesh } from 'three';
@@ -10,12 +10,12 @@ import { UNIT_BOX } from './shapes.js';
 
 /** @typedef {import('./cells.js').Cells} Cells */
 
-/** Not perceived for so long, a thing is remembered and no longer seen. */
+/** A belief not perceived for longer than this is drawn as remembered, in seconds. */
 const REMEMBERED_S = 0.6;
 const MOVED_M = 0.03;
 
 /**
- * What is drawn of a perspective's beliefs. Pure.
+ * One belief as it is drawn. Pure.
  * @typedef {{id: number, belief: any, mark: null | 'unknown' | 'different' | 'imagined' | 'unplaced',
  *   remembered: boolean, from: number[] | null}} Sketch
  */
@@ -23,7 +23,7 @@ const MOVED_M = 0.03;
 /**
  * @param {[string, any][]} own the robot's own beliefs
  * @param {[string, any][]} theirs the beliefs of the perspective
- * @param {[string, any][]} divides how it differs from the robot's own
+ * @param {[string, any][]} divides the differences from the robot's own beliefs
  * @returns {Sketch[]}
  */
 export function sketch(own, theirs, divides) {
@@ -65,7 +65,7 @@ export class Beliefs {
   #arrows = null;
   #cells;
   perspective = 0;
-  /** The robot's own belief that is selected. @type {number | null} */
+  /** The selected belief of the robot. @type {number | null} */
   selected = null;
 
   /**
@@ -81,7 +81,7 @@ export class Beliefs {
     this.scene.repaint();
   }
 
-  /** Draws anew from the cells. */
+  /** Redraws from the cells. */
   update() {
     const n = this.perspective;
     const own = this.#cells.under('belief/0/');
@@ -120,7 +120,7 @@ export class Beliefs {
     solid.outline(mark === 'unknown' ? 'false' : remembered || mark === 'unplaced' ? 'faint' : null);
   }
 
-  /** From where it is believed to where Leo believes it. @param {number[]} points */
+  /** An arrow from the believed position to the position that Leo believes. @param {number[]} points */
   #way(points) {
     if (this.#arrows !== null) {
       this.scene.remove(this.#arrows);

@@ -1,16 +1,16 @@
-// Leo's body: loaded from its URDF, moved by its joints.
+// Leo's body: loaded from its URDF, posed by its joint positions.
 import { CylinderGeometry, Group, SphereGeometry } from 'three';
 import URDFLoader from 'urdf-loader';
 import { surface } from './surface.js';
 
-/** Links of the head are left out where one looks through its eyes. */
+/** Links of the head, hidden in the view through Leo's eyes. */
 const HEAD = 'head_pitch_link';
 const NECK = ['neck_yaw_link', 'neck_pitch_link', 'neck_roll_link'];
 
 /** @type {Map<number, ReturnType<typeof surface>>} */
 const materials = new Map();
 
-/** One material for all of one colour. @param {import('three').Color} color */
+/** One shared material per colour. @param {import('three').Color} color */
 function furs(color) {
   const key = color.getHex();
   const material = materials.get(key) ?? surface({ color });
@@ -21,7 +21,7 @@ function furs(color) {
 const BALL = new SphereGeometry(1, 18, 12);
 const ROUND = new CylinderGeometry(1, 1, 1, 18);
 
-/** The loader's balls have 1,800 corners each, which is more than anybody sees. @param {any} geometry */
+/** Replaces the loader's spheres of 1,800 vertices by coarser ones. @param {any} geometry */
 function coarse(geometry) {
   if (geometry.type === 'SphereGeometry') return BALL;
   return geometry.type === 'CylinderGeometry' ? ROUND : geometry;

@@ -1,6 +1,6 @@
-// The cells of Leo's state that the page holds: keys to values, and who wants to hear of which.
+// The page's copy of Leo's state: a key-value store with listeners per key prefix.
 
-/** @typedef {Map<string, any>} Changes what changed, by key; `undefined` where a cell is gone */
+/** @typedef {Map<string, any>} Changes the changed values by key; `undefined` for a removed key */
 
 export class Cells {
   /** @type {Map<string, any>} */
@@ -8,11 +8,11 @@ export class Cells {
   /** @type {{prefix: string, hear: (changes: Changes) => void}[]} */
   #listeners = [];
   version = 0;
-  /** Whether the message that was taken in last holds all that there is, and not what changed. */
+  /** Whether the last message was the full state instead of a delta. */
   fresh = false;
 
   /**
-   * The value under a key, or `undefined`.
+   * The value of a key, or `undefined`.
    * @param {string} key
    */
   get(key) {
@@ -20,7 +20,7 @@ export class Cells {
   }
 
   /**
-   * All cells whose keys begin with a prefix, in the order of their numbers.
+   * All entries whose keys begin with a prefix, in numeric order.
    * @param {string} prefix
    * @returns {[string, any][]}
    */
@@ -30,7 +30,7 @@ export class Cells {
   }
 
   /**
-   * The key of the thing of a name: what stands under a key changes whenever things come and go.
+   * The key of the object with a name. Keys change as objects come and go.
    * @param {string} name
    */
   thing(name) {
@@ -39,7 +39,7 @@ export class Cells {
   }
 
   /**
-   * Calls `hear` once per message in which a cell under the prefix changed.
+   * Calls `hear` once per message in which a value under the prefix changed.
    * @param {string | string[]} prefixes
    * @param {(changes: Changes) => void} hear
    */
@@ -48,7 +48,7 @@ export class Cells {
   }
 
   /**
-   * Takes a message of cells in.
+   * Applies a message.
    * @param {{version: number, fresh: boolean, cells: Record<string, any>}} message
    */
   apply(message) {

@@ -1,13 +1,13 @@
-// The seat of whoever acts on this page: it follows the cells, and leads them while it is moved here.
+// The seat of the teacher of this page: follows the state, and overrides it while it is moved here.
 import { looksAt } from './pose.js';
 import { Teller } from './teller.js';
 
 /** @typedef {import('./seat.js').Seat} Seat */
 
-/** So long after the last move of his own, the page believes itself before the cells. */
+/** For this long after a move of its own, the page ignores the seat in the state. */
 const LEADS_MS = 600;
 
-/** Opposite Leo: the first teacher's. @type {Seat} */
+/** The first teacher's seat, opposite Leo. @type {Seat} */
 export const FIRST_SEAT = { eyes: [0, 1.5, 0.55], looks_at: [0, 0.75, 0] };
 
 export class Chair {
@@ -15,11 +15,11 @@ export class Chair {
   #changed;
   #led = -Infinity;
   #teller;
-  /** Whose it is: the first teacher's. */
+  /** The teacher whose seat it is. */
   agent = 1;
   /** @type {Seat} */
   seat = FIRST_SEAT;
-  /** Where it was when it was taken. @type {Seat} */
+  /** The seat before it was moved. @type {Seat} */
   home = FIRST_SEAT;
 
   /**
@@ -39,7 +39,7 @@ export class Chair {
     });
   }
 
-  /** Sits down as somebody else. @param {number} agent */
+  /** Switches to another teacher. @param {number} agent */
   take(agent) {
     if (agent === this.agent) return;
     this.agent = agent;
@@ -58,7 +58,7 @@ export class Chair {
     this.#changed();
   }
 
-  /** Sits down elsewhere. @param {Seat} seat */
+  /** Moves the seat. @param {Seat} seat */
   move(seat) {
     this.seat = seat;
     this.#led = performance.now();

@@ -1,19 +1,19 @@
-// The WebSocket to Leo: connects again by itself, numbers what is asked, and hands out the answers.
+// The WebSocket to Leo: reconnects, numbers requests, and resolves them with their answers.
 
 const FIRST_WAIT_MS = 250;
 const LONGEST_WAIT_MS = 5000;
 const ANSWER_WITHIN_SECONDS = 10;
-/** What is written down may take a slow disk a while, and is not lost for that. */
+/** Time-out of requests that write to the disk, which may be slow. */
 const WRITTEN_WITHIN_SECONDS = 60;
 const WRITES = new Set(['keep', 'record']);
-/** Leo says something every second, if only that nothing has changed. */
+/** Time without a message after which the connection counts as lost. Leo sends at least a heartbeat a second. */
 const SILENT_SECONDS = 5;
 
 /** @typedef {'connecting' | 'connected' | 'lost'} State */
 /** @typedef {{answer: number, ok?: boolean, error?: string, thing?: string, [key: string]: any}} Answer */
 
 /**
- * Where to connect to for a page at `location`. The browser sends the token as a cookie.
+ * The WebSocket address for a page at `location`. The browser sends the token as a cookie.
  * @param {{protocol: string, host: string}} location
  */
 export function liveAddress(location) {
@@ -21,7 +21,7 @@ export function liveAddress(location) {
   return `${scheme}//${location.host}/live`;
 }
 
-/** Whether the server answers that this browser has no token, or another robot's: loaded anew, the page says what to do. */
+/** Whether this browser has no valid token. If so, a reload shows the notice that explains what to do. */
 export async function isLockedOut() {
   try {
     return (await fetch('/', { method: 'HEAD', cache: 'no-store' })).status === 401;
@@ -31,7 +31,7 @@ export async function isLockedOut() {
 }
 
 /**
- * How long to wait before the `n`-th attempt: doubling, up to a bound.
+ * Wait before the `n`-th attempt: exponential back-off with an upper bound.
  * @param {number} n from 0
  */
 export function waitBefore(n) {
@@ -57,8 +57,8 @@ export class Connection {
 
   /**
    * @param {string} address of the WebSocket
-   * @param {(message: any) => void} hear a message of cells
-   * @param {(state: State) => void} tell when the state changes
+   * @param {(message: any) => void} hear called with each state message
+   * @param {(state: State) => void} tell called when the connection state changes
    */
   constructor(address, hear, tell) {
     this.#address = address;
@@ -83,25 +83,25 @@ export class Connection {
       this.#become('connected');
     };
     socket.onclose = () => this.#lose(socket);
-    // What went wrong is not said, and that it did is told by its closing.
+    // The event contains no reason, and the close event follows.
     socket.onerror = () => {};
   }
 
   /**
-   * Waits for something to come, and gives the socket up where nothing does.
+   * Closes the socket if no message arrives in time.
    * @param {WebSocket} socket
-   * @param {number} [seconds] that are left
+   * @param {number} [seconds] remaining
    */
   #listen(socket, seconds = SILENT_SECONDS) {
     clearTimeout(this.#silence);
-    // Second by second: a page that was busy for long itself hears what has come meanwhile in between.
+    // Count down second by second: a page that was blocked itself processes pending messages in between.
     this.#silence = setTimeout(() => {
       if (seconds > 1) {
         this.#listen(socket, seconds - 1);
         return;
       }
       this.#lose(socket);
-      // Where the network is gone, nobody tells the browser that it is closed: it is not waited for.
+      // Without a network the close event may never come, so it is not awaited.
       socket.close();
     }, 1000);
   }
@@ -117,7 +117,7 @@ export class Connection {
     this.#attempts += 1;
   }
 
-  /** Ends it for good. */
+  /** Closes it without reconnecting. */
   close() {
     clearTimeout(this.#retry);
     clearTimeout(this.#silence);
@@ -127,10 +127,10 @@ export class Connection {
   }
 
   /**
-   * Asks Leo to do something.
-   * @param {string} what the word under `do`
+   * Sends a request to Leo.
+   * @param {string} what the value of `do`
    * @param {Record<string, any>} [content]
-   * @returns {Promise<Answer>} never rejected: an error is in it
+   * @returns {Promise<Answer>} never rejected: an error is part of the answer
    */
   ask(what, content = {}) {
     const id = this.#next;

@@ -1,9 +1,9 @@
-// What is said and done, and what can be said.
+// The dialogue: the log of utterances and events, and the buttons and field for speaking.
 import { find, make } from './element.js';
 import { listening } from './speech.js';
 import { capital, toYou } from './words.js';
 
-/** The usual sentences, `…` for the task's name. */
+/** The usual sentences; `…` stands for the task's name. */
 const SENTENCES = [
   { text: 'Leo, I can teach you to do …', group: 'teach' },
   { text: '… is done', group: 'teach' },
@@ -21,11 +21,11 @@ const LABELS = /** @type {Record<string, string>} */ ({
   done: 'done', failed: 'failed', result: 'result', note: 'note', knows: 'knows',
 });
 
-/** So long after all was shown at once, the dialogue is read out again as it goes on. */
+/** Delay after a full state until the live region is read aloud again. */
 const HUSHED_MS = 300;
 
 /**
- * A line's text without the quotes in which speech is told.
+ * A line's text without the quotes around an utterance.
  * @param {{kind: string, text: string}} line
  */
 export function spoken({ kind, text }) {
@@ -120,14 +120,14 @@ export class Dialogue {
     if (atEnd) box.scrollTop = box.scrollHeight;
   }
 
-  /** What was said before the page was there, or away, is not read out. */
+  /** Mutes the live region: lines from before the page was connected are not read aloud. */
   #hush() {
     this.#box.setAttribute('aria-live', 'off');
     clearTimeout(this.#hushed);
     this.#hushed = setTimeout(() => this.#box.setAttribute('aria-live', 'polite'), HUSHED_MS);
   }
 
-  /** Lines may come in any order within one message: each goes where its serial says. @param {HTMLElement} item */
+  /** Inserts a line by its serial; a message may contain lines in any order. @param {HTMLElement} item */
   #place(item) {
     const serial = (/** @type {Element} */ each) => Number(/** @type {HTMLElement} */ (each).dataset.serial);
     let before = this.#log.lastElementChild;

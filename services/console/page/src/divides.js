@@ -1,10 +1,9 @@
-// What divides a perspective from Leo's own, in words.
+// The list of differences between a perspective and Leo's own beliefs, in words.
 import { make } from './element.js';
 import { toYou } from './words.js';
 
 /**
- * Brings a list up to date: what says the same stays as it is, with the focus that it may have, and is not read out
- * again.
+ * Updates a list. Unchanged items keep their elements, and with them the focus; they are not read aloud again.
  * @param {HTMLElement} list
  * @param {import('./cells.js').Cells} cells
  * @param {number} perspective

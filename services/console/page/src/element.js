@@ -1,4 +1,4 @@
-// Making and finding elements of the document.
+// Creating and finding elements of the document.
 
 /**
  * A new element.
@@ -22,7 +22,7 @@ export function make(tag, attributes = {}, ...children) {
 }
 
 /**
- * A new element of a drawing.
+ * A new SVG element.
  * @param {string} tag
  * @param {Record<string, string | number>} attributes
  * @param {...Node} children
@@ -35,7 +35,7 @@ export function draw(tag, attributes, ...children) {
 }
 
 /**
- * The element of the page with this id.
+ * The page's element with an id.
  * @param {string} id
  * @returns {HTMLElement}
  */
@@ -46,7 +46,7 @@ export function find(id) {
 }
 
 /**
- * Sets a text only where it is another: nothing is laid out or read out for nothing.
+ * Sets a text only if it differs: avoids layout and repeated reading aloud.
  * @param {Element} element
  * @param {string} text
  */

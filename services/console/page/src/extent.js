@@ -1,4 +1,4 @@
-// The region of the table on which things lie, in steps, so that pictures of it do not jitter. Pure.
+// The region of the table that contains all objects, in discrete steps so that pictures of it do not jitter. Pure.
 
 const STEP_M = 0.05;
 const LEAST = /** @type {[number, number]} */ ([0.3, 0.22]);

@@ -1,4 +1,4 @@
-// The teacher's hand: takes a thing, carries it, puts it down. What is in it is drawn at once, without waiting for Leo.
+// The teacher's hand: takes, carries and puts down an object. What it holds is drawn at once, before Leo's answer.
 import { landing, headingOf } from './landing.js';
 import { upright } from './pose.js';
 import { Teller } from './teller.js';
@@ -12,10 +12,10 @@ export const STEP_TURN = Math.PI / 12;
 /**
  * @typedef {object} Held
  * @property {string} key of the cell
- * @property {any} thing as it was taken
+ * @property {any} thing the object when it was taken
  * @property {[number, number]} at where it is carried
  * @property {number} angle its heading
- * @property {boolean} exact whether it goes just there, without help to meet a hole
+ * @property {boolean} exact whether snapping to holes is off
  * @property {Promise<any>} taken
  */
 
@@ -70,14 +70,14 @@ export class Hand {
     this.#show(true);
   }
 
-  /** @param {number} angle anticlockwise from above */
+  /** @param {number} angle anticlockwise, seen from above */
   turn(angle) {
     if (this.held === null) return;
     this.held.angle += angle;
     this.#show(true);
   }
 
-  /** Lets go: it goes where the preview shows it. */
+  /** Releases the object at the previewed place. */
   async put() {
     const held = this.held;
     if (held === null) return;
@@ -99,7 +99,7 @@ export class Hand {
     this.#drop();
   }
 
-  /** Where it would come to lie now. */
+  /** Where the object would land now. */
   landing() {
     if (this.held === null) return null;
     const { key, thing, at, angle, exact } = this.held;
@@ -132,7 +132,7 @@ export class Hand {
     return [x, y, z + LIFT_M];
   }
 
-  /** Tells where it is carried. */
+  /** Sends the current position. */
   #tell() {
     const pose = this.held === null ? null : this.#world.pose(this.held.key);
     if (this.held === null || pose === null) return;

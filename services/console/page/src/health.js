@@ -1,4 +1,4 @@
-// Leo's processes, buses and joints in trouble, for who looks after it.
+// The health panel: Leo's processes, buses and joints in trouble.
 import { find, make, write } from './element.js';
 
 export class Health {
@@ -32,7 +32,7 @@ export class Health {
 }
 
 /**
- * How all that stands, in a line, and whether something is amiss. Pure.
+ * The health as one line, and whether anything is wrong. Pure.
  * @param {any[]} processes
  * @param {any[]} buses
  * @param {any[]} trouble joints in trouble
@@ -48,7 +48,7 @@ export function summary(processes, buses, trouble) {
 }
 
 /**
- * How a joint in trouble is: what is done with it and why, and the states of its machines. Pure.
+ * A joint in trouble as text: its mode and cause, and the states of its state machines. Pure.
  * @param {any} joint
  */
 export function troubleWords({ joint, mode, cause, link, power, licence, licence_cause: why, motion }) {
@@ -57,7 +57,7 @@ export function troubleWords({ joint, mode, cause, link, power, licence, licence
   return `${joint}: ${mode}, ${cause}${machines}`;
 }
 
-/** Errors: answers that did not come, were broken, or were of another cycle. Pure. @param {any} bus */
+/** Errors are missing, corrupt and stale replies. Pure. @param {any} bus */
 export function busRow({ name, lost, exchanges, missed, broken, stale, quarantined }) {
   return [lost ? `${name} LOST` : name, number(exchanges), number(missed + broken + stale), number(quarantined)];
 }

@@ -1,4 +1,4 @@
-// What an occluder hides of the table from an eye: the shadow it would cast if the eye were a lamp. Pure.
+// The region of the table that an occluder hides from an eye: the occluder's shadow for a light at the eye. Pure.
 
 /** @typedef {import('./pose.js').Point} Point */
 
@@ -28,7 +28,7 @@ export function corners({ p, half }, angle) {
  * The region of the table's plane that a box hides from an eye, as a convex polygon, anticlockwise.
  * @param {Point} eye above the table
  * @param {Point[]} box its corners
- * @returns {[number, number][]} empty where nothing is hidden
+ * @returns {[number, number][]} empty if nothing is hidden
  */
 export function hiddenFrom(eye, box) {
   if (eye[2] <= 0.01) return [];

@@ -1,4 +1,4 @@
-// The keyboard over the main view.
+// Keyboard control of the main view.
 import { STEP_TURN } from './hand.js';
 import { approached, orbited, turned } from './seat.js';
 
@@ -17,7 +17,7 @@ const AROUND = { ...ARROWS, a: [-1, 0], d: [1, 0] };
 
 export class Keys {
   #desk;
-  /** A screen that is carried by the keyboard, and where it was taken. @type {{name: string, at: number[]} | null} */
+  /** The screen carried by the keyboard, and its initial position. @type {{name: string, at: number[]} | null} */
   #screen = null;
   #table = '';
 
@@ -55,7 +55,7 @@ export class Keys {
     event.stopPropagation();
   }
 
-  /** What is in the hand. @param {KeyboardEvent} event */
+  /** Keys for the held object or screen. @param {KeyboardEvent} event */
   #carry(event) {
     const { ask, cells, hand, world } = this.#desk;
     if (hand.held === null && this.#screen === null) return false;
@@ -90,12 +90,12 @@ export class Keys {
     this.forget();
   }
 
-  /** No screen is carried any more: it stays where it is. */
+  /** Stops carrying a screen; it stays where it is. */
   forget() {
     this.#screen = null;
   }
 
-  /** What has the focus. @param {KeyboardEvent} event @param {string} key */
+  /** Keys for the focused object. @param {KeyboardEvent} event @param {string} key */
   #thing(event, key) {
     const { cells, hand, movable, remove, select } = this.#desk;
     const { kind, name, p } = cells.get(key) ?? {};
@@ -110,7 +110,7 @@ export class Keys {
     return true;
   }
 
-  /** The seat. @param {KeyboardEvent} event @param {HTMLElement} target */
+  /** Keys for the seat. @param {KeyboardEvent} event @param {HTMLElement} target */
   #seat(event, target) {
     const { seat, sit, view, zoom } = this.#desk;
     if (target.closest('.tools') !== null) return false;
@@ -131,7 +131,7 @@ export class Keys {
     return true;
   }
 
-  /** A step to the right or away in the picture, on the table. @param {[number, number]} arrow @param {number} length */
+  /** A step on the table, in the camera's directions. @param {[number, number]} arrow @param {number} length */
   #across([right, away], length) {
     const e = this.#desk.camera.matrixWorld.elements;
     const angle = Math.atan2(e[1], e[0]);

@@ -1,21 +1,21 @@
-// Where what is in the hand would come to lie: into a hole, onto what is below, or on the table. Pure.
+// Where the held object would land: in a hole, on the object below, or on the table. Pure.
 import { apart, covers, heading, upright } from './pose.js';
 
 /** @typedef {import('./pose.js').Point} Point */
 /** @typedef {import('./pose.js').Turn} Turn */
 
-/** So near to a hole, a mark's place or a block's middle, the page helps to meet it. */
+/** Snapping distance of the page to a hole, a marker's place or a block's centre. */
 const SNAP_M = 0.03;
-/** So near to it, Leo's world takes it in whatever the page does. */
+/** Snapping distance of Leo's world, which applies in any case. */
 const TAKEN_M = 0.02;
 
 /**
  * @param {any} held a cell `thing/<n>`
  * @param {[number, number]} at
  * @param {number} angle its heading
- * @param {any[]} others the things that lie about
- * @param {boolean} exact whether it goes just there, and the page does not help
- * @returns {{p: Point, q: Turn, into: string | null}} `into`: the name of what takes it
+ * @param {any[]} others the other things on the table
+ * @param {boolean} exact whether the page's snapping is off
+ * @returns {{p: Point, q: Turn, into: string | null}} `into`: the name of the object that receives it
  */
 export function landing(held, at, angle, others, exact = false) {
   const near = (/** @type {any} */ thing) => apart(thing.p.slice(0, 2), at);
@@ -31,7 +31,7 @@ export function landing(held, at, angle, others, exact = false) {
 }
 
 /**
- * Whether a thing takes another into or onto its middle.
+ * Whether a thing can receive another one in its hole or on its centre.
  * @param {any} thing
  * @param {any} held
  */
@@ -42,7 +42,7 @@ export function takes(thing, held) {
   return thing.role === 'block' && flat && thing.half[0] < 2.5 * held.half[0];
 }
 
-/** The heading of a thing as it lies. @param {any} thing */
+/** The heading of a lying object. @param {any} thing */
 export function headingOf(thing) {
   return thing.q ? heading(thing.q) : 0;
 }

@@ -1,4 +1,4 @@
-// How cameras are set up: the teacher's seat, Leo's eyes, from above, and freely round the table.
+// Cameras: from the teacher's seat, through Leo's eyes, from above, and freely around the table.
 import { Vector3 } from 'three';
 import { looksAt } from './pose.js';
 
@@ -7,7 +7,7 @@ import { looksAt } from './pose.js';
 /** @typedef {{centre: [number, number], half: [number, number]}} Extent a region of the table */
 /** @typedef {'seat' | 'leo' | 'above' | 'free'} Name */
 
-/** What is seen above and below the line of sight, as tangents: Leo's face, and the table's near edge. */
+/** Vertical field of view above and below the line of sight, as tangents: from Leo's face to the table's near edge. */
 const ABOVE = 0.86;
 const BELOW = 0.37;
 const DEGREES = 180 / Math.PI;
@@ -19,14 +19,14 @@ export const VIEWS = /** @type {{name: Name, label: string}[]} */ ([
   { name: 'free', label: 'Free' },
 ]);
 
-/** The seat from which a free look begins. @returns {Seat} */
+/** The initial seat of the free view. @returns {Seat} */
 export function freeSeat() {
   return { eyes: [1.15, 1.75, 1.0], looks_at: [0, 0.62, 0.12] };
 }
 
 /**
- * The teacher's own eyes. The line of sight is put below the middle of the picture, as one holds a lens shifted,
- * so that the table and Leo's face are both in it.
+ * Through the teacher's eyes. The view is shifted so that the line of sight lies below the centre of the picture;
+ * it then contains both the table and Leo's face.
  * @param {Camera} camera
  * @param {Seat} seat
  * @param {number} aspect
@@ -41,7 +41,7 @@ export function throughEyes(camera, seat, aspect) {
 }
 
 /**
- * Leo's eyes.
+ * Through Leo's eyes.
  * @param {Camera} camera
  * @param {{p: any, q: any} | null | undefined} eye
  * @param {number} aspect
@@ -56,13 +56,13 @@ export function throughLeo(camera, eye, aspect) {
 }
 
 /**
- * From above, the table turned as the teacher sees it.
+ * From above, with the table oriented as the teacher sees it.
  * @param {Camera} camera
  * @param {number} aspect
- * @param {number} near 1: all of the table
+ * @param {number} near zoom; 1 shows the whole table
  */
 export function fromAbove(camera, aspect, near) {
-  // From far away: what is higher then hardly leaves its place.
+  // A distant camera with a narrow angle keeps the perspective shift of tall objects small.
   centred(camera, aspect, 16);
   const height = (Math.max(0.86, 1.02 / aspect) / Math.tan(8 / DEGREES)) * near;
   camera.position.set(0, 0.8, height);
@@ -81,7 +81,7 @@ export function freely(camera, seat, aspect) {
 }
 
 /**
- * What is believed: from the teacher's side, steeply from above, so that all that lies there is in the picture.
+ * The beliefs: from the teacher's side, steeply from above, so that all beliefs are in the picture.
  * @param {Camera} camera
  * @param {Extent} extent
  * @param {number} aspect
@@ -98,7 +98,7 @@ export function overTable(camera, { centre, half }, aspect) {
   camera.lookAt(at);
 }
 
-/** @param {Camera} camera @param {number} aspect @param {number} fov degrees, upright */
+/** @param {Camera} camera @param {number} aspect @param {number} fov vertical, in degrees */
 function centred(camera, aspect, fov) {
   camera.clearViewOffset();
   camera.fov = fov;

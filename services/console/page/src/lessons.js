@@ -1,4 +1,4 @@
-// The lesson that is on: which one, in which phase, and what can be done with it.
+// The lesson panel: the open lesson and its mode, recordings, and the lesson's controls.
 import { find, make, write } from './element.js';
 
 const MODES = /** @type {Record<string, string>} */ ({
@@ -8,18 +8,18 @@ const MODES = /** @type {Record<string, string>} */ ({
 });
 
 /**
- * What to call a table of a lesson: the last one is the novel set.
+ * The name of a lesson's table: the last one holds the novel objects.
  * @param {number} table from 0
- * @param {number} tables how many
+ * @param {number} tables number of tables
  */
 export function tableName(table, tables) {
   return tables > 1 && table === tables - 1 ? 'the new things' : `table ${table + 1}`;
 }
 
 /**
- * What to call a lesson in the list: those of one title by their names as well, and those that cannot be opened.
+ * A lesson's entry in the list. Lessons of equal titles show their names as well; broken ones are marked.
  * @param {{id: string, title: string, error?: string}[]} all
- * @param {number} at which of them
+ * @param {number} at index of the lesson
  */
 export function lessonName(all, at) {
   const { id, title, error } = all[at];
@@ -29,7 +29,7 @@ export function lessonName(all, at) {
 }
 
 /**
- * How a recording goes, in words.
+ * The state of a running recording, in words.
  * @param {{seconds: number, bytes: number, dropped: number}} recording
  */
 export function recordingWords({ seconds, bytes, dropped }) {
@@ -38,7 +38,7 @@ export function recordingWords({ seconds, bytes, dropped }) {
 }
 
 /**
- * What a recording that has ended came to, in words.
+ * The result of a finished recording, in words.
  * @param {{file: string, dropped: number}} recording
  */
 export function recordedWords({ file, dropped }) {
@@ -51,9 +51,9 @@ export class Lessons {
   #ask;
   #toasts;
   #saved = '';
-  /** The file of the recording that runs, or is being ended. @type {string | null} */
+  /** The file of the recording that is running or ending. @type {string | null} */
   #running = null;
-  /** The lesson that is open, as the picker calls it. */
+  /** The picker's id of the open lesson. */
   #open = '';
 
   /**
@@ -72,7 +72,7 @@ export class Lessons {
       const why = lesson.selectedOptions[0]?.dataset.error;
       if (why !== undefined) toasts.show(why, 'error');
       const answer = why === undefined ? await ask('open', { lesson: lesson.value }) : { error: why };
-      // What is open stays open, and stands there.
+      // On an error the open lesson stays selected.
       if (answer.error !== undefined) this.#choose();
     });
     find('play').addEventListener('click', () => ask('play'));
@@ -141,7 +141,7 @@ export class Lessons {
       lesson.dataset.said = said;
       lesson.replaceChildren(...all.map(({ id, error }, at) => make('option', { value: id, text: lessonName(all, at), data: error === undefined ? {} : { error } })));
     }
-    // Who is choosing is not disturbed, where there is still what he chooses of.
+    // Do not disturb an open picker, unless its options changed.
     if (isNew || document.activeElement !== lesson) this.#choose();
     const lay = /** @type {HTMLSelectElement} */ (find('lay'));
     if (lay.dataset.said === String(workspace.tables)) return;
@@ -150,7 +150,7 @@ export class Lessons {
     lay.replaceChildren(make('option', { value: '', text: 'Lay…' }), ...tables);
   }
 
-  /** What is open is what is chosen. */
+  /** Selects the open lesson in the picker. */
   #choose() {
     /** @type {HTMLSelectElement} */ (find('lesson')).value = this.#open;
   }
@@ -164,7 +164,7 @@ export class Lessons {
     button.title = recording?.file ?? 'Write what happens into a file';
     if (recording?.error && button.dataset.error !== recording.error) this.#toasts.show(recording.error, 'error');
     button.dataset.error = recording?.error ?? '';
-    // It is told once all of it is written: until then the file is that of the one before.
+    // The result is shown once everything is written; until then `file` is that of the previous recording.
     const running = this.#running;
     this.#running = on ? recording.file : recording?.error ? null : running;
     if (on || running === null || recording?.file !== running) return;

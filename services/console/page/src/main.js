@@ -1,4 +1,4 @@
-// The page: puts its parts together.
+// The page's entry point: creates and connects its parts.
 import { Arming } from './arming.js';
 import { Beliefs, idOf } from './beliefs.js';
 import { Cells } from './cells.js';
@@ -34,12 +34,12 @@ const software = isSoftware();
 lightFor(software);
 const cells = new Cells();
 const toasts = new Toasts(find('toasts'));
-// Before all else: what fails later leaves it working.
+// First, so that the stop button works even if something below fails.
 stopButton(toasts);
 const connection = new Connection(liveAddress(location), (message) => cells.apply(message), connectionChanged);
 
 /**
- * Asks Leo, and shows what it answers when it cannot.
+ * Sends a request to Leo and shows the error, if any.
  * @param {string} what
  * @param {Record<string, any>} [content]
  */
@@ -62,7 +62,7 @@ function connectionChanged(state) {
   keys.forget();
 }
 
-// The scenes and the views on them.
+// The scenes and their views.
 
 const stage = new Stage(/** @type {HTMLCanvasElement} */ (find('canvas')), { software }, (why) => {
   write(find('blind'), `This browser cannot draw the table (${why}): turn WebGL 2 on, or take another one. All else is here.`);
@@ -81,7 +81,7 @@ const minds = [0, 1].map((perspective) => {
   return { beliefs, view: { element, scene: beliefs.scene, camera: eye, aim: (/** @type {number} */ aspect) => overTable(eye, region, aspect) } };
 });
 
-/** What is drawn of the table where beliefs are. */
+/** The region of the table shown in the belief views. */
 let region = extent([]);
 
 /** @type {import('./lens.js').Name} */
@@ -106,7 +106,7 @@ const main = {
 const marks = new Marks(find('marks'), cells, world, eye);
 for (const each of [main, ...minds.map((mind) => mind.view)]) stage.add(each);
 
-/** Back to where one looks from at first. */
+/** Resets the viewpoint. */
 function settle() {
   free = freeSeat();
   near = 1;
@@ -130,7 +130,7 @@ look('seat');
 
 // The hand, the pointer and the keyboard.
 
-/** Who of the people here speaks and acts on this page: the first teacher, if nothing else is chosen. */
+/** The person who speaks and acts on this page; by default the first teacher. */
 const who = /** @type {HTMLSelectElement} */ (find('who'));
 const acting = () => (who.hidden ? null : Number(who.value));
 const people = new People(cells);
@@ -141,13 +141,13 @@ cells.on(['thing/', 'robot', 'workspace'], () => {
   who.dataset.people = all.join();
   who.replaceChildren(...all.map((agent) => make('option', { value: agent, text: nameOf(agent), selected: agent === chair.agent })));
   who.hidden = all.length < 2;
-  // Who acted may not be at the new table.
+  // The previous person may be missing from the new lesson.
   actAs(who.hidden ? 1 : Number(who.value));
 });
 
 const hand = new Hand({ ask }, cells, world, () => stage.request(main));
 
-/** The robot's own belief in a thing. @param {string | null} key @returns {number | null} */
+/** The robot's own belief about a thing. @param {string | null} key @returns {number | null} */
 function beliefOf(key) {
   const thing = key === null ? undefined : cells.get(key);
   if (thing === undefined || thing.kind !== 'object') return null;
@@ -157,7 +157,7 @@ function beliefOf(key) {
   return nearest !== undefined && nearest.far < 0.06 ? nearest.id : null;
 }
 
-/** The name of what is selected. @type {string | null} */
+/** The name of the selected thing. @type {string | null} */
 let chosen = null;
 
 /** @param {string | null} key */
@@ -170,7 +170,7 @@ function select(key) {
   stage.request(main);
 }
 
-/** Shows one of the robot's own beliefs everywhere. @param {number | null} id */
+/** Highlights one of the robot's own beliefs in all views. @param {number | null} id */
 function follow(id) {
   timeline.id = id;
   timeline.update();
@@ -211,7 +211,7 @@ find('remove').addEventListener('click', () => {
 });
 find('leave').addEventListener('click', () => ask(people.isAway(chair.agent) ? 'return' : 'leave'));
 
-/** Whether who acts here is there. */
+/** Shows whether the acting person is at the table. */
 function here() {
   const away = String(people.isAway(chair.agent));
   if (find('leave').ariaPressed !== away) find('leave').ariaPressed = away;
@@ -220,7 +220,7 @@ function here() {
 
 who.addEventListener('change', () => actAs(Number(who.value)));
 
-/** Speaks, acts and looks as one of the people here. @param {number} agent */
+/** Makes a person speak, act and look on this page. @param {number} agent */
 function actAs(agent) {
   chair.take(agent);
   world.lookAs(agent);
@@ -238,7 +238,7 @@ function nameOf(agent) {
 }
 cells.on('workspace', removable);
 
-/** What is selected can be taken off the table while it is set. */
+/** Shows the "remove" button if the selected thing can be removed: only while the table is set up. */
 function removable() {
   const thing = world.selected === null ? undefined : cells.get(world.selected);
   const can = cells.get('workspace')?.mode === 'set-up' && thing !== undefined && thing.kind !== 'person';
@@ -309,16 +309,16 @@ new Palette(cells, {
   ask,
 });
 
-// What is believed.
+// The beliefs.
 
-/** So often at most are beliefs drawn: where software draws, the main view goes first. */
+/** Minimum interval between two drawings of the beliefs; longer with software rendering. */
 const BELIEFS_EVERY_MS = { card: 33, software: 200 };
 
-/** Which perspective is shown beside the robot's own. */
+/** The perspective shown beside the robot's own. */
 let partner = 1;
 let thinking = false;
 
-/** Draws the beliefs anew, once for all changes of some messages: they waver with every observation. */
+/** Redraws the beliefs, once for several messages: they change with every observation. */
 function thought() {
   if (thinking) return;
   thinking = true;
@@ -356,7 +356,7 @@ function perspectives() {
   const tabs = find('perspectives');
   tabs.hidden = all.length < 2;
   const said = JSON.stringify([all, robot?.agents]);
-  // Who chose a tab stays on it.
+  // Rebuild the tabs only on changes, so that the focused tab keeps its focus.
   if (tabs.dataset.said !== said) {
     tabs.dataset.said = said;
     tabs.replaceChildren(...all.map((/** @type {any} */ each) => make('button', {
@@ -416,7 +416,7 @@ function themeChanged() {
 }
 matchMedia('(prefers-color-scheme: dark)').addEventListener('change', themeChanged);
 
-// Leo's body, and Leo.
+// Leo's body and the connection.
 
 world.body.load('/leo.urdf')
   .then(() => stage.request())

@@ -1,4 +1,4 @@
-// A button over each thing of the main view: for the keyboard and for who does not see the picture.
+// A button over each thing of the main view, for the keyboard and for screen readers.
 import { Vector3 } from 'three';
 import { make, write } from './element.js';
 import { describe } from './words.js';
@@ -33,13 +33,13 @@ export class Marks {
     });
   }
 
-  /** Somebody else's eyes are looked through. */
+  /** Updates all buttons after the eyes of the seat have changed. */
   refresh() {
     for (const [key] of this.#cells.under('thing/')) this.#update(key);
   }
 
   /**
-   * Where a point of the world is in the picture, in pixels of it; `null` behind the camera.
+   * Projects a world point into the picture, in pixels; `null` behind the camera.
    * @param {readonly number[]} p
    * @returns {{x: number, y: number} | null}
    */
@@ -50,7 +50,7 @@ export class Marks {
     return { x: ((at.x + 1) / 2) * clientWidth, y: ((1 - at.y) / 2) * clientHeight };
   }
 
-  /** Puts the buttons where the things are, after a picture. */
+  /** Moves the buttons over their things, after a picture. */
   place() {
     const names = this.#cells.get('robot')?.agents ?? {};
     const marked = this.#world.hovered ?? this.#world.selected;

@@ -1,4 +1,4 @@
-// The materials of things, one for all of one colour and look, and the colours of the page's theme.
+// Materials, shared by all things of one colour and look, and the colours of the page's theme.
 import { BackSide, Color, MeshBasicMaterial } from 'three';
 import { LineMaterial } from 'three/examples/jsm/lines/LineMaterial.js';
 import { surface } from './surface.js';
@@ -30,16 +30,16 @@ export function paint(rgb, look = 'solid') {
 }
 
 /**
- * The material of a hull that is drawn round a thing.
- * @param {string} name of a colour of the theme
+ * The material of a highlighting shell around a thing.
+ * @param {string} name of a theme colour
  */
 export function rim(name) {
   return kept(`rim ${name}`, () => new MeshBasicMaterial({ color: themed(name), side: BackSide }), name);
 }
 
 /**
- * The material of what is not there: a flat fill inside a rim.
- * @param {string} name of a colour of the theme
+ * The material of a missing thing: a flat fill inside a rim.
+ * @param {string} name of a theme colour
  */
 export function hollow(name) {
   return kept(`hollow ${name}`, () => new MeshBasicMaterial({ color: themed(name) }), name);
@@ -47,7 +47,7 @@ export function hollow(name) {
 
 /**
  * The material of lines.
- * @param {string} name of a colour of the theme
+ * @param {string} name of a theme colour
  * @param {{width?: number, dashed?: boolean}} [how] width in metres
  */
 export function line(name, { width = 0.004, dashed = false } = {}) {
@@ -86,7 +86,7 @@ export function themed(name) {
   return new Color(text === '' ? '#888888' : text);
 }
 
-/** Takes the colours of the theme anew, after it changed. */
+/** Updates the materials after the theme changed. */
 export function repaint() {
   for (const material of lines.values()) {
     /** @type {any} */ (material).color.copy(themed(material.userData.theme));

@@ -1,11 +1,11 @@
-// Things to lay on the table while it is set: drag one onto it, or press it.
+// The palette of things to add while the table is set up: drag one onto the table, or press it.
 import { draw, find, make } from './element.js';
 
 const DRAG_PX = 5;
 const ROLES = ['block', 'peg', 'marker'];
 /**
- * Screens as they are put up, metres to each side of their centres: those across the table hide things from who sits
- * opposite Leo, and those along it from who sits at its side.
+ * Screens by their half extents in metres. Screens across the table hide objects from a person opposite Leo,
+ * screens along the table from a person at its side.
  */
 const SCREENS = /** @type {{name: string, all: {name: string, half: [number, number, number]}[]}[]} */ ([
   {
@@ -28,18 +28,18 @@ const SCREENS = /** @type {{name: string, all: {name: string, half: [number, num
 
 /**
  * @typedef {object} Desk
- * @property {(event: PointerEvent) => [number, number] | null} aim where on the table a pointer is, `null` beside it
+ * @property {(event: PointerEvent) => [number, number] | null} aim the point of the table under a pointer, or `null`
  * @property {(item: Item | null, at?: [number, number]) => void} preview
- * @property {() => any[]} lying what lies and stands there
+ * @property {() => any[]} lying the things on the table
  * @property {(what: string, content?: any) => Promise<any>} ask
  */
 
 /** @typedef {{kind: any, colour: any} | {screen: string, half: [number, number, number]}} Item */
 
 /**
- * A free spot of the table, as near as can be to its middle. Pure.
+ * The free spot nearest to the table's centre. Pure.
  * @param {{p: number[], half: number[]}[]} lying
- * @param {number} room metres to each side
+ * @param {number} room half of the required size, metres
  * @returns {[number, number]}
  */
 export function freeSpot(lying, room) {
@@ -136,13 +136,13 @@ function words(name) {
   return name.replaceAll('_', ' ');
 }
 
-/** Linear light to what the screen wants. @param {number} value */
+/** Linear light to sRGB. @param {number} value */
 function encoded(value) {
   const shown = value <= 0.0031308 ? 12.92 * value : 1.055 * value ** (1 / 2.4) - 0.055;
   return Math.round(255 * Math.min(1, Math.max(0, shown)));
 }
 
-/** A colour of the world as a colour of the page. @param {readonly number[]} rgb linear */
+/** A linear colour as a CSS colour. @param {readonly number[]} rgb linear */
 export function css(rgb) {
   return `rgb(${rgb.map(encoded).join(' ')})`;
 }
@@ -168,7 +168,7 @@ function icon(kind, colour) {
 function screenIcon([across, along]) {
   const svg = draw('svg', { viewBox: '-12 -12 24 24', width: 24, height: 24, 'aria-hidden': 'true' });
   const width = 34 * across;
-  // What stands along the table is drawn as it goes away.
+  // A screen along the table is drawn in oblique projection.
   const away = 24 * along;
   svg.append(along < across
     ? draw('rect', { x: -width, y: -7, width: 2 * width, height: 14, rx: 1, class: 'screen' })

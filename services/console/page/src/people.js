@@ -1,13 +1,13 @@
-// Who is at the table, and who left and may come back: the scene has only those who are there, the lesson all.
+// The people of the lesson. The scene contains only those at the table; the lesson lists all of them.
 
-/** What somebody does: Leo is told who. A seat says itself whose it is. */
+/** Requests that name the acting teacher. A request for a seat names its teacher itself. */
 const ACTS = new Set(['say', 'take', 'leave', 'return', 'screen', 'undo']);
 
 /**
- * What Leo is asked for, as somebody's act where it is one. Pure.
- * @param {string} what the word under `do`
+ * The content of a request, with the acting teacher added if it is an act. Pure.
+ * @param {string} what the value of `do`
  * @param {Record<string, any> | undefined} content
- * @param {number | null} teacher who acts on this page, `null` where it can only be one
+ * @param {number | null} teacher the acting teacher; `null` if there is only one
  */
 export function signed(what, content, teacher) {
   return teacher === null || !ACTS.has(what) ? content : { teacher, ...content };
@@ -38,13 +38,13 @@ export class People {
     return things.filter(({ kind }) => kind === 'person').map(({ agent }) => agent);
   }
 
-  /** Everyone whom the lesson has, and who was there since it was opened, by their numbers. */
+  /** The numbers of all people of the lesson, and of those seen since it was opened. */
   all() {
     const { simulated, people = [] } = this.#cells.get('workspace') ?? {};
     return [...new Set([...(simulated ? people : []), ...this.#seen])].sort((a, b) => a - b);
   }
 
-  /** Whether somebody has left, or never came: of a real table nobody tells. @param {number} agent */
+  /** Whether a person is away from the table; always `false` on a real robot. @param {number} agent */
   isAway(agent) {
     return this.#cells.get('workspace')?.simulated === true && !this.#here().includes(agent);
   }

@@ -1,4 +1,4 @@
-// A person in the scene: a head that looks somewhere, and what it can see as a cone.
+// A person in the scene: a head, and its field of view as a cone.
 import {
   Group,
   Mesh,
@@ -19,7 +19,7 @@ export class Person extends Group {
   #cone = new MeshBasicMaterial({ transparent: true, opacity: 0.09, side: DoubleSide, depthWrite: false });
 
   /**
-   * @param {number} cone half the angle of what he sees, radians
+   * @param {number} cone half angle of the field of view, radians
    * @param {string} colour of the theme
    */
   constructor(cone, colour) {
@@ -54,7 +54,7 @@ export class Person extends Group {
     this.#cone.color.copy(themed(this.colour));
   }
 
-  /** @param {readonly number[]} p @param {readonly number[]} q x along the line of sight */
+  /** @param {readonly number[]} p @param {readonly number[]} q x axis along the line of sight */
   look(p, q) {
     this.position.set(p[0], p[1], p[2]);
     this.quaternion.set(q[0], q[1], q[2], q[3]);

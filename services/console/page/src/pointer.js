@@ -1,4 +1,4 @@
-// The mouse, the pen and fingers over the main view: picking, dragging, turning, and moving the seat.
+// Mouse, pen and touch control of the main view: picking, dragging, turning, and moving the seat.
 import { Plane, Raycaster, Vector2, Vector3 } from 'three';
 import { STEP_TURN } from './hand.js';
 import { takes } from './landing.js';
@@ -10,7 +10,7 @@ const TURN_PER_PX = 0.006;
 const SCREEN_EVERY_MS = 50;
 
 /**
- * What the pointer needs to know of the page.
+ * What the pointer needs of the page.
  * @typedef {object} Desk
  * @property {HTMLElement} element
  * @property {import('three').PerspectiveCamera} camera
@@ -18,18 +18,18 @@ const SCREEN_EVERY_MS = 50;
  * @property {import('./world.js').World} world
  * @property {import('./hand.js').Hand} hand
  * @property {() => import('./lens.js').Name} view
- * @property {() => number} eyes whose the seat is
+ * @property {() => number} eyes the agent whose seat it is
  * @property {() => import('./seat.js').Seat} seat the seat that dragging moves
  * @property {(seat: import('./seat.js').Seat) => void} sit
  * @property {(what: string, content?: any) => Promise<any>} ask
  * @property {(key: string | null) => void} select
  * @property {(key: string | null) => void} hover
- * @property {() => boolean} movable whether anything can be moved by hand
- * @property {(factor: number) => void} zoom from above
+ * @property {() => boolean} movable whether things can be moved by hand
+ * @property {(factor: number) => void} zoom for the view from above
  */
 
 /** @typedef {{kind: 'thing' | 'screen' | 'person' | 'seat' | 'gaze', key: string | null, begun: boolean, start: Vector2,
- *   offset: [number, number], height: number, pointer: number}} Drag `pointer`: the one that pressed, and leads it */
+ *   offset: [number, number], height: number, pointer: number}} Drag `pointer`: the id of the dragging pointer */
 
 export class Pointer {
   #desk;
@@ -57,7 +57,7 @@ export class Pointer {
   }
 
   /**
-   * The point at a height under a place of the page.
+   * The point at a height under a screen position.
    * @param {{clientX: number, clientY: number}} event
    * @param {number} height
    * @returns {[number, number] | null}
@@ -77,7 +77,7 @@ export class Pointer {
   }
 
   /**
-   * The key of what is under a place of the page.
+   * The key of the thing under a screen position.
    * @param {{clientX: number, clientY: number}} event
    * @param {string | null} without
    */
@@ -87,7 +87,7 @@ export class Pointer {
     const keys = this.#ray.intersectObjects(targets, true).map((hit) => keyOf(hit.object));
     const things = keys.filter((key) => key !== null);
     if (this.#desk.view() === 'seat') return things[0] ?? null;
-    // A screen that one can see through can be reached through as well.
+    // In the other views screens are transparent, so pick the thing behind.
     return things.find((key) => this.#desk.cells.get(key)?.kind !== 'occluder') ?? things[0] ?? null;
   }
 
@@ -174,7 +174,7 @@ export class Pointer {
   }
 
   /**
-   * Where a pointer carries a thing to: onto the middle of what takes it, or the place it points at.
+   * Where a pointer carries a thing to: the centre of a thing that can receive it, else the point under the pointer.
    * @param {PointerEvent} event
    * @param {Drag} drag
    * @returns {[number, number] | null}
@@ -191,7 +191,7 @@ export class Pointer {
   }
 
   /**
-   * Moves a screen or another's head.
+   * Moves a screen or another person's head.
    * @param {string} key
    * @param {number} x
    * @param {number} y
@@ -214,7 +214,7 @@ export class Pointer {
     if (last) done.then(() => world.echo(key, null));
   }
 
-  /** A head that is moved goes on looking at where it looked. @param {string} key @param {number[]} at */
+  /** The point that a moved head keeps looking at. @param {string} key @param {number[]} at */
   #lookOf(key, at) {
     const thing = this.#desk.cells.get(key);
     const seat = this.#desk.seat();
@@ -234,14 +234,14 @@ export class Pointer {
     this.#leave(drag);
   }
 
-  /** A screen or a head that was dragged stays where it is, and is drawn as the cells say again. @param {Drag} drag */
+  /** Ends the drag of a screen or head: it stays there, and is drawn from the cells again. @param {Drag} drag */
   #leave({ kind, key, begun }) {
     if (!begun || key === null || (kind !== 'screen' && kind !== 'person')) return;
     const pose = this.#desk.world.pose(key);
     if (pose !== null) this.#slide(key, pose.p[0], pose.p[1], true);
   }
 
-  /** The drag ends without being let go. */
+  /** Cancels the drag. */
   #abandon() {
     const drag = this.#drag;
     this.#drag = null;
@@ -256,14 +256,14 @@ export class Pointer {
     this.#grip();
   }
 
-  /** The two fingers that turn something, or come nearer: the one that leads first. @returns {Vector2[]} */
+  /** The two fingers of a turn or pinch, the dragging one first. @returns {Vector2[]} */
   #two() {
     const lead = this.#drag?.pointer;
     const led = [...this.#down].sort(([a], [b]) => Number(b === lead) - Number(a === lead));
     return led.slice(0, 2).map(([, place]) => place);
   }
 
-  /** Another finger is down, or one less: nothing turns or comes nearer by that alone. */
+  /** Restarts turn and pinch when a finger is added or lifted, so that neither jumps. */
   #grip() {
     if (this.#down.size < 2) return;
     const [a, b] = this.#two();
@@ -271,13 +271,13 @@ export class Pointer {
     this.#twist = this.#angle();
   }
 
-  /** The angle of two fingers to each other, clockwise on the page. */
+  /** The angle of the line through two fingers, clockwise on the page. */
   #angle() {
     const [a, b] = this.#two();
     return Math.atan2(b.y - a.y, b.x - a.x);
   }
 
-  /** A second finger turns what the first one holds. */
+  /** Turns the held thing with a second finger. */
   #turn() {
     const angle = this.#angle();
     const step = Math.atan2(Math.sin(angle - this.#twist), Math.cos(angle - this.#twist));
@@ -285,7 +285,11 @@ export class Pointer {
     this.#desk.hand.turn(-step);
   }
 
-  /** Two fingers: apart is nearer, together is farther, both the same way turns the head. @param {Vector2} last @param {Vector2} now */
+  /**
+   * Two-finger gestures: spreading zooms in, pinching zooms out, moving both turns the head.
+   * @param {Vector2} last
+   * @param {Vector2} now
+   */
   #move2(last, now) {
     const [a, b] = [...this.#down.values()];
     const wide = a.distanceTo(b);

@@ -1,4 +1,4 @@
-// Places and directions in the world's frame: metres, radians, z up. Pure.
+// Positions and directions in the world frame: metres, radians, z up. Pure.
 
 /** @typedef {[number, number, number]} Point */
 /** @typedef {[number, number, number, number]} Turn a quaternion [x, y, z, w] */
@@ -21,7 +21,7 @@ export function upright(angle) {
 }
 
 /**
- * Where an orientation's x axis points to: an eye's line of sight.
+ * Direction of an orientation's x axis; for an eye its line of sight.
  * @param {Turn} q
  * @returns {Point}
  */
@@ -30,7 +30,7 @@ export function forward([x, y, z, w]) {
 }
 
 /**
- * The point of the table (z = 0) that an eye looks at; a metre ahead if it looks past the table.
+ * The point of the table (z = 0) that an eye looks at; a point one metre ahead if it looks past the table.
  * @param {Point} p
  * @param {Turn} q
  * @returns {Point}
@@ -50,7 +50,7 @@ export function apart(a, b) {
 }
 
 /**
- * Whether a point of the table's plane is under a thing's box, by its heading.
+ * Whether a point of the table's plane lies under a thing's box, taking its heading into account.
  * @param {{p: Point, q: Turn, half: Point}} thing
  * @param {number} x
  * @param {number} y

@@ -1,4 +1,4 @@
-// `window.leo`: what tests and the curious can ask the page for.
+// `window.leo`: the page's interface for tests and the browser's console.
 
 /**
  * @param {object} parts
@@ -25,7 +25,7 @@ export function probe({ cells, connection, stage, marks, main, world, chair, han
     stage,
     at,
     look,
-    /** Where a thing is on the page, in CSS pixels, by its name. @param {string} name */
+    /** The position of a thing on the page, in CSS pixels, by its name. @param {string} name */
     screen(name) {
       const key = cells.thing(name);
       const pose = key === null ? null : world.pose(key);

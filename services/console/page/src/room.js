@@ -1,4 +1,4 @@
-// The table and the light of a scene.
+// A scene with the table and its lighting.
 import {
   BoxGeometry,
   DirectionalLight,
@@ -18,7 +18,7 @@ import { surface } from './surface.js';
 export const TABLE = { x: [-0.95, 0.95], y: [0.1, 1.4], thick: 0.03 };
 const CELL_M = 0.1;
 
-/** A scene with a table under light. */
+/** A scene with a lit table. */
 export class Room extends Scene {
   #top;
   #grid;
@@ -63,7 +63,7 @@ export class Room extends Scene {
   }
 }
 
-/** Lines every ten centimetres: a measure for the eye. */
+/** Grid lines every ten centimetres, as a scale. */
 function grid() {
   const points = [];
   for (let x = TABLE.x[0] + CELL_M / 2; x < TABLE.x[1]; x += CELL_M) points.push(x, TABLE.y[0], 0, x, TABLE.y[1], 0);

@@ -1,4 +1,4 @@
-// The teacher's seat: where his eyes are, on a sphere about what he looks at. Pure.
+// The teacher's seat: the eyes lie on a sphere around the point that they look at. Pure.
 
 /** @typedef {import('./pose.js').Point} Point */
 /** @typedef {{eyes: Point, looks_at: Point}} Seat */
@@ -37,9 +37,9 @@ function from({ radius, around, above }, centre) {
 const clamp = (value, least, most) => Math.min(most, Math.max(least, value));
 
 /**
- * The seat moved round what he looks at.
+ * The seat orbited around the point looked at.
  * @param {Seat} seat
- * @param {number} around radians, anticlockwise from above
+ * @param {number} around radians, anticlockwise seen from above
  * @param {number} above radians, upwards
  */
 export function orbited(seat, around, above) {
@@ -49,7 +49,7 @@ export function orbited(seat, around, above) {
 }
 
 /**
- * The seat nearer to what he looks at, or farther.
+ * The seat moved nearer to the point looked at, or farther.
  * @param {Seat} seat
  * @param {number} factor of the distance
  */
@@ -59,7 +59,7 @@ export function approached(seat, factor) {
 }
 
 /**
- * The head turned where it is: what he looks at moves over the table.
+ * The head turned in place: the point looked at moves over the table.
  * @param {Seat} seat
  * @param {number} left radians
  * @param {number} up radians

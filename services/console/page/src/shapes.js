@@ -1,4 +1,4 @@
-// The forms of things, from how elongated, flat, round and tapered they are: one geometry for all of one form.
+// Geometries of things, from how elongated, flat, round and tapered they are; shared by all things of one form.
 import {
   BoxGeometry,
   BufferAttribute,
@@ -17,7 +17,7 @@ import { mergeGeometries } from 'three/examples/jsm/utils/BufferGeometryUtils.js
 
 const HOLE_RADIUS_M = 0.0135;
 const HOLE_SHADE = 0.1;
-/** How far the hole's disc lies above the block, against flicker. */
+/** Height of the hole's disc above the block; avoids z-fighting. */
 const CLEAR_M = 0.0006;
 
 /** @type {Map<string, Geometry>} */
@@ -26,11 +26,11 @@ const forms = new Map();
 const edges = new Map();
 
 /**
- * The geometry of a thing about its centre.
+ * The geometry of a thing, centred at the origin.
  * @param {Point} half its extents
  * @param {readonly number[] | null} shape [elongated, flat, round, tapered]
- * @param {boolean} hole in the middle of its top
- * @returns {Geometry} shared: not to be changed
+ * @param {boolean} hole whether there is one in the middle of its top
+ * @returns {Geometry} shared: must not be changed
  */
 export function form(half, shape, hole) {
   const key = JSON.stringify([half.map((value) => value.toFixed(4)), shape?.map((value) => value.toFixed(2)), hole]);
@@ -64,18 +64,18 @@ function solid([x, y, z], [, , round, tapered]) {
   return new RoundedBoxGeometry(2 * x, 2 * y, 2 * z, 1, bevel);
 }
 
-/** Three's y axis to ours, and to size. @param {Geometry} geometry @param {Point} half */
+/** Rotates three's y axis to z, and scales. @param {Geometry} geometry @param {Point} half */
 function upended(geometry, [x, y, z]) {
   return geometry.rotateX(Math.PI / 2).scale(x, y, z);
 }
 
-/** A roof. @param {Point} half */
+/** A gable roof. @param {Point} half */
 function gable([x, y, z]) {
   const outline = new Shape().moveTo(-x, -z).lineTo(x, -z).lineTo(0, z).closePath();
   return across(outline, y);
 }
 
-/** A block with an arch under it. @param {Point} half */
+/** A block with an arch underneath. @param {Point} half */
 function bridge([x, y, z]) {
   const outline = new Shape().moveTo(-x, -z).lineTo(-0.5 * x, -z);
   outline.absellipse(0, -z, 0.5 * x, 1.1 * z, Math.PI, 0, true, 0);
@@ -83,14 +83,14 @@ function bridge([x, y, z]) {
   return across(outline, y);
 }
 
-/** An outline in x and z, made as deep as the thing is. @param {Shape} outline @param {number} y */
+/** Extrudes an outline in x and z along y. @param {Shape} outline @param {number} y */
 function across(outline, y) {
   const geometry = new ExtrudeGeometry(outline, { depth: 2 * y, bevelEnabled: false, curveSegments: 12 });
   return geometry.rotateX(Math.PI / 2).translate(0, y, 0);
 }
 
 /**
- * The hole is a dark disc in the same geometry, so that a block is drawn in one call.
+ * Adds the hole as a dark disc to the geometry, so that a block needs one draw call.
  * @param {Geometry} geometry
  * @param {number | null} top
  */
@@ -113,5 +113,5 @@ function shaded(geometry, shade) {
   return flat;
 }
 
-/** A box of one, for occluders. */
+/** A unit box, for occluders. */
 export const UNIT_BOX = new BoxGeometry(1, 1, 1);

@@ -1,4 +1,4 @@
-// A thing in a scene: its body in its colour, with a rim or as an empty outline.
+// A thing in a scene: its coloured body, with an optional rim and outline.
 import { Group, Mesh } from 'three';
 import { LineSegments2 } from 'three/examples/jsm/lines/LineSegments2.js';
 import { LineSegmentsGeometry } from 'three/examples/jsm/lines/LineSegmentsGeometry.js';
@@ -30,7 +30,7 @@ export class Solid extends Group {
     this.add(this.#body);
   }
 
-  /** @param {import('./paint.js').Look | 'empty'} look `empty`: nothing but its rim */
+  /** @param {import('./paint.js').Look | 'empty'} look `empty`: only its rim */
   look(look) {
     this.#body.material = look === 'empty' ? hollow('table') : paint(this.rgb, look);
     this.#body.castShadow = look === 'solid';
@@ -77,7 +77,7 @@ export class Solid extends Group {
     if (q !== null) this.quaternion.set(q[0], q[1], q[2], q[3]);
   }
 
-  /** Lets go of what only this thing had. */
+  /** Frees what is not shared with other things. */
   dispose() {
     this.#outline?.geometry.dispose();
   }

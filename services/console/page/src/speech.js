@@ -1,6 +1,6 @@
-// Listening, where the browser can: never needed, since everything can be typed.
+// Speech recognition, if the browser supports it. It is optional: everything can be typed.
 
-/** Why a browser that could listen does not, by what it calls that; its button has no use then. */
+/** Messages for the browser's permanent errors; after one the button is useless. */
 const REFUSALS = /** @type {Record<string, string>} */ ({
   network: 'This browser recognises speech by a service that it cannot reach',
   'not-allowed': 'This page may not use the microphone',
@@ -8,10 +8,10 @@ const REFUSALS = /** @type {Record<string, string>} */ ({
 });
 
 /**
- * Makes a button listen; hides it where the browser cannot.
+ * Makes a button start speech recognition; hides it if the browser has none.
  * @param {HTMLButtonElement} button
  * @param {(text: string) => void} heard
- * @param {(why: string) => void} refused told when it turns out that nothing will be heard
+ * @param {(why: string) => void} refused called when recognition turns out to be unavailable
  */
 export function listening(button, heard, refused) {
   const scope = /** @type {any} */ (window);

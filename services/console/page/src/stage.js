@@ -1,19 +1,19 @@
-// One WebGL context for all views: each is a part of the canvas, and drawn only when it changed.
+// One WebGL context for all views: each is a part of the canvas, and is redrawn only when it changed.
 import { PerspectiveCamera, WebGLRenderer } from 'three';
 
 /**
  * @typedef {object} View
- * @property {HTMLElement} element whose place on the page is the picture's
+ * @property {HTMLElement} element the element that the picture covers
  * @property {import('three').Scene} scene
  * @property {PerspectiveCamera} camera
  * @property {(aspect: number) => void} aim sets the camera up
- * @property {() => void} [drawn] after a picture
+ * @property {() => void} [drawn] called after a picture
  */
 
-/** Where software draws, it may be on Leo's own computer: it leaves some time to others. */
+/** Minimum interval between pictures with software rendering, which may run on Leo's own computer. */
 const SOFTWARE_EVERY_MS = 45;
 
-/** Whether pictures are computed without a graphics card here. */
+/** Whether rendering is done in software. */
 export function isSoftware() {
   const gl = document.createElement('canvas').getContext('webgl2');
   if (gl === null) return true;
@@ -31,14 +31,14 @@ export class Stage {
   #waiting = false;
   #drawn = 0;
   #canvas;
-  /** What draws; `null` where the browser cannot. @type {WebGLRenderer | null} */
+  /** The renderer; `null` if the browser cannot draw. @type {WebGLRenderer | null} */
   renderer = null;
   pictures = 0;
 
   /**
    * @param {HTMLCanvasElement} canvas
    * @param {{software: boolean}} how
-   * @param {(why: string) => void} blind told where the browser cannot draw: all else goes on
+   * @param {(why: string) => void} blind called if the browser cannot draw; the rest of the page works
    */
   constructor(canvas, { software }, blind) {
     this.#canvas = canvas;
@@ -72,12 +72,12 @@ export class Stage {
   resize() {
     const { clientWidth, clientHeight } = this.#canvas;
     this.renderer?.setSize(clientWidth, clientHeight, false);
-    // A canvas of another size is empty: what is seen of it next must be drawn already.
+    // Resizing clears the canvas, so draw at once to avoid flicker.
     for (const view of this.views) this.#stale.add(view);
     this.#draw();
   }
 
-  /** Has views drawn before the next frame of the page. @param {...View} views all without */
+  /** Requests a redraw in the next animation frame. @param {...View} views default: all */
   request(...views) {
     for (const view of views.length === 0 ? this.views : views) this.#stale.add(view);
     if (this.#waiting) return;

@@ -1,11 +1,11 @@
-// The stop button: raises the emergency stop, with or without a connection to Leo.
+// The stop button: raises the emergency stop by HTTP, independent of the WebSocket.
 import { find } from './element.js';
 
 const ELSE = 'use leo emergency-stop on the robot’s machine, its emergency stop button, or cut the power';
 const TRIES = 2;
 
 /**
- * Asks the server to stop the robot: what it says of it. A connection that the server shut meanwhile is tried anew.
+ * Asks the server to stop the robot, and returns its answer. Retries once if the server closed the connection.
  * @param {(address: string, how: object) => Promise<{ok: boolean, text: () => Promise<string>}>} ask `fetch`
  * @returns {Promise<{ok: boolean, words: string}>}
  */
@@ -23,8 +23,8 @@ export async function stop(ask) {
 }
 
 /**
- * Lets the button stop the robot. While a dialog is open, which leaves nothing else to be pressed, the button is in it.
- * Without this script the button sends its form.
+ * Makes the button stop the robot. While a modal dialog is open, the button moves into it.
+ * Without this script the button submits its form.
  * @param {import('./toasts.js').Toasts} toasts
  */
 export function stopButton(toasts) {

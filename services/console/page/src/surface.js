@@ -1,8 +1,8 @@
-// The material of surfaces: lit for every pixel on a graphics card, and for every corner where software draws,
-// which takes a third of the time.
+// The material of surfaces: lit per pixel on a graphics card, and per vertex with software rendering, which takes
+// a third of the time.
 import { Color, DoubleSide, FrontSide, MeshLambertMaterial, ShaderMaterial } from 'three';
 
-/** The light that corners are lit by: the sun of `Room`, and the sky. */
+/** Vertex lighting: the sun of `Room`, and the sky. */
 const VERTEX = `
   uniform vec3 tint;
   varying vec3 shade;
@@ -28,7 +28,7 @@ const FRAGMENT = `
 
 let plain = false;
 
-/** Chooses how surfaces are lit from now on. @param {boolean} software */
+/** Chooses the lighting of materials created from now on. @param {boolean} software */
 export function lightFor(software) {
   plain = software;
 }
@@ -41,7 +41,7 @@ export function lightFor(software) {
 /**
  * A material.
  * @param {{color?: Color | number, shaded?: boolean, opacity?: number, glass?: boolean, both?: boolean}} [how]
- *   `shaded`: its geometry has colours of its own; `both`: it has two sides
+ *   `shaded`: the geometry has vertex colours; `both`: it is double-sided
  */
 export function surface({ color = 0xffffff, shaded = false, opacity = 1, glass = opacity < 1, both = false } = {}) {
   const common = {

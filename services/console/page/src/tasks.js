@@ -1,4 +1,4 @@
-// What Leo makes of the demonstrations: the hypotheses of every perspective side by side, the rule, and its performances.
+// The task panel: the hypotheses of all perspectives side by side, the chosen rule, and the performances.
 import { find, make } from './element.js';
 import { asSeenBy } from './words.js';
 
@@ -6,7 +6,7 @@ const SHOWN = 4;
 const SAME = 1e-6;
 
 /**
- * The hypotheses of one perspective as they are shown: the best ones first, and which of them are tied. Pure.
+ * The hypotheses of one perspective, the best ones first, and whether the best are tied. Pure.
  * @param {any[]} hypotheses
  */
 export function ranking(hypotheses) {
@@ -20,9 +20,9 @@ export function ranking(hypotheses) {
 }
 
 /**
- * Whose perspective a key of hypotheses is: "robot" Leo's own, "human" the first teacher's, "partner 2" another's. Pure.
+ * The perspective of a key of hypotheses: "robot" is Leo's own, "human" the first teacher's. Pure.
  * @param {string} key
- * @returns {number[]} the agents, from the outermost in
+ * @returns {number[]} the agents, from the outermost inwards
  */
 export function pathOf(key) {
   if (key === 'robot' || key === '0') return [];

@@ -1,6 +1,6 @@
-// Tells Leo of something that changes all the time, not more often than is needed, and its last state for certain.
+// A throttle: reports a changing state at a limited rate, and always its last value.
 
-/** So often at most it is told. */
+/** Minimum interval between two reports. */
 const EVERY_MS = 50;
 
 export class Teller {
@@ -9,12 +9,12 @@ export class Teller {
   /** @type {ReturnType<typeof setTimeout> | undefined} */
   #later;
 
-  /** @param {() => void} tell what is so when it is called */
+  /** @param {() => void} tell reports the current state */
   constructor(tell) {
     this.#tell = tell;
   }
 
-  /** It has changed. */
+  /** The state has changed: reports it now, or when the interval is over. */
   tell() {
     const wait = this.#told + EVERY_MS - performance.now();
     clearTimeout(this.#later);
@@ -26,7 +26,7 @@ export class Teller {
     this.#tell();
   }
 
-  /** What is still to be told is told no more. */
+  /** Drops a pending report. */
   hush() {
     clearTimeout(this.#later);
   }

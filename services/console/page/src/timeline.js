@@ -1,11 +1,11 @@
-// The timeline of one thing (Fig. 4 of the paper): for every perspective when it was known, seen, and in which state.
+// The time line of one object (Fig. 4 of the paper): for each perspective whether it was known, seen, and its states.
 import { draw, find, make } from './element.js';
 import { believes } from './words.js';
 
 const ROW = 23;
 const BAR = 14;
 const LABEL = 8;
-/** How wide a letter of a label is, or a little less. */
+/** Approximate width of a letter of a label, in pixels. */
 const LETTER = 6.4;
 
 /**
@@ -54,7 +54,7 @@ export class Timeline {
     new ResizeObserver(() => this.update()).observe(this.#picture);
   }
 
-  /** Time goes on by itself: twice a second is enough to show it. */
+  /** Redraws as time passes, twice a second. */
   #soon() {
     if (this.#waiting) return;
     this.#waiting = true;

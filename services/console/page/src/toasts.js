@@ -1,4 +1,4 @@
-// Short notes at the edge of the page: what went wrong, or was done.
+// Short notes at the edge of the page: errors and confirmations.
 import { make } from './element.js';
 
 const STAYS_MS = 7000;

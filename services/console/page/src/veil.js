@@ -1,4 +1,4 @@
-// What the teacher cannot see of the table, drawn on it. From his own seat nobody can see it, which is the point.
+// The regions of the table that the teacher cannot see. They are by construction invisible from the teacher's seat.
 import { BufferGeometry, Float32BufferAttribute, Mesh, MeshBasicMaterial } from 'three';
 import { corners, hiddenFrom } from './hidden.js';
 import { themed } from './paint.js';
@@ -38,7 +38,7 @@ export class Veil extends Mesh {
   }
 }
 
-/** A polygon cut to the table (Sutherland-Hodgman). @param {[number, number][]} polygon */
+/** Clips a polygon to the table (Sutherland-Hodgman). @param {[number, number][]} polygon */
 function clip(polygon) {
   const borders = [
     { axis: 0, bound: TABLE.x[0], sign: 1 },

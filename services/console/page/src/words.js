@@ -1,9 +1,9 @@
-// Sentences for the person before the page, who is the first teacher.
+// Sentences for the page's user, who is the first teacher.
 
 /**
- * A sentence about the teacher as a sentence to him: "the teacher does not know …" is "you do not know …".
+ * Addresses a sentence about the teacher to them: "the teacher does not know …" becomes "you do not know …".
  * @param {string} text
- * @param {string} name what he is called
+ * @param {string} name the teacher's name
  */
 export function toYou(text, name) {
   const verbs = [
@@ -28,7 +28,7 @@ export function capital(text) {
 }
 
 /**
- * Whose belief: "Leo", "you", another's name.
+ * The name of an agent: "you" for the first teacher.
  * @param {number} agent
  * @param {Record<string, string>} names
  */
@@ -37,7 +37,7 @@ export function whom(agent, names) {
 }
 
 /**
- * The heading over what a perspective believes: "Leo believes", "Leo thinks you believe", and nested ones.
+ * The heading over the beliefs of a perspective: "Leo believes", "Leo thinks you believe", and nested ones.
  * @param {{number: number, agents: number[]}} perspective
  * @param {Record<string, string>} names
  */
@@ -52,8 +52,8 @@ export function believes(perspective, names) {
 }
 
 /**
- * What to say where a perspective differs in nothing from Leo's own; nothing where the two are not compared: it is
- * nested, or he whose it is has not been here.
+ * The text for a perspective that does not differ from Leo's own. Empty if the two are not compared: it is nested,
+ * or its agent has never been here.
  * @param {{number: number, agents: number[]} | undefined} perspective
  * @param {{present: boolean, beliefs: number} | undefined} mind
  * @param {Record<string, string>} names
@@ -66,8 +66,8 @@ export function agrees(perspective, mind, names) {
 }
 
 /**
- * How an example or hypothesis was seen: "as Leo saw it", "as you could see it".
- * @param {number[]} path whose perspective, within whose
+ * The perspective of an example or hypothesis: "as Leo saw it", "as you could see it".
+ * @param {number[]} path the agents, from the outermost inwards
  * @param {Record<string, string>} names
  */
 export function asSeenBy(path, names) {
@@ -77,7 +77,7 @@ export function asSeenBy(path, names) {
 }
 
 /**
- * Seconds for people: "0.4 s", "12 s", "3 min".
+ * A duration in words: "0.4 s", "12 s", "3 min".
  * @param {number} seconds
  */
 export function duration(seconds) {
@@ -87,7 +87,7 @@ export function duration(seconds) {
 }
 
 /**
- * What a thing is, for a label: its name, and what is to be said of it.
+ * A thing's label: its name and its states.
  * @param {any} thing a cell `thing/<n>`
  * @param {Record<string, string>} names of agents
  */

@@ -1,4 +1,4 @@
-// The scene of what is: things, screens, people and Leo's body, as the cells say.
+// The scene of the actual world: things, screens, people and Leo's body, from the cells.
 import { Mesh } from 'three';
 import { Body } from './body.js';
 import { themed } from './paint.js';
@@ -17,7 +17,7 @@ import { Veil } from './veil.js';
 export class World {
   /** @type {Map<string, {object: any, form: string}>} */
   #shown = new Map();
-  /** Poses of what this page moves itself, before Leo's world has followed. @type {Map<string, Pose>} */
+  /** Poses of things that this page moves, until Leo's world has followed. @type {Map<string, Pose>} */
   #echoes = new Map();
   #cells;
   #glass = surface({ both: true });
@@ -29,7 +29,7 @@ export class World {
   selected = null;
   /** @type {string | null} */
   hovered = null;
-  /** Whose eyes the seat is of: the first teacher's. */
+  /** The agent whose eyes the seat is of; the first teacher by default. */
   eyes = 1;
 
   /**
@@ -67,7 +67,7 @@ export class World {
   }
 
   /**
-   * How the world is drawn for a way to look at it.
+   * Adapts the scene to a view.
    * @param {'seat' | 'leo' | 'above' | 'free'} view
    */
   present(view) {
@@ -82,7 +82,7 @@ export class World {
     }
   }
 
-  /** Whose eyes the seat is of: what they cannot see is shaded. @param {number} agent */
+  /** Changes the agent whose eyes the seat is of, and shades what they cannot see. @param {number} agent */
   lookAs(agent) {
     this.eyes = agent;
     this.#cast();
@@ -96,7 +96,7 @@ export class World {
     return thing?.p ? { p: thing.p, q: thing.q ?? [0, 0, 0, 1] } : null;
   }
 
-  /** @param {string} key @param {Pose | null} pose `null`: as the cells say again */
+  /** @param {string} key @param {Pose | null} pose `null`: the pose of the cells again */
   echo(key, pose) {
     if (pose === null) this.#echoes.delete(key);
     else this.#echoes.set(key, pose);
@@ -104,12 +104,12 @@ export class World {
     this.#cast();
   }
 
-  /** What can be picked with a ray, nearest first on a ray. @returns {any[]} */
+  /** The objects that a ray can pick. @returns {any[]} */
   pickable() {
     return [...this.#shown.values()].map(({ object }) => object).filter((object) => object.visible);
   }
 
-  /** Draws again what is selected and pointed at. */
+  /** Highlights the selected and the hovered thing. */
   mark() {
     for (const [key, { object }] of this.#shown) {
       if (!(object instanceof Solid)) continue;
@@ -118,7 +118,7 @@ export class World {
   }
 
   /**
-   * Shows where what is in the hand would come to lie.
+   * Previews where the held object would land.
    * @param {{half: Point, shape: number[], rgb: number[], hole: boolean} | null} form
    * @param {Pose} [pose]
    */

@@ -1,10 +1,10 @@
-// Arms the joints of a robot by the keyboard, on a page as narrow as a telephone:
+// Arms the joints of a robot with the keyboard, on a page as narrow as a phone:
 //
-//   node tests/arm.mjs BASE_URL     the page of a robot that runs, whose joints are disarmed
-//   node tests/arm.mjs              a fake of Leo, of which one joint is locked
+//   node tests/arm.mjs BASE_URL     the page of a running robot whose joints are disarmed
+//   node tests/arm.mjs              a fake of Leo with one locked joint
 //
-// It waits for states of the page and never for a time; a state that does not come within PATIENCE_S (default 120)
-// fails it.
+// It waits for states of the page, never for a fixed time; it fails if a state does not come within PATIENCE_S
+// (default 120).
 import { visit } from './browser.mjs';
 import { crowded, serve } from './fake.mjs';
 

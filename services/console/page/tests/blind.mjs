@@ -1,10 +1,10 @@
-// Uses Leo's page in a browser that cannot draw:
+// Uses Leo's page in a browser without WebGL:
 //
-//   node tests/blind.mjs BASE_URL     the page of a robot that runs
+//   node tests/blind.mjs BASE_URL     the page of a running robot
 //   node tests/blind.mjs              a fake of Leo
 //
-// It waits for states of the page and never for a time; a state that does not come within PATIENCE_S (default 120)
-// fails it.
+// It waits for states of the page, never for a fixed time; it fails if a state does not come within PATIENCE_S
+// (default 120).
 import { ready, visit } from './browser.mjs';
 import { serve } from './fake.mjs';
 
@@ -17,9 +17,8 @@ await visit({ browser: { more: ['--disable-3d-apis'] } }, async (page, until) =>
   await page.fill('#say', 'What did you learn?');
   await page.press('#say', 'Enter');
   await until('what was said stands in the dialogue', () => document.querySelector('#log').textContent.includes('What did you learn?'));
-  // Who works by the keyboard has the things before him, drawn or not.
-  // Of the pegs one may be in the hand of somebody who shows something just now: then
-  // the page says so, and it is another's turn.
+  // Keyboard users can reach the things, drawn or not. A peg may be in the teacher's hand in the current demonstration;
+  // then the page refuses it, and another peg is tried.
   for (let turn = 0; ; turn++) {
     const free = (turn) => {
       const pegs = Object.values(window.leo.under('thing/')).filter((thing) => thing.role === 'peg' && thing.held === null);

@@ -1,4 +1,4 @@
-// A browser for the tests: the one of the system, drawing by software if nothing else is said.
+// The system's browser for the tests, with software rendering by default.
 import { existsSync } from 'node:fs';
 import { chromium } from 'playwright-core';
 
@@ -11,12 +11,12 @@ export function executable() {
   return found;
 }
 
-/** How long anything is waited for that a page is to do or to show. */
+/** Time-out for everything that a page should do or show. */
 const PATIENCE_MS = 1000 * Number(process.env.PATIENCE_S ?? 120);
 
 /**
  * Starts a browser.
- * @param {{card?: boolean, more?: string[]}} how whether a graphics card draws, where there is one, and more options
+ * @param {{card?: boolean, more?: string[]}} how whether to render on a graphics card, if there is one; more options
  */
 export function launch({ card = false, more = [] } = {}) {
   const drawing = card ? [] : ['--use-angle=swiftshader', '--enable-unsafe-swiftshader'];
@@ -27,26 +27,26 @@ export function launch({ card = false, more = [] } = {}) {
   });
 }
 
-/** A page of its own, which is waited for as everything is: a table that is drawn by software is long in coming. */
+/** A page with a long time-out, because software rendering is slow. */
 export async function opened(browser, how) {
   const page = await browser.newPage(how);
   page.setDefaultTimeout(PATIENCE_MS);
   return page;
 }
 
-/** What waits until a function of a page's state is true. */
+/** Returns a function that waits until a predicate on a page's state is true. */
 export const patient = (page) => (what, isTrue, argument) => page.waitForFunction(isTrue, argument)
   .catch(() => { throw new Error(`the page never showed that ${what}`); });
 
-/** Whether Leo's world is on the page. */
+/** Whether Leo's world is shown on the page. */
 export function ready(page) {
   return page.waitForFunction(() => window.leo?.cells.get('workspace') !== undefined && window.leo.pictures() > 1);
 }
 
 /**
- * Uses a page in a browser of its own. What goes wrong with either, an error of the page itself included, is said,
- * and is the exit status.
- * @param {{browser?: object, page?: object}} how the options of both
+ * Uses a page in its own browser. Errors of either, including errors of the page itself, are printed and set the exit
+ * status.
+ * @param {{browser?: object, page?: object}} how options of browser and page
  * @param {(page: import('playwright-core').Page, until: ReturnType<typeof patient>) => Promise<void>} use what is done
  */
 export async function visit(how, use) {

@@ -5,7 +5,7 @@ import { Connection, isLockedOut, liveAddress, waitBefore } from '../src/connect
 
 globalThis.WebSocket = WebSocket;
 
-/** A server that answers with what it was asked, on a port. */
+/** A server that echoes requests, on a port. */
 const server = (port, answer) => new Promise((done) => {
   const made = new WebSocketServer({ port, host: '127.0.0.1' }, () => done(made));
   made.on('connection', (socket) => {
@@ -16,7 +16,7 @@ const server = (port, answer) => new Promise((done) => {
 
 const echo = (socket, message) => socket.send(JSON.stringify({ answer: message.id, ok: true, text: message.text }));
 
-/** A connection, and a way to wait for its states. */
+/** A connection, with a way to wait for its states. */
 function connected(port) {
   const states = [];
   const waiting = [];
@@ -97,7 +97,7 @@ test('it comes back by itself after the console began anew, and what was asked t
   await close(made);
 });
 
-/** A connection over sockets that do what they are told, in a time that passes as it is told. */
+/** A connection with mock sockets and a mock clock. */
 function faked(t) {
   const sockets = [];
   class Socket {
@@ -108,7 +108,7 @@ function faked(t) {
       sockets.push(this);
     }
     send() {}
-    // Where a network is gone, closing takes as long as the browser likes.
+    // Without a network, closing takes an arbitrary time.
     close() {
       this.isShut = true;
     }
@@ -127,11 +127,11 @@ function faked(t) {
   const connection = new Connection('ws://leo/live', (message) => heard.push(message.version), (state) => states.push(state));
   connection.open();
   const say = (socket, version) => socket.onmessage({ data: JSON.stringify({ version, fresh: false, cells: {} }) });
-  /** Time in which the page does what is due when it is. */
+  /** Advances time; the page runs each timer when it is due. */
   const pass = (ms) => {
     for (let passed = 0; passed < ms; passed += 1) t.mock.timers.tick(1);
   };
-  /** Time in which the page is busy, and after which it does one of the things that are due. */
+  /** Advances time while the page is blocked; afterwards it runs one of the due timers. */
   const stall = (ms) => t.mock.timers.tick(ms);
   return { connection, sockets, states, heard, say, pass, stall };
 }
@@ -150,7 +150,7 @@ test('a Leo that says nothing for some seconds is lost and looked for anew, and 
   assert.match((await unanswered).error, /not answering/);
   pass(waitBefore(0));
   sockets[1].open();
-  // What the first one still brings, and that it closes at last, is of no account.
+  // Late events of the first socket are ignored.
   say(sockets[0], 100);
   sockets[0].onclose();
   say(sockets[1], 101);
@@ -180,7 +180,7 @@ test('a Leo that does not answer the attempt to connect is tried anew, ever more
   assert.deepEqual([states, sockets[0].isShut, sockets.length], [['lost'], true, 1]);
   pass(waitBefore(0));
   assert.equal(sockets.length, 2);
-  // One that opens and says nothing is no better.
+  // A connection that opens and then stays silent is lost as well.
   sockets[1].open();
   pass(5000);
   pass(waitBefore(1) - 1);

@@ -8,7 +8,7 @@ import { furnish, taken } from './document.mjs';
 const line = (text) => ({ t: 1, who: null, kind: 'note', text });
 const robot = { agents: { 0: 'Leo', 1: 'the teacher' } };
 
-/** A dialogue that has heard twelve lines, and the means to tell it more. */
+/** A dialogue with twelve lines, and a function to add more. */
 function dialogue(t) {
   t.mock.timers.enable({ apis: ['setTimeout'] });
   globalThis.window = {};
@@ -17,7 +17,7 @@ function dialogue(t) {
   new Dialogue(cells, async () => ({}), { show() {} });
   const apply = (changed, fresh = false) => cells.apply({ version: 1, fresh, cells: changed });
   const all = Object.fromEntries(Array.from({ length: 12 }, (_, n) => [`line/${n}`, line(`line ${n}`)]));
-  // In the order of texts, as an object's keys may come: line/10 before line/9.
+  // In lexicographic order, as an object's keys may come: line/10 before line/9.
   const sorted = Object.fromEntries(Object.keys(all).sort().map((key) => [key, all[key]]));
   apply({ robot, ...sorted }, true);
   taken.length = 0;

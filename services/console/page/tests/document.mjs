@@ -1,4 +1,4 @@
-// As much of a document as the panels use, for tests without a browser. It counts what is taken out of it.
+// A minimal DOM for tests of the panels without a browser. It counts removed elements.
 
 class Node {
   parent = null;
@@ -30,7 +30,7 @@ class Words extends Node {
   }
 }
 
-/** Elements that were taken out of their places, in their order. @type {Element[]} */
+/** Elements that were removed from their parents, in order. @type {Element[]} */
 export const taken = [];
 
 export class Element extends Node {
@@ -71,7 +71,7 @@ export class Element extends Node {
     this.replaceChildren(text);
   }
 
-  /** Of a select: what is chosen, which is one of what there is. */
+  /** The value of a select, which is one of its options. */
   get selectedOptions() {
     return this.children.filter((option) => option.attributes.value === this.value).slice(0, 1);
   }
@@ -115,7 +115,7 @@ export class Element extends Node {
 }
 
 /**
- * A document with elements of these ids, by their tags, for the modules that look for one.
+ * A document with elements of these ids and tags, for the modules that look them up.
  * @param {Record<string, string>} tags
  * @returns {Record<string, Element>}
  */

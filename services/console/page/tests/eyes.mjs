@@ -1,13 +1,13 @@
-// Looks through the eyes of the second of two teachers on Leo's page, moves his head, and acts as him:
+// Looks through the eyes of the second of two teachers on Leo's page, moves their head, and acts as them:
 //
-//   node tests/eyes.mjs BASE_URL     the page of a robot that runs
+//   node tests/eyes.mjs BASE_URL     the page of a running robot
 //
-// It waits for states of the page and never for a time; a state that does not come within PATIENCE_S (default 120)
-// fails it. PICTURE, if that is set, is a picture of what he sees.
+// It waits for states of the page, never for a fixed time; it fails if a state does not come within PATIENCE_S
+// (default 120). If PICTURE is set, it saves a picture of that teacher's view there.
 import { ready, visit } from './browser.mjs';
 
 await visit({}, async (page, until) => {
-  /** Where somebody's eyes are. */
+  /** The position of a person's eyes. */
   const eyesOf = (agent) => page.evaluate((who) => Object.values(window.leo.under('thing/')).find((thing) => thing.agent === who)?.p, agent);
 
   await page.goto(process.argv[2]);
@@ -31,7 +31,7 @@ await visit({}, async (page, until) => {
     return Math.hypot(...his.p.map((coordinate, axis) => coordinate - before[axis])) > 0.01;
   }, second);
   if (String(await eyesOf(1)) !== String(first)) throw new Error('the first teacher has moved too');
-  // While the first one is away, what is done here is his.
+  // While the first teacher is away, acts of the page are the second one's.
   await page.selectOption('#who', '1');
   await page.click('#leave');
   await until('the first teacher is away', () => document.querySelector('#leave').ariaPressed === 'true');

@@ -1,5 +1,5 @@
-// A fake of Leo for the page's own tests: it keeps a table, sees in straight lines from two pairs of eyes, and
-// follows docs/page.md. It learns nothing but which colours were filled.
+// A fake of Leo for the page's own tests. It simulates a table with line-of-sight visibility from two pairs of eyes,
+// and follows docs/page.md. It learns only which colours were filled.
 //
 //   node tests/fake.mjs [--port 8787] [--blocks N]
 import { readFile } from 'node:fs/promises';
@@ -28,7 +28,7 @@ function gaze(f) {
   return [-Math.sin(a) * Math.sin(b), Math.cos(a) * Math.sin(b), Math.sin(a) * Math.cos(b), Math.cos(a) * Math.cos(b)];
 }
 
-/** Whether the way from `a` to `b` goes through a box (slabs). */
+/** Whether the segment from `a` to `b` intersects a box (slab method). */
 function blocked(a, b, { p, half }) {
   let [from, to] = [0, 1];
   for (const axis of [0, 1, 2]) {
@@ -63,10 +63,10 @@ export class Fake {
   performing = [];
   recording = { on: false, file: null, seconds: 0, bytes: 0, dropped: 0, error: null };
   saved = null;
-  /** How many joints are armed, of those that are not locked, and whether one is locked. */
+  /** Whether the joints that are not locked are armed, and whether one joint is locked. */
   armed = true;
   locked = false;
-  /** What pages said with their orders to arm. */
+  /** The acknowledged lock counts of the arming orders received. */
   orders = [];
 
   constructor() {
@@ -114,7 +114,7 @@ export class Fake {
 
   filled = (block) => this.objects.some((peg) => peg.into === block.name);
 
-  /** Lets a thing lie at a place: into a hole, onto what is below, or on the table. */
+  /** Lays a thing at a place: in a hole, on the thing below, or on the table. */
   drop(object, x, y) {
     object.into = null;
     const hole = object.role === 'peg' && this.objects.find((each) => each !== object && each.hole
@@ -136,7 +136,7 @@ export class Fake {
     this.lines = this.lines.slice(-300);
   }
 
-  // What is said to it.
+  // The acts of teachers.
 
   say(text) {
     this.line('the teacher', 'said', text);
@@ -215,7 +215,7 @@ export class Fake {
     this.line(null, 'result', now.performance.result);
   }
 
-  // What it sees and believes.
+  // Perception and belief.
 
   sees(object) {
     const { eyes, looks_at } = this.seat;
@@ -254,7 +254,7 @@ export class Fake {
     if (points.length > 64) points.shift();
   }
 
-  // The cells.
+  // The state shown on the page.
 
   snapshot() {
     const cells = {
@@ -333,7 +333,7 @@ export class Fake {
     }
   }
 
-  /** Leo breathes, and looks at what it does. */
+  /** Idle motion: Leo breathes, and looks at the current action. */
   angle(name) {
     const swing = Math.sin(this.t * 1.3);
     if (name === 'head_pitch_joint') return 0.35 + 0.03 * swing;
@@ -394,7 +394,7 @@ export class Fake {
     }
   }
 
-  /** How the licences of 65 joints stand. */
+  /** The licences of 65 joints. */
   licences() {
     const locked = this.locked ? [{ cause: 'blocked', meaning: 'the joint did not follow its command: something held it', remedy: 'remove what held the joint', count: 1, joints: ['left_elbow_pitch_joint'] }] : [];
     const count = this.armed ? 0 : 65 - locked.length;
@@ -409,7 +409,7 @@ export class Fake {
     this.armed = true;
   }
 
-  // What a page can ask.
+  // The page's requests.
 
   take(message, client) {
     const answer = { answer: message.id };
@@ -427,7 +427,7 @@ export class Fake {
     return found;
   }
 
-  /** Whoever acts by hand takes over from the script. */
+  /** The first interactive act ends the script. */
   hand(setting = false) {
     if (this.gliding) this.gliding.peg.held = null;
     this.gliding = null;
@@ -510,7 +510,7 @@ export class Fake {
  */
 export async function serve(port, fake = new Fake()) {
   const files = await bundle();
-  // Where the page is tried elsewhere than in its own folder, the body is not beside it.
+  // The body is missing if the page is not served from its own folder.
   const urdf = await readFile(process.env.URDF ?? join(here, '../../../../config/leo.urdf'));
   fake.joints = [...urdf.toString().matchAll(/<joint name="([^"]+)" type="revolute"/g)].map(([, name]) => name);
   const pages = {

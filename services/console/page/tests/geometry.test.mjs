@@ -21,7 +21,7 @@ test('a heading comes back from its orientation', () => {
 });
 
 test('an eye looks at the table where its line of sight meets it', () => {
-  // A quarter down from +x.
+  // 45° down from +x.
   const q = [0, Math.sin(Math.PI / 8), 0, Math.cos(Math.PI / 8)];
   near(forward(q), [Math.SQRT1_2, 0, -Math.SQRT1_2]);
   near(looksAt([0, 0, 0.5], q), [0.5, 0, 0]);

@@ -2,7 +2,7 @@ import assert from 'node:assert/strict';
 import { test } from 'node:test';
 import { Cells } from '../src/cells.js';
 
-// As much of a document as the keyboard uses.
+// A minimal DOM for the keyboard.
 class HTMLElement {
   dataset = { key: 'thing/1' };
   closest(selector) {
@@ -14,7 +14,7 @@ const { Keys } = await import('../src/keys.js');
 
 const wall = (x) => ({ name: 'wall', kind: 'occluder', p: [x, 0.5, 0.1], q: [0, 0, 0, 1] });
 
-/** A keyboard over a screen that Leo has moved since it was taken, and what it asked for. */
+/** A keyboard with a screen that Leo has moved since it was taken, and the requests sent. */
 function carrying() {
   const cells = new Cells();
   const asked = [];
@@ -65,7 +65,7 @@ test('a screen of a lesson that is over is not put back, nor one after Leo was l
   assert.deepEqual(lost.asked, []);
 });
 
-/** A keyboard over the picture that somebody has from his seat, opposite Leo, with nothing in his hand. */
+/** A keyboard with the view from the seat opposite Leo, and nothing in the hand. */
 function sitting(view) {
   let seat = { eyes: [0, 1.5, 0.55], looks_at: [0, 0.75, 0] };
   let press = (/** @type {any} */ event) => event;
@@ -80,7 +80,7 @@ function sitting(view) {
 }
 
 test('arrows with Shift turn the eyes where they are, and without carry them round what they look at', () => {
-  // Who looks towards -y has +x at his left.
+  // A viewer who looks towards -y has +x on the left.
   for (const [key, axis, sign] of [['ArrowLeft', 0, 1], ['ArrowRight', 0, -1], ['ArrowUp', 1, -1], ['ArrowDown', 1, 1]]) {
     const { type, seat } = sitting('seat');
     const before = seat();

@@ -1,4 +1,4 @@
-// Task 1 of the study, as the fake of Leo plays it.
+// Task 1 of the study for the fake of Leo.
 
 export const COLOURS = [
   { name: 'red', rgb: [0.8, 0.05, 0.05] },

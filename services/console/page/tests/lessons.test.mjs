@@ -7,7 +7,7 @@ import { furnish } from './document.mjs';
 const lesson = (id, title, more = {}) => ({ id, title, watch: '', ...more });
 const workspace = (id, title) => ({ lesson: id, title, watch: '', simulated: true, mode: 'script', table: null, tables: 1 });
 
-/** The lessons' part of the page, while `own.toml` plays, and what was asked for. */
+/** The lesson panel while `own.toml` plays, and the requests sent. */
 function picker(answer = {}) {
   const buttons = ['play', 'clear', 'undo', 'record', 'keep', 'save', 'save-cancel'];
   const ids = furnish({
@@ -82,10 +82,10 @@ test('frames that did not get into a recording are told', () => {
   assert.equal(recordingWords({ seconds: 3.4, bytes: 2e6, dropped: 7 }), 'Recording 3 s, 2.0 MB, 7 dropped');
 });
 
-/** The part of the page that tells of recordings, and what it said. */
+/** The recording controls, and the messages shown. */
 function recorder() {
   const { ids, shown, apply } = picker();
-  // As much of the button as a document without a browser has not.
+  // The parts of a button that the minimal DOM lacks.
   const label = new ids.record.constructor('span');
   label.setAttribute('class', 'label');
   ids.record.append(label);

@@ -1,15 +1,15 @@
-// How many pictures a second the page draws of a table full of blocks, in turns with a bare page of the same size in
-// the same browser, which draws an empty picture in every frame of its own; printed as one JSON document:
+// Measures the frame rate of the page with a table full of blocks. It alternates with a bare page of the same size in
+// the same browser, which draws an empty picture in every frame. Prints one JSON document:
 //
-//   node tests/pace.mjs [BLOCKS]           drawn by software
-//   node tests/pace.mjs [BLOCKS] --card    by the graphics card, if the browser finds one
+//   node tests/pace.mjs [BLOCKS]           software rendering
+//   node tests/pace.mjs [BLOCKS] --card    the graphics card, if the browser finds one
 //
-// It fails where the page draws less than a quarter of what it should beside the bare page. That other things run on the
-// machine as well, both of them feel, but the page, which has more to do, feels it more.
+// It fails if the page reaches less than a quarter of the expected rate relative to the bare page. Other load on the
+// machine slows both, but the page more, because it has more to do.
 import { launch, opened, ready } from './browser.mjs';
 import { crowded, serve } from './fake.mjs';
 
-/** Pictures of the page, while somebody carries a thing, of sixty of the bare page. */
+/** Expected pictures of the page, while a thing is carried, per sixty of the bare page. */
 const PROMISED = { card: 30, software: 10 };
 const ROUNDS = 3;
 const SECONDS = 2;
@@ -18,7 +18,7 @@ const SIZE = { viewport: { width: 1280, height: 800 } };
 const card = process.argv.includes('--card');
 const blocks = Number(process.argv.slice(2).find((word) => word !== '--card') ?? 100);
 
-/** Pictures, and the seconds of the page's own clock that they took. */
+/** Number of pictures, and the time that they took by the page's own clock. */
 class Count {
   pictures = 0;
   seconds = 0;
@@ -33,7 +33,7 @@ class Count {
   }
 }
 
-/** A page without anything: an empty picture, which is waited for as the page's are, in every frame. */
+/** A bare page: an empty picture in every frame, measured like the real page. */
 const drawNothing = async (seconds) => {
   const canvas = document.body.appendChild(document.createElement('canvas'));
   [canvas.width, canvas.height] = [innerWidth, innerHeight];
@@ -50,7 +50,7 @@ const drawNothing = async (seconds) => {
   return [pictures, (performance.now() - began) / 1000];
 };
 
-/** Leo's page with something new to be drawn in every frame: in the main view as under a hand that moves, or in all. */
+/** Leo's page with something new in every frame: in the main view, as while a thing is carried, or in all views. */
 const drawLeo = async ([seconds, all]) => {
   const { stage, pictures } = window.leo;
   const gl = stage.renderer.getContext();

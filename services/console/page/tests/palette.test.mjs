@@ -4,7 +4,7 @@ import { Cells } from '../src/cells.js';
 import { Palette } from '../src/palette.js';
 import { furnish } from './document.mjs';
 
-/** A palette beside a table on which something lies, and what it asked for. */
+/** A palette with a table on which a thing lies, and the requests sent. */
 function palette(lying = []) {
   const ids = furnish({ 'palette-items': 'div' });
   const asked = [];

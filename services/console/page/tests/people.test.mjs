@@ -30,7 +30,7 @@ test('who left before the page was opened can come back', () => {
   const opened = { ...workspace('two'), people: [1, 2] };
   cells.apply({ version: 1, fresh: false, cells: { workspace: opened, 'thing/1': person(1) } });
   assert.deepEqual([people.all(), people.isAway(2)], [[1, 2], true]);
-  // A real table has whom it has.
+  // On a real robot only the people seen are known.
   cells.apply({ version: 1, fresh: false, cells: { workspace: { ...opened, simulated: false } } });
   assert.deepEqual(people.all(), [1]);
 });
@@ -55,6 +55,6 @@ test('whatever somebody does is sent as his, where there is more than one, and a
   }
   assert.deepEqual(signed('undo', undefined, 2), { teacher: 2 });
   assert.deepEqual(signed('seat', { teacher: 1 }, 2), { teacher: 1 });
-  // Nobody is asked of who it is that clears the table.
+  // Clearing the table needs no acting person.
   assert.deepEqual(signed('clear', undefined, 2), undefined);
 });

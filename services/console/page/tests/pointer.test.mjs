@@ -3,7 +3,7 @@ import { test } from 'node:test';
 import { Mesh, MeshBasicMaterial, BoxGeometry, PerspectiveCamera } from 'three';
 import { Pointer } from '../src/pointer.js';
 
-/** A pointer over something in the middle of the picture, and what it did. */
+/** A pointer over a thing in the middle of the picture, and the resulting actions. */
 function over(thing) {
   const hear = {};
   const element = {
@@ -52,7 +52,7 @@ function over(thing) {
   const at = (kind, clientX, clientY, pointerId = 1, more = {}) => hear[kind]({ clientX, clientY, pointerId, button: 0, ...more });
   at('pointerdown', 50, 50);
   at('pointermove', 70, 50);
-  /** What was done since this was asked last. */
+  /** The actions since the last call. */
   const since = () => done.splice(0);
   const kinds = () => since().map(([kind]) => kind);
   return { at, echoes, asked, since, kinds };
@@ -79,7 +79,7 @@ test('a thing follows the finger that took it, and is put down when that one is 
   at('pointerdown', 90, 50, 2);
   at('pointermove', 90, 60, 2);
   assert.deepEqual(kinds(), ['turn']);
-  // The first finger is lifted first: the thing stays there, and the second one leads nothing.
+  // The first finger is lifted first: the thing stays there, and the second finger drags nothing.
   at('pointerup', 70, 50, 1);
   at('pointermove', 30, 60, 2);
   at('pointerup', 30, 60, 2);
@@ -105,7 +105,7 @@ test('a third finger neither turns a thing by coming nor takes it over', () => {
   kinds();
   at('pointerdown', 70, 90, 3);
   at('pointermove', 70, 80, 3);
-  // One lifted: the other two hold it as they are, a quarter of a turn away from before.
+  // One of three fingers is lifted; the other two are a quarter turn away from before, and do not turn the thing.
   at('pointerup', 90, 50, 2);
   at('pointermove', 70, 80, 3);
   assert.ok(since().every(([kind, angle]) => kind === 'turn' && Math.abs(angle) < 1e-9));

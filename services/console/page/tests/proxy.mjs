@@ -1,4 +1,4 @@
-// The page as it is built now, before a robot that runs: node tests/proxy.mjs ROBOT_URL [--port 8788]
+// Serves the current build of the page in front of a running robot: node tests/proxy.mjs ROBOT_URL [--port 8788]
 import { createServer } from 'node:http';
 import { fileURLToPath } from 'node:url';
 import { WebSocket, WebSocketServer } from 'ws';

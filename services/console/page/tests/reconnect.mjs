@@ -1,16 +1,16 @@
-// Keeps Leo's page open while what serves it goes and comes again:
+// Keeps Leo's page open while its server ends and restarts:
 //
 //   node tests/reconnect.mjs BASE_URL     the page of a robot that runs on this machine
 //
-// It kills the robot's console process, and says `restart` once the page shows what the next one sends: then somebody
-// has to end the robot and to start it again at the same address. It waits for states of the page and never for a time;
-// a state that does not come within PATIENCE_S (default 120) fails it.
+// It kills the robot's console process, and prints `restart` once the page shows the state of the next one. Then the
+// robot has to be stopped and started again at the same address by hand. It waits for states of the page, never for a
+// fixed time; it fails if a state does not come within PATIENCE_S (default 120).
 import { ready, visit } from './browser.mjs';
 
 await visit({}, async (page, until) => {
   const served = () => page.evaluate(() => window.leo.cells.get('process/console'));
   const now = () => page.evaluate(() => window.leo.cells.get('now').t);
-  /** How often Leo was lost since it was asked last: it may be too short for who looks now and then. */
+  /** Number of lost connections since the last call; polling the state could miss a short one. */
   const lost = () => page.evaluate(() => window.states.splice(0).filter((state) => state === 'lost').length);
 
   await page.goto(process.argv[2]);

@@ -1,11 +1,10 @@
-// Pictures of the page of a robot that runs, for who changes the page and for the docs: every panel opened, and every
-// perspective; each for a laptop and for a tablet, in the light and in the dark:
+// Takes pictures of a running robot's page, for developers of the page and for the docs: every panel open, and every
+// perspective; each for a laptop and a tablet, in the light and in the dark theme:
 //
-//   node tests/shots.mjs BASE_URL [--into FOLDER] [NAME…]     those named so alone, such as `page open`
+//   node tests/shots.mjs BASE_URL [--into FOLDER] [NAME…]     with names only those, such as `page open`
 //
-// The robot should have just been started with nothing that it remembers, play Task 1 and stay up. This waits for states
-// of its page and never for a time. A picture of a page whose views are empty fails it, and so does a panel that no
-// picture shows.
+// The robot should have just been started with an empty memory, play Task 1 and stay up. The script waits for states of
+// its page, never for a fixed time. It fails if the views of a picture are empty, or if no picture shows some panel.
 import { mkdir, writeFile } from 'node:fs/promises';
 import { join } from 'node:path';
 import { parseArgs } from 'node:util';
@@ -19,13 +18,13 @@ const SIZES = [
   { name: '-tablet', viewport: { width: 820, height: 1180 }, hasTouch: true },
 ];
 const SCHEMES = [{ name: '', colorScheme: 'light' }, { name: '-dark', colorScheme: 'dark' }];
-/** So many colours a view has at least that something is drawn in: every side of a thing is lit otherwise. */
+/** Minimum number of colours in a view with content: each side of a thing is lit differently. */
 const COLOURS = 50;
 
 await mkdir(into, { recursive: true });
 const browser = await launch();
 const troubles = [];
-/** What can be opened, by its name in the document, and whether a picture shows it so. @type {Map<string, boolean>} */
+/** The openable elements by their names, and whether a picture shows them open. @type {Map<string, boolean>} */
 const panels = new Map();
 
 const pages = [];
@@ -39,12 +38,12 @@ for (const { name, viewport, hasTouch } of SIZES) {
 const [{ page: laptop, until }] = pages;
 for (const id of await laptop.$$eval('details[id], dialog[id]', (all) => all.map((each) => each.id))) panels.set(id, false);
 
-/** Does something on each of the pages, one after the other. */
+/** Calls a function for each of the pages, one after the other. */
 async function onEach(act) {
   for (const { page, until: shown } of pages) await act(page, shown);
 }
 
-/** Waits until all that was to be drawn is. */
+/** Waits until all views have been drawn. */
 const drawn = (page) => page.evaluate(async () => {
   const before = window.leo.pictures();
   window.leo.stage.request();
@@ -52,7 +51,7 @@ const drawn = (page) => page.evaluate(async () => {
   await new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(done)));
 });
 
-/** How many colours are in the part of the canvas that is a view's. */
+/** Number of colours in the part of the canvas that belongs to a view. */
 const colours = (page, view) => page.evaluate((selector) => {
   const canvas = document.querySelector('#canvas');
   const [place, part] = [canvas, document.querySelector(selector)].map((each) => each.getBoundingClientRect());
@@ -63,9 +62,9 @@ const colours = (page, view) => page.evaluate((selector) => {
 }, view);
 
 /**
- * Every page as it is now.
+ * Takes a picture of every page.
  * @param {string} name
- * @param {{whole?: boolean, only?: typeof pages}} [how] whole: all of a page that is longer than its screen
+ * @param {{whole?: boolean, only?: typeof pages}} [how] whole: the whole page, even if it is longer than the screen
  */
 async function shoot(name, { whole = false, only = pages } = {}) {
   for (const { name: size, page } of only) {
@@ -85,7 +84,7 @@ async function shoot(name, { whole = false, only = pages } = {}) {
 }
 
 /**
- * Clicks a thing where the page shows it, which selects it; again where the page had just lost Leo and took nothing up.
+ * Selects a thing by clicking it; clicks again if the page had just lost the connection and ignored the click.
  * @param {import('playwright-core').Page} page @param {string} name @param {() => boolean} isSelected
  */
 async function select(page, name, isSelected) {
@@ -107,10 +106,10 @@ async function say(text) {
   await until(`"${text}" was said`, (n) => Object.values(window.leo.under('line/')).filter((line) => line.kind === 'said').length > n, before);
 }
 
-/** What Leo saw so far. */
+/** The actions that Leo has recognised so far. */
 const sights = () => laptop.evaluate(() => Object.values(window.leo.under('line/')).filter((line) => line.kind === 'saw').length);
 
-/** Lays a table of the lesson; whoever does so takes over from its script, and all stands still. @param {number} table */
+/** Lays a table of the lesson, which ends the script. @param {number} table */
 async function lay(table) {
   await laptop.selectOption('#lay', String(table));
   await until(`table ${table} lies there`, (n) => window.leo.cells.get('workspace').table === n && window.leo.cells.get('workspace').mode === 'set-up', table);
@@ -120,7 +119,7 @@ async function lay(table) {
   });
 }
 
-/** Has the teacher fill holes that he sees, until so many are filled. @param {number} holes */
+/** Has the teacher fill holes that they see, until `holes` are filled. @param {number} holes */
 async function fill(holes) {
   const filled = () => laptop.evaluate(() => Object.values(window.leo.under('thing/')).filter((thing) => thing.filled === true).length);
   while (await filled() < holes) {
@@ -144,7 +143,7 @@ async function done() {
   await until('Leo has an example more', (n) => (window.leo.cells.get('task/task 1')?.examples ?? 0) > n, before);
 }
 
-/** Task 1 has been shown once and is half shown again: Leo knows of a block that the teacher does not see. */
+/** Task 1 was demonstrated once, and half a second time: Leo knows of a block that the teacher does not see. */
 async function halfway() {
   for (const table of [0, 1]) {
     await lay(table);
@@ -155,7 +154,7 @@ async function halfway() {
   }
 }
 
-/** The task is taught, and Leo has done it with new things. */
+/** The task has been taught, and Leo has performed it with new things. */
 async function performed() {
   await fill(4);
   await done();
@@ -165,7 +164,7 @@ async function performed() {
   await until('Leo has performed', (n) => window.leo.cells.get('task/task 1').performances.filter((each) => each.result).length > n, before);
 }
 
-/** A table that is being set: a few things from the palette, and one of them selected. */
+/** A table during set-up: a few things from the palette, one of them selected. */
 async function setUp() {
   await laptop.click('#clear');
   await until('the table is empty', () => window.leo.cells.get('workspace').mode === 'set-up'
@@ -205,7 +204,7 @@ try {
   await onEach(async (page, shown) => {
     await shown('what Leo did', () => document.querySelector('.performance') !== null);
     for (const id of panels.keys()) if (await page.$(`details#${id}:not([open])`)) await page.click(`#${id} > summary`);
-    // What is in a panel comes anew with what Leo learns.
+    // Panels are rebuilt when Leo learns something.
     await page.$$eval('details:not([id], [open])', (all) => all.forEach((each) => (each.open = true)));
     await shown('the processes and the buses', () => document.querySelectorAll('#health-body tbody tr').length > 5);
   });
@@ -215,7 +214,7 @@ try {
   await setUp();
   await onEach(async (page, shown) => {
     await shown('what can be laid', () => document.querySelector('#palette').checkVisibility());
-    // Nothing hides the one that is nearest.
+    // The nearest thing is not occluded.
     const near = () => Object.values(window.leo.under('thing/')).filter((thing) => thing.kind === 'object').sort((a, b) => b.p[1] - a.p[1])[0].name;
     await select(page, await page.evaluate(near), () => !document.querySelector('#remove').hidden);
   });
@@ -223,7 +222,7 @@ try {
   await onEach((page) => page.click('#save'));
   await shoot('save');
 
-  // It asks about locked joints, of which this robot has none; arm.mjs opens it.
+  // This dialog is about locked joints, which this robot does not have; arm.mjs opens it.
   panels.delete('arm-dialog');
   for (const [id, isShown] of panels) if (!isShown) throw new Error(`no picture shows #${id} opened`);
   if (troubles.length > 0) throw new Error(`the page failed: ${troubles.join('; ')}`);

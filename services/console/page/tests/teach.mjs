@@ -1,13 +1,13 @@
-// Teaches Leo Task 1 on its own page with mouse, finger, keyboard, typed sentences and a spoken one, from an empty table,
-// and after it a task whose showings leave open what is meant; and prints what the page showed of both, the last one
+// Teaches Leo Task 1 on its own page with mouse, touch, keyboard, typed sentences and a spoken one, from an empty
+// table. Then it teaches a task with ambiguous demonstrations. It prints what the page showed of both, the last one
 // first, as one JSON document:
 //
-//   node tests/teach.mjs BASE_URL     the page of a robot that runs
+//   node tests/teach.mjs BASE_URL     the page of a running robot
 //   node tests/teach.mjs              a fake of Leo
 //
-// It waits for states of the page and never for a time; a state that does not come within PATIENCE_S (default 120)
-// fails it, with a picture of the page in PICTURE, if that is set. What recognises speech is the test's own: a browser's
-// sends what it hears to its maker.
+// It waits for states of the page, never for a fixed time; it fails if a state does not come within PATIENCE_S
+// (default 120). If PICTURE is set, it then saves a picture of the page there. Speech recognition is mocked: a real
+// browser sends audio to its vendor.
 import { launch, opened, patient, ready } from './browser.mjs';
 import { serve } from './fake.mjs';
 
@@ -89,7 +89,7 @@ async function say(text, enter = (words) => page.fill('#say', words)) {
   await until(`"${text}" was said`, (n) => Object.values(window.leo.under('line/')).filter((line) => line.kind === 'said').length > n, before);
 }
 
-/** By the microphone, after nothing was heard once: what was heard can be read before it is said. */
+/** By the microphone, after a first attempt without a result; the recognised text can be checked before it is sent. */
 async function speak(text) {
   await page.evaluate((words) => { window.heard = [['', 'no-speech'], [words]]; }, text);
   await page.click('#listen');
@@ -99,14 +99,14 @@ async function speak(text) {
   if (await page.getAttribute('#listen', 'aria-pressed') !== 'false') throw new Error('the microphone stays on');
 }
 
-/** A microphone that turns out to be of no use says so and goes. */
+/** A microphone that turns out to be unusable shows a message and is hidden. */
 async function cannotHear() {
   await page.evaluate(() => { window.heard = [['', 'network']]; });
   await page.click('#listen');
   await until('nothing will be heard', () => document.querySelector('#listen').hidden && document.querySelector('#toasts').textContent.includes('type what you want'));
 }
 
-/** Into the block's hole by mouse, by finger or by the keyboard. */
+/** Puts a peg into the block's hole by mouse, by touch or by keyboard. */
 const ways = {
   async mouse(peg, block) {
     const [from, to] = await page.evaluate((names) => names.map((name) => window.leo.screen(name)), [peg, block]);
@@ -170,7 +170,7 @@ async function done(task) {
   await until('Leo has an example more', ([name, n]) => (window.leo.cells.get(`task/${name}`)?.examples ?? 0) > n, [task, before]);
 }
 
-/** Two showings that no rule explains both: what fits one of them ties, or comes behind. */
+/** Two demonstrations that no rule explains both: rules that fit one of them tie, or rank lower. */
 async function leaveOpen() {
   await clear();
   const holes = [await add('red square', -0.2, 0.75), await add('green square', 0.1, 0.75)];
@@ -189,7 +189,7 @@ async function perform() {
   for (const x of NOVEL.pegs) await add('wood peg', x, NOVEL_PEGS_Y);
   await until('Leo knows of all things', (n) => Object.keys(window.leo.under('belief/0/')).length >= n, NOVEL.blocks.length + NOVEL.pegs.length);
   const before = await page.evaluate((name) => window.leo.cells.get(`task/${name}`).performances.filter((each) => each.result).length, TASK);
-  // As recognisers write it.
+  // In the format of speech recognisers.
   await say(`leo do ${TASK}`, speak);
   await until('Leo has performed', ([name, n]) => window.leo.cells.get(`task/${name}`).performances.filter((each) => each.result).length > n, [TASK, before]);
 }

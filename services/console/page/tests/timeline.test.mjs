@@ -2,7 +2,7 @@ import assert from 'node:assert/strict';
 import { test } from 'node:test';
 import { Cells } from '../src/cells.js';
 
-/** As much of a document as the timeline uses. */
+/** A minimal DOM for the timeline. */
 function element() {
   return {
     dataset: {}, children: [], clientWidth: 800, setAttribute() {},

@@ -1,9 +1,9 @@
-// The token, its cookie and the stop button in a browser, over a robot that runs:
+// The token, its cookie and the stop button in a browser, with a running robot:
 //
 //   node tests/token.mjs URL     the whole address of its page, with the token
 //
-// It stops the robot. It waits for states of the page and never for a time; a state that does not come within PATIENCE_S
-// (default 120) fails it.
+// It stops the robot. It waits for states of the page, never for a fixed time; it fails if a state does not come within
+// PATIENCE_S (default 120).
 import { createServer } from 'node:http';
 import { launch, opened, patient } from './browser.mjs';
 
@@ -25,7 +25,7 @@ const elsewhere = createServer((_, response) => {
 await new Promise((done) => elsewhere.listen(0, 'localhost', done));
 const other = `http://localhost:${elsewhere.address().port}/`;
 
-/** Whether the stop button is all there, and is what is pressed there. */
+/** Whether the stop button is fully visible and receives clicks there. */
 const isPressable = (page) => page.evaluate(() => {
   const button = document.querySelector('#stop-button');
   const { left, right, top, bottom, width, height } = button.getBoundingClientRect();
@@ -33,7 +33,7 @@ const isPressable = (page) => page.evaluate(() => {
   return isThere && document.elementFromPoint((left + right) / 2, (top + bottom) / 2) === button;
 });
 
-/** Waits until a page is let in, and shows the robot; nothing is drawn here. */
+/** Waits until a page has access and shows the robot; without drawing. */
 const ready = (page) => page.waitForFunction(() => document.body.dataset.connection === 'connected'
   && window.leo?.cells.get('arming') !== undefined);
 
@@ -60,7 +60,7 @@ try {
   await page.goto(clean);
   await ready(page);
 
-  // The page of another site commands nothing, though this browser has the cookie.
+  // The page of another site cannot command, although this browser has the cookie.
   const foreign = await context.newPage();
   await foreign.goto(other);
   must(await foreign.evaluate((address) => new Promise((done) => {
@@ -73,7 +73,7 @@ try {
   must(answered.status() === 403, 'that a page of another site cannot stop the robot');
   must(await page.evaluate(() => window.leo.cells.get('arming')?.stopped === false), 'that the robot was not stopped');
 
-  // A link of another site leads in all the same.
+  // A link on another site still opens the page.
   const led = await (await browser.newContext()).newPage();
   await led.goto(other);
   await led.click('#link');
@@ -98,7 +98,7 @@ try {
     await until('the button is in its place', () => document.querySelector('dialog #stop') === null);
   }
 
-  // Who has no token stops the robot.
+  // The stop button works without the token.
   await visitor.click('#stop-button');
   await visitor.waitForFunction(() => /is raised/.test(document.querySelector('main').textContent));
   await until('all joints are stopped', () => document.querySelector('#arming').dataset.state === 'stopped');

@@ -3,7 +3,7 @@ use serde_json::{Value, json};
 
 use crate::sheet::Sheet;
 
-/// Shows how many joints may move, and why the others may not.
+/// Publishes how many joints may move, and why the others may not.
 pub(crate) fn arming(sheet: &mut Sheet, names: &[String], joints: &Joints, is_stopped: bool) {
     let licences = Licences::of(joints.all());
     let groups = |groups: &[LicenceGroup]| -> Value {

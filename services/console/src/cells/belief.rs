@@ -10,20 +10,19 @@ use serde_json::json;
 use super::{Thing, far, numbers, rounded};
 use crate::sheet::Sheet;
 
-/// A robot's belief is in an object that is no farther from where it believes it to be, in metres.
+/// Maximum distance between an object and a belief of the robot about it, in metres.
 const SAME_M: f64 = 0.06;
-/// Degrees of states and confidences are shown to twentieths: that they fade is no news in itself.
+/// State degrees and confidences are rounded to 1/20: slow decay should not cause updates.
 const DEGREE: f64 = 20.0;
-/// What is believed to be nearer than this to where it is shown is shown there, in metres: noise is no
-/// news.
+/// A displayed position is updated only if it moved by more than this, in metres; it suppresses noise.
 const STIRS_M: f64 = 0.005;
-/// Extents are shown to two millimetres.
+/// Extents are rounded to 2 mm.
 const EXTENTS: f64 = 500.0;
 
-/// What was perceived so recently is perceived now, in nanoseconds.
+/// A belief counts as currently perceived if its last observation is at most this old, in nanoseconds.
 const SEEN_NS: u64 = 300_000_000;
 
-/// What the perspectives believe, put into words and places.
+/// Converts the beliefs of the perspectives into words and positions.
 #[derive(Debug)]
 pub(crate) struct Minds {
     words: Words,
@@ -31,13 +30,13 @@ pub(crate) struct Minds {
     shape: Option<(u16, BTreeMap<u16, [f64; 4]>)>,
     orientation: Option<u16>,
     extents: Option<u16>,
-    /// The robot's base in the world, which places beliefs there.
+    /// The robot's base in the world frame; it transforms beliefs into the world frame.
     pub(crate) x_world_base: Pose<World, Base>,
-    /// Where each belief of each perspective is shown, in metres.
+    /// Displayed position of each belief, by perspective and identity, in metres.
     shown_m: BTreeMap<(u32, u64), [f64; 3]>,
 }
 
-/// What one perspective believes of one thing, as it is shown.
+/// One belief of one perspective, as displayed.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Seen {
     pub(crate) id: u64,
@@ -46,7 +45,7 @@ pub(crate) struct Seen {
     pub(crate) colour_rgb: Option<[f64; 3]>,
     pub(crate) shape: Option<[f64; 4]>,
     pub(crate) states: BTreeMap<String, f64>,
-    /// Whether it is perceived at this instant.
+    /// Whether it is currently perceived.
     pub(crate) is_seen: bool,
 }
 
@@ -92,8 +91,8 @@ impl Minds {
         }
     }
 
-    /// Shows one perspective, and gives back what it believes. `robots` is what the robot itself
-    /// believes, and `differing` how this one differs from that.
+    /// Publishes one perspective and returns its beliefs. `robots` are the robot's own beliefs; `differing` are the
+    /// differences between the two.
     pub(crate) fn show(
         &mut self,
         sheet: &mut Sheet,
@@ -161,7 +160,7 @@ impl Minds {
         all
     }
 
-    /// Where a belief is shown that is about a place: where it was shown, unless it has stirred.
+    /// The displayed position of a belief: the previous one, unless the belief moved by more than [`STIRS_M`].
     fn place(&mut self, perspective: u32, id: u64, position_m: [f64; 3]) -> [f64; 3] {
         let shown_m = self.shown_m.entry((perspective, id)).or_insert(position_m);
         if far(*shown_m, position_m) > STIRS_M {
@@ -170,7 +169,7 @@ impl Minds {
         *shown_m
     }
 
-    /// Shows how a partner differs from the robot, in words.
+    /// Publishes the differences between a partner and the robot, in words.
     pub(crate) fn divide(
         &self,
         sheet: &mut Sheet,
@@ -246,13 +245,13 @@ impl Minds {
         }
     }
 
-    /// How sure the perspective is that the thing is where it believes it to be.
+    /// Confidence of the belief's position.
     fn confidence(&self, belief: &Belief) -> Option<f64> {
         Some(f64::from(belief.percept(self.words.position?)?.confidence))
     }
 }
 
-/// The belief of the robot in the same thing as one of a partner's.
+/// The robot's belief about the same object as a partner's belief.
 pub(crate) fn twin(seen: &Seen, robots: &[Seen], differing: &[Difference]) -> Option<u64> {
     if let Some(difference) = differing.iter().find(|difference| difference.other() == Some(seen.id)) {
         return difference.one();
@@ -265,7 +264,7 @@ pub(crate) fn twin(seen: &Seen, robots: &[Seen], differing: &[Difference]) -> Op
     near.min_by(|a, b| a.0.total_cmp(&b.0)).map(|(_, id)| id)
 }
 
-/// The robot's belief in an object of the workspace.
+/// The robot's belief about an object of the workspace.
 pub(crate) fn belief_in(thing: &Thing, robots: &[Seen]) -> Option<u64> {
     let near = robots.iter().filter_map(|seen| {
         let apart_m = far(thing.position_m, seen.position_m?);

@@ -1,5 +1,5 @@
-//! What each perspective believed of a thing over time: Fig. 4 of Berlin, Gray, Thomaz and
-//! Breazeal (2006), for every thing that the robot believes in.
+//! Time lines of what each perspective believed of each object: Fig. 4 of Berlin, Gray, Thomaz and
+//! Breazeal (2006), for every object that the robot has a belief about.
 
 use std::collections::{BTreeMap, BTreeSet, VecDeque};
 
@@ -8,12 +8,12 @@ use serde_json::{Value, json};
 use super::{Seen, far, numbers, rounded};
 use crate::sheet::Sheet;
 
-/// Changes that are remembered of each track.
+/// Maximum number of changes kept per track.
 const POINTS_MOST: usize = 64;
-/// Who has moved less than this is where he was, in metres.
+/// Movements below this distance are no change, in metres.
 const STIRS_M: f64 = 0.03;
 
-/// The histories of all that the robot believes in, by its own identities.
+/// The time lines of all objects, by the identity of the robot's belief.
 #[derive(Debug, Default)]
 pub(crate) struct Histories {
     things: BTreeMap<u64, History>,
@@ -30,18 +30,18 @@ struct History {
 struct Point {
     t: f64,
     is_seen: bool,
-    /// Where, and which states hold; `None` where it does not know of the thing.
+    /// Position and the states that hold; `None` if the perspective has no belief about the object.
     known: Option<([f64; 3], BTreeMap<String, bool>)>,
 }
 
 impl Histories {
-    /// Forgets everything: the identities that follow are those of another life.
+    /// Clears all time lines, because a new incarnation assigns new identities.
     pub(crate) fn forget(&mut self) {
         self.things.clear();
     }
 
-    /// Takes note of what a perspective believes of each of the robot's things at a time in seconds:
-    /// `of` finds its belief by the robot's.
+    /// Records what a perspective believes of each object, at a time in seconds. `of` maps the identity of the
+    /// robot's belief to the perspective's belief.
     pub(crate) fn note<'a>(
         &mut self,
         t: f64,
@@ -68,7 +68,7 @@ impl Histories {
         }
     }
 
-    /// Shows the histories of what the robot still believes in.
+    /// Publishes the time lines of the objects that the robot still has beliefs about.
     pub(crate) fn show(&mut self, sheet: &mut Sheet, robots: &[Seen]) {
         self.things.retain(|id, _| robots.iter().any(|robot| robot.id == *id));
         let mut stay = BTreeSet::new();
@@ -132,7 +132,7 @@ mod tests {
         points.iter().map(|point| point["t"].as_f64().unwrap()).collect()
     }
 
-    /// Fig. 4: the button is pressed behind his back, and he sees it later.
+    /// Fig. 4: the button is pressed behind the partner's back, and they see it later.
     #[test]
     fn each_perspective_has_its_own_time_line_of_changes() {
         let mut histories = Histories::default();
@@ -147,7 +147,7 @@ mod tests {
             histories.show(&mut sheet, &robots);
         }
         assert_eq!(instants(&sheet, 0), [0.0, 3.0]);
-        // He knows nothing of it, sees it, looks away, and looks again.
+        // The partner has no belief about it, sees it, looks away, and looks again.
         assert_eq!(instants(&sheet, 1), [0.0, 1.0, 2.0, 8.0]);
         histories.show(&mut sheet, &[]);
         assert!(!sheet.since(0).unwrap().contains("history/"));

@@ -4,7 +4,7 @@ use serde_json::json;
 use super::rounded;
 use crate::sheet::Sheet;
 
-/// Shows where the joints are, and which are in trouble, with the states of their machines.
+/// Publishes the joint positions, and the state machines of the joints in trouble.
 pub(crate) fn joints(sheet: &mut Sheet, names: &[String], states: &[JointState]) {
     let mut positions = vec![None; names.len()];
     let mut trouble = Vec::new();

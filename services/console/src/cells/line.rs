@@ -6,10 +6,10 @@ use super::rounded;
 use crate::narrator::Line;
 use crate::sheet::Sheet;
 
-/// Lines that are shown.
+/// Maximum number of lines shown.
 const MOST: usize = 300;
 
-/// The dialogue and what happens, as lines.
+/// The dialogue and the events, as lines.
 #[derive(Debug, Default)]
 pub(crate) struct Lines {
     last: u64,
@@ -17,7 +17,7 @@ pub(crate) struct Lines {
 }
 
 impl Lines {
-    /// Shows a further line, and takes the oldest away where there are too many.
+    /// Appends a line and removes the oldest surplus one.
     pub(crate) fn add(&mut self, sheet: &mut Sheet, t: f64, line: &Line) {
         self.last += 1;
         let said =

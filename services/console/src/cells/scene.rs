@@ -6,7 +6,7 @@ use serde_json::json;
 use super::numbers;
 use crate::sheet::Sheet;
 
-/// An object of the workspace that a robot's belief may be about.
+/// An object of the workspace that may have a belief of the robot.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Thing {
     pub(crate) position_m: [f64; 3],
@@ -14,7 +14,7 @@ pub(crate) struct Thing {
     pub(crate) shape: [f64; 4],
 }
 
-/// Shows what is true in the workspace. `belief_in` finds the robot's own belief in an object.
+/// Publishes the simulator's ground truth. `belief_in` finds the robot's belief about an object.
 pub(crate) fn scene(
     sheet: &mut Sheet,
     objects: &[SceneObject],

@@ -4,7 +4,7 @@ use account::Account;
 
 use crate::sheet::Sheet;
 
-/// Shows what the learner makes of each task, as accounts tell it everywhere.
+/// Publishes the learner's state for each task, in the format of [`Account`].
 pub(crate) fn tasks(sheet: &mut Sheet, account: &Account) {
     let mut stay = BTreeSet::new();
     for task in &account.tasks {

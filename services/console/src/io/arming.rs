@@ -1,4 +1,4 @@
-//! Arming from the page: how the licences of the joints stand, and the order that they may move.
+//! Arming from the page: shows the joints' licences and forwards the arming order.
 
 use std::path::{Path, PathBuf};
 
@@ -13,12 +13,12 @@ use crate::cells;
 use crate::io::hand::reply;
 use crate::sheet::Sheet;
 
-/// How often the board of the joints is read.
+/// Interval between two reads of the joints' health board.
 const READ_EVERY: Duration = Duration::from_millis(200);
-/// The motor process takes an order within some cycles. After this long it will not.
+/// Time-out of an arming order. The motor process normally takes one within a few cycles.
 const ORDER_TIMEOUT: Duration = Duration::from_secs(3);
 
-/// The licences of the joints, and the pages that ordered arming.
+/// Publishes the licences of the joints and tracks the pages waiting for the result of an arming order.
 pub(crate) struct Arming {
     domain: PathBuf,
     joint_names: Vec<String>,
@@ -46,8 +46,8 @@ impl Arming {
         }
     }
 
-    /// Shows now and then how the licences stand. The number of locks is of the same reading as the licences beside it:
-    /// a page acknowledges no lock that it did not show.
+    /// Publishes the licences every [`READ_EVERY`]. The lock count comes from the same reading as the licences,
+    /// so a page cannot acknowledge a lock that it has not shown.
     pub(crate) fn show(&mut self, now: Instant, member: &Member, sheet: &mut Sheet) {
         if self.read_at.is_some_and(|then| now.since(then) < READ_EVERY) {
             return;
@@ -60,7 +60,7 @@ impl Arming {
         }
     }
 
-    /// What the newest life of the motor process reports of the joints.
+    /// The joints reported by the current incarnation of the motor process.
     fn read(&mut self, member: &Member) -> Option<Joints> {
         if self.roster.is_none() {
             self.roster = RosterReader::open(member.node(), Process::Supervisor, 1).ok();
@@ -73,7 +73,7 @@ impl Arming {
         self.board.as_ref().map(|(_, board)| board.read()).filter(|joints| joints.count > 0)
     }
 
-    /// Orders arming for a page, which is answered once the motor process has taken the order.
+    /// Orders arming on behalf of a page. The page gets its answer once the motor process has taken the order.
     pub(crate) fn ask(
         &mut self,
         now: Instant,
@@ -92,8 +92,8 @@ impl Arming {
         }
     }
 
-    /// Answers the pages whose order was taken. An order that was not is withdrawn: it would be obeyed by a motor process
-    /// that starts later.
+    /// Answers the pages whose order was taken. Withdraws an order that timed out: otherwise a motor process that
+    /// starts later would obey it.
     pub(crate) fn step(&mut self, now: Instant) {
         let Some(oldest) = self.waiting.first() else { return };
         let is_taken = !Domain::arm_order(&self.domain).exists();

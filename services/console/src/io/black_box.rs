@@ -1,4 +1,4 @@
-//! The last minutes of the robot, kept in memory, and written into a file when something fails.
+//! The black box: keeps the last minutes of the robot in memory and writes them to a file after a failure.
 
 mod failures;
 mod files;
@@ -23,29 +23,29 @@ use crate::io::tape::PROGRAM;
 use failures::{Failed, Failures};
 use files::{ASKED, FINISHED, Files, UNFINISHED};
 
-/// It is looked this often whether anything has failed.
+/// Interval between two checks for failures.
 const LOOK_EVERY: Duration = Duration::from_millis(100);
-/// So much of what came after a failure is in its file.
+/// Recording continues for this long after a failure before its file is written.
 const AFTERMATH: Duration = Duration::from_secs(3);
-/// Between two files that nobody asked for: what fails meanwhile is in the next one.
+/// Minimum interval between two failure dumps. Failures in between go into the next dump.
 const APART: Duration = Duration::from_secs(30);
-/// How much is written where the robot ends with a failure: there is not the time for all.
+/// Time span of the dump written when the robot ends with a failure; there is no time for a full one.
 const LAST_WORDS: Duration = Duration::from_secs(20);
 
-/// How many wait for the next file at most.
+/// Maximum number of requesters waiting for the next file.
 const ASKERS_MAX: usize = 256;
 
-/// Who waits for a file.
+/// The requester of a dump.
 #[derive(Debug)]
 pub(crate) enum Asker {
-    /// A page, and its own number for it.
+    /// A page, with the page's request number.
     Page(Sender<String>, Option<u64>),
-    /// Another program, with the word that it asked with.
+    /// Another program, with the request word that it gave.
     Program(String),
 }
 
-/// Keeps the last minutes of the robot in memory, in threads of its own, and writes them into a file
-/// when a process dies, a joint is quarantined or the emergency stop is raised, and when somebody asks.
+/// Keeps the last minutes of the robot in memory, in threads of its own. Writes them to a file when a process
+/// dies, a joint is quarantined or the emergency stop is raised, and on request.
 pub(crate) struct BlackBox {
     kept: Result<Kept, String>,
     domain: PathBuf,
@@ -54,7 +54,7 @@ pub(crate) struct BlackBox {
     failures: Failures,
     looked_at: Option<Instant>,
     waiting: Waiting,
-    /// When a file was written that nobody asked for.
+    /// Time of the last failure dump.
     wrote_at: Option<Instant>,
     writing: Option<Writing>,
 }
@@ -65,7 +65,7 @@ struct Kept {
     files: Files,
 }
 
-/// What a file is wanted for.
+/// The failures and requests that the next file is for.
 #[derive(Debug, Default)]
 struct Waiting {
     failed: Vec<Failed>,
@@ -86,7 +86,7 @@ struct Written {
 }
 
 impl BlackBox {
-    /// Begins to keep what happens, where the configuration says so and there is a place for files.
+    /// Starts to record into memory, if the configuration enables it and there is a state directory.
     pub(crate) fn open(launch: &Launch, robot: &Robot, lesson: &Lesson) -> Self {
         Self {
             kept: Kept::open(launch, robot, lesson),
@@ -101,7 +101,7 @@ impl BlackBox {
         }
     }
 
-    /// Somebody wants what is kept. Where a disk is slow, and too many wait already, a page is refused.
+    /// Requests a dump. Refuses a page if [`ASKERS_MAX`] requesters already wait for a slow disk.
     pub(crate) fn ask(&mut self, asker: Asker) {
         match &asker {
             Asker::Page(answer, id) if self.waiting.askers.len() >= ASKERS_MAX => {
@@ -111,8 +111,7 @@ impl BlackBox {
         }
     }
 
-    /// Looks whether anything has failed, with the joints that are quarantined now; writes what is
-    /// due. What people are to be told is given back.
+    /// Checks for failures and writes the dump that is due. Returns the messages for the operator.
     pub(crate) fn step(&mut self, now: Instant, node: &Node, quarantined: &[u32]) -> Vec<String> {
         if self.looked_at.is_some_and(|then| now.since(then) < LOOK_EVERY) {
             return Vec::new();
@@ -140,7 +139,7 @@ impl BlackBox {
         }
     }
 
-    /// Begins to write, where somebody waits, or something failed and what came after it is there.
+    /// Starts the next dump, if a request is pending or the aftermath of a failure is over.
     fn write(&mut self, now: Instant) {
         if self.writing.is_some() {
             return;
@@ -152,10 +151,10 @@ impl BlackBox {
         let (to, outcome) = bounded(1);
         let begun = self.kept.clone().and_then(|kept| {
             let (to, word) = (to.clone(), wanted.word());
-            // On a machine that is busy it takes a while until even what is kept is there: the loop does not wait.
+            // On a loaded machine reading the ring takes a while; a thread does it so that the loop does not block.
             let write = move || {
                 let written = kept.last().and_then(|last| write(&last, &kept.files, &word));
-                // Who waits for it may have ended.
+                // The receiver may be gone already.
                 let _heard = to.send(written);
             };
             let begun = thread::Builder::new().name("black-box".to_owned()).spawn(write);
@@ -167,7 +166,7 @@ impl BlackBox {
         self.writing = Some(Writing { wanted, outcome });
     }
 
-    /// Tells whoever waits of a file that has been written.
+    /// Reports a finished dump to its requesters.
     fn written(&mut self) -> Vec<String> {
         let Some(outcome) = self.writing.as_ref().and_then(|writing| writing.outcome.try_recv().ok()) else {
             return Vec::new();
@@ -184,13 +183,13 @@ impl BlackBox {
                 }
             }
         }
-        // Where nothing is kept, nobody expects a file.
+        // Without a recorder a failure produces no dump, so there is nothing to report.
         let is_told = self.kept.is_ok() && !writing.wanted.failed.is_empty() || outcome.is_ok();
         if is_told { vec![said_of(&writing.wanted, &outcome)] } else { Vec::new() }
     }
 
-    /// What is left to do at the end, which may take seconds: to wait for the file that is being written,
-    /// and to write a short one of a failure that has none yet. It gives back what people are to be told.
+    /// The shutdown work, which may take seconds: waits for the dump in progress, then writes a short dump for
+    /// failures that have none. Returns the messages for the operator.
     pub(crate) fn end(self) -> impl FnOnce() -> Vec<String> + Send {
         let Self { kept, waiting, writing, .. } = self;
         move || {
@@ -233,7 +232,7 @@ impl Kept {
             Recorder::keep(&domain, subject, span, bytes).map_err(|error| error.to_string())
         };
         let recorder = begin().map_err(|error| {
-            // A robot does not stand still for want of a black box.
+            // A missing black box must not keep the robot from running.
             tracing::error!("cannot keep the last minutes: {error}; the robot runs without");
             format!("this robot keeps nothing of its last minutes: {error}")
         })?;
@@ -247,9 +246,8 @@ impl Kept {
 }
 
 impl Waiting {
-    /// What a file is to be written for now, if anything. A failure goes first, once what comes after it is
-    /// there: what led to it is forgotten with time. Who asks meanwhile gets that file too, and otherwise
-    /// what is there by now.
+    /// What the next dump is for, if one is due. A failure has priority once its aftermath is over, because the ring
+    /// overwrites what led to it. Requests pending at that time share its dump; otherwise they get one at once.
     fn due(&mut self, now: Instant, wrote_at: Option<Instant>) -> Option<Self> {
         let has_settled = self.since.is_some_and(|since| now.since(since) >= AFTERMATH);
         let is_apart = wrote_at.is_none_or(|then| now.since(then) >= APART);
@@ -260,7 +258,7 @@ impl Waiting {
         (!askers.is_empty()).then(|| Self { askers, ..Self::default() })
     }
 
-    /// A word for the name of its file; of several failures a word of each kind, in the order of the first.
+    /// The suffix of the dump's file name: one word per kind of failure, in order of first occurrence.
     fn word(&self) -> String {
         let mut words: Vec<&str> = Vec::new();
         for Failed { word, .. } in &self.failed {
@@ -272,7 +270,7 @@ impl Waiting {
     }
 }
 
-/// What people are told.
+/// The message for the operator about a dump.
 fn said_of(wanted: &Waiting, outcome: &Result<Written, String>) -> String {
     let what: Vec<&str> = wanted.failed.iter().map(|failed| failed.what.as_str()).collect();
     let why = if what.is_empty() { String::new() } else { format!("{}; ", what.join(", ")) };
@@ -282,12 +280,12 @@ fn said_of(wanted: &Waiting, outcome: &Result<Written, String>) -> String {
     }
 }
 
-/// Writes a file, and makes room for it. What could not be written whole is not left lying.
+/// Writes a dump and removes the oldest surplus files. An incomplete file is removed.
 fn write(last: &Last, files: &Files, word: &str) -> Result<Written, String> {
     let in_folder = |error: std::io::Error| format!("{}: {error}", files.folder.display());
     let folder = Arc::new(files.open().map_err(|error| error.to_string())?);
     let stem = files.next(word).map_err(in_folder)?;
-    // A reader finds all of it or nothing.
+    // Write under another name and rename: a reader never sees an incomplete file.
     let [name, unfinished] = [FINISHED, UNFINISHED].map(|extension| format!("{stem}{extension}"));
     last.write(&Output::in_folder(&folder, &unfinished)).map_err(|error| error.to_string())?;
     let renamed = folder.rename(&unfinished, &name).and_then(|()| files.thin_out(&folder));
@@ -309,18 +307,18 @@ mod tests {
         };
         waiting.failed.push(Failed { word: "belief".to_owned(), what: "belief died".to_owned() });
         waiting.since = Some(at(1000));
-        // What comes after the failure is not there yet, and who asks does not wait for it.
+        // The aftermath is not over yet, and a request does not wait for it.
         let early = asked_and_due(&mut waiting, 3999, None);
         assert_eq!((early.word().as_str(), early.askers.len()), (ASKED, 1));
         let due = asked_and_due(&mut waiting, 4000, None);
         assert_eq!((due.word().as_str(), due.askers.len(), due.failed.len()), ("belief", 1, 1));
         assert!(waiting.due(at(4001), Some(at(4000))).is_none());
-        // So soon after another file there is none of a failure alone.
+        // A failure alone gets no dump so soon after another one.
         waiting.failed.push(Failed { word: "motor".to_owned(), what: "motor died".to_owned() });
         waiting.since = Some(at(5000));
         assert_eq!(asked_and_due(&mut waiting, 9000, Some(at(4000))).word(), ASKED);
         assert!(waiting.due(at(33_999), Some(at(4000))).is_none());
-        // Whoever looks for one of several that failed finds it by its name.
+        // The file name contains a word for each kind of failure.
         for word in ["quarantine", "motor", "quarantine"] {
             waiting.failed.push(Failed { word: word.to_owned(), what: "failed".to_owned() });
         }

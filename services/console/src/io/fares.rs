@@ -1,4 +1,4 @@
-//! How the processes fare, for the pages and for whoever scrapes metrics.
+//! Health of the processes, for the pages and for metrics scrapers.
 
 use std::collections::BTreeMap;
 use std::path::PathBuf;
@@ -12,10 +12,10 @@ use crate::io::top::Boards;
 use crate::sheet::Sheet;
 use crate::view::{rows, tasks};
 
-/// They are looked at this often.
+/// Polling interval.
 const EVERY: Duration = Duration::from_secs(1);
 
-/// Reads the boards of all processes now and then.
+/// Polls the health boards of all processes.
 pub(crate) struct Fares {
     boards: Option<Boards>,
     earlier: BTreeMap<Process, Health>,
@@ -30,12 +30,12 @@ impl Fares {
         Self { boards: None, earlier: BTreeMap::new(), joint_names: joint_names.to_vec(), store, at: None }
     }
 
-    /// Whether it is time to look again.
+    /// Whether the next poll is due.
     pub(crate) fn is_due(&self, now: Instant) -> bool {
         self.at.is_none_or(|then| now.since(then) >= EVERY)
     }
 
-    /// Looks, and shows a row for every process; what is to be scraped is given back.
+    /// Polls, publishes a row per process and returns the metrics in the OpenMetrics format.
     pub(crate) fn look(
         &mut self,
         now: Instant,

@@ -1,4 +1,4 @@
-//! The pages' wishes, carried to the simulator, and its answers carried back.
+//! Forwards the pages' acts to the simulator, and the simulator's answers to the pages.
 
 use clock::{Duration, Instant};
 use message::{ActAnswer, ActsAnswered, Header, TeacherAct, TeacherActKind, TeacherActs};
@@ -10,18 +10,18 @@ use transport::{Inlet, Outlet};
 use crate::io::web::Asked;
 use crate::requests::Wish;
 
-/// Acts that one frame holds.
+/// Maximum number of acts in a frame.
 const ACTS: usize = 64;
-/// What the simulator has not answered after this long, it will not.
+/// Time-out of an answer of the simulator.
 const PATIENCE: Duration = Duration::from_secs(3);
 
-/// The hands of all pages.
+/// Acts of all pages, with those that wait for an answer.
 pub(crate) struct Hands {
     acts: Outlet<TeacherActs>,
     answered: Inlet<ActsAnswered>,
     serial: u64,
     waiting: Vec<Waiting>,
-    /// Where the last lesson was written that was taught by hand.
+    /// File of the lesson that was saved last.
     pub(crate) saved: Option<String>,
 }
 
@@ -36,7 +36,7 @@ struct Waiting {
 impl Hands {
     pub(crate) fn open(member: &Member) -> Result<Self, Failure> {
         let mut acts = member.outlet::<TeacherActs>(None, ACTS)?;
-        // A new life: what the hands of an earlier one held goes back.
+        // An empty frame tells the simulator of the new incarnation: what the hands of the old one held goes back.
         acts.send_all(Header::at(member.now().as_nanos()), &[], |_| {})?;
         Ok(Self {
             acts,
@@ -47,7 +47,7 @@ impl Hands {
         })
     }
 
-    /// Sends what the pages want on to the simulator, and gives back what it is not for.
+    /// Sends the acts to the simulator and returns the requests that are not for it.
     pub(crate) fn carry(
         &mut self,
         now: Instant,
@@ -83,7 +83,7 @@ impl Hands {
         Ok(others)
     }
 
-    /// Answers the pages.
+    /// Forwards the simulator's answers to the pages and reports time-outs.
     pub(crate) fn answer(&mut self, now: Instant) -> Result<(), Failure> {
         while let Some(frame) = self.answered.receive()? {
             for answer in frame.entries() {
@@ -112,12 +112,12 @@ impl Hands {
         Ok(())
     }
 
-    /// Frames lost on the way.
+    /// Answer frames lost.
     pub(crate) fn drops(&self) -> u64 {
         self.answered.drops()
     }
 
-    /// Frames that the simulator could not be given.
+    /// Frames of acts that could not be delivered to the simulator.
     pub(crate) fn undelivered(&self) -> u64 {
         self.acts.undelivered()
     }
@@ -139,7 +139,7 @@ impl Waiting {
     }
 }
 
-/// Answers a page; one that does not read its answers misses them.
+/// Answers a page. The answer is dropped if the page's queue is full.
 pub(crate) fn reply(to: &Sender<String>, id: Option<u64>, said: Result<Option<(&str, &str)>, &str>) {
     let Some(id) = id else { return };
     let mut answer = json!({ "answer": id });

@@ -1,4 +1,4 @@
-//! The lessons that a page can open, and what is said of the one that is open.
+//! The list of lessons that a page can open, and the description of the open lesson.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -10,15 +10,15 @@ use serde_json::{Value, json};
 
 use crate::cells::numbers;
 
-/// Lessons written down that are listed.
+/// Maximum number of saved lessons listed.
 const MOST: usize = 200;
 
-/// The shelf of lessons: those that the program carries, and those that were taught by hand.
+/// The lesson library: the built-in lessons and those saved in the state directory.
 pub(crate) struct Shelf {
     settings: Leo,
     folder: Option<PathBuf>,
     launched: Lesson,
-    /// The lesson that is open, by its name; empty for the one that the robot was started with.
+    /// The name of the open lesson, and the lesson; the name is empty for the one given at launch.
     open: (String, Lesson),
 }
 
@@ -33,8 +33,8 @@ impl Shelf {
         }
     }
 
-    /// What can be opened. The lesson that the robot was started with is among them, under no name where it is none
-    /// of the others; and so is a file that cannot be opened, with the reason.
+    /// All lessons that can be opened. The launched lesson is included, under an empty name if it is not in the
+    /// library. A file that cannot be loaded is listed with its error.
     pub(crate) fn list(&self) -> Value {
         let entry = |id: &str, lesson: &Lesson| {
             json!({
@@ -70,7 +70,7 @@ impl Shelf {
         lessons.iter().map(|(id, lesson)| entry(id, lesson)).chain(broken).collect()
     }
 
-    /// The files of the folder, in the order of their names.
+    /// The lesson files of the folder, sorted by name.
     fn files(&self) -> Vec<PathBuf> {
         let written = self.folder.as_deref().and_then(|folder| fs::read_dir(folder).ok());
         let files = written.into_iter().flatten().filter_map(|entry| Some(entry.ok()?.path()));
@@ -81,7 +81,7 @@ impl Shelf {
         files
     }
 
-    /// What is to be said of the workspace.
+    /// Describes the workspace: the open lesson, its mode, kinds, colours and people.
     pub(crate) fn workspace(&mut self, head: Option<&SceneHead>, saved: Option<&str>) -> Value {
         if let Some(head) = head
             && head.lesson.as_str() != self.open.0

@@ -1,4 +1,4 @@
-//! What the robot's buffers hold, looked at for the pages and for who reads along.
+//! Polls the robot's topics for the pages and for the transcript.
 
 use chronicle::Divide;
 use config::{Names, Robot};
@@ -14,14 +14,14 @@ use transport::Inlet;
 use crate::cells::{Histories, Minds, Seen, belief_in, joints, numbers, scene};
 use crate::sheet::Sheet;
 
-/// Beliefs are shown once in so many looks: reading along is done ten times a second.
+/// Beliefs are published at every fifth poll, which is 10 Hz at the default rate: enough for readers.
 const BELIEFS_EVERY: u32 = 5;
 
-/// What is said of a robot that perceives more than it has room for.
+/// The message for a robot that perceives more than its buffers hold.
 const CROWDED: &str = "there is more than I have room for, and some of it is left out: raise `buffers.objects` in \
                        leo.toml, or `occluders.most` in perspective.toml";
 
-/// The buffers that are looked at: the newest frame of each. What is passed over is no loss.
+/// Subscribers that read the newest frame of each topic. Skipped frames do not count as drops.
 pub(crate) struct Look {
     names: Names,
     joint_names: Vec<String>,
@@ -32,32 +32,32 @@ pub(crate) struct Look {
     perspectives: Vec<Perspective>,
     partners: u32,
     looks: u32,
-    /// Joints that no servo answers for, at the last look.
+    /// Joints that were quarantined at the last poll.
     pub(crate) quarantined: Vec<u32>,
-    /// Whether it was said that some perspective has no room for something.
+    /// Whether the overflow message was shown.
     crowded: bool,
     /// The newest head of the simulator's scene.
     pub(crate) workspace: Option<SceneHead>,
-    /// The instant that time is counted from, in nanoseconds.
+    /// Origin of the displayed time, in nanoseconds.
     first_ns: Option<u64>,
     robots: Vec<Seen>,
 }
 
-/// The buffers of one perspective, and what of them was read last.
+/// The subscribers of one perspective, with the newest data.
 struct Perspective {
     beliefs: Inlet<Beliefs>,
-    /// None of the robot's own.
+    /// `None` for the robot's own perspective.
     divergences: Option<Inlet<Divergences>>,
     divide: Option<Divide>,
     head: BeliefHead,
     believed: Vec<Belief>,
     differing: Vec<Difference>,
-    /// The belief process's life that was listened to: identities are another's in every life.
+    /// Incarnation of the belief process that the data is of. Each incarnation assigns new identities.
     life: u64,
 }
 
 impl Look {
-    /// Opens the buffers, with those of so many partners' perspectives.
+    /// Subscribes to the topics, including those of the partners' perspectives.
     pub(crate) fn open(member: &Member, robot: &Robot, partners: u32) -> Result<Self, Failure> {
         let names = robot.leo.belief.names.clone();
         let count = robot.leo.belief.perspectives(partners);
@@ -92,14 +92,14 @@ impl Look {
         })
     }
 
-    /// Seconds since the first instant that was looked at.
+    /// Seconds since the first instant that was displayed.
     pub(crate) fn seconds(&mut self, at_ns: u64) -> f64 {
         let first = *self.first_ns.get_or_insert(at_ns);
         clock::Instant::from_nanos(at_ns).since(clock::Instant::from_nanos(first)).as_secs_f64()
     }
 
-    /// Looks at what is new, shows it, and tells what divides the partners and the robot, with the
-    /// instant that it is of.
+    /// Polls the topics and publishes what is new. Calls `tell` with the differences between partners and robot, each
+    /// with its instant.
     pub(crate) fn look(&mut self, sheet: &mut Sheet, mut tell: impl FnMut(u64, &str)) -> Result<(), Failure> {
         if let Some(frame) = self.joint_states.newest()? {
             joints(sheet, &self.joint_names, frame.entries());
@@ -129,7 +129,7 @@ impl Look {
         Ok(())
     }
 
-    /// What is to be said, once, because some perspective has had no room for something, or what it is made from.
+    /// The overflow message, once, if some perspective or one of its inputs overflowed.
     pub(crate) fn crowded(&mut self) -> Option<&'static str> {
         let leaves_out = |head: &BeliefHead| head.overflowed > 0 || head.header.left_out > 0;
         let is_crowded = self.perspectives.iter().any(|perspective| leaves_out(&perspective.head));
@@ -186,13 +186,13 @@ impl Look {
         self.robots = robots;
     }
 
-    /// Where the lesson is; nothing where there is no simulator.
+    /// The robot's base in the world frame; zero without a simulator.
     pub(crate) fn base(&self) -> serde_json::Value {
         let head = self.workspace.unwrap_or_default();
         json!({ "p": numbers(head.base_position_m), "q": numbers(head.base_orientation_xyzw) })
     }
 
-    /// What the perspectives are called, by their numbers.
+    /// The names of the perspectives, by number.
     pub(crate) fn perspective_names(&self) -> serde_json::Value {
         let named = self.perspectives.iter().enumerate().map(|(number, perspective)| {
             let agents = perspective.head.path.agents().unwrap_or(&[]);
@@ -208,13 +208,13 @@ impl Look {
         named.collect()
     }
 
-    /// Whether somebody does by hand what a script did.
+    /// Whether the lesson is interactive instead of scripted.
     pub(crate) fn is_by_hand(&self) -> bool {
         let mode = self.workspace.and_then(|head| head.mode());
         matches!(mode, Some(SceneMode::SetUp | SceneMode::Teaching))
     }
 
-    /// Whether the lesson's script was played to its end.
+    /// Whether the lesson's script has been played to its end.
     pub(crate) fn is_played(&self) -> bool {
         self.workspace.is_some_and(|head| head.mode() == Some(SceneMode::Over))
     }

@@ -23,14 +23,14 @@ use crate::narrator::{Line, Narrator, Transcript};
 use crate::requests::Wish;
 use crate::sheet::Sheet;
 
-/// The lesson is over when it has been so for this long: what was said last is answered meanwhile.
+/// The lesson ends this long after it is over, so that the last utterance still gets its answer.
 const ANSWER: Duration = Duration::from_secs(1);
-/// A page that is shut may only have been opened anew.
+/// The same after a page was closed: it may only have been reloaded.
 const REOPENED: Duration = Duration::from_secs(5);
 
-/// Runs the process until it is told to stop, or until all that is said in the lesson was said and Leo
-/// has performed, or declined to, as often as it was asked to, and nobody has the page open or has
-/// taught by hand. The last it tells is the account of what Leo learned.
+/// Runs the process until it is stopped or the lesson is over. A lesson is over when all its sentences were said and
+/// Leo has performed or declined every requested performance. In addition no page may be open, and no one may be
+/// teaching interactively. Finally prints what Leo learned.
 ///
 /// # Errors
 ///
@@ -44,11 +44,11 @@ pub fn run(launch: &Launch, robot: &Robot, lesson: &Lesson) -> Result<(), Failur
     let mut end = End::of(launch, lesson);
     let mut transcript = Transcript::default();
     let mut out = Aside::over(std::io::stdout(), "");
-    // Nobody looks where no page is served.
+    // Written instead of the shared store if no page is served.
     let mut unseen = Sheet::default();
     member.begin(Some(leo.console.rate_hz.period()))?;
     if let Some(web) = &stage.web {
-        // Never waits and never fails: what nobody reads is left out.
+        // Never blocks and never fails: the writer drops what does not fit.
         let everywhere = if web.everywhere { ", and at every other address of this machine" } else { "" };
         let _taken = writeln!(out, "the page is at {}{everywhere}", web.url);
     }
@@ -85,7 +85,7 @@ pub fn run(launch: &Launch, robot: &Robot, lesson: &Lesson) -> Result<(), Failur
             break;
         }
     }
-    // Pages are served until all is written, and the process that writes it does not look as if it hung.
+    // Keep serving pages until all files are written, and keep the heartbeat of this process going meanwhile.
     let Stage { web: _web, tape, black_box, .. } = stage;
     let write_last = black_box.end();
     let (taped, kept) = member.beat_while(move || (tape.finish(), write_last()));
@@ -105,16 +105,16 @@ pub fn run(launch: &Launch, robot: &Robot, lesson: &Lesson) -> Result<(), Failur
     Ok(())
 }
 
-/// Hears what is said and learned.
+/// Subscribes to utterances and learner events.
 struct Ear {
     utterances: Inlet<Utterances>,
     events: Inlet<Events>,
     narrator: Narrator,
     account: Account,
     lines: Lines,
-    /// Sentences heard.
+    /// Number of utterances received.
     said: u32,
-    /// Whether the account has anything that was not shown yet.
+    /// Whether the account changed since it was last published.
     has_news: bool,
 }
 
@@ -141,7 +141,7 @@ impl Ear {
         }
         while let Some(frame) = self.events.receive()? {
             for event in frame.entries() {
-                // Whoever else begins to listen has it told once more.
+                // The learner repeats remembered tasks whenever a further subscriber joins.
                 let is_known = event.kind() == Some(EventKind::Remembered)
                     && self.account.examples(event.task.as_str()) == Some(event.examples);
                 let line = self.narrator.event(frame.head().valid_at_ns, event);
@@ -154,7 +154,7 @@ impl Ear {
     }
 }
 
-/// Who is shown things, and who does things by hand.
+/// The services for the pages: the server, the acts, recordings and the black box.
 struct Stage {
     web: Option<Web>,
     hands: Hands,
@@ -182,7 +182,7 @@ impl Stage {
                 moves_here: robot.leo.link.runs_here(Process::Motor),
                 patience: Patience::default(),
             });
-            // A robot does not stand still for want of a page.
+            // A missing page must not keep the robot from running.
             let failed = |error| {
                 tracing::error!("cannot serve the page at {address}: {error}; the robot runs without");
             };
@@ -212,7 +212,7 @@ impl Stage {
         })
     }
 
-    /// Shows what changes seldom.
+    /// Publishes what changes rarely.
     fn show(&mut self, now: Instant, member: &Member, look: &Look, account: &Account) {
         let Some(web) = &self.web else { return };
         let mut sheet = web.shared.sheet();
@@ -236,7 +236,7 @@ impl Stage {
         }
     }
 
-    /// Does what the pages want, and answers them.
+    /// Executes the pages' requests and answers them.
     fn answer(&mut self, now: Instant, look: &Look) -> Result<(), Failure> {
         let Some(web) = &self.web else { return Ok(()) };
         let asked = std::iter::from_fn(|| web.wishes.try_recv().ok());
@@ -261,7 +261,7 @@ impl Stage {
     }
 }
 
-/// When the robot has nothing left to do.
+/// Detects the end of the lesson.
 struct End {
     sentences: u32,
     performances: usize,
@@ -273,7 +273,7 @@ struct End {
 impl End {
     fn of(launch: &Launch, lesson: &Lesson) -> Self {
         Self {
-            // A console that begins anew does not know what was said before.
+            // A restarted console does not know what was said before.
             sentences: if launch.incarnation == 1 { lesson.sentences() } else { 0 },
             performances: usize::try_from(lesson.performances()).unwrap_or(usize::MAX),
             stays: launch.stay,

@@ -1,4 +1,4 @@
-//! The page's record button.
+//! Recordings started and stopped with the page's record button.
 
 #[cfg(test)]
 mod tests;
@@ -21,36 +21,36 @@ use transport::Domain;
 use crate::io::hand::reply;
 use crate::sheet::Sheet;
 
-/// The program, as recordings name it.
+/// The program's name and version, as written into recordings.
 pub(crate) const PROGRAM: &str = concat!("leo ", env!("CARGO_PKG_VERSION"));
-/// Wishes that wait for the disk; further ones are refused.
+/// Maximum number of pending requests; further ones are refused.
 const WAITING_MOST: usize = 64;
 
-/// Records the robot into a file of its state directory while somebody wants it to.
+/// Records the robot into a file of its state directory on request.
 ///
-/// To begin and to end wait for the disk, which may take its time: both happen in a thread, one after
-/// the other, and whoever asked is answered when it is done.
+/// Starting and stopping block on the disk, so each runs in a thread, one after the other. The requester is answered
+/// when it is done.
 pub(crate) struct Tape {
     folder: Option<PathBuf>,
     start: Start,
     state: State,
     waiting: VecDeque<Wanted>,
-    /// What the last recording ended with, if it did not end well.
+    /// The error of the last recording, if it failed.
     error: Option<String>,
-    /// The last file, and what was dropped of it.
+    /// The last file, and the number of frames dropped from it.
     last: Option<(PathBuf, u64)>,
 }
 
-/// Begins to record into a file, which is made, and of which nothing is left where it cannot begin.
+/// Starts a recording into a new file. On failure the file is removed.
 type Start = Arc<dyn Fn(&Output) -> Result<Box<dyn Recording>, String> + Send + Sync>;
 
-/// A recording that runs.
+/// A running recording.
 trait Recording: Send {
-    /// Whether it ended by itself.
+    /// Whether it ended because of an error.
     fn has_ended(&self) -> bool;
-    /// Frames dropped up to now.
+    /// Frames dropped so far.
     fn dropped(&self) -> u64;
-    /// Ends it, and gives back what was dropped in all.
+    /// Ends it and returns the total number of dropped frames.
     fn stop(self: Box<Self>) -> Result<u64, String>;
 }
 
@@ -82,13 +82,13 @@ struct Running {
     since: Instant,
 }
 
-/// A page that wants a recording begun or ended.
+/// A request to start or stop a recording.
 struct Wanted {
     on: bool,
     asker: Asker,
 }
 
-/// A page, and its own number for what it asked.
+/// A page, with its request number.
 struct Asker {
     answer: Sender<String>,
     id: Option<u64>,
@@ -123,7 +123,7 @@ impl Tape {
         Self { folder, start, state: State::Idle, waiting: VecDeque::new(), error: None, last: None }
     }
 
-    /// A page wants a recording begun, or ended.
+    /// Queues a page's request to start or stop a recording.
     pub(crate) fn ask(&mut self, on: bool, answer: Sender<String>, id: Option<u64>) {
         let asker = Asker { answer, id };
         if self.waiting.len() >= WAITING_MOST {
@@ -133,7 +133,7 @@ impl Tape {
         self.waiting.push_back(Wanted { on, asker });
     }
 
-    /// Does what is wanted and answers what was done, without waiting for it; whether anything changed.
+    /// Executes pending requests without blocking and answers those that are done. Returns whether the state changed.
     pub(crate) fn step(&mut self, now: Instant) -> bool {
         let mut has_changed = self.settle();
         while matches!(self.state, State::Idle | State::Running(_))
@@ -145,7 +145,7 @@ impl Tape {
         has_changed
     }
 
-    /// Takes up what a thread has come to; whether one has.
+    /// Polls the running thread. Returns whether it finished.
     fn settle(&mut self) -> bool {
         match std::mem::replace(&mut self.state, State::Idle) {
             State::Beginning { begun, asker } => match begun.try_recv() {
@@ -169,7 +169,7 @@ impl Tape {
                     return true;
                 }
             },
-            // One that ended by itself has failed, and says why.
+            // A recording that ended by itself has failed; ending it yields the error.
             State::Running(running) if running.recording.has_ended() => self.end(running, None),
             state @ (State::Running(_) | State::Idle) => self.state = state,
         }
@@ -178,7 +178,7 @@ impl Tape {
 
     fn turn(&mut self, now: Instant, Wanted { on, asker }: Wanted) {
         match std::mem::replace(&mut self.state, State::Idle) {
-            // Where one runs, that is it.
+            // Only one recording runs at a time: a second start request joins it.
             State::Running(running) if on => {
                 asker.tell(Ok(Some(&running.file)));
                 self.state = State::Running(running);
@@ -208,7 +208,7 @@ impl Tape {
         let Running { recording, file, .. } = running;
         match aside(move || recording.stop()) {
             Ok(ended) => self.state = State::Ending { file, ended, asker },
-            // What it was to do went with the thread that could not be: it has ended with that.
+            // The thread could not start, so its closure was dropped, and with it the recording.
             Err(error) => self.ended(file, Err(error), asker.as_ref()),
         }
     }
@@ -223,7 +223,7 @@ impl Tape {
         }
     }
 
-    /// Waits until nothing is recorded any more, and all of it is written.
+    /// Blocks until no recording runs and all data is written.
     pub(crate) fn finish(mut self) -> Result<(), String> {
         if let State::Beginning { begun, .. } = self.state {
             self.state = begun.recv().ok().and_then(Result::ok).map_or(State::Idle, State::Running);
@@ -235,7 +235,7 @@ impl Tape {
         }
     }
 
-    /// Shows how the recording fares.
+    /// Publishes the state of the recording.
     pub(crate) fn show(&self, now: Instant, sheet: &mut Sheet) {
         let cell = match &self.state {
             State::Running(running) => {
@@ -254,21 +254,21 @@ impl Tape {
     }
 }
 
-/// What is said of a thread that has ended without a word.
+/// The error for a thread that ended without a result.
 const GONE: &str = "the recording was given up";
 
-/// Does something in a thread of its own.
+/// Runs a closure in a thread.
 fn aside<T: Send + 'static>(work: impl FnOnce() -> T + Send + 'static) -> Result<Receiver<T>, String> {
     let (to, outcome) = bounded(1);
     let work = move || {
-        // Who waits for it may have ended.
+        // The receiver may be gone already.
         let _heard = to.send(work());
     };
     let begun = thread::Builder::new().name("tape".to_owned()).spawn(work);
     begun.map(|_running| outcome).map_err(|error| format!("no thread to record with: {error}"))
 }
 
-/// Begins a recording in a file of its own.
+/// Starts a recording into the next free file name.
 fn begin(folder: &Path, start: &Start, now: Instant) -> Result<Running, String> {
     let own = Folder::make_all(folder).map_err(|error| format!("cannot record: {error}"))?;
     let own = Arc::new(own);

@@ -1,4 +1,4 @@
-//! `leo top`: what every process's loop counted, read from its board without touching it.
+//! `leo top`: counters of every process's loop, read from its health board without affecting the process.
 
 mod boards;
 mod live;
@@ -15,10 +15,10 @@ pub use metrics::Readings;
 
 pub use crate::view::{Row, rows, table};
 
-/// Why there is nothing to look at.
+/// Why nothing can be shown.
 #[derive(Debug, thiserror::Error)]
 pub enum TopError {
-    /// No robot runs on this machine, as far as this user may see.
+    /// No robot that this user can see runs on this machine.
     #[error("no robot runs here: start one with `leo run`")]
     NoRobot,
     /// Several robots run; one must be named.
@@ -27,10 +27,10 @@ pub enum TopError {
     /// The domain could not be joined.
     #[error(transparent)]
     Join(#[from] JoinError),
-    /// The supervisor's board is not there.
+    /// The supervisor's health board does not exist.
     #[error("the robot in this domain is starting, stopping or dead: {0}")]
     NoRoster(PortError),
-    /// The terminal cannot be drawn on, or its keys cannot be read.
+    /// The terminal cannot be used.
     #[error("cannot use the terminal: {0}")]
     Terminal(std::io::Error),
     /// The table could not be written.
@@ -38,10 +38,10 @@ pub enum TopError {
     Write(#[from] std::io::Error),
 }
 
-/// How the table is shown.
+/// The output format.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Form {
-    /// Live, on a terminal, until somebody presses `q`.
+    /// Live on a terminal, until `q` is pressed.
     Live,
     /// Once, as text.
     Table,
@@ -51,16 +51,16 @@ pub enum Form {
     OpenMetrics,
 }
 
-/// What the boards do not say of a robot.
+/// Facts about a robot that its health boards do not contain.
 #[derive(Clone, Debug, Default)]
 pub struct About {
     /// The names of the joints by their index, from the configuration.
     pub joint_names: Vec<String>,
-    /// The file in which is kept what was learned.
+    /// The file of the learner's memory.
     pub store: Option<PathBuf>,
 }
 
-/// Looks at the processes of one domain.
+/// Reads the health of the processes of one domain.
 pub struct Top {
     domain: Domain,
     node: Node,
@@ -86,8 +86,8 @@ impl Top {
         Ok(Self { domain, node, boards, about, earlier: BTreeMap::new() })
     }
 
-    /// What there is to see now, and a row for every process over the time since the last look; over its
-    /// whole life at the first.
+    /// The current readings, and a row per process over the time since the previous call. The first call covers the
+    /// whole life of each process.
     pub fn look(&mut self) -> (Readings, Vec<Row>) {
         let mut readings = self.boards.read(&self.node);
         readings.joint_names.clone_from(&self.about.joint_names);
@@ -117,11 +117,11 @@ fn only(mut domains: Vec<Domain>) -> Result<Domain, TopError> {
     }
 }
 
-/// Shows what the processes count: once, or live until somebody quits.
+/// Shows the counters once, or live until the user quits.
 ///
 /// # Errors
 ///
-/// As [`Top::open`]; or it cannot be written, or the terminal cannot be used.
+/// As [`Top::open`]; or the output cannot be written, or the terminal cannot be used.
 pub fn show(
     domain: Option<Domain>,
     about: About,

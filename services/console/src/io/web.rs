@@ -1,5 +1,5 @@
-//! The page's server: files, and one WebSocket per page. It runs on a thread of its own, and the
-//! process's loop never waits for it.
+//! The page's server: static files, and one WebSocket per page. It runs on its own thread and never blocks the
+//! process's loop.
 
 mod connections;
 mod door;
@@ -35,62 +35,62 @@ pub(crate) use door::Door;
 pub(crate) use guard::{Access, Token};
 pub(crate) use live::Patience;
 
-/// Wishes that wait for the loop; further ones are answered with an error.
+/// Maximum number of requests queued for the loop; further ones are answered with an error.
 const WISHES: usize = 256;
-/// Connections that the system keeps until they are accepted. A further one would be tried again after a second.
+/// The listen backlog. A SYN beyond it would be retransmitted only after a second.
 const BACKLOG: u32 = 4096;
-/// Pages at once.
+/// Maximum number of open pages.
 const PAGES_MOST: u64 = 32;
-/// Pages that only read, and have no token, at once.
+/// Maximum number of open read-only pages, which have no token.
 const READERS_MAX: u64 = 16;
 
-/// Bodies of the files that the page is made of, compressed with gzip.
+/// The page's files, compressed with gzip.
 const INDEX: &[u8] = include_bytes!("../../page/built/index.html.gz");
 const SCRIPT: &[u8] = include_bytes!("../../page/built/page.js.gz");
 const STYLE: &[u8] = include_bytes!("../../page/built/page.css.gz");
 
-/// A wish of a page, to be answered to it.
+/// A queued request of a page.
 #[derive(Debug)]
 pub(crate) struct Asked {
-    /// The page: its hand in the workspace.
+    /// The page's number, which identifies its hand in the workspace.
     pub(crate) page: u16,
-    /// The page's own number for it; none where the page is gone and nobody waits for an answer.
+    /// The page's request number; `None` if the page is closed and no answer is needed.
     pub(crate) id: Option<u64>,
     pub(crate) wish: Wish,
     pub(crate) answer: tokio::sync::mpsc::Sender<String>,
 }
 
-/// How the pages fare.
+/// Counters of the pages.
 #[derive(Debug, Default)]
 pub(crate) struct Counts {
     pub(crate) open: AtomicU64,
-    /// Of the pages that are open, those without the token.
+    /// Open pages without the token.
     readers: AtomicU64,
     pub(crate) malformed: AtomicU64,
     pub(crate) refused: AtomicU64,
 }
 
-/// What the loop and the server share.
+/// State shared by the loop and the server.
 #[derive(Debug)]
 pub(crate) struct Shared {
     sheet: Mutex<Sheet>,
     pub(crate) counts: Counts,
-    /// What the metrics were at the last look, in the OpenMetrics form.
+    /// The latest metrics in the OpenMetrics format.
     metrics: Mutex<Bytes>,
     urdf: Bytes,
     wishes: Sender<Asked>,
     lock: guard::Lock,
     stop: stop::Stop,
     connections: Arc<connections::Table>,
-    /// The teacher who acts where a page names none.
+    /// The teacher who acts if a page names none.
     first: u16,
-    /// The next page's number.
+    /// The number of the next page.
     pages: AtomicU64,
     patience: Patience,
 }
 
 impl Shared {
-    /// Nothing shown yet; and where the loop hears what pages want.
+    /// An empty state, and the receiver of the pages' requests.
     fn new(
         urdf: String,
         first: u16,
@@ -115,37 +115,37 @@ impl Shared {
         (Arc::new(shared), asked)
     }
 
-    /// What the pages are shown. A thread that panicked while it wrote has left whole cells behind.
+    /// The displayed state. A panic of another thread cannot leave an entry half written.
     pub(crate) fn sheet(&self) -> MutexGuard<'_, Sheet> {
         self.sheet.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// Asks the loop for something; whether it has room for it.
+    /// Queues a request for the loop. Returns `false` if the queue is full.
     fn ask(&self, asked: Asked) -> bool {
-        // Pages are served by one thread: nobody comes in between.
+        // Pages are served by one thread, so the length cannot change in between.
         self.wishes.len() < WISHES && self.wishes.send(asked).is_ok()
     }
 
-    /// Asks the loop for what a page leaves behind, for which there is always room.
+    /// Queues the cleanup of a closed page, even if the queue is full.
     fn ask_last(&self, asked: Asked) {
-        // At the end of the process the loop is gone before its pages.
+        // At shutdown the receiver may be gone already.
         let _gone = self.wishes.send(asked);
     }
 
-    /// What is scraped from now on.
+    /// Replaces the metrics served to scrapers.
     pub(crate) fn set_metrics(&self, metrics: String) {
         *self.metrics.lock().unwrap_or_else(PoisonError::into_inner) = metrics.into();
     }
 }
 
-/// The place of a page among those that may be open at once, until it is dropped.
+/// A slot among the open pages, held until it is dropped.
 struct Place {
     shared: Arc<Shared>,
     access: Access,
 }
 
 impl Place {
-    /// Takes a place, where one is left. Pages without the token leave places for those with it.
+    /// Takes a slot, if one is free. Pages without the token cannot use up the slots of those with it.
     fn take(shared: &Arc<Shared>, access: Access) -> Option<Self> {
         let take = |places: &AtomicU64, most: u64| {
             let further = |open: u64| (open < most).then_some(open + 1);
@@ -173,47 +173,47 @@ impl Drop for Place {
     }
 }
 
-/// What is served, and where.
+/// The configuration of the server.
 pub(crate) struct Serving {
     pub(crate) address: SocketAddr,
-    /// Where pages found the server before.
+    /// The port and token of the previous server.
     pub(crate) before: Door,
     pub(crate) urdf: String,
-    /// The teacher who acts where a page names none.
+    /// The teacher who acts if a page names none.
     pub(crate) first: u16,
     pub(crate) open: ReadWithoutToken,
-    /// The domain whose robot is stopped.
+    /// The domain of the robot that the stop button stops.
     pub(crate) domain: PathBuf,
     /// Whether the motor process runs on this machine.
     pub(crate) moves_here: bool,
     pub(crate) patience: Patience,
 }
 
-/// The server, while it is held.
+/// The running server; dropping it stops the server.
 pub(crate) struct Web {
     pub(crate) shared: Arc<Shared>,
     pub(crate) wishes: Receiver<Asked>,
-    /// The address that people open.
+    /// The address for the operator.
     pub(crate) url: String,
-    /// Whether it is served at every other address of this machine too.
+    /// Whether it listens on all addresses of this machine.
     pub(crate) everywhere: bool,
-    /// What the next life needs for pages to find it.
+    /// The port and token for the next incarnation.
     pub(crate) door: Door,
     _stop: tokio::sync::oneshot::Sender<()>,
 }
 
 impl Web {
-    /// Serves pages at an address: at the port and with the token of the life before, which pages
-    /// know, or else at the next free port where the address's own is taken.
+    /// Starts the server. Reuses the port and the token of the previous incarnation, which open pages know. If the port
+    /// is taken, it uses a free one.
     ///
     /// # Errors
     ///
-    /// The address is none of this machine, or the system has no thread or random number left.
+    /// The address does not belong to this machine, or the system has no thread or random number left.
     pub(crate) fn serve(serving: Serving) -> io::Result<Self> {
         let Serving { address, before, urdf, first, open, domain, moves_here, patience } = serving;
         let port = before.port.unwrap_or(address.port());
         let mut runtime = tokio::runtime::Builder::new_current_thread();
-        // The emergency stop is raised beside all else.
+        // One blocking thread is for raising the emergency stop.
         let runtime = runtime.enable_all().max_blocking_threads(1).build()?;
         let listener = {
             let _entered = runtime.enter();
@@ -244,7 +244,7 @@ impl Web {
                 }
             });
         })?;
-        // Where it is served at every address of this machine, this is the one that it has for sure.
+        // If it listens on all addresses, print the loopback address, which always exists.
         let here = SocketAddr::new(
             match at.ip() {
                 any if !any.is_unspecified() => any,
@@ -258,29 +258,29 @@ impl Web {
         Ok(Self { shared, wishes: asked, url, everywhere, door, _stop: stop })
     }
 
-    /// What was refused, or malformed.
+    /// Number of refused or malformed messages, refused requests and evicted connections.
     pub(crate) fn refused(&self) -> u64 {
         let counts = &self.shared.counts;
         let said = counts.malformed.load(Ordering::Relaxed) + counts.refused.load(Ordering::Relaxed);
         said + self.shared.connections.made_way()
     }
 
-    /// Pages that are open.
+    /// Number of open pages.
     pub(crate) fn open(&self) -> u64 {
         self.shared.counts.open.load(Ordering::Relaxed)
     }
 }
 
-/// Listens at an address.
+/// Opens the listening socket.
 fn listening(address: SocketAddr) -> io::Result<TcpListener> {
     let socket = if address.is_ipv4() { TcpSocket::new_v4() } else { TcpSocket::new_v6() }?;
-    // The robot before may have ended just now.
+    // The port may still be in TIME_WAIT after the previous robot.
     socket.set_reuseaddr(true)?;
     socket.bind(address)?;
     socket.listen(BACKLOG)
 }
 
-/// What is answered to which request.
+/// The routes of the server.
 fn routes(state: &Arc<Shared>) -> Router {
     let part = |gzip: &'static [u8], kind: &'static str| {
         get(move |headers: HeaderMap| async move { file(gzip, kind, &headers) })

@@ -64,7 +64,7 @@ fn title(screen: &Screen) -> String {
     };
     let frozen = if screen.is_frozen { "   FROZEN" } else { "" };
     let gone = if screen.is_there { "" } else { "   THE ROBOT HAS ENDED" };
-    // What moves and what does not stands above every view.
+    // The licences are shown above every view.
     let line = Licences::of(&screen.readings.joints).line();
     let joints = if line.is_empty() { line } else { format!("   {line}") };
     format!(" leo top   {about}{frozen}{gone}{joints}")
@@ -107,7 +107,7 @@ fn processes(frame: &mut Frame<'_>, area: Rect, screen: &Screen) {
     frame.render_stateful_widget(table, area, &mut state);
 }
 
-/// The head of a table: two columns of words, then numbers.
+/// A table header: two left-aligned text columns, then right-aligned numbers.
 fn headed(words: &[&'static str]) -> Row<'static> {
     let cell = |(place, word): (usize, &&'static str)| {
         if place < 2 { Cell::from(*word) } else { right((*word).to_owned()) }
@@ -145,7 +145,7 @@ fn buses(frame: &mut Frame<'_>, area: Rect, screen: &Screen) {
     let head =
         ["bus", "state", "requests", "p50", "p99", "quar", "skip", "missed", "broken", "stale", "late"];
     let widths = [12, 5, 9, 6, 6, 5, 5, 6, 6, 5, 5].map(Constraint::Length);
-    // What befalls them is seldom, and has a line for each of whom it did.
+    // Rare events are listed below the table, one line for each affected bus.
     let befallen = buses.iter().filter_map(|bus| {
         let what = said(&befell(bus));
         (!what.is_empty()).then(|| Line::from(format!("{:<12}{what}", bus.name)))
@@ -199,7 +199,7 @@ fn joints(frame: &mut Frame<'_>, area: Rect, screen: &Screen) {
     frame.render_widget(Paragraph::new(lines), area);
 }
 
-/// The states of a joint's machines, and how old what is known of its place is.
+/// The states of a joint's state machines, and the age of its last reading.
 fn machines(joint: &JointState, now_ns: u64) -> String {
     let age = joint
         .reading_age_s(now_ns)

@@ -1,20 +1,20 @@
-//! A distribution as lines of bars, one for each octave.
+//! A histogram as text bars, one per octave.
 
 use std::time::Duration;
 
 use message::Histogram;
 use quantity::number::{float, floor_usize};
 
-/// The longest bar.
+/// Length of the longest bar.
 const BAR: f64 = 9.0;
 
-/// A line for each octave between the smallest and the largest value; none where nothing was counted.
+/// One line per octave between the smallest and the largest value; empty if nothing was counted.
 pub(super) fn lines(histogram: &Histogram) -> Vec<String> {
     let mut octaves: Vec<(u32, u64)> = Vec::new();
     for (most, count) in histogram.buckets() {
         let octave = most.max(1).ilog2();
         if let Some((last, _)) = octaves.last().copied() {
-            // An empty octave is a line too: a gap in a distribution is worth seeing.
+            // Show empty octaves too, so that gaps in the distribution are visible.
             octaves.extend((last + 1..octave).map(|empty| (empty, 0)));
         }
         match octaves.last_mut() {

@@ -1,4 +1,4 @@
-//! What was read of a robot, as rows: the document of `leo top --json`.
+//! The readings of a robot as rows: the document of `leo top --json`.
 
 use std::collections::BTreeMap;
 use std::time::Duration;
@@ -15,183 +15,183 @@ use serde::Serialize;
 pub struct Row {
     /// The process.
     pub process: String,
-    /// The operating system's number.
+    /// The process id.
     pub pid: u32,
-    /// Starting, running or stopping; down where no process is, or none has said anything yet.
+    /// Starting, running or stopping; down if no process runs or it has not reported yet.
     pub state: &'static str,
-    /// Lives begun after the first.
+    /// Number of restarts.
     pub restarts: u64,
-    /// Configured rate; none for a process that is woken.
+    /// Configured rate; `None` for an event-driven process.
     pub rate_hz: Option<f64>,
-    /// Cycles since this life began.
+    /// Cycles since this incarnation began.
     pub cycles: u64,
     /// Cycles that ended after their deadline.
     pub overruns: u64,
-    /// Releases skipped.
+    /// Skipped releases.
     pub skipped: u64,
-    /// Frames lost at its inlets.
+    /// Frames lost at its subscribers.
     pub drops: u64,
-    /// Frames or entries refused as nonsense.
+    /// Malformed frames or entries that were refused.
     pub refused: u64,
-    /// Frames refused because the roster does not name their publisher.
+    /// Frames refused because the roster does not list their publisher.
     pub unlisted_frames: u64,
-    /// The process number of the newest such publisher; zero where there was none.
+    /// The process id of the newest such publisher; zero if there was none.
     pub unlisted_pid: u64,
-    /// Of the sensor process: its sensory sources.
+    /// Sensor process only: its sensory sources.
     pub sources: Vec<SourceRow>,
-    /// Of the motor process: its servo buses.
+    /// Motor process only: its servo buses.
     pub buses: Vec<BusRow>,
-    /// Of the motor process: its joints.
+    /// Motor process only: its joints.
     pub joints: Option<JointsRow>,
-    /// Of the belief process: the perspectives of which anything is computed.
+    /// Belief process only: the perspectives that are computed.
     pub perspectives: Vec<PerspectiveRow>,
-    /// Of the link process: the link to the other machine.
+    /// Link process only: the link to the other machine.
     pub link: Option<LinkRow>,
     /// Page faults since its loop began.
     pub page_faults: u64,
-    /// Release to start.
+    /// Wake-up latency: release to start.
     pub wakeup_us: Quantiles,
-    /// Start to end.
+    /// Execution time: start to end.
     pub execution_us: Quantiles,
     /// Age of the input.
     pub age_us: Quantiles,
 }
 
-/// The joints, now.
+/// The current state of the joints.
 #[derive(Clone, Debug, Serialize)]
 pub struct JointsRow {
-    /// How many may move.
+    /// Number of joints that may move.
     pub armed: usize,
-    /// How many do not, until somebody arms them, by the cause.
+    /// Number of disarmed joints, by cause.
     pub disarmed: BTreeMap<&'static str, usize>,
-    /// How many do not, until a person has acknowledged the cause, by the cause.
+    /// Number of locked joints, by cause; a person must acknowledge the lock.
     pub locked: BTreeMap<&'static str, usize>,
-    /// How often a joint was locked since the motor process started.
+    /// Number of locks since the motor process started.
     pub locks: u64,
-    /// Goals beyond a joint's limits, which became the limit.
+    /// Goals beyond a joint's limits, which were clamped.
     pub goals_limited: u64,
-    /// Goals refused: no number, or for no joint.
+    /// Goals refused: not a number, or for an unknown joint.
     pub goals_refused: u64,
-    /// Those that a person should look at.
+    /// Joints that need attention.
     pub trouble: Vec<JointRow>,
-    /// Licences and causes in a line.
+    /// Licences and causes in one line.
     #[serde(skip)]
     pub line: String,
 }
 
-/// A joint that a person should look at.
+/// A joint that needs attention.
 #[derive(Clone, Debug, Serialize)]
 pub struct JointRow {
     /// Its name.
     pub joint: String,
-    /// What the motor process does with it.
+    /// The mode in which the motor process drives it.
     pub mode: Option<&'static str>,
-    /// Why.
+    /// The cause of the mode.
     pub cause: Option<&'static str>,
-    /// The connection to its servo.
+    /// State of the connection to its servo.
     pub link: Option<&'static str>,
-    /// The torque of its servo.
+    /// State of its servo's torque.
     pub power: Option<&'static str>,
-    /// Whether it may move.
+    /// State of its licence to move.
     pub licence: Option<&'static str>,
-    /// Why it may not.
+    /// The cause of a missing licence.
     pub licence_cause: Option<&'static str>,
-    /// How it moves.
+    /// State of its motion.
     pub motion: Option<&'static str>,
-    /// How long ago its servo was read.
+    /// Time since its servo was last read.
     pub reading_age_s: Option<f64>,
 }
 
-/// The link to the other machine, since the link process's life began.
+/// The link to the other machine, since the link process's incarnation began.
 #[derive(Clone, Debug, Serialize)]
 pub struct LinkRow {
-    /// Whether the other machine is heard now.
+    /// Whether the other machine is currently reachable.
     pub heard: bool,
-    /// To it and back, in microseconds, the newest.
+    /// The newest round-trip time, in microseconds.
     pub round_trip_us: f64,
-    /// By how much instants from there are wrong at most, in microseconds.
+    /// Maximum error of the clock offset, in microseconds.
     pub clock_error_us: f64,
-    /// Frames that were handed to the network.
+    /// Frames sent.
     pub sent: u64,
-    /// Frames that were not, because a newer one came first.
+    /// Frames not sent because a newer one replaced them.
     pub overtaken: u64,
-    /// Frames that came.
+    /// Frames received.
     pub received: u64,
-    /// Bundles of frames that did not come.
+    /// Batches of frames lost.
     pub lost: u64,
-    /// Commands that came too late.
+    /// Commands that arrived too late.
     pub late: u64,
-    /// From there to here.
+    /// One-way delay from the other machine.
     pub delay_us: Quantiles,
 }
 
-/// A sensory source, since the sensor process's life began.
+/// A sensory source, since the sensor process's incarnation began.
 #[derive(Clone, Debug, Serialize)]
 pub struct SourceRow {
-    /// What the configuration calls it.
+    /// Its name in the configuration.
     pub name: String,
-    /// Whether frames are expected of it, and none come.
+    /// Whether its frames are overdue.
     pub silent: bool,
-    /// Frames that were taken.
+    /// Frames accepted.
     pub frames: u64,
-    /// Observations that entered the percept buffer.
+    /// Observations published.
     pub observations: u64,
-    /// What was lost, by the name of the reason; without those that did not happen.
+    /// Losses by the name of the reason, without zero counts.
     pub losses: BTreeMap<&'static str, u64>,
 }
 
-/// A servo bus, since the motor process's life began.
+/// A servo bus, since the motor process's incarnation began.
 #[derive(Clone, Debug, Serialize)]
 pub struct BusRow {
-    /// What the configuration calls it.
+    /// Its name in the configuration.
     pub name: String,
-    /// Whether its line is lost now.
+    /// Whether its serial port is currently lost.
     pub lost: bool,
-    /// Joints on it.
+    /// Number of joints on it.
     pub joints: u64,
-    /// Joints of it that are quarantined now.
+    /// Number of its joints that are quarantined now.
     pub quarantined: u64,
-    /// Requests carried out.
+    /// Completed requests.
     pub exchanges: u64,
-    /// Cycles in which it was still busy with the request before.
+    /// Cycles skipped because the previous request was still in progress.
     pub skipped: u64,
-    /// Answers that did not come.
+    /// Missing replies.
     pub missed: u64,
-    /// Answers that arrived broken.
+    /// Corrupt replies.
     pub broken: u64,
-    /// Answers dropped because they were not of this cycle.
+    /// Replies dropped because they belong to an earlier cycle.
     pub stale: u64,
-    /// Bytes that came after their time.
+    /// Bytes that arrived too late.
     pub late_bytes: u64,
     /// Hardware alerts of its servos.
     pub alerts: u64,
-    /// Times that a servo of it began anew by itself.
+    /// Unexpected restarts of its servos.
     pub restarts: u64,
-    /// Bus watchdogs of its servos that were found to have tripped.
+    /// Tripped bus watchdogs of its servos.
     pub watchdogs: u64,
-    /// Instructions that a servo refused by an error number.
+    /// Instructions that a servo refused with an error number.
     pub refusals: u64,
-    /// Identifiers to which two servos were found to answer.
+    /// Identifiers to which two servos were found to reply.
     pub duplicates: u64,
-    /// Times that its line was lost.
+    /// Number of times that its serial port was lost.
     pub hang_ups: u64,
-    /// How long the requests took.
+    /// Duration of the requests.
     pub exchange_us: Quantiles,
 }
 
-/// A perspective, since the belief process's life began.
+/// A perspective, since the belief process's incarnation began.
 #[derive(Clone, Debug, Serialize)]
 pub struct PerspectiveRow {
-    /// Whose, and within whose: empty for the robot's own, `[1]` for partner 1's.
+    /// The path of agents: empty for the robot's own, `[1]` for partner 1's.
     pub path: Vec<u16>,
-    /// How often its beliefs were brought to an instant.
+    /// Number of belief steps.
     pub steps: u64,
-    /// Beliefs that it held after each of these steps, all together.
+    /// Sum of the numbers of beliefs after each step.
     pub beliefs: u64,
 }
 
-/// A row for every process, over the time since an earlier look; over its whole life where that saw
-/// another life of it, or none.
+/// One row per process, over the time since `earlier`. Covers the whole incarnation if `earlier` is of another
+/// one, or is missing.
 #[must_use]
 pub fn rows(readings: &Readings, earlier: &BTreeMap<Process, Health>) -> Vec<Row> {
     let each = readings.processes.iter();

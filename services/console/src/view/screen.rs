@@ -1,4 +1,4 @@
-//! The live table as a state that keys change: no terminal, no clock.
+//! The state of the live table. No terminal, no clock.
 
 use std::cmp::Ordering;
 
@@ -6,34 +6,34 @@ use metrics::Readings;
 
 use super::rows::Row;
 
-/// A key, by what it asks for.
+/// The function of a key.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Key {
-    /// To end.
+    /// End the program.
     Quit,
-    /// To the table.
+    /// Back to the table.
     Back,
-    /// To sort by the next column.
+    /// Sort by the next column.
     Sort,
-    /// To turn the order round.
+    /// Reverse the order.
     Reverse,
-    /// To stand still, or go on.
+    /// Freeze or resume.
     Freeze,
-    /// How late and how long the selected process was.
+    /// Histograms of the selected process.
     Histogram,
     /// The servo buses.
     Buses,
-    /// The joints that are in trouble.
+    /// The joints in trouble.
     Joints,
-    /// What the keys do.
+    /// The key bindings.
     Help,
-    /// The row above.
+    /// Select the row above.
     Up,
-    /// The row below.
+    /// Select the row below.
     Down,
 }
 
-/// What is on the screen.
+/// The current view.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum View {
     Processes,
@@ -43,10 +43,10 @@ pub(crate) enum View {
     Help,
 }
 
-/// What the rows are sorted by.
+/// The sort column.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Column {
-    /// As data flows.
+    /// In the order of the data flow.
     Process,
     WakeUp,
     Execution,
@@ -84,7 +84,7 @@ impl Column {
         Self::ALL.get(place + 1).copied().unwrap_or(Self::Process)
     }
 
-    /// The worst first.
+    /// Sorts the worst first.
     fn compare(self, one: &Row, other: &Row) -> Ordering {
         match self {
             Self::Process => Ordering::Equal,
@@ -98,7 +98,7 @@ impl Column {
     }
 }
 
-/// What is shown, and of what.
+/// The displayed state and its data.
 #[derive(Clone, Debug)]
 pub(crate) struct Screen {
     pub(crate) view: View,
@@ -108,7 +108,7 @@ pub(crate) struct Screen {
     pub(crate) is_there: bool,
     pub(crate) readings: Readings,
     is_reversed: bool,
-    /// The selected process, by name: rows change their places.
+    /// The selected process by name, because rows change their order.
     selected: Option<String>,
     rows: Vec<Row>,
 }
@@ -129,14 +129,14 @@ impl Default for Screen {
 }
 
 impl Screen {
-    /// Takes in what was seen; nothing while it stands still.
+    /// Updates the data, unless frozen.
     pub(crate) fn see(&mut self, readings: Readings, rows: Vec<Row>) {
         if !self.is_frozen {
             (self.readings, self.rows) = (readings, rows);
         }
     }
 
-    /// Does what a key asks for; whether to go on.
+    /// Handles a key. Returns whether to continue.
     pub(crate) fn press(&mut self, key: Key) -> bool {
         match key {
             Key::Quit => return false,
@@ -154,7 +154,7 @@ impl Screen {
         true
     }
 
-    /// The rows in their order.
+    /// The rows in sort order.
     pub(crate) fn rows(&self) -> Vec<&Row> {
         let mut rows: Vec<&Row> = self.rows.iter().collect();
         rows.sort_by(|one, other| self.column.compare(one, other));
@@ -164,13 +164,13 @@ impl Screen {
         rows
     }
 
-    /// The place of the selected row among them; the first where none is.
+    /// The index of the selected row; zero if none is selected.
     pub(crate) fn selected(&self) -> usize {
         let rows = self.rows();
         rows.iter().position(|row| Some(&row.process) == self.selected.as_ref()).unwrap_or(0)
     }
 
-    /// The same key again leads back.
+    /// Switches to a view. The same key again returns to the table.
     fn turn_to(&mut self, view: View) {
         self.view = if self.view == view { View::Processes } else { view };
     }

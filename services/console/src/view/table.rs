@@ -1,11 +1,11 @@
-//! The rows as text, for who is no terminal.
+//! The rows as text, for output that is not a terminal.
 
 use std::fmt::Write as _;
 
 use super::rows::{BusRow, PerspectiveRow, Row};
 
-/// The rows as a table of 100 columns, with a line for each process that refused frames, each sensory source, each perspective and each
-/// servo bus below it.
+/// The rows as a table of 100 columns. Below it, a line for each process that refused frames, each sensory source,
+/// each perspective and each servo bus.
 #[must_use]
 pub fn table(rows: &[Row]) -> String {
     let mut out = String::from(
@@ -81,7 +81,7 @@ pub fn table(rows: &[Row]) -> String {
     out
 }
 
-/// What a process refused of processes that its supervisor did not start, if anything.
+/// The line about frames of processes that the supervisor did not start, if any were refused.
 pub(super) fn unlisted(row: &Row) -> Option<String> {
     (row.unlisted_frames > 0).then(|| {
         format!(
@@ -91,7 +91,7 @@ pub(super) fn unlisted(row: &Row) -> Option<String> {
     })
 }
 
-/// What went wrong on a bus, as far as anything did.
+/// The non-zero fault counters of a bus.
 fn in_trouble(bus: &BusRow) -> String {
     let answers = [
         (bus.skipped, "skipped"),
@@ -103,7 +103,7 @@ fn in_trouble(bus: &BusRow) -> String {
     said(&[answers.as_slice(), &befell(bus)].concat())
 }
 
-/// What befell a bus and its servos, in words.
+/// The counters of rare events of a bus and its servos.
 pub(super) const fn befell(bus: &BusRow) -> [(u64, &'static str); 6] {
     [
         (bus.alerts, "alerts"),
@@ -115,7 +115,7 @@ pub(super) const fn befell(bus: &BusRow) -> [(u64, &'static str); 6] {
     ]
 }
 
-/// Counts with what they count, without those of nothing.
+/// Counters as text, without zeros.
 pub(super) fn said(counts: &[(u64, &str)]) -> String {
     let said: Vec<_> = counts
         .iter()

@@ -2,8 +2,8 @@ use account::Account;
 use metrics::TaskReading;
 use quantity::number::saturating_u32;
 
-/// What an account says of the tasks, for [`metrics::Readings`]: it stands on no board, and whoever listens
-/// to the learner's events has it.
+/// The tasks of an account for [`metrics::Readings`]. They are on no health board; subscribers of the learner's
+/// events know them.
 #[must_use]
 pub(crate) fn tasks(account: &Account) -> Vec<TaskReading> {
     let reading = |task: &account::Task| TaskReading {

@@ -1,4 +1,4 @@
-//! Where something goes that is let go by hand.
+//! Destination of things released by hand.
 
 use config::lesson::{Destination, Place, Role};
 
@@ -7,12 +7,12 @@ use crate::World;
 use crate::settle;
 use crate::thing::{Motion, Seat};
 
-/// A peg goes into a hole whose axis is within this distance, in metres.
+/// Snapping distance of a peg to the axis of a hole, in metres.
 const SNAPS_M: f64 = 0.02;
 
 impl World {
-    /// Where an object goes that is let go above a place: a peg into the hole there, anything onto the
-    /// middle of the block there, or else on the table.
+    /// Destination of an object released above a place: a peg goes into the hole there, anything else onto the middle
+    /// of the block there, or on the table.
     pub(super) fn end_of_drop(
         &self,
         index: usize,
@@ -57,13 +57,13 @@ impl World {
         }
     }
 
-    /// Whether a hole is free, and nobody else holds what may be put back into it.
+    /// Whether a hole is free, and not reserved for a thing that another hand took from it.
     fn is_free_for(&self, index: usize, block: usize) -> bool {
         let mut others = self.state.taken.iter().filter(|taken| taken.index != index);
         settle::is_free(&self.state.things, block) && !others.any(|taken| settle::is_in(taken.seat, block))
     }
 
-    /// Whether one thing sits on another one, or on what sits there.
+    /// Whether one thing sits on another one, directly or indirectly.
     fn goes_with(&self, thing: usize, other: usize) -> bool {
         let mut seat: Option<Seat> = self.state.things.get(thing).and_then(|thing| thing.seat);
         for _ in 0..self.state.things.len() {

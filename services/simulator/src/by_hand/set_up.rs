@@ -1,4 +1,4 @@
-//! Setting the table by hand: what comes, what goes, and what hides it.
+//! Interactive set-up of the table: adding and removing objects and occluders.
 
 use std::sync::Arc;
 
@@ -14,9 +14,9 @@ use crate::settle;
 use crate::thing::{Motion, Thing};
 use crate::world::{State, follow};
 
-/// Half the extents of an occluder of which nobody says how large it is, in metres.
+/// Default half extents of an occluder, in metres.
 const SCREEN_M: [f64; 3] = [0.15, 0.01, 0.12];
-/// The longest name, in bytes.
+/// Maximum length of a name, in bytes.
 const NAME_MOST: usize = 60;
 
 impl World {
@@ -138,7 +138,7 @@ impl World {
         Ok(Done)
     }
 
-    /// What is being brought into or onto an object, or was taken from there and may be put back.
+    /// The thing that is being moved into or onto an object, or was taken from there and may be put back.
     fn comes_to(&self, index: usize) -> Option<&str> {
         let is_bound = |(other, thing): (usize, &Thing)| {
             let seat = match thing.motion {
@@ -152,7 +152,7 @@ impl World {
         self.objects().get(coming).map(|object| object.name.as_str())
     }
 
-    /// The table as a lesson describes it, with nothing in its script yet.
+    /// The current table in the format of a lesson, with an empty script.
     pub(super) fn table_as_it_is(&self, now: Instant) -> Table {
         let mut objects = self.objects().to_vec();
         for (object, thing) in objects.iter_mut().zip(self.state.at_rest()) {
@@ -172,7 +172,7 @@ impl World {
         Arc::make_mut(self.state.setting.get_or_insert_default())
     }
 
-    /// Whether the table is being set, or will be by who takes over from the script.
+    /// Checks that the table is being set up, or will be when a person takes over from the script.
     fn is_setting_up(&self, so: &str) -> Result<(), Refusal> {
         let will_be_taught = self.state.mode == SceneMode::Script && self.spoken().is_some();
         if self.state.mode == SceneMode::Teaching || will_be_taught {
@@ -199,7 +199,7 @@ impl World {
         names.find(|name| is_free(name)).unwrap_or_default()
     }
 
-    /// Where something new goes; nothing goes where something else stands.
+    /// Destination of a new object; refused if another one is in the way.
     fn lies_free(&self, index: usize, kind: &Kind, lies: Place) -> Result<Destination, Refusal> {
         let [x, y, _] = lies.position_m;
         let to = self.end_of_drop(index, [x, y], lies.heading_rad)?;
@@ -219,7 +219,7 @@ impl World {
 }
 
 impl State {
-    /// Takes everything off the table.
+    /// Clears the table.
     pub(super) fn strip(&mut self) {
         self.things.clear();
         self.screens.clear();
@@ -233,7 +233,7 @@ impl State {
         self.mode = SceneMode::SetUp;
     }
 
-    /// The object of this number is gone: those behind it move up.
+    /// Updates the indices after the object of this number was removed.
     fn renumber(&mut self, gone: usize) {
         for thing in &mut self.things {
             thing.seat = thing.seat.filter(|seat| seat.on != gone);
@@ -252,7 +252,7 @@ impl State {
         }
     }
 
-    /// Remembers the table as it is, for taking the next act back.
+    /// Saves the table for undo.
     pub(super) fn remember_setting(&mut self) {
         self.push_undo(self.setting_as_it_is());
     }
@@ -262,8 +262,8 @@ impl State {
         Undo::Setting { setting, things: self.at_rest(), screens: self.screens.clone() }
     }
 
-    /// The things as they will rest if nobody does anything more: what is in a hand where it was taken, and what
-    /// is on its way where that ends.
+    /// The things as they will be at rest without further acts: held ones where they were taken, and moving ones at
+    /// their destination.
     pub(super) fn at_rest(&self) -> Vec<Thing> {
         let objects = self.setting.as_ref().map_or(&[][..], |setting| &setting.objects);
         let rest = |(index, thing): (usize, &Thing)| {
@@ -281,7 +281,7 @@ impl State {
             Thing { pose, motion: Motion::AtRest, seat }
         };
         let mut things: Vec<Thing> = self.things.iter().enumerate().map(rest).collect();
-        // What sits on what sits on something is there once that one is.
+        // Seats can be nested, so repeat until all positions have propagated.
         for _ in 0..things.len() {
             follow(&mut things);
         }

@@ -9,7 +9,7 @@ use crate::{Refusal, World};
 
 const ROOM: usize = 64;
 
-/// A world at work, and what time it is there.
+/// A world under test, with its time.
 struct Bench {
     world: World,
     ms: u64,
@@ -27,7 +27,7 @@ impl Bench {
         bench
     }
 
-    /// An empty table in the act of being set by two people.
+    /// An empty table that is being set up by two people.
     fn of_two() -> Self {
         let mut lesson = Lesson::builtin();
         let second = Teacher { number: 2, ..lesson.teachers[0] };
@@ -37,7 +37,7 @@ impl Bench {
         bench
     }
 
-    /// An empty table in the act of being set.
+    /// An empty table that is being set up.
     fn empty() -> Self {
         let mut bench = Self::new();
         bench.act(Kind::Clear, |_| {}).unwrap();
@@ -72,7 +72,7 @@ impl Bench {
         })
     }
 
-    /// Takes a thing, carries it there and lets it go.
+    /// Takes a thing, carries it to a place and puts it down.
     fn bring(&mut self, thing: &str, at: [f64; 2]) -> Result<(), Refusal> {
         self.act(Kind::Take, |act| act.text = Text::new(thing))?;
         for _ in 0..10 {
@@ -84,7 +84,7 @@ impl Bench {
         Ok(())
     }
 
-    /// Takes a thing with the hand of a page and person of this number.
+    /// Takes a thing, with the hand of the page and person of this number.
     fn take(&mut self, thing: &str, by: u16) -> Result<String, Refusal> {
         self.act(Kind::Take, |act| (act.text, act.hand, act.teacher) = (Text::new(thing), by, by))
     }
@@ -100,14 +100,14 @@ impl Bench {
         (thing_x - x).hypot(thing_y - y) < 1e-6
     }
 
-    /// What is where on the table.
+    /// The positions of everything on the table.
     fn table(&self) -> Vec<(String, [f64; 3])> {
         let rounded = |metres: f64| (metres * 1e6).round();
         let things = self.world.scene().filter(|thing| thing.kind != 2);
         things.map(|thing| (thing.name.as_str().to_owned(), thing.position_m.map(rounded))).collect()
     }
 
-    /// Pushes a screen there, or puts it up where there is none of the name, as the person of this number.
+    /// Pushes a screen to a place, or adds it, as the person of this number.
     fn screen(&mut self, name: &str, at: [f64; 2], by: u16) -> Result<String, Refusal> {
         self.act(Kind::Screen, |act| {
             (act.text, act.position_m, act.teacher) = (Text::new(name), [at[0], at[1], 0.0], by);
@@ -131,7 +131,7 @@ impl Bench {
     }
 }
 
-/// Task 1 by hand: a red and a blue block, the blue one behind a screen, and two pegs; the red one's
+/// Task 1 taught interactively: a red and a blue block, the blue one behind a screen, and two pegs; the red one's
 /// hole is filled.
 fn taught() -> Bench {
     let mut bench = Bench::empty();
@@ -193,7 +193,7 @@ fn a_script_that_is_taken_over_is_part_of_what_was_taught() {
     let mut bench = Bench::new();
     bench.wait(2_000);
     assert_eq!(bench.mode(), Some(SceneMode::Script));
-    // A sentence, a look from elsewhere: the script goes on.
+    // A sentence, or another seat: the script continues.
     bench.act(Kind::Seat, |act| (act.position_m, act.also_m) = ([0.3, 1.4, 0.6], [0.0, 0.7, 0.0])).unwrap();
     assert_eq!(bench.mode(), Some(SceneMode::Script));
     bench.bring("peg 7", [-0.35, 1.0]).unwrap();
@@ -269,12 +269,12 @@ fn a_pushed_screen_is_what_is_taken_back_while_the_table_is_set() {
     let mut bench = Bench::empty();
     bench.screen("wall", [0.0, 0.5], 1).unwrap();
     bench.add("square", "red", [0.0, 0.9]).unwrap();
-    // One push, in many small ones.
+    // One push, in many small steps.
     for step in 1..=20 {
         bench.screen("wall", [0.01 * f64::from(step), 0.5], 1).unwrap();
         bench.wait(50);
     }
-    // Held still, and let go where it is.
+    // Held still, and released there.
     bench.wait(1_000);
     bench.screen("wall", [0.2, 0.5], 1).unwrap();
     bench.wait(1_000);
@@ -358,7 +358,7 @@ fn a_table_that_is_laid_and_saved_keeps_whose_its_regions_are() {
     };
     assert_eq!(task2.demonstrations[0].territory.len(), 2);
     assert_eq!(saved(&bench).demonstrations[0].territory, task2.demonstrations[0].territory);
-    // An empty table is nobody's.
+    // An empty table has no owners.
     bench.act(Kind::Clear, |_| {}).unwrap();
     bench.say("Leo, I can teach you to do nothing").unwrap();
     assert!(saved(&bench).demonstrations[1].territory.is_empty());
@@ -414,7 +414,7 @@ fn nothing_new_comes_onto_a_table_of_which_the_script_has_spoken() {
 fn what_was_refused_or_cancelled_is_not_taken_back() {
     let mut bench = taught();
     bench.bring("wood peg 2", [0.3, 0.8]).unwrap();
-    // Its hole is taken: it is back in its place, and the page, which holds nothing any more, cancels.
+    // The hole is occupied: the peg is back in its place, and the page, which holds nothing any more, cancels.
     bench.bring("wood peg 2", [-0.2, 0.9]).unwrap_err();
     bench.act(Kind::Cancel, |_| {}).unwrap();
     bench.wait(500);
@@ -474,7 +474,7 @@ fn what_was_just_let_go_is_remembered_where_it_comes_to_rest() {
     assert!(bench.holds("red square", State::Filled), "{:?}", bench.table());
     bench.act(Kind::Undo, |_| {}).unwrap();
     assert!(bench.lies_at("wood peg", [0.2, 0.6]) && !bench.holds("red square", State::Filled));
-    // And so is what is said to be taught of it.
+    // The recorded lesson says the same.
     bench.take("wood peg", 1).unwrap();
     bench.put([0.0, 0.6], 1).unwrap();
     bench.say("Leo, I can teach you to do it").unwrap();
@@ -528,14 +528,14 @@ fn any_act() -> impl Strategy<Value = TeacherAct> {
 }
 
 proptest! {
-    /// However a table was set: what was done to it is taken back act by act, until it is empty again.
+    /// Undo reverts any sequence of set-up acts one by one, until the table is empty again.
     #[test]
     fn each_act_is_taken_back_and_no_other(
         acts in proptest::collection::vec((0_u8..7, 0_usize..5, [-0.5..0.5, 0.4..1.2], 0_u64..800), 0..30),
     ) {
         let mut bench = Bench::of_two();
         let mut tables = vec![bench.table()];
-        // Who pushed the screen last, if nothing was done since, and until when the next push goes on from it.
+        // The person who pushed the screen last, if nothing was done since, and until when the next push is merged.
         let mut push: Option<(u16, u64)> = None;
         for (kind, thing, at, wait) in acts {
             let names = ["red square", "wood peg", "red square 2", "wood peg 2", "wall"];
@@ -552,7 +552,7 @@ proptest! {
                 _ => bench.act(Kind::Cancel, |act| act.hand = by),
             };
             bench.wait(wait);
-            // What is in a hand is where it was taken, for who takes back what others did.
+            // For undo by another person a held thing counts as being where it was taken.
             let is_done = done.is_ok() && (kind < 3 || kind == 4 || kind == 5);
             if is_done {
                 let goes_on = kind == 5 && push.is_some_and(|(before, until)| before == by && ms <= until);
@@ -575,7 +575,7 @@ proptest! {
         }
     }
 
-    /// Whatever is done in whatever order: every place is a place, and what was taught can be read.
+    /// After any sequence of acts all positions are finite, and the recorded lesson can be parsed.
     #[test]
     fn the_world_stays_sound(acts in proptest::collection::vec((any_act(), 0_u64..400), 0..60)) {
         let mut bench = Bench::new();

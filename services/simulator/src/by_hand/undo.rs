@@ -1,4 +1,4 @@
-//! Taking the last act back.
+//! Undo of the last act.
 
 use std::sync::Arc;
 
@@ -14,25 +14,24 @@ use crate::setting::Setting;
 use crate::thing::{Motion, Seat, SeatKind, Thing};
 use crate::world::State;
 
-/// Acts that can be taken back.
+/// Maximum number of acts that can be undone.
 const MOST: usize = 64;
-/// How long a thing takes that is moved back.
+/// Duration of moving a thing back.
 const BACK: Duration = Duration::from_millis(800);
 
-/// What is done to take an act back.
+/// How to undo an act.
 #[derive(Clone, Debug)]
 pub(crate) enum Undo {
-    /// While the table is set: it is as it was, and everything rests.
+    /// During set-up: restores the table, with everything at rest.
     Setting { setting: Arc<Setting>, things: Vec<Thing>, screens: Vec<Glide> },
-    /// While something is taught: the thing is moved back, for everybody to see.
+    /// During teaching: moves the thing back, visible to everyone.
     Move { index: usize, to: Destination },
-    /// An occluder is pushed back to where it stood: at once while the table is set, for everybody to see later.
+    /// Pushes an occluder back: at once during set-up, and visibly during teaching.
     Push { by: u16, occluder: usize, from_m: [f64; 3], until: Instant },
 }
 
 impl World {
-    /// Remembers where something was taken that is about to be let go elsewhere. What goes back to where it was
-    /// taken was never moved: there is nothing to take back.
+    /// Saves where a thing was taken before it is put down elsewhere. Putting it back where it was taken needs no undo.
     pub(super) fn remember(&mut self, taken: &Taken) {
         if self.state.mode == SceneMode::SetUp {
             self.state.remember_setting();
@@ -90,7 +89,7 @@ impl World {
                     return Ok(Done);
                 }
                 screen.go(now, from_m, BACK);
-                // There and back is not the same as having stood there all the while.
+                // Moving there and back is recorded: it differs from not having moved.
                 let slide = Act::Slide { occluder, centre_m: from_m, takes: BACK };
                 self.state.diary.note_apart(who, now, slide);
                 Ok(Done)
@@ -100,7 +99,7 @@ impl World {
 }
 
 impl State {
-    /// Remembers where an occluder stood that somebody pushes, once for all that goes on from one push.
+    /// Saves the position of an occluder before a push; consecutive steps of one push are merged.
     pub(super) fn remember_push(&mut self, now: Instant, by: u16, occluder: usize, from_m: [f64; 3]) {
         let goes_on = |undo: &Undo| match *undo {
             Undo::Push { by: before, occluder: other, until, .. } => {
@@ -115,7 +114,7 @@ impl State {
         self.push_undo(Undo::Push { by, occluder, from_m: stood, until: now + FOLLOWS + PAUSE });
     }
 
-    /// Forgets the last push where it changed nothing: what was pushed back to where it stood was never moved.
+    /// Removes the last push if it changed nothing, because the occluder was pushed back to its place.
     fn forgets_push(&mut self) -> bool {
         let Self { undo, screens, .. } = self;
         let is_idle = |undo: &mut Undo| match *undo {

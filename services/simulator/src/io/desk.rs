@@ -1,4 +1,4 @@
-//! Who opens lessons, and answers what people do by hand.
+//! Opens lessons, and answers interactive acts.
 
 use std::path::PathBuf;
 
@@ -10,20 +10,20 @@ use crate::World;
 use crate::by_hand::Refusal;
 use crate::io::saving::{self, Saving};
 
-/// The lesson that is open, and what is written down of it.
+/// The open lesson, and the saving of recorded lessons.
 pub(crate) struct Desk {
-    /// Folder of the lessons that were taught by hand, if Leo remembers anything.
+    /// Folder of the saved lessons, if there is a state directory.
     folder: Option<PathBuf>,
-    /// The lesson that the robot was started with.
+    /// The lesson given at launch.
     launched: Lesson,
     lesson: Lesson,
-    /// What the lesson is called; empty for the one that the robot was started with.
+    /// The name of the open lesson; empty for the one given at launch.
     name: Text,
     saving: Saving,
-    /// The console's life whose hands these are.
+    /// Incarnation of the console that the acts come from.
     life: u64,
     answers: Vec<ActAnswer>,
-    /// How many things, people and occluders an observation has room for.
+    /// Maximum number of things, people and occluders in an observation frame.
     room: usize,
 }
 
@@ -45,19 +45,19 @@ impl Desk {
         }
     }
 
-    /// What the open lesson is called; empty for the one that the robot was started with.
+    /// The name of the open lesson; empty for the one given at launch.
     pub(crate) fn name(&self) -> Text {
         self.name
     }
 
-    /// Hears which life of the console the next acts are of: the hands of an earlier one are gone.
+    /// Sets the console's incarnation of the next acts. If it changed, everything held by the old one is put back.
     pub(crate) fn listen(&mut self, world: &mut World, now: Instant, life: u64) {
         if std::mem::replace(&mut self.life, life) != life {
             world.put_all_back(now);
         }
     }
 
-    /// Does what somebody does by hand.
+    /// Executes an act.
     pub(crate) fn take(&mut self, world: &mut World, now: Instant, act: &TeacherAct) {
         let done = match act.kind() {
             Some(TeacherActKind::Open) => self.open(world, now, act.text),
@@ -75,7 +75,7 @@ impl Desk {
         }
     }
 
-    /// What became of the acts since this was asked last, those that took a while among them.
+    /// The answers since the last call, including those of acts that took a while.
     pub(crate) fn answers(&mut self) -> Vec<ActAnswer> {
         for (serial, done) in self.saving.done() {
             match done {
@@ -115,7 +115,7 @@ impl Desk {
 
     fn play(&self, world: &mut World, now: Instant) {
         *world = World::new(&self.lesson, self.lesson.seed);
-        // Until then the table lies empty, so that everybody sees that the old things are gone.
+        // The table stays empty until then, so that everyone sees that the old objects are gone.
         world.begin(now + self.lesson.laying.empty);
     }
 
@@ -131,7 +131,7 @@ impl Desk {
     }
 }
 
-/// The most things, people and occluders of a table.
+/// The maximum number of things, people and occluders of a table.
 fn most(lesson: &Lesson) -> usize {
     let most = lesson.tables().map(|table| table.objects.len() + table.occluders.len()).max().unwrap_or(0);
     most + lesson.teachers.len()

@@ -12,16 +12,16 @@ use crate::backlog::Backlog;
 use crate::io::desk::Desk;
 use crate::limbs::Limbs;
 
-/// Sentences that one frame holds: what is said beyond that is of the frames after it.
+/// Maximum number of utterances in a frame; further ones go into the next frames.
 const SENTENCES: usize = 8;
-/// Answers that one frame holds, likewise.
+/// Maximum number of answers in a frame; further ones go into the next frames.
 const ANSWERS: usize = 64;
 
-/// Plays a lesson, and does what people do by hand, until the process is told to stop.
+/// Plays a lesson, and executes interactive acts, until the process is stopped.
 ///
 /// # Errors
 ///
-/// The body's description is refused, the domain cannot be joined, or the middleware failed.
+/// The URDF is invalid, the domain cannot be joined, or the middleware failed.
 pub fn run(launch: &Launch, robot: &Robot, lesson: &Lesson) -> Result<(), Failure> {
     let leo = &robot.leo;
     let capacity = leo.buffers.objects.get();

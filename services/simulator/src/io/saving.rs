@@ -1,4 +1,4 @@
-//! Writing down what was taught, on a thread of its own: the world does not wait for a disk.
+//! Saves recorded lessons in a thread, so that the simulation does not block on the disk.
 
 use std::io::Write as _;
 use std::path::{Path, PathBuf};
@@ -11,31 +11,30 @@ use folder::Folder;
 
 use crate::by_hand::Refusal;
 
-/// The longest title, in bytes.
+/// Maximum length of a title, in bytes.
 const TITLE_MOST: usize = 100;
 
 /// The extension of a lesson that is being written.
 const HALF: &str = "half";
 
-/// Lessons on their way to the disk, each with the number of the act that asked for it.
+/// Lessons being written, each with the serial number of the requesting act.
 #[derive(Default)]
 pub(crate) struct Saving {
     pending: Vec<(u64, Receiver<Result<PathBuf, Refusal>>)>,
 }
 
 impl Saving {
-    /// Begins to write a lesson into a folder, in answer to the act of this number: into a file of its own, whatever
-    /// is there already.
+    /// Starts to write a lesson into a new file of a folder, for the act with this number. Never overwrites a file.
     ///
     /// # Errors
     ///
-    /// The title is none, or the system has no thread left.
+    /// The title contains no letter or is too long, or the system has no thread left.
     pub(crate) fn begin(&mut self, serial: u64, lesson: &Lesson, folder: PathBuf) -> Result<(), Refusal> {
         let text = lesson.to_toml();
         let name = name_of(&lesson.title)?;
         let (answer, answers) = channel();
         let write = move || {
-            // What could not be read again is not written.
+            // Write only what can be read again.
             let read = Lesson::parse(&text, &folder.join(format!("{name}.toml")));
             let written = read.map_err(|error| Refusal(error.to_string())).and_then(|_| {
                 let failed = |error: io::Error| {
@@ -43,7 +42,7 @@ impl Saving {
                 };
                 write_whole(&folder, &name, &text).map_err(failed)
             });
-            // Nobody listens where the robot stops.
+            // At shutdown the receiver may be gone.
             let _ = answer.send(written);
         };
         let started = thread::Builder::new().name("saving".to_owned()).spawn(write);
@@ -52,7 +51,7 @@ impl Saving {
         Ok(())
     }
 
-    /// What became of those that are done.
+    /// The results of finished writes since the last call.
     pub(crate) fn done(&mut self) -> Vec<(u64, Result<PathBuf, Refusal>)> {
         let mut done = Vec::new();
         self.pending.retain(|(serial, answers)| match answers.try_recv() {
@@ -70,20 +69,19 @@ impl Saving {
     }
 }
 
-/// Writes a lesson into a file of its name, or of its name with the next number that is free. The file is whole or
-/// it is not there.
+/// Writes a lesson into a file named after it, with a number if that name is taken. The file appears atomically.
 fn write_whole(folder: &Path, name: &str, text: &str) -> io::Result<PathBuf> {
     let own = Folder::make_all(folder)?;
     for number in 1_u32.. {
         let name = if number == 1 { name.to_owned() } else { format!("{name}_{number}") };
-        // One that the program carries is opened before a file of its name.
+        // A built-in lesson would hide a file of its name.
         if LIBRARY.iter().any(|(known, _)| *known == name) {
             continue;
         }
         let [file, half] = ["toml", HALF].map(|extension| format!("{name}.{extension}"));
         let mut out = match own.create(&half) {
             Ok(out) => out,
-            // Another one of this name is being written.
+            // Another lesson of this name is being written.
             Err(error) if error.kind() == io::ErrorKind::AlreadyExists => continue,
             Err(error) => return Err(error),
         };
@@ -95,7 +93,7 @@ fn write_whole(folder: &Path, name: &str, text: &str) -> io::Result<PathBuf> {
             written.and_then(|()| own.rename(&half, &file))
         };
         if is_taken || written.is_err() {
-            // What is half written helps nobody; that it cannot be removed either changes nothing.
+            // Remove the incomplete file; a failure to do so is harmless.
             let _ = own.remove(&half);
         }
         written?;
@@ -106,7 +104,7 @@ fn write_whole(folder: &Path, name: &str, text: &str) -> io::Result<PathBuf> {
     Err(io::ErrorKind::AlreadyExists.into())
 }
 
-/// Removes what was begun by a process that was killed. Nothing is being written yet.
+/// Removes incomplete files of a killed process. Call it before any lesson is saved.
 pub(crate) fn remove_halves(folder: &Path) {
     for entry in fs::read_dir(folder).into_iter().flatten().flatten() {
         let half = entry.path();
@@ -121,7 +119,7 @@ pub(crate) fn remove_halves(folder: &Path) {
     }
 }
 
-/// The name of a lesson: its title in small letters, with lines for what is no letter.
+/// The file name of a lesson: its title in lower case, with underscores for other characters.
 fn name_of(title: &str) -> Result<String, Refusal> {
     let mut name = String::new();
     for letter in title.chars() {
@@ -144,7 +142,7 @@ fn name_of(title: &str) -> Result<String, Refusal> {
 mod tests {
     use super::*;
 
-    /// Writes a lesson of this title, and waits for what became of it.
+    /// Saves a lesson of this title, and waits for the result.
     fn save(folder: &Path, title: &str) -> Result<PathBuf, Refusal> {
         let mut saving = Saving::default();
         let lesson = Lesson { title: title.to_owned(), ..Lesson::builtin() };
@@ -218,7 +216,7 @@ mod tests {
         remove_halves(&folder.path().join("nowhere"));
     }
 
-    /// Where this test is begun anew in a file system of its own: that one's folder.
+    /// The environment variable with the small file system in which this test runs itself again.
     const SMALL_DISK: &str = "LEO_SMALL_DISK";
 
     #[test]

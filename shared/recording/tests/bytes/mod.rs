@@ -1,5 +1,5 @@
-//! Whatever bytes say, as an MCAP file: what readers of recordings and of traces promise of it. Shared by a property test
-//! and a fuzz target.
+//! Properties that readers of recordings and traces guarantee for arbitrary bytes in an MCAP file. Shared by a property
+//! test and a fuzz target.
 #![expect(clippy::unwrap_used, clippy::indexing_slicing, reason = "helpers of tests may fail them")]
 
 use std::sync::LazyLock;
@@ -9,12 +9,12 @@ use message::{Header, JointCause, JointMode, JointState, JointStates};
 use recording::{Buffer, Frame, ReadError, Reader, Subject, Time, Writer};
 
 const MAGIC: &[u8] = b"\x89MCAP0\r\n";
-/// Chunks of a script that expand to much.
+/// Maximum number of chunks of a script with a high expansion ratio.
 const EXPANDING: usize = 12;
-/// What a reader keeps of schemas and attachments, in bytes.
+/// Maximum memory that a reader keeps for schemas and attachments, in bytes.
 const KEPT: usize = 64 << 20;
 
-/// A recording as Leo makes it, in both times.
+/// Valid recordings, in both time bases.
 static WHOLE: LazyLock<[Vec<u8>; 2]> = LazyLock::new(|| {
     [Time::Lockstep, Time::Wall].map(|time| {
         let mut subject = Subject::load(None, time, Some(1), Pose::identity(), "a test").unwrap();
@@ -29,7 +29,7 @@ static WHOLE: LazyLock<[Vec<u8>; 2]> = LazyLock::new(|| {
     })
 });
 
-/// What came of a script.
+/// The outcome of a script.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Seen {
     pub(crate) frames: usize,
@@ -39,7 +39,7 @@ pub(crate) struct Seen {
     pub(crate) is_over_budget: bool,
 }
 
-/// Numbers out of bytes; zeros when there are none left.
+/// Takes numbers from bytes; zeros after their end.
 struct Bytes<'a>(&'a [u8]);
 
 impl<'a> Bytes<'a> {
@@ -58,7 +58,7 @@ impl<'a> Bytes<'a> {
     }
 }
 
-/// Makes a file as the script says, and reads it.
+/// Generates a file from the script, and reads it.
 pub(crate) fn play(script: &[u8]) -> Seen {
     let mut bytes = Bytes(script);
     let kind = bytes.byte();
@@ -118,7 +118,7 @@ impl Seen {
     }
 }
 
-/// A recording with bytes changed, cut out or put in.
+/// A valid recording with bytes changed, removed or inserted.
 fn changed(whole: &[u8], bytes: &mut Bytes<'_>) -> Vec<u8> {
     let mut file = whole.to_vec();
     while !bytes.0.is_empty() && !file.is_empty() {
@@ -135,7 +135,7 @@ fn changed(whole: &[u8], bytes: &mut Bytes<'_>) -> Vec<u8> {
     file
 }
 
-/// A file of records that are what they claim to be, or not.
+/// A file of generated records, valid or not.
 fn made(bytes: &mut Bytes<'_>, is_trace: bool) -> Vec<u8> {
     let mut file = MAGIC.to_vec();
     file.extend(record(0x01, &[text(if is_trace { "leo_trace/1" } else { "ros2" }), text("")].concat()));
@@ -162,7 +162,7 @@ fn made(bytes: &mut Bytes<'_>, is_trace: bool) -> Vec<u8> {
     file
 }
 
-/// A record of one of the kinds that are read, with a body of the script; now and then its length is a lie.
+/// A record of a known kind, with a body from the script; sometimes its length is wrong.
 fn some_record(bytes: &mut Bytes<'_>) -> Vec<u8> {
     let buffer = Buffer::JointStates;
     let id = u16::from(bytes.byte() % 4).to_le_bytes();
@@ -202,7 +202,7 @@ fn some_record(bytes: &mut Bytes<'_>) -> Vec<u8> {
     made
 }
 
-/// A chunk of records that are not compressed, without a check sum; now and then a length is a lie.
+/// An uncompressed chunk without a check sum; sometimes a length is wrong.
 fn plain_chunk(records: &[u8], bytes: &mut Bytes<'_>) -> Vec<u8> {
     let mut size = u64::try_from(records.len()).unwrap().to_le_bytes();
     let mut body = [&[0; 16][..], &size, &[0; 4], &text("")].concat();
@@ -213,12 +213,12 @@ fn plain_chunk(records: &[u8], bytes: &mut Bytes<'_>) -> Vec<u8> {
     record(0x06, &body)
 }
 
-/// A chunk of one byte again and again, so many MiB, in a few kilobytes.
+/// A chunk of one repeated byte, `mib` MiB, compressed to a few kilobytes.
 fn expanding_chunk(byte: u8, mib: usize) -> Vec<u8> {
     const BLOCK: usize = 128 << 10;
     let size = mib << 20;
     let blocks = size / BLOCK;
-    // A frame of one segment that says its size, and of blocks that repeat one byte.
+    // A zstd frame with a single segment of known size, made of RLE blocks.
     let mut frame = [&[0x28, 0xB5, 0x2F, 0xFD, 0xA0][..], &text_length(size)].concat();
     for block in 1..=blocks {
         let head = usize::from(block == blocks) | 1 << 1 | BLOCK << 3;

@@ -1,4 +1,4 @@
-//! Motion: where it goes, that it stops without a master, and what an obstacle does.
+//! Trials of motion: accuracy, stopping without a master, and reaction to an obstacle.
 
 use std::time::Duration;
 
@@ -8,26 +8,26 @@ use servo::{position_count, position_rad};
 use super::super::super::motion::{Ended, Servo, TRIPPED, angle};
 use super::{Bench, Failed, Measured, Reply};
 
-/// How far a joint goes, in radians: 2 and 10 degrees, and 4 against the watchdog.
+/// Distances of the motions, in radians: 2 and 10 degrees, and 4 for the watchdog.
 const SMALL_RAD: f64 = 0.0349;
 const LARGE_RAD: f64 = 0.1745;
 const WATCHED_RAD: f64 = 0.0698;
-/// As far from its goal as this it has arrived.
+/// Maximum distance from the goal of a servo that has arrived.
 const ARRIVES_RAD: f64 = 0.0209;
-/// As far behind its trajectory as this it is held.
+/// Minimum lag behind the trajectory of a blocked servo.
 const HELD_RAD: f64 = 0.0524;
-/// The slowest velocity at which a motion of 4 degrees still ends: 0.05 rad/s.
+/// Profile velocity of the watchdog trial: 0.05 rad/s, so that a motion of 4 degrees still ends.
 const SLOWEST: i64 = 2;
 /// A bus watchdog of 100 ms.
 const UNITS: i64 = 5;
-/// How long nothing is said on the bus.
+/// Duration of the silence on the bus.
 const SILENCE: Duration = Duration::from_millis(400);
-/// By how much a joint may move while it stops: 100 ms at 0.05 rad/s, and as much for stopping.
+/// Maximum movement while stopping: 100 ms at 0.05 rad/s, and as much for braking.
 const STOPS_RAD: f64 = 0.02;
-/// Slower than this it stands.
+/// Below this velocity a servo stands still.
 const STANDS_RAD_S: f64 = 0.03;
 
-/// What was seen of a motion.
+/// Maxima observed during a motion.
 #[derive(Clone, Copy, Debug, Default)]
 struct Seen {
     behind_rad: f64,
@@ -35,7 +35,7 @@ struct Seen {
 }
 
 impl Seen {
-    /// Looks at where the servo is, and how far behind its trajectory.
+    /// Updates the maxima: lag behind the trajectory, and current.
     fn look(&mut self, servo: &mut Servo<'_>, reading: &servo::Reading) -> Result<(), Failed> {
         let led = servo.get(POSITION_TRAJECTORY)?;
         let led_rad = position_rad(i32::try_from(led).unwrap_or(i32::MAX));

@@ -1,4 +1,4 @@
-//! Torque and power.
+//! Trials of torque and power.
 
 use std::time::Duration;
 
@@ -8,11 +8,11 @@ use super::super::super::motion::angle;
 use super::super::super::torque::look_for_torque;
 use super::{Bench, Failed, Measured, Reply};
 
-/// How long a joint is watched after its torque came on.
+/// Observation time after torque was switched on.
 const SETTLES: Duration = Duration::from_millis(150);
-/// By how much it may move then.
+/// Maximum movement during that time.
 const STILL_RAD: f64 = 0.0175;
-/// How long servos may take until they answer after their power came on.
+/// Time-out for replies after power was switched on.
 const STARTS_WITHIN: Duration = Duration::from_secs(15);
 
 pub(super) fn torque(bench: &mut Bench<'_>) -> Result<Measured, Failed> {

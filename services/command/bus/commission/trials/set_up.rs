@@ -1,4 +1,4 @@
-//! What servos are, and how they are set up: nothing moves.
+//! Trials of the servos' identity and settings; nothing moves.
 
 use std::collections::BTreeMap;
 
@@ -13,11 +13,11 @@ use super::super::super::line::clears;
 use super::super::super::motion::Servo;
 use super::{Bench, Failed, Measured};
 
-/// The mode in which Leo drives a servo.
+/// The operating mode that Leo uses: position control.
 const POSITION_MODE: i64 = 3;
-/// Second identifiers from here on are none.
+/// Secondary identifiers from this value on are disabled.
 const NO_ID: i64 = 253;
-/// The position limits of a servo as it comes.
+/// The factory position limits of a servo.
 const WHOLE_TURN: (i64, i64) = (0, 4095);
 
 pub(super) fn identity(bench: &mut Bench<'_>) -> Result<Measured, Failed> {
@@ -26,7 +26,7 @@ pub(super) fn identity(bench: &mut Bench<'_>) -> Result<Measured, Failed> {
     let line = bench.line()?;
     let mut found = line.scan()?;
     for joint in &bus.joints {
-        // An answer to a question to all is lost more easily than one to a question of its own.
+        // A reply to a broadcast ping is lost more easily than one to a direct ping.
         if !found.iter().any(|servo| servo.id == joint.id) {
             found.extend(line.ping(joint.id)?);
         }
@@ -97,7 +97,7 @@ pub(super) fn eeprom(bench: &mut Bench<'_>) -> Result<Measured, Failed> {
     Ok(measured)
 }
 
-/// What a servo may not be set up to: Leo gives it no torque, or it cannot do what its joint shall.
+/// Finds settings with which Leo would give the servo no torque, or its joint could not do what is required.
 fn refused(servo: &mut Servo<'_>, joint: &Joint, measured: &mut Measured) -> Result<(), Failed> {
     let initial = |item: Item| by_address(servo.model, item.address).map_or(0, |entry| entry.initial);
     let (mask, duty, current) = (initial(SHUTDOWN), initial(PWM_LIMIT), initial(CURRENT_LIMIT));
@@ -127,7 +127,7 @@ fn refused(servo: &mut Servo<'_>, joint: &Joint, measured: &mut Measured) -> Res
     look(VELOCITY_LIMIT, "velocity_limit", at_least, fastest, "it is slower than its joint in motor.toml")
 }
 
-/// Position limits: those of another joint say that servos were swapped.
+/// Checks position limits: limits of another joint mean that servos were swapped.
 fn limits(
     servo: &mut Servo<'_>,
     joint: &Joint,
@@ -159,7 +159,7 @@ fn counts(joint: &Joint) -> (i64, i64) {
     (one.min(other), one.max(other))
 }
 
-/// What Leo writes at its start.
+/// Notes the settings that Leo would overwrite at its start.
 fn written(servo: &mut Servo<'_>, joint: &Joint, measured: &mut Measured) -> Result<(), Failed> {
     for (item, name, leo) in
         [(RETURN_DELAY, "return_delay_time", 0), (OPERATING_MODE, "operating_mode", POSITION_MODE)]

@@ -1,4 +1,4 @@
-//! The line: another speed, and an adapter that is unplugged.
+//! Trials of the serial line: other speeds, and an adapter that is unplugged.
 
 use std::time::Duration;
 
@@ -7,13 +7,13 @@ use servo::table::BUS_WATCHDOG;
 use super::super::super::motion::TRIPPED;
 use super::{Bench, Failed, Measured, Reply};
 
-/// Speeds that are tried, of which none is the bus's.
+/// Other speeds to try.
 const OTHERS: [u32; 3] = [57_600, 1_000_000, 2_000_000];
-/// How long an adapter may take until it is there again.
+/// Time-out for an adapter to reappear.
 const PLUGS_WITHIN: Duration = Duration::from_secs(10);
-/// How soon after a person said so the adapter is gone: the kernel takes a moment to notice.
+/// Time-out for an unplugged adapter to disappear, after the person confirmed; the kernel takes a moment to notice.
 const UNPLUGGED_WITHIN: Duration = Duration::from_secs(1);
-/// How often it is looked for.
+/// Polling interval.
 const LOOK: Duration = Duration::from_millis(100);
 
 pub(super) fn speed(bench: &mut Bench<'_>) -> Result<Measured, Failed> {

@@ -1,35 +1,35 @@
-//! What counts as a failure of the robot: what led to it is worth a file.
+//! Failure detection for the black box.
 
 use std::collections::{BTreeMap, BTreeSet};
 
 use message::{Process, Roster};
 
-/// Something that failed.
+/// A failure.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) struct Failed {
-    /// A word for the name of a file.
+    /// The word for the dump's file name.
     pub(crate) word: String,
-    /// What happened, for people.
+    /// Description for the operator.
     pub(crate) what: String,
 }
 
-/// Tells what is new of a robot's troubles. What it sees first is no news.
+/// Detects new failures. The first reading is the baseline and reports none.
 #[derive(Debug, Default)]
 pub(crate) struct Failures {
     lives: BTreeMap<Process, u64>,
-    /// Joints that were quarantined at any time: one that comes and goes is told of once.
+    /// Joints that have ever been quarantined: each is reported once.
     quarantined: BTreeSet<u32>,
     is_stopped: Option<bool>,
 }
 
 impl Failures {
-    /// Looks at the lives of the processes: a further life is one that ended otherwise than it should.
+    /// Compares the incarnations of the processes. A higher one means that the process died unexpectedly.
     pub(crate) fn of_processes(&mut self, roster: &Roster) -> Vec<Failed> {
         let is_first = self.lives.is_empty();
         let mut failed = Vec::new();
         for &process in Process::ALL {
             let Some(life) = roster.incarnation(process) else { continue };
-            // Whoever was not there yet begins with his first life.
+            // A process that was absent before is expected to be in its first incarnation.
             let known = self.lives.insert(process, life).unwrap_or(if is_first { life } else { 1 });
             if life > known {
                 let what = format!("{process} died, and its life {life} began");
@@ -39,7 +39,7 @@ impl Failures {
         failed
     }
 
-    /// Looks at the joints that no servo answers for.
+    /// Reports newly quarantined joints.
     pub(crate) fn of_joints(&mut self, quarantined: &[u32], names: &[String]) -> Vec<Failed> {
         let new: Vec<u32> =
             quarantined.iter().copied().filter(|joint| self.quarantined.insert(*joint)).collect();
@@ -55,7 +55,7 @@ impl Failures {
         vec![Failed { word: "quarantine".to_owned(), what }]
     }
 
-    /// Looks at the emergency stop.
+    /// Reports that the emergency stop was raised.
     pub(crate) fn of_emergency(&mut self, is_raised: bool) -> Vec<Failed> {
         let was = self.is_stopped.replace(is_raised);
         if !is_raised || was != Some(false) {

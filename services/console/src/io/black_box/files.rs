@@ -4,24 +4,24 @@ use std::path::PathBuf;
 
 use folder::{Folder, FolderError};
 
-/// How their names begin; a number, and words of what failed follow.
+/// Prefix of a dump's file name; a number and the failure words follow.
 const PREFIX: &str = "black_box_";
-/// The word of one that somebody asked for.
+/// The word in the name of a requested dump.
 pub(super) const ASKED: &str = "asked";
-/// The extension of one that is whole, and of one that is being written.
+/// Extensions of a complete dump and of one being written.
 pub(super) const FINISHED: &str = ".mcap";
 pub(super) const UNFINISHED: &str = ".unfinished";
 
-/// The files that a black box has written, in one folder. Their numbers grow from the oldest to the newest.
+/// The dumps in one folder. Their numbers increase from the oldest to the newest.
 #[derive(Clone, Debug)]
 pub(super) struct Files {
     pub(super) folder: PathBuf,
-    /// So many of failures, and as many of those that somebody asked for.
+    /// Maximum number of failure dumps, and of requested dumps.
     pub(super) most: usize,
 }
 
 impl Files {
-    /// Their folder, which is made where it is not there. What was begun in it by a process that was killed is removed.
+    /// Opens the folder, creating it if missing. Removes incomplete files left by a killed process.
     pub(super) fn open(&self) -> Result<Folder, FolderError> {
         let folder = Folder::make_all(&self.folder)?;
         for name in self.names().unwrap_or_default() {
@@ -32,14 +32,13 @@ impl Files {
         Ok(folder)
     }
 
-    /// The name of the next one, without its extension.
+    /// The next file name, without extension.
     pub(super) fn next(&self, word: &str) -> io::Result<String> {
         let number = self.all()?.last().map_or(1, |(number, _)| number + 1);
         Ok(format!("{PREFIX}{number:04}_{word}"))
     }
 
-    /// Removes the oldest, until there are no more than there may be: who asks takes nothing away that led to
-    /// a failure, and a robot that fails again and again nothing that somebody asked for.
+    /// Removes the oldest surplus dumps. Failure dumps and requested dumps have separate quotas.
     pub(super) fn thin_out(&self, folder: &Folder) -> io::Result<()> {
         let is_asked = |(_, name): &(u64, String)| {
             let stem = name.strip_suffix(FINISHED).and_then(|name| name.rsplit_once('_'));
@@ -53,7 +52,7 @@ impl Files {
         Ok(())
     }
 
-    /// From the oldest to the newest.
+    /// All dumps, from the oldest to the newest.
     fn all(&self) -> io::Result<Vec<(u64, String)>> {
         let names = self.names()?.into_iter();
         let mut all: Vec<_> = names.filter_map(|name| Some((number(&name)?, name))).collect();
@@ -96,7 +95,7 @@ mod tests {
         assert!(!begun.exists());
         assert!(!first.exists() && second.exists() && third.exists() && theirs.exists());
         assert_eq!(files.next("x").unwrap(), "black_box_0004_x");
-        // Who asks takes away what was asked for before.
+        // A new requested dump evicts only older requested ones.
         let [fourth, fifth, sixth] = [ASKED; 3].map(written);
         assert!(second.exists() && third.exists() && !fourth.exists() && fifth.exists() && sixth.exists());
         let seventh = written("quarantine");

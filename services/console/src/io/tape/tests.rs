@@ -5,14 +5,14 @@ use tokio::sync::mpsc::{self, Receiver as Answers};
 
 use super::*;
 
-/// Patience of these tests with a loaded machine.
+/// Time-out of these tests, generous for a loaded machine.
 const LONG: Duration = Duration::from_secs(60);
 const NOW: Instant = Instant::EPOCH;
 
-/// A disk that does what it is told, when it is told.
+/// A mock disk: each message completes one operation.
 type Disk = crossbeam::channel::Sender<Result<(), String>>;
 
-/// A recording on such a disk.
+/// A recording on the mock disk.
 struct Slow(Receiver<Result<(), String>>);
 
 impl Recording for Slow {
@@ -29,7 +29,7 @@ impl Recording for Slow {
     }
 }
 
-/// A tape over a disk that has room for two words.
+/// A tape on a mock disk that buffers two results.
 fn tape(folder: &Path) -> (Tape, Disk) {
     let (disk, told) = bounded::<Result<(), String>>(2);
     let start = move |output: &Output| {
@@ -46,7 +46,7 @@ fn asked(tape: &mut Tape, on: bool) -> Answers<String> {
     answers
 }
 
-/// The answer, which is there after some steps.
+/// Steps the tape until the answer has arrived.
 fn answered(tape: &mut Tape, answers: &mut Answers<String>) -> Value {
     let end = clock::now() + LONG;
     loop {
@@ -69,16 +69,16 @@ fn nobody_waits_for_a_disk_but_who_asked() {
     let folder = tempfile::tempdir().unwrap();
     let (mut tape, disk) = tape(folder.path());
     let [mut begun, mut joined, mut ended] = [true, true, false].map(|on| asked(&mut tape, on));
-    // The disk says nothing: the loop goes on.
+    // The disk is blocked: the loop continues.
     assert!(tape.step(NOW));
     assert!(!tape.step(NOW) && !is_on(&tape));
     assert!(begun.try_recv().is_err());
     disk.send(Ok(())).unwrap();
     let file = folder.path().join("recordings/recording_1.mcap").display().to_string();
     assert_eq!(answered(&mut tape, &mut begun)["file"], file);
-    // Pressed by two people, it is one recording.
+    // Two start requests share one recording.
     assert_eq!(answered(&mut tape, &mut joined)["file"], file);
-    // It ends no sooner than all of it is written.
+    // The recording ends only after all data is written.
     tape.step(NOW);
     assert!(ended.try_recv().is_err() && !is_on(&tape));
     disk.send(Ok(())).unwrap();
@@ -87,7 +87,7 @@ fn nobody_waits_for_a_disk_but_who_asked() {
     assert_eq!(answered_none(&mut tape), Value::Null);
 }
 
-/// What who ends nothing is answered.
+/// The answer to a stop request without a recording.
 fn answered_none(tape: &mut Tape) -> Value {
     let mut answers = asked(tape, false);
     answered(tape, &mut answers)["file"].clone()
@@ -101,7 +101,7 @@ fn what_cannot_begin_leaves_no_file() {
     disk.send(Err("no space left on device".to_owned())).unwrap();
     assert_eq!(answered(&mut tape, &mut answers)["error"], "no space left on device");
     assert_eq!(fs::read_dir(folder.path().join("recordings")).unwrap().count(), 0);
-    // And the next one is tried.
+    // The next request is tried nevertheless.
     let mut answers = asked(&mut tape, true);
     disk.send(Ok(())).unwrap();
     assert_eq!(answered(&mut tape, &mut answers)["ok"], true);

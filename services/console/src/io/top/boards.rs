@@ -1,4 +1,4 @@
-//! The boards of a robot's processes, read without touching who wrote them.
+//! Reads the health boards of a robot's processes without affecting them.
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -10,8 +10,7 @@ use transport::{
     SourcesReader,
 };
 
-/// Reads the boards of one domain. What is not there yet, or not any more, is looked for anew each
-/// time.
+/// Reads the health boards of one domain. A missing board is looked for again at each read.
 pub struct Boards {
     roster: RosterReader,
     health: BTreeMap<Process, Option<(u64, HealthReader)>>,
@@ -23,11 +22,11 @@ pub struct Boards {
 }
 
 impl Boards {
-    /// Finds the supervisor's board.
+    /// Opens the supervisor's board.
     ///
     /// # Errors
     ///
-    /// It is not there: the robot starts, stops, or is dead.
+    /// The board does not exist: the robot is starting, stopping or dead.
     pub fn open(node: &Node) -> Result<Self, PortError> {
         Ok(Self {
             roster: RosterReader::open(node, Process::Supervisor, 1)?,
@@ -40,7 +39,7 @@ impl Boards {
         })
     }
 
-    /// What stands on the boards now. Tasks, the store and the names of joints are not on any board.
+    /// Reads all boards. Tasks, the memory file and joint names are on no board and stay empty.
     pub fn read(&mut self, node: &Node) -> Readings {
         let roster = self.roster.read();
         let mut readings = Readings { read_at_ns: clock::now().as_nanos(), ..Readings::default() };
@@ -76,8 +75,8 @@ impl Boards {
         readings
     }
 
-    /// How a life fares, by its board. One that has not put up its board runs as little as one that is dead: both are
-    /// told, so that who cannot come back is not missing among those that are asked whether they run.
+    /// The health of an incarnation. A process that has published no board is reported as down, like a dead one.
+    /// A process that cannot restart therefore stays in the list.
     fn health(&mut self, node: &Node, process: Process, life: u64) -> Health {
         let mut health = Health::default();
         if let Some(reader) =
@@ -93,14 +92,14 @@ impl Boards {
     }
 }
 
-/// Whether no process bears this number any more. Where processes are not shown, nobody is gone.
+/// Whether no process has this number. Always `false` where `/proc` is not mounted.
 fn is_gone(pid: u32) -> bool {
     let processes = Path::new("/proc");
     let folder: PathBuf = processes.join(pid.to_string());
     processes.join("self").exists() && !folder.exists()
 }
 
-/// The board of a life, opened anew where that kept is of another one.
+/// The board of an incarnation. Reopens it if the cached one belongs to another incarnation.
 fn current<B>(
     kept: &mut Option<(u64, B)>,
     life: u64,
@@ -136,7 +135,7 @@ mod tests {
         let mut ended = Command::new("true").spawn().unwrap();
         let dead = ended.id();
         ended.wait().unwrap();
-        // The belief process's third life has no board.
+        // The third incarnation of the belief process has no board.
         let written = [(Process::Motor, 1, std::process::id()), (Process::Sensor, 2, dead)];
         let _boards = written.map(|(process, life, pid)| {
             let mut health = Health::default();

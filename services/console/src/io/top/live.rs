@@ -1,4 +1,4 @@
-//! The terminal: draws the screen every second and after every key.
+//! The live view: redraws the screen every second and after every key.
 
 use std::io;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -11,16 +11,16 @@ use super::Top;
 use crate::view::draw::draw;
 use crate::view::screen::{Key, Screen};
 
-/// How often it looks.
+/// Polling interval.
 const EVERY: Duration = Duration::from_secs(1);
 
-/// Shows the live table until somebody quits, or the terminal is gone. The terminal is as it was before, afterwards.
+/// Shows the live table until the user quits or the terminal closes. Restores the terminal afterwards.
 pub(super) fn show(top: &mut Top) -> io::Result<()> {
     let stop = process::stop_flag().map_err(io::Error::other)?;
     let mut terminal = ratatui::try_init()?;
     let outcome = watch(top, &mut terminal, &stop);
     let restored = ratatui::try_restore();
-    // One that hung up takes nothing any more.
+    // After a hang-up the terminal accepts no output, so errors do not matter.
     if stop.load(Ordering::Relaxed) { Ok(()) } else { outcome.and(restored) }
 }
 
@@ -33,7 +33,7 @@ fn watch(top: &mut Top, terminal: &mut DefaultTerminal, stop: &AtomicBool) -> io
             let (readings, rows) = top.look();
             screen.see(readings, rows);
             screen.is_there = top.is_there();
-            // A second that has passed is skipped, never made up.
+            // Skip missed seconds instead of catching up.
             next = (next + EVERY).max(now);
         }
         terminal.draw(|frame| draw(frame, &screen))?;

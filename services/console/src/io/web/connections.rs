@@ -1,4 +1,4 @@
-//! Browsers' connections: how many there are, how long each may ask, and which one makes way for a new one.
+//! HTTP connections: their number, their time-outs, and the eviction of old ones.
 
 mod table;
 
@@ -19,14 +19,15 @@ use tokio::time::{sleep, timeout};
 use super::{Patience, Shared};
 pub(super) use table::{Class, Connection, Table};
 
-/// How long nothing is accepted where the system has no room for another connection.
+/// Pause after a failed accept, for example when file descriptors are exhausted.
 const NO_ROOM: Duration = Duration::from_millis(100);
-/// The most memory for what was read of a connection. Longer heads are refused (431).
+/// Size of the read buffer of a connection. Longer request heads are refused (431).
 const HEAD_MAX: usize = 16 << 10;
-/// The most header fields of a request.
+/// Maximum number of header fields of a request.
 const FIELDS_MAX: usize = 64;
 
-/// Serves every connection, for as long as it is polled. A connection is accepted at once, however many there are.
+/// Accepts and serves connections for as long as it is polled. At a limit an old connection is evicted; accepting
+/// pauses until that one has reached its minimum age.
 pub(super) async fn serve(listener: TcpListener, routes: Router, shared: Arc<Shared>) {
     let table = Arc::clone(&shared.connections);
     loop {
@@ -40,7 +41,7 @@ pub(super) async fn serve(listener: TcpListener, routes: Router, shared: Arc<Sha
                 let served = tokio::spawn(answer(stream, routes, patience, Arc::clone(&connection)));
                 connection.ends_with(served.abort_handle());
             }
-            // The connection has ended before it was accepted.
+            // The client closed the connection before it was accepted.
             Err(error) if error.kind() == io::ErrorKind::ConnectionAborted => {}
             Err(error) => {
                 tracing::debug!(%error, "no connection is accepted for a moment");
@@ -50,7 +51,7 @@ pub(super) async fn serve(listener: TcpListener, routes: Router, shared: Arc<Sha
     }
 }
 
-/// Answers what is asked on a connection until it ends, becomes a page's, has lasted long enough, or makes way.
+/// Serves one connection until it ends, is upgraded to a WebSocket, reaches its time-out, or is evicted.
 pub(super) async fn answer(
     stream: impl AsyncRead + AsyncWrite + Send + Unpin + 'static,
     routes: TowerToHyperService<Router>,
@@ -67,7 +68,7 @@ pub(super) async fn answer(
     });
     let served = http.serve_connection(TokioIo::new(stream), service).with_upgrades();
     let mut served = pin!(served);
-    // What became of it is the browser's own affair.
+    // Errors of a connection concern only the browser.
     if timeout(patience.connection, served.as_mut()).await.is_err() {
         served.as_mut().graceful_shutdown();
         let _ended = timeout(patience.send, served).await;

@@ -1,4 +1,4 @@
-//! Where the pages found the server, kept for the console's next life and for the next robot's.
+//! Persists the server's port and token for the console's next incarnation and for the next robot.
 
 use std::fs;
 use std::io::{self, Read as _};
@@ -12,12 +12,12 @@ use super::Token;
 
 /// The file in the domain's folder.
 const FILE: &str = "page";
-/// What of a file's mode lets every other user in.
+/// Mode bits that give access to all other users.
 const OTHERS: u32 = 0o007;
-/// Longer than what is kept. No more is read of a file.
+/// Maximum number of bytes read of a file; more than is ever written.
 const LENGTH_MAX: u64 = 256;
 
-/// The port that the server listened at, and the token of its pages.
+/// The port and token of the server.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Door {
     pub(crate) port: Option<u16>,
@@ -25,14 +25,14 @@ pub(crate) struct Door {
 }
 
 impl Door {
-    /// What an earlier life left in the domain, or an earlier robot in its state directory; nothing where they
-    /// left nothing that can be read.
+    /// Reads what an earlier incarnation left in the domain, or an earlier robot in its state directory. Missing or
+    /// unreadable values are `None`.
     pub(crate) fn read(domain: &Path, state: Option<&Path>) -> Self {
         let text = Folder::open(domain).ok().and_then(|folder| text(&folder, FILE)).unwrap_or_default();
         let mut words = text.split_whitespace();
         let port = words.next().and_then(|port| port.parse().ok());
         let of_life = words.next().and_then(Token::read);
-        // The domain goes with its robot, and an open page would never be let in again.
+        // The domain is removed with its robot; without the stored token an open page would be refused for ever.
         let of_robot = || {
             let (folder, name) = token_file(state?).ok()?;
             Token::read(text_of_token(&folder, &name)?.trim())
@@ -40,7 +40,7 @@ impl Door {
         Self { port, token: of_life.or_else(of_robot) }
     }
 
-    /// Leaves it for the next life, and the token for the next robot; nobody else may read it.
+    /// Writes both for the next incarnation, and the token for the next robot. Only this user may read the files.
     pub(crate) fn leave(&self, domain: &Path, state: Option<&Path>) -> io::Result<()> {
         let token = self.token.as_ref().map_or("", Token::as_str);
         let text = format!("{} {token}\n", self.port.unwrap_or(0));
@@ -52,7 +52,7 @@ impl Door {
                 if text_of_token(&folder, &name).is_some_and(|known| known.trim() == token) {
                     return Ok(());
                 }
-                // One that others may read is made anew.
+                // Replace a file that others could read.
                 let _was_there = folder.remove(&name);
                 folder.replace(&name, format!("{token}\n").as_bytes())
             }
@@ -61,7 +61,7 @@ impl Door {
     }
 }
 
-/// The folder of the token's file, and its name. The state directory may be a link: it lies where this user wants it.
+/// The folder and the name of the token file. The user may have made the state directory a symbolic link.
 fn token_file(state: &Path) -> io::Result<(Folder, String)> {
     let path = state::page_token(&state.canonicalize()?);
     let (Some(folder), Some(name)) = (path.parent(), path.file_name()) else {
@@ -70,7 +70,7 @@ fn token_file(state: &Path) -> io::Result<(Folder, String)> {
     Ok((Folder::open(folder)?, name.to_string_lossy().into_owned()))
 }
 
-/// The text of a token's file that other users cannot read. A token that they can read is no secret.
+/// The text of a token file. `None` if other users can read it, because such a token is no secret.
 fn text_of_token(folder: &Folder, name: &str) -> Option<String> {
     let mode = folder.read(name).and_then(|file| file.metadata()).ok()?.permissions().mode();
     if mode & OTHERS == 0 { text(folder, name) } else { None }
@@ -109,7 +109,7 @@ mod tests {
         let file = state::page_token(state);
         let next = tempfile::tempdir().unwrap();
         let set = |mode| fs::set_permissions(&file, fs::Permissions::from_mode(mode)).unwrap();
-        // The group is this user's choice.
+        // Access by the group is the user's choice.
         set(0o640);
         assert!(Door::read(next.path(), Some(state)).token.is_some());
         set(0o604);
@@ -130,7 +130,7 @@ mod tests {
     fn the_next_robot_finds_the_token_and_not_the_port() {
         let [domain, next, folder] = [(); 3].map(|()| tempfile::tempdir().unwrap());
         let state = folder.path().join("leo");
-        // Where nobody needs a token there is none to keep.
+        // Without a token, nothing is stored.
         Door { port: Some(7781), token: None }.leave(domain.path(), Some(&state)).unwrap();
         assert!(!state.exists());
         let token = Token::new().unwrap();

@@ -1,4 +1,4 @@
-//! The page's server without a network: what a browser says goes in as bytes. For tests and the fuzz target.
+//! The page's server without a network, for tests and the fuzz target: takes a browser's input as bytes.
 
 use std::net::{IpAddr, Ipv4Addr};
 use std::path::PathBuf;
@@ -15,46 +15,46 @@ use super::guard::Lock;
 use super::stop::Stop;
 use super::{Asked, Patience, Shared, Token, connections, routes};
 
-/// The token of the page that is fed.
+/// The token of the test server.
 const TOKEN: &str = "00112233445566778899aabbccddeeff";
-/// What is shown to those alone who have the token.
+/// Content that requires the token.
 const SECRET: &str = "what needs the token";
-/// What a connection is answered, more than all of the page.
+/// Maximum size of an answer; more than the whole page.
 const ANSWER_MAX: u64 = 1 << 20;
-/// A connection that says nothing more is shut within this time, which passes as soon as nothing else is to be done.
+/// An idle connection must be closed within this time. The paused clock advances it at once.
 const WITHIN: Duration = Duration::from_secs(120);
-/// The head that opens the WebSocket of a page.
+/// The request head that opens a page's WebSocket.
 const UPGRADE: &str = "GET /live HTTP/1.1\r\nHost: 127.0.0.1:7780\r\nConnection: Upgrade\r\nUpgrade: websocket\r\n\
                        Sec-WebSocket-Version: 13\r\nSec-WebSocket-Key: dGhlIHNhbXBsZSBub25jZQ==\r\n";
 
-/// The page's server, which a script is played to.
+/// A test server that scripts are played to.
 pub struct FedPage {
     runtime: tokio::runtime::Runtime,
     shared: Arc<Shared>,
     wishes: Receiver<Asked>,
 }
 
-/// What came of a script.
+/// The result of a script.
 #[derive(Debug)]
 pub struct Fed {
-    /// What was answered.
+    /// The bytes of the answer.
     pub answer: Vec<u8>,
-    /// How much was wished of the robot.
+    /// Number of requests passed to the robot.
     pub wishes: usize,
 }
 
 impl FedPage {
-    /// A server of a robot that has something to hide.
+    /// A server whose content requires the token.
     ///
     /// # Errors
     ///
-    /// The system has no more events to wait for.
+    /// The async runtime cannot be created.
     pub fn new() -> std::io::Result<Self> {
         let token = Token::read(TOKEN).ok_or(std::io::ErrorKind::InvalidInput)?;
         let lock = Lock { token, port: 7780, open: ReadWithoutToken::Nothing };
-        // No motor process is here: a stop stops nothing.
+        // There is no motor process, so a stop has no effect.
         let stop = Stop::new(PathBuf::new(), false);
-        // A page that says nothing more is shut soon.
+        // A short heartbeat closes silent pages soon.
         let patience = Patience { beat: Duration::from_millis(50), ..Patience::default() };
         let (shared, wishes) = Shared::new(SECRET.to_owned(), 1, lock, stop, patience);
         shared.set_metrics(SECRET.to_owned());
@@ -64,11 +64,11 @@ impl FedPage {
         Ok(Self { runtime, shared, wishes })
     }
 
-    /// Plays a script to the server: its first byte says as what, the others are said.
+    /// Plays a script: its first byte selects the kind of connection, the others are sent on it.
     ///
     /// # Panics
     ///
-    /// Something was shown or done without the token, or a connection is not shut.
+    /// Content was shown or a request executed without the token, or a connection was not closed.
     pub fn play(&self, script: &[u8]) -> Fed {
         let (kind, rest) = script.split_first().map_or((0, script), |(kind, rest)| (kind % 4, rest));
         let known = format!("{UPGRADE}Authorization: Bearer {TOKEN}\r\n\r\n");
@@ -94,7 +94,7 @@ impl FedPage {
         fed
     }
 
-    /// Says something on a connection, and nothing more after it.
+    /// Sends bytes on a connection, and nothing after them.
     fn feed(&self, bytes: &[u8]) -> Fed {
         let shared = &self.shared;
         let answer = self.runtime.block_on(async {
@@ -106,7 +106,7 @@ impl FedPage {
             let mut answer = Vec::new();
             let talk = async {
                 let says = async {
-                    // The server may shut the connection before all is said.
+                    // The server may close the connection before all is sent.
                     let _said = writes.write_all(bytes).await;
                 };
                 let hears = async {
@@ -123,7 +123,7 @@ impl FedPage {
     }
 }
 
-/// A text as a message of a page.
+/// A text as a WebSocket frame of a client.
 fn frame(text: &[u8]) -> Vec<u8> {
     let length = text.len();
     let head = match (u8::try_from(length), u16::try_from(length)) {
@@ -131,7 +131,7 @@ fn frame(text: &[u8]) -> Vec<u8> {
         (_, Ok(medium)) => [&[0x81, 0x80 | 126][..], &medium.to_be_bytes()].concat(),
         _ => [&[0x81, 0x80 | 127][..], &u64::try_from(length).unwrap_or(u64::MAX).to_be_bytes()].concat(),
     };
-    // Masked with nothing.
+    // A masking key of zero.
     [&head, &[0; 4][..], text].concat()
 }
 
@@ -156,7 +156,7 @@ mod tests {
         assert!(said(&upgraded).starts_with("HTTP/1.1 401"), "{upgraded:?}");
         let wished = page.play(b"\x03{\"do\":\"undo\",\"id\":5}\n{\"do\":\"arm\",\"id\":6}\nno message");
         assert!(said(&wished).starts_with("HTTP/1.1 101"), "{wished:?}");
-        // What the hand of the page held goes back to where it was.
+        // The third request releases what the page's hand holds.
         assert_eq!(wished.wishes, 3, "{wished:?}");
         let frames = page.play(&[2, 0x81, 0x80 | 2, 0, 0, 0, 0, b'{', b'}']);
         assert!(said(&frames).contains("missing field"), "{frames:?}");

@@ -1,4 +1,4 @@
-//! Who may look and command, and from where.
+//! Access control of the page: tokens, hosts and origins.
 
 use std::net::IpAddr;
 use std::sync::Arc;
@@ -17,10 +17,10 @@ use super::{Shared, notice};
 
 /// Random bytes of a token.
 const BYTES: usize = 16;
-/// Where the emergency stop is raised, by everybody.
+/// The path that raises the emergency stop; needs no token.
 pub(super) const STOP: &str = "/stop";
 
-/// What a person or program has to know to command the robot: 128 random bits, written as hexadecimal digits.
+/// The secret required to command the robot: 128 random bits as hexadecimal digits.
 #[derive(Clone)]
 pub(crate) struct Token(String);
 
@@ -31,7 +31,7 @@ impl Token {
         Ok(Self(bytes.iter().map(|byte| format!("{byte:02x}")).collect()))
     }
 
-    /// A token that was written down; `None` for what is none.
+    /// Parses a stored token; `None` if malformed.
     pub(crate) fn read(text: &str) -> Option<Self> {
         let is_token = text.len() == 2 * BYTES && text.bytes().all(|byte| byte.is_ascii_hexdigit());
         is_token.then(|| Self(text.to_owned()))
@@ -41,7 +41,7 @@ impl Token {
         &self.0
     }
 
-    /// Takes the same time wherever the first difference is.
+    /// Constant-time comparison.
     fn is(&self, said: &str) -> bool {
         self.0.as_bytes().ct_eq(said.as_bytes()).into()
     }
@@ -53,12 +53,12 @@ impl fmt::Debug for Token {
     }
 }
 
-/// What a request may do.
+/// The permission of a request.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Access {
-    /// All that the page can do.
+    /// Everything that the page can do.
     Command,
-    /// See what is shown, and raise the emergency stop.
+    /// Watch, and raise the emergency stop.
     Read,
 }
 
@@ -104,7 +104,7 @@ impl Refusal {
     }
 }
 
-/// Lets every request pass that may, with what it may do.
+/// Middleware: passes permitted requests on with their [`Access`] and refuses all others.
 pub(super) async fn guard(State(shared): State<Arc<Shared>>, mut request: Request, next: Next) -> Response {
     let asks = Asks { method: request.method(), headers: request.headers(), uri: request.uri() };
     let judged = asks.access(&shared.lock);
@@ -129,18 +129,18 @@ pub(super) async fn guard(State(shared): State<Arc<Shared>>, mut request: Reques
         Err(why) => {
             shared.counts.refused.fetch_add(1, Ordering::Relaxed);
             let mut refused = notice::answer(asks.headers, why.status(), why.heading(), why.words());
-            // Its place is free again at once.
+            // Close the connection, so that its slot is free at once.
             refused.headers_mut().insert(header::CONNECTION, header::HeaderValue::from_static("close"));
             refused
         }
     }
 }
 
-/// What has to be known to get in, and what is open without.
+/// The token, and what is accessible without it.
 #[derive(Debug)]
 pub(crate) struct Lock {
     pub(crate) token: Token,
-    /// The port of the server. Browsers give one cookie to all ports of a host.
+    /// The port of the server, part of the cookie's name: browsers share cookies between the ports of a host.
     pub(crate) port: u16,
     pub(crate) open: ReadWithoutToken,
 }
@@ -151,7 +151,7 @@ impl Lock {
     }
 }
 
-/// A request, as far as it says what it may do.
+/// The parts of a request that decide on its access.
 struct Asks<'a> {
     method: &'a Method,
     headers: &'a HeaderMap,
@@ -163,7 +163,8 @@ impl Asks<'_> {
         let said = self.token(lock);
         let is_known = said.is_some_and(|said| lock.token.is(said));
         let host = host(self.headers, self.uri).ok_or(Refusal::NoHost)?;
-        // A page of elsewhere whose name was made to point here would be read as ours. It has no token.
+        // DNS rebinding: a foreign site whose name resolves to this machine would count as same-origin.
+        // Such a request has no token.
         if !is_known && !is_own_name(host) {
             return Err(Refusal::OtherHost);
         }
@@ -172,7 +173,7 @@ impl Asks<'_> {
         {
             return Err(Refusal::OtherOrigin);
         }
-        // A page of another port of this host is sent the cookie. Browsers say that it is another origin.
+        // The cookie is also sent by a page on another port of this host; browsers mark such requests as same-site.
         let is_plain = self.method.is_safe() && self.uri.path() != "/live";
         let site = self.headers.get("sec-fetch-site").and_then(|site| site.to_str().ok());
         if !is_plain && matches!(site, Some("cross-site" | "same-site")) {
@@ -182,7 +183,7 @@ impl Asks<'_> {
             return Ok(Access::Command);
         }
         let is_open = match self.uri.path() {
-            // What is answered to who has no token looks like the page.
+            // The notice shown without a token uses the page's style sheet.
             "/page.css" | STOP => true,
             "/metrics" => lock.open != ReadWithoutToken::Nothing,
             "/" | "/page.js" | "/leo.urdf" | "/live" => lock.open == ReadWithoutToken::Page,
@@ -199,7 +200,7 @@ impl Asks<'_> {
         self.uri.path() == STOP && self.method == Method::POST
     }
 
-    /// The token that it names: of its address, its header, or the browser's cookie.
+    /// The token of the request: from the query, the authorization header, or the cookie.
     fn token(&self, lock: &Lock) -> Option<&str> {
         let bearer = || {
             let (scheme, token) = text(self.headers, header::AUTHORIZATION)?.split_once(' ')?;
@@ -220,8 +221,8 @@ impl Asks<'_> {
         pairs.find(|(known, _)| *known == name).map(|(_, value)| value)
     }
 
-    /// Where a browser opens the page by the address with the token: it is told to keep the token and to open the
-    /// address without.
+    /// The response to the address with the token: stores the token in a cookie and redirects to the address
+    /// without it.
     fn entered(&self, lock: &Lock) -> Option<Response> {
         let query = self.uri.query()?;
         self.token_of_address()?;
@@ -237,8 +238,7 @@ impl Asks<'_> {
             (header::CACHE_CONTROL, "no-store".to_owned()),
             (header::REFERRER_POLICY, "no-referrer".to_owned()),
         ];
-        // Where a page of elsewhere led here, a browser that is redirected does not send the cookie; one that is told
-        // to load anew does.
+        // After a cross-site navigation a browser omits the cookie on a redirect, but sends it on a refresh.
         let site = self.headers.get("sec-fetch-site").and_then(|site| site.to_str().ok());
         Some(if site == Some("cross-site") {
             (headers, [("refresh", format!("0; url={clean}"))]).into_response()
@@ -258,20 +258,20 @@ fn host<'a>(headers: &'a HeaderMap, uri: &'a Uri) -> Option<&'a str> {
     named.or_else(|| uri.authority().map(axum::http::uri::Authority::as_str))
 }
 
-/// The headers of a page that answers a request.
+/// The security headers of an HTML response.
 pub(super) fn page_headers(headers: &HeaderMap) -> [(header::HeaderName, String); 3] {
     [
         (header::CONTENT_SECURITY_POLICY, policy(headers, &Uri::from_static("/"))),
         (header::X_CONTENT_TYPE_OPTIONS, "nosniff".to_owned()),
-        // With "no-referrer" a browser would hide the origin of the stop button.
+        // With "no-referrer" a browser would send no origin with the stop button's POST.
         (header::REFERRER_POLICY, "same-origin".to_owned()),
     ]
 }
 
-/// What a page may load and reach that was asked for as a request says, which may pass: this server alone.
+/// The content security policy: the page may load from and connect to this server only.
 fn policy(headers: &HeaderMap, uri: &Uri) -> String {
-    // Not every browser takes a WebSocket of its own server for a part of 'self'. What else could stand in
-    // a header is no host, and would be read as something of its own.
+    // Some browsers do not count a WebSocket of the same server as 'self'. Host characters are checked so that a
+    // forged Host header cannot inject directives.
     let is_host =
         |host: &&str| host.bytes().all(|byte| byte.is_ascii_alphanumeric() || b".-_:[]".contains(&byte));
     let live = host(headers, uri).filter(|host| !host.is_empty()).filter(is_host);
@@ -282,7 +282,7 @@ fn policy(headers: &HeaderMap, uri: &Uri) -> String {
     )
 }
 
-/// Whether a host is a name that no stranger can make point here: a number, or a name of this machine or network.
+/// Whether a host cannot be a DNS name under foreign control: an IP address or a local name.
 fn is_own_name(host: &str) -> bool {
     let name = if host.ends_with(']') { host } else { host.rsplit_once(':').map_or(host, |(name, _)| name) };
     let name = name.trim_start_matches('[').trim_end_matches(']');

@@ -1,4 +1,4 @@
-//! One page: what it says, and what it is shown.
+//! The WebSocket session of one page.
 
 use std::convert::Infallible;
 use std::sync::Arc;
@@ -20,29 +20,29 @@ use super::{Access, Asked, PAGES_MOST, Place, READERS_MAX, Shared};
 use crate::requests::{Malformed, Wish, number, parse};
 use crate::sheet::Sheet;
 
-/// The largest message of a page, in bytes.
+/// Maximum size of a page's message, in bytes.
 const MESSAGE_MOST: usize = 4096;
-/// What a page without the token is answered.
+/// The answer to a command of a page without the token.
 const READ_ONLY: &str =
     "this page may look and stop the robot, and nothing else: open the whole address that `leo run` prints";
-/// What a page is shown, it is shown this often at most.
+/// Minimum interval between two state updates of a page.
 const SHOWS: Duration = Duration::from_millis(33);
-/// Beats that a page may leave unanswered, one after the other.
+/// Maximum number of consecutive unanswered pings.
 const UNANSWERED_MOST: u32 = 6;
-/// Answers that wait while something is on its way to a page; further ones are lost.
+/// Size of the answer queue of a page; further answers are dropped.
 const ANSWERS: usize = 128;
 
-/// How long pages are waited for.
+/// Time-outs of the pages and connections.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Patience {
-    /// It is asked this often whether a page is there, which its browser answers; and a page hears this
-    /// often that Leo is.
+    /// Interval of the pings, which the browser answers, and of the heartbeat that tells the page that the server
+    /// is alive.
     pub(crate) beat: Duration,
-    /// A page that takes longer for what is sent to it does not read, and is shut.
+    /// Send time-out: a page that does not read is closed.
     pub(crate) send: Duration,
-    /// A connection on which the head of a request takes longer than this is shut, and one that is not used for so long.
+    /// Time-out of a request head, and of an idle keep-alive connection.
     pub(crate) question: Duration,
-    /// A connection on which files are asked for ends after so long; browsers open another one.
+    /// Maximum lifetime of an HTTP connection; browsers open another one.
     pub(crate) connection: Duration,
 }
 
@@ -57,12 +57,12 @@ impl Default for Patience {
     }
 }
 
-/// Why a page is no longer served.
+/// Why a session ends.
 #[derive(Debug)]
 enum End {
-    /// It has left, or does not answer or read.
+    /// The page closed, or does not answer or read.
     Left,
-    /// It said what it may not, and is told so as it is shut: a code of the protocol, and the reason.
+    /// A protocol violation; the close frame contains a WebSocket close code and the reason.
     Shut(u16, String),
 }
 
@@ -72,7 +72,7 @@ pub(super) async fn live(
     Extension(access): Extension<Access>,
     upgrade: WebSocketUpgrade,
 ) -> Response {
-    // It is taken before anybody else asks, and free again wherever the page ends.
+    // The slot is taken before the next request is handled, and is freed whenever the session ends.
     let Some(place) = Place::take(&shared, access) else {
         let (most, which) = match access {
             Access::Command => (PAGES_MOST, ""),
@@ -90,7 +90,7 @@ pub(super) async fn live(
             shared,
             socket,
             access,
-            // Hands are told apart as long as fewer pages than this are open, which is so.
+            // Hand numbers are unique because fewer than 65535 pages are open at once.
             hand: u16::try_from(number % u64::from(u16::MAX)).unwrap_or(0),
             version: 0,
             answer,
@@ -107,13 +107,13 @@ struct Page<'a> {
     socket: WebSocket,
     access: Access,
     hand: u16,
-    /// The version of the sheet that it was shown.
+    /// The version of the state that the page has.
     version: u64,
     answer: mpsc::Sender<String>,
     pace: Pace,
-    /// Beats since anything was heard.
+    /// Pings since the last message of the page.
     unanswered: u32,
-    /// Whether nothing was sent since the last beat.
+    /// Whether nothing was sent since the last ping.
     is_quiet: bool,
 }
 
@@ -125,12 +125,12 @@ impl Page<'_> {
         }
         if let End::Shut(code, reason) = end {
             let close = Message::Close(Some(CloseFrame { code, reason: reason.into() }));
-            // Whether it is heard is its own affair.
+            // A failed close frame does not matter.
             let _told = self.send(close).await;
         }
     }
 
-    /// What its hand holds goes back to where it was.
+    /// Cancels the act of the page's hand: what it holds goes back.
     fn let_go(&self) {
         let cancel = TeacherAct::new(TeacherActKind::Cancel, self.shared.first);
         self.shared.ask_last(Asked {
@@ -144,7 +144,7 @@ impl Page<'_> {
     async fn talk(&mut self, mut answers: mpsc::Receiver<String>) -> Result<Infallible, End> {
         let mut shows = interval(SHOWS);
         shows.set_missed_tick_behavior(MissedTickBehavior::Delay);
-        // The first thing that a page hears is what there is.
+        // The first message is the full state, so the first heartbeat comes one interval later.
         let beat = self.shared.patience.beat;
         let mut beats = interval(beat);
         beats.reset();
@@ -156,8 +156,7 @@ impl Page<'_> {
                 _ = shows.tick() => self.shown(),
                 _ = beats.tick() => self.beat().await?,
             };
-            // A page that reads slowly slows this task down, and nobody else: meanwhile what it is
-            // shown next grows no longer, only newer.
+            // A slow reader delays only this task. Updates are deltas to the newest state, so no backlog builds up.
             if let Some(said) = said {
                 self.is_quiet = false;
                 self.send(Message::text(said)).await?;
@@ -165,7 +164,7 @@ impl Page<'_> {
         }
     }
 
-    /// Sends something to a page that reads.
+    /// Sends a message, with a time-out.
     async fn send(&mut self, message: Message) -> Result<(), End> {
         match timeout(self.shared.patience.send, self.socket.send(message)).await {
             Ok(Ok(())) => Ok(()),
@@ -173,7 +172,7 @@ impl Page<'_> {
         }
     }
 
-    /// Asks whether the page is there. One that was sent nothing else is told that Leo is.
+    /// Pings the page. If nothing else was sent since the last ping, also returns a heartbeat message.
     async fn beat(&mut self) -> Result<Option<String>, End> {
         if self.unanswered >= UNANSWERED_MOST {
             return Err(End::Left);
@@ -191,7 +190,7 @@ impl Page<'_> {
         message
     }
 
-    /// What is answered at once, if anything.
+    /// Handles a message and returns the immediate answer, if any.
     fn hear(&mut self, message: Option<Result<Message, axum::Error>>) -> Result<Option<String>, End> {
         let message = match message {
             Some(Ok(message)) => message,
@@ -236,7 +235,7 @@ impl Page<'_> {
         }
     }
 
-    /// What becomes of a page whose messages cannot be read any further.
+    /// Maps a WebSocket error to the end of the session.
     fn broken(&self, error: axum::Error) -> End {
         use tungstenite::error::ProtocolError::ResetWithoutClosingHandshake;
         let Ok(error) = error.into_inner().downcast::<tungstenite::Error>() else { return End::Left };

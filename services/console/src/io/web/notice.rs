@@ -1,4 +1,4 @@
-//! What is answered instead of the page: in words, and with the button that stops the robot.
+//! The page shown instead of the real one: an explanation, and the emergency stop button.
 
 use axum::http::{HeaderMap, StatusCode, header};
 use axum::response::{Html, IntoResponse as _, Response};
@@ -7,7 +7,7 @@ use super::guard;
 
 const NOTICE: &str = include_str!("../../../page/notice.html");
 
-/// Answers with a page where one is asked for, and with plain text otherwise.
+/// Responds with HTML if the client accepts it, otherwise with plain text.
 pub(super) fn answer(headers: &HeaderMap, status: StatusCode, heading: &str, words: &str) -> Response {
     let accepted = headers.get(header::ACCEPT).and_then(|value| value.to_str().ok());
     let mut response = if accepted.is_some_and(|accepted| accepted.contains("text/html")) {

@@ -1,27 +1,27 @@
-//! How much a page may say.
+//! Rate limit of a page's messages.
 
 use clock::{Duration, Instant};
 
-/// Messages of a page that are taken within a second.
+/// Maximum number of messages accepted from a page per second.
 pub(super) const SECOND_MOST: u32 = 60;
-/// A page that says more within a second is shut.
+/// A page that sends more messages per second than this is closed.
 const FLOOD: u32 = 10 * SECOND_MOST;
 
-/// What becomes of a message for the number of those before it.
+/// The verdict on a message.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Taken {
-    /// It is heard.
+    /// It is processed.
     Heard,
     /// It is answered with an error.
     TooMany,
-    /// Nobody who means well says so much.
+    /// The page is closed.
     Flood,
 }
 
-/// Counts what a page says, of whatever kind.
+/// Counts the messages of a page.
 #[derive(Debug, Default)]
 pub(super) struct Pace {
-    /// When the present second began, and what was heard in it.
+    /// Start of the current second, and the number of messages since.
     second: Instant,
     heard: u32,
 }

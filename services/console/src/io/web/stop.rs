@@ -1,4 +1,4 @@
-//! The emergency stop: everybody who reaches the page may raise it, and nobody may release it here.
+//! The emergency stop: any client may raise it; it cannot be released here.
 
 use std::path::PathBuf;
 use std::sync::Arc;
@@ -13,18 +13,18 @@ use tokio::sync::Mutex;
 use super::connections::Connection;
 use super::{Shared, notice};
 
-/// What is said where nothing was stopped.
+/// The advice when nothing could be stopped.
 const ELSE: &str =
     "use `leo emergency-stop` on the robot's machine, its emergency stop button, or cut the power";
 
-/// The robot that is stopped.
+/// The robot to be stopped.
 #[derive(Debug)]
 pub(crate) struct Stop {
     /// The robot's domain.
     domain: PathBuf,
     /// Whether the motor process runs on this machine.
     is_here: bool,
-    /// One at a time: a flood of them costs no more than one.
+    /// Serialises stop requests, so that a flood costs no more than one.
     turn: Mutex<()>,
 }
 
@@ -33,7 +33,7 @@ impl Stop {
         Self { domain, is_here, turn: Mutex::new(()) }
     }
 
-    /// Raises the stop: by signal first, which needs no file. What to say of it, or what is wrong.
+    /// Raises the stop, first by a signal, which needs no file. Returns the message for the operator, or the error.
     fn raise(&self, why: &str) -> Result<String, String> {
         if !self.is_here {
             return Err(format!("NOT STOPPED: the motor process runs on another machine: {ELSE}"));
@@ -60,7 +60,7 @@ pub(super) async fn stop(
     headers: HeaderMap,
 ) -> Response {
     let why = format!("the page's stop button, pressed at {}", connection.address());
-    // Once it is asked for it is done, also where the connection ends meanwhile.
+    // Run in a task of its own: it completes even if the connection ends meanwhile.
     let raised = tokio::spawn(async move {
         let _turn = shared.stop.turn.lock().await;
         let on = Arc::clone(&shared);

@@ -11,10 +11,9 @@ use tungstenite::{Message, WebSocket};
 
 use super::*;
 
-/// Patience of these tests with a loaded machine.
+/// Time-out of these tests, generous for a loaded machine.
 const LONG: Duration = Duration::from_secs(60);
-/// Nobody is asked whether he is there, and everybody is waited for: far longer than a test waits, or one
-/// patience could end what a test says that another one ends.
+/// Time-outs far beyond a test's duration, so that each test triggers only the one that it is about.
 const ENDLESS: Patience = Patience { beat: HOUR, send: HOUR, question: HOUR, connection: HOUR };
 const HOUR: Duration = Duration::from_secs(3600);
 
@@ -45,7 +44,7 @@ fn host(web: &Web) -> String {
     parts(web).0
 }
 
-/// A request with further lines of its head.
+/// A request with additional header lines.
 fn request(web: &Web, line: &str, more: &str) -> String {
     format!("{line} HTTP/1.1\r\nHost: {}\r\nConnection: close\r\n{more}\r\n", host(web))
 }
@@ -55,7 +54,7 @@ fn known(web: &Web, line: &str) -> String {
     request(web, line, &format!("Authorization: Bearer {}\r\n", parts(web).1))
 }
 
-/// All that is answered to a request.
+/// The whole response to a request.
 fn got(web: &Web, request: &str) -> String {
     let mut stream = TcpStream::connect(host(web)).unwrap();
     stream.write_all(request.as_bytes()).unwrap();
@@ -74,7 +73,7 @@ fn opened_as(host: &str, query: &str) -> Result<WebSocket<TcpStream>, String> {
     tungstenite::client(request, stream).map(|(socket, _)| socket).map_err(|error| error.to_string())
 }
 
-/// The next text that a page hears.
+/// The next text message of a page.
 fn heard(page: &mut WebSocket<TcpStream>) -> Value {
     loop {
         if let Message::Text(text) = page.read().unwrap() {
@@ -83,7 +82,7 @@ fn heard(page: &mut WebSocket<TcpStream>) -> Value {
     }
 }
 
-/// What a page is told as it is shut.
+/// The close frame of a page.
 fn farewell(page: &mut WebSocket<TcpStream>) -> (CloseCode, String) {
     loop {
         if let Message::Close(close) = page.read().unwrap() {
@@ -93,7 +92,7 @@ fn farewell(page: &mut WebSocket<TcpStream>) -> (CloseCode, String) {
     }
 }
 
-/// The page that has let go of what it held.
+/// The page that cancelled its act.
 fn let_go(web: &Web) -> u16 {
     let asked = web.wishes.recv_timeout(LONG).expect("somebody lets go");
     let Wish::Act(act) = asked.wish else { panic!("an act") };
@@ -101,7 +100,7 @@ fn let_go(web: &Web) -> u16 {
     asked.page
 }
 
-/// Returns once so many pages are open.
+/// Returns once `count` pages are open.
 fn await_open(web: &Web, count: u64) {
     let end = clock::now() + LONG;
     while web.open() != count {
@@ -109,12 +108,12 @@ fn await_open(web: &Web, count: u64) {
     }
 }
 
-/// What is answered on a connection until it is shut.
+/// The response on a connection until it is closed.
 fn answered(mut stream: TcpStream) -> String {
     let mut said = Vec::new();
     stream.set_read_timeout(Some(LONG)).unwrap();
     match stream.read_to_end(&mut said) {
-        // Whoever has not said all that he began to say is shut with a reset.
+        // The server resets a connection whose request was not read completely.
         Err(error) if error.kind() == io::ErrorKind::ConnectionReset => {}
         read => drop(read.expect("it is shut")),
     }
@@ -125,7 +124,7 @@ fn answered(mut stream: TcpStream) -> String {
 fn where_it_is_served_at_every_address_one_that_can_be_opened_is_said() {
     for (every, said) in [("0.0.0.0:0", "http://127.0.0.1:"), ("[::]:0", "http://[::1]:")] {
         let served = Web::serve(Serving { address: every.parse().unwrap(), ..serving(ENDLESS) });
-        // Not every machine speaks both.
+        // Not every machine supports both IP versions.
         let Ok(web) = served else { continue };
         assert!(web.everywhere && web.url.starts_with(said) && web.url.contains("/?token="), "{}", web.url);
         TcpStream::connect(host(&web)).unwrap();
@@ -169,7 +168,7 @@ fn nothing_is_served_without_the_token_on_any_address_and_each_refusal_is_counte
             }
             let said = match path {
                 "/live" => "HTTP/1.1 101",
-                // To the address without the token.
+                // Redirected to the address without the token.
                 "/" => "HTTP/1.1 303",
                 _ => "HTTP/1.1 200",
             };
@@ -191,7 +190,7 @@ fn a_browser_is_given_the_token_as_a_cookie_and_sent_to_the_address_without_it()
     for said in [cookie.as_str(), "location: /?a=b&c=d\r\n", "cache-control: no-store\r\n"] {
         assert!(entered.contains(said), "{said}: {entered}");
     }
-    // A browser that a page of elsewhere led here sends no cookie where it is redirected.
+    // After a cross-site navigation a browser sends no cookie on a redirect.
     let entered =
         got(&web, &request(&web, &format!("GET /?token={token}"), "Sec-Fetch-Site: cross-site\r\n"));
     assert!(entered.starts_with("HTTP/1.1 200") && entered.contains("refresh: 0; url=/\r\n"), "{entered}");
@@ -260,7 +259,7 @@ fn a_page_without_the_token_reads_where_that_is_open_and_commands_nothing() {
         assert!(answer["error"].as_str().unwrap().contains("`leo run` prints"), "{answer}");
     }
     assert!(web.wishes.is_empty());
-    // They leave places for those with the token.
+    // Read-only pages leave slots for those with the token.
     let readers: Vec<_> = (1..READERS_MAX).map(|_| opened_as(&host, "").unwrap()).collect();
     assert!(opened_as(&host, "").unwrap_err().contains("503"));
     let page = opened(&web);
@@ -269,20 +268,20 @@ fn a_page_without_the_token_reads_where_that_is_open_and_commands_nothing() {
     drop((opened_as(&host, "").unwrap(), page));
 }
 
-/// A connection from an address that begins a request and does not end it, and is opened anew whenever it is shut.
+/// A connection with an incomplete request, reopened whenever it is closed.
 async fn half_open(to: SocketAddr, from: [u8; 4]) {
     loop {
         let socket = TcpSocket::new_v4().unwrap();
         socket.bind(SocketAddr::from((from, 0))).unwrap();
         let Ok(mut stream) = socket.connect(to).await else { continue };
         if stream.write_all(b"GET /metrics HTTP/1.1\r\nHo").await.is_ok() {
-            // It is shut where nothing more comes.
+            // Returns when the server closes it.
             let _shut = stream.read(&mut [0; 64]).await;
         }
     }
 }
 
-/// Half-open connections from addresses, as long as it is held.
+/// Half-open connections from the addresses, until the runtime is dropped.
 fn flood(to: &str, from: impl Iterator<Item = [u8; 4]>) -> tokio::runtime::Runtime {
     let to = to.parse().unwrap();
     let flood = tokio::runtime::Builder::new_multi_thread().worker_threads(1).enable_all().build().unwrap();
@@ -294,14 +293,14 @@ fn flood(to: &str, from: impl Iterator<Item = [u8; 4]>) -> tokio::runtime::Runti
 
 #[test]
 fn a_request_is_answered_within_a_second_beside_250_half_open_connections_of_its_address_and_200_others() {
-    // 250 shut everybody out where all addresses shared the places. 600 are more than one address has.
+    // 250 exhausted the slots when all addresses shared them; 600 exceeds the limit of one address.
     for flooding in [250, 600] {
         let domain = tempfile::tempdir().unwrap();
         let domain = domain.path().to_owned();
         let web = Web::serve(Serving { domain, ..serving(Patience::default()) }).unwrap();
         let others = (0..200).map(|last| [127, 0, 1, last]);
         let flood = flood(&host(&web), std::iter::repeat_n([127, 0, 0, 1], flooding).chain(others));
-        // All of them were shut, and opened anew.
+        // Wait until each was closed and reopened.
         let end = clock::now() + LONG;
         while web.shared.connections.entered() < 2 * (u64::try_from(flooding).unwrap() + 200) {
             assert!(clock::now() < end, "the flood does not come about");
@@ -368,7 +367,7 @@ fn a_connection_ends_after_a_while_whatever_it_asks_and_a_page_of_its_own_does_n
     write!(asks, "GET /leo.urdf?token={token} HTTP/1.1\r\nHost: {host}\r\n\r\n").unwrap();
     let said = answered(asks);
     assert!(said.ends_with("<robot/>") && said.starts_with("HTTP/1.1 200"), "{said}");
-    // The page was there before.
+    // The page was open before.
     page.send(Message::text("no message")).unwrap();
     while heard(&mut page).get("error").is_none() {}
     assert_eq!(web.open(), 1);
@@ -377,7 +376,7 @@ fn a_connection_ends_after_a_while_whatever_it_asks_and_a_page_of_its_own_does_n
 #[test]
 fn a_page_that_answers_no_beat_is_shut_and_lets_go_and_one_that_does_stays() {
     let web = served(Patience { beat: Duration::from_millis(200), ..ENDLESS });
-    // A machine that has lost its network says nothing any more, and does not shut its end.
+    // A machine without network goes silent and does not close its end.
     let silent = opened(&web);
     let mut there = opened(&web);
     let end = clock::now() + LONG;
@@ -396,7 +395,7 @@ fn a_page_that_answers_no_beat_is_shut_and_lets_go_and_one_that_does_stays() {
 #[test]
 fn a_page_that_does_not_read_is_shut_and_lets_go() {
     let web = served(Patience { send: Duration::from_millis(100), ..ENDLESS });
-    // More than the system takes in on the way.
+    // More than the socket buffers hold.
     web.shared.sheet().put("large", &"a".repeat(32 << 20));
     let page = opened(&web);
     let_go(&web);
@@ -430,7 +429,7 @@ fn what_a_page_holds_is_let_go_however_much_the_loop_has_to_do() {
     };
     while web.shared.ask(wish()) {}
     drop(page);
-    // It has gone while the loop was busy.
+    // The page closed while the loop was busy.
     await_open(&web, 0);
     for _ in 0..WISHES {
         assert_eq!(web.wishes.recv_timeout(LONG).unwrap().page, 9);
@@ -485,12 +484,12 @@ fn a_message_that_is_too_long_is_counted_and_its_page_told_why_it_is_shut() {
 fn what_is_no_message_is_counted_and_its_page_told_so() {
     let web = served(ENDLESS);
     let mut page = opened(&web);
-    // A text frame that is none: masked with nothing, and no UTF-8.
+    // A text frame that is not UTF-8, with a masking key of zero.
     page.get_mut().write_all(&[0x81, 0x81, 0, 0, 0, 0, 0xff]).unwrap();
     assert_eq!(farewell(&mut page).0, CloseCode::Invalid);
     assert_eq!(web.refused(), 1);
     let mut page = opened(&web);
-    // An operation that there is not.
+    // An unknown opcode.
     page.get_mut().write_all(&[0x83, 0x80, 0, 0, 0, 0]).unwrap();
     assert_eq!(farewell(&mut page).0, CloseCode::Protocol);
     assert_eq!(web.refused(), 2);
@@ -527,7 +526,7 @@ fn a_message_too_many_is_answered_by_its_number_and_not_heard() {
     let mut answers = std::iter::repeat_with(|| heard(&mut page)).filter(|said| said.get("answer").is_some());
     let refused = answers.next().unwrap();
     assert!(refused["error"].as_str().unwrap().contains("more than 60 messages"), "{refused}");
-    // The robot has no say in it: what is taken waits for its loop.
+    // The page is rate-limited although the loop has not processed any request.
     assert!(refused["answer"].as_u64().unwrap() >= 60, "{refused}");
     assert!(web.wishes.try_iter().all(|asked| asked.id != refused["answer"].as_u64()));
 }

@@ -36,7 +36,7 @@ fn readings() -> Readings {
     }
 }
 
-/// What stands on a terminal of 80 columns after some keys.
+/// The screen on a terminal of 80 columns after some keys.
 fn shown(screen: &mut Screen, keys: &[Key]) -> Vec<String> {
     for key in keys {
         assert!(screen.press(*key));

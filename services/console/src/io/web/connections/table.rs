@@ -1,4 +1,4 @@
-//! The connections that there are. Pure.
+//! The table of open connections and its eviction policy. No I/O.
 
 use core::net::{IpAddr, Ipv6Addr};
 use std::collections::BTreeMap;
@@ -7,25 +7,25 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use clock::{Duration, Instant};
 use tokio::task::AbortHandle;
 
-/// No connection makes way before it is this old. So long a browser on a busy machine has for the head of its request; and
-/// a flood opens no more connections than this allows, so that those that wait to be accepted are few.
+/// Minimum age of an evicted connection. It gives a slow browser time for its request head. It also bounds the rate
+/// at which a flood opens connections, so that the accept queue stays short.
 const MIN_AGE: Duration = Duration::from_millis(100);
-/// The bits of an IPv6 address that name a network: one machine has all addresses of it.
+/// Prefix length of an IPv6 network: one machine owns all addresses of a /64.
 const NETWORK_BITS: u32 = 64;
 
-/// What a connection was used for so far. Each class has connections of its own: none of another class makes way for it.
+/// The use of a connection so far. Each class has its own limits and is evicted separately.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub(crate) enum Class {
-    /// No request with the token came yet.
+    /// No request with the token yet.
     Unknown,
-    /// A request came that raises the emergency stop.
+    /// A request that raises the emergency stop.
     Stopping,
-    /// A request with the token came.
+    /// A request with the token.
     Authorised,
 }
 
 impl Class {
-    /// The most connections of this class, and of one address among them.
+    /// Maximum number of connections of this class: in total, and per address.
     const fn max(self) -> (usize, usize) {
         match self {
             Self::Unknown => (512, 256),
@@ -43,9 +43,9 @@ pub(crate) struct Table(Mutex<Entries>);
 struct Entries {
     last: u64,
     made_way: u64,
-    /// The class of every connection, and its address.
+    /// Class and address of every connection.
     places: BTreeMap<u64, (Class, IpAddr)>,
-    /// The connections of an address, in the order in which they came.
+    /// Connections per class and address, in order of arrival.
     by_address: BTreeMap<(Class, IpAddr), BTreeMap<u64, Entry>>,
     counts: BTreeMap<Class, usize>,
 }
@@ -56,7 +56,7 @@ struct Entry {
     served: Option<AbortHandle>,
 }
 
-/// The entry of one connection; it is removed with this.
+/// The handle of a connection; dropping it removes the entry.
 #[derive(Debug)]
 pub(crate) struct Connection {
     table: Arc<Table>,
@@ -69,7 +69,7 @@ impl Table {
         self.0.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// How long a new connection of an address waits until another one may make way for it; `None` where it need not.
+    /// How long a new connection of an address must wait until one is old enough to be evicted; `None` if it need not.
     pub(super) fn wait_for_room(&self, address: IpAddr, now: Instant) -> Option<Duration> {
         let entries = self.entries();
         let address = entries.to_make_way(Class::Unknown, network(address))?;
@@ -78,8 +78,8 @@ impl Table {
         (age < MIN_AGE).then(|| MIN_AGE - age)
     }
 
-    /// Enters a new connection. Where its address has as many as it may have, the oldest of them makes way; else, where
-    /// there are as many as there may be, the oldest of the address that has most.
+    /// Adds a connection. If its address is at its limit, evicts the oldest of that address. Otherwise, if the class is
+    /// full, evicts the oldest of the address with the most connections.
     pub(crate) fn enter(self: &Arc<Self>, address: IpAddr, now: Instant) -> Arc<Connection> {
         let mut entries = self.entries();
         let address = network(address);
@@ -90,13 +90,13 @@ impl Table {
         Arc::new(Connection { table: Arc::clone(self), number, address })
     }
 
-    /// Connections that came so far.
+    /// Number of connections so far.
     #[cfg(test)]
     pub(crate) fn entered(&self) -> u64 {
         self.entries().last
     }
 
-    /// Connections that had to make way.
+    /// Number of evicted connections.
     pub(crate) fn made_way(&self) -> u64 {
         self.entries().made_way
     }
@@ -126,7 +126,7 @@ impl Entries {
         self.by_address.get_mut(self.places.get(&number)?)?.get_mut(&number)
     }
 
-    /// The address whose oldest connection makes way for a further one of a class and an address, if one has to.
+    /// The address whose oldest connection must be evicted for a further one of this class and address, if any.
     fn to_make_way(&self, class: Class, address: IpAddr) -> Option<IpAddr> {
         let (max, max_of_address) = class.max();
         if self.by_address.get(&(class, address)).is_some_and(|some| some.len() >= max_of_address) {
@@ -152,7 +152,7 @@ impl Entries {
 }
 
 impl Connection {
-    /// The task that serves it, which is ended where it makes way.
+    /// Sets the task that serves the connection; eviction aborts it.
     pub(super) fn ends_with(&self, served: AbortHandle) {
         match self.table.entries().get_mut(self.number) {
             Some(entry) => entry.served = Some(served),
@@ -160,22 +160,22 @@ impl Connection {
         }
     }
 
-    /// From now on it is read.
+    /// Marks the time from which the connection is served.
     pub(super) fn begins(&self, now: Instant) {
         if let Some(entry) = self.table.entries().get_mut(self.number) {
             entry.since = now;
         }
     }
 
-    /// The address that it comes from; of an IPv6 address its network.
+    /// The peer's address; for IPv6 its network.
     pub(crate) fn address(&self) -> IpAddr {
         self.address
     }
 
-    /// Takes note of what it is used for.
+    /// Changes the class of the connection.
     pub(crate) fn is_used_for(&self, class: Class) {
         let mut entries = self.table.entries();
-        // What has the token keeps its class.
+        // A connection that used the token stays authorised.
         if entries
             .places
             .get(&self.number)
@@ -196,7 +196,7 @@ impl Drop for Connection {
     }
 }
 
-/// The network of an address, in which one machine may have every address.
+/// The address, or for IPv6 its network prefix.
 fn network(address: IpAddr) -> IpAddr {
     match address.to_canonical() {
         IpAddr::V4(address) => IpAddr::V4(address),

@@ -4,7 +4,7 @@ fn lock(open: ReadWithoutToken) -> Lock {
     Lock { token: Token::new().unwrap(), port: 7780, open }
 }
 
-/// What a request with further header fields may do.
+/// The access of a request with additional header fields.
 fn asked(
     lock: &Lock,
     method: &Method,
