@@ -32,8 +32,8 @@ pub struct Side<'a> {
 ///    two beliefs differ in position.
 /// 2. *Likeness.* A belief without such a pair is paired if D without positions is below the threshold. The
 ///    two must not have been observable together: one began after the other was last perceived, or both began
-///    before the first comparison. If both were perceived within 500 ms, D with positions decides instead,
-///    because a thing that the robot also touches is perceived later by the robot.
+///    before the first comparison. Or both were perceived within 500 ms and D with positions is below the
+///    threshold too: a thing that the robot also touches is perceived later by the robot.
 ///
 /// Pairs are one to one, the closest first: by D under the first rule, by distance and then D under the
 /// second. Ties go to the lowest identities. A newer common observation replaces an older pair.
