@@ -22,8 +22,8 @@ const INCOMPLETE_MOST: usize = 4;
 /// Incarnation of a frame's writer, and the frame's sequence number.
 pub(crate) type Place = (u64, u64);
 
-/// Frames to be sent: the newest of most streams, the newest complete set of the streams that belong
-/// together, and every frame of reliable streams until it is acknowledged.
+/// Frames to be sent: the newest of most streams, and the newest complete set of the streams that belong
+/// together. Frames of reliable streams are kept until they are acknowledged.
 #[derive(Debug)]
 pub(crate) struct Outbox {
     newest: BTreeMap<Stream, Arc<[u8]>>,

@@ -171,8 +171,8 @@ impl Body {
     ///
     /// # Errors
     ///
-    /// [`BodyError`] if the text is no URDF, its movable joints are not those of `names`, or its links are
-    /// not one tree with two arms and two eyes.
+    /// [`BodyError`] if the text is no URDF, or its movable joints are not those of `names`. Also if its
+    /// links are not one tree with two arms and two eyes.
     pub fn from_urdf(text: &str, names: &[&str]) -> Result<Self, BodyError> {
         let robot = urdf_rs::read_from_string(text).map_err(|source| BodyError::Urdf { source })?;
         let moves = |joint: &&urdf_rs::Joint| joint.joint_type != urdf_rs::JointType::Fixed;

@@ -32,8 +32,8 @@ pub struct Side<'a> {
 ///    two beliefs differ in position.
 /// 2. *Likeness.* A belief without such a pair is paired if D without positions is below the threshold. The
 ///    two must not have been observable together: one began after the other was last perceived, or both began
-///    before the first comparison. Or both were perceived within 500 ms and D with positions is below the
-///    threshold too: a thing that the robot also touches is perceived later by the robot.
+///    before the first comparison. Or both were perceived within 500 ms, and D with positions is below the
+///    threshold too. The robot perceives a thing that it also touches later.
 ///
 /// Pairs are one to one, the closest first: by D under the first rule, by distance and then D under the
 /// second. Ties go to the lowest identities. A newer common observation replaces an older pair.
@@ -89,8 +89,8 @@ impl Divergence {
         }
     }
 
-    /// Compares both sides at one instant and returns the differences: first those of the beliefs in `one`,
-    /// in the order of identities, then the beliefs that only `other` has.
+    /// Compares both sides at one instant and returns the differences. Those of the beliefs in `one` come
+    /// first, in the order of identities; then the beliefs that only `other` has.
     pub fn compare(&mut self, one: Side<'_>, other: Side<'_>) -> &[Difference] {
         let at_ns = one.head.header.valid_at_ns.min(other.head.header.valid_at_ns);
         let began_at_ns = *self.began_at_ns.get_or_insert(at_ns);

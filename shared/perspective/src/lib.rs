@@ -19,7 +19,7 @@
 //! 0.25, 0.05) m, is (−1.0, 0.25, −0.5) m from the eyes. That is tan⁻¹(0.559 / 1.0) = 29° off the line of
 //! sight, within the cone of 60°: V = 1. The second, at (1.25, 1.0, 0.05) m, is tan⁻¹(1.118 / 0.25) = 77°
 //! off: V = 0. The third, at (0.25, −0.5, 0.05) m, is 29° off too, but the ray passes (0.75, −0.3, 0.25) m,
-//! inside a wall: V = 0. So O' has one observation, and P(x, y, z) = (1.5 − x, −y, z) maps it to (1.0, −0.25,
+//! inside a wall: V = 0. So O' has one observation. P(x, y, z) = (1.5 − x, −y, z) maps it to (1.0, −0.25,
 //! 0.05) m: on the robot's left and on the partner's right.
 //!
 //! ```

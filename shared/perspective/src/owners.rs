@@ -263,8 +263,8 @@ impl Owners {
 
     /// Two clusters by single linkage: the minimum spanning tree, cut at its longest link.
     ///
-    /// They are territories only if the gap is wide relative to the links within them, each has at least two
-    /// things, and each is nearest to a different agent.
+    /// They are territories only if three conditions hold. The gap is wide relative to the links within them;
+    /// each has at least two things; each is nearest to a different agent.
     fn by_territory(&mut self, agents: &(impl Iterator<Item = (u16, Position<Base>)> + Clone)) {
         self.owners.extend(self.claims.iter().map(|_| NOBODY));
         if !self.tree.is_parted(self.config.gap_ratio.get()) {

@@ -19,9 +19,9 @@ pub fn place_of_thing(observation: &Observation) -> Option<(Pose<Base, Thing>, [
 /// Only the pose changes. Other indexical content (left, near, mine) is not part of an observation: it is
 /// perceived again in the new frame.
 ///
-/// Example: the partner stands at x = 1.5 m facing the robot, so P(x, y, z) = (1.5 − x, −y, z) and every
+/// Example: the partner stands at x = 1.5 m facing the robot. So P(x, y, z) = (1.5 − x, −y, z), and every
 /// heading changes by half a turn. A thing at (0.5, 0.25, 0.05) m, turned by a quarter to the left, maps to
-/// (1.0, −0.25, 0.05) m: on the partner's right, turned by a quarter to the right.
+/// (1.0, −0.25, 0.05) m. That is on the partner's right, turned by a quarter to the right.
 ///
 /// ```
 /// use config::percepts::Percepts;

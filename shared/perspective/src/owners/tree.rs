@@ -144,8 +144,8 @@ impl Gap {
 
     /// Whether the cut is unchanged after no thing moved by more than `moved_m`.
     ///
-    /// No distance, and so no link in the order of lengths, changes by more than twice that: things joined by
-    /// links up to some length are joined by links of that much more.
+    /// No distance changes by more than twice that. So the sorted link lengths change by no more either:
+    /// things joined by links up to some length stay joined by links of that much more.
     fn stays(&self, ratio: f64, moved_m: f64) -> bool {
         let by_m = 2.0 * moved_m + ROUNDING * self.longest_m;
         if self.is_wide(ratio) {
