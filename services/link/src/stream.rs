@@ -6,7 +6,7 @@ use message::{
 /// A topic that a link carries. The order is the publishing order of frames received at once.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum Stream {
-    /// Measured joint states.
+    /// Joint states.
     JointStates,
     /// Ground truth of the simulated workspace.
     Scene,

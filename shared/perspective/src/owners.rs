@@ -18,6 +18,7 @@ use tree::Tree;
 /// steps after a thing came or went. Updates of different perspectives fall into different steps, and an
 /// update of many things spans several steps. The full comparison runs only if things moved far enough that
 /// the territories could change. With more than 256 things, all are shared. Allocates only in `new`.
+///
 /// ```
 /// use geometry::Position;
 /// use perspective::{Claim, Owners};
@@ -25,7 +26,7 @@ use tree::Tree;
 /// let mut config = config::perspective::Perspective::builtin().resource;
 /// config.by = config::perspective::Owning::Territory;
 /// let mut owners = Owners::new(&config, 16);
-/// Two things in front of the robot, two in front of a partner on the other side of the table.
+/// // Two things in front of the robot, two in front of a partner on the other side of the table.
 /// let places = [(0.35, 0.1), (0.40, 0.2), (1.0, 0.1), (1.05, 0.2)];
 /// let claims = (1..).zip(places).map(|(id, (x, y))| Claim {
 ///     id,
