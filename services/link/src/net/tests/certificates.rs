@@ -85,7 +85,7 @@ fn sign(folder: &Path, name: &str, extensions: &str, days: &str) {
     }
 }
 
-/// Creates all certificates of the tests in one folder; skips with a message if openssl is missing.
+/// The keys of everybody who is shown, in one folder; `None`, with a word why, where openssl is not there.
 pub(in crate::net) fn everybody_or_skip() -> Option<TempDir> {
     if let Err(error) = Command::new("openssl").arg("version").output() {
         assert!(std::env::var_os("LEO_READERS_REQUIRED").is_none(), "openssl: {error}");
