@@ -14,8 +14,7 @@ use crate::{Side, alone, free_port, keys_or_skip};
 /// Maximum memory growth of the link process in kB: by first packets, and by handshakes.
 const MAX_GROWTH_BY_PACKETS_KB: u64 = 16 * 1024;
 const MAX_GROWTH_KB: u64 = 32 * 1024;
-/// Maximum of unverified connections per address, and of all connections
-/// (services/link/src/net/handshakes.rs).
+/// Connections of one address whose certificate is not verified, and all connections (services/link/src/io/net/handshakes.rs).
 const MAX_PER_ADDRESS: u64 = 32;
 const MAX_CONNECTIONS: u64 = 256;
 
