@@ -1,9 +1,11 @@
-//! What a busy machine costs the servo buses: how long their requests take, which answers come too late and which
-//! buses are given up, with nothing else to do, and with threads all around that wake each other, as those of a
-//! browser or a compiler do; there with `supervisor.keep_serial_lines_prompt` and without it, in turns in one run.
+//! Benchmark of the servo buses on a busy machine: durations of the bus exchanges, missing replies, and buses
+//! that were given up.
 //!
-//! `cargo bench --bench busy [-- SECONDS [ROUNDS]]`: so long per turn, and so many rounds of three turns; ten and
-//! three without.
+//! Compares an idle machine with one full of threads that wake each other, as those of a browser or a
+//! compiler do. The busy machine is measured with and without `supervisor.keep_serial_lines_prompt`, in turn.
+//!
+//! `cargo bench --bench busy [-- SECONDS [ROUNDS]]`: seconds per turn and rounds of three turns (default 10
+//! and 3).
 #![expect(
     clippy::expect_used,
     clippy::print_stdout,
@@ -29,12 +31,12 @@ use robot::{Robot, pause, wait_until};
 use rustix::process::Signal;
 use transport::Domain;
 
-/// Groups of threads, and in each so many that write a message to each of as many that read.
+/// Groups of threads; in each, every writer sends messages to every reader.
 const GROUPS: usize = 8;
 const MEMBERS: usize = 20;
 const MESSAGE: [u8; 100] = [0; 100];
 
-/// What a turn is like: its name, whether the machine is busy, and whether serial lines are kept prompt.
+/// The turns: name, whether the machine is busy, and whether serial lines are kept prompt.
 const TURNS: [(&str, bool, bool); 3] = [
     ("nothing else to do", false, true),
     ("busy, lines prompt", true, true),
@@ -44,7 +46,7 @@ const TURNS: [(&str, bool, bool); 3] = [
 fn main() {
     let arguments: Vec<u64> = std::env::args().skip(1).filter_map(|argument| argument.parse().ok()).collect();
     let seconds = arguments.first().copied().unwrap_or(10);
-    // A process looks into one domain in its life: each turn has a process of its own.
+    // A process can join one domain only, so each turn has its own process.
     if let Some(turn) = arguments.get(2) {
         return measure(usize::try_from(*turn).expect("a turn"), seconds);
     }
@@ -80,7 +82,7 @@ fn measure(turn: usize, seconds: u64) {
     assert!(came.is_some(), "it does not start: {}", robot.said());
     let mut top = Top::open(Some(Domain::at(domain).expect("a domain")), About::default()).expect("a robot");
     let mut look = || top.look().0.buses;
-    // Its servos are brought up, and the first questions are over.
+    // By then the servos are armed and the initial requests are done.
     pause(Duration::from_secs(5));
     let load = is_busy.then(Load::new);
     let before = look();
@@ -106,7 +108,7 @@ fn measure(turn: usize, seconds: u64) {
     assert!(robot.end(Signal::INT), "it does not end in order: {}", robot.said());
 }
 
-/// Threads that write to each other, until it is dropped.
+/// Threads that write to each other until dropped.
 struct Load {
     ends: Vec<Arc<UnixStream>>,
     threads: Vec<JoinHandle<()>>,

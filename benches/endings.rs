@@ -1,9 +1,9 @@
-//! Robots that end in every way at random moments, those in which they start included: has any servo torque five seconds
-//! later, without a process that would switch it off? The servos outlive the robots, and are read by a master that is
-//! not Leo.
+//! Ends robots in all ways at random moments, including start-up, and checks their servos' torque. A servo
+//! with torque five seconds later, without a process that would switch it off, is an error. The servos
+//! outlive the robots and are read by another master.
 //!
-//! `cargo bench --bench endings [-- ENDINGS [SEED]]`: 100 of them, by the seed 2006, without. Ends with exit status 1
-//! where a servo has torque.
+//! `cargo bench --bench endings [-- ENDINGS [SEED]]` (default 100 and 2006). The exit status is 1 if a servo
+//! has torque.
 #![expect(
     clippy::expect_used,
     clippy::print_stdout,
@@ -29,17 +29,17 @@ use clock::{Duration, Instant};
 use rig::{OFF_WITHIN, Rig, Terminal, WithTorque, end_of, program, remove_shared_memory, signal, until};
 use rustix::process::Signal;
 
-/// Where memory is limited by groups of processes.
+/// The cgroup in which memory is limited.
 const GROUPS: &str = "/sys/fs/cgroup/memory";
-/// Of this much memory beyond what the robot has, a process that takes it takes the most.
+/// Maximum memory, beyond the free amount, that the hog process takes.
 const HOG_MOST: u64 = 64 << 20;
-/// How much memory is free in the group before that process begins.
+/// Free memory in the cgroup before the hog starts.
 const FREE: u64 = 16 << 20;
 const HOGS_FOR: Duration = Duration::from_secs(1);
-/// The argument by which this program is that process.
+/// The argument that makes this program the hog process.
 const HOG: &str = "hog";
 
-/// How a robot ends.
+/// The way in which a robot ends.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 enum Kind {
     Signal,
@@ -115,19 +115,19 @@ fn main() -> ExitCode {
     if tell(&outcomes) == 0 { ExitCode::SUCCESS } else { ExitCode::FAILURE }
 }
 
-/// What came of an ending.
+/// The result of an ending.
 struct Outcome {
-    /// Servos that had torque five seconds later, while no process was left that would switch it off.
+    /// Servos that had torque five seconds later while no process was left to switch it off.
     with_torque: Vec<WithTorque>,
-    /// When every servo had said that it has none, after the ending.
+    /// Time until all servos had reported torque off.
     off_after: Option<Duration>,
     while_starting: bool,
-    /// Processes that the kernel ended because memory ran out.
+    /// Number of processes that the kernel's OOM killer ended.
     out_of_memory: u64,
     said: String,
 }
 
-/// A line for each kind; how many servos had torque.
+/// Prints a line for each kind; returns the number of servos with torque.
 fn tell(outcomes: &BTreeMap<Kind, Vec<Outcome>>) -> usize {
     let mut wrong = 0;
     for (kind, outcomes) in outcomes {
@@ -169,7 +169,7 @@ fn ending(kind: Kind, chance: &mut Chance) -> Outcome {
         (_, Some(group)) => robot = Some(rig.run_by(group.command())),
         _ => robot = Some(rig.run()),
     }
-    // Every fourth one ends while it starts.
+    // One in four ends during start-up.
     let while_starting = chance.below(4) == 0;
     let supervisor = rig.pid("run");
     if while_starting {
@@ -186,7 +186,7 @@ fn ending(kind: Kind, chance: &mut Chance) -> Outcome {
     let ended_at = end(kind, &rig, supervisor, chance, terminal.as_mut(), group.as_ref()).unwrap_or(began);
     let mut off_after = None;
     let mut with_torque = Vec::new();
-    // A process that would switch it off still may.
+    // A live process may still switch torque off.
     let until_at = ended_at + 3 * OFF_WITHIN;
     while off_after.is_none() && clock::now() < until_at {
         let has_process =
@@ -210,7 +210,7 @@ fn ending(kind: Kind, chance: &mut Chance) -> Outcome {
     }
     let said = rig.said();
     let out_of_memory = group.as_ref().map_or(0, Group::kills);
-    // Its end is looked at; what is left of it goes with the rig.
+    // The end was observed; the rest of the robot is removed with the rig.
     if let Some(&supervisor) = rig.processes().get("run") {
         signal(supervisor, Signal::TERM);
     }
@@ -224,7 +224,7 @@ fn ending(kind: Kind, chance: &mut Chance) -> Outcome {
     Outcome { with_torque, off_after, while_starting, out_of_memory, said }
 }
 
-/// Ends a robot; since when it ends, where that is later than the call.
+/// Ends a robot; returns when the ending began, if later than the call.
 fn end(
     kind: Kind,
     rig: &Rig,
@@ -268,7 +268,7 @@ fn end(
             others.for_each(|(_, pid)| signal(*pid, Signal::KILL));
         }
         Kind::MotorKilledUntilGivenUp => {
-            // It is over when the supervisor has given up, or ends for its sake.
+            // Done when the supervisor has given up or ended.
             let mut killed = 0;
             until(Duration::from_secs(30), || {
                 let motor = rig.processes().get("motor").copied().filter(|&motor| motor != killed);
@@ -295,7 +295,7 @@ fn end(
         }
         Kind::OutOfMemory => {
             group.expect("it runs in one").run_out(FREE + chance.below(HOG_MOST));
-            // What is left of the robot ends.
+            // The rest of the robot is ended.
             kill("simulator");
             signal(supervisor, Signal::TERM);
             return Some(clock::now());
@@ -318,7 +318,7 @@ fn may_limit_memory() -> bool {
     may
 }
 
-/// A group of processes whose memory is limited. Dropping it removes it.
+/// A cgroup with limited memory; removed on drop.
 struct Group(PathBuf);
 
 impl Group {
@@ -328,13 +328,13 @@ impl Group {
         Self(group)
     }
 
-    /// How many of its processes the kernel has ended because memory ran out.
+    /// Number of its processes that the OOM killer ended.
     fn kills(&self) -> u64 {
         let told = fs::read_to_string(self.0.join("memory.oom_control")).unwrap_or_default();
         told.lines().find_map(|line| line.strip_prefix("oom_kill ")?.trim().parse().ok()).unwrap_or(0)
     }
 
-    /// A command that runs what it is told in the group.
+    /// A command that runs its arguments in the cgroup.
     fn command(&self) -> Command {
         let mut command = Command::new("/bin/sh");
         let script = "echo $$ > \"$0/cgroup.procs\"; exec \"$@\"";
@@ -342,8 +342,8 @@ impl Group {
         command
     }
 
-    /// Lets the group have a little more memory than it has, and a process in it take more than that, for a while:
-    /// the kernel ends that one, or others.
+    /// Limits the memory slightly above its current use and runs a process that takes more. The kernel kills
+    /// that process, or others.
     fn run_out(&self, bytes: u64) {
         let used: u64 = fs::read_to_string(self.0.join("memory.usage_in_bytes"))
             .ok()
@@ -371,11 +371,11 @@ impl Drop for Group {
     }
 }
 
-/// A small disk, in memory. Dropping it removes it.
+/// A small disk in memory; unmounted on drop.
 struct Disk<'a>(&'a Path);
 
 impl<'a> Disk<'a> {
-    /// Mounts one on a folder; `None` where this user may not.
+    /// Mounts a disk on a folder; `None` if this user may not.
     fn mount(folder: &'a Path) -> Option<Self> {
         let mut mount = Command::new("mount");
         mount.args(["-t", "tmpfs", "-o", "size=1m", "tmpfs"]).arg(folder).stderr(Stdio::null());
@@ -383,7 +383,7 @@ impl<'a> Disk<'a> {
     }
 
     fn fill(&self) {
-        // One that is full has no room for the name either.
+        // A full disk has no room for the file name either.
         if let Ok(mut file) = fs::File::options().create(true).append(true).open(self.0.join("full")) {
             while file.write_all(&[0; 512]).is_ok() {}
         }
@@ -397,7 +397,7 @@ impl Drop for Disk<'_> {
     }
 }
 
-/// Takes so much memory, and keeps it for a while.
+/// Takes memory and keeps it for a while.
 fn hog(bytes: usize) -> ExitCode {
     let taken = vec![1_u8; bytes];
     pause(HOGS_FOR);

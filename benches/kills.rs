@@ -1,12 +1,13 @@
-//! Random processes of a robot killed at random moments, those in which it starts and its supervisor's own
-//! included, and the robot stopped in order at such moments: is it back every time, and is nothing left over, lost or
-//! moved that should not be?
+//! Kills random processes of a robot at random moments, including start-up and the supervisor itself, and
+//! also stops the robot regularly. Checks that the robot recovers each time, and that nothing is left over,
+//! lost, or moved unexpectedly.
 //!
-//! Now and then the learner, which commands the joints, stands still for seconds: then they come to rest, and stay.
+//! The learner, which commands the joints, is also stopped for seconds at times: then the joints must come to
+//! rest and stay.
 //!
-//! `cargo bench --bench kills [-- KILLS [SEED [LOAD]]]`: 1000 of them, by the seed 2006, beside so many programs that
-//! compute without a pause; none, without. Ends with exit status 1 where something is wrong, and where the robot was
-//! ever back later than after two seconds, or five beside such programs.
+//! `cargo bench --bench kills [-- KILLS [SEED [LOAD]]]` (default 1000, 2006, 0): LOAD is the number of busy
+//! programs that run beside. The exit status is 1 on an error, and if a recovery took longer than two seconds
+//! (five with a load).
 #![expect(
     clippy::expect_used,
     clippy::print_stdout,
@@ -31,22 +32,22 @@ use robot::{
 };
 use rustix::process::{Pid, Signal, kill_process};
 
-/// How long anything may take here before it counts as never.
+/// Time-out after which an event counts as missing.
 const PATIENCE: Duration = Duration::from_secs(60);
-/// What is asked of the robot, and of one on a loaded machine.
+/// Required recovery time, on an idle and on a loaded machine.
 const BACK_WITHIN: [Duration; 2] = [Duration::from_secs(2), Duration::from_secs(5)];
-/// One kill in so many is the supervisor's, and as often the robot is stopped instead.
+/// One kill in this many hits the supervisor; equally often the robot is stopped regularly.
 const SUPERVISOR_EVERY: u64 = 12;
-/// After so many kills the robot is left alone for a while, so that there is something to lose.
+/// Number of kills between pauses, in which the robot can learn something that could be lost.
 const REST_EVERY: u64 = 20;
 const REST: Duration = Duration::from_secs(20);
-/// Files, or descriptors, that may be there for a moment.
+/// Tolerance for files and descriptors that exist for a moment.
 const FEW: usize = 12;
-/// How long the learner stands still: not so long that it is replaced.
+/// How long the learner is stopped: too short to be replaced.
 const STILL: Duration = Duration::from_secs(3);
-/// A joint that is faster than this moves, in radians per second.
+/// Minimum speed that counts as motion, in radians per second.
 const MOVES_RAD_S: f64 = 0.2;
-/// Without goals for this long, every joint has come to rest: the command time-out and the slowing down.
+/// Time without goals after which every joint is at rest: command time-out plus deceleration.
 const AT_REST: Duration = Duration::from_millis(1700);
 
 fn main() -> ExitCode {
@@ -57,7 +58,7 @@ fn main() -> ExitCode {
     let folder = tempfile::tempdir().expect("a folder");
     let text = config::Robot::leo_text_with(&[
         ("supervisor.deaths_most", 1e6),
-        // The wait before a restart is there to spare a machine on which something dies again and again.
+        // A short back-off, since its purpose is to spare a machine with repeated crashes.
         ("supervisor.backoff_most_ms", 100.0),
     ]);
     let text = text.replace("\"127.0.0.1:7780\"", "\"127.0.0.1:0\"");
@@ -74,7 +75,7 @@ fn main() -> ExitCode {
     campaign.end()
 }
 
-/// Programs that compute without a pause. Dropping them ends them.
+/// Busy programs; ended on drop.
 struct Load(Vec<Child>);
 
 impl Load {
@@ -98,20 +99,20 @@ struct Campaign {
     folder: PathBuf,
     robot: Robot,
     recorder: Recording,
-    /// Files in shared memory, and descriptors of the supervisor, of a robot that nobody has killed.
+    /// Files in shared memory and descriptors of the supervisor, before the first kill.
     files: usize,
     descriptors: usize,
-    /// Processes killed since all ran.
+    /// Processes killed since all were running.
     killed: Vec<i32>,
     counts: BTreeMap<String, u64>,
     while_starting: u64,
-    /// How long the robot took to be back, and what had been killed last.
+    /// Recovery times, with the last victim.
     back: Vec<(Duration, String)>,
-    /// What was killed last.
+    /// The last victim.
     last: String,
-    /// Examples of the task that Leo has said it learned.
+    /// Number of examples that Leo acknowledged.
     acknowledged: u64,
-    /// Reports of the joints that were looked at although nobody commanded, and had not for [`AT_REST`].
+    /// Number of joint reports more than [`AT_REST`] after the last goals.
     at_rest: u64,
     wrong: Vec<String>,
 }
@@ -123,7 +124,7 @@ impl Campaign {
         let back = wait_until(PATIENCE, || robot.is_back(&[]));
         assert!(back.is_some(), "it does not start: {}", robot.said());
         let recorder = Recording::begin(&robot, folder);
-        // The recorder, too, has its place there.
+        // The recorder's node counts too.
         pause(Duration::from_secs(3));
         let mut campaign = Self {
             chance: Chance::new(seed),
@@ -153,7 +154,7 @@ impl Campaign {
     }
 
     fn kill(&mut self, number: u64) {
-        // Every third one comes while something of the kill before is still being put right.
+        // One in three hits during the recovery from the last one.
         let is_early = self.chance.below(3) == 0;
         if is_early {
             pause(self.chance.up_to(Duration::from_millis(400)));
@@ -187,7 +188,7 @@ impl Campaign {
         name.clone_into(&mut self.last);
     }
 
-    /// Waits until everybody runs again, if somebody does not.
+    /// Waits until all processes run again after a kill.
     fn await_back(&mut self) {
         if self.killed.is_empty() {
             return;
@@ -203,7 +204,7 @@ impl Campaign {
         self.killed.clear();
     }
 
-    /// Ends the robot by its supervisor, and starts it anew in the same domain.
+    /// Ends the supervisor and starts a new robot in the same domain.
     fn end_robot(&mut self, what: &str, how: Signal) {
         let children = self.robot.processes();
         let is_well = self.robot.end(how);
@@ -225,7 +226,7 @@ impl Campaign {
         let domain = self.robot.domain.clone();
         self.robot = Robot::start(&domain, &self.folder, &[]);
         self.killed = children.into_values().collect();
-        // Now and then the next one dies as it starts.
+        // One in three new robots is hit during start-up.
         if self.chance.below(3) > 0 {
             self.await_back();
         }
@@ -239,7 +240,7 @@ impl Campaign {
         self.recorder = Recording::begin(&self.robot, &self.folder);
     }
 
-    /// Looks at what a robot that has ended has said, moved and kept.
+    /// Checks what an ended robot logged, moved and stored.
     fn look_back(&mut self) {
         self.acknowledged = self.acknowledged.max(said_to_have_learned(&self.robot));
         let said = self.robot.said();
@@ -272,7 +273,7 @@ impl Campaign {
         }
     }
 
-    /// Leaves the joints without their commander.
+    /// Stops the learner, which commands the joints, for a while.
     fn leave_alone(&mut self) {
         let Some(learner) = self.robot.processes().get("learner").copied().and_then(Pid::from_raw) else {
             self.wrong("there is no learner".to_owned());
@@ -310,7 +311,7 @@ impl Campaign {
         self.back.iter().filter(|(time, _)| *time > self.back_within).count()
     }
 
-    /// How long the robot took to be back by what was killed last: the longest time of each.
+    /// The longest recovery time by victim.
     fn longest(&self) -> BTreeMap<&str, Duration> {
         let mut longest: BTreeMap<&str, Duration> = BTreeMap::new();
         for (time, what) in &self.back {
@@ -347,7 +348,7 @@ impl Campaign {
     }
 }
 
-/// The most examples that Leo has said it has of a task.
+/// The highest number of examples of a task in the log.
 fn said_to_have_learned(robot: &Robot) -> u64 {
     let said = robot.said();
     let counts = said.lines().filter_map(|line| {
@@ -357,14 +358,14 @@ fn said_to_have_learned(robot: &Robot) -> u64 {
     counts.max().unwrap_or(0)
 }
 
-/// The examples of the task that are kept, while no robot runs.
+/// The stored number of examples, while no robot runs.
 fn kept(folder: &Path) -> u64 {
     let told = leo(&["tasks", "show", "task 1", "--json"]).env("XDG_STATE_HOME", folder).output();
     let told: serde_json::Value = serde_json::from_slice(&told.expect("runs").stdout).unwrap_or_default();
     told.pointer("/account/tasks/0/examples").and_then(serde_json::Value::as_u64).unwrap_or(0)
 }
 
-/// What the joints did during the life of a supervisor, by `leo record`.
+/// The joints' motion during the life of a supervisor, recorded by `leo record`.
 struct Recording {
     recorder: Child,
     file: PathBuf,
@@ -383,8 +384,8 @@ impl Recording {
         Self { recorder, file }
     }
 
-    /// Waits for its end, which is that of the robot, and looks at what it holds: how many reports of joints
-    /// that nobody commanded, and what is wrong.
+    /// Waits for the end of the recorder with the robot, and checks the recording. Returns the number of
+    /// joint reports without a commander, and the errors.
     fn end(&mut self) -> (u64, Vec<String>) {
         let mut wrong = Vec::new();
         let recorder = &mut self.recorder;
@@ -392,9 +393,9 @@ impl Recording {
             wrong.push("a recorder outlives its robot".to_owned());
             let _dead = recorder.kill().and_then(|()| recorder.wait());
         }
-        // A robot that lived for no time was not recorded.
+        // A robot that ended at once was not recorded.
         let Ok(reader) = Reader::open(&self.file) else { return (0, wrong) };
-        // What waited while the recorder did not come to it is in the file buffer by buffer.
+        // Delayed frames are in the file topic by topic.
         let (mut goals, mut moves, mut reports) = (Vec::new(), Vec::new(), Vec::new());
         let mut first = None;
         for frame in reader.map_while(Result::ok) {
@@ -411,8 +412,8 @@ impl Recording {
             }
         }
         goals.sort_unstable();
-        // Until when there was a commander for certain, and where it began again; goals that the recorder
-        // lost were there.
+        // The intervals without goals. An interval with lost frames is excluded, since the lost frames may
+        // have been goals.
         let ends = goals.iter().map(|goal| goal.0).skip(1).chain([u64::MAX]);
         let mut alone: Vec<(u64, u64)> =
             first.into_iter().map(|first| (first, goals.first().map_or(u64::MAX, |goal| goal.0))).collect();
@@ -422,7 +423,7 @@ impl Recording {
                 alone.push((goal.0, end));
             }
         }
-        // Most are short: whoever commands says so many times a second.
+        // Most intervals are short: goals are sent many times a second.
         alone.retain(|(from, to)| from.saturating_add(clock::nanos(AT_REST)) < *to);
         let is_alone = |at_ns: u64| {
             alone.iter().find(|(from, to)| (*from + clock::nanos(AT_REST)..*to).contains(&at_ns))

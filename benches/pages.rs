@@ -1,9 +1,9 @@
-//! What ten open pages cost the robot: tails of the hot path with and without them, in turns in one run, and what
-//! a page is sent: of Task 1, and of a table with a hundred blocks. Each round has two turns without: how far these
-//! are apart is what the machine does by itself.
+//! Benchmark of ten open pages: tail latency of the hot path with and without them, in turn, and the data
+//! rate of a page. Measured with Task 1 and with a table of a hundred blocks. Each round has two turns
+//! without pages; their difference is the noise of the machine.
 //!
-//! `cargo bench --bench pages [-- SECONDS [ROUNDS]]`: so long per turn, and so many rounds of three turns; ten
-//! and nine without.
+//! `cargo bench --bench pages [-- SECONDS [ROUNDS]]`: seconds per turn and rounds of three turns (default 10
+//! and 9).
 #![expect(
     clippy::expect_used,
     clippy::print_stdout,
@@ -31,17 +31,17 @@ use transport::Domain;
 use tungstenite::Error;
 use tungstenite::client::IntoClientRequest as _;
 
-/// Pages at once.
+/// Number of pages.
 const PAGES: usize = 10;
 /// The processes of the hot path.
 const HOT: [&str; 3] = ["sensor", "belief", "motor"];
-/// Blocks of the large table.
+/// Number of blocks on the large table.
 const BLOCKS: usize = 100;
-/// Frames of that many things, and of what is where else.
+/// Frame capacity, for the blocks and all else.
 const CAPACITY: f64 = 128.0;
 
 fn main() {
-    // A process looks into one domain in its life: each table has one of its own.
+    // A process can join one domain only, so each table has its own process.
     let mut arguments = std::env::args().skip(1).filter(|argument| !argument.starts_with('-'));
     let first = arguments.next();
     if first.as_deref() == Some("blocks") {
@@ -70,7 +70,7 @@ fn measure(has_blocks: bool, mut numbers: impl Iterator<Item = u64>) {
     if has_blocks {
         let mut blocks = Lesson::synthetic(BLOCKS);
         for table in &mut blocks.demonstrations {
-            // Who teaches by a file has one hand, and says what he teaches.
+            // A teacher in a file has one hand and names the task.
             table.script.dedup_by_key(|step| step.at);
             let said = Act::Say("Leo, I can teach you to do nothing".to_owned());
             table.script.insert(1, Step { at: Duration::from_secs(1), who: 1, act: said });
@@ -93,12 +93,12 @@ fn measure(has_blocks: bool, mut numbers: impl Iterator<Item = u64>) {
     let mut all = Vec::new();
     for round in 0..rounds {
         let mut turns = Vec::new();
-        // What the machine does besides is the same for all, on the whole, if none is always first.
+        // The order of the turns rotates, so that drift of the machine affects all alike.
         for turn in 0..TURNS {
             let turn = (round + turn) % TURNS;
             let mut opened = (turn == WITH).then(|| Opened::new(&host, &token));
             wait(1);
-            // Whatever there is goes out once; then what changes.
+            // The full state is sent once; then only changes.
             opened.iter_mut().for_each(Opened::begin);
             let before = late(&mut top);
             wait(seconds);
@@ -129,12 +129,12 @@ fn measure(has_blocks: bool, mut numbers: impl Iterator<Item = u64>) {
     }
 }
 
-/// Turns of a round: two without any page, and one with.
+/// Turns of a round: two without pages and one with.
 const TURNS: usize = 3;
 const WITH: usize = 2;
 
-/// How late each process of the hot path has been since its life began: a woken process by the age of its frame,
-/// one with a period by its wake-up.
+/// Lateness of each hot process since its start: frame age for a process woken by frames, wake-up latency for
+/// a periodic one.
 fn late(top: &mut Top) -> [Histogram; 3] {
     let (readings, _) = top.look();
     HOT.map(|name| {
@@ -144,8 +144,8 @@ fn late(top: &mut Top) -> [Histogram; 3] {
     })
 }
 
-/// The 99th percentile of several histograms together, in microseconds: within a bucket, which is a sixteenth of what
-/// it holds wide, by its share.
+/// The 99th percentile of several histograms together, in microseconds, interpolated within a bucket (1/16
+/// wide).
 fn p99_us<'a>(histograms: impl IntoIterator<Item = &'a Histogram>) -> f64 {
     let mut sum = Histogram::default();
     histograms.into_iter().for_each(|histogram| sum.add(histogram));
@@ -162,8 +162,8 @@ fn p99_us<'a>(histograms: impl IntoIterator<Item = &'a Histogram>) -> f64 {
     f64::NAN
 }
 
-/// The ratio of two p99 over all rounds, of each of which `sides` says what goes into the one and the other; and
-/// between which values it lies in 90 of 100 draws of as many rounds, each of which may be drawn again.
+/// The ratio of two p99 values over all rounds, whose histograms `sides` selects, with a 90 % bootstrap
+/// interval (rounds drawn with replacement).
 fn ratio<'a, R>(
     rounds: &'a [R],
     sides: impl Fn(&'a R) -> (Vec<&'a Histogram>, Vec<&'a Histogram>),
@@ -185,10 +185,10 @@ fn ratio<'a, R>(
     format!("{:.3} ({:.3} to {:.3})", of(&rounds.iter().collect::<Vec<_>>()), at(50), at(949))
 }
 
-/// How often pages take what they were sent: pages are elsewhere, and what taking it costs is not the robot's.
+/// Read period of the pages. They stand for remote machines, whose cost is not the robot's.
 const TAKEN_EVERY: Duration = Duration::from_millis(100);
 
-/// Pages that read whatever they are sent.
+/// Pages that only read.
 struct Opened {
     shut: Arc<AtomicBool>,
     bytes: Arc<AtomicU64>,
@@ -227,13 +227,13 @@ impl Opened {
         Self { shut, bytes, began: clock::now(), reader }
     }
 
-    /// Counts from now on.
+    /// Restarts the byte count.
     fn begin(&mut self) {
         self.bytes.store(0, Ordering::Relaxed);
         self.began = clock::now();
     }
 
-    /// Bytes a second of all together.
+    /// Closes the pages; returns the bytes per second of all together.
     fn shut(self) -> f64 {
         self.shut.store(true, Ordering::Relaxed);
         self.reader.join().expect("every page was read to the end");

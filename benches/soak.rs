@@ -1,9 +1,9 @@
-//! A day in ten minutes: the whole robot at full rate with a lesson that is played again and again, a
-//! recording, three pages, metrics that are scraped, the black box that is asked for, and faults on the buses,
-//! with the percepts and with processes. What it holds after warm-up it holds at the end: memory, descriptors, shared memory, disk.
+//! Soak test: the whole robot at full rate with a repeated lesson, a recording, three pages, scraped metrics,
+//! requested black box dumps, and faults on buses, percepts and processes. Checks that memory, descriptors,
+//! shared memory and disk use do not grow after warm-up.
 //!
-//! `cargo bench --bench soak [-- SECONDS]`: 600 without, of which the first quarter is warm-up. Ends with exit
-//! status 1 where something grows, where a process was replaced, or where the recorder dropped a frame.
+//! `cargo bench --bench soak [-- SECONDS]` (default 600, of which the first quarter is warm-up). The exit
+//! status is 1 if something grew, a process was restarted, or the recorder dropped a frame.
 #![expect(
     clippy::expect_used,
     clippy::panic,
@@ -32,24 +32,24 @@ use tungstenite::client::IntoClientRequest as _;
 use tungstenite::{Message, WebSocket};
 
 const PAGES: usize = 3;
-/// How often everything is looked at.
+/// Sampling period.
 const LOOK_EVERY: Duration = Duration::from_secs(5);
-/// How often the lesson begins anew: Task 1 takes 51 s.
+/// Period of the lesson; Task 1 takes 51 s.
 const PLAY_EVERY: Duration = Duration::from_secs(60);
-/// The black box fills for two minutes ...
+/// The black box takes two minutes to fill ...
 const WARM_UP: Duration = Duration::from_secs(150);
-/// ... and is asked for when it is full, and again and again: what it needs to write its file it needs then, and
-/// not when the first joint is quarantined.
+/// ... and a dump is requested when it is full, and periodically. So its buffers are allocated during warm-up
+/// and not at the first quarantine.
 const ASK_FIRST: Duration = Duration::from_secs(122);
 const ASK_EVERY: Duration = Duration::from_secs(60);
-/// What may be more at the end: a share, and so much besides (kilobytes, files, descriptors).
+/// Allowed growth: a share, plus an absolute amount by unit.
 const SHARE: f64 = 0.05;
 const BESIDES: [(&str, f64); 4] = [("kB", 1500.0), ("descriptors", 3.0), ("files", 3.0), ("bytes", 64e3)];
 
-/// What each lesson may add, because Leo keeps the examples that it is shown: two of 16 kB, in two copies.
+/// Allowed growth for each lesson, because Leo stores the examples: two of 16 kB, in two copies.
 const A_LESSON: [(&str, f64); 2] = [("learner kB", 300.0), ("bytes of what was learned", 80e3)];
 
-/// Faults all the time, none of which ends a process: what it holds is compared.
+/// Permanent faults that end no process, because the processes' resources are compared.
 const CAMPAIGN: &str = r#"
 seed = 2006
 bus = ["drop p=0.005", "flip p=0.005", "noise p=0.005", "late p=0.002 by=8ms"]
@@ -67,7 +67,7 @@ kind = "reorder"
 chance = 0.02
 "#;
 
-/// Processes stand still, or are slow, this often.
+/// Period of stopped or slowed processes.
 const HOLD_EVERY_S: u64 = 30;
 
 fn campaign(seconds: u64) -> String {
@@ -92,7 +92,7 @@ fn main() -> ExitCode {
     let folder = tempfile::tempdir().expect("a folder");
     let folder = folder.path();
     let text = config::Robot::leo_text_with(&[
-        // On a machine that does other things too a heart may be late, and nobody shall be replaced for it.
+        // Long heartbeat time-outs, because the machine may be busy: no process shall be restarted.
         ("supervisor.heartbeat_timeout_ms", 30_000.0),
         ("supervisor.heartbeat_timeout_others_ms", 30_000.0),
     ])
@@ -137,7 +137,7 @@ fn main() -> ExitCode {
     pages.into_iter().for_each(|page| page.join().expect("a page lives on"));
     scraper.join().expect("the scraper lives on");
     let asked = asker.join().expect("who asks lives on");
-    // Ended by itself, before the robot: what it counts is then what it saw.
+    // Stopped before the robot, so that its counts cover what it saw.
     let _sent = kill_process(Pid::from_raw(recorder_pid).expect("a number"), Signal::INT);
     let mut told = String::new();
     recorder.stdout.take().expect("piped").read_to_string(&mut told).expect("text");
@@ -181,7 +181,7 @@ fn main() -> ExitCode {
     if wrong.is_empty() { ExitCode::SUCCESS } else { ExitCode::FAILURE }
 }
 
-/// What the robot holds now, by name with its unit at the end.
+/// Current resource use by name, with the unit at the end.
 fn held(robot: &Robot, recorder: i32, folder: &Path) -> BTreeMap<String, f64> {
     let mut held = BTreeMap::new();
     let mut processes = robot.processes();
@@ -197,7 +197,7 @@ fn held(robot: &Robot, recorder: i32, folder: &Path) -> BTreeMap<String, f64> {
     let (files, bytes) = shared_memory(&robot.domain);
     held.insert("shared memory files".to_owned(), float_of_count(files));
     held.insert("shared memory bytes".to_owned(), float(bytes));
-    // These grow as they should: by examples, and up to so many files of the black box.
+    // Expected growth: by examples, and up to the quota of black box files.
     let (files, bytes) = files_below(&folder.join("leo/recordings"));
     let learned = files_below(&folder.join("leo")).1.saturating_sub(bytes);
     held.insert("bytes of what was learned".to_owned(), float(learned));
@@ -205,14 +205,14 @@ fn held(robot: &Robot, recorder: i32, folder: &Path) -> BTreeMap<String, f64> {
     held
 }
 
-/// Prints the first quarter after warm-up beside the last one, and says what has grown.
+/// Prints the first and the last quarter after warm-up; returns what has grown.
 fn compared(samples: &[(Instant, BTreeMap<String, f64>)], warm: Instant) -> Vec<String> {
     let warm: Vec<_> = samples.iter().filter(|(at, _)| *at >= warm).map(|(_, held)| held).collect();
     let quarter = (warm.len() / 4).max(1);
     let mean = |of: &[&BTreeMap<String, f64>], name: &str| {
         of.iter().filter_map(|held| held.get(name)).sum::<f64>() / float_of_count(of.len().max(1))
     };
-    // From the middle of the first quarter to that of the last, and one that had begun.
+    // Lessons between the middles of the two quarters, and one that had begun.
     let lessons = (float_of_count(warm.len()) * 0.75 * LOOK_EVERY.as_secs_f64() / PLAY_EVERY.as_secs_f64())
         .ceil()
         + 1.0;
@@ -230,7 +230,7 @@ fn compared(samples: &[(Instant, BTreeMap<String, f64>)], warm: Instant) -> Vec<
             }
         };
         if most.is_some_and(|most| after > most) {
-            // How it grew says what it may be: a step, ever slower, or for ever.
+            // The course shows whether it is a step, saturates, or continues.
             let ten = warm.chunks(warm.len().div_ceil(10)).map(|some| format!("{:.0}", mean(some, name)));
             wrong.push(format!(
                 "{name}: {before:.0} became {after:.0}, by {}",
@@ -248,7 +248,7 @@ fn opened((host, token): &(String, String)) -> WebSocket<TcpStream> {
     tungstenite::client(request, stream).expect("it opens").0
 }
 
-/// A page that reads whatever it is sent; one of them plays the lesson again and again.
+/// A page that only reads; one of them restarts the lesson periodically.
 fn page(at: &(String, String), plays: bool, stop: &AtomicBool, shown: &AtomicU64) {
     let mut socket = opened(at);
     let (mut played_at, mut id) = (clock::now(), 0);
@@ -281,7 +281,7 @@ fn scrape((host, token): &(String, String), stop: &AtomicBool, scraped: &AtomicU
     }
 }
 
-/// Asks for the black box again and again; how often it was written.
+/// Requests black box dumps periodically; returns their number.
 fn ask(domain: &Path, first: Instant, stop: &AtomicBool) -> usize {
     let (mut next, mut written) = (first, 0);
     while !stop.load(Ordering::Relaxed) {

@@ -1,4 +1,4 @@
-//! What the robot believes and a partner does not, as the running processes publish it.
+//! Differences between the robot's and a partner's beliefs, as the processes publish them.
 #![expect(clippy::expect_used, reason = "a test fails by panicking")]
 
 #[path = "supervision/robot.rs"]
@@ -12,10 +12,10 @@ use transport::{Delivery, Domain, Inlet, Node, Queues};
 
 use robot::{Robot, left_behind, wait_until};
 
-/// As in `leo.toml`: every port of a domain has the same queues.
+/// As in `leo.toml`: all ports of a domain have the same queues.
 const QUEUES: Queues = Queues { frames: 4, delivery: Delivery::Newest };
 
-/// A frame of the buffers of one number.
+/// Frames of all three topics with the same sequence number.
 struct Instant {
     head: DivergenceHead,
     differences: Vec<Difference>,
@@ -23,7 +23,7 @@ struct Instant {
     his: Vec<Belief>,
 }
 
-/// The buffers of the robot and of partner 1.
+/// The topics of the robot and of partner 1.
 struct Buffers {
     robots: Inlet<Beliefs>,
     his: Inlet<Beliefs>,
@@ -31,7 +31,7 @@ struct Buffers {
 }
 
 impl Buffers {
-    /// The newest frames, where all three are of one number.
+    /// The newest frames, if all have the same sequence number.
     fn newest(&mut self) -> Option<Instant> {
         let differences = self.differences.newest().expect("works");
         let (robots, his) = (self.robots.newest().expect("works"), self.his.newest().expect("works"));
@@ -75,7 +75,7 @@ fn the_block_that_is_hidden_from_the_teacher_is_published_as_what_he_does_not_kn
         let Some(Instant { head, differences, robots, his }) = buffers.newest() else { return false };
         assert_eq!((head.perspective, head.within, head.path.agents()), (1, 0, Some(&[1][..])));
         compared += 1;
-        // Every belief is either agreed upon or an entry, on both sides.
+        // Every belief of either side is agreed on or listed.
         let agreed = usize::try_from(head.agreed).expect("few");
         if head.compared == 1 {
             let ones = differences.iter().filter(|difference| difference.one().is_some()).count();
@@ -86,7 +86,7 @@ fn the_block_that_is_hidden_from_the_teacher_is_published_as_what_he_does_not_kn
         let Some(hidden) = robots.iter().find(blue) else { return false };
         let alone =
             |difference: &Difference| (difference.one(), difference.other()) == (Some(hidden.id), None);
-        // What both see, they agree about: the other four.
+        // Both agree on the other four blocks, which both see.
         agreed >= 4
             && his.len() >= 4
             && !his.iter().any(|belief| blue(&belief))

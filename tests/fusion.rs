@@ -1,5 +1,5 @@
-//! Several sources at once, each with its own rate, latency, frame and noise: of each thing there is
-//! one belief. Through the cores of sensor and belief, in simulated time.
+//! Sensor fusion: several sources with different rates, latencies, frames and noise give one belief for each
+//! thing. Uses the cores of sensor and belief in simulated time.
 #![expect(clippy::expect_used, reason = "a test fails by panicking")]
 
 use std::path::Path;
@@ -15,7 +15,7 @@ use sensor_process::Sensor;
 
 const PERIOD: Duration = Duration::from_millis(5);
 const CAPACITY: usize = 16;
-/// Two blocks that both sources see, and one behind the eyes' back that only the camera sees.
+/// Two blocks that both sources see, and one outside the simulator's view that only the camera sees.
 const BLOCKS_M: [[f64; 3]; 3] = [[0.6, 0.0, 0.03], [0.6, 0.3, 0.03], [0.6, -0.4, 0.03]];
 const CAMERA: &str = "name = \"camera\"\nkind = \"external\"\nrate_hz = 30.0\nposition_sd_m = 0.01\n\
     frame = { position_m = [1.2, -0.4, 0.8], orientation_xyzw = [0.270598, 0.653281, -0.270598, 0.653281] }";
@@ -24,11 +24,11 @@ fn source(text: &str) -> Source {
     config::parse(text, Path::new("source.toml")).expect("a source")
 }
 
-/// Numbers that look random and are the same in every run.
+/// A deterministic pseudo-random sequence.
 struct Noise(u64);
 
 impl Noise {
-    /// From -1 to 1.
+    /// A value from -1 to 1.
     fn next(&mut self) -> f64 {
         self.0 = self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
         let word = u32::try_from(self.0 >> 33).expect("31 bits");
@@ -36,7 +36,7 @@ impl Noise {
     }
 }
 
-/// What a source whose frame stands thus in the base reports of some of the blocks.
+/// The report of a source with this pose about some of the blocks.
 fn look(
     x_base_source: &Pose<Base, geometry::Source>,
     blocks: &[[f64; 3]],
@@ -59,7 +59,7 @@ fn look(
     blocks.iter().map(report).collect()
 }
 
-/// How far each believed place is from that of the nearest block.
+/// Distance of each belief from the nearest block, in metres.
 fn errors_m(believer: &Believer) -> Vec<f64> {
     let place = |index| match believer.entry(0, index)?.percept(0)?.feature()? {
         Feature::Vector(place) => Some(place.map(f64::from)),
@@ -96,7 +96,7 @@ fn what_two_sources_see_in_their_own_time_and_frame_is_one_belief_of_each_thing(
         sensor.begin(now);
         let seen = look(&Pose::identity(), &BLOCKS_M[..2], &mut noise, 0.003, now);
         send(&mut sensor, 0, u64::from(cycle), now, &seen);
-        // The camera's pictures take 20 ms to understand, and come 30 times a second.
+        // The camera has a latency of 20 ms and a rate of 30 Hz.
         if now >= camera_due && (now < camera_dies || now >= camera_lives) {
             camera_due = now + Duration::from_micros(33_333);
             pictures += 1;
@@ -109,7 +109,7 @@ fn what_two_sources_see_in_their_own_time_and_frame_is_one_belief_of_each_thing(
         let entries: Vec<Perceived> = sensor.perceived().collect();
         believer.step(now, &head, &entries);
         if now > Instant::EPOCH + Duration::from_millis(100) && now < camera_lives {
-            // What only the camera saw, nobody else can miss, be it in view of all.
+            // Only the camera can report its third block as missing, even if the place is in view of all.
             assert_eq!((believer.len(0), believer.head(0).culled), (3, 0), "at {now:?}");
             worst_m = errors_m(&believer).into_iter().fold(worst_m, f64::max);
         }
@@ -119,7 +119,7 @@ fn what_two_sources_see_in_their_own_time_and_frame_is_one_belief_of_each_thing(
         }
     }
     assert!(pictures > 80 && worst_m > 0.0 && worst_m < 0.03, "{pictures} pictures, {worst_m} m off");
-    // It was gone when the camera looked again, and that is forgotten, and nothing else.
+    // The block was gone when the camera returned, so that belief is culled, and no other.
     assert_eq!((believer.len(0), believer.head(0).culled), (2, 1));
     assert_eq!(sensor.losses().iter().sum::<u64>(), 0);
 }

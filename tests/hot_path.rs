@@ -1,6 +1,5 @@
-//! The processes of the hot path as they run: after warm-up no cycle allocates, but for the one
-//! allocation that the middleware makes for every frame it lends; and no cycle meets a page that
-//! is not there.
+//! The hot path as it runs: after warm-up, a cycle allocates only once for each frame loaned by the
+//! middleware, and has no page fault.
 #![expect(unsafe_code, reason = "an allocator that counts is a `GlobalAlloc`, whose methods are unsafe")]
 #![expect(clippy::expect_used, clippy::indexing_slicing, reason = "helpers of tests may fail them")]
 
@@ -27,14 +26,13 @@ use rustix::thread::{CapabilitySet, capabilities, gettid};
 use transport::janitor::{Janitor, claim};
 use transport::{Domain, Inlet, Node, Outlet, RosterWriter};
 
-/// What the middleware allocates for a frame that it lends to its writer: the book-keeping of the
-/// loan, a counted reference to the sample's port.
+/// Size of the middleware's allocation for each loaned frame: the book-keeping of the loan.
 const LOAN_BYTES: usize = 48;
-/// How long anything may take here before the test fails.
+/// Time-out of a wait.
 const PATIENCE: Duration = Duration::from_secs(120);
-/// Period of the joint goals, and of looking.
+/// Period of the joint goals and of polling.
 const PERIOD: Duration = Duration::from_millis(20);
-/// Frames of every topic in the window that is counted.
+/// Number of frames of every topic in the measured window.
 const FRAMES: u64 = 600;
 
 const THREADS: usize = 256;
@@ -45,12 +43,12 @@ thread_local! {
     static MINE: Cell<usize> = const { Cell::new(usize::MAX) };
 }
 
-/// What one thread allocated.
+/// Allocation counts of one thread.
 struct Counted {
     thread: AtomicU64,
     loans: AtomicU64,
     others: AtomicU64,
-    /// Size of the newest of the others: where to begin to look for it.
+    /// Size of the last other allocation, as a hint for debugging.
     other_bytes: AtomicUsize,
 }
 
@@ -64,7 +62,7 @@ impl Counted {
         }
     }
 
-    /// The account of the calling thread; none once there are too many threads.
+    /// The counts of the calling thread; `None` once there are too many threads.
     fn mine() -> Option<&'static Self> {
         MINE.with(|mine| {
             if mine.get() == usize::MAX {
@@ -79,8 +77,8 @@ impl Counted {
 
 struct Counting;
 
-// SAFETY: every call is handed to the system's allocator, which keeps the promises of the trait;
-// counting in a constant-initialised thread local and in a static allocates nothing.
+// SAFETY: every call is forwarded to the system's allocator, which fulfils the contract of the trait.
+// Counting in a constant-initialised thread-local and in a static allocates nothing.
 unsafe impl GlobalAlloc for Counting {
     unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
         if let Some(counted) = Counted::mine() {
@@ -91,12 +89,12 @@ unsafe impl GlobalAlloc for Counting {
                 counted.other_bytes.store(layout.size(), Relaxed);
             }
         }
-        // SAFETY: the caller's promises about `layout` are those that `System` asks for.
+        // SAFETY: the caller's guarantees about `layout` are those that `System` requires.
         unsafe { System.alloc(layout) }
     }
 
     unsafe fn dealloc(&self, pointer: *mut u8, layout: Layout) {
-        // SAFETY: the pointer came from `System` with this layout, since `alloc` hands on to it.
+        // SAFETY: the pointer came from `System` with this layout, since `alloc` forwards to it.
         unsafe { System.dealloc(pointer, layout) }
     }
 }
@@ -104,8 +102,7 @@ unsafe impl GlobalAlloc for Counting {
 #[global_allocator]
 static ALLOCATOR: Counting = Counting;
 
-/// Allocations of every living thread that has allocated anything, by the thread's name: loans,
-/// others, and the size of the newest of the others.
+/// Allocations of every live thread by name: loans, others, and the size of the last other one.
 fn allocations() -> BTreeMap<String, (u64, u64, usize)> {
     let name = |counted: &Counted| {
         let comm = format!("/proc/self/task/{}/comm", counted.thread.load(Relaxed));
@@ -139,7 +136,7 @@ fn the_counter_counts_for_each_thread() {
     worker.unwrap().join().unwrap();
 }
 
-/// The processes as threads of this one, in a domain of their own, with the test as the learner.
+/// The processes as threads of this one, in their own domain; the test acts as the learner.
 struct Robots {
     threads: Vec<(&'static str, JoinHandle<Result<(), Failure>>)>,
     percepts: Watch<Percepts>,
@@ -151,7 +148,7 @@ struct Robots {
     turn: f64,
 }
 
-/// How far a topic has come.
+/// A subscriber and its last sequence number.
 struct Watch<T: Topic> {
     inlet: Inlet<T>,
     sequence: u64,
@@ -210,7 +207,7 @@ impl Robots {
         }
     }
 
-    /// A period of a learner that lets every joint swing about its rest.
+    /// One learner period: every joint swings about its rest position.
     fn period(&mut self, release: Instant) {
         clock::sleep_until(release);
         self.turn += 0.05;
@@ -235,7 +232,7 @@ impl Robots {
         });
     }
 
-    /// Goes on until something holds.
+    /// Runs until a condition holds; panics on time-out.
     fn until(&mut self, what: &str, mut holds: impl FnMut(&Self) -> bool) {
         let give_up = clock::now() + PATIENCE;
         let mut release = clock::now();
@@ -267,7 +264,7 @@ impl Robots {
 #[test]
 fn after_warm_up_a_cycle_allocates_once_per_frame_and_only_in_the_middleware() {
     let mut robot = Robot::load(None).expect("built in");
-    // The ordinary scheduler: threads of a test share their process with the test.
+    // Without real-time scheduling, because the threads share the process with the test.
     let none = Rights { fifo_priority: 0.try_into().unwrap(), cores: Vec::new(), lock_memory: false };
     for rights in [
         &mut robot.leo.sensor.realtime,
@@ -282,7 +279,7 @@ fn after_warm_up_a_cycle_allocates_once_per_frame_and_only_in_the_middleware() {
     domain.make().expect("/dev/shm is writable");
     let node = Node::join(&domain, "test", 1, process::queues(&robot.leo.buffers, false)).expect("made");
 
-    // The threads are all processes of the roster, by which readers choose whose frames they take.
+    // Readers use the roster to decide which writers to accept; here all processes have this PID.
     let mut roster = Roster::default();
     for process in Process::ALL {
         roster.set_incarnation(*process, 1);
@@ -291,7 +288,7 @@ fn after_warm_up_a_cycle_allocates_once_per_frame_and_only_in_the_middleware() {
     let mut board = RosterWriter::create(&node, Process::Supervisor, 1).expect("is the first");
     board.write(&roster);
     let mut robots = Robots::start(&domain, &node, &robot);
-    // Most joints: on a loaded machine, without real-time rights, now and then a servo is late.
+    // Not all joints: without real-time rights on a loaded machine, a servo is sometimes late.
     robots.until("following", |robots| robots.following > 40);
     let begun = robots.sequences();
     robots.until("warm", |robots| robots.advanced(begun, 200));
@@ -313,9 +310,9 @@ fn after_warm_up_a_cycle_allocates_once_per_frame_and_only_in_the_middleware() {
         assert!(loans.abs_diff(frames) <= slack, "`{thread}`: {loans} loans for {frames} frames");
         seen += 1;
     };
-    // The counts are read a moment before or after the sequence numbers: some frames lie between.
+    // The counts and the sequence numbers are read at slightly different times.
     check("sensor", percepts, 50);
-    // Of a partner, what he believes and how he and the robot differ.
+    // Two frames for each partner: beliefs and differences.
     check("belief", own + 2 * partner, 150);
     check("motor", states, 50);
     let buses: Vec<&String> = after.keys().filter(|name| name.starts_with("bus ")).collect();
@@ -326,7 +323,7 @@ fn after_warm_up_a_cycle_allocates_once_per_frame_and_only_in_the_middleware() {
     assert_eq!(seen, 8);
 }
 
-/// `leo run` with everything that it started, stopped at the end.
+/// A running robot, stopped at the end.
 struct Running {
     leo: Child,
     domain: String,
@@ -348,7 +345,7 @@ impl Running {
         Self { leo, domain, state }
     }
 
-    /// What was said on standard error.
+    /// Its standard error so far.
     fn err(&self) -> String {
         fs::read_to_string(self.state.path().join("err")).expect("reads")
     }
@@ -398,14 +395,14 @@ fn after_warm_up_no_cycle_meets_a_page_fault() {
         return;
     }
     let running = Running::start();
-    // The learner has spoken, the joints have come up, the teacher has moved.
+    // By then the learner has spoken, the joints are armed, and the teacher has moved.
     let before = running.after(1_500);
     let after = running.after(before.iter().map(|(cycles, _)| cycles).max().copied().unwrap_or(0) + 1_000);
     for ((process, before), after) in ["sensor", "belief", "motor"].iter().zip(before).zip(after) {
         assert!(after.0 > before.0 + 900, "{process} did not go on");
         assert_eq!(after.1 - before.1, 0, "page faults of {process} in {} cycles", after.0 - before.0);
     }
-    // It was moved into huge pages before, as far as this kernel can.
+    // Memory was moved into huge pages before, as far as the kernel allows.
     let err = running.err();
     for process in ["sensor", "belief", "motor"] {
         let is_moved = |line: &str| line.contains("huge pages") && line.contains(&format!("={process} "));

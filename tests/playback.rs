@@ -1,4 +1,4 @@
-//! A recorded trace as a source of the running robot: it believes what `leo believe` says of it.
+//! A trace as a source of a running robot: its beliefs match `leo believe`.
 #![expect(clippy::expect_used, clippy::indexing_slicing, reason = "a test fails by panicking")]
 
 #[path = "supervision/robot.rs"]
@@ -13,16 +13,16 @@ use transport::{Delivery, Domain, Node, Queues};
 
 use robot::{Robot, left_behind, leo, wait_until};
 
-/// A block is moved and a button pressed while he looks away.
+/// A block is moved and a button pressed while the partner looks away.
 const MOVED: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/config/traces/moved.jsonl");
-/// As in `leo.toml`: every port of a domain has the same queues.
+/// As in `leo.toml`: all ports of a domain have the same queues.
 const QUEUES: Queues = Queues { frames: 4, delivery: Delivery::Newest };
 
-/// How partner 1 and the robot differ at an instant, in words: whose beliefs, which percepts, what
-/// each of them believes.
+/// The differences between partner 1 and the robot at one instant, as text: identities, percept, and both
+/// features.
 type State = Vec<String>;
 
-/// A feature in words; numbers as they are in memory.
+/// A feature as text; numbers in full precision.
 fn feature(feature: Option<Feature>) -> String {
     match feature {
         Some(Feature::Vector([x, y, z])) => format!("{x:?} {y:?} {z:?}"),
@@ -31,9 +31,9 @@ fn feature(feature: Option<Feature>) -> String {
     }
 }
 
-/// The same of JSON.
+/// As [`feature`], from JSON.
 fn written(feature: &Value) -> String {
-    // As the robot holds it: numbers of single precision.
+    // Converted to single precision, as in the robot.
     let single = |number: &Value| format!("{number}").parse::<f32>().map(|number| format!("{number:?}"));
     match feature {
         Value::Array(numbers) => {
@@ -51,7 +51,7 @@ fn push_new(states: &mut Vec<State>, mut state: State) {
     }
 }
 
-/// What `leo believe` says, one state after the other.
+/// The successive states that `leo believe` reports.
 fn told() -> Vec<State> {
     let told = leo(&["believe", MOVED, "--json"]).output().expect("runs");
     let lines = String::from_utf8(told.stdout).expect("is text");
@@ -73,7 +73,7 @@ fn told() -> Vec<State> {
     states
 }
 
-/// The same, as the belief process publishes it.
+/// The same state, as the belief process publishes it.
 fn published(differences: &[Difference], percepts: &Percepts) -> State {
     let id = |id: Option<u64>| id.map_or("null".to_owned(), |id| id.to_string());
     let tell = |difference: &Difference| {
@@ -97,7 +97,7 @@ fn a_running_robot_believes_of_a_trace_what_leo_believe_says_of_it() {
     let node = Node::join(&domain, "observer", 1, QUEUES).expect("joins");
     let mut differences = node.inlet::<Divergences>(Some(1)).expect("a free reader");
 
-    // Whoever looks late, or now and then too seldom, misses a state, and sees none but these.
+    // A late or slow reader may miss states, but sees no others.
     let mut seen: Vec<State> = Vec::new();
     let over = wait_until(|| {
         while let Some(frame) = differences.receive().expect("works") {

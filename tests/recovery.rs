@@ -1,5 +1,5 @@
-//! One lesson, disturbed: a reader that never reads, a belief process killed in the middle of a
-//! demonstration, a learner killed after both. In the end Leo does what it was taught.
+//! A disturbed lesson: a reader that never reads, the belief process killed during a demonstration, and the
+//! learner killed later. In the end Leo performs what it was taught.
 #![expect(clippy::expect_used, reason = "a test fails by panicking")]
 
 #[path = "supervision/robot.rs"]
@@ -14,14 +14,14 @@ use transport::{Delivery, Domain, Inlet, Node, Queues};
 
 use robot::{Robot, left_behind, signal, wait_until};
 
-/// As in `leo.toml`: every port of a domain has the same queues.
+/// As in `leo.toml`: all ports of a domain have the same queues.
 const QUEUES: Queues = Queues { frames: 4, delivery: Delivery::Newest };
-/// The number of the percept of place in `percepts.toml`.
+/// Number of the position percept in `percepts.toml`.
 const POSITION: u16 = 0;
-/// An object that is believed again is where it was believed before, to within its noise.
+/// Tolerance for an object that is believed again at its former position.
 const SAME_PLACE_M: f32 = 0.03;
 
-/// What a belief system holds: its life, and the places of its objects.
+/// The content of a belief system: its incarnation, and the positions of its objects.
 struct Held {
     incarnation: u64,
     sequence: u64,
@@ -35,7 +35,7 @@ fn place(belief: &Belief) -> Option<[f32; 3]> {
     }
 }
 
-/// The newest beliefs; waits for them.
+/// Waits for the newest beliefs.
 fn held(beliefs: &mut Inlet<Beliefs>) -> Held {
     let mut held = None;
     let came = wait_until(|| {
@@ -57,7 +57,7 @@ fn is_among(place: &[f32; 3], places: &[[f32; 3]]) -> bool {
     places.iter().any(near)
 }
 
-/// Counts events by kind, and keeps the texts of those that matter.
+/// Counts events by kind and keeps the performance's result.
 #[derive(Default)]
 struct Heard {
     kinds: BTreeMap<EventKind, usize>,
@@ -93,7 +93,7 @@ fn a_disturbed_lesson_is_learned_and_performed_all_the_same() {
     let mut idler = node.inlet::<Beliefs>(Some(0)).expect("a free reader");
     let mut heard = Heard::default();
 
-    // A reader that does not read loses its own frames and holds nobody up.
+    // A reader that never reads loses its own frames and delays no other.
     assert!(idler.newest().expect("works").is_none());
     let before = held(&mut beliefs).sequence;
     assert!(wait_until(|| held(&mut beliefs).sequence > before + 100), "beliefs stand still");
@@ -105,7 +105,7 @@ fn a_disturbed_lesson_is_learned_and_performed_all_the_same() {
     assert!(waiting.first().is_some_and(|first| *first > before), "{waiting:?} after {before}");
     drop(idler);
 
-    // The belief process dies once the teacher has shown something.
+    // The belief process dies after the first recognised act.
     assert!(
         wait_until(|| {
             heard.listen(&mut events);
@@ -119,7 +119,7 @@ fn a_disturbed_lesson_is_learned_and_performed_all_the_same() {
         assert!(held.places.len() >= 10, "{} objects", held.places.len());
     }
     signal(robot.processes()["belief"], Signal::KILL);
-    // The teacher sees all that he ever saw, so what he believes is not lost either.
+    // All that the teacher ever saw is still in view, so the teacher's modelled beliefs recover too.
     for (inlet, before) in [&mut beliefs, &mut his_beliefs].into_iter().zip(before) {
         let mut after = held(inlet);
         assert!(
@@ -132,7 +132,7 @@ fn a_disturbed_lesson_is_learned_and_performed_all_the_same() {
             before.places.len(),
             robot.said()
         );
-        // Those that the teacher does not move are believed where they were.
+        // Objects that the teacher does not move are believed at their former positions.
         let again = before.places.iter().filter(|place| is_among(place, &after.places)).count();
         assert!(
             again + 2 >= before.places.len(),
@@ -148,7 +148,7 @@ fn a_disturbed_lesson_is_learned_and_performed_all_the_same() {
         "the learner was not told"
     );
 
-    // The learner dies once it has said that it learned: that is not lost.
+    // The learner dies after it has acknowledged the task: the task is not lost.
     assert!(
         wait_until(|| {
             heard.listen(&mut events);

@@ -1,8 +1,8 @@
-//! What happens at random in a campaign.
+//! Random choices of a campaign.
 
 use clock::Duration;
 
-/// Numbers that look random and are the same for a seed.
+/// A pseudo-random sequence that depends only on its seed.
 pub(crate) struct Chance(u64);
 
 impl Chance {
@@ -16,7 +16,7 @@ impl Chance {
         (self.0 >> 33) % bound
     }
 
-    /// A time below a bound, in microseconds.
+    /// A duration below a bound, in whole microseconds.
     pub(crate) fn up_to(&mut self, most: Duration) -> Duration {
         Duration::from_micros(self.below(u64::try_from(most.as_micros()).unwrap_or(1).max(1)))
     }

@@ -1,4 +1,4 @@
-//! A whole robot that a bench starts, looks at and ends.
+//! A whole robot for benchmarks.
 
 use std::collections::BTreeMap;
 use std::ffi::OsStr;
@@ -13,11 +13,11 @@ use clock::{Duration, Instant};
 use rustix::process::{Pid, Signal, kill_process};
 use serde_json::Value;
 
-/// The seven processes of a robot, by their subcommands.
+/// The seven processes of a robot, by subcommand.
 pub(crate) const PROCESSES: [&str; 7] =
     ["belief", "console", "learner", "mock-bus", "motor", "sensor", "simulator"];
 
-/// A command of `leo` with nothing of this machine's in its environment; `LEO` names another program.
+/// A `leo` command without `RUST_LOG`; `LEO` overrides the program.
 pub(crate) fn leo(arguments: &[&str]) -> Command {
     let program = std::env::var_os("LEO").unwrap_or_else(|| env!("CARGO_BIN_EXE_leo").into());
     let mut command = Command::new(program);
@@ -29,7 +29,7 @@ pub(crate) fn pause(time: Duration) {
     clock::sleep_until(clock::now() + time);
 }
 
-/// Waits until `holds`, for so long at most; how long that took, if it does.
+/// Waits until a condition holds; returns the time taken, or `None` on time-out.
 pub(crate) fn wait_until(within: Duration, mut holds: impl FnMut() -> bool) -> Option<Duration> {
     let began = clock::now();
     loop {
@@ -44,17 +44,17 @@ pub(crate) fn wait_until(within: Duration, mut holds: impl FnMut() -> bool) -> O
 }
 
 pub(crate) fn kill(pid: i32) {
-    // Whoever died by itself in the meantime needs no signal.
+    // The process may have ended in the meantime.
     let _sent = kill_process(Pid::from_raw(pid).expect("a process number"), Signal::KILL);
 }
 
-/// Whether a process lives: a zombie does not.
+/// Whether a process lives; a zombie does not.
 pub(crate) fn is_alive(pid: i32) -> bool {
     let stat = fs::read_to_string(format!("/proc/{pid}/stat")).unwrap_or_default();
     stat.rsplit(") ").next().is_some_and(|rest| !rest.is_empty() && !rest.starts_with(['Z', 'X']))
 }
 
-/// Files below a folder, and their bytes.
+/// Number and total bytes of the files below a folder.
 pub(crate) fn files_below(folder: &Path) -> (usize, u64) {
     let mut sum = (0, 0);
     for entry in fs::read_dir(folder).into_iter().flatten().flatten() {
@@ -65,7 +65,7 @@ pub(crate) fn files_below(folder: &Path) -> (usize, u64) {
     sum
 }
 
-/// What a robot's domain has in shared memory, its folder included.
+/// Files and bytes of a domain in shared memory, its folder included.
 pub(crate) fn shared_memory(domain: &Path) -> (usize, u64) {
     let name = domain.file_name().and_then(OsStr::to_str).expect("a name");
     let (mut files, mut bytes) = files_below(domain);
@@ -78,12 +78,12 @@ pub(crate) fn shared_memory(domain: &Path) -> (usize, u64) {
     (files, bytes)
 }
 
-/// Descriptors that a process has open.
+/// Number of open file descriptors of a process.
 pub(crate) fn descriptors(pid: i32) -> usize {
     fs::read_dir(format!("/proc/{pid}/fd")).map_or(0, Iterator::count)
 }
 
-/// A robot in a domain of its own. Dropping it kills it.
+/// A robot in its own domain; dropping it kills it.
 pub(crate) struct Robot {
     supervisor: Child,
     pub(crate) domain: PathBuf,
@@ -110,12 +110,12 @@ impl Robot {
         Self { supervisor, domain: domain.to_owned(), began: clock::now(), said }
     }
 
-    /// What it said so far, on both streams.
+    /// Its output so far, on both streams.
     pub(crate) fn said(&self) -> String {
         self.said.lock().unwrap_or_else(PoisonError::into_inner).clone()
     }
 
-    /// Host and port of its page, and its token, once it has said so.
+    /// Address and token of its page, once printed.
     pub(crate) fn page(&self) -> Option<(String, String)> {
         let said = self.said();
         let page = said.lines().find_map(|line| line.strip_prefix("the page is at http://"))?;
@@ -126,7 +126,7 @@ impl Robot {
         i32::try_from(self.supervisor.id()).expect("a process number")
     }
 
-    /// The living processes by name.
+    /// The live processes by name.
     pub(crate) fn processes(&self) -> BTreeMap<String, i32> {
         let pid = self.pid();
         let children = fs::read_to_string(format!("/proc/{pid}/task/{pid}/children")).unwrap_or_default();
@@ -139,8 +139,8 @@ impl Robot {
         named.collect()
     }
 
-    /// The processes as `leo top` shows them. Where this may be, it runs before everything else: what is measured is
-    /// the robot, on a loaded machine too.
+    /// The rows of `leo top`. It runs with real-time priority if permitted, so that a loaded machine does not
+    /// delay it.
     pub(crate) fn rows(&self) -> Vec<Value> {
         let top = leo(&["top", "--json", "--domain"]);
         let mut first = Command::new("chrt");
@@ -152,7 +152,7 @@ impl Robot {
         serde_json::from_slice(&shown.stdout).unwrap_or_default()
     }
 
-    /// Whether every process runs, and none of them is one of these, which were killed.
+    /// Whether every process runs and none is one of the killed ones.
     pub(crate) fn is_back(&self, killed: &[i32]) -> bool {
         let living = self.processes();
         if living.len() < PROCESSES.len() || living.values().any(|pid| killed.contains(pid)) {
@@ -167,7 +167,7 @@ impl Robot {
         })
     }
 
-    /// Sends a signal to the supervisor and waits for its end; whether it ended well.
+    /// Sends a signal to the supervisor and waits; returns whether it ended successfully.
     pub(crate) fn end(&mut self, how: Signal) -> bool {
         let _sent = kill_process(Pid::from_raw(self.pid()).expect("a process number"), how);
         self.supervisor.wait().is_ok_and(|status| status.success())

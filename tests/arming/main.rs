@@ -1,5 +1,5 @@
-//! `leo arm` beside a robot whose boards are made up here, and beside a real one. A process looks into one domain, so
-//! that these tests have a process of their own.
+//! `leo arm` with a fake robot of health boards only, and with a real one. A process can join one domain
+//! only, so these tests have their own process.
 #![expect(clippy::expect_used, reason = "a test fails by panicking")]
 
 use std::fs;
@@ -19,10 +19,10 @@ use transport::{Delivery, Domain, JointsWriter, Node, Queues, RosterWriter};
 
 use clock::Duration;
 
-/// How long to wait for what has to come.
+/// Time-out of a wait.
 const LONG: Duration = Duration::from_secs(60);
 
-/// What a command said.
+/// Output and exit status of a command.
 #[derive(Debug)]
 struct Told {
     status: Option<i32>,
@@ -30,7 +30,7 @@ struct Told {
     err: String,
 }
 
-/// An error as it should be: one line on standard error, nothing on standard output.
+/// Checks an error: one line on standard error, nothing on standard output.
 fn assert_refused(told: &Told, status: i32, words: &[&str]) {
     assert_eq!((told.status, told.out.as_str()), (Some(status), ""), "{told:?}");
     assert_eq!(told.err.lines().filter(|line| line.starts_with("leo: ")).count(), 1, "{told:?}");
@@ -39,7 +39,7 @@ fn assert_refused(told: &Told, status: i32, words: &[&str]) {
     }
 }
 
-/// Waits until something holds; whether it does.
+/// Waits until a condition holds; `false` on time-out.
 fn wait_until(mut holds: impl FnMut() -> bool) -> bool {
     let give_up = clock::now() + LONG;
     loop {
@@ -53,19 +53,19 @@ fn wait_until(mut holds: impl FnMut() -> bool) -> bool {
     }
 }
 
-/// A file of the repository.
+/// Reads a file of the repository.
 fn read(file: &str) -> String {
     fs::read_to_string(Path::new(env!("CARGO_MANIFEST_DIR")).join(file)).expect("a file of the repository")
 }
 
-/// Writes a file in a folder; where it is.
+/// Writes a file into a folder and returns its path.
 fn write(folder: &tempfile::TempDir, name: &str, text: &str) -> String {
     let path = folder.path().join(name);
     fs::write(&path, text).expect("writes");
     path.display().to_string()
 }
 
-/// A robot that is nothing but the boards of its supervisor and its motor process.
+/// A fake robot: only the health boards of its supervisor and motor process.
 struct Boards {
     domain: Domain,
     claim: Option<Claim>,
@@ -94,7 +94,8 @@ impl Boards {
         self.domain.root()
     }
 
-    /// Carries out the order that comes, as a motor process does; returns the order and what `leo arm` says.
+    /// Takes the arming order as a motor process does, and publishes `after`. Returns the order and the
+    /// output of `leo arm`.
     fn armed(&mut self, arguments: &[&str], after: &Joints) -> (ArmOrder, Told) {
         let root = self.root().to_owned();
         let told = thread::scope(|scope| {
@@ -122,7 +123,7 @@ impl Drop for Boards {
     }
 }
 
-/// Runs `leo arm` beside a robot.
+/// Runs `leo arm` for a robot.
 fn arm(root: &Path, arguments: &[&str]) -> Told {
     let mut command = Command::new(env!("CARGO_BIN_EXE_leo"));
     command.args(["arm", "--domain"]).arg(root).args(arguments).env_clear().stdin(Stdio::null());
@@ -131,7 +132,7 @@ fn arm(root: &Path, arguments: &[&str]) -> Told {
     Told { status: told.status.code(), out: text(&told.stdout), err: text(&told.stderr) }
 }
 
-/// Joints of which each has a licence and a cause.
+/// Joints with these arming states and causes.
 fn joints(locks: u64, licences: &[(JointLicence, JointCause)]) -> Joints {
     let mut joints = Joints { locks, ..Joints::default() };
     joints.set((0_u32..).zip(licences).map(|(joint, &(licence, licence_cause))| {
@@ -150,7 +151,7 @@ const ARMED: (JointLicence, JointCause) = (JointLicence::Armed, JointCause::None
 const STARTED: (JointLicence, JointCause) = (JointLicence::Disarmed, JointCause::NotStarted);
 const BLOCKED: (JointLicence, JointCause) = (JointLicence::Locked, JointCause::Blocked);
 
-/// One test, because one process can join the boards of one domain only.
+/// One test, because a process can join the boards of one domain only.
 #[test]
 fn joints_are_armed_by_order_and_locked_ones_by_acknowledgement_and_no_order_outlives_its_command() {
     let mut robot = Boards::of("arm", &joints(0, &[STARTED, STARTED]));
@@ -159,7 +160,7 @@ fn joints_are_armed_by_order_and_locked_ones_by_acknowledgement_and_no_order_out
     assert_eq!((told.status, told.err.as_str()), (Some(0), ""), "{told:?}");
     assert!(told.out.starts_with("2 joints disarmed, not-started: the motor process started\n"), "{told:?}");
     assert!(told.out.ends_with("all 2 joints are armed\n"), "{told:?}");
-    // Where all are armed there is nothing to order.
+    // If all are armed, no order is given.
     let told = arm(robot.root(), &[]);
     assert_eq!((told.status, told.out.as_str()), (Some(0), "all 2 joints are armed\n"), "{told:?}");
 
@@ -218,7 +219,7 @@ fn a_robot_that_does_not_arm_by_itself_is_armed_by_order_and_not_before() {
         .spawn()
         .expect("starts");
     let root = Path::new(&root);
-    // What it says until the motor process has reported its joints is that it has not.
+    // Until the motor process has reported its joints, the command fails.
     let mut told = None;
     wait_until(|| {
         let said = arm(root, &["--json"]);

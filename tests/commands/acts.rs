@@ -1,4 +1,4 @@
-//! The acts that Leo tells apart, over the real processes.
+//! Recognised acts, tested with the real processes.
 
 use message::{EventKind, Events};
 use recording::{Buffer, Frame};
@@ -6,7 +6,7 @@ use serde_json::Value;
 
 use crate::house::tell;
 
-/// The acts of a lesson's only demonstration, as its account tells them.
+/// The acts of a lesson's only demonstration, from its account.
 pub(crate) fn acts(lesson: &str) -> Vec<String> {
     let told = tell(&["teach", lesson, "--json"]);
     assert_eq!((told.status, told.err.as_str()), (Some(0), ""), "{told:?}");
@@ -49,8 +49,8 @@ fn a_figure_is_built_by_placing_things_on_one_another() {
     assert_eq!(acts("config/lessons/task3.toml"), should);
 }
 
-/// The acts of others that Leo told in the frames of a recording, each behind the movements that it told since
-/// the one before; at the end those that no act followed.
+/// The acts of others in a recording, each with the movements reported since the act before. Movements after
+/// the last act come last.
 pub(crate) fn movements(frames: &[Frame]) -> Vec<(Vec<String>, Option<String>)> {
     let told = frames.iter().filter(|frame| frame.buffer == Buffer::Events);
     let told = told.flat_map(|frame| frame.read::<Events>().expect("events of this version").1);
@@ -70,7 +70,7 @@ pub(crate) fn movements(frames: &[Frame]) -> Vec<(Vec<String>, Option<String>)> 
     acts
 }
 
-/// Whether an act is what the movement before it was told to be for.
+/// Whether an act matches the predicted purpose of the movement before it.
 pub(crate) fn comes_true(movement: &str, act: &str) -> bool {
     let Some((who, what)) = movement.split_once(": putting the ") else { return false };
     let Some(done) = act.strip_prefix(who).and_then(|done| done.strip_prefix(": ")) else { return false };
@@ -79,7 +79,7 @@ pub(crate) fn comes_true(movement: &str, act: &str) -> bool {
     } else if let Some((thing, below)) = what.split_once(" onto ") {
         done.contains(&format!("{thing} placed on {below}"))
     } else {
-        // Whether what is laid down somewhere is a gift, the movement does not say.
+        // The predicted movement leaves open whether it is a hand-over.
         let Some(thing) = what.strip_suffix(" down") else { return false };
         ["moved", "handed to"].iter().any(|act| done.starts_with(&format!("{thing} {act}")))
     }

@@ -1,4 +1,4 @@
-//! `leo believe` as its users meet it.
+//! `leo believe` on the command line.
 
 use std::collections::BTreeMap;
 use std::fs;
@@ -12,11 +12,11 @@ use crate::assert_refused;
 use crate::house::{Told, leo, read, tell, write};
 use crate::venv;
 
-/// Fig. 4 of the paper as a recording: a block is moved and a button pressed while he looks away.
+/// Fig. 4 of the paper as a recording: a block is moved and a button pressed while the partner looks away.
 const MOVED: &str = "config/traces/moved.jsonl";
 const HEADER: &str = r#"{"leo_trace": 1}"#;
 
-/// What a command says of JSON lines given on standard input, or of a file.
+/// The JSON lines that a command wrote.
 fn lines(told: &Told) -> Vec<Value> {
     assert_eq!((told.status, told.err.as_str()), (Some(0), ""), "{told:?}");
     told.out.lines().map(|line| serde_json::from_str(line).expect("is JSON")).collect()
@@ -30,14 +30,14 @@ fn number(line: &Value, pointer: &str) -> Option<u64> {
     line.pointer(pointer).and_then(Value::as_u64)
 }
 
-/// Runs a command with something on standard input; its status, and what it said.
+/// Runs a command with this standard input.
 fn pipe(command: &mut Command, input: &[u8]) -> Told {
     command.stdin(Stdio::piped()).stdout(Stdio::piped()).stderr(Stdio::piped());
     let mut child = command.spawn().expect("starts");
     let mut stdin = child.stdin.take().expect("is piped");
     let input = input.to_owned();
     let feed = std::thread::spawn(move || {
-        // Whoever is refused does not read to the end.
+        // A command that fails does not read to the end.
         let _ = stdin.write_all(&input);
     });
     let ended = child.wait_with_output().expect("ends");
@@ -51,7 +51,7 @@ fn believe(arguments: &[&str], input: impl AsRef<[u8]>) -> Told {
     pipe(&mut command, input.as_ref())
 }
 
-/// What differs between the robot and partner 1 at every instant, in words.
+/// The differences between the robot and partner 1 at each instant.
 fn differences(lines: &[Value]) -> BTreeMap<u64, Vec<String>> {
     let mut by_instant: BTreeMap<u64, Vec<String>> = BTreeMap::new();
     for line in lines {
@@ -76,12 +76,12 @@ fn what_happens_behind_his_back_he_does_not_know_until_he_looks_again() {
     let differences = differences(&lines);
     let at = |millis: u64| differences.get(&millis).expect("an instant").as_slice();
     assert_eq!(differences.len(), 29);
-    // He looks on, and looks away while nothing happens.
+    // The partner looks, and then looks away while nothing happens.
     assert!((0..=2000).step_by(200).all(|millis| at(millis).is_empty()), "{differences:?}");
     // The block is moved, then the button is pressed.
     assert!((2200..3600).step_by(200).all(|millis| at(millis) == ["position"]), "{differences:?}");
     assert!((3600..4400).step_by(200).all(|millis| at(millis) == ["on", "position"]), "{differences:?}");
-    // He looks again.
+    // The partner looks again.
     assert!((4400..=5600).step_by(200).all(|millis| at(millis).is_empty()), "{differences:?}");
     let apart = lines.iter().rfind(|line| line.pointer("/percepts/position/apart").is_some());
     let apart = apart.expect("a difference in place");
@@ -100,7 +100,7 @@ fn every_belief_of_every_perspective_is_told_with_its_percepts_by_name() {
     assert_eq!(beliefs.iter().filter(red).filter(|line| number(line, "/perspective") == Some(0)).count(), 29);
     let his = beliefs.iter().filter(red).filter(|line| number(line, "/perspective") == Some(1));
     assert!(his.clone().count() >= 29 && his.clone().all(|line| number(line, "/robot_id") == Some(1)));
-    // Who looks at the block from the other side has it before him.
+    // In the partner's frame the block is in front of the partner.
     let place = his.clone().next().and_then(|line| line.pointer("/percepts/position/feature/0"));
     assert!(place.and_then(Value::as_f64).is_some_and(|x| (x - 0.9).abs() < 1e-6), "{place:?}");
     let held = beliefs.iter().filter(|line| number(line, "/held_by") == Some(0)).count();
@@ -126,7 +126,7 @@ fn the_same_trace_gives_the_same_bytes_and_telling_less_changes_nothing() {
 #[test]
 fn an_mcap_file_is_believed_as_its_lines_are_and_half_of_one_up_to_its_end() {
     let mut writer = trace::Writer::mcap(Vec::new()).expect("writes");
-    // As long a story again and again, that there is more than one chunk.
+    // The story is repeated, so that the file has several chunks.
     let frames: Vec<trace::Frame> = (0..40_u64)
         .flat_map(|time| {
             let again = trace::Reader::open(Path::new(MOVED)).expect("opens");
@@ -195,7 +195,7 @@ fn whose_perspectives_there_are_is_as_told() {
     assert!(
         told.out.contains("observed, and not simulated: partner 1; for his beliefs too, give --partners 1\n")
     );
-    // Of whom nobody has seen, nothing is told.
+    // Nothing is reported about a partner who was never seen.
     let told = tell(&["believe", MOVED, "--partners", "2"]);
     assert!(
         told.out.contains("partner 2 was never there\n") && !told.out.contains("] partner 2"),
@@ -215,7 +215,7 @@ fn what_he_takes_the_robot_to_believe_is_told_by_its_path() {
     let paths: Vec<_> = nested.iter().filter_map(|line| line.pointer("/path")).collect();
     assert_eq!(paths.len(), 29);
     assert!(paths.iter().all(|path| **path == serde_json::json!([1, 0])), "{paths:?}");
-    // While he looks away, he does not know what the robot has come to know.
+    // While the partner looks away, their model of the robot lacks the change.
     let at_odds = nested.iter().filter(|line| text(line, "/record") == "difference").count();
     assert!(at_odds > 0 && nested.iter().any(|line| text(line, "/record") == "belief"));
 }
@@ -262,7 +262,8 @@ fn what_two_sources_see_at_one_place_is_one_thing_and_each_has_its_own_time() {
         .filter(|line| text(line, "/record") == "belief")
         .map(|line| (number(line, "/at_ns"), number(line, "/id"), number(line, "/observations")))
         .collect();
-    // The first two are one look. The last but one is late, and taken as of then; the last is stale.
+    // The first two frames count as one look. The last but one is late and used at its own time; the last is
+    // stale.
     assert_eq!(
         beliefs,
         [(Some(50), Some(1), Some(2)), (Some(70), Some(1), Some(3)), (Some(70), Some(1), Some(4))]
@@ -306,7 +307,7 @@ fn what_cannot_be_used_is_told_at_the_end_and_what_found_no_room_too() {
 
 #[test]
 fn beliefs_that_found_no_room_are_told_of_whose_they_are() {
-    // Never more than are perceived at once, and more than are believed.
+    // Never more observations at once than the capacity, but more beliefs.
     let row = |at_ns: u64, y: f64| {
         let block = |index: u32| format!("{{\"position_m\": [{}, {y}, 0.03]}}", f64::from(index) * 0.3);
         let blocks: Vec<String> = (0..40).map(block).collect();
@@ -341,7 +342,7 @@ fn what_is_no_trace_is_refused_in_one_line() {
     }
     let told = believe(&[], "nothing of the kind");
     assert_refused(&told, 2, &["standard input is no trace"]);
-    // What stands before a mistake is told.
+    // Everything before the error is reported.
     let frame = r#"{"at_ns": 5, "observations": [{"position_m": [0, 0, 0]}]}"#;
     let told = believe(&["--json"], format!("{HEADER}\n{frame}\n{{}}\n"));
     assert_eq!((told.status, told.out.lines().count()), (Some(2), 3), "{told:?}");
@@ -369,7 +370,7 @@ fn bad_usage_of_believe_is_told_with_what_to_do() {
 
 #[test]
 fn who_has_read_enough_ends_it_well_and_a_full_disk_does_not() {
-    // More than a pipe holds, so that it is written to after it was closed.
+    // More than the capacity of a pipe, so that the command writes after it was closed.
     let frame =
         |at: usize| format!("{{\"at_ns\": {at}, \"observations\": [{{\"position_m\": [0, 0, 0]}}]}}\n");
     let trace: String = std::iter::once(format!("{HEADER}\n")).chain((1..2000).map(frame)).collect();
@@ -392,7 +393,7 @@ fn who_has_read_enough_ends_it_well_and_a_full_disk_does_not() {
     assert!(err.starts_with("leo: cannot write to standard output: ") && err.lines().count() == 1, "{err}");
 }
 
-/// A block of `docs/traces.md`, of those of its kind.
+/// The `nth` code block of a language in `docs/traces.md`.
 fn block(kind: &str, nth: usize) -> String {
     let page = read("docs/traces.md");
     let rest = page.split(&format!("```{kind}\n")).nth(1 + nth).expect("a block");
@@ -427,7 +428,7 @@ fn the_example_of_a_detector_does_what_its_page_says() {
     assert_eq!((trace.status, trace.err.as_str()), (Some(0), ""), "{trace:?}");
     let told = believe(&[], &trace.out);
     assert_eq!((told.status, told.out), (Some(0), block("text", 0)));
-    // And what the page shows of the format is of the format.
+    // The format example of the page is valid.
     let told = believe(&[], block("json", 0));
     assert_eq!((told.status, told.err.as_str()), (Some(0), ""), "{told:?}");
     assert!(Path::new(env!("CARGO_MANIFEST_DIR")).join("shared/trace/src/schema.json").exists());

@@ -1,4 +1,4 @@
-//! Files and pipes from strangers: what they may cost, and what is said where they would cost more.
+//! Untrusted files and pipes: limits of their cost, and the messages when a limit is exceeded.
 
 mod mcap;
 
@@ -13,13 +13,13 @@ use crate::house::{Told, leo, short_lesson, tell, write};
 use crate::recordings::{file, recorded};
 use mcap::{Mcap, attachment, channel, message, schema, without_check_sums};
 
-/// No small file and no line makes a command take more memory, in KiB.
+/// Memory limit for a small file or line, in KiB.
 const MEMORY_KIB: u64 = 512 << 10;
-/// What the files expand to, in bytes: more than the memory that is allowed.
+/// Size to which the files expand, in bytes: more than the memory limit.
 const EXPANDED: usize = 900 << 20;
 const MIB: usize = 1 << 20;
 
-/// Runs a command to its end: what it said, and its peak of resident memory in KiB.
+/// Runs a command; returns its output and its peak resident memory in KiB.
 fn measured(arguments: &[&str], input: Stdio) -> (Told, u64) {
     let (mut command, files) = leo(arguments);
     let (out, err) = (files.path().join("out"), files.path().join("err"));
@@ -27,7 +27,7 @@ fn measured(arguments: &[&str], input: Stdio) -> (Told, u64) {
     let mut child = command.stdin(input).stdout(to(&out)).stderr(to(&err)).spawn().expect("starts");
     let mut peak_kib = 0;
     let status = loop {
-        // The peak stands there until the process ends, and only grows.
+        // The peak only grows and is readable until the process ends.
         let status = fs::read_to_string(format!("/proc/{}/status", child.id())).unwrap_or_default();
         let peak = status.lines().find_map(|line| line.strip_prefix("VmHWM:")?.trim().strip_suffix(" kB"));
         peak_kib = peak.and_then(|peak| peak.parse().ok()).unwrap_or(0).max(peak_kib);
@@ -43,7 +43,7 @@ fn measured(arguments: &[&str], input: Stdio) -> (Told, u64) {
     (Told { status: status.code(), out: said(out), err: said(err) }, peak_kib)
 }
 
-/// A command refuses a file, says why, and takes no more memory than is allowed.
+/// Checks that a command refuses a file with these words and stays within the memory limit.
 fn assert_bounded(arguments: &[&str], input: Stdio, words: &[&str]) {
     let (told, peak_kib) = measured(arguments, input);
     assert!(peak_kib > 1 << 10, "the memory of {arguments:?} was not seen");
@@ -58,14 +58,14 @@ fn small(folder: &TempDir, name: &str, bytes: &[u8]) -> String {
     to
 }
 
-/// A file of zeros that is a gigabyte long and takes no room.
+/// A sparse file of 1 GiB.
 fn sparse(folder: &TempDir, name: &str) -> String {
     let to = file(folder, name);
     File::create(&to).and_then(|file| file.set_len(1 << 30)).expect("makes a file");
     to
 }
 
-/// A recording whose chunks expand to [`EXPANDED`] bytes of such records, each as long as a MiB.
+/// A recording whose chunks expand to [`EXPANDED`] bytes of 1 MiB records.
 fn expanding(is_checked: bool, record: impl Fn(usize) -> Vec<u8>) -> Vec<u8> {
     const AT_ONCE: usize = 60;
     let mut recording = Mcap::recording();
@@ -98,7 +98,7 @@ fn a_small_recording_that_expands_to_gigabytes_is_refused_by_its_name_and_costs_
 #[test]
 fn a_small_trace_that_expands_to_gigabytes_is_refused_by_its_name_and_costs_little() {
     let folder = tempfile::tempdir().expect("a folder");
-    // Of one instant, by many sources: they are believed together.
+    // Many sources at one instant: their frames are believed together.
     let observation = r#"{"position_m":[0,0,0]},"#.repeat(60_000);
     let json = format!(r#"{{"at_ns":1,"observations":[{}]}}"#, observation.trim_end_matches(','));
     let mut trace = Mcap::new("leo_trace/1");
@@ -159,7 +159,7 @@ fn a_line_or_a_file_of_a_gigabyte_is_refused_by_every_command_that_reads_one() {
     for (arguments, words) in table {
         let is_import = arguments.contains(&"import");
         if is_import {
-            // It is not expanded: as much is read as may be, once.
+            // An import is not expanded; the file is read once up to the limit.
             assert_refused(&measured(arguments, Stdio::null()).0, 2, &[&long, words]);
         } else {
             assert_bounded(arguments, Stdio::null(), &[&long, words]);

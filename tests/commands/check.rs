@@ -6,7 +6,7 @@ use std::process::{Command, Stdio};
 use crate::assert_refused;
 use crate::house::{Leo, Told, leo, read, tell, write};
 
-/// A check that measures nothing.
+/// Runs `leo check` without measurements.
 fn check(arguments: &[&str]) -> Told {
     tell(&[&["check", "--seconds", "0"], arguments].concat())
 }
@@ -61,7 +61,7 @@ fn an_old_configuration_is_brought_forward_once_and_kept_as_it_was() {
     let perspective = write(&files, "perspective.toml", "[sight]\nrange_m = \"far\"\n");
     let mend = format!("an older file? `leo check --config {config} --migrate`");
     assert_refused(&check(&["--config", &config]), 2, &["missing field `noise`", &mend]);
-    // What is wrong with one file keeps every file as it is.
+    // An error in one file leaves every file unchanged.
     assert_refused(&check(&["--config", &config, "--migrate"]), 2, &["perspective.toml:2:"]);
     assert_eq!(read(&config), old);
     fs::remove_file(perspective).expect("was there");
@@ -79,7 +79,7 @@ fn an_old_configuration_is_brought_forward_once_and_kept_as_it_was() {
     let told = check(&["--config", &config, "--migrate"]);
     assert!(told.status == Some(0) && !told.out.contains("was migrated"), "{told:?}");
     assert_eq!(read(&config), new);
-    // A copy that is there is never written over.
+    // An existing backup is never overwritten.
     fs::write(&config, &old).expect("writes");
     assert_refused(&check(&["--config", &config, "--migrate"]), 2, &["leo.toml.old", "move it away"]);
     assert_eq!(read(&config), old);
@@ -157,7 +157,7 @@ fn a_key_that_an_older_perspective_lacks_is_an_error_that_says_what_puts_it_in()
     assert!(told.status == Some(0) && told.out.contains("perspective.toml was migrated"), "{told:?}");
 }
 
-/// Brings two files forward on a disk with no room, and then with a little more, until they are.
+/// Migrates two files on a full disk, with a little more room at each attempt.
 const ON_A_FULL_DISK: &str = r#"
 mkdir "$1/disk" && mount -t tmpfs -o size=128k tmpfs "$1/disk" && cd "$1/disk" || exit 77
 cp "$1/leo.toml" "$1/perspective.toml" . || exit 3
@@ -192,13 +192,13 @@ fn files_for_which_a_disk_has_no_room_stay_as_they_are_until_there_is_some() {
     assert_eq!(told.status, Some(0), "{told:?}");
     let refused =
         told.out.lines().last().and_then(|line| line.strip_prefix("refused: ")?.parse::<u32>().ok());
-    // Two files, and each of them twice: once the first is there, there is no room yet for the other.
+    // Two files, twice each: with room for the first there is still none for the second.
     assert!(refused.is_some_and(|refused| refused >= 4), "{told:?}");
     assert!(told.err.contains("cannot migrate") && told.err.contains("No space left on device"), "{told:?}");
     assert!(told.err.contains("perspective.toml: No space"), "{told:?}");
 }
 
-/// The lines about one thing, each with the line below it that says what mends it.
+/// The lines about a subject, each with the following advice.
 fn about(told: &Told, what: &str) -> String {
     let lines: Vec<&str> = told.out.lines().collect();
     let is_it = |line: &&str| line.get(9..).is_some_and(|rest| rest.starts_with(what));

@@ -1,11 +1,11 @@
-//! What Leo does where its own view and the teacher's perspective give different rules, as `leo.toml` says.
+//! The configured policies for rules that differ between Leo's own view and the teacher's perspective.
 
 use serde_json::Value;
 
 use crate::TASK_1;
 use crate::house::{read, tell, write};
 
-/// What came of a lesson with one task.
+/// The result of a lesson with one task.
 struct Taught {
     rule: String,
     perspective: String,
@@ -47,8 +47,8 @@ impl Taught {
     }
 }
 
-/// Task 1 with a third demonstration, in which the teacher leaves out a red block that he sees; then he says
-/// something, or nothing.
+/// Task 1 with a third demonstration, in which the teacher leaves out a red block in view. Then the teacher
+/// answers, or not.
 fn with_a_slip(answer: Option<&str>) -> String {
     let lesson = read(TASK_1);
     let (shown, novel) = lesson.split_once("# The novel set").expect("a novel set");
@@ -99,7 +99,7 @@ fn task_1_is_performed_as_the_teacher_or_as_leo_saw_it_and_the_conflict_is_said(
 fn what_the_teacher_knew_and_left_out_is_asked_before_anybody_is_followed() {
     let files = tempfile::tempdir().expect("a folder");
     let lesson = |answer| write(&files, "lesson.toml", &with_a_slip(answer));
-    // As it comes, the teacher is followed before he answers.
+    // Under the first policy the teacher is followed before they answer.
     let human = taught(&lesson(None), "human");
     assert_eq!(human.outcome(), ["all", "human", "filled 5 of 5"]);
     assert!(human.said(ASKED) && !human.said.iter().any(|said| said.starts_with("I do not know")));

@@ -1,4 +1,4 @@
-//! `leo emergency-stop` where it cannot do all that it should: it stops whatever it can.
+//! `leo emergency-stop` under partial failures: it stops every robot that it can reach.
 
 use std::fs;
 use std::os::unix::fs::{MetadataExt as _, PermissionsExt as _, chown};
@@ -11,10 +11,10 @@ use transport::janitor::{Claim, claim};
 
 use crate::house::public_executable;
 
-/// A user of this test alone: a stop of all robots of a user stops those of other tests as well.
+/// A user of this test only: stopping all robots of a user would also stop those of other tests.
 const USER: u32 = 65_533;
 
-/// A robot that a living supervisor holds, as far as anybody can see; it is gone in the end.
+/// A domain that looks like a running robot; removed at the end.
 struct Robot {
     domain: Domain,
     _claim: Claim,
@@ -57,7 +57,7 @@ impl Drop for Robot {
     }
 }
 
-/// Exit status, standard output, standard error.
+/// Returns exit status, standard output and standard error.
 fn run(command: &mut Command) -> (Option<i32>, String, String) {
     let told = command.env_clear().stdin(Stdio::null()).output().expect("runs");
     let text = |bytes: &[u8]| String::from_utf8_lossy(bytes).into_owned();
@@ -76,7 +76,7 @@ fn of_two_robots_the_one_is_stopped_though_the_other_cannot_be() {
     }
     let files = tempfile::tempdir().expect("a folder");
     let leo = public_executable(&files);
-    // In the order in which they are stopped.
+    // In stopping order.
     let [locked, open] = ["stop-a", "stop-b"].map(Robot::of);
     for robot in [&locked, &open] {
         robot.belongs_to(USER);
@@ -84,7 +84,8 @@ fn of_two_robots_the_one_is_stopped_though_the_other_cannot_be() {
     fs::set_permissions(locked.root(), fs::Permissions::from_mode(0o555)).expect("is ours");
     let stop = |arguments: &[&str]| {
         let user = USER.to_string();
-        // In a network of its own, where no stop socket is: without a domain, it reaches every robot of this machine.
+        // In its own network namespace without a stop socket. Without a domain, the command reaches every
+        // robot of this machine.
         let mut command = Command::new("/usr/bin/unshare");
         command.args(["--net", "/usr/bin/setpriv", "--reuid", &user, "--regid", &user, "--clear-groups"]);
         run(command.arg(&leo).arg("emergency-stop").args(arguments))
@@ -96,7 +97,7 @@ fn of_two_robots_the_one_is_stopped_though_the_other_cannot_be() {
     assert!(err.starts_with(&format!("leo: {locked}: ")) && !err.contains(&open), "{err}");
     assert!(out.contains(&format!("{open}: raised")) && !out.contains(&locked), "{out}");
 
-    // What is not raised needs no release, whoever may write there.
+    // Releasing a stop that was not raised succeeds, whatever the permissions.
     let (status, out, err) = stop(&["--release"]);
     assert_eq!((status, err.as_str()), (Some(0), ""), "{out}");
     assert_eq!(out, format!("{locked}: was not raised\n{open}: released\n"));
@@ -105,14 +106,14 @@ fn of_two_robots_the_one_is_stopped_though_the_other_cannot_be() {
 #[test]
 fn a_stop_whose_reason_finds_no_room_is_raised_all_the_same() {
     let robot = Robot::of("stop-full");
-    // No file may get a byte: to a program that is as a full file system.
+    // A file size limit of 0 has the effect of a full file system.
     let script = "ulimit -f 0; trap '' XFSZ; exec \"$0\" emergency-stop --domain \"$1\"";
     let mut command = Command::new("/bin/sh");
     command.args(["-c", script, env!("CARGO_BIN_EXE_leo")]).arg(robot.root());
     let (status, out, err) = run(&mut command);
     assert!(robot.is_stopped());
     assert_eq!(fs::read(robot.root().join("emergency-stop")).expect("reads"), b"", "there was room");
-    // No motor process runs that could confirm it.
+    // No motor process runs that could confirm the stop.
     assert_eq!((status, err.as_str()), (Some(1), ""), "{out}");
     assert!(out.contains("raised, but NOT CONFIRMED"), "{out}");
 }
@@ -193,7 +194,7 @@ fn a_robot_that_is_named_is_stopped_before_it_runs() {
     assert_eq!((status, out), (Some(0), format!("{root}: released\n")), "{err}");
     assert!(!Path::new(&root).exists());
 
-    // No robot could ever run there.
+    // No robot can run in such a domain.
     let elsewhere = files.path().join("leo-robot");
     let (status, _, err) = leo(&["emergency-stop", "--domain", elsewhere.to_str().expect("text")]);
     assert!(status == Some(2) && err.contains("cannot be a domain"), "{err}");

@@ -1,4 +1,4 @@
-//! The timeline of Fig. 4 of the paper, as the running processes publish it in the lesson of it.
+//! The timeline of Fig. 4 of the paper, as the processes publish it in the lesson.
 
 use std::collections::BTreeMap;
 
@@ -9,10 +9,10 @@ use recording::Buffer;
 use crate::house::tell;
 use crate::recordings::{file, frames};
 
-/// Whether somebody believes the button to be pressed, and when he last perceived it.
+/// Whether an agent believes that the button is pressed, and when it was last perceived.
 type Pressed = (bool, u64);
 
-/// What a frame of beliefs says of the button: a red square, whose hole the peg fills.
+/// The button in a frame of beliefs: a red square, whose hole the peg fills.
 fn button(percepts: &Percepts, beliefs: &[Belief]) -> Option<Pressed> {
     let is = |belief: &Belief, percept: &str, name: &str| {
         let number = percepts.index(percept).expect("configured");
@@ -47,13 +47,14 @@ fn he_believes_the_button_as_he_last_saw_it_until_he_looks_again() {
     let both: Vec<(u64, Pressed, Pressed)> = both.collect();
     let spans: Vec<_> = both.chunk_by(|a, b| (a.1.0, a.2.0) == (b.1.0, b.2.0)).collect();
 
-    // Not pressed for both; pressed behind his back; he looks again.
+    // Not pressed for both; pressed behind the partner's back; the partner looks again.
     let sequence: Vec<_> = spans.iter().map(|span| (span[0].1.0, span[0].2.0)).collect();
     assert_eq!(sequence, [(false, false), (true, false), (true, true)]);
-    // Pressed 4.5 s after the script began, seen by him again between 8 s and 9 s after.
+    // Pressed 4.5 s after the start, seen again by the partner between 8 s and 9 s.
     let apart_ms = |span: &[(u64, Pressed, Pressed)]| (span[span.len() - 1].0 - span[0].0) / 1_000_000;
     assert!((3_400..4_700).contains(&apart_ms(spans[1])), "{} ms", apart_ms(spans[1]));
-    // All the while the robot perceives it, and he does not: his belief is that of before he turned away.
+    // Meanwhile the robot perceives the button and the partner does not: the partner's belief is from before
+    // they turned away.
     let [first, .., last] = spans[1] else { panic!("more than one frame") };
     assert!(last.1.1 > first.1.1 && last.2.1 == first.2.1 && first.2.1 + 1_000_000_000 < first.0);
 }

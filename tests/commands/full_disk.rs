@@ -2,7 +2,7 @@ use std::process::{Command, Stdio};
 
 use super::house::{Leo, leo, short_lesson, write};
 
-/// Teaches a robot whose disk is full by then and has room again later, and says what it remembers.
+/// Teaches a robot whose disk is full and later has room again, and prints its log.
 const SCRIPT: &str = r#"
 mkdir "$1" && mount -t tmpfs -o size=6m tmpfs "$1" || exit 77
 export XDG_STATE_HOME="$1"

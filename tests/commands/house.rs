@@ -8,10 +8,10 @@ use clock::Duration;
 use rustix::process::{Pid, Signal, kill_process, kill_process_group};
 use tempfile::TempDir;
 
-/// Patience with a loaded machine: the whole study, in a debug build, takes a slow one five minutes.
+/// Generous: the whole study takes five minutes in a debug build on a slow machine.
 const PATIENCE: Duration = Duration::from_secs(900);
 
-/// What a command said, and its exit status; none when a signal ended it.
+/// Output and exit status of a command; no status if a signal ended it.
 #[derive(Debug)]
 pub(crate) struct Told {
     pub(crate) status: Option<i32>,
@@ -19,14 +19,13 @@ pub(crate) struct Told {
     pub(crate) err: String,
 }
 
-/// A command of `leo` under way, in a process group of its own. Dropping it kills it.
+/// A running `leo` command in its own process group; dropping it kills it.
 pub(crate) struct Leo {
     child: Child,
     files: TempDir,
 }
 
-/// A command of `leo` with nothing of this machine's in its environment, and a folder for what it
-/// remembers.
+/// A `leo` command with an empty environment and its own state directory.
 pub(crate) fn leo(arguments: &[&str]) -> (Command, TempDir) {
     let files = tempfile::tempdir().expect("a folder");
     let mut command = Command::new(env!("CARGO_BIN_EXE_leo"));
@@ -35,30 +34,30 @@ pub(crate) fn leo(arguments: &[&str]) -> (Command, TempDir) {
     (command, files)
 }
 
-/// Runs a command of `leo` to its end.
+/// Runs a `leo` command to its end.
 pub(crate) fn tell(arguments: &[&str]) -> Told {
     let (command, files) = leo(arguments);
     Leo::start(command, files).end()
 }
 
-/// A file of a test's own.
+/// Writes a file and returns its path.
 pub(crate) fn write(folder: &TempDir, name: &str, text: &str) -> String {
     let file = folder.path().join(name);
     fs::write(&file, text).expect("writes");
     file.display().to_string()
 }
 
-/// A file of the repository.
+/// Reads a file of the repository.
 pub(crate) fn read(file: &str) -> String {
     fs::read_to_string(Path::new(env!("CARGO_MANIFEST_DIR")).join(file)).expect("reads")
 }
 
-/// The lesson of the study cut down to its first demonstration: nothing is performed.
+/// The study's lesson cut down to its first demonstration, without a performance.
 pub(crate) fn short_lesson() -> String {
     read("config/lessons/task1.toml").split("# The second demonstration").next().expect("a half").to_owned()
 }
 
-/// Waits until `holds`, for as long as is patient; whether it does.
+/// Waits until a condition holds; `false` on time-out.
 pub(crate) fn wait_until(mut holds: impl FnMut() -> bool) -> bool {
     let end = clock::now() + PATIENCE;
     while clock::now() < end {
@@ -78,12 +77,12 @@ impl Leo {
         Self { child: command.spawn().expect("starts"), files }
     }
 
-    /// What it said up to now.
+    /// Its output so far.
     pub(crate) fn said(&self, stream: &str) -> String {
         fs::read_to_string(self.files.path().join(stream)).expect("reads")
     }
 
-    /// Waits for its end; nothing of it may be left then.
+    /// Waits for its end and checks that it left nothing behind.
     pub(crate) fn end(mut self) -> Told {
         let mut status = None;
         let ended = wait_until(|| {
@@ -101,22 +100,22 @@ impl Leo {
         told
     }
 
-    /// The folder of the domain of its own that the supervisor made.
+    /// The folder of the supervisor's domain.
     pub(crate) fn domain(&self) -> PathBuf {
         format!("/dev/shm/leo-{}", self.child.id()).into()
     }
 
-    /// Kills it; what it has written is there.
+    /// Kills it; its files are kept.
     pub(crate) fn kill(mut self) {
         self.child.kill().and_then(|()| self.child.wait()).expect("is ours");
     }
 
-    /// Ctrl-C.
+    /// Sends Ctrl-C.
     pub(crate) fn interrupt(&self) {
         kill_process_group(self.pid(), Signal::INT).expect("lives");
     }
 
-    /// Sends a signal to one of the robot's processes once it is there.
+    /// Sends a signal to one of the robot's processes, once it runs.
     pub(crate) fn signal(&self, process: &str, signal: Signal) {
         let find = || self.processes().into_iter().find(|(_, name)| name == process);
         assert!(wait_until(|| find().is_some()), "`{process}` is not started\n{}", self.said("err"));
@@ -124,7 +123,7 @@ impl Leo {
         kill_process(Pid::from_raw(pid).expect("a process number"), signal).expect("lives");
     }
 
-    /// The robot's processes, by the domain of its own that the supervisor made.
+    /// The robot's processes, found by their domain.
     pub(crate) fn processes(&self) -> Vec<(i32, String)> {
         let domain = format!("/dev/shm/leo-{}", self.child.id());
         let mut found = Vec::new();
@@ -159,7 +158,7 @@ impl Drop for Leo {
     }
 }
 
-/// The executable where everybody may run it.
+/// A copy of the executable that every user may run.
 pub(crate) fn public_executable(folder: &TempDir) -> PathBuf {
     let file = folder.path().join("leo");
     fs::copy(env!("CARGO_BIN_EXE_leo"), &file).expect("copies");

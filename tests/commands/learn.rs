@@ -1,4 +1,4 @@
-//! `leo learn` as its users meet it.
+//! `leo learn` on the command line.
 
 use serde_json::Value;
 
@@ -34,7 +34,7 @@ fn each_perspective_learns_its_own_rule_and_the_teachers_is_followed() {
     }
 }
 
-/// What is concluded of the built-in examples and of the second of them once more, changed, under a policy.
+/// The result for the built-in examples plus a changed copy of the last one, under a policy.
 fn concluded(on_conflict: &str, change: impl Fn(&mut Value)) -> Value {
     let files = tempfile::tempdir().expect("a folder");
     let key = format!("on_conflict = \"{on_conflict}\"");
@@ -51,7 +51,7 @@ fn concluded(on_conflict: &str, change: impl Fn(&mut Value)) -> Value {
     serde_json::from_str(&told.out).expect("one JSON document")
 }
 
-/// A green square stays empty that both see.
+/// Leaves a green square empty that both perspectives see.
 fn leave_one_out(more: &mut Value) {
     let perspectives = more["perspectives"].as_array_mut().expect("a list");
     for perspective in perspectives {

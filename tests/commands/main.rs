@@ -1,4 +1,4 @@
-//! The commands as their users meet them, over the real executable.
+//! The commands on the command line, with the real executable.
 #![expect(clippy::expect_used, reason = "a test fails by panicking")]
 
 mod acts;
@@ -32,10 +32,10 @@ use rustix::process::{Resource, Rlimit, Signal, getrlimit, getuid, setrlimit};
 use house::{Leo, Told, leo, public_executable, read, short_lesson, tell, wait_until, write};
 
 const TASK_1: &str = "config/lessons/task1.toml";
-/// An ordinary user of no group that matters: `nobody`.
+/// An ordinary user without special groups: `nobody`.
 const NOBODY: u32 = 65534;
 
-/// An error as it should be: one line on standard error, nothing on standard output.
+/// Checks an error: one line on standard error, nothing on standard output.
 fn assert_refused(told: &Told, status: i32, words: &[&str]) {
     assert_eq!(told.status, Some(status), "{told:?}");
     assert_eq!(told.out, "", "{told:?}");
@@ -49,7 +49,7 @@ fn assert_refused(told: &Told, status: i32, words: &[&str]) {
 #[test]
 fn perspective_taking_decides_what_is_learned_and_every_run_says_the_same_bytes() {
     let files = tempfile::tempdir().expect("a folder");
-    // Perspectives nested deeper are nothing that is learned from.
+    // Deeper nested perspectives do not affect learning.
     let deeper = read("config/leo.toml").replace("depth = 1 ", "depth = 2 ");
     assert!(deeper.contains("depth = 2 "));
     let nested = write(&files, "leo.toml", &deeper);
@@ -163,7 +163,7 @@ fn a_wrong_configuration_is_one_error_that_names_the_place() {
     }
 }
 
-/// Files beside a `leo.toml` that are each no body together with the built-in ones, and what is said of it.
+/// Files beside `leo.toml` that are inconsistent with the built-in ones, and the expected messages.
 fn wrong_bodies() -> Vec<(&'static str, String, &'static [&'static str])> {
     let changed = |file: &str, from: &str, to: &str| {
         let right = read(&format!("config/{file}"));
@@ -238,7 +238,7 @@ fn a_wrong_lesson_is_one_error_that_names_the_place() {
     for file in [file.as_str(), "/nowhere/wrong.toml"] {
         assert_refused(&tell(&["teach", file]), 2, &["wrong.toml"]);
         assert_refused(&tell(&["run", "--lesson", file]), 2, &["wrong.toml"]);
-        // One wrong lesson among right ones: none is played.
+        // One invalid lesson among valid ones: none is played.
         assert_refused(&tell(&["teach", TASK_1, file]), 2, &["wrong.toml"]);
     }
 }
@@ -375,7 +375,7 @@ fn what_the_robot_has_no_room_for_is_told_once_and_it_goes_on() {
     let words =
         "there is more than I have room for, and some of it is left out: raise `buffers.objects` in leo.toml";
     assert!(wait_until(|| run.said("out").contains(words)), "{}\n{}", run.said("out"), run.said("err"));
-    // The lesson goes on for long after that.
+    // The lesson continues long after that.
     assert!(wait_until(|| run.said("out").matches("teacher:").count() >= 2), "{}", run.said("out"));
     run.interrupt();
     let told = run.end();
@@ -445,7 +445,7 @@ fn an_ordinary_user_gets_the_robot_and_one_warning_about_rights() {
         eprintln!("SKIPPED: only root can become another user");
         return;
     }
-    // Root's processes have the rights whatever the limits are.
+    // Root has the rights whatever the limits are.
     for resource in [Resource::Rtprio, Resource::Memlock] {
         let maximum = getrlimit(resource).maximum;
         setrlimit(resource, Rlimit { current: Some(0), maximum }).expect("lowers");

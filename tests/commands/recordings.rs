@@ -1,4 +1,4 @@
-//! `leo teach --record` and `leo record`: what is in the file, and what becomes of it on a full disk.
+//! `leo teach --record` and `leo record`: the content of the file, and behaviour on a full disk.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -12,12 +12,12 @@ use tempfile::TempDir;
 use crate::assert_refused;
 use crate::house::{Leo, Told, leo, short_lesson, tell, wait_until, write};
 
-/// A file in a folder, by its path.
+/// The path of a file in a folder.
 pub(crate) fn file(folder: &TempDir, name: &str) -> String {
     folder.path().join(name).display().to_string()
 }
 
-/// Records a lesson, which succeeds and says nothing on standard error.
+/// Records a lesson and checks that nothing is reported on standard error.
 pub(crate) fn recorded(lesson: &str, to: &str) -> Told {
     let told = tell(&["teach", lesson, "--record", to]);
     assert_eq!((told.status, told.err.as_str()), (Some(0), ""), "{told:?}");
@@ -29,7 +29,7 @@ pub(crate) fn frames(file: &str) -> Vec<Frame> {
     reader.map(|frame| frame.expect("is whole")).collect()
 }
 
-/// How many frames of a buffer a replay found equal.
+/// Number of frames of a topic that a replay found equal.
 pub(crate) fn equal(told: &Told, buffer: &str) -> Option<usize> {
     let line = told.out.lines().find(|line| line.split_whitespace().next() == Some(buffer))?;
     line.split_whitespace().nth(1)?.parse().ok()
@@ -122,7 +122,7 @@ fn a_disk_that_fills_up_leaves_what_was_written() {
     assert!(equal(&told, "leo/beliefs/1").is_some_and(|frames| frames > 100), "{told:?}");
 }
 
-/// A running robot, by the folder of its domain.
+/// A running robot and its domain.
 struct Robot(Leo, PathBuf);
 
 fn robot() -> Robot {
@@ -133,8 +133,8 @@ fn robot() -> Robot {
     Robot(robot, domain)
 }
 
-/// Records onto a disk of its own, of forty megabytes of which six are free, and then onto what is left of
-/// it; the disk goes with the script, a copy of the file stays.
+/// Records to a disk of 40 MB with 6 MB free, and then to what is left of it. The disk is removed with the
+/// script; a copy of the file is kept.
 const ONTO_A_SMALL_DISK: &str = "mount -t tmpfs -o size=40m tmpfs \"$1\" || exit 77
     head -c 34m /dev/zero > \"$1/others\"
     \"$0\" record \"$1/full.mcap\" --domain \"$3\"; status=$?
@@ -169,7 +169,7 @@ fn a_disk_without_room_ends_the_recording_with_one_error_and_not_the_robot_and_s
     let mut reader = Reader::open(Path::new(&copy)).expect("is a recording");
     let read = reader.by_ref().inspect(|frame| assert!(frame.is_ok(), "{frame:?}")).count();
     assert!(read > 500 && !reader.is_cut(), "{read}");
-    // The robot runs on, and can be recorded.
+    // The robot is still running and can be recorded.
     let whole = file(&folder, "whole.mcap");
     let told = tell(&["record", &whole, "--for", "1", "--domain", &domain.display().to_string()]);
     assert_eq!(told.status, Some(0), "{told:?}");
@@ -194,7 +194,7 @@ fn a_running_robot_is_recorded_and_notices_nothing() {
         wait_until(|| Reader::open(Path::new(to)).is_ok_and(|reader| reader.flatten().count() > count))
     };
 
-    // Two at once; one is killed, and what it wrote can be read.
+    // Two recorders at once: one is killed, and its file can be read.
     let (first, second) = (record(&whole), record(&killed));
     assert!(holds(&killed, 500), "{}", second.said("err"));
     second.kill();
@@ -215,15 +215,15 @@ fn a_running_robot_is_recorded_and_notices_nothing() {
         told.out.lines().filter_map(|line| line.split_whitespace().nth(1)?.parse::<usize>().ok()).sum();
     assert_eq!(said, count, "{told:?}");
 
-    // A full disk ends the recording, and the robot goes on.
+    // A full disk ends the recording but not the robot.
     let full = tell(&["record", "/dev/full", "--domain", &domain]);
     assert_refused(&full, 1, &["/dev/full", "No space left"]);
 
-    // What was recorded in the machine's time is played, and nothing is claimed of it.
+    // A recording in wall time is replayed without comparison.
     let told = tell(&["replay", &whole]);
     assert_eq!((told.status, told.err.as_str()), (Some(0), ""), "{told:?}");
     assert!(told.out.contains("nothing was compared: "), "{told:?}");
-    // What the processes make of it is the same every time.
+    // The replayed output itself is reproducible.
     let again = file(&folder, "again.mcap");
     let told = tell(&["replay", &whole, "--record", &again]);
     assert_eq!((told.status, told.err.as_str()), (Some(0), ""), "{told:?}");
@@ -232,8 +232,7 @@ fn a_running_robot_is_recorded_and_notices_nothing() {
     assert!(equal(&told, "leo/beliefs/1").is_some_and(|frames| frames > 50), "{told:?}");
     assert!(!told.out.contains("not compared"), "{told:?}");
 
-    // With the robot, the recording ends, and so does one that keeps the last while in memory: it is written
-    // down then.
+    // The recording ends with the robot. A recorder that keeps the last seconds in memory writes them then.
     let last = file(&folder, "last.mcap");
     let (command, files) = leo(&["record", &last, "--domain", &domain, "--last", "1"]);
     let third = record(&to_the_end);
@@ -256,19 +255,19 @@ fn a_running_robot_is_recorded_and_notices_nothing() {
     let ((all, until), (some, until_then)) = (lasts(&to_the_end), lasts(&last));
     assert!(some < all && some > 100, "{some} of {all}");
     assert!(until.abs_diff(until_then) < 1_000_000_000, "{until} {until_then}");
-    // A busy machine may have told the robot of itself; nobody of it died.
+    // A busy machine may cause warnings, but no process died.
     let ended = robot.end();
     assert_eq!(ended.status, Some(0), "{ended:?}");
     assert!(!ended.err.contains("died") && !ended.err.contains("killed"), "{ended:?}");
 }
 
-/// The recorder of a process that goes on: started, asked and stopped, and again.
+/// The recorder within a longer-lived process: started, queried and stopped, twice.
 #[test]
 fn a_process_records_and_goes_on() {
     let folder = tempfile::tempdir().expect("a folder");
     let Robot(robot, domain) = robot();
     let domain = transport::Domain::at(&domain).expect("a domain");
-    // It has a place of its own in the domain, too.
+    // The process is also a node of the domain.
     let queues = transport::Queues { frames: 1, delivery: transport::Delivery::Newest };
     let node = transport::Node::join(&domain, "test", 1, queues).expect("joins");
     for name in ["1.mcap", "2.mcap"] {
@@ -296,7 +295,7 @@ fn a_process_records_and_goes_on() {
     )
     .expect_err("is refused");
     assert!(full.to_string().contains("/dev/full"), "{full}");
-    // What was last is written down whenever it is asked for.
+    // The last seconds can be written at any time.
     let subject = Subject::load(None, Time::Wall, None, Pose::identity(), "a test").expect("built in");
     let recorder =
         recording::Recorder::keep(&domain, subject, std::time::Duration::from_secs(60), usize::MAX);

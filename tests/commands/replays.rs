@@ -1,4 +1,4 @@
-//! `leo replay`: what was recorded comes back bit by bit, and what does not is named.
+//! `leo replay`: replayed output is bit-identical, and every difference is named.
 
 use std::collections::BTreeMap;
 use std::fs::{self, File};
@@ -13,7 +13,7 @@ use crate::assert_refused;
 use crate::house::{Leo, Told, leo, read, short_lesson, tell, wait_until, write};
 use crate::recordings::{equal, file, frames, recorded};
 
-/// Writes a recording of a lesson in lockstep time with these frames.
+/// Writes a lockstep recording of a lesson with these frames.
 fn rewritten(frames: &[Frame], to: &str) {
     let subject = Subject::load(None, Time::Lockstep, None, Pose::identity(), "a test").expect("built in");
     let mut writer = Writer::new(File::create(to).expect("makes"), &subject).expect("begins");
@@ -21,11 +21,11 @@ fn rewritten(frames: &[Frame], to: &str) {
     writer.finish().expect("ends");
 }
 
-/// A lesson comes back bit by bit: what is believed of every perspective, how they differ, what is learned,
-/// and where the joints shall be. The recording's file is `to`.
+/// Records a lesson to `to` and checks that its replay is bit-identical: beliefs of every perspective,
+/// differences, events and joint goals.
 fn comes_back(lesson: &str, config: Option<&str>, to: &str) {
     let mut arguments = vec!["teach", lesson, "--record", to];
-    // The file of another lesson may be there.
+    // The file of another lesson may exist.
     arguments.push("--overwrite");
     arguments.extend(config.iter().flat_map(|config| ["--config", config]));
     let told = tell(&arguments);
@@ -48,7 +48,7 @@ fn comes_back(lesson: &str, config: Option<&str>, to: &str) {
     }
 }
 
-/// Every act of others in a recording of a lesson was seen to begin, once, as what it became.
+/// Checks that every act of others was predicted exactly once, and correctly.
 fn is_foreseen(lesson: &str, recording: &str) {
     for (movements, act) in movements(&frames(recording)) {
         let comes_true = match (movements.as_slice(), &act) {
@@ -60,8 +60,7 @@ fn is_foreseen(lesson: &str, recording: &str) {
     }
 }
 
-/// Lessons that need another `leo.toml` than the one that comes with the program to show what they show, and
-/// what is otherwise in it, as `docs/lessons.md` says.
+/// Lessons that need a changed `leo.toml`, with the change that `docs/lessons.md` describes.
 const OTHERWISE: [(&str, &str, &str); 5] = [
     ("a_slip", "\nnoise = 0.0 ", "\nnoise = 0.05 "),
     ("the_far_ones", "\nlanguage = \"paper\"", "\nlanguage = \"extended\""),
@@ -70,17 +69,17 @@ const OTHERWISE: [(&str, &str, &str); 5] = [
     ("you_do_not_know_that_i_saw", "\ndepth = 1 ", "\ndepth = 2 "),
 ];
 
-/// A text with one thing changed in it.
+/// A text with exactly one replacement.
 fn changed(text: &str, from: &str, to: &str) -> String {
     assert_eq!(text.matches(from).count(), 1, "{from}");
     text.replace(from, to)
 }
 
-/// Parts of the lessons, of which each is a test below: the list is the program's, so that no lesson is
-/// forgotten, and the parts run side by side, none for so long that a runner gives it up.
+/// Number of tests among which the built-in lessons are divided. The list is the program's, so that no lesson
+/// is missed. The tests run in parallel, none too long for a CI runner.
 const PARTS: usize = 4;
 
-/// Every lesson of a part comes back, and its acts were foreseen.
+/// Checks replay and prediction for every lesson of a part.
 fn part_comes_back(part: usize) {
     let folder = tempfile::tempdir().expect("a folder");
     let to = file(&folder, "lesson.mcap");
@@ -145,14 +144,14 @@ fn a_recording_is_the_same_bytes_every_time_and_every_difference_of_a_replay_is_
     assert_eq!(told.out, tell(&["teach", &lesson]).out, "recording changes nothing of the lesson");
     assert!(fs::read(&one).expect("reads") == fs::read(&other).expect("reads"), "the bytes differ");
 
-    // Of a replay it is the same file once more.
+    // Recording a replay gives the same file again.
     let told = tell(&["replay", &one, "--record", &other, "--overwrite"]);
     assert_eq!((told.status, told.err.as_str()), (Some(0), ""), "{told:?}");
     assert!(fs::read(&one).expect("reads") == fs::read(&other).expect("reads"), "the bytes differ");
     assert_refused(&tell(&["replay", &one, "--record", &one]), 2, &["write over what is played"]);
 
-    // One bit of what the teacher was taken to believe: the confidence in the second percept of the
-    // first belief.
+    // Flips one bit of the teacher's modelled beliefs: the confidence of the second percept of the first
+    // belief.
     let right = frames(&one);
     let nth = |buffer: Buffer, nth: usize| {
         let found = right.iter().enumerate().filter(|(_, frame)| frame.buffer == buffer).nth(nth);
@@ -175,14 +174,14 @@ fn a_recording_is_the_same_bytes_every_time_and_every_difference_of_a_replay_is_
     ] {
         assert!(told.err.contains(words), "{words}: {told:?}");
     }
-    // Before it, nothing is wrong; and behind it, what is compared is right.
+    // Windows before and after the difference compare equal.
     for window in [["--to", "4"], ["--from", "6"]] {
         let told = tell(&[&["replay", wrong.as_str()][..], &window].concat());
         assert_eq!((told.status, told.err.as_str()), (Some(0), ""), "{window:?} {told:?}");
         assert!(equal(&told, "leo/beliefs/1").is_some_and(|frames| frames > 500), "{told:?}");
     }
 
-    // A frame too few, and one too many.
+    // One frame too few, then one too many.
     let index = nth(Buffer::Divergences(1), 500);
     let mut fewer = right.clone();
     fewer.remove(index);
@@ -197,8 +196,8 @@ fn a_recording_is_the_same_bytes_every_time_and_every_difference_of_a_replay_is_
     assert_eq!(told.status, Some(1), "{told:?}");
     assert!(told.err.contains("leo/divergences/1, frame 50"), "{told:?}");
 
-    // A thing that was observed elsewhere is believed elsewhere from the teacher's perspective, for which
-    // it is perceived anew; the robot's own percept of it is as it was.
+    // A changed observation changes the teacher's beliefs, for which it is perceived again. The robot's own
+    // percepts are taken from the recording.
     let mut other_percepts = right.clone();
     other_percepts[nth(Buffer::Percepts, 300)].bytes[size_of::<message::PerceptHead>() + 24] ^= 0x40;
     rewritten(&other_percepts, &wrong);
@@ -206,7 +205,7 @@ fn a_recording_is_the_same_bytes_every_time_and_every_difference_of_a_replay_is_
     assert_eq!(told.status, Some(1), "{told:?}");
     assert!(told.err.contains("leo/beliefs/1, frame 301"), "{told:?}");
 
-    // Without its last third.
+    // The last third of the file is missing.
     let bytes = fs::read(&one).expect("reads");
     fs::write(&wrong, &bytes[..bytes.len() * 2 / 3]).expect("writes");
     let told = tell(&["replay", &wrong]);
@@ -215,17 +214,17 @@ fn a_recording_is_the_same_bytes_every_time_and_every_difference_of_a_replay_is_
     assert!(equal(&told, "leo/beliefs/0").is_some_and(|frames| frames > 500), "{told:?}");
 }
 
-/// A replay in a multiple of real time, as it was told.
+/// A replay at a multiple of real time.
 struct Pace {
     told: Told,
-    /// What is told of the lesson, without when that was.
+    /// The reported lines without their times.
     lines: Vec<String>,
-    /// How long after its beginning, in the lesson's time, each of them was read at the earliest.
+    /// The lesson time at which each line was read at the earliest.
     kept: Vec<Duration>,
     lasted: Duration,
 }
 
-/// Replays a recording with `--speed` and a window, and reads what is told while it goes.
+/// Replays a recording with `--speed` and a window, and reads the output meanwhile.
 fn paced(recording: &str, speed: f64, window: &[(&str, Duration)]) -> Pace {
     let mut arguments =
         vec!["replay".to_owned(), recording.to_owned(), "--speed".to_owned(), speed.to_string()];
@@ -236,7 +235,7 @@ fn paced(recording: &str, speed: f64, window: &[(&str, Duration)]) -> Pace {
     let began = clock::now();
     let replay = Leo::start(command, files);
     let (mut lines, mut kept) = (Vec::new(), Vec::new());
-    // What the replay came to is said at the end, in lines without an instant.
+    // The result is reported at the end, in lines without a time.
     let ended = wait_until(|| {
         let out = replay.said("out");
         let read = clock::now().since(began).mul_f64(speed);
@@ -265,8 +264,8 @@ fn a_replay_at_a_speed_keeps_to_it_from_where_it_is_told() {
     let end = of(Buffer::Utterances).map(at).max().expect("something is said");
     let margin = Duration::from_millis(10);
 
-    // Once as it was, and once from the middle of it at a quarter of that. Then the last sentence alone, so slowly
-    // that what comes before would take longer than these tests are patient, were time kept there too.
+    // Once at real time, and once from the middle at a quarter of it. Then only the last sentence, so slowly
+    // that a timed start would exceed the time-out of these tests.
     let middle = Duration::from_secs(4);
     let windows: [(f64, Vec<(&str, Duration)>); 3] = [
         (1.0, Vec::new()),
@@ -286,8 +285,8 @@ fn a_replay_at_a_speed_keeps_to_it_from_where_it_is_told() {
         let (from, to) = (bound("--from").unwrap_or_default(), bound("--to").unwrap_or(Duration::MAX));
         let is_in = |frame: &&Frame| at(frame) >= from && at(frame) <= to;
 
-        // Nothing is told before its time: a sentence is heard in the turn before its own, which is 5 ms
-        // earlier, and its instant is told in hundredths of a second.
+        // No line appears before its time. An utterance is received one step of 5 ms earlier, and times are
+        // reported in hundredths of a second.
         let turns = || of(Buffer::Percepts).filter(is_in).map(at);
         let first = turns().min().expect("some");
         let tells = |frame: &&Frame| matches!(frame.buffer, Buffer::Utterances | Buffer::Events);
@@ -302,7 +301,7 @@ fn a_replay_at_a_speed_keeps_to_it_from_where_it_is_told() {
         let last = turns().max().expect("some");
         assert!(lasted >= last - first, "{window:?} lasted {lasted:?}");
 
-        // It is told and compared what lies there, and the same as always.
+        // The window is reported and compared as in a full replay.
         assert_eq!(
             equal(&told, "leo/beliefs/1"),
             Some(of(Buffer::Beliefs(1)).filter(is_in).count()),
@@ -317,7 +316,7 @@ fn a_replay_at_a_speed_keeps_to_it_from_where_it_is_told() {
     }
 }
 
-/// A file that its recording names a robot's configuration by is refused as that file would be.
+/// An attached configuration file is refused with the name of the recording and the file.
 #[test]
 fn a_recording_of_a_body_that_no_robot_can_have_is_refused() {
     let folder = tempfile::tempdir().expect("a folder");

@@ -1,9 +1,9 @@
-//! Commands with other sensory sources than the simulator alone.
+//! Commands with sensory sources besides or instead of the simulator.
 
 use crate::assert_refused;
 use crate::house::{read, short_lesson, tell, write};
 
-/// The configuration with one more source, and with another in place of the simulator.
+/// The configuration with one more source.
 fn with_camera() -> String {
     read("config/leo.toml")
         + "\n[[sensor.source]]\nname = \"camera\"\nkind = \"external\"\nrate_hz = 30.0\nposition_sd_m = 0.02\n"
@@ -48,7 +48,7 @@ fn a_trace_is_played_in_simulated_time_the_same_every_time() {
     let files = tempfile::tempdir().expect("a folder");
     let lesson = write(&files, "lesson.toml", &short_lesson());
     write(&files, "moved.jsonl", &read("config/traces/moved.jsonl"));
-    // A file is one beside the configuration that names it.
+    // Relative paths are relative to the configuration.
     let config = write(&files, "leo.toml", &with_trace("file = \"moved.jsonl\"\nrepeat = true\n"));
     let alone = tell(&["teach", &lesson, "--json"]);
     let one = tell(&["teach", &lesson, "--json", "--config", &config]);

@@ -1,4 +1,4 @@
-//! A state directory in which nothing can be kept: every command that would write there refuses to start, and says why.
+//! An unusable state directory: every command that writes to it refuses to start and reports the reason.
 
 use std::os::unix::process::CommandExt as _;
 use std::process::{Command, Stdio};
@@ -8,10 +8,10 @@ use rustix::process::getuid;
 use crate::house::{Told, leo, public_executable, write};
 use crate::{NOBODY, assert_refused};
 
-/// Where this is set, what cannot be tried is a failure and nothing is skipped.
+/// If set, a test that cannot run fails instead of being skipped.
 const REQUIRED: &str = "LEO_READERS_REQUIRED";
 
-/// Ways in which nothing can be kept, as a shell makes them of the empty folder `$1`, and what is said of each.
+/// Shell commands that make the empty folder `$1` unusable, and the expected message for each.
 const WAYS: [(&str, &str, &str); 9] = [
     (
         "on a disk that is read only",
@@ -85,7 +85,7 @@ fn a_state_directory_in_which_nothing_can_be_kept_refuses_every_command_that_wri
             );
         }
     }
-    // Of another user.
+    // A directory of another user.
     let executable = public_executable(&files);
     for arguments in commands {
         let (_, folder) = leo(arguments);

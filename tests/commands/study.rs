@@ -1,4 +1,4 @@
-//! `leo study` over the real processes.
+//! `leo study`, with the real processes.
 
 use serde_json::Value;
 
@@ -18,7 +18,7 @@ fn the_study_comes_out_as_in_the_paper_in_every_cell() {
     assert!(tests.iter().all(|test| test.pointer("/p").and_then(Value::as_f64).is_some_and(|p| p < 0.001)));
 }
 
-/// The task that Leo was taught by a lesson, with a key of `leo.toml` changed where one is named.
+/// The task learned from a lesson, with an optional change of `leo.toml`.
 fn task(lesson: &str, change: Option<(&str, &str)>) -> Value {
     let files = tempfile::tempdir().expect("a folder");
     let mut arguments = vec!["teach", lesson, "--json"];
@@ -29,7 +29,7 @@ fn task(lesson: &str, change: Option<(&str, &str)>) -> Value {
     });
     arguments.extend(config.iter().flat_map(|config| ["--config", config.as_str()]));
     let told = tell(&arguments);
-    // A lesson says what it needs where the configuration lacks it.
+    // A lesson reports which settings it needs.
     let robot = config::Robot::load(config.as_deref().map(std::path::Path::new)).expect("a configuration");
     let needs = config::lesson::Lesson::load(lesson.as_ref()).expect("a lesson").needs;
     let says =
@@ -44,13 +44,13 @@ fn text(task: &Value, field: &str) -> String {
     task.pointer(field).and_then(Value::as_str).expect("a text").to_owned()
 }
 
-/// The rule chosen from a lesson, why it is not Leo's own, and what was done.
+/// The chosen rule of a lesson, why it is not Leo's own, and the result.
 fn taught(lesson: &str, change: Option<(&str, &str)>) -> [String; 3] {
     let task = task(lesson, change);
     ["/rule/name", "/explanation", "/performances/0/result"].map(|field| text(&task, field))
 }
 
-/// The rule chosen from a lesson, whose it is, and what was done.
+/// The chosen rule of a lesson, its perspective, and the result.
 fn taught_where(lesson: &str, from: &str, to: &str) -> [String; 3] {
     let task = task(lesson, Some((from, to)));
     ["/rule/name", "/rule/perspective", "/performances/0/result"].map(|field| text(&task, field))
@@ -81,7 +81,7 @@ fn of_two_teachers_with_different_views_the_one_who_teaches_counts() {
     let [rule, why, done] = taught(lesson, Some(("partners = 1 ", "partners = 2 ")));
     assert_eq!((rule.as_str(), done.as_str()), ("all", "filled 5 of 5"));
     assert!(why.ends_with("you could not see the blue square"), "{why}");
-    // Where only the other's perspective is taken, that one explains nothing.
+    // With only the other partner's perspective simulated, that one explains nothing.
     assert_eq!(text(&task(lesson, None), "/rule/name"), "all but blue");
 }
 
@@ -89,7 +89,7 @@ fn of_two_teachers_with_different_views_the_one_who_teaches_counts() {
 fn rules_that_people_chose_are_learned_in_the_extended_language_and_done() {
     let extended = |lesson: &str| taught_where(lesson, "language = \"paper\"", "language = \"extended\"");
     assert_eq!(extended("config/lessons/three_of_them.toml"), ["three of them", "human", "filled 3 of 3"]);
-    // Far as the teacher sees it, and done as Leo sees it.
+    // Far from the teacher's view, performed in Leo's own.
     assert_eq!(extended("config/lessons/the_far_ones.toml"), ["the far ones", "human", "filled 3 of 3"]);
 }
 

@@ -1,4 +1,4 @@
-//! `leo tasks`: what was learned goes from one memory to another.
+//! `leo tasks`: moves learned tasks from one store to another.
 
 use std::fs;
 
@@ -35,12 +35,12 @@ fn what_was_learned_is_listed_shown_exported_forgotten_and_imported() {
     assert!(list.starts_with("Task 1 ") && list.contains("1 example ") && list.contains("all red"), "{list}");
     let shown = ask(&["show", "task 1"]).out;
     assert!(shown.contains("rule chosen: ALL RED (as Leo saw it)"), "{shown}");
-    // One example leaves nothing open here: but for the colour the two are alike.
+    // A single example is unambiguous here: the two objects differ only in colour.
     assert!(!shown.contains("Leo would ask"), "{shown}");
     let listed: Value = serde_json::from_str(&ask(&["list", "--json"]).out).expect("is JSON");
     assert_eq!(listed, json!([{ "name": "Task 1", "examples": 1, "rule": "all red" }]));
 
-    // What comes out goes in again, and says the same.
+    // An export can be imported again and gives the same export.
     let out = ask(&["export"]).out;
     assert_refused(&ask(&["import", &file]), 2, &["knows \"Task 1\" already", "--replace"]);
     assert_eq!(ask(&["forget", "TASK 1"]).out, "forgot Task 1 and its 1 example\n");
@@ -111,7 +111,7 @@ fn what_an_older_leo_learned_is_taken_over_and_its_file_kept() {
     assert!(state.join("learned.v1.redb").exists());
 }
 
-/// Whether the words come in this order.
+/// Whether the words appear in this order.
 fn says(text: &str, words: &[&str]) -> bool {
     let mut rest = text;
     words.iter().all(|word| match rest.split_once(word) {
@@ -138,7 +138,7 @@ fn a_damaged_store_is_told_with_what_is_lost_and_what_was_asked_is_done_with_the
     assert_eq!(ask(&["import", &file]).status, Some(0));
     let out = ask(&["export"]).out;
 
-    // In one copy, nothing is lost.
+    // Damage to one copy loses nothing.
     let sound = fs::read_to_string(state.join("learned.store")).expect("reads");
     fs::write(state.join("learned.store"), sound.replacen("\"shape\"", "\"squape\"", 1)).expect("writes");
     let told = ask(&["export"]);
@@ -153,7 +153,7 @@ fn a_damaged_store_is_told_with_what_is_lost_and_what_was_asked_is_done_with_the
     assert!(says(&told.err, &words), "{told:?}");
     assert_eq!(ask(&["export"]).err, "", "it is told once");
 
-    // In both, one example is.
+    // Damage to both copies loses one example.
     for name in ["learned.store", "learned.copy.store"] {
         let sound = fs::read_to_string(state.join(name)).expect("reads");
         let line = sound.lines().find(|line| line.contains("Task 2")).expect("is there");
@@ -172,7 +172,7 @@ fn a_damaged_store_is_told_with_what_is_lost_and_what_was_asked_is_done_with_the
     assert!(says(&told.err, &words), "{told:?}");
     assert!(told.out.starts_with("Task 1 ") && !told.out.contains("Task 2"), "{told:?}");
 
-    // Empty files are no new store.
+    // Empty files do not count as a new store.
     for name in ["learned.store", "learned.copy.store"] {
         fs::write(state.join(name), "").expect("writes");
     }

@@ -1,4 +1,4 @@
-//! What programs of others find in a recording.
+//! Recordings in other programs.
 
 use std::collections::BTreeMap;
 use std::fs;
@@ -33,7 +33,7 @@ fn the_layout_for_viewers_shows_channels_that_there_are() {
         topics.extend(paths.filter_map(|path| Some(path["value"].as_str()?.split_once('.')?.0.to_owned())));
     }
     assert!(topics.len() > 5, "{topics:?}");
-    // The names of all channels stand, not compressed, in the summary at the end.
+    // The summary at the end has the uncompressed names of all channels.
     for topic in topics {
         let named =
             [&u32::try_from(topic.len()).expect("short").to_le_bytes()[..], topic.as_bytes()].concat();
@@ -41,7 +41,7 @@ fn the_layout_for_viewers_shows_channels_that_there_are() {
     }
 }
 
-/// A recording of a short lesson: its file, and its frames as Leo itself reads them.
+/// A recording of a short lesson: its path and its frames.
 fn lesson(folder: &TempDir) -> (String, Vec<Frame>) {
     let lesson = write(folder, "short.toml", &short_lesson());
     let to = file(folder, "short.mcap");
@@ -53,9 +53,9 @@ fn lesson(folder: &TempDir) -> (String, Vec<Frame>) {
 /// What readers must find in a recording of a lesson.
 #[derive(Default)]
 struct Expected {
-    /// How many messages each channel has.
+    /// Number of messages of each channel.
     messages: BTreeMap<String, usize>,
-    /// How many links the messages of `/tf` place together.
+    /// Total number of transforms in `/tf`.
     transforms: usize,
 }
 
@@ -66,7 +66,8 @@ impl Expected {
         for frame in frames {
             *messages.entry(frame.buffer.to_string()).or_default() += 1;
         }
-        // Of 250 a second, and of 200, fifty are shown: in simulated time every fifth, and every fourth.
+        // 50 of 250 joint frames and of 200 scene frames per second are exported: in simulated time every
+        // fifth and every fourth.
         let bodies = of(Buffer::JointStates).step_by(5).count();
         let scenes: Vec<usize> = of(Buffer::Scene)
             .step_by(4)
@@ -96,8 +97,8 @@ impl Expected {
     }
 }
 
-/// Opens a recording with readers that know nothing of Leo: counts the messages of every topic, decodes
-/// those of ROS 2, and reads a belief by what its schema says.
+/// Opens a recording with generic readers: counts the messages of each topic, decodes the ROS 2 ones, and
+/// reads beliefs by their schema.
 const PYTHON: &str = r#"
 import json, struct, sys
 from mcap.reader import make_reader
@@ -156,7 +157,7 @@ fn readers_that_know_nothing_of_leo_open_a_recording() {
         let counted = found["metadata"]["leo.counts"][topic].as_str().expect("is counted");
         assert_eq!(counted, format!("{number} written, 0 dropped"));
     }
-    // Each of those that viewers show is what its schema says.
+    // Every message for viewers matches its schema.
     assert_eq!(found["decoded"], serde_json::json!(others));
     assert_eq!(found["transforms"], expected.transforms);
     assert_eq!(found["metadata"]["leo"]["time"], "lockstep");
@@ -164,7 +165,7 @@ fn readers_that_know_nothing_of_leo_open_a_recording() {
         found["files"],
         serde_json::json!(["leo.toml", "leo.urdf", "motor.toml", "percepts.toml", "perspective.toml"])
     );
-    // Every belief frame by its schema alone.
+    // Every frame of beliefs, read by its schema only.
     let beliefs = found["beliefs"].as_array().expect("a list");
     let ours = frames.iter().filter(|frame| frame.buffer == Buffer::Beliefs(0));
     for (theirs, ours) in beliefs.iter().zip(ours) {
@@ -200,8 +201,7 @@ fn readers_that_know_nothing_of_leo_open_a_recording() {
     );
 }
 
-/// Reads a recording from its beginning until it ends in the middle of something, and counts the messages of every
-/// channel.
+/// Reads a truncated recording up to its end and counts the messages of each channel.
 const UP_TO_THE_CUT: &str = r#"
 import json, sys
 from mcap.exceptions import EndOfFile
@@ -252,7 +252,7 @@ fn a_recording_that_a_kill_cut_short_is_read_by_others_as_far_as_by_leo() {
     assert!(ours.len() > 5 && views.len() > 5, "{ours:?} {views:?}");
 }
 
-/// Counts the rows of every entity that a viewer made of a recording, without what stands still.
+/// Counts the non-static rows of each entity that a viewer created from a recording.
 const ROWS: &str = r"
 import collections, json, sys
 from rerun.chunk import RrdReader
@@ -272,7 +272,7 @@ fn a_common_viewer_has_nothing_to_complain_of_and_shows_every_message_of_every_c
     let (to, frames) = lesson(&folder);
     let Expected { mut messages, transforms } = Expected::of(&frames);
     let rerun = |arguments: &[&str]| {
-        // What it notes of its user for its maker, it notes here, and goes with the folder.
+        // The viewer's usage data goes to the temporary folder.
         let mut viewer = Command::new(beside(&python, "rerun"));
         ran(viewer.args(arguments).env("HOME", folder.path()).env_remove("XDG_CONFIG_HOME"))
     };
@@ -288,7 +288,7 @@ fn a_common_viewer_has_nothing_to_complain_of_and_shows_every_message_of_every_c
     rerun(&["mcap", "convert", &to, "--output", &shown]);
     let output = ran(Command::new(python).args([&script, &shown]));
     let found: serde_json::Value = serde_json::from_slice(&output.stdout).expect("is JSON");
-    // A viewer's row of a body is a link, and it draws the joints by what is known of them.
+    // The viewer creates one row for each transform, and plots of the joints.
     messages.insert("/tf".to_owned(), transforms);
     for of in ["position", "velocity", "effort"] {
         messages.insert(format!("/joint_states/{of}"), messages["/joint_states"]);
@@ -305,7 +305,7 @@ fn beside(python: &Path, program: &str) -> PathBuf {
     python.with_file_name(program)
 }
 
-/// What a program says that succeeds.
+/// Runs a command that must succeed.
 fn ran(command: &mut Command) -> Output {
     let output = command.output().expect("runs");
     assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));

@@ -1,4 +1,4 @@
-//! Lessons that go wrong, over the real processes: a clear answer each, and nothing is lost.
+//! Lessons with mistakes, with the real processes: each gets a clear answer, and nothing is lost.
 
 use serde_json::{Value, json};
 
@@ -46,7 +46,7 @@ fn misunderstandings_are_answered_one_by_one() {
         contradiction.contains("that is what 1 of 2 say, and no rule that I know explains"),
         "{contradiction}"
     );
-    // Nothing of what was shown is lost.
+    // No demonstration is lost.
     let task = account.pointer("/tasks").and_then(Value::as_array).expect("a list");
     let one = task.iter().find(|task| task["name"] == "one peg").expect("it was taught");
     assert_eq!(one["examples"], 2, "{one}");
@@ -76,7 +76,7 @@ fn what_vanishes_during_a_showing_is_said_and_what_is_left_is_learned_from() {
     let lesson = read("config/lessons/misunderstandings.toml");
     let head = lesson.split("# Everything is said").next().expect("a head");
     let showing = lesson.split("# ... and then").next().expect("most of it").split("# He fills").nth(1);
-    // He takes his time: meanwhile the blue square goes.
+    // The teacher waits meanwhile.
     let showing =
         showing.expect("a showing").split_once('\n').expect("lines").1.replace("at_s = 3.0", "at_s = 8.0");
     let lesson = write(&files, "lesson.toml", &(head.to_owned() + &showing));

@@ -1,4 +1,5 @@
-//! However a robot ends, its servos have no torque afterwards: servos that outlive it, read by a master that is not Leo.
+//! However a robot ends, its servos have no torque afterwards. The servos outlive the robot and are read by
+//! another master.
 #![expect(clippy::expect_used, reason = "a test fails by panicking")]
 
 #[path = "../masters/mock_bus.rs"]
@@ -48,9 +49,9 @@ fn a_person_who_presses_ctrl_c_twice_leaves_no_torque_on() {
     let ended_at = clock::now();
     for _ in 0..2 {
         signal(supervisor, Signal::INT);
-        // Sooner than the motor process can have ended.
+        // Before the motor process can have ended.
         clock::sleep_until(clock::now() + Duration::from_millis(5));
-        // Nor does the motor process let itself be hurried.
+        // Further signals do not shorten the motor process's shutdown.
         signal(motor, Signal::INT);
         signal(motor, Signal::HUP);
         signal(motor, Signal::TERM);
@@ -72,7 +73,7 @@ fn a_killed_supervisor_leaves_no_torque_on() {
     assert!(!rig.said().contains("torque"), "the motor process ends in order: {}", rig.said());
 }
 
-/// Whether a signal of a process has not been delivered yet.
+/// Whether a process has undelivered signals.
 fn has_pending_signals(process: i32) -> bool {
     let status = fs::read_to_string(format!("/proc/{process}/status")).unwrap_or_default();
     let mut pending =
@@ -86,7 +87,7 @@ fn a_supervisor_and_a_motor_process_that_are_killed_together_leave_no_torque_on(
     let mut robot = rig.run();
     rig.follow();
     let (supervisor, motor, guard) = (rig.pid("run"), rig.pid("motor"), rig.pid("torque-guard"));
-    // Signals do not end the guard, and one that is killed is replaced.
+    // Signals do not end the guard, and a killed guard is replaced.
     for each in [Signal::TERM, Signal::INT, Signal::HUP] {
         signal(guard, each);
         assert!(until(OFF_WITHIN, || !has_pending_signals(guard)), "{each:?} is not delivered");
@@ -111,7 +112,7 @@ fn a_supervisor_that_is_killed_between_two_lives_of_the_motor_process_leaves_no_
     rig.follow();
     let (supervisor, motor) = (rig.pid("run"), rig.pid("motor"));
     signal(motor, Signal::KILL);
-    // It is started anew, and starts still.
+    // The motor process is restarted and is still starting up.
     rig.pid("motor");
     let ended_at = clock::now();
     signal(supervisor, Signal::KILL);
@@ -123,13 +124,14 @@ fn a_supervisor_that_is_killed_between_two_lives_of_the_motor_process_leaves_no_
 fn whenever_every_process_dies_no_servo_has_torque_without_its_watchdog() {
     let rig = Rig::new("end-watchdog");
     let mut with_torque = 0;
-    // Each robot finds servos as the one before it left them: with torque, as soon as one came so far.
+    // Each robot starts with the servos as the one before left them: with torque from the first robot that
+    // got that far.
     for lives_ms in [1200, 150, 300, 450, 600, 800, 1000, 1500] {
         let mut robot = rig.run();
         let lives_until = clock::now() + Duration::from_millis(lives_ms);
         rig.pid("motor");
         until(lives_until.since(clock::now()), || {
-            // There is no folder yet, at first.
+            // The folder may not exist yet.
             let _ordered = arming::order(&rig.domain, ArmOrder { acknowledged_locks: None });
             false
         });
@@ -169,7 +171,7 @@ fn nor_does_it_on_the_mock_servo_bus_of_the_robot() {
     assert!(!rig.said().contains("guard"), "there is none where every servo is a mock: {}", rig.said());
 }
 
-/// The motor process is killed until its supervisor has had enough.
+/// Kills the motor process until the supervisor gives up.
 fn gives_up(rig: &Rig) {
     let mut robot = rig.run();
     rig.follow();
@@ -195,14 +197,14 @@ fn a_motor_process_that_stands_still_while_the_supervisor_ends_leaves_no_torque_
 
 #[test]
 fn a_motor_process_that_stands_still_when_the_supervisor_was_killed_leaves_no_torque_on() {
-    // It may end before it is stopped again.
+    // The motor process may end before it is stopped again.
     let stood = (0..10).map(|_| stands_still(Signal::KILL)).find(|said| !said.is_empty());
     let said = stood.expect("it stood still once");
     assert!(said.contains("the motor process has not ended after its supervisor died: killed"), "{said}");
     assert!(said.contains(&format!("{JOINTS} of {JOINTS} servos say that their torque is off")), "{said}");
 }
 
-/// Stops the motor process, and then ends the supervisor; what the robot said.
+/// Stops the motor process, then ends the supervisor; returns the robot's log.
 fn stands_still(how: Signal) -> String {
     let rig = Rig::new("end-still");
     let mut robot = rig.run();
@@ -211,7 +213,7 @@ fn stands_still(how: Signal) -> String {
     let ended_at = clock::now();
     signal(motor, Signal::STOP);
     signal(supervisor, how);
-    // The kernel lets the children of a dead parent go on: this one is stopped again.
+    // The kernel continues the children of a dead parent, so the process is stopped again.
     while clock::now() < ended_at + Duration::from_millis(300) {
         signal(motor, Signal::STOP);
     }
@@ -288,7 +290,7 @@ fn an_emergency_stop_reaches_a_motor_process_whose_shared_memory_is_gone() {
     let mut robot = rig.run();
     rig.follow();
     let (supervisor, motor) = (rig.pid("run"), rig.pid("motor"));
-    // The supervisor would notice it, too.
+    // Stopped, because the supervisor would react too.
     signal(supervisor, Signal::STOP);
     fs::remove_dir_all(&rig.domain).expect("is there");
     remove_shared_memory(&rig.domain);
@@ -322,7 +324,7 @@ fn an_emergency_stop_where_no_motor_process_runs_opens_the_buses_itself() {
         let told = leo(&["emergency-stop", "--domain"]).arg(&rig.domain).output().expect("runs");
         (told.status.code(), String::from_utf8_lossy(&told.stdout).into_owned())
     };
-    // It finds the configuration that the robot was started with.
+    // The command finds the configuration with which the robot was started.
     let (status, said) = stop();
     assert_eq!(status, Some(0), "{said}");
     assert!(said.contains("all 65 of 65 servos say that their torque is off"), "{said}");
@@ -334,7 +336,7 @@ fn an_emergency_stop_where_no_motor_process_runs_opens_the_buses_itself() {
     assert!(said.contains("NOT CONFIRMED") && said.contains("torso_roll_joint (bus torso, id 3)"), "{said}");
     rig.mock.tell("clear");
 
-    // Of a robot that never ran here, its configuration has to be named.
+    // For a robot that never ran here, the configuration must be given.
     let never = rig.domain.with_extension("never");
     let never = std::path::PathBuf::from(never.to_str().expect("letters").replace('.', "-"));
     let stop = |more: &[&str]| {

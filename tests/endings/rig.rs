@@ -1,4 +1,4 @@
-//! A robot whose servos outlive it: `leo mock-bus` runs by itself, and the robot's buses are its lines.
+//! A robot whose servos outlive it: `leo mock-bus` runs separately, and its lines are the robot's buses.
 
 use std::collections::BTreeMap;
 use std::fs::{self, File};
@@ -23,15 +23,15 @@ mod venv;
 const BAUD: u32 = 4_000_000;
 const TORQUE_ENABLE: u8 = 64;
 pub(crate) const JOINTS: usize = 65;
-/// Patience with a loaded machine, where the issue is not how long something takes.
+/// Generous: the machine may be loaded.
 const PATIENCE: Duration = Duration::from_secs(60);
-/// What is asked of every ending.
+/// Required maximum time until torque is off.
 pub(crate) const OFF_WITHIN: Duration = Duration::from_secs(5);
 
-/// Robots need the machine for themselves: one at a time.
+/// Serialises the robots of these tests, because each needs the whole machine.
 static MACHINE: Mutex<()> = Mutex::new(());
 
-/// A mock servo bus by itself, the configuration of a robot on it, and the domain that the robot runs in.
+/// A separate mock servo bus, the configuration of a robot on it, and the robot's domain.
 pub(crate) struct Rig {
     pub(crate) mock: MockBus,
     folder: TempDir,
@@ -39,13 +39,13 @@ pub(crate) struct Rig {
     _machine: MutexGuard<'static, ()>,
 }
 
-/// What the vendor's SDK reads of a servo.
+/// The registers of a servo, read with the vendor's SDK.
 #[derive(Debug)]
 pub(crate) struct Servo {
-    /// The line of its bus, and its identifier.
+    /// Line of the bus and ID.
     pub(crate) name: String,
     pub(crate) has_torque: bool,
-    /// Item 98: 0 is none, 255 is one that has tripped.
+    /// Bus Watchdog (98): 0 is disabled, 255 is triggered.
     pub(crate) watchdog: u8,
 }
 
@@ -58,7 +58,7 @@ impl Servo {
     }
 }
 
-/// A joint's servo that has torque: its bus and identifier.
+/// A servo with torque: its bus and ID.
 pub(crate) type WithTorque = (String, u8);
 
 impl Rig {
@@ -66,7 +66,7 @@ impl Rig {
         Self::with(name, true)
     }
 
-    /// A robot on the mock servo bus that it starts itself.
+    /// A robot that starts its own mock servo bus.
     pub(crate) fn simulated(name: &str) -> Self {
         Self::with(name, false)
     }
@@ -94,7 +94,7 @@ impl Rig {
         self.folder.path().join("leo.toml")
     }
 
-    /// What the robot writes to disk is in this folder: what it has learned, and its log.
+    /// The state directory and the log are in this folder.
     pub(crate) fn state(&self) -> PathBuf {
         self.folder.path().join("state")
     }
@@ -103,12 +103,12 @@ impl Rig {
         self.state().join("log")
     }
 
-    /// What the robot said on standard error.
+    /// The robot's standard error so far.
     pub(crate) fn said(&self) -> String {
         fs::read_to_string(self.log()).unwrap_or_default()
     }
 
-    /// The command that runs the robot.
+    /// The arguments that run the robot.
     fn arguments(&self) -> Vec<String> {
         let text = |path: &Path| path.to_str().expect("letters").to_owned();
         let fixed = ["run", "--stay", "--config"].map(str::to_owned);
@@ -120,7 +120,7 @@ impl Rig {
         self.run_by(Command::new(program()))
     }
 
-    /// The same by a command that runs the program that it is told.
+    /// As [`Self::run`], started by a wrapper command.
     pub(crate) fn run_by(&self, mut command: Command) -> Child {
         command
             .args(self.arguments())
@@ -133,7 +133,7 @@ impl Rig {
             .expect("starts")
     }
 
-    /// Starts the robot from a shell that a person has open in a terminal.
+    /// Starts the robot from an interactive shell in a terminal.
     pub(crate) fn run_in_terminal(&self) -> Terminal {
         let master = openpt(OpenptFlags::RDWR | OpenptFlags::NOCTTY | OpenptFlags::CLOEXEC);
         let master = master.expect("a terminal");
@@ -143,7 +143,7 @@ impl Rig {
             let opened = open(&name, OFlags::RDWR | OFlags::NOCTTY | OFlags::CLOEXEC, Mode::empty());
             File::from(opened.expect("opens"))
         };
-        // A shell with job control in a session of its own: it passes the hang-up on that the kernel tells it of.
+        // A shell with job control in its own session, which forwards the hang-up from the kernel.
         let shell = Command::new("setsid")
             .args(["--ctty", "bash", "--norc", "--noprofile", "-i"])
             .env("TERM", "dumb")
@@ -158,7 +158,7 @@ impl Rig {
         Terminal { shell, master: Some(master) }
     }
 
-    /// What a person types to start it.
+    /// The command line typed into the terminal.
     fn typed(&self) -> String {
         format!(
             "XDG_STATE_HOME={} {} {} 2> {}\n",
@@ -169,14 +169,14 @@ impl Rig {
         )
     }
 
-    /// Arms the joints until all of them follow: they have torque then, by what their servos say.
+    /// Arms the joints until all of them follow and thus have torque.
     pub(crate) fn follow(&self) {
         let mut ordered_at = None;
         let follows = until(PATIENCE, || {
             let now = clock::now();
             if ordered_at.is_none_or(|at| now.since(at) > Duration::from_millis(300)) {
                 ordered_at = Some(now);
-                // There is no folder yet, at first.
+                // The folder may not exist yet.
                 let _ordered = arming::order(&self.domain, ArmOrder { acknowledged_locks: None });
             }
             let told = leo(&["top", "--openmetrics", "--domain"]).arg(&self.domain).output().expect("runs");
@@ -186,7 +186,7 @@ impl Rig {
         assert!(follows, "the joints do not follow\n{}", self.said());
     }
 
-    /// The living processes of the robot, by their subcommands.
+    /// The robot's live processes, by subcommand.
     pub(crate) fn processes(&self) -> BTreeMap<String, i32> {
         let domain = self.domain.to_str().expect("letters");
         let all = fs::read_dir("/proc").expect("is mounted").flatten();
@@ -211,10 +211,10 @@ impl Rig {
         found.expect("was found")
     }
 
-    /// Kills every process of the robot; nobody is left who could switch torque off.
+    /// Kills every process of the robot, so that none is left to switch torque off.
     pub(crate) fn kill_all(&self) {
         let supervisor = self.pid("run");
-        // It would replace what is killed before it.
+        // Stopped first, because it would restart the killed processes.
         signal(supervisor, Signal::STOP);
         let status = format!("/proc/{supervisor}/status");
         let stands = || fs::read_to_string(&status).is_ok_and(|status| status.contains("State:\tT"));
@@ -225,8 +225,8 @@ impl Rig {
         signal(supervisor, Signal::KILL);
     }
 
-    /// Waits until every process of the robot has ended, and reads the torque of every servo as a master that is not
-    /// Leo: none has any, within what is asked of every ending.
+    /// Waits until every process of the robot has ended, then reads every servo with another master: none may
+    /// have torque within `OFF_WITHIN`.
     pub(crate) fn is_off(&self, ended_at: Instant) {
         let gone = until(OFF_WITHIN, || self.processes().is_empty());
         assert!(gone, "{:?} live on\n{}", self.processes(), self.said());
@@ -244,7 +244,7 @@ impl Rig {
         assert!(with_torque.is_none(), "{with_torque:?}\n{}", self.said());
     }
 
-    /// All servos, read with the SDK of their vendor; `None` where it cannot be installed.
+    /// All servos, read with the vendor's SDK; `None` if it cannot be installed.
     pub(crate) fn servos(&self) -> Option<Vec<Servo>> {
         let python = venv::interpreter("dynamixel-sdk==4.1.0", "dynamixel_sdk")?;
         let mut reader = Command::new(python);
@@ -262,10 +262,10 @@ impl Rig {
         Some(servos)
     }
 
-    /// The servos that have torque, by a master that is not Leo, once all lines are free.
+    /// The servos with torque, read with another master once all lines are free.
     pub(crate) fn with_torque(&self) -> Vec<WithTorque> {
         let mut read = None;
-        // The kernel closes what a killed process held a moment after its death.
+        // The kernel closes a killed process's files shortly after its death.
         let opened = until(PATIENCE, || {
             read = self.torque_now();
             read.is_some()
@@ -274,7 +274,7 @@ impl Rig {
         read.expect("was read")
     }
 
-    /// The servos that have torque now; `None` where a program has a line, or a servo does not answer.
+    /// The servos with torque now; `None` if a line is in use or a servo does not answer.
     pub(crate) fn torque_now(&self) -> Option<Vec<WithTorque>> {
         let master = DynamixelProtocolHandler::v2();
         let mut all = Vec::new();
@@ -299,7 +299,7 @@ pub(crate) struct Terminal {
 }
 
 impl Terminal {
-    /// Closes its window.
+    /// Closes the terminal.
     pub(crate) fn close(&mut self) {
         self.master = None;
     }
@@ -332,19 +332,19 @@ pub(crate) fn remove_shared_memory(domain: &Path) {
     }
 }
 
-/// The buses of the robot as it comes, and the identifiers of the servos on each.
+/// The buses of the built-in robot, with the IDs of the servos on each.
 fn buses() -> Vec<(String, Vec<u8>)> {
     let robot = config::Robot::load(None).expect("is built in").motor;
     let on = |bus| robot.joints.iter().filter(|joint| joint.bus == bus).map(|joint| joint.id).collect();
     robot.buses.iter().enumerate().map(|(bus, settings)| (settings.name.clone(), on(bus))).collect()
 }
 
-/// The program; `LEO` names another one.
+/// The program under test; `LEO` overrides it.
 pub(crate) fn program() -> PathBuf {
     std::env::var_os("LEO").map_or_else(|| env!("CARGO_BIN_EXE_leo").into(), PathBuf::from)
 }
 
-/// A command of `leo` with nothing of this machine's in its environment.
+/// A `leo` command without `RUST_LOG`.
 pub(crate) fn leo(arguments: &[&str]) -> Command {
     let mut command = Command::new(program());
     command.args(arguments).env_remove("RUST_LOG").stdin(Stdio::null());
@@ -352,11 +352,11 @@ pub(crate) fn leo(arguments: &[&str]) -> Command {
 }
 
 pub(crate) fn signal(pid: i32, signal: Signal) {
-    // A process that died by itself in the meantime needs no signal.
+    // The process may have ended in the meantime.
     let _sent = kill_process(Pid::from_raw(pid).expect("a process number"), signal);
 }
 
-/// Waits until something holds; whether it does in time.
+/// Waits until a condition holds; `false` on time-out.
 pub(crate) fn until(within: Duration, mut holds: impl FnMut() -> bool) -> bool {
     let end = clock::now() + within;
     while clock::now() < end {
@@ -368,7 +368,7 @@ pub(crate) fn until(within: Duration, mut holds: impl FnMut() -> bool) -> bool {
     holds()
 }
 
-/// Waits for the end of a child; `None` where it does not end.
+/// Waits for the end of a child; `None` on time-out.
 pub(crate) fn end_of(child: &mut Child) -> Option<ExitStatus> {
     let mut status = None;
     until(PATIENCE, || {

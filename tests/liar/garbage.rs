@@ -2,13 +2,14 @@ use clock::{Duration, Instant};
 use message::{Header, Hop, NOBODY, Observation, ObservationKind, Observations, STATES};
 use transport::Outlet;
 
-/// Where the liar puts things: nothing of the lesson is there.
+/// Position of the invalid observations: no thing of the lesson is there.
 const ELSEWHERE_M: [f32; 3] = [50.0, 50.0, 50.0];
 
-/// Whom nobody takes the perspective of.
+/// A partner whose perspective is not simulated.
 const STRANGER: u16 = 200;
 
-/// Lies of every kind, in turn. None of them may become a percept, but for one observation of a stranger in each frame.
+/// Invalid observations of every kind, in turn. None may become a percept except one observation of a
+/// stranger in each frame.
 pub(crate) struct Garbage {
     began: Instant,
     count: u64,
@@ -19,14 +20,14 @@ impl Garbage {
         Self { began, count: 0 }
     }
 
-    /// Sends the next lie; whether the middleware took it.
+    /// Sends the next invalid frame; returns whether the middleware accepted it.
     pub(crate) fn send(&mut self, outlet: &mut Outlet<Observations>, now: Instant) -> bool {
         self.count += 1;
         let (lie, began) = (self.count, self.began);
         let day_ns = u64::try_from(Duration::from_secs(86_400).as_nanos()).expect("fits");
         let mut header = Header::at(now.as_nanos());
         header.pass(Hop::Observed, now.as_nanos());
-        // A burst of ten times what a frame of the robot holds, or a few.
+        // Sometimes a burst of ten times the robot's frame capacity.
         let entries = if lie.is_multiple_of(5) { outlet.capacity() } else { 20 };
         match lie % 16 {
             1 => header.valid_at_ns = now.as_nanos() + day_ns,
@@ -54,8 +55,7 @@ impl Garbage {
     }
 }
 
-/// An observation with something wrong about it, the same old wall, which is nothing to believe in, or a stranger, who
-/// is in a frame only once.
+/// An observation with an error, a stale occluder, or a stranger, who may appear only once in a frame.
 fn unsound(lie: u64, began: Instant, now: Instant) -> Observation {
     let now_ns = now.as_nanos();
     let sound =

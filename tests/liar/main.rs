@@ -1,4 +1,4 @@
-//! A sensory source from outside that lies, over real processes.
+//! A misbehaving external source, with real processes.
 #![expect(clippy::expect_used, reason = "a test fails by panicking")]
 
 mod garbage;
@@ -14,10 +14,10 @@ use transport::{Delivery, Domain, Node, Queues};
 use garbage::Garbage;
 use robot::{Robot, pause, wait_until};
 
-/// As in `leo.toml`: every port of a domain has the same queues, and frames hold so much.
+/// As in `leo.toml`: queues and frame capacity of a domain.
 const QUEUES: Queues = Queues { frames: 4, delivery: Delivery::Newest };
 const CAPACITY: usize = 64;
-/// The number of the percept of place in `percepts.toml`.
+/// Number of the position percept in `percepts.toml`.
 const POSITION: u16 = 0;
 
 fn place(belief: &Belief) -> Option<[f32; 3]> {
@@ -27,7 +27,7 @@ fn place(belief: &Belief) -> Option<[f32; 3]> {
     }
 }
 
-/// The sensor process as `leo top` shows it.
+/// The sensor process's row of `leo top`.
 fn sensor(robot: &Robot) -> serde_json::Value {
     robot.rows().into_iter().find(|row| row["process"] == "sensor").unwrap_or_default()
 }
@@ -47,8 +47,8 @@ fn a_lesson_goes_on_and_beliefs_stay_sound_while_a_source_floods_garbage() {
     let mut patience = 3;
     while result.is_none() && patience > 0 {
         patience -= i32::from(!wait_until(|| {
-            // More frames than the queue holds, one right after the other; then a moment's rest, because
-            // the robot and the liar share a machine.
+            // Bursts of more frames than the queue holds, with a short pause because the robot shares the
+            // machine.
             for _burst in 0..3 {
                 for _frame in 0..6 {
                     sent += u64::from(garbage.send(&mut outlet, clock::now()));
@@ -76,7 +76,7 @@ fn a_lesson_goes_on_and_beliefs_stay_sound_while_a_source_floods_garbage() {
         "{sent} lies, {frames} frames, {believed} beliefs"
     );
 
-    // Everything was counted by its reason, and told once.
+    // Everything was counted by reason and reported once.
     let row = sensor(&robot);
     for loss in Loss::ALL.iter().filter(|loss| **loss != Loss::Unreadable) {
         assert!(row["sources"][1]["losses"][loss.name()].as_u64() > Some(0), "{}: {row}", loss.name());
@@ -92,7 +92,7 @@ fn a_lesson_goes_on_and_beliefs_stay_sound_while_a_source_floods_garbage() {
     assert!(status.success(), "{status}\n{said}");
 }
 
-/// A belief about a thing of the lesson: every number is one, and it is on the table.
+/// Checks that a belief is about a thing of the lesson: finite values, position on the table.
 fn assert_sound(belief: &Belief) {
     for remembered in belief.percepts() {
         assert!(remembered.feature().is_some(), "{remembered:?}");

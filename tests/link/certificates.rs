@@ -1,15 +1,15 @@
-//! What each certificate gets, on both sides: told by a peer of another implementation, and by the robot's journal.
+//! Results of certificates in both roles, with a peer of another implementation and the robot's log.
 
 use crate::machine::{Machine, wait_until};
 use crate::peer::{OF_ROBOT, Peer, TO_ROBOT, number, word};
 use crate::{Side, alone, free_port, keys_or_skip};
 
-/// What a certificate gets.
+/// The result of a certificate.
 #[derive(Clone, Copy)]
 enum Gets {
-    /// It is talked to.
+    /// Accepted.
     In,
-    /// The peer gets an alert of TLS, and the robot's journal this sentence.
+    /// The peer gets a TLS alert and the robot logs this sentence.
     Alert(u64, &'static str),
 }
 use Gets::{Alert, In};
@@ -35,7 +35,7 @@ const OTHER_NAME: &str = "(CN=other-name, issued by CN=the authority of a link o
                           DnsName(\"elsewhere.example\"), and `connect` of [link] looks for localhost";
 const NONE: &str = "127.0.0.1 showed no certificate. A link needs one of the authority of this machine (";
 
-/// The certificate of a peer, what it gets where the peer connects to the robot, and where the robot connects to it.
+/// For each certificate of a peer: the result when the peer connects, and when the robot connects.
 const TABLE: [(&str, Gets, Option<Gets>); 13] = [
     ("right", In, Some(In)),
     ("expired", Alert(45, EXPIRED), Some(Alert(45, EXPIRED))),
@@ -48,13 +48,13 @@ const TABLE: [(&str, Gets, Option<Gets>); 13] = [
     ("server", Alert(43, SERVER), Some(In)),
     ("client", In, Some(Alert(43, CLIENT))),
     ("any", In, Some(In)),
-    // A machine that comes is looked for by nobody: no name is compared.
+    // A client's name is not checked.
     ("other-name", In, Some(Alert(42, OTHER_NAME))),
-    // Nobody can be connected to without a certificate.
+    // A server without a certificate is impossible.
     ("none", Alert(116, NONE), None),
 ];
 
-/// Whether the journal has this sentence, with what to do.
+/// Whether the log has this sentence, with advice.
 fn says(robot: &Machine, sentence: &str) -> bool {
     robot.said().lines().any(|line| line.contains(sentence) && line.contains("package/link_keys.sh"))
 }
@@ -76,7 +76,7 @@ fn each_certificate_of_a_peer_of_another_implementation_gets_what_the_table_says
     let folder = keys.path().to_str().expect("a name");
     peer.run(&["sign", folder]);
 
-    // Those that are connected to.
+    // The peers that the robot connects to.
     let awaiting: Vec<&str> =
         TABLE.iter().filter(|(_, _, there)| there.is_some()).map(|(name, ..)| *name).collect();
     let mut servers = peer.start(&[&["serve", OF_ROBOT, folder], &awaiting[..]].concat());
@@ -92,13 +92,13 @@ fn each_certificate_of_a_peer_of_another_implementation_gets_what_the_table_says
         let line = servers.line().expect("it says what comes");
         let name = word(&line, "name");
         let Some((name, _, Some(gets))) = TABLE.iter().find(|(of, ..)| *of == name) else { panic!("{line}") };
-        // The robot connects again and again, and is told apart once.
+        // The robot connects repeatedly, and reports each once.
         left.retain(|of| of != name);
         assert_gets(&robot, name, *gets, &line);
     }
     drop(servers);
 
-    // Those that connect, one by one.
+    // The peers that connect to the robot, one by one.
     let (port, names) = (port.to_string(), TABLE.map(|(name, ..)| name));
     let came = peer.run(&[&["connect", &port, TO_ROBOT, folder], &names[..]].concat());
     assert_eq!(came.len(), TABLE.len());
@@ -122,7 +122,7 @@ fn a_peer_that_asks_for_no_protocol_or_another_robot_is_told_so_before_any_certi
         let came = peer.run(&["connect", &port, protocol, folder, "away"]);
         let line = came.first().expect("what came");
         let alert = (word(line, "came") == "ended").then(|| number(line, "alert").expect("an alert"));
-        // No application protocol (RFC 7301): it comes in the stead of the server's first words.
+        // `no_application_protocol` (RFC 7301): it is sent instead of the server's first message.
         assert_eq!(alert, (!is_let_in).then_some(120), "{protocol}: {line}");
     }
     let sentence =

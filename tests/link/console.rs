@@ -1,11 +1,11 @@
-//! A console away from the robot whose learner stayed with it.
+//! A remote console, with the learner on the robot.
 
 use rustix::process::{Signal, kill_process};
 
 use crate::machine::{Machine, wait_until};
 use crate::{Side, alone, free_port, keys_or_skip};
 
-/// What a console tells that is told what was learned before it began.
+/// What a console prints when earlier learned tasks are replayed to it.
 const REMEMBERS: &str = "remembers task 1: 2 examples";
 
 #[test]
@@ -21,7 +21,7 @@ fn a_console_that_begins_anew_on_another_machine_is_told_what_was_learned_before
     assert!(robot.process("learner").is_some() && robot.process("console").is_none());
     assert!(away.process("learner").is_none() && away.process("console").is_some());
     assert!(wait_until(|| away.told().contains("2 examples of task 1 so far")), "{}", away.told());
-    // It heard that as it came about: nobody remembers anything to it.
+    // The console received these events live, without a replay.
     assert_eq!(away.told().matches("remembers task").count(), 0, "{}", away.told());
 
     let learner = robot.process("learner");
@@ -36,7 +36,7 @@ fn a_console_that_begins_anew_on_another_machine_is_told_what_was_learned_before
         );
         assert_ne!(away.process("console"), Some(console));
     }
-    // Nobody else had to begin anew for that.
+    // No other process had to restart for it.
     assert_eq!(robot.process("learner"), learner);
     assert_eq!(away.count("leo_link_hearings_total"), 1, "{}", away.said());
 }

@@ -1,4 +1,4 @@
-//! Two machines that do not mean the same.
+//! Two incompatible machines.
 
 use crate::machine::{Machine, wait_until};
 use crate::{Side, alone, free_port, keys_or_skip};
@@ -14,7 +14,7 @@ fn machines_that_are_configured_otherwise_take_nothing_from_each_other_and_both_
     let robot = Machine::ready(None, "link-alone", &robot.changes());
     let both = [&away, &robot];
     let refused = |machine: &Machine| machine.metric("leo_link_refused_total");
-    // Each of them goes on trying, and being refused.
+    // Both keep trying, and refuse each other's messages.
     assert!(
         wait_until(|| both.iter().all(|machine| refused(machine) > 20.0)),
         "{}\n{}",

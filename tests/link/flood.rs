@@ -1,4 +1,4 @@
-//! A flood of beginnings: the link does no work for an address that is not proven, and its memory stays bounded.
+//! Flood of connection attempts: no work for unvalidated addresses, and bounded memory.
 
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread;
@@ -11,14 +11,14 @@ use crate::machine::{Machine, pause, wait_until};
 use crate::peer::{Peer, TO_ROBOT, number, word};
 use crate::{Side, alone, free_port, keys_or_skip};
 
-/// Memory of the link process that a flood may take, in kilobytes: of first packets, and of handshakes.
+/// Maximum memory growth of the link process in kB: by first packets, and by handshakes.
 const MAX_GROWTH_BY_PACKETS_KB: u64 = 16 * 1024;
 const MAX_GROWTH_KB: u64 = 32 * 1024;
 /// Connections of one address whose certificate is not verified, and all connections (services/link/src/io/net/handshakes.rs).
 const MAX_PER_ADDRESS: u64 = 32;
 const MAX_CONNECTIONS: u64 = 256;
 
-/// A robot that awaits its other machine, and who connects to it.
+/// A listening robot, and a peer that floods it.
 struct Flooded {
     robot: Machine,
     peer: Peer,
@@ -39,7 +39,7 @@ impl Flooded {
         self.robot.process("link").expect("it lives")
     }
 
-    /// What is in memory of the link process, in kilobytes.
+    /// Resident memory of the link process, in kB.
     fn memory_kb(&self) -> u64 {
         let file = format!("/proc/{}/status", self.link().as_raw_nonzero());
         let status = std::fs::read_to_string(file).expect("it lives");
@@ -52,14 +52,14 @@ impl Flooded {
         self.peer.run(&[&[command, &self.port, TO_ROBOT, folder], words].concat())
     }
 
-    /// The other machine, which has the right certificate, is talked to.
+    /// Checks that the remote machine, with the right certificate, is accepted.
     fn assert_lets_in(&self, when: &str) {
         let came = self.run("connect", &["away"]);
         let how = came.first().map(|line| word(line, "came"));
         assert_eq!(how, Some("talked to"), "{when}: {came:?}\n{}", self.robot.said());
     }
 
-    /// Runs a flood; what it told, and the most memory that the link had meanwhile.
+    /// Runs a flood; returns its report and the link's peak memory meanwhile, in kB.
     fn flood(&self, command: &str, words: &[&str], meanwhile: impl Fn()) -> (Value, u64) {
         let folder = self.keys.path().to_str().expect("a name");
         let mut flood = self.peer.start(&[&[command, &self.port, TO_ROBOT, folder], words].concat());
@@ -118,7 +118,7 @@ fn connections_without_a_certificate_are_bounded_by_address_and_in_all_and_given
         println!("{addresses} addresses: {told}; memory: {before} kB before, {during} kB at most");
         let count = |key| number(&told, key).expect("a count");
         let seconds = quantity::number::floor_u64(told["seconds"].as_f64().expect("a time"));
-        // A slot of an address is given back after a second, and the memory of a connection that is silent after two.
+        // The slot of an address is freed after one second, the memory of a silent connection after two.
         let most_of_address = MAX_PER_ADDRESS * (1 + seconds);
         let most = MAX_CONNECTIONS * (1 + seconds / 2);
         let addresses: u64 = addresses.parse().expect("a number");
@@ -127,12 +127,12 @@ fn connections_without_a_certificate_are_bounded_by_address_and_in_all_and_given
             "{told}"
         );
         assert!(during.saturating_sub(before) < MAX_GROWTH_KB, "{before} kB before, {during} kB during");
-        // That address took all that it gets: the other machine has another one.
+        // One address has used all its slots; the remote machine has another address.
         if addresses == 1 {
             flooded.assert_lets_in("while an address has no slot left");
         }
     }
-    // An address that took all that it gets has a slot again.
+    // Its slots are freed in the end.
     let is_answered = || number(&flooded.flood("stall", &["1", "1"], || ()).0, "answered") == Some(1);
     assert!(wait_until(is_answered), "{}", flooded.robot.said());
     let after = flooded.memory_kb();
@@ -150,7 +150,7 @@ fn the_other_machine_gets_in_beside_a_flood_of_unfinished_handshakes_from_its_ow
     let mut flood =
         flooded.peer.start(&["stall", &flooded.port, TO_ROBOT, folder, "1", "1500", "127.0.0.1", "50"]);
     assert!(flood.line().is_some(), "it begins");
-    // Some more times than chance alone gives.
+    // More often than by chance.
     let (mut tries, mut let_in) = (0, 0);
     while let_in < 5 && flood.is_running() {
         tries += 1;

@@ -11,10 +11,10 @@ use quantity::number::floor_usize;
 use rustix::process::{Pid, Signal, kill_process};
 use tempfile::TempDir;
 
-/// Patience with a loaded machine.
+/// Generous: the machine may be loaded.
 const PATIENCE: Duration = Duration::from_secs(90);
 
-/// One of two linked machines: a `leo run` with a domain and a memory of its own. Dropping it kills it.
+/// One of two linked machines: a `leo run` with its own domain and state directory. Dropping it kills it.
 pub(crate) struct Machine {
     supervisor: Child,
     domain: PathBuf,
@@ -23,7 +23,7 @@ pub(crate) struct Machine {
     files: TempDir,
 }
 
-/// A command of `leo` with nothing of this machine's in its environment, in a network namespace or in this one.
+/// A `leo` command without `RUST_LOG`, in a network namespace or in this one.
 pub(crate) fn leo(namespace: Option<&str>) -> Command {
     let program = env!("CARGO_BIN_EXE_leo");
     let mut command = match namespace {
@@ -42,7 +42,7 @@ pub(crate) fn pause(time: Duration) {
     clock::sleep_until(clock::now() + time);
 }
 
-/// Waits until `holds`, for as long as is patient; whether it does.
+/// Waits until a condition holds; `false` on time-out.
 pub(crate) fn wait_until(mut holds: impl FnMut() -> bool) -> bool {
     let end = clock::now() + PATIENCE;
     while clock::now() < end {
@@ -54,8 +54,8 @@ pub(crate) fn wait_until(mut holds: impl FnMut() -> bool) -> bool {
     holds()
 }
 
-/// The robot's configuration with some values changed: keys of `leo.toml`, with their section where others have
-/// them too (`motor.realtime.cores`), each with its new value.
+/// The configuration with some changed values. A key of `leo.toml` is prefixed by its section if it is
+/// ambiguous (`motor.realtime.cores`).
 pub(crate) fn changed(changes: &[(&str, &str)]) -> String {
     let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("config/leo.toml");
     let mut text = fs::read_to_string(file).expect("the configuration");
@@ -83,12 +83,12 @@ fn collect(from: impl Read + Send + 'static) -> Arc<Mutex<String>> {
 }
 
 impl Machine {
-    /// Starts a machine that stays until it is stopped.
+    /// Starts a machine that runs until it is stopped.
     pub(crate) fn start(namespace: Option<&str>, name: &str, changes: &[(&str, &str)]) -> Self {
         Self::start_with(namespace, name, changes, &[])
     }
 
-    /// The same with more arguments to `leo run`.
+    /// As [`Self::start`], with more arguments for `leo run`.
     pub(crate) fn start_with(
         namespace: Option<&str>,
         name: &str,
@@ -115,23 +115,23 @@ impl Machine {
         Self { supervisor, domain, told, said, files }
     }
 
-    /// Starts a machine and waits until all of it runs.
+    /// Starts a machine and waits until all its processes run.
     pub(crate) fn ready(namespace: Option<&str>, name: &str, changes: &[(&str, &str)]) -> Self {
         Self::start(namespace, name, changes).when_ready()
     }
 
-    /// It, as soon as all of it runs.
+    /// Waits until all its processes run.
     pub(crate) fn when_ready(self) -> Self {
         assert!(wait_until(|| self.said().contains("the robot runs")), "{}", self.said());
         self
     }
 
-    /// What it said on standard error so far.
+    /// Its standard error so far.
     pub(crate) fn said(&self) -> String {
         self.said.lock().expect("nobody panics with it").clone()
     }
 
-    /// What its console told so far.
+    /// The output of its console so far.
     pub(crate) fn told(&self) -> String {
         self.told.lock().expect("nobody panics with it").clone()
     }
@@ -140,7 +140,7 @@ impl Machine {
         &self.domain
     }
 
-    /// What was learned there, with how many examples of each, as `leo tasks list` says once the machine has stopped.
+    /// The learned tasks with their numbers of examples, from `leo tasks list` after the machine has stopped.
     pub(crate) fn learned(&self) -> BTreeMap<String, u64> {
         let mut tasks = leo(None);
         tasks.args(["tasks", "list", "--json"]).env("XDG_STATE_HOME", self.files.path());
@@ -152,7 +152,7 @@ impl Machine {
         known.as_array().expect("a list").iter().filter_map(task).collect()
     }
 
-    /// What `leo top` counts there, by name with labels.
+    /// Its metrics from `leo top`, by name with labels.
     pub(crate) fn metrics(&self) -> BTreeMap<String, f64> {
         let mut top = leo(None);
         let out = top.args(["top", "--openmetrics", "--domain"]).arg(&self.domain).output().expect("runs");
@@ -164,12 +164,12 @@ impl Machine {
         text.lines().filter_map(sample).collect()
     }
 
-    /// One of these; zero where it is not told.
+    /// A metric; zero if it is missing.
     pub(crate) fn metric(&self, name: &str) -> f64 {
         self.metrics().get(name).copied().unwrap_or(0.0)
     }
 
-    /// One that is a whole number.
+    /// A metric as a whole number.
     pub(crate) fn count(&self, name: &str) -> usize {
         floor_usize(self.metric(name))
     }
@@ -178,7 +178,7 @@ impl Machine {
         Pid::from_child(&self.supervisor)
     }
 
-    /// The number of one of its processes.
+    /// The PID of one of its processes.
     pub(crate) fn process(&self, name: &str) -> Option<Pid> {
         let pid = self.pid().as_raw_nonzero();
         let children = fs::read_to_string(format!("/proc/{pid}/task/{pid}/children")).unwrap_or_default();
@@ -190,7 +190,7 @@ impl Machine {
         Pid::from_raw(child)
     }
 
-    /// Stops it in order.
+    /// Stops it regularly.
     pub(crate) fn stop(&mut self) -> (ExitStatus, String) {
         kill_process(self.pid(), Signal::TERM).expect("it lives");
         let mut status = None;

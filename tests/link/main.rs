@@ -1,4 +1,4 @@
-//! Two machines, linked: a robot on one, its learner and its console on the other.
+//! Two linked machines: a robot on one, its learner and its console on the other.
 #![expect(clippy::expect_used, reason = "a test fails by panicking")]
 
 mod certificates;
@@ -28,22 +28,22 @@ use tempfile::TempDir;
 
 use machine::{Machine, wait_until};
 
-/// What the console tells of Task 1 when it was learned and performed as the teacher meant it.
+/// The console's line when Task 1 was learned and performed as the teacher meant it.
 pub(crate) const PERFORMED: &str = "filled 5 of 5";
 
-/// Tests of whole robots share the cores of the machine: one at a time.
+/// Serialises the tests, because whole robots share the cores.
 pub(crate) fn alone() -> MutexGuard<'static, ()> {
     static MACHINE: Mutex<()> = Mutex::new(());
     MACHINE.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
-/// A port that nobody uses.
+/// An unused port.
 pub(crate) fn free_port() -> u16 {
     UdpSocket::bind("127.0.0.1:0").and_then(|socket| socket.local_addr()).expect("a port").port()
 }
 
-/// Keys for two machines, as docs/more_than_one_machine.md makes them; `robot` has these names. `None`, with a word
-/// why, where openssl is not there.
+/// Creates keys for two machines as docs/more_than_one_machine.md describes; `names` are those of `robot`.
+/// Skips with a message if openssl is missing.
 #[expect(clippy::print_stdout, reason = "it tells why nothing is tried")]
 pub(crate) fn keys_or_skip(names: &str) -> Option<TempDir> {
     if let Err(error) = Command::new("openssl").arg("version").output() {
@@ -62,7 +62,7 @@ pub(crate) fn keys_or_skip(names: &str) -> Option<TempDir> {
     Some(folder)
 }
 
-/// The `[link]` of one side, as changes of `leo.toml`, with more of them.
+/// The `[link]` configuration of one side, as changes of `leo.toml`.
 pub(crate) struct Side(Vec<(&'static str, String)>);
 
 impl Side {
@@ -99,7 +99,7 @@ fn quoted(text: &str) -> String {
     format!("\"{text}\"")
 }
 
-/// What a domain has in shared memory, its root included.
+/// What a domain left in shared memory, its root included.
 fn left_behind(domain: &Path) -> Vec<String> {
     let name = domain.file_name().expect("a name").to_string_lossy().into_owned();
     let is_its = |entry: &String| *entry == name || entry.starts_with(&format!("{name}_"));
@@ -133,7 +133,7 @@ fn a_learner_on_another_machine_learns_task_1_and_performs_it() {
     assert!(away.metric("leo_link_clock_error_seconds") > 0.0);
     assert!(away.metric("leo_link_delay_life_seconds_count{direction=\"received\"}") > 100.0);
 
-    // The link dies on the robot: nothing else does there, and it is heard again.
+    // The robot's link process dies: no other process is affected, and the connection is restored.
     let heard = away.metric("leo_link_hearings_total");
     let motor = robot.process("motor");
     kill_process(robot.process("link").expect("lives"), Signal::KILL).expect("lives");
@@ -147,7 +147,7 @@ fn a_learner_on_another_machine_learns_task_1_and_performs_it() {
     assert_eq!(away.learned(), [("task 1".to_owned(), 2)].into());
 }
 
-/// What is told of the link.
+/// The link's metrics as one line.
 pub(crate) fn link(metrics: &std::collections::BTreeMap<String, f64>) -> String {
     let of_link = |(name, value): (&String, &f64)| {
         let is_its = name.starts_with("leo_link_") && !name.contains("_bucket");

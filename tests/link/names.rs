@@ -1,11 +1,11 @@
-//! Robots of one network, and the machines that belong to each of them.
+//! Several robots in one network, each with its remote machine.
 
 use std::path::Path;
 
 use crate::machine::{Machine, wait_until};
 use crate::{Side, alone, free_port, keys_or_skip};
 
-/// A robot and its other machine, by the robot's name, and the task that it is taught.
+/// A robot with its remote machine, and the task that it is taught.
 struct Pair {
     robot: Machine,
     away: Machine,
@@ -23,7 +23,7 @@ fn two_robots_of_one_network_are_heard_by_their_own_machines_alone() {
     let _alone = alone();
     let Some(keys) = keys_or_skip("DNS:localhost") else { return };
     let ports = [free_port(), free_port()];
-    // Both machines reach both robots, and have keys for both: the names alone tell them apart.
+    // Each machine can reach both robots and has keys for both; only the robot's name distinguishes them.
     let everybody = ports.map(|port| format!("\"quic/localhost:{port}\"")).join(", ");
     let everybody = format!("[{everybody}]");
     let pair = |name: &str, port, lesson, task| {
@@ -47,7 +47,7 @@ fn two_robots_of_one_network_are_heard_by_their_own_machines_alone() {
         let said = format!("{}\nThe other machine:\n{}", pair.robot.said(), pair.away.said());
         for machine in [&pair.robot, &pair.away] {
             assert_eq!(machine.count("leo_link_heard"), 1, "{said}");
-            // Nobody else's words even came.
+            // No message of another robot even arrived.
             assert_eq!(machine.count("leo_link_refused_total"), 0, "{said}");
             assert_eq!(machine.count("leo_link_hearings_total"), 1, "{said}");
             assert!(!machine.said().contains("a second machine speaks"), "{said}");

@@ -1,4 +1,4 @@
-//! The two machines in network namespaces of their own, with a network between them that delays, drops and breaks.
+//! Two machines in separate network namespaces, with a network that delays, drops and breaks.
 
 use clock::Duration;
 use message::{Health, Histogram, Process};
@@ -11,35 +11,34 @@ use crate::wakeful::Wakeful;
 use crate::yardstick::Yardstick;
 use crate::{PERFORMED, Side, alone, keys_or_skip, link};
 
-/// So long, so often, is each state of the network looked at; where quantiles are compared, longer.
+/// Length and number of the measured intervals for each network state; more if quantiles are compared.
 const STRETCH: Duration = Duration::from_millis(250);
 const STRETCHES: usize = 10;
 const STRETCHES_COMPARED: usize = 40;
-/// Set on a machine that does nothing else, to how often the network goes through its states then: the hot path
-/// has a core of its own, and quantiles of times are compared too.
+/// Set on an otherwise idle machine, to the number of measurement rounds. The hot path then has its own core,
+/// and quantiles are compared too.
 const QUIET: &str = "LEO_QUIET_MACHINE";
-/// What counts is where the same work takes no longer than so many times as long as in the fastest tenth of all
-/// stretches.
+/// An interval counts if the reference work takes at most this many times its fastest decile.
 const CALM: f64 = 1.2;
-/// The states of the network, as it is first.
+/// The states of the network, in order.
 const STATES: [&str; 4] = ["as it should be", "200 ms, 5 % lost", "cut", "well again"];
 const HOT_CORE: usize = 0;
 const OTHER_CORE: usize = 1;
 const HOT: [Process; 3] = [Process::Sensor, Process::Belief, Process::Motor];
 
-/// The boards of the hot path's processes, and what tells how fast the core is meanwhile.
+/// The health boards of the hot path's processes, and the meter of the core's speed.
 struct HotPath {
     boards: Vec<(Process, HealthReader)>,
     yardstick: Option<Yardstick>,
 }
 
-/// What the hot path did in one state of the network.
+/// Measurements of the hot path in one network state.
 struct Look {
     all: Vec<Did>,
     stretches: Vec<Stretch>,
 }
 
-/// What it did in a stretch of time, and what the same work took then.
+/// Measurements of one interval, with the duration of the reference work.
 struct Stretch {
     yardstick_us: f64,
     all: Vec<Did>,
@@ -73,13 +72,13 @@ impl HotPath {
     }
 }
 
-/// What a process did in some time.
+/// Measurements of one process.
 struct Did {
     process: Process,
     cycles: u64,
     drops: u64,
     undelivered: u64,
-    /// How long waking up and working took.
+    /// Histograms of wake-up latency and execution time.
     took: [Histogram; 2],
 }
 
@@ -95,9 +94,9 @@ impl Did {
         }
     }
 
-    /// What is counted where a reader, or the network, held up the hot path. The sensor takes the newest of what
-    /// the simulator makes, and the motor the newest of what the learner wants, which come in bursts over a network:
-    /// only the belief process drops nothing.
+    /// Counters that rise if the hot path is delayed by a reader or the network. Only the belief process must
+    /// drop nothing: the sensor and the motor keep only the newest frames, which arrive in bursts over a
+    /// network.
     fn held_up(&self) -> [u64; 2] {
         [if self.process == Process::Belief { self.drops } else { 0 }, self.undelivered]
     }
@@ -114,13 +113,13 @@ impl Did {
     }
 }
 
-/// A bucket is up to a sixteenth wide, which is as much as is looked for.
+/// A quantile in microseconds. A bucket is up to 1/16 wide, which is the required resolution.
 fn quantile_us(took: &Histogram, share: f64) -> f64 {
     took.quantile_between_ns(share) / 1e3
 }
 
-/// By how much each 99th percentile changes, told beside the medians, of all stretches of a state in which the core
-/// was as fast as it gets: a virtual one is now faster and now slower, without regard to the network.
+/// Relative change of each 99th percentile, reported with the medians. Only intervals in which the core was
+/// fast count, because the speed of a virtual core varies independently of the network.
 #[expect(clippy::print_stdout, reason = "it tells how many stretches are compared")]
 fn changes(rounds: &[[Look; 4]]) -> Vec<(String, f64)> {
     let stretches = |state: usize| {
@@ -166,15 +165,14 @@ fn changes(rounds: &[[Look; 4]]) -> Vec<(String, f64)> {
     changes
 }
 
-/// How often the network goes through its states on a quiet machine.
+/// Number of measurement rounds on a quiet machine.
 fn quiet_rounds() -> Option<usize> {
     let rounds = std::env::var(QUIET).ok()?;
     Some(rounds.parse().expect("the number of rounds, 28 for one"))
 }
 
-/// Where the machine is quiet, and has two cores, the hot path has the first, as on a robot whose cores were
-/// planned (`cores` of leo.toml), and all else of both machines and of the network the second: the changes of
-/// the robot's configuration.
+/// On a quiet machine with two cores, the hot path gets the first core, as on a robot with planned cores
+/// (`cores` of leo.toml). All else runs on the second one. Returns the changes of the robot's configuration.
 fn plan_cores() -> Vec<(&'static str, &'static str)> {
     let mut second = CpuSet::new();
     second.set(OTHER_CORE);
@@ -228,14 +226,14 @@ fn the_hot_path_does_not_notice_what_the_network_does() {
         network.set("0 0");
         let before = received();
         assert!(wait_until(|| received() > before + 500.0), "{}\n{}", away.said(), robot.said());
-        // The learner commands again, and the joints follow it.
+        // The learner sends goals again, and the joints follow.
         assert!(wait_until(|| waiting() == 0.0), "{:?}", robot.metrics());
         let again = hot.look("well again");
         println!("away: {}\nrobot: {}", link(&away.metrics()), link(&robot.metrics()));
 
         for later in [&far, &cut, &again] {
             for (now, then) in later.all.iter().zip(&well.all) {
-                // Nobody on the hot path lost a frame, or could not give one away, because of the link.
+                // The link caused no lost or undelivered frame on the hot path.
                 assert_eq!(now.held_up(), then.held_up(), "{}", now.process);
                 let (now_cycles, then_cycles) = (now.cycles, then.cycles);
                 assert!(

@@ -1,17 +1,17 @@
-//! Two network namespaces, and a network between them that delays, drops and breaks.
+//! Two network namespaces with a simulated network that delays, drops and breaks.
 
 use std::io::{BufRead as _, BufReader, Write as _};
 use std::path::Path;
 use std::process::{Child, Command, Stdio};
 
-/// Two namespaces and what connects them; gone when dropped.
+/// Two namespaces and the process that connects them; removed on drop.
 pub(crate) struct Network {
     between: Child,
     pub(crate) names: [String; 2],
 }
 
 impl Network {
-    /// One whose namespaces have names of their own; `None`, with a word why, where there can be none here.
+    /// Creates a network with unique namespace names; skips with a message if that is impossible.
     #[expect(clippy::print_stdout, reason = "it tells why nothing is tried")]
     pub(crate) fn or_skip(name: &str) -> Option<Self> {
         let skip = |why: &String| {
@@ -48,16 +48,16 @@ impl Network {
     }
 
     fn answer(&mut self) -> String {
-        // Byte by byte would do: it says a word now and then.
+        // Unbuffered is fast enough for these few words.
         let mut word = String::new();
         let out = self.between.stdout.as_mut().expect("piped");
         let _end = BufReader::with_capacity(1, out).read_line(&mut word);
         word.trim().to_owned()
     }
 
-    /// From now on, packets fare so.
+    /// Sets the delay and loss of packets.
     pub(crate) fn set(&mut self, words: &str) {
-        // In one piece, which is what the script takes for a line.
+        // Written at once, because the script reads whole lines.
         let line = format!("{words}\n");
         self.between.stdin.as_mut().expect("piped").write_all(line.as_bytes()).expect("it lives");
         assert_eq!(self.answer(), "so");

@@ -8,15 +8,15 @@ use serde_json::Value;
 
 use crate::venv;
 
-/// The protocol of a connection to a robot of the name in `config/leo.toml`, as the other machine asks for it.
+/// The ALPN protocol that the remote machine requests from a robot named as in `config/leo.toml`.
 pub(crate) const TO_ROBOT: &str = "leo-link/leo/away";
-/// The protocol that the robot asks for.
+/// The ALPN protocol that the robot requests.
 pub(crate) const OF_ROBOT: &str = "leo-link/leo/robot";
 
-/// The interpreter that has aioquic.
+/// A Python interpreter with aioquic.
 pub(crate) struct Peer(PathBuf);
 
-/// A command of the peer that runs. Dropping it ends it.
+/// A running peer command; dropping it ends it.
 pub(crate) struct Running {
     child: Child,
     lines: BufReader<ChildStdout>,
@@ -37,7 +37,7 @@ impl Peer {
         Running { _input: child.stdin.take(), child, lines }
     }
 
-    /// Runs a command to its end; what it told.
+    /// Runs a command to its end; returns its output.
     pub(crate) fn run(&self, words: &[&str]) -> Vec<Value> {
         let mut running = self.start(words);
         running.rest()
@@ -45,12 +45,12 @@ impl Peer {
 }
 
 impl Running {
-    /// Whether it goes on.
+    /// Whether it is still running.
     pub(crate) fn is_running(&mut self) -> bool {
         self.child.try_wait().expect("asked").is_none()
     }
 
-    /// All that it tells from now on, to its end.
+    /// The remaining output, after the command has ended.
     pub(crate) fn rest(&mut self) -> Vec<Value> {
         let told = std::iter::from_fn(|| self.line()).collect();
         let status = self.child.wait().expect("ends");
@@ -58,7 +58,7 @@ impl Running {
         told
     }
 
-    /// The next line, where there is one.
+    /// The next line of output, if any.
     pub(crate) fn line(&mut self) -> Option<Value> {
         let mut line = String::new();
         self.lines.read_line(&mut line).expect("reads");
@@ -68,18 +68,18 @@ impl Running {
 
 impl Drop for Running {
     fn drop(&mut self) {
-        // It may have ended.
+        // The process may have ended.
         let _ended = self.child.kill();
         let _ended = self.child.wait();
     }
 }
 
-/// A word of a line.
+/// A text field of a line.
 pub(crate) fn word<'a>(line: &'a Value, key: &str) -> &'a str {
     line.get(key).and_then(Value::as_str).expect("a word")
 }
 
-/// A number of a line.
+/// A number field of a line.
 pub(crate) fn number(line: &Value, key: &str) -> Option<u64> {
     line.get(key).and_then(Value::as_u64)
 }

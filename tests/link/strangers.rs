@@ -1,4 +1,4 @@
-//! Who is not heard.
+//! Foreign machines and other robots are not connected.
 
 use crate::machine::{Machine, wait_until};
 use crate::{Side, alone, free_port, keys_or_skip};
@@ -10,7 +10,7 @@ fn strangers_and_other_robots_are_not_heard() {
     let port = free_port();
     let alone = |side: Side| side.with("off_board", "[]");
     let connect = format!("quic/localhost:{port}");
-    // One whose keys another authority signed; one of another robot; and the right one, last.
+    // One with keys of another authority, one of another robot, and finally the right one.
     let stranger = alone(Side::away(&connect).keyed(theirs.path(), "away"));
     let other = alone(Side::away(&connect).keyed(ours.path(), "away")).with("robot", "\"other\"");
     let right = alone(Side::away(&connect).keyed(ours.path(), "away"));
@@ -26,7 +26,7 @@ fn strangers_and_other_robots_are_not_heard() {
         assert!(fares.contains_key("leo_link_heard"), "{fares:?}");
         assert_eq!((silent.metric("leo_link_heard"), received(silent)), (0.0, 0.0), "{}", silent.said());
     }
-    // Both sides say why, which certificate it is and what to do. The other authority has the same name.
+    // Both sides report the reason, the certificate and the advice. The other authority has the same name.
     let issuer = "its issuer has the name of the authority of this machine";
     for (machine, parts) in [
         (

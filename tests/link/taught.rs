@@ -1,4 +1,4 @@
-//! A task that is taught while the network is bad.
+//! A task taught over a bad network.
 
 use std::fs;
 use std::path::Path;
@@ -9,12 +9,12 @@ use crate::machine::{Machine, pause, wait_until};
 use crate::network::Network;
 use crate::{PERFORMED, Side, alone, keys_or_skip};
 
-/// How long the network is cut.
+/// Duration of the network failure.
 const CUT: Duration = Duration::from_secs(10);
-/// How often the task is shown.
+/// Number of demonstrations.
 const SHOWN: u64 = 12;
 
-/// The lesson of Task 1, with its demonstrations by turns.
+/// The lesson of Task 1, with its demonstrations in turn.
 fn long_lesson() -> String {
     let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("config/lessons/task1.toml");
     let text = fs::read_to_string(file).expect("the lesson");
@@ -27,7 +27,7 @@ fn long_lesson() -> String {
     head + &shown + "[novel]" + novel
 }
 
-/// How many examples it was said that there are, each time that it was said.
+/// The numbers of examples in the console's reports, in order.
 fn counted(machine: &Machine) -> Vec<u64> {
     let told = machine.told();
     let count = |line: &str| {
@@ -38,13 +38,13 @@ fn counted(machine: &Machine) -> Vec<u64> {
     told.lines().filter_map(count).collect()
 }
 
-/// What Leo says of a showing that it heard too late of.
+/// Leo's answer to a demonstration whose beginning or end arrived too late.
 const UNSEEN: &str =
     "I do not know how things were when you said that: this showing of task 1 does not count";
-/// What it says of one that it understood wrong.
+/// Leo's answer to examples without a common rule.
 const CONFUSED: &str = "no rule that I know explains";
 
-/// How often it was said that a showing is being watched.
+/// Number of demonstrations that Leo reported to watch.
 fn watched(machine: &Machine) -> usize {
     machine.told().matches("watches how to do task 1").count()
 }
@@ -66,13 +66,13 @@ fn what_was_learned_over_a_bad_network_is_right_and_stays_learned() {
     let all = |away: &Machine, robot: &Machine| format!("{}\n{}\n{}", away.told(), away.said(), robot.said());
     assert!(holds(&away, 2), "{}", all(&away, &robot));
 
-    // What is shown over a slow network that loses packets is learned as ever, where it comes in time.
+    // Over a slow and lossy network, demonstrations that arrive in time are learned as usual.
     network.set("200 0.05");
     assert!(holds(&away, 3), "{}", all(&away, &robot));
     let before = watched(&away);
     assert!(wait_until(|| watched(&away) > before), "{}", all(&away, &robot));
 
-    // The end of this showing is said while nobody hears it.
+    // The end of this demonstration is said during the failure.
     network.set("cut");
     let (examples, unseen) = (counted(&away), away.told().matches(UNSEEN).count());
     pause(CUT);
@@ -80,13 +80,13 @@ fn what_was_learned_over_a_bad_network_is_right_and_stays_learned() {
     network.set("0 0");
     let heard = || away.told().matches(UNSEEN).count() > unseen;
     assert!(wait_until(heard), "it recovers by itself, and tells that showing apart\n{}", all(&away, &robot));
-    // The board tells of it within a tenth of a second.
+    // The health board shows it within 0.1 s.
     let heard_again = || away.metric("leo_link_hearings_total") >= 2.0;
     assert!(wait_until(heard_again), "{}", all(&away, &robot));
     assert!(holds(&away, examples.len() + 2), "{}", all(&away, &robot));
     assert!(wait_until(|| away.told().contains(PERFORMED)), "{}", all(&away, &robot));
 
-    // What was said to be learned is never taken back, and each showing counts once at most, as it was.
+    // An acknowledged example is never withdrawn, and each demonstration counts at most once.
     let told = counted(&away);
     let last = u64::try_from(told.len()).expect("few");
     println!("{SHOWN} showings, {last} examples");

@@ -1,17 +1,17 @@
-//! Cores that are never idle.
+//! Keeps cores from becoming idle.
 
 use std::process::{Child, Command};
 
-/// Whoever has nothing better to do, one on each of some cores; gone when dropped.
+/// A busy loop of idle priority on each of some cores; ended on drop.
 ///
-/// A virtual core that is idle is given back to the host, and whoever is to be woken on it waits for the host: then it
-/// is the host that is measured, and what is done less often on one core is dearer on the other. An onboard computer's
-/// cores are kept from such states (`supervisor.keep_cores_awake`), which takes a kernel that has a driver for them.
+/// An idle virtual core is returned to the host, and a wake-up on it waits for the host. Then the host is
+/// measured, and the less a core has to do, the slower it appears. A robot keeps its cores awake instead
+/// (`supervisor.keep_cores_awake`), which needs a kernel driver.
 pub(crate) struct Wakeful(Vec<Child>);
 
 impl Wakeful {
     pub(crate) fn on(cores: impl IntoIterator<Item = usize>) -> Self {
-        // Of the class that runs when no other does.
+        // Scheduling class SCHED_IDLE.
         let spins = "import os, sys; os.sched_setscheduler(0, os.SCHED_IDLE, os.sched_param(0)); \
                      os.sched_setaffinity(0, {int(sys.argv[1])})\nwhile True: pass";
         let spin = |core: usize| {

@@ -1,4 +1,4 @@
-//! What the same work takes, time after time.
+//! Measures the speed of a core by reference work.
 
 use std::hint::black_box;
 use std::sync::Arc;
@@ -11,14 +11,13 @@ use rustix::thread::{CpuSet, sched_setaffinity};
 
 use crate::machine::pause;
 
-/// Between two measures.
+/// Pause between two measurements.
 const PAUSE: Duration = Duration::from_millis(10);
-/// So often it counts for one: some tens of microseconds.
+/// Iterations of a measurement: some tens of microseconds.
 const COUNT: u64 = 40_000;
 
-/// Counts to the same number on a core again and again, as an ordinary thread that whatever is on the hot path
-/// preempts; ends when dropped. A virtual core is at times a half slower than at others, for seconds or minutes:
-/// what was measured then is of the host.
+/// Repeats the same count on a core as an ordinary thread, which the hot path preempts; ends on drop. A
+/// virtual core is at times half as fast for seconds or minutes. Measurements of such times show the host.
 pub(crate) struct Yardstick {
     ends: Arc<AtomicBool>,
     measures: Receiver<Duration>,
@@ -39,7 +38,7 @@ impl Yardstick {
                 for number in 0..COUNT {
                     black_box(number);
                 }
-                // Nobody takes the last.
+                // The receiver may be gone.
                 let _taken = sender.send(clock::now().since(started));
                 pause(PAUSE);
             }
@@ -47,8 +46,8 @@ impl Yardstick {
         Self { ends, measures, thread: Some(spawn(measure)) }
     }
 
-    /// What four in five took at most since it was last asked, in microseconds. What is on the hot path preempts fewer
-    /// of them; and where the core became slower meanwhile, it is seen.
+    /// The 80th percentile of the measurements since the last call, in microseconds. The hot path preempts
+    /// fewer than one in five; a slower core affects all.
     pub(crate) fn most_us(&self) -> f64 {
         let mut all: Vec<_> = self.measures.try_iter().collect();
         all.sort();

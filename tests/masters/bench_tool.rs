@@ -1,4 +1,4 @@
-//! `leo bus` on `leo mock-bus`: what an engineer does at the bench.
+//! `leo bus` on `leo mock-bus`: an engineer's work at the bench.
 
 use std::path::Path;
 use std::process::Command;
@@ -7,7 +7,7 @@ use clock::Duration;
 
 use crate::mock_bus::MockBus;
 
-/// Says something to the torso's bus: exit status, what it printed, and what it said went wrong.
+/// Runs `leo bus` on the torso's bus; returns exit status, standard output and standard error.
 pub(crate) fn bus(mock: &MockBus, arguments: &[&str]) -> (Option<i32>, String, String) {
     let told = Command::new(env!("CARGO_BIN_EXE_leo"))
         .arg("bus")
@@ -21,12 +21,12 @@ pub(crate) fn bus(mock: &MockBus, arguments: &[&str]) -> (Option<i32>, String, S
     (told.status.code(), text(&told.stdout), text(&told.stderr))
 }
 
-/// A file of the repository.
+/// Reads a file of the repository.
 pub(crate) fn read(file: &str) -> String {
     std::fs::read_to_string(Path::new(env!("CARGO_MANIFEST_DIR")).join(file)).expect("reads")
 }
 
-/// The same, of which it is asked that it went well.
+/// As [`bus`], and checks for success.
 pub(crate) fn well(mock: &MockBus, arguments: &[&str]) -> String {
     let (status, said, wrong) = bus(mock, arguments);
     assert_eq!(status, Some(0), "{arguments:?}: {said} {wrong}");
@@ -79,7 +79,7 @@ fn torque_off_names_every_joint_that_does_not_confirm_it() {
     mock.tell("clear");
     assert!(well(&mock, &["torque", "off"]).contains("7 servos"));
 
-    // Without a configuration nobody is known to be missed, but somebody has to confirm it.
+    // Without a configuration no servo is known to be missing, but at least one must confirm.
     mock.tell("fault drop bus=torso");
     let told = Command::new(env!("CARGO_BIN_EXE_leo"))
         .args(["bus", "torque", "off", "--baud", "4000000", "--device"])
@@ -96,7 +96,7 @@ fn what_goes_wrong_on_one_bus_keeps_torque_on_on_no_other() {
     let mock = MockBus::start(&[]);
     let hangs_up = serial::Pty::new(4_000_000).expect("there are pseudo-terminals");
     let dies_at = hangs_up.path().to_owned();
-    // The first hangs up once it has been told, the second is not there, the third is nowhere.
+    // The first line hangs up after the instructions, the second does not exist, the third is a mock.
     let devices: [(&str, &Path); 4] = [
         ("face_left", &dies_at),
         ("face_right", Path::new("/dev/nowhere")),
@@ -118,7 +118,7 @@ fn what_goes_wrong_on_one_bus_keeps_torque_on_on_no_other() {
     let listener = std::thread::spawn(move || {
         let (mut bytes, mut heard) = ([0; 64], 0);
         let until = clock::now() + Duration::from_secs(60);
-        // Three broadcast writes of a byte.
+        // Three broadcast Write packets of one byte.
         while heard < 3 * 13 && clock::now() < until {
             heard += hangs_up.read(&mut bytes, until).expect("works");
         }

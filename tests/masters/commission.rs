@@ -1,4 +1,4 @@
-//! `leo bus commission` on `leo mock-bus`: the trials of an engineer with real servos.
+//! `leo bus commission` on `leo mock-bus`: an engineer's trials with new servos.
 
 use std::io::{BufRead as _, BufReader, Read as _, Write as _};
 use std::path::Path;
@@ -26,7 +26,7 @@ fn reports(folder: &Path) -> Vec<String> {
     files.iter().map(|file| std::fs::read_to_string(file).expect("reads")).collect()
 }
 
-/// Runs trials: exit status and what was printed.
+/// Runs trials; returns exit status and output.
 fn run(mock: &MockBus, folder: &Path, arguments: &[&str]) -> (Option<i32>, String) {
     let ran = commission(mock, folder, arguments).stdin(Stdio::null()).output().expect("runs");
     let text = |bytes: &[u8]| String::from_utf8_lossy(bytes).into_owned();
@@ -76,7 +76,7 @@ fn a_fault_fails_the_trial_that_is_about_it_and_names_the_joint() {
 fn an_eeprom_of_another_robot_or_of_another_joint_is_named() {
     let mock = MockBus::start(&[]);
     let folder = tempfile::tempdir().expect("a folder");
-    // The limits of the torso's pitch, in the servo of its yaw.
+    // The limits of torso pitch, in the servo of torso yaw.
     let [low, high] = [-0.2, 0.5].map(|rad| servo::position_count(rad).to_string());
     well(&mock, &["write", "--id", "1", "min_position_limit", &low]);
     well(&mock, &["write", "--id", "1", "max_position_limit", &high]);
@@ -105,7 +105,7 @@ fn an_eeprom_of_another_robot_or_of_another_joint_is_named() {
     }
 }
 
-/// Plays the person: does what a prompt asks for, and presses Enter.
+/// Plays the operator: does what a prompt asks for, and presses Enter.
 fn attend(
     mock: &mut MockBus,
     folder: &Path,
@@ -161,7 +161,7 @@ fn a_person_cuts_the_power_holds_a_joint_and_unplugs_the_adapter() {
     assert_eq!(status, Some(0), "{said}");
     assert_eq!(said.matches("behind its trajectory, at").count(), 7, "{said}");
     mock.tell("clear");
-    // Who holds nothing has not tried it.
+    // Without a blocked joint the trial fails.
     let (status, said) = attend(&mut mock, folder.path(), "blocked", &[consent, ("firmly by hand", "", "")]);
     assert!(status == Some(1) && said.contains("torso_yaw_joint: arrived"), "{said}");
 
@@ -188,7 +188,7 @@ fn a_trial_is_skipped_only_when_the_person_says_so() {
         attend(&mut mock, folder.path(), "power-cut", &[consent, ("Cut the power", "", "skip")]);
     assert_eq!(status, Some(1), "{said}");
     assert!(said.contains("SKIPPED") && said.contains("0 passed, 0 failed, 1 skipped"), "{said}");
-    // Power that was not cut is no success.
+    // A power cut that did not happen is no success.
     let (status, said) = attend(
         &mut mock,
         folder.path(),

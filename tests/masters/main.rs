@@ -1,4 +1,4 @@
-//! Masters that are not Leo, on `leo mock-bus`: the vendor's SDK in Python, and the crate rustypot.
+//! Other masters on `leo mock-bus`: the vendor's SDK in Python, and the crate rustypot.
 #![expect(clippy::expect_used, reason = "a test fails by panicking")]
 
 mod bench_tool;
@@ -17,7 +17,7 @@ use serialport::SerialPort;
 
 use mock_bus::MockBus;
 
-/// The vendor's SDK refuses more.
+/// The maximum of the vendor's SDK.
 const BAUD: u32 = 4_000_000;
 const TORSO: [u8; 7] = [1, 2, 3, 4, 5, 6, 7];
 const GOAL_POSITION: u8 = 116;
@@ -29,7 +29,7 @@ pub(crate) fn open(mock: &MockBus, bus: &str) -> Box<dyn SerialPort> {
     serialport::new(path, BAUD).timeout(Duration::from_millis(500)).open().expect("opens")
 }
 
-/// Waits until a look shows what is awaited, five hundred times at most.
+/// Polls until a condition holds, at most 500 times.
 pub(crate) fn comes(mut looks: impl FnMut() -> bool) -> bool {
     (0..500).any(|_| {
         let is_so = looks();
@@ -40,7 +40,7 @@ pub(crate) fn comes(mut looks: impl FnMut() -> bool) -> bool {
     })
 }
 
-/// The buses of the robot as it comes, and the identifiers of the servos on each, in their order.
+/// The buses of the built-in robot, with the sorted IDs of the servos on each.
 fn buses() -> Vec<(String, Vec<u8>)> {
     let robot = config::Robot::load(None).expect("is built in").motor;
     let on = |bus| {
@@ -59,7 +59,7 @@ fn buses() -> Vec<(String, Vec<u8>)> {
 fn the_vendors_sdk_scans_reads_writes_and_reboots_every_servo() {
     let Some(python) = venv::interpreter("dynamixel-sdk==4.1.0", "dynamixel_sdk") else { return };
     let mock = MockBus::start(&[]);
-    // A master for each bus, all at once: each waits for most of a second whenever it scans.
+    // One master for each bus, all in parallel, because a scan waits for most of a second.
     let masters: Vec<_> = buses()
         .into_iter()
         .map(|(bus, servos)| {
@@ -82,8 +82,8 @@ fn the_vendors_sdk_scans_reads_writes_and_reboots_every_servo() {
     assert!(mock.stop().success());
 }
 
-/// What is asked of a master: all servos of a bus are found, go to goals, say where they are, and begin
-/// anew without torque.
+/// Checks with another master that all servos of a bus are found, follow goals, report their positions, and
+/// reboot without torque.
 fn speaks_to_all(bus: &str, servos: &[u8], port: &mut dyn SerialPort) {
     let master = DynamixelProtocolHandler::v2();
     assert_eq!(master.broadcast_ping(port).expect("answers"), servos, "{bus}");
@@ -138,7 +138,7 @@ fn faults_are_switched_on_and_off_while_it_runs() {
     assert_eq!(mock.tell("clear"), "no faults");
     assert!(comes(|| found(&mut port) == TORSO));
 
-    // The file is taken whole or not at all.
+    // The file is accepted as a whole or not at all.
     std::fs::write(&file, "faults = [\n\"drop id=1\",\n\"dorp\",\n]").expect("writes");
     let said = mock.next_line();
     assert!(said.contains("faults.toml:3:1: `dorp` is no kind of fault"), "{said}");

@@ -4,7 +4,7 @@ use std::process::{Child, ChildStdin, ChildStdout, Command, ExitStatus, Stdio};
 
 use rustix::process::{Pid, Signal, kill_process};
 
-/// `leo mock-bus`, as a user starts it. Dropping it ends it.
+/// A `leo mock-bus` started as by a user; dropping it ends it.
 pub(crate) struct MockBus {
     process: Child,
     commands: ChildStdin,
@@ -12,11 +12,11 @@ pub(crate) struct MockBus {
     buses: Vec<(String, PathBuf)>,
 }
 
-/// The buses of the robot as it comes.
+/// Number of buses of the built-in robot.
 const BUSES: usize = 5;
 
 impl MockBus {
-    /// Starts it, and waits until it has said where its buses are.
+    /// Starts it and waits until it has printed its buses.
     pub(crate) fn start(arguments: &[&str]) -> Self {
         let mut process = Command::new(env!("CARGO_BIN_EXE_leo"))
             .arg("mock-bus")
@@ -38,29 +38,29 @@ impl MockBus {
         Self { process, commands, said, buses }
     }
 
-    /// Where a bus is.
+    /// The path of a bus.
     pub(crate) fn path(&self, bus: &str) -> &Path {
         let found = self.buses.iter().find(|(name, _)| name == bus);
         &found.expect("a bus of the robot").1
     }
 
-    /// Says something on its standard input, and waits for the line that it says to it.
+    /// Writes a command to its standard input and returns the answer line.
     pub(crate) fn tell(&mut self, command: &str) -> String {
         writeln!(self.commands, "{command}").expect("it listens");
         line(&mut self.said)
     }
 
-    /// The next line that it says.
+    /// The next line of its output.
     pub(crate) fn next_line(&mut self) -> String {
         line(&mut self.said)
     }
 
-    /// Presses Ctrl-C, and waits for its end.
+    /// Sends Ctrl-C and waits for its end.
     pub(crate) fn stop(mut self) -> ExitStatus {
         self.press().expect("it ends")
     }
 
-    /// Kills it, and waits for its end.
+    /// Kills it and waits for its end.
     pub(crate) fn kill(mut self) {
         self.process.kill().expect("it runs");
         let _killed = self.process.wait().expect("it ends");
@@ -68,7 +68,7 @@ impl MockBus {
 
     fn press(&mut self) -> std::io::Result<ExitStatus> {
         let id = i32::try_from(self.process.id()).ok().and_then(Pid::from_raw);
-        // The number of one that has ended may be another's by now.
+        // The PID of an ended process may have been reused.
         if let (None, Some(id)) = (self.process.try_wait()?, id) {
             kill_process(id, Signal::INT)?;
         }

@@ -1,4 +1,4 @@
-//! Joints that are moved by hand with `leo bus`: in their own frame, slowly, within their limits.
+//! Moving joints by hand with `leo bus`: in joint coordinates, slowly, within limits.
 
 use std::io::{BufRead as _, BufReader, Read as _};
 use std::process::{Command, Stdio};
@@ -12,7 +12,7 @@ use crate::mock_bus::MockBus;
 
 const YAW: &str = "torso_yaw_joint";
 
-/// A configuration whose torso yaw joint turns against its servo, with an offset.
+/// A configuration with a reversed torso yaw joint and an offset.
 fn turned() -> TempDir {
     let folder = tempfile::tempdir().expect("a folder");
     let motor = read("config/motor.toml");
@@ -26,13 +26,13 @@ fn turned() -> TempDir {
     folder
 }
 
-/// The count of an item of the torso yaw joint's servo.
+/// The raw value of a register of the torso yaw servo.
 fn count(mock: &MockBus, item: &str) -> i32 {
     let said = well(mock, &["read", "--id", "1", item]);
     said.split_whitespace().nth(1).and_then(|count| count.parse().ok()).expect("a count")
 }
 
-/// Whether the watchdog of the torso yaw joint's servo trips where nothing is said: to look is to talk.
+/// Whether the bus watchdog of the torso yaw servo trips during silence. Reading it counts as communication.
 fn trips(mock: &MockBus) -> bool {
     crate::comes(|| {
         clock::sleep_until(clock::now() + clock::Duration::from_millis(250));
@@ -52,7 +52,7 @@ fn a_joint_is_moved_in_its_own_frame_slowly_and_never_past_its_limits() {
         &with(&["write", YAW, "goal_position", "10deg"]),
         (1, "first `leo bus torque on torso_yaw_joint`"),
     );
-    // It stands where its servo is in the middle: at 0.3 rad.
+    // The servo's centre is at 0.3 rad.
     assert!(well(&mock, &with(&["torque", "on", YAW])).contains("holds it at 17.2 deg (0.300 rad)"));
     let said = well(&mock, &with(&["write", YAW, "goal_position", "-10deg"]));
     assert!(said.contains("goes from 17.2 deg (0.300 rad) to -10.0 deg"), "{said}");
@@ -62,7 +62,7 @@ fn a_joint_is_moved_in_its_own_frame_slowly_and_never_past_its_limits() {
     assert_eq!(count(&mock, "profile_velocity"), velocity_count(0.5));
     assert!((1..10).contains(&count(&mock, "profile_acceleration")));
     assert!(trips(&mock), "it stops by itself once the tool has ended");
-    // Longer than the watchdog waits, which the tool keeps from tripping; and cleared by it before.
+    // The motion is longer than the watchdog time-out; the tool feeds the watchdog and clears it first.
     let said = well(&mock, &with(&["write", YAW, "goal_position", "40deg"]));
     assert!(said.contains("is at 40.0 deg (0.69"), "{said}");
 
@@ -93,7 +93,7 @@ fn torque_comes_on_where_a_joint_stands_and_not_beyond_its_limits() {
     refused(&mock, &["torque", "on", "--id", "1", "--raw"], (2, "say --yes if that is meant"));
     well(&mock, &["torque", "on", "--id", "1", "--raw", "--yes"]);
     assert_eq!((count(&mock, "goal_position"), count(&mock, "present_position")), (2048, 2048));
-    // Past its limit of 0.8 rad, which only its own counts can say.
+    // Past the limit of 0.8 rad, which only raw values allow.
     well(&mock, &["write", "--id", "1", "bus_watchdog", "0"]);
     well(&mock, &["write", "--id", "1", "goal_position", "2048", "--raw", "--yes"]);
     let far = position_count(1.2);

@@ -1,4 +1,4 @@
-//! The wire of `leo mock-bus`, and what `leo bus` says of lines that are not as they should be.
+//! Timing of `leo mock-bus`, and how `leo bus` reports faulty lines.
 
 use std::io::{Read as _, Write as _};
 
@@ -10,7 +10,7 @@ use crate::bench_tool::{bus, read, refused, well};
 use crate::mock_bus::MockBus;
 use crate::open;
 
-/// How long 14 bytes of a read and 15 of its answer take at 4,000,000 baud, ten bits each.
+/// Wire time of a 14-byte Read and its 15-byte status packet at 4,000,000 baud, ten bits a byte.
 const ON_WIRE: Duration = Duration::from_nanos(72_500);
 
 #[test]
@@ -99,7 +99,7 @@ fn servos_at_another_speed_are_found_and_said() {
         said.contains("7 servos answer at 1000000: torso_yaw_joint (id 1), torso_pitch_joint (id 2)"),
         "{said}"
     );
-    // One that was left behind is looked for where that is asked.
+    // A servo at another speed is searched for on request.
     let at_slow = |words: &[&'static str]| well(&mock, &[words, &["--baud", "1000000"]].concat());
     at_slow(&["set-baud", "--id", "3", "--to", "57600", "--yes"]);
     let (_, said, _) = bus(&mock, &["scan", "--baud", "1000000"]);

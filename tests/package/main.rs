@@ -1,4 +1,4 @@
-//! What the package brings beside the program: that it is in order, and speaks of what there is.
+//! The files of the package are consistent with the program.
 #![expect(
     clippy::expect_used,
     clippy::print_stderr,
@@ -17,7 +17,7 @@ fn read(file: &str) -> String {
     fs::read_to_string(repository(file)).expect("reads")
 }
 
-/// What a program says, where this machine has it.
+/// Runs a program if this machine has it.
 fn ask(command: &mut Command) -> Option<Output> {
     match command.output() {
         Ok(output) => Some(output),
@@ -32,7 +32,7 @@ fn ask(command: &mut Command) -> Option<Output> {
 fn systemd_takes_the_unit_and_calls_it_safe() {
     let folder = tempfile::tempdir().expect("a folder");
     let unit = folder.path().join("leo.service");
-    // The program is not where the package would put it.
+    // The program is not at its installed path.
     let text = read("package/leo.service");
     let installed = "/usr/bin/leo ";
     assert_eq!(text.matches(installed).count(), 1, "{text}");
@@ -48,13 +48,14 @@ fn systemd_takes_the_unit_and_calls_it_safe() {
     assert!(said.status.success(), "{}", String::from_utf8_lossy(&said.stdout));
 }
 
-/// The words that the unit gives to a key.
+/// The values of a key in the unit.
 fn of_key(unit: &str, key: &str) -> Vec<String> {
     let values = unit.lines().filter_map(|line| line.strip_prefix(key)?.strip_prefix('='));
     values.flat_map(str::split_whitespace).map(str::to_owned).collect()
 }
 
-/// Which devices a unit may open is found out as it starts: a driver that is loaded later is not among them.
+/// The devices of `DeviceAllow` are resolved when the unit starts; a driver that is loaded later is not
+/// allowed.
 #[test]
 fn the_drivers_of_adapters_that_are_plugged_in_are_loaded_before_the_unit_starts() {
     let unit = read("package/leo.service");
@@ -67,7 +68,7 @@ fn the_drivers_of_adapters_that_are_plugged_in_are_loaded_before_the_unit_starts
     }
 }
 
-/// What is measured above as one number, word by word: what a change would cost without failing there.
+/// Each setting whose change the security score above would not detect.
 #[test]
 fn the_unit_may_do_what_it_needs_and_no_more() {
     let unit = read("package/leo.service");
@@ -79,11 +80,11 @@ fn the_unit_may_do_what_it_needs_and_no_more() {
         ("ProtectSystem", &["strict"]),
         ("ReadWritePaths", &["/dev/shm"]),
         ("DevicePolicy", &["closed"]),
-        // The page, for this machine alone.
+        // The page is for this machine only.
         ("IPAddressDeny", &["any"]),
         ("IPAddressAllow", &["localhost"]),
         ("RestrictAddressFamilies", &["AF_UNIX", "AF_INET", "AF_INET6"]),
-        // The buffers stay when somebody logs out.
+        // Shared memory survives a user's log-out.
         ("RemoveIPC", &["no"]),
         ("LimitMEMLOCK", &["infinity"]),
         ("LimitRTPRIO", &["99"]),
@@ -99,7 +100,7 @@ fn the_command_line_of_the_unit_is_understood() {
     let told = line.replace("/etc/leo/leo.toml", "/nowhere/leo.toml");
     let refused = Command::new(env!("CARGO_BIN_EXE_leo")).args(told.split(' ')).output().expect("runs");
     let said = String::from_utf8_lossy(&refused.stderr).into_owned();
-    // The file alone is what it does not find.
+    // Only the configuration file is missing.
     assert!(refused.status.code() == Some(2) && said.contains("/nowhere/leo.toml"), "{said}");
 }
 
@@ -140,7 +141,7 @@ fn the_rules_for_adapters_and_the_user_are_in_order() {
     if let Some(verified) = ask(Command::new("udevadm").arg("verify").arg(repository("package/60-leo.rules")))
     {
         let said = String::from_utf8_lossy(&verified.stderr).into_owned();
-        // Older versions cannot verify.
+        // Older versions lack `verify`.
         assert!(verified.status.success() || said.contains("Unknown command"), "{said}");
     }
     let folder = tempfile::tempdir().expect("a folder");

@@ -1,4 +1,4 @@
-//! Joints are armed by the page.
+//! Arming from the page.
 
 use process::emergency;
 use serde_json::json;
@@ -6,7 +6,7 @@ use serde_json::json;
 use crate::page::Page;
 use crate::robot::Robot;
 
-/// A robot whose joints are armed by order alone.
+/// A robot whose joints are armed only by order.
 pub(crate) fn disarmed(name: &str) -> Robot {
     Robot::configured(name, |leo| {
         let automatic = "automatic_arming = \"simulated\"";

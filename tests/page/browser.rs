@@ -1,4 +1,4 @@
-//! A real browser over a real robot.
+//! A real browser with a real robot.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
@@ -13,21 +13,21 @@ use serde_json::Value;
 use crate::arming::disarmed;
 use crate::robot::{Robot, leo};
 
-/// Where this is set, what is missing is a failure and nothing is skipped.
+/// If set, a missing dependency is a failure instead of a skip.
 const REQUIRED: &str = "LEO_BROWSER_REQUIRED";
-/// One preparation at a time.
+/// Serialises the preparation.
 static PREPARING: Mutex<()> = Mutex::new(());
-/// One browser at a time: each draws by software on as many cores as there are.
+/// Serialises the browsers, because each renders in software on all cores.
 static BROWSER: Mutex<()> = Mutex::new(());
 
-/// The only one that does something, until it is dropped.
+/// Locks a mutex.
 fn alone(door: &'static Mutex<()>) -> MutexGuard<'static, ()> {
-    // A test that fails leaves nothing half done behind it.
+    // A failed test leaves no inconsistent state, so poisoning is ignored.
     door.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
-/// The page's folder with what its tools need, below the target folder; made there where it is not
-/// yet. `None`, and a line of why, where that does not work.
+/// The page's folder with its tools, created below the target folder if needed. Skips with a message if that
+/// fails.
 fn prepared() -> Option<PathBuf> {
     let _alone = alone(&PREPARING);
     let from = Path::new(env!("CARGO_MANIFEST_DIR")).join("services/console/page");
@@ -42,7 +42,7 @@ fn prepared() -> Option<PathBuf> {
 
 fn skipped<T>(why: &str) -> Option<T> {
     assert!(std::env::var_os(REQUIRED).is_none(), "{why}");
-    // What a test prints is seen with `--nocapture`, and always where it fails.
+    // Test output is shown with `--nocapture` and after a failure.
     eprintln!("skipped: {why}");
     None
 }
@@ -77,7 +77,7 @@ fn the_page_is_what_its_sources_build_and_its_parts_hold() {
     }
 }
 
-/// A script of the page's tests; `None` where there is no browser.
+/// A script of the page's tests; `None` without a browser.
 fn script(script: &str, arguments: &[&str]) -> Option<Command> {
     let page = prepared()?;
     let chromium = std::env::var("CHROMIUM").unwrap_or_else(|_| "/usr/bin/chromium".to_owned());
@@ -95,7 +95,7 @@ fn script(script: &str, arguments: &[&str]) -> Option<Command> {
     Some(command)
 }
 
-/// What a script of the page's tests says; `None` where there is no browser.
+/// The output of a script of the page's tests; `None` without a browser.
 fn played(name: &str, arguments: &[&str]) -> Option<Vec<u8>> {
     let ran = script(name, arguments)?.output().expect("node runs");
     assert!(ran.status.success(), "{}", String::from_utf8_lossy(&ran.stderr));
@@ -107,13 +107,13 @@ fn address(robot: &Robot) -> String {
     robot.host.url()
 }
 
-/// Beside a page that draws nothing, which feels a busy machine too.
+/// Compared with an empty page, which a busy machine slows down too.
 #[test]
 fn a_page_of_a_hundred_blocks_is_drawn_as_often_as_it_should_be_beside_an_empty_one() {
     let _alone = alone(&BROWSER);
     let Some(counted) = played("tests/pace.mjs", &["100"]) else { return };
     let counted: Value = serde_json::from_slice(&counted).expect("JSON");
-    // Something was counted of both.
+    // Frames were counted in both.
     for of in ["bare", "main_view", "all_views"] {
         assert!(counted["a_second"][of].as_f64() > Some(0.0), "{counted:#}");
     }
@@ -159,11 +159,11 @@ fn pictures_show_every_panel_opened_and_every_perspective_on_a_laptop_and_a_tabl
         match (name.contains("-tablet"), is_whole) {
             (false, _) => assert_eq!([width, height], [1280, 800], "{name}"),
             (true, false) => assert_eq!([width, height], [820, 1180], "{name}"),
-            // What is below the screen too.
+            // Includes what is below the screen.
             (true, true) => assert!(width == 820 && height > 1180, "{name}: {width} x {height}"),
         }
     }
-    // Each shows something else.
+    // Every picture is different.
     let different: BTreeSet<&Vec<u8>> = pictures.values().collect();
     assert_eq!(different.len(), names.len());
 }
@@ -185,7 +185,7 @@ fn a_browser_that_cannot_draw_says_so_and_can_be_talked_to_and_used_by_the_keybo
 #[test]
 fn a_browser_asks_before_it_unlocks_joints_and_arms_by_the_keyboard_on_a_narrow_page() {
     let _alone = alone(&BROWSER);
-    // On a fake one joint is locked, and what was ordered is known.
+    // Uses a fake robot with one locked joint, whose orders are known.
     played("tests/arm.mjs", &[]);
 }
 
@@ -206,8 +206,8 @@ fn a_browser_arms_a_robot_that_does_not_arm_by_itself() {
     played("tests/arm.mjs", &[&address(&robot)]);
 }
 
-/// A port that nobody listens at, and that the system gives to nobody who connects: while the robot is away, the
-/// page that looks for it could be given it, and meet itself there.
+/// A port without a listener, outside the ephemeral range. Otherwise the waiting page could be assigned it as
+/// its own port and connect to itself.
 fn free_port() -> u16 {
     let mut ports = 20_000..32_000;
     ports.find(|port| TcpListener::bind(("127.0.0.1", *port)).is_ok()).expect("a port that is free")
@@ -249,12 +249,12 @@ fn a_browser_teaches_task_1_by_mouse_finger_keyboard_and_typed_sentences() {
         let known = leo(&["tasks", "show", name, "--json"]).env("XDG_STATE_HOME", robot.state()).output();
         let known: Value = serde_json::from_slice(&known.expect("runs").stdout).expect("JSON");
         says_what_is_known(task, &known["account"]["tasks"][0]);
-        // What is left open is asked.
+        // An ambiguity is asked about.
         let question = known["question"].as_str();
         assert_eq!(question.is_some(), name == "task 2", "{known:#}");
         assert!(said.contains(question.unwrap_or_default()), "{said}\n{known:#}");
     }
-    // All of that was there to be compared: a reason, ties, and what comes behind them.
+    // The comparison covered an explanation, ties, and hypotheses after them.
     assert!(tasks[1]["why"].is_string(), "{shown:#}");
     let bars = tasks[0]["perspectives"]["human"]["hypotheses"].as_array().expect("a list");
     assert!(bars.iter().map(|bar| &bar["tied"]).eq([true, true, false]), "{shown:#}");
@@ -262,7 +262,7 @@ fn a_browser_teaches_task_1_by_mouse_finger_keyboard_and_typed_sentences() {
     assert!(last.is_some_and(|last| last["result"] == "filled 4 of 4"), "{shown:#}");
 }
 
-/// The page says of a task what `leo tasks show` says of it, in all that both of them say.
+/// Checks that the page and `leo tasks show` agree on a task.
 fn says_what_is_known(shown: &Value, known: &Value) {
     let both = format!("the page: {shown:#}\nknown: {known:#}");
     let whose = |perspective: &Value| match perspective.as_str() {
@@ -303,7 +303,7 @@ fn says_what_is_known(shown: &Value, known: &Value) {
     }
 }
 
-/// Whether a text in per cent is a probability, in as many digits as it has.
+/// Whether a percentage text equals a probability, to the shown precision.
 fn is_rounded(percent: &Value, probability: &Value) -> bool {
     let (text, exact) = (percent.as_str().expect("a text"), 100.0 * probability.as_f64().expect("a number"));
     let number = |text: &str| text.trim_end_matches(" %").parse::<f64>().expect("per cent");

@@ -5,7 +5,7 @@ use serde_json::json;
 use crate::page::{Page, find, opened};
 use crate::robot::{Host, PATIENCE, Robot};
 
-/// A page of the next life, at the address that the one before had.
+/// Opens the page of a restarted console at the same address.
 fn found_again(host: &Host) -> Page {
     let end = clock::now() + PATIENCE;
     while opened(host, &format!("http://{host}")).is_err() {
@@ -46,7 +46,7 @@ fn what_is_held_goes_back_when_the_console_dies_and_its_next_life_is_found_at_th
     page.wait("the block back where it was", |cells| {
         find(cells, BLOCK).is_some_and(|block| block["held"].is_null() && block["p"] == before)
     });
-    // What led to it went with it: the black box is the console's own. It goes on from here.
+    // The old black box is lost with the console; a new one starts.
     let kept = page.must("keep", json!({}));
     let file = std::path::Path::new(kept["file"].as_str().unwrap_or_default());
     assert!(file.to_string_lossy().ends_with("_asked.mcap") && file.exists(), "{kept}");
@@ -61,7 +61,7 @@ fn what_leo_remembers_is_on_the_page_of_a_console_that_did_not_hear_it_learned()
     };
     page.wait("what the first demonstration comes to", knows);
     let learned = page.cells["task/task 1"].clone();
-    // By hand now: nothing more is learned.
+    // In manual mode nothing more is learned.
     page.must("clear", json!({}));
     page.wait("a table by hand", |cells| cells.get("workspace").is_some_and(|it| it["mode"] == "set-up"));
     let pid = page.cells["process/console"]["pid"].as_i64().expect("a number");

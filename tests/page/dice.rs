@@ -1,17 +1,17 @@
-//! What strangers say: wishes and bytes of all kinds, the same in every run.
+//! Random requests and bytes of an untrusted page, reproducible.
 
 use serde_json::{Value, json};
 
-/// All that a page can wish for.
+/// All requests of a page.
 pub(crate) const WISHES: [&str; 19] = [
     "say", "take", "carry", "put", "cancel", "seat", "leave", "return", "screen", "add", "remove", "clear",
     "lay", "open", "play", "undo", "save", "record", "keep",
 ];
 
-/// Bytes of a frame up to its text, at most: what it is, its length, and its mask.
+/// Maximum length of a frame's header: opcode, length and mask.
 const HEAD: usize = 8;
 
-/// A small generator of numbers (xorshift), the same in every run.
+/// A small pseudo-random generator (xorshift), reproducible.
 pub(crate) struct Dice(pub(crate) u64);
 
 impl Dice {
@@ -22,7 +22,7 @@ impl Dice {
         self.0
     }
 
-    /// A number below this one.
+    /// A number below `end`.
     pub(crate) fn below(&mut self, end: usize) -> usize {
         usize::try_from(self.roll() % u64::try_from(end).expect("small")).expect("small")
     }
@@ -31,13 +31,13 @@ impl Dice {
         self.roll().to_le_bytes()[0]
     }
 
-    /// Mostly one on the table, and sometimes one that is far out, or next to nothing.
+    /// Mostly a coordinate on the table, sometimes a huge or tiny one.
     fn metres(&mut self) -> f64 {
         let share = f64::from(u16::try_from(self.roll() % 60_000).expect("small")) / 60_000.0 - 0.5;
         share * [2.0, 2.0, 2.0, 250.0, 1e300, 1e-300][self.below(6)]
     }
 
-    /// Mostly a word that means something there, and sometimes any letters, or too many.
+    /// Mostly a known word, sometimes random or too many characters.
     fn word(&mut self, known: &[&str]) -> String {
         match self.below(8) {
             0 => (0..self.below(40)).filter_map(|_| char::from_u32(self.byte().into())).collect(),
@@ -46,7 +46,7 @@ impl Dice {
         }
     }
 
-    /// What a wish takes, each as it is written, whatever it says.
+    /// Well-formed fields of a request, with random values.
     pub(crate) fn fields(&mut self, wish: &str) -> Value {
         const THINGS: [&str; 5] = ["red square", "blue square", "peg 1", "wood peg", "wall"];
         let mut at = || [self.metres(), self.metres(), self.metres()];
@@ -79,7 +79,7 @@ impl Dice {
         fields
     }
 
-    /// Some bytes become others; in half of all frames, some come or go too, or it is those of the head that do.
+    /// Mutates some bytes. In half of the frames it also inserts or removes bytes, or mutates the header.
     pub(crate) fn mutate(&mut self, frame: &mut Vec<u8>) {
         let is_kept = self.below(2) == 0;
         for _ in 0..=self.below(3) {
@@ -96,7 +96,7 @@ impl Dice {
     }
 }
 
-/// A text as a client sends it.
+/// A text frame as a client sends it.
 pub(crate) fn frame(text: &str, mask: [u8; 4]) -> Vec<u8> {
     let length = u16::try_from(text.len()).expect("short");
     let mut bytes = vec![0x81];

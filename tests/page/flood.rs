@@ -7,12 +7,12 @@ use clock::Duration;
 
 use crate::robot::{Host, PATIENCE, Robot};
 
-/// Half-open connections at once.
+/// Number of half-open connections.
 const FLOOD: usize = 250;
-/// What a request may take beside them.
+/// Time limit of a request meanwhile.
 const WITHIN: Duration = Duration::from_secs(1);
 
-/// A connection that begins a request and does not end it.
+/// A connection with an incomplete request.
 fn half_open(host: &Host) -> Option<TcpStream> {
     let mut stream = TcpStream::connect(&**host).ok()?;
     stream.write_all(b"GET /metrics HTTP/1.1\r\nHo").ok()?;
@@ -20,7 +20,7 @@ fn half_open(host: &Host) -> Option<TcpStream> {
     Some(stream)
 }
 
-/// Keeps the flood up: a connection that is shut is opened anew.
+/// Keeps the flood up: closed connections are opened again.
 fn flood(host: &Host, opened: &AtomicU64, over: &AtomicBool) {
     let mut all: Vec<Option<TcpStream>> = (0..FLOOD).map(|_| None).collect();
     while !over.load(Ordering::Relaxed) {
@@ -35,7 +35,7 @@ fn flood(host: &Host, opened: &AtomicU64, over: &AtomicBool) {
     }
 }
 
-/// What is answered to a request, and how long that took.
+/// The answer to a request and its duration.
 fn timed(host: &Host, request: &str) -> (String, Duration) {
     let began = clock::now();
     let mut stream = TcpStream::connect(&**host).expect("it listens");

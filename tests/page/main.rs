@@ -1,5 +1,4 @@
-//! The page's server over a real robot: teaching by hand, what is written down of it, and whoever says
-//! what he should not.
+//! The page's server with a real robot: manual teaching, recordings of it, and misbehaving clients.
 #![expect(
     clippy::expect_used,
     clippy::indexing_slicing,

@@ -7,18 +7,18 @@ use tungstenite::{Message, WebSocket};
 
 use crate::robot::{Host, PATIENCE};
 
-/// A page that is no browser: it holds the cells, and waits for answers.
+/// A page without a browser: it holds the state entries and waits for answers.
 pub(crate) struct Page {
     socket: WebSocket<TcpStream>,
     pub(crate) cells: BTreeMap<String, Value>,
-    /// Bytes and messages that came.
+    /// Received bytes and messages.
     pub(crate) bytes: usize,
     pub(crate) messages: usize,
     answers: Vec<Value>,
     last: u64,
 }
 
-/// Why a page cannot be opened.
+/// Opens a connection as a page; returns the reason if it is refused.
 pub(crate) fn opened(host: &Host, origin: &str) -> Result<WebSocket<TcpStream>, String> {
     let stream = TcpStream::connect(&**host).map_err(|error| error.to_string())?;
     stream.set_read_timeout(Some(PATIENCE)).expect("a time");
@@ -35,12 +35,12 @@ impl Page {
         Self { socket, cells: BTreeMap::new(), bytes: 0, messages: 0, answers: Vec::new(), last: 0 }
     }
 
-    /// Sends what need not be a message.
+    /// Sends a message, which may be malformed.
     pub(crate) fn send(&mut self, message: Message) {
         self.socket.send(message).expect("it can be sent");
     }
 
-    /// Takes the next message.
+    /// Receives the next message.
     pub(crate) fn hear(&mut self) {
         let Message::Text(text) = self.socket.read().expect("a message within a minute") else { return };
         self.bytes += text.len();
@@ -62,7 +62,7 @@ impl Page {
         }
     }
 
-    /// Hears on until something holds.
+    /// Receives messages until a condition holds.
     pub(crate) fn wait(&mut self, what: &str, mut holds: impl FnMut(&BTreeMap<String, Value>) -> bool) {
         let end = clock::now() + PATIENCE;
         while !holds(&self.cells) {
@@ -71,7 +71,7 @@ impl Page {
         }
     }
 
-    /// The answer to a message that is none, or has no number.
+    /// The error answer to a malformed message or one without an ID.
     pub(crate) fn complaint(&mut self) -> Value {
         loop {
             if let Some(place) = self.answers.iter().position(|answer| !answer["error"].is_null()) {
@@ -81,7 +81,7 @@ impl Page {
         }
     }
 
-    /// Asks for something and waits for the answer.
+    /// Sends a request and waits for its answer.
     pub(crate) fn ask(&mut self, what: &str, with: Value) -> Result<Value, String> {
         self.last += 1;
         let mut message = with;
@@ -97,7 +97,7 @@ impl Page {
         }
     }
 
-    /// Asks for something that is done.
+    /// Sends a request that must succeed.
     pub(crate) fn must(&mut self, what: &str, with: Value) -> Value {
         self.ask(what, with).unwrap_or_else(|error| panic!("{what}: {error}"))
     }
@@ -107,7 +107,7 @@ impl Page {
         find(&self.cells, name)
     }
 
-    /// Takes a thing, carries it over a place and lets it go; returns once it rests.
+    /// Takes a thing, carries it over a position and drops it; returns once it rests.
     pub(crate) fn bring(&mut self, thing: &str, at: [f64; 2]) {
         let from = self.thing(thing).expect("it is there")["p"].clone();
         self.must("take", json!({ "thing": thing }));
@@ -121,7 +121,7 @@ impl Page {
         self.wait("rest", |cells| find(cells, thing).is_some_and(|thing| thing["held"].is_null()));
     }
 
-    /// What was said and done, for people.
+    /// The conversation and action lines.
     pub(crate) fn lines(&self) -> Vec<String> {
         let lines = self.cells.iter().filter(|(key, _)| key.starts_with("line/"));
         lines.map(|(key, line)| format!("{key} {} {} {}", line["who"], line["kind"], line["text"])).collect()

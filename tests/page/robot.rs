@@ -9,10 +9,10 @@ use clock::Duration;
 use rustix::process::{Pid, Signal, kill_process};
 use tempfile::TempDir;
 
-/// Patience with a loaded machine.
+/// Generous: the machine may be loaded.
 pub(crate) const PATIENCE: Duration = Duration::from_secs(60);
 
-/// Where a page is, and what lets somebody in.
+/// Address and token of a page.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) struct Host {
     /// Host and port.
@@ -21,7 +21,7 @@ pub(crate) struct Host {
 }
 
 impl Host {
-    /// The whole address of the page.
+    /// The full address of the page.
     pub(crate) fn url(&self) -> String {
         format!("http://{}/?token={}", self.name, self.token)
     }
@@ -41,7 +41,7 @@ impl Display for Host {
     }
 }
 
-/// A robot whose page is open to us. Dropping it kills it.
+/// A robot with a page; dropping it kills it.
 pub(crate) struct Robot {
     supervisor: Child,
     /// Where its page is.
@@ -50,7 +50,7 @@ pub(crate) struct Robot {
     name: String,
 }
 
-/// A command of `leo`.
+/// A `leo` command without `RUST_LOG`.
 pub(crate) fn leo(arguments: &[&str]) -> Command {
     let mut command = Command::new(env!("CARGO_BIN_EXE_leo"));
     command.args(arguments).env_remove("RUST_LOG").stdin(Stdio::null());
@@ -58,12 +58,12 @@ pub(crate) fn leo(arguments: &[&str]) -> Command {
 }
 
 impl Robot {
-    /// Starts a robot and waits until it says where its page is.
+    /// Starts a robot and waits until it prints the address of its page.
     pub(crate) fn start(name: &str) -> Self {
         Self::configured(name, |leo| leo)
     }
 
-    /// The same of one whose `leo.toml` is another.
+    /// As [`Self::start`], with a changed `leo.toml`.
     pub(crate) fn configured(name: &str, change: impl Fn(String) -> String) -> Self {
         let state = tempfile::tempdir().expect("a folder");
         let config = state.path().join("leo.toml");
@@ -73,13 +73,13 @@ impl Robot {
         Self { supervisor, host, state, name: name.to_owned() }
     }
 
-    /// Ends it as Ctrl-C does, and starts it again with the same settings over what it remembers.
+    /// Stops it as Ctrl-C does, and restarts it with the same settings and state.
     pub(crate) fn restart(&mut self) {
         self.stop();
         (self.supervisor, self.host) = launched(&self.name, self.state.path());
     }
 
-    /// Its state directory's parent, as `XDG_STATE_HOME`.
+    /// The parent of its state directory, for `XDG_STATE_HOME`.
     pub(crate) fn state(&self) -> &Path {
         self.state.path()
     }
@@ -89,7 +89,7 @@ impl Robot {
         domain_of(&self.name)
     }
 
-    /// Stops it as Ctrl-C does; what it remembers stays.
+    /// Stops it as Ctrl-C does; its state is kept.
     pub(crate) fn stop(&mut self) {
         let pid = i32::try_from(self.supervisor.id()).expect("a process number");
         kill_process(Pid::from_raw(pid).expect("a process number"), Signal::INT).expect("it lives");
@@ -97,19 +97,19 @@ impl Robot {
         assert!(status.success(), "{status}");
     }
 
-    /// The lessons that were written down.
+    /// The saved lessons.
     pub(crate) fn lessons(&self) -> Vec<PathBuf> {
         let folder = fs::read_dir(self.state.path().join("leo/lessons")).into_iter().flatten();
         folder.map(|entry| entry.expect("readable").path()).collect()
     }
 }
 
-/// The folder of the domain of a robot of a name.
+/// The domain folder of a robot.
 fn domain_of(name: &str) -> PathBuf {
     format!("/dev/shm/leo-{name}-{}", std::process::id()).into()
 }
 
-/// A robot with the settings in the folder of its state, and where its page is.
+/// Starts a robot with the settings in its state folder; returns the address of its page.
 fn launched(name: &str, state: &Path) -> (Child, Host) {
     let mut supervisor = leo(&["run", "--for", "3600", "--domain"])
         .arg(domain_of(name))
@@ -125,7 +125,7 @@ fn launched(name: &str, state: &Path) -> (Child, Host) {
     let host = first.strip_prefix("the page is at http://").expect("where the page is");
     let (name, token) = host.split_once("/?token=").expect("the token");
     let host = Host { name: name.to_owned(), token: token.to_owned() };
-    // What it says further is read, so that nothing stops for it.
+    // Further output is drained, so that the robot never blocks on it.
     std::thread::spawn(move || lines.map_while(Result::ok).count());
     (supervisor, host)
 }
@@ -133,7 +133,7 @@ fn launched(name: &str, state: &Path) -> (Child, Host) {
 impl Drop for Robot {
     fn drop(&mut self) {
         let _dead = self.supervisor.kill().and_then(|()| self.supervisor.wait());
-        // A stop outlives its robot, and nobody would sweep its folder.
+        // A stop outlives its robot; its file would never be removed.
         let _released = fs::remove_file(self.domain().join("emergency-stop"));
     }
 }

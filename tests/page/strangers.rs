@@ -9,7 +9,7 @@ use crate::dice::{Dice, WISHES, frame};
 use crate::page::{Page, opened};
 use crate::robot::{Host, PATIENCE, Robot};
 
-/// A page that is let in as soon as those before it have gone.
+/// Opens a page as soon as earlier ones are closed.
 fn let_in(host: &Host) -> WebSocket<TcpStream> {
     let end = clock::now() + PATIENCE;
     loop {
@@ -20,7 +20,7 @@ fn let_in(host: &Host) -> WebSocket<TcpStream> {
     }
 }
 
-/// The robot goes on: no process was started anew, and a page is served as ever.
+/// Checks that no process was restarted and that pages are still served.
 fn goes_on(host: &Host) {
     drop(let_in(host));
     let mut page = Page::open(host);
@@ -35,7 +35,7 @@ fn goes_on(host: &Host) {
     assert!(restarts.len() > 3 && restarts.values().all(|restarts| **restarts == 0), "{restarts:?}");
 }
 
-/// The lines that a request is answered with, up to its content.
+/// The header lines of the answer to a request.
 fn answer(host: &str, request: &str) -> Vec<String> {
     let mut stream = TcpStream::connect(host).expect("it listens");
     stream.write_all(request.as_bytes()).expect("sent");
@@ -119,10 +119,10 @@ fn whatever_a_page_says_is_answered_and_the_robot_goes_on() {
             "{message}: {complaint}"
         );
     }
-    // What is malformed, but not what the robot refuses to do.
+    // Counts malformed messages, but not requests that the robot refuses.
     let mut malformed = 4;
     await_refused(&mut page, malformed);
-    // JSON that is well-formed, and yet no wish.
+    // Well-formed JSON, but no valid request.
     for wish in WISHES {
         for message in [
             format!(r#"{{"do":"{wish}","id":7,"at":{{"x":[0,"there",null]}},"thing":12,"colour":false}}"#),
@@ -137,8 +137,7 @@ fn whatever_a_page_says_is_answered_and_the_robot_goes_on() {
     await_refused(&mut page, malformed);
     drop(page);
 
-    // Bytes of all kinds, in messages of all kinds, too large ones among them; each from a page of its own,
-    // for it may be shut for it.
+    // Random bytes in all kinds of messages, some too large. Each uses its own page, which may be closed.
     let mut dice = Dice(2006);
     for _ in 0..60 {
         let length = usize::try_from(dice.roll() % 6000).expect("small");
@@ -149,10 +148,10 @@ fn whatever_a_page_says_is_answered_and_the_robot_goes_on() {
         } else {
             Message::text(String::from_utf8_lossy(&bytes).into_owned())
         };
-        // The robot may have shut the door before all of it was in.
+        // The robot may close the connection before all is sent.
         let _sent = socket.send(message);
         let _sent = socket.send(Message::Ping(Bytes::from_static(b"?")));
-        // Who leaves before he was heard has said nothing.
+        // Wait for the answer or the end: bytes of a page that closes earlier may not be processed.
         while let Ok(said) = socket.read() {
             if said.is_close() || said.to_text().is_ok_and(|text| text.starts_with("{\"answer\"")) {
                 break;
@@ -160,7 +159,7 @@ fn whatever_a_page_says_is_answered_and_the_robot_goes_on() {
         }
         malformed += 1;
     }
-    // Bytes that are no HTTP either.
+    // Bytes that are not even HTTP.
     for _ in 0..20 {
         let mut stream = TcpStream::connect(&*robot.host).expect("it listens");
         let bytes: Vec<u8> = (0..300).map(|_| dice.roll().to_le_bytes()[0]).collect();
@@ -169,7 +168,7 @@ fn whatever_a_page_says_is_answered_and_the_robot_goes_on() {
     let mut other = Page::open(&robot.host);
     await_refused(&mut other, malformed);
 
-    // Somebody who talks without end is told so, and others are heard.
+    // A flooding page gets an error, and others are still served.
     let mut loud = Page::open(&robot.host);
     for _ in 0..200 {
         loud.send(Message::text(r#"{"do":"undo","id":5}"#));
@@ -198,7 +197,7 @@ fn whatever_is_wished_for_is_answered_and_the_robot_goes_on() {
         }
     }
     assert_eq!(answers.len(), WISHES.len(), "{answers:?}");
-    // Most wishes were granted once, and most refused once.
+    // Most requests succeeded once and failed once.
     for which in [0, 1] {
         assert!(answers.values().filter(|counts| counts[which] > 0).count() > 10, "{answers:?}");
     }
@@ -208,7 +207,7 @@ fn whatever_is_wished_for_is_answered_and_the_robot_goes_on() {
 #[test]
 fn whatever_bytes_come_after_the_upgrade_are_answered_or_shut_the_door_and_the_robot_goes_on() {
     const LAST: u64 = 2006;
-    // No length that is taken holds more than this one has: whatever came before it ends within two of them.
+    // Longer than any accepted length, so that a preceding partial frame ends within two of these.
     let padding = "a".repeat(4000);
     let last = frame(&format!(r#"{{"do":"undo","id":{LAST},"more":"{padding}"}}"#), [0; 4]);
     let robot = Robot::start("frames");
@@ -222,7 +221,7 @@ fn whatever_bytes_come_after_the_upgrade_are_answered_or_shut_the_door_and_the_r
         let mut bytes = frame(&said.to_string(), mask);
         dice.mutate(&mut bytes);
         let mut socket = let_in(&robot.host);
-        // The robot may have shut the door before all of it was in.
+        // The robot may close the connection before all is sent.
         let _sent = socket.get_mut().write_all(&bytes);
         loop {
             let _sent = socket.get_mut().write_all(&last);
@@ -241,7 +240,7 @@ fn whatever_bytes_come_after_the_upgrade_are_answered_or_shut_the_door_and_the_r
     goes_on(&robot.host);
 }
 
-/// Waits until so much is counted as refused, and no more.
+/// Waits until exactly `count` messages were counted as refused.
 fn await_refused(page: &mut Page, count: u64) {
     let mut counted = None;
     page.wait("what is malformed being counted", |cells| {
@@ -262,7 +261,7 @@ fn more_pages_than_there_may_be_are_turned_away_and_the_others_are_served() {
     assert!(opened(&robot.host, &origin).expect_err("refused").contains("503"));
     let end = clock::now() + PATIENCE;
     drop(pages);
-    // The doors shut behind those who left.
+    // Closed pages free their slots.
     while opened(&robot.host, &origin).is_err() {
         assert!(clock::now() < end, "nobody is let in again");
     }

@@ -5,7 +5,7 @@ use serde_json::{Value, json};
 use crate::page::Page;
 use crate::robot::{Robot, leo};
 
-/// Sets a table: blocks with holes, as many pegs, and a wall before the blue block.
+/// Sets up the table: blocks with holes, pegs, and optionally a wall.
 fn set(page: &mut Page, blocks: &[(&str, [f64; 2])], pegs: &[[f64; 2]], wall: Option<[f64; 3]>) {
     page.must("clear", json!({}));
     page.wait("an empty table", |cells| !cells.iter().any(|(_, cell)| cell["kind"] == "object"));
@@ -30,7 +30,7 @@ fn beliefs(cells: &BTreeMap<String, Value>, perspective: u32) -> usize {
     cells.keys().filter(|key| key.starts_with(&prefix)).count()
 }
 
-/// How many sentences of Leo begin so.
+/// Number of utterances of Leo with this beginning.
 fn said(cells: &BTreeMap<String, Value>, begins: &str) -> usize {
     let lines = cells.values().filter(|line| line["who"] == "Leo" && line["kind"] == "said");
     lines.filter(|line| line["text"].as_str().is_some_and(|text| text.starts_with(begins))).count()
@@ -61,7 +61,7 @@ fn a_task_taught_by_hand_is_learned_performed_and_written_down() {
     page.wait("a robot at work", |cells| {
         beliefs(cells, 0) > 0 && beliefs(cells, 1) > 0 && cells.contains_key("workspace")
     });
-    // The teacher sits where the lesson put him, and cannot see past the wall.
+    // The teacher sits as in the lesson and cannot see past the wall.
     let pegs = [[-0.1, 1.1], [0.0, 1.1], [0.1, 1.1]];
     for showing in 1..=2 {
         let blocks =
@@ -86,13 +86,13 @@ fn a_task_taught_by_hand_is_learned_performed_and_written_down() {
     let performed = page.cells["task/task 1"]["performances"][0].clone();
     assert_eq!(performed["result"], "filled 3 of 3", "{performed:#}");
 
-    // It is written down as a lesson.
+    // Save it as a lesson.
     let saved = page.must("save", json!({ "title": "Taught by hand" }));
     let lessons = robot.lessons();
     assert_eq!(lessons.len(), 1);
     assert_eq!(saved["file"], lessons[0].to_str().expect("text"));
     robot.stop();
-    // What is remembered is what the page says.
+    // The stored task equals the page's.
     let shown = leo(&["tasks", "show", "task 1", "--json"])
         .env("XDG_STATE_HOME", robot.state())
         .output()
@@ -102,7 +102,7 @@ fn a_task_taught_by_hand_is_learned_performed_and_written_down() {
     assert_eq!(shown["account"]["tasks"][0]["rule"]["name"], task["rule"]["name"]);
     assert_eq!(shown["account"]["tasks"][0]["hypotheses"]["human"][0]["name"], "all");
 
-    // Played in simulated time, it comes to the same.
+    // The same result in simulated time.
     let played = leo(&["teach", "--json"]).arg(&lessons[0]).output().expect("runs");
     let played: Value = serde_json::from_slice(&played.stdout)
         .unwrap_or_else(|_| panic!("{}", String::from_utf8_lossy(&played.stderr)));
@@ -112,7 +112,7 @@ fn a_task_taught_by_hand_is_learned_performed_and_written_down() {
     assert_eq!(tasks[0]["performances"][0]["result"], "filled 3 of 3", "{played:#}");
 }
 
-/// The list of tasks, wherever it stands in the account.
+/// The list of tasks, anywhere in the account.
 fn find_tasks(account: &Value) -> Option<&Value> {
     match account {
         Value::Object(fields) => fields.get("tasks").or_else(|| fields.values().find_map(find_tasks)),
@@ -131,7 +131,7 @@ fn the_record_button_writes_a_recording_that_can_be_replayed() {
         let recording = &cells["recording"];
         recording["on"] == true && recording["file"] == file && recording["bytes"].as_u64() > Some(0)
     });
-    // Pressed by two people, it is one recording.
+    // A second press does not start another recording.
     assert_eq!(page.must("record", json!({ "on": true }))["file"], file);
     page.wait("some of it", |cells| cells["recording"]["seconds"].as_u64() >= Some(3));
     page.must("record", json!({ "on": false }));

@@ -1,4 +1,4 @@
-//! A sensory source from outside, in another language, over real processes.
+//! An external source in another language, with real processes.
 #![expect(clippy::expect_used, reason = "a test fails by panicking")]
 
 mod python;
@@ -14,15 +14,15 @@ use transport::{Delivery, Domain, Inlet, Node, Queues};
 use python::Python;
 use robot::{Robot, left_behind, wait_until};
 
-/// As in `leo.toml`: every port of a domain has the same queues.
+/// As in `leo.toml`: all ports of a domain have the same queues.
 const QUEUES: Queues = Queues { frames: 4, delivery: Delivery::Newest };
-/// The number of the percept of place in `percepts.toml`.
+/// Number of the position percept in `percepts.toml`.
 const POSITION: u16 = 0;
 
-/// What could be seen and was not seen for so long is forgotten: as in `percepts.toml`, and more.
+/// Longer than the culling time in `percepts.toml`.
 const FORGOTTEN_AFTER_NS: u64 = 1_000_000_000;
 
-/// Where the circle of the example goes round, in the frame of its source, and in the base frame.
+/// Centre of the example's circle, in the frame of the source and in the base frame.
 const CENTRE: [&str; 3] = ["1.0", "0.5", "1.0"];
 const CENTRE_BASE_M: [f32; 3] = [-0.5, 1.0, 1.5];
 const RADIUS_M: f32 = 0.1;
@@ -36,7 +36,7 @@ fn place(belief: &Belief) -> Option<[f32; 3]> {
     }
 }
 
-/// Whether a belief is of the block that the example sees.
+/// Whether a belief is in the example's block.
 fn is_of_the_example(belief: &Belief) -> bool {
     place(belief).is_some_and(|place| {
         let off: Vec<f32> = place.iter().zip(CENTRE_BASE_M).map(|(is, centre)| is - centre).collect();
@@ -45,8 +45,8 @@ fn is_of_the_example(belief: &Belief) -> bool {
     })
 }
 
-/// The belief in the example's block, once there is one in the newest frame and no other, and `is_wanted` says
-/// so of the frame's instant and of it; `None` where it does not come.
+/// The belief in the example's block, once it is the only one in the newest frame and `is_wanted` accepts the
+/// frame's timestamp and the belief; `None` on time-out.
 fn believed(beliefs: &mut Inlet<Beliefs>, is_wanted: impl Fn(u64, &Belief) -> bool) -> Option<Belief> {
     let mut found = None;
     let came = wait_until(|| {
@@ -59,12 +59,12 @@ fn believed(beliefs: &mut Inlet<Beliefs>, is_wanted: impl Fn(u64, &Belief) -> bo
     found.filter(|_| came)
 }
 
-/// The sensor process as `leo top` shows it.
+/// The sensor process's row of `leo top`.
 fn sensor(robot: &Robot) -> serde_json::Value {
     robot.rows().into_iter().find(|row| row["process"] == "sensor").unwrap_or_default()
 }
 
-/// Whether the sensor process hears nothing of the example.
+/// Whether the example's source is silent.
 fn is_silent(robot: &Robot) -> Option<bool> {
     let row = sensor(robot);
     let camera = row.pointer("/sources/1").filter(|source| source["name"] == "camera")?;
@@ -82,7 +82,7 @@ fn a_process_in_another_language_is_a_source_is_missed_when_it_dies_and_is_heard
     let mut example = python.observe(robot.domain(), &CENTRE);
     let first =
         believed(&mut beliefs, |_, _| true).unwrap_or_else(|| panic!("{}\n{}", example.said(), robot.said()));
-    // It is one thing all the time, between the frames of its source too.
+    // The belief keeps its identity between the frames of the source too.
     let mut newest = first;
     let stays = wait_until(|| {
         if let Some(belief) = believed(&mut beliefs, |_, _| true) {
@@ -96,22 +96,22 @@ fn a_process_in_another_language_is_a_source_is_missed_when_it_dies_and_is_heard
     assert_eq!((&row["refused"], is_silent(&robot)), (&0.into(), Some(false)), "{row}");
     assert!(row["sources"][1]["observations"].as_u64() > Some(100), "{row}");
 
-    // Its process is killed: the robot says so, and goes on believing that the block is where it was. The
-    // simulator looks all the time, but never saw it.
+    // After the source's process is killed, the robot reports it and keeps the belief. The simulator's frames
+    // are no evidence, since it never saw the block.
     example.kill();
     assert!(wait_until(|| is_silent(&robot) == Some(true)), "{}", robot.said());
     assert!(wait_until(|| robot.said().contains("camera")), "{}", robot.said());
     let kept = believed(&mut beliefs, |at_ns, belief| at_ns > belief.perceived_at_ns + FORGOTTEN_AFTER_NS);
     assert_eq!(kept.map(|kept| kept.id), Some(first.id), "{}", robot.said());
 
-    // Another life of it takes the place of the dead one: what is believed is what it sees.
+    // A restarted source replaces the dead one, and its observations count.
     let mut example = python.observe(robot.domain(), &CENTRE);
     let again = believed(&mut beliefs, |at_ns, belief| at_ns < belief.perceived_at_ns + FORGOTTEN_AFTER_NS);
     assert!(again.is_some(), "{}", example.said());
     assert!(wait_until(|| is_silent(&robot) == Some(false)), "{}", robot.said());
     assert_eq!(sensor(&robot)["restarts"], 0);
 
-    // It ends with the robot, and leaves nothing behind.
+    // It ends with the robot and leaves nothing behind.
     drop((beliefs, node));
     let domain = robot.domain().to_owned();
     let (status, said) = robot.stop(Signal::TERM);

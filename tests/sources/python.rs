@@ -4,17 +4,17 @@ use std::process::{Child, Command, Stdio};
 
 use crate::venv;
 
-/// The interpreter of a virtual environment that has the middleware.
+/// The interpreter of a virtual environment with the middleware.
 pub(crate) struct Python(PathBuf);
 
-/// A run of the example.
+/// A running example.
 pub(crate) struct Example {
     process: Child,
     words: PathBuf,
 }
 
 impl Python {
-    /// The environment; `None` where it cannot be made.
+    /// The environment; `None` if it cannot be created.
     pub(crate) fn find() -> Option<Self> {
         venv::interpreter("iceoryx2==0.10.0", "iceoryx2").map(Self)
     }
@@ -40,7 +40,7 @@ impl Python {
 }
 
 impl Example {
-    /// What it said so far.
+    /// Its output so far.
     pub(crate) fn said(&self) -> String {
         fs::read_to_string(&self.words).unwrap_or_default()
     }

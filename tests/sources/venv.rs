@@ -2,12 +2,11 @@ use std::fs::File;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 
-/// Where this is set, what is missing is a failure and nothing is skipped.
+/// If set, a missing dependency is a failure instead of a skip.
 const REQUIRED: &str = "LEO_READERS_REQUIRED";
 
-/// The interpreter of a virtual environment below the target folder that has a package, such as
-/// `iceoryx2==0.10.0`, with a module; made there where it is not yet. `None`, and a line of why,
-/// where that does not work.
+/// The interpreter of a virtual environment below the target folder that has a package (such as
+/// `iceoryx2==0.10.0`) with a module. It is created if needed; `None` with a message if that fails.
 #[expect(clippy::print_stderr, reason = "a test says why it is skipped")]
 pub(crate) fn interpreter(package: &str, module: &str) -> Option<PathBuf> {
     let python = made(package, module);
@@ -26,7 +25,7 @@ fn made(package: &str, module: &str) -> Option<PathBuf> {
     let succeeds = |command: &mut Command| {
         command.stdout(Stdio::null()).stderr(Stdio::null()).status().is_ok_and(|status| status.success())
     };
-    // Other tests want the same one, in this process or in another.
+    // Other tests may create the same one, in this process or another.
     let lock = File::create(folder.with_extension("lock")).ok()?;
     lock.lock().ok()?;
     let works = || succeeds(Command::new(&python).arg("-c").arg(format!("import {module}")));

@@ -1,4 +1,4 @@
-//! What led to a failure is in a file, without anybody having recorded.
+//! The black box: a file of what led to a failure, without a running recorder.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -9,8 +9,8 @@ use rustix::process::Signal;
 
 use super::robot::{Robot, leo, signal, wait_until};
 
-/// The lives of the belief process that a recording holds, and how long before and after the
-/// first frame of the second life it reaches.
+/// The incarnations of the belief process in a recording, and its extent before and after the second one's
+/// first frame.
 fn lives(file: &Path) -> (Vec<u64>, Duration, Duration) {
     let mut reader = Reader::open(file).expect("a recording");
     let mut lives = Vec::new();
@@ -30,7 +30,7 @@ fn lives(file: &Path) -> (Vec<u64>, Duration, Duration) {
     (lives, at(second).since(at(oldest)), at(newest).since(at(second)))
 }
 
-/// The one file of a robot whose name has a word in it; waits for it.
+/// Waits for a file of the robot whose name contains a word.
 fn file_of(robot: &Robot, word: &str) -> PathBuf {
     let named = |file: &PathBuf| file.to_string_lossy().contains(word);
     let mut files = Vec::new();
@@ -60,14 +60,14 @@ fn what_was_before_a_death_and_after_it_is_in_a_file() {
     assert!(robot.black_boxes().is_empty(), "nothing has failed: {:?}", robot.black_boxes());
     signal(robot.processes()["belief"], Signal::KILL);
     assert!(wait_until(|| robot.said().contains("starts anew")), "{}", robot.said());
-    // Who asks now does not cut off what comes after the death.
+    // A requested dump does not cut off what follows the death.
     let (status, first, _) = asked(&robot);
     assert!(status == Some(0) && first.trim().ends_with("_asked.mcap"), "{first}");
     let file = file_of(&robot, "belief");
     let (of, before, after) = lives(&file);
     assert_eq!(of, [1, 2], "{file:?}");
     assert!(before > Duration::from_secs(1) && after > Duration::from_secs(1), "{before:?} {after:?}");
-    // It is written whenever somebody asks, too; and the oldest that was asked for gives way.
+    // It can be requested repeatedly, and the oldest requested dump is removed.
     for _ in 0..2 {
         let (status, out, err) = asked(&robot);
         assert_eq!((status, err.as_str()), (Some(0), ""), "{out}");
@@ -97,7 +97,7 @@ fn an_emergency_stop_and_a_joint_without_a_servo_are_failures_and_an_end_in_orde
 
     let mut robot = Robot::start("absent-box", &[("faults", r#"["drop bus=torso id=5 p=1"]"#)]);
     file_of(&robot, "quarantine");
-    // Before the time between two files is over, the end writes what the last failure left to write.
+    // At the end, the pending dump of the last failure is written without the usual minimum interval.
     signal(robot.processes()["sensor"], Signal::KILL);
     assert!(wait_until(|| robot.said().contains("starts anew")), "{}", robot.said());
     assert!(robot.works(), "{}", robot.said());

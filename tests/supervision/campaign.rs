@@ -1,4 +1,4 @@
-//! A whole campaign of faults over the whole robot.
+//! A whole fault campaign with the whole robot.
 
 use std::fs;
 
@@ -20,7 +20,7 @@ fn the_robot_goes_on_through_a_bad_day_and_all_its_joints_follow_at_the_end_of_i
     assert!(wait_until(|| lives("belief") > 0), "belief was not killed: {}", robot.said());
     assert!(wait_until(|| lives("motor") > 0), "motor was not killed: {}", robot.said());
     assert!(robot.works(), "{:?}\n{}", robot.cycles(), robot.said());
-    // Answers go wrong on every bus, and every joint is there.
+    // Replies are corrupted on every bus, and no joint is lost.
     let buses = || {
         let rows = robot.rows();
         let motor = rows.iter().find(|row| row["process"] == "motor").cloned();
@@ -29,13 +29,13 @@ fn the_robot_goes_on_through_a_bad_day_and_all_its_joints_follow_at_the_end_of_i
     let count = |what: &str| buses().iter().map(|bus| bus[what].as_u64().unwrap_or(0)).sum::<u64>();
     assert!(wait_until(|| count("broken") > 50 && count("missed") > 50), "{:?}", buses());
     assert!(wait_until(|| buses().len() == 5 && count("quarantined") == 0), "{:?}", buses());
-    // Each of them follows, though answers still go wrong.
+    // Every joint follows in spite of that.
     let counted = || {
         let told = leo(&["top", "--openmetrics", "--domain"]).arg(robot.domain()).output().expect("runs");
         String::from_utf8(told.stdout).expect("is text")
     };
     assert!(wait_until(|| counted().contains("\nleo_joints{mode=\"following\"} 65\n")), "{}", counted());
-    // Percepts that are no numbers were refused by whom they were for.
+    // NaN percepts were refused by the belief process.
     let rows = robot.rows();
     let belief = rows.iter().find(|row| row["process"] == "belief").expect("runs");
     assert!(belief["refused"].as_u64() > Some(0), "{belief}");

@@ -1,4 +1,4 @@
-//! The emergency stop and the death of the motor process, seen in what the joints do.
+//! The emergency stop and the death of the motor process, seen in the joints' motion.
 
 use std::collections::BTreeMap;
 use std::fs;
@@ -12,13 +12,13 @@ use transport::{Delivery, Domain, Inlet, Node, Queues};
 use super::robot::{Robot, is_alive, left_behind, leo, signal, wait_until};
 
 const JOINTS: usize = 65;
-/// Of the configuration: no command is faster for as long after a joint's torque came on.
+/// Configured soft start: a speed limit after torque is switched on.
 const SOFT_START: Duration = Duration::from_secs(1);
 const SOFT_START_RAD_S: f64 = 0.5;
-/// One count of position.
+/// Resolution of a position.
 const COUNT_RAD: f64 = std::f64::consts::TAU / 4096.0;
 
-/// Watches the joints of a robot.
+/// Observes the joints of a robot.
 struct Joints {
     inlet: Inlet<JointStates>,
     _node: Node,
@@ -32,19 +32,19 @@ impl Joints {
         Self { inlet: node.inlet(None).expect("a free reader"), _node: node }
     }
 
-    /// The newest states that have come since the last look.
+    /// The newest states since the last call.
     fn newest(&mut self) -> Vec<JointState> {
         self.newest_of().1
     }
 
-    /// The same, and of which cycle they are.
+    /// The newest states with the time of their cycle.
     fn newest_of(&mut self) -> (Instant, Vec<JointState>) {
         let frame = self.inlet.newest().expect("works");
         let of = |at_ns, states: &[JointState]| (Instant::from_nanos(at_ns), states.to_vec());
         frame.map_or_else(|| of(0, &[]), |frame| of(frame.head().valid_at_ns, frame.entries()))
     }
 
-    /// Waits until there are states in which something holds.
+    /// Waits for states in which a condition holds.
     fn until(&mut self, robot: &Robot, what: &str, holds: impl Fn(&[JointState]) -> bool) -> Vec<JointState> {
         let mut states = Vec::new();
         let seen = wait_until(|| {
@@ -74,7 +74,7 @@ fn stop(robot: &Robot, arguments: &[&str]) -> (Option<i32>, String) {
     (told.status.code(), String::from_utf8_lossy(&told.stdout).into_owned())
 }
 
-/// Arms a robot: a released stop permits motion, and does not start it.
+/// Arms a robot: a released stop only permits arming.
 fn arm(robot: &Robot) {
     let mut told = String::new();
     let armed = wait_until(|| {
@@ -85,7 +85,7 @@ fn arm(robot: &Robot) {
     assert!(armed, "not armed: {told}\n{}", robot.said());
 }
 
-/// A process can look into one domain only, so this is one robot's day.
+/// One test with one robot, because a process can join one domain only.
 #[test]
 fn however_the_motor_is_stopped_no_joint_jumps_and_what_shall_be_limp_is_limp() {
     let robot = Robot::ready("emergency", &[]);
@@ -108,7 +108,7 @@ fn however_the_motor_is_stopped_no_joint_jumps_and_what_shall_be_limp_is_limp() 
     assert!(status.success(), "{said}");
 }
 
-/// The joints as the metrics tell: a process can look into one domain only, and this asks another one.
+/// Joint metrics from `leo top`, because this process can join one domain only.
 fn metrics(robot: &Robot) -> String {
     let told = leo(&["top", "--openmetrics", "--domain"]).arg(robot.domain()).output().expect("runs");
     String::from_utf8(told.stdout).expect("is text")
@@ -130,7 +130,7 @@ fn a_stop_outlives_its_robot_and_the_next_one_of_that_name_is_limp_until_it_is_r
     let (status, _) = robot.stop(Signal::KILL);
     assert!(!status.success());
 
-    // It starts in what the killed one left behind, and the learner commands it in vain.
+    // It starts in the domain of the killed one; the learner's goals have no effect.
     let robot = Robot::ready(name, &[]);
     assert!(robot.works(), "{}", robot.said());
     until_told(&robot, limp);
@@ -142,7 +142,7 @@ fn a_stop_outlives_its_robot_and_the_next_one_of_that_name_is_limp_until_it_is_r
     let (status, said) = stop(&robot, &[]);
     assert_eq!(status, Some(0), "stopped twice: {said}\n{}", robot.said());
 
-    // An end in order removes all but the stop, which then is released though no robot runs.
+    // A regular end keeps only the stop, which can be released without a robot.
     let domain = robot.domain().to_owned();
     let (status, said) = robot.stop(Signal::TERM);
     assert!(status.success(), "{said}");
@@ -192,7 +192,7 @@ fn a_stop_is_confirmed_however_short_the_queues_and_however_many_look_on() {
     }
 }
 
-/// The stop is confirmed, outlives the motor process, and ends when it is released.
+/// The stop is confirmed, outlives the motor process, and ends on release.
 fn stopped_by_command(robot: &Robot, joints: &mut Joints) {
     let limp = all_are(JointMode::Limp, JointCause::Emergency);
     let (status, said) = stop(robot, &["--reason", "somebody's hair is in the arm"]);
@@ -209,7 +209,7 @@ fn stopped_by_command(robot: &Robot, joints: &mut Joints) {
     assert_eq!(stop(robot, &["--release"]).1.trim().rsplit(": ").next(), Some("was not raised"));
 }
 
-/// The signal is obeyed, and becomes the file.
+/// The signal stops the joints and creates the stop file.
 fn stopped_by_signal(robot: &Robot, joints: &mut Joints) {
     signal(motor_of(robot), Signal::USR1);
     joints.until(robot, "limp", all_are(JointMode::Limp, JointCause::Emergency));
@@ -218,12 +218,12 @@ fn stopped_by_signal(robot: &Robot, joints: &mut Joints) {
     fs::remove_file(&file).expect("anybody who may stop it may release it");
 }
 
-/// How joints are taken up, by what they are commanded cycle by cycle: exact however late this test looks.
+/// Checks how joints are taken up, from the commands of each cycle, independent of this test's timing.
 #[derive(Default)]
 struct TakenUp {
-    /// The last cycle in which each was seen not to be commanded.
+    /// The last cycle in which each joint had no command.
     idle: BTreeMap<u32, Instant>,
-    /// And since then, when and where it was last.
+    /// Time and value of each joint's last command since then.
     commanded: BTreeMap<u32, (Instant, f64)>,
     first: usize,
     steps: usize,
@@ -240,7 +240,7 @@ impl TakenUp {
         let Some(&idle) = self.idle.get(&name) else { return };
         let Some((before, from_rad)) = self.commanded.insert(name, (at, command_rad)) else {
             let stands_rad = joint.present_position_rad().expect("was read, or would not follow");
-            // It may have gone on since it was taken up, and its servo behind it.
+            // The command may have moved on since then, with the servo following.
             let since = at.since(idle) + at.since(Instant::from_nanos(joint.sampled_at_ns));
             let off_rad = (command_rad - stands_rad).abs();
             let most_rad = 2.0 * (COUNT_RAD + SOFT_START_RAD_S * since.as_secs_f64());
@@ -256,19 +256,19 @@ impl TakenUp {
     }
 }
 
-/// The servos hold where they are when their commander dies, and are taken up there: slowly.
+/// The servos hold position when the motor process dies, and are taken up there slowly.
 fn killed_in_motion(robot: &Robot, joints: &mut Joints) {
     joints.until(robot, "moving", |states| {
         states.iter().any(moves) && states.iter().all(|joint| joint.mode() == Some(JointMode::Following))
     });
     let motor = motor_of(robot);
     signal(motor, Signal::KILL);
-    // What its last cycle still read is not the next life's.
+    // Readings of the old process's last cycle must not count for the new one.
     assert!(wait_until(|| !is_alive(motor)));
     let killed_at = clock::now();
-    // Until then the servos go where their last goal was, which their watchdogs forget.
+    // Until then the servos continue to their last goal; then their watchdogs stop them.
     let stopped_at = killed_at + Duration::from_millis(600);
-    // Where each was read a while ago, and since when it follows again.
+    // A former position of each joint, and since when it follows again.
     let mut last: BTreeMap<u32, (u64, f64)> = BTreeMap::new();
     let mut since: BTreeMap<u32, u64> = BTreeMap::new();
     let (mut checked, mut taken_up) = (0, TakenUp::default());
@@ -286,10 +286,10 @@ fn killed_in_motion(robot: &Robot, joints: &mut Joints) {
             if at < stopped_at.as_nanos() {
                 continue;
             }
-            // On its way up, and in its first second.
+            // During start-up and the first second of following.
             let is_soft = since.get(&joint.joint).is_none_or(|first| at < first + 1_000_000_000);
             let &mut (before, from) = last.entry(joint.joint).or_insert((at, position_rad));
-            // The instants are known less well than the positions: compared over a while.
+            // Timestamps are less accurate than positions, so speed is measured over 0.1 s.
             if at >= before + 100_000_000 && is_soft {
                 let speed = (position_rad - from).abs() / seconds(before, at);
                 assert!(speed < 0.6, "joint {} goes on at {speed} rad/s", joint.joint);

@@ -1,4 +1,4 @@
-//! What the journal is told of each line: how urgent it is, as sd-daemon(3) has it.
+//! Log priorities for the systemd journal, as in sd-daemon(3).
 
 use std::fs::{self, File};
 use std::io::Read as _;
@@ -10,18 +10,18 @@ use std::process::Command;
 
 use crate::robot::{domain, leo};
 
-/// Who listens at standard error.
+/// The reader of standard error.
 #[derive(Clone, Copy)]
 enum Listener {
-    /// The journal, which says so.
+    /// The journal, as announced by `JOURNAL_STREAM`.
     Journal,
-    /// Somebody else, though the journal listened to who started this one.
+    /// Another reader, although the parent's standard error was the journal.
     Other,
-    /// Nobody said who.
+    /// No announcement.
     Unnamed,
 }
 
-/// The lines that a command says on standard error until it ends, with all whom it starts.
+/// The lines that a command and its children write to standard error and output.
 fn heard(mut leo: Command, listener: Listener) -> Vec<String> {
     let (mut ours, theirs) = UnixStream::pair().expect("a socket");
     let theirs = File::from(OwnedFd::from(theirs));
@@ -33,7 +33,7 @@ fn heard(mut leo: Command, listener: Listener) -> Vec<String> {
     };
     leo.stdout(theirs.try_clone().expect("is open")).stderr(theirs);
     let mut child = leo.spawn().expect("starts");
-    // It keeps a copy of their end.
+    // It holds a copy of the children's end.
     drop(leo);
     let mut said = String::new();
     ours.read_to_string(&mut said).expect("is text");
@@ -41,7 +41,7 @@ fn heard(mut leo: Command, listener: Listener) -> Vec<String> {
     said.lines().map(str::to_owned).collect()
 }
 
-/// A robot for a moment, one of whose adapters is not there.
+/// A short-lived robot with a missing adapter.
 fn robot(files: &Path, name: &str) -> Command {
     let config = Path::new(env!("CARGO_MANIFEST_DIR")).join("config");
     let copy = |file: &str| fs::read_to_string(config.join(file)).expect("reads");
@@ -64,11 +64,11 @@ fn the_journal_hears_how_urgent_every_line_is_whichever_process_says_it() {
     let says = |begin: &str, what: &str| {
         assert!(heard.iter().any(|line| line.starts_with(begin) && line.contains(what)), "{heard:#?}");
     };
-    // The supervisor, and one whom it started.
+    // The supervisor, and a child.
     says("<6> INFO ", "the robot runs");
     says("<4> WARN ", "cannot open /dev/nowhere");
     says("<7>DEBUG ", "ended");
-    // What people are told on standard output is news, as the journal takes it without being told so.
+    // Lines on standard output have no priority prefix; the journal's default is right for them.
     let unmarked: Vec<&String> = heard.iter().filter(|line| !is_marked(line)).collect();
     assert!(unmarked.iter().all(|line| !line.contains("WARN") && !line.contains("DEBUG")), "{unmarked:#?}");
 }
@@ -89,7 +89,7 @@ fn a_json_document_for_the_journal_is_marked_too() {
     let mut robot = robot(files.path(), "documents");
     robot.arg("--log-json");
     let heard = heard(robot, Listener::Journal);
-    // The supervisor, and one whom it started.
+    // The supervisor, and a child.
     for (what, mark, level) in
         [("the robot runs", "<6>", "INFO"), ("cannot open /dev/nowhere", "<4>", "WARN")]
     {

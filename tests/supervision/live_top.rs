@@ -1,4 +1,4 @@
-//! `leo top` on a terminal: a pseudo-terminal whose other end types and looks.
+//! `leo top` on a pseudo-terminal that the test types into and reads.
 
 use std::fs::File;
 use std::io::{Read as _, Write as _};
@@ -48,12 +48,12 @@ impl OnTerminal {
         Self { program, keys, line, seen }
     }
 
-    /// What was drawn so far.
+    /// The output so far.
     fn seen(&self) -> String {
         self.seen.lock().expect("nobody panics with it").clone()
     }
 
-    /// Presses keys, and waits until words are drawn that were not before.
+    /// Types keys and waits until words are newly drawn.
     fn press(&mut self, keys: &str, words: &str) {
         let before = self.seen().len();
         self.keys.write_all(keys.as_bytes()).expect("takes it");
@@ -72,7 +72,7 @@ fn leo_top_answers_to_its_keys_and_leaves_the_terminal_as_it_was() {
     assert!(wait_until(|| top.seen().contains("mock-bus")), "{}", top.seen());
     assert!(top.seen().contains("\x1b[?1049h"), "not on the alternate screen\n{}", top.seen());
     assert_ne!(tcgetattr(&top.line).expect("a terminal").local_modes, before, "keys are echoed");
-    // Only what changes is drawn: each word is one that stood nowhere near before.
+    // Only changes are drawn, so each word must be new on the screen.
     top.press("?", "Ctrl-C");
     top.press("b", "requests");
     top.press("j", "joints");

@@ -1,4 +1,4 @@
-//! The supervisor over real processes: whatever is killed, the robot goes on or ends cleanly.
+//! The supervisor with real processes: whichever process is killed, the robot continues or ends cleanly.
 #![expect(clippy::expect_used, reason = "a test fails by panicking")]
 
 mod black_box;
@@ -24,12 +24,12 @@ use rustix::process::Signal;
 
 use robot::{PROCESSES, Robot, domain, is_alive, left_behind, leo, pause, signal, wait_until};
 
-/// A supervisor that never loses patience with processes that tests kill.
+/// A supervisor that never gives up on processes that tests kill.
 const PATIENT: [(&str, &str); 2] = [("deaths_most", "1000000"), ("backoff_most_ms", "40.0")];
-/// How often each process is killed.
+/// Number of kills of each process.
 const KILLS: u32 = 50;
 
-/// Numbers that look random and are the same in every run.
+/// A deterministic pseudo-random sequence.
 struct Chance(u64);
 
 impl Chance {
@@ -41,7 +41,7 @@ impl Chance {
 
 #[test]
 fn the_robot_survives_any_process_killed_at_any_moment() {
-    // On a machine as busy as this makes it, a heart may be late; only the killed shall start anew.
+    // Long heartbeat time-outs, because the machine is busy: only killed processes shall be restarted.
     let [deaths, backoff] = PATIENT;
     let hearts = ["heartbeat_timeout_ms", "heartbeat_timeout_others_ms"].map(|key| (key, "30000.0"));
     let robot = Robot::ready("kill", &[deaths, backoff, hearts[0], hearts[1]]);
@@ -58,7 +58,7 @@ fn the_robot_survives_any_process_killed_at_any_moment() {
                 victim.is_some()
             });
             assert!(lives, "`{name}` was not started anew\n{}", robot.said());
-            // Now and then while it starts, now and then while it works.
+            // Some kills fall into start-up, some into normal operation.
             pause(Duration::from_micros(chance.below(60_000)));
             signal(victim.expect("lives"), Signal::KILL);
             kills += 1;
@@ -67,9 +67,9 @@ fn the_robot_survives_any_process_killed_at_any_moment() {
     assert!(robot.works(), "after {kills} kills: {:?}\n{}", robot.cycles(), robot.said());
     let restarts = robot.said().matches("starts anew").count();
     assert!(restarts >= kills * 9 / 10, "{restarts} restarts after {kills} kills");
-    // Nobody died of another's death.
+    // No process died because of another's death.
     assert!(restarts <= kills, "{restarts} restarts after {kills} kills\n{}", robot.said());
-    // Who reads boards lets go of those of the dead when it looks again.
+    // Board readers release those of dead processes at their next read.
     wait_until(|| held(&robot).0 <= files + 5);
     let now = held(&robot);
     let said = format!("{files} files in shared memory and {descriptors} descriptors became {now:?}");
@@ -106,7 +106,7 @@ fn a_killed_supervisor_takes_every_process_with_it_and_the_next_run_clears_up() 
     let domain = robot.domain().to_owned();
     let (status, _) = robot.stop(Signal::KILL);
     assert!(!status.success());
-    // Robots of other tests that start meanwhile clear up, too.
+    // Robots of parallel tests clean up too when they start.
     assert!(!left_behind(&domain).is_empty(), "nothing was left to clear up");
     assert!(wait_until(|| !processes.values().any(|&pid| is_alive(pid))), "{processes:?} live on");
     let next = Robot::ready("heir", &[]);
@@ -149,7 +149,7 @@ fn a_process_that_cannot_be_kept_alive_ends_the_run_loudly() {
 
 #[test]
 fn without_perspective_taking_no_perspective_but_the_robots_is_computed() {
-    /// Of each perspective: whose it is, and how much was computed of it.
+    /// For each perspective its path, and its step and belief counts.
     fn computed(robot: &Robot) -> Vec<(String, u64, u64)> {
         let rows = robot.rows();
         let row = rows.iter().find(|row| row["process"] == "belief");
@@ -191,8 +191,7 @@ fn the_cores_are_kept_awake_while_the_robot_runs_where_that_is_wanted() {
     }
 }
 
-/// The scheduling policy of every worker of the kernel's unbound queues that has the kernel's own niceness: 0 is
-/// ordinary, 1 real-time.
+/// The scheduling policy of every unbound kernel worker with default niceness: 0 is ordinary, 1 real-time.
 fn policies_of_serial_workers() -> Vec<String> {
     let processes = fs::read_dir("/proc").expect("reads").flatten();
     let policy = |stat: String| {
@@ -214,7 +213,7 @@ fn who_carries_the_bytes_of_serial_lines_does_not_wait_for_ordinary_work() {
     }
     let robot = Robot::ready("carriers", &[]);
     let mut policies = Vec::new();
-    // Another robot that ends on this machine leaves them ordinary for a moment.
+    // Another robot that ends on this machine resets them for a moment.
     let prompt = wait_until(|| {
         policies = policies_of_serial_workers();
         !policies.is_empty() && policies.iter().all(|policy| policy == "1")

@@ -1,4 +1,4 @@
-//! The metrics of a running robot, read by the parser that others wrote for the format.
+//! The metrics of a running robot, checked with a parser of another project.
 
 use std::io::Write as _;
 use std::process::{Command, Stdio};
@@ -6,8 +6,8 @@ use std::process::{Command, Stdio};
 use crate::robot::{PROCESSES, Robot, leo, wait_until};
 use crate::venv;
 
-/// The strict parser of the format, by those who define it. It raises where a line is not in order, and says
-/// how many families and samples it read, and each sample of the buses.
+/// The strict reference parser of the format. It raises on a malformed line, and prints the numbers of
+/// families and samples and some samples.
 const PARSE: &str = "
 import sys
 from prometheus_client.openmetrics.parser import text_string_to_metric_families as parse
@@ -30,7 +30,7 @@ fn metrics_of_a_running_robot_are_in_the_format_to_the_letter() {
     let Some(python) = venv::interpreter("prometheus-client==0.24.1", "prometheus_client") else { return };
     let robot = Robot::ready("metrics", &[]);
     let mut text = String::new();
-    // All joints were read, and every loop went round.
+    // All joints were read, and every process has completed cycles.
     let complete = wait_until(|| {
         text = openmetrics(&robot);
         text.matches("leo_joint_temperature_celsius{").count() == 65

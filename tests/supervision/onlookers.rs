@@ -1,4 +1,4 @@
-//! Whoever looks on at a robot and is killed leaves nothing in the way of others.
+//! A killed observer leaves nothing behind that affects others.
 
 use std::fs;
 use std::process::Stdio;
@@ -7,7 +7,7 @@ use rustix::process::Signal;
 
 use super::robot::{Robot, leo, wait_until};
 
-/// Those who are in the domain.
+/// Number of nodes in the domain.
 fn nodes(robot: &Robot) -> usize {
     let entries = fs::read_dir(robot.domain().join("nodes")).expect("is there").flatten();
     entries.filter(|entry| entry.path().is_dir()).count()

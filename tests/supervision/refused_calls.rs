@@ -5,10 +5,10 @@ use std::thread;
 
 use super::robot::{PATIENCE, domain, is_alive, left_behind, leo, wait_until};
 
-/// Where this is set, what is missing is a failure and nothing is skipped.
+/// If set, a missing dependency is a failure instead of a skip.
 const REQUIRED: &str = "LEO_READERS_REQUIRED";
-/// System calls of the supervisor, what the kernel says to one of them, and to which: the first ones of `mmap`, `read`
-/// and `close` are the loader's. Some are made a different number of times in each run, and then none is refused.
+/// System calls of the supervisor, the injected error, and the numbers of the failing calls. The first
+/// `mmap`, `read` and `close` calls are the loader's. If a run makes fewer calls, none fails.
 const REFUSED: [(&str, &str, &[u32]); 16] = [
     ("openat", "EMFILE", &[6, 40, 65, 121]),
     ("mmap", "ENOMEM", &[25, 31, 42]),
@@ -27,7 +27,7 @@ const REFUSED: [(&str, &str, &[u32]); 16] = [
     ("read", "EIO", &[6, 800]),
     ("ppoll", "EINTR", &[3, 30]),
 ];
-/// Robots at a time.
+/// Number of parallel robots.
 const STREAMS: usize = 3;
 
 #[test]
@@ -57,7 +57,7 @@ fn whichever_system_call_the_kernel_refuses_the_robot_runs_or_ends_with_a_reason
     assert!(wrong.is_empty(), "{} of {}:\n{}", wrong.len(), all.len(), wrong.join("\n"));
 }
 
-/// Runs a robot for a moment and refuses its supervisor one call; what is wrong with that.
+/// Runs a robot briefly with one failing system call; returns what went wrong.
 fn refuse(call: &str, error: &str, number: u32) -> Option<String> {
     let files = tempfile::tempdir().expect("a folder");
     let config = files.path().join("leo.toml");

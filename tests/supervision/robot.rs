@@ -10,13 +10,13 @@ use clock::Duration;
 use rustix::process::{Pid, Signal, kill_process};
 use tempfile::TempDir;
 
-/// The seven processes of a robot, by their subcommands.
+/// The seven processes of a robot, by subcommand.
 pub(crate) const PROCESSES: [&str; 7] =
     ["belief", "console", "learner", "mock-bus", "motor", "sensor", "simulator"];
-/// Patience with a loaded machine.
+/// Generous: the machine may be loaded.
 pub(crate) const PATIENCE: Duration = Duration::from_secs(60);
 
-/// A robot that runs in a domain of its own, as a user would start it. Dropping it kills it.
+/// A running robot in its own domain, as a user would start it. Dropping it kills it.
 pub(crate) struct Robot {
     supervisor: Child,
     domain: PathBuf,
@@ -24,19 +24,19 @@ pub(crate) struct Robot {
     files: TempDir,
 }
 
-/// A command of `leo` with nothing of this machine's in its environment.
+/// A `leo` command without `RUST_LOG`.
 pub(crate) fn leo(arguments: &[&str]) -> Command {
     let mut command = Command::new(env!("CARGO_BIN_EXE_leo"));
     command.args(arguments).env_remove("RUST_LOG").stdin(Stdio::null());
     command
 }
 
-/// The root of a domain of this test's own.
+/// The root of a test's domain.
 pub(crate) fn domain(name: &str) -> PathBuf {
     PathBuf::from(format!("/dev/shm/leo-{name}-{}", std::process::id()))
 }
 
-/// What the domain has in shared memory, its root included.
+/// What a domain left in shared memory, its root included.
 pub(crate) fn left_behind(domain: &Path) -> Vec<String> {
     let name = domain.file_name().expect("a name").to_string_lossy().into_owned();
     let is_its = |entry: &String| *entry == name || entry.starts_with(&format!("{name}_"));
@@ -48,7 +48,7 @@ pub(crate) fn pause(time: Duration) {
     clock::sleep_until(clock::now() + time);
 }
 
-/// Waits until `holds`, for as long as is patient; whether it does.
+/// Waits until a condition holds; `false` on time-out.
 pub(crate) fn wait_until(mut holds: impl FnMut() -> bool) -> bool {
     let end = clock::now() + PATIENCE;
     while clock::now() < end {
@@ -61,29 +61,29 @@ pub(crate) fn wait_until(mut holds: impl FnMut() -> bool) -> bool {
 }
 
 pub(crate) fn signal(pid: i32, signal: Signal) {
-    // Whoever died by itself in the meantime needs no signal.
+    // The process may have ended in the meantime.
     let _sent = kill_process(Pid::from_raw(pid).expect("a process number"), signal);
 }
 
-/// Whether a process lives: a zombie does not.
+/// Whether a process lives; a zombie does not.
 pub(crate) fn is_alive(pid: i32) -> bool {
     let stat = fs::read_to_string(format!("/proc/{pid}/stat")).unwrap_or_default();
     stat.rsplit(") ").next().is_some_and(|rest| !rest.is_empty() && !rest.starts_with(['Z', 'X']))
 }
 
 impl Robot {
-    /// Starts a robot that stays until it is stopped. `changes` are keys of `leo.toml` with the
-    /// values that they shall have instead, and `[[tables]]` with the lines of one more of them.
+    /// Starts a robot that runs until it is stopped. `changes` are new values for keys of `leo.toml`, and
+    /// `[[tables]]` with their lines to be appended.
     pub(crate) fn start(name: &str, changes: &[(&str, &str)]) -> Self {
         Self::with(name, changes, &[])
     }
 
-    /// The same with more said on the command line.
+    /// As [`Self::start`], with more arguments.
     pub(crate) fn with(name: &str, changes: &[(&str, &str)], more: &[&str]) -> Self {
         Self::by(leo(&[]), name, changes, more)
     }
 
-    /// The same by a command that is to be told all of that yet.
+    /// As [`Self::with`], with a prepared command.
     pub(crate) fn by(mut leo: Command, name: &str, changes: &[(&str, &str)], more: &[&str]) -> Self {
         let files = tempfile::tempdir().expect("a folder");
         let config = files.path().join("leo.toml");
@@ -114,24 +114,24 @@ impl Robot {
         Self { supervisor, domain, said, files }
     }
 
-    /// Starts a robot and waits until all of it runs.
+    /// Starts a robot and waits until all its processes run.
     pub(crate) fn ready(name: &str, changes: &[(&str, &str)]) -> Self {
         let robot = Self::start(name, changes);
         assert!(wait_until(|| robot.said().contains("the robot runs")), "{}", robot.said());
         robot
     }
 
-    /// What it said on standard error so far.
+    /// Its standard error so far.
     pub(crate) fn said(&self) -> String {
         self.said.lock().expect("nobody panics with it").clone()
     }
 
-    /// Its `leo.toml`.
+    /// The path of its `leo.toml`.
     pub(crate) fn config(&self) -> PathBuf {
         self.files.path().join("leo.toml")
     }
 
-    /// What its black box has written.
+    /// The files of its black box.
     pub(crate) fn black_boxes(&self) -> Vec<PathBuf> {
         let folder = fs::read_dir(self.files.path().join("leo/recordings")).into_iter().flatten();
         let files = folder.flatten().map(|entry| entry.path());
@@ -146,12 +146,12 @@ impl Robot {
         i32::try_from(self.supervisor.id()).expect("a process number")
     }
 
-    /// How many files and ports the supervisor has open.
+    /// Number of open file descriptors of the supervisor.
     pub(crate) fn descriptors(&self) -> usize {
         fs::read_dir(format!("/proc/{}/fd", self.pid())).map_or(0, Iterator::count)
     }
 
-    /// The living processes by name.
+    /// The live processes by name.
     pub(crate) fn processes(&self) -> BTreeMap<String, i32> {
         let pid = self.pid();
         let children = fs::read_to_string(format!("/proc/{pid}/task/{pid}/children")).unwrap_or_default();
@@ -164,20 +164,20 @@ impl Robot {
         named.collect()
     }
 
-    /// The processes as `leo top` shows them.
+    /// The rows of `leo top`.
     pub(crate) fn rows(&self) -> Vec<serde_json::Value> {
         let shown = leo(&["top", "--json", "--domain"]).arg(&self.domain).output().expect("runs");
         serde_json::from_slice(&shown.stdout).unwrap_or_default()
     }
 
-    /// Cycles of every process that runs.
+    /// Cycle counts of every running process.
     pub(crate) fn cycles(&self) -> BTreeMap<String, u64> {
         let rows = self.rows();
         let rows = rows.iter().filter(|row| row["state"] == "running");
         rows.filter_map(|row| Some((row["process"].as_str()?.to_owned(), row["cycles"].as_u64()?))).collect()
     }
 
-    /// Whether all processes run and go on with their cycles.
+    /// Whether all processes run and their cycles advance.
     pub(crate) fn works(&self) -> bool {
         wait_until(|| {
             let before = self.cycles();
@@ -189,14 +189,14 @@ impl Robot {
         })
     }
 
-    /// Sends a signal to the supervisor and waits for the end.
+    /// Sends a signal to the supervisor and waits for its end.
     pub(crate) fn stop(mut self, how: Signal) -> (ExitStatus, String) {
         signal(self.pid(), how);
         let status = self.end();
         (status, self.said())
     }
 
-    /// Waits for the end.
+    /// Waits for its end.
     pub(crate) fn end(&mut self) -> ExitStatus {
         let mut status = None;
         let ended = wait_until(|| {
@@ -215,7 +215,7 @@ impl Drop for Robot {
     }
 }
 
-/// The robot's configuration with some values changed.
+/// The configuration with some changed values.
 fn changed(changes: &[(&str, &str)]) -> String {
     let mut text = String::new();
     let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("config/leo.toml");

@@ -1,5 +1,5 @@
-//! What the supervisor tells the service manager that started it: the protocol of sd_notify(3), over a
-//! socket of this test's own.
+//! The supervisor's messages to the service manager by the protocol of sd_notify(3), received by a socket of
+//! this test.
 
 use std::fs;
 use std::os::unix::net::UnixDatagram;
@@ -11,7 +11,7 @@ use tempfile::TempDir;
 
 use crate::robot::{PROCESSES, Robot, leo, signal, wait_until};
 
-/// Listens like a service manager.
+/// A fake service manager.
 struct Manager {
     folder: TempDir,
     heard: Arc<Mutex<Vec<String>>>,
@@ -41,7 +41,7 @@ impl Manager {
         self.heard().iter().filter(|heard| *heard == word).count()
     }
 
-    /// Starts a robot that is told to report here.
+    /// Starts a robot that reports to this socket.
     fn starts(&self, name: &str, changes: &[(&str, &str)]) -> Robot {
         let mut command = leo(&[]);
         command.env("NOTIFY_SOCKET", self.folder.path().join("notify"));
@@ -80,13 +80,13 @@ fn a_process_that_hangs_and_cannot_be_replaced_starves_the_watchdog() {
     let never_tired = [("deaths_most", "1000000"), ("backoff_most_ms", "40.0")];
     let robot = manager.starts("starved", &never_tired);
     assert!(wait_until(|| manager.count("WATCHDOG=1") > 0), "{:?}\n{}", manager.heard(), robot.said());
-    // Nobody can join the domain any more.
+    // No process can join the domain any more.
     fs::remove_file(robot.domain().join("iceoryx2.toml")).expect("was there");
     signal(robot.processes()["belief"], Signal::STOP);
     let failed = || robot.said().matches("starts anew").count();
     assert!(wait_until(|| failed() > 0), "{}", robot.said());
     let fed = manager.count("WATCHDOG=1");
-    // A beat of the watchdog is due every 250 ms: many are due in the time of these.
+    // A watchdog message is due every 250 ms, so many would be sent meanwhile.
     let seen = failed();
     assert!(wait_until(|| failed() > seen + 50), "{}", robot.said());
     assert_eq!(manager.count("WATCHDOG=1"), fed, "{:?}", manager.heard());

@@ -1,4 +1,4 @@
-//! The program and its files may be replaced under a robot that runs: it goes on as it was.
+//! Replacing the program and its files does not affect a running robot.
 
 use std::fs;
 use std::os::unix::fs::PermissionsExt as _;
@@ -23,12 +23,12 @@ fn a_process_starts_anew_as_it_was_started_though_the_program_and_its_files_are_
     let robot = Robot::by(command, "upgraded", &[], &["--lesson", played, "--faults", faults]);
     assert!(wait_until(|| robot.said().contains("the robot runs")), "{}", robot.said());
 
-    // As a package manager does: another file of that name.
+    // As a package manager does: a new file of the same name.
     let other = folder.path().join("other");
     fs::write(&other, "#!/bin/sh\nexit 2\n").expect("writes");
     fs::set_permissions(&other, fs::Permissions::from_mode(0o755)).expect("ours");
     fs::rename(&other, &program).expect("replaces");
-    // And somebody is in the middle of a word.
+    // The configuration is being edited.
     for file in [robot.config(), lesson, campaign] {
         fs::write(file, "[sens").expect("writes");
     }
@@ -41,7 +41,7 @@ fn a_process_starts_anew_as_it_was_started_though_the_program_and_its_files_are_
         assert!(wait_until(anew), "`{name}` does not start anew\n{}", robot.said());
     }
     assert!(robot.works(), "{}", robot.said());
-    // Whoever looks at them sees what they are.
+    // Process names still show what they are.
     for (name, pid) in robot.processes() {
         let line = fs::read_to_string(format!("/proc/{pid}/cmdline")).expect("lives");
         let expected = format!("{}\0{name}\0", program.display());
@@ -81,6 +81,6 @@ fn who_has_other_messages_than_the_robot_is_told_so_once_and_can_stop_it_all_the
     let domain = robot.domain().to_owned();
     let (_, said) = robot.stop(Signal::TERM);
     assert!(said.contains("EMERGENCY STOP"), "{said}");
-    // It is there for the next robot of that name, which there will not be.
+    // The stop would remain for the next robot of that name.
     fs::remove_dir_all(domain).expect("the emergency stop outlives its robot");
 }

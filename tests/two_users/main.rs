@@ -1,4 +1,4 @@
-//! What another user of the same machine tries on a robot, and what comes of it. It takes root to be two users.
+//! Attacks by another user of the same machine. Needs root to act as two users.
 #![expect(clippy::expect_used, reason = "a test fails by panicking")]
 
 use std::fs;
@@ -11,14 +11,14 @@ use clock::Duration;
 use rustix::process::{Pid, Signal, geteuid, kill_process};
 use tempfile::TempDir;
 
-/// The number of the other user; nobody, on most machines.
+/// UID of the other user; `nobody` on most machines.
 const OTHER: u32 = 65_534;
-/// Patience with a loaded machine.
+/// Generous: the machine may be loaded.
 const PATIENCE: Duration = Duration::from_secs(60);
-/// Where this is set, what cannot be tried is a failure and nothing is skipped.
+/// If set, a test that cannot run fails instead of being skipped.
 const REQUIRED: &str = "LEO_READERS_REQUIRED";
 
-/// Whether this test can be two users; says so where it cannot.
+/// Whether this test can act as two users; prints a message if not.
 #[expect(clippy::print_stderr, reason = "a test says why it is skipped")]
 fn is_root() -> bool {
     let is_root = geteuid().is_root();
@@ -29,14 +29,14 @@ fn is_root() -> bool {
     is_root
 }
 
-/// What a shell says that the other user has.
+/// Runs a shell script as the other user.
 fn other(script: &str) -> (bool, String) {
     let ran = Command::new("/bin/sh").args(["-c", script]).uid(OTHER).gid(OTHER).current_dir("/").output();
     let ran = ran.expect("a shell");
     (ran.status.success(), String::from_utf8_lossy(&ran.stderr).into_owned())
 }
 
-/// A robot's name, and what it writes.
+/// A robot's domain and its files.
 struct Place {
     root: PathBuf,
     files: TempDir,
@@ -73,7 +73,7 @@ impl Place {
         command
     }
 
-    /// This program where the other user may run it.
+    /// A copy of this program that the other user may run.
     fn program_for_all(&self) -> PathBuf {
         let folder = self.files.path().join("program");
         let program = folder.join("leo");
@@ -85,7 +85,7 @@ impl Place {
         program
     }
 
-    /// Has the other user hold the name of its stop socket, and answer with status 0 and a text.
+    /// Lets the other user bind the stop socket's name and answer with status 0 and a text.
     fn hold_stop_socket(&mut self, text: &str) {
         let (listens, ready) = (self.files.path().join("listens.py"), self.files.path().join("ready"));
         let script = format!(
@@ -110,7 +110,7 @@ impl Place {
         fs::read_to_string(self.log()).unwrap_or_default()
     }
 
-    /// Starts a robot that runs.
+    /// Starts a robot and waits until it runs.
     fn start(&mut self) {
         self.robot = Some(self.command().spawn().expect("starts"));
         let end = clock::now() + PATIENCE;
@@ -122,7 +122,7 @@ impl Place {
         }
     }
 
-    /// Starts a robot that cannot run; what it says, and its exit status.
+    /// Starts a robot that must be refused; returns its exit status and log.
     fn refused(&self) -> (Option<i32>, String) {
         let mut robot = self.command().spawn().expect("starts");
         let mut status = None;
@@ -171,7 +171,7 @@ fn signal(pid: u32, signal: Signal) {
     kill_process(pid, signal).expect("it runs");
 }
 
-/// The sensor process of the robot in a domain.
+/// The PID of a robot's sensor process.
 fn sensor_of(domain: &Path) -> Option<u32> {
     fs::read_dir("/proc").expect("is mounted").flatten().find_map(|entry| {
         let pid = entry.file_name().to_str()?.parse().ok()?;
@@ -181,7 +181,7 @@ fn sensor_of(domain: &Path) -> Option<u32> {
     })
 }
 
-/// Everything below a folder.
+/// Collects everything below a folder.
 fn below(folder: &Path, all: &mut Vec<PathBuf>) {
     for entry in fs::read_dir(folder).expect("a folder").flatten() {
         all.push(entry.path());
@@ -213,7 +213,7 @@ fn nothing_of_a_running_robot_can_be_opened_by_another_user_and_a_damaged_segmen
     let (wrote, why) = other(&format!("printf 0123456789abcdef > '{}'", segment.display()));
     assert!(!wrote && why.contains("denied"), "{why}");
 
-    // One that this user has damaged, by whatever mistake, keeps no process from coming back.
+    // Accidental damage by the owner does not keep a process from restarting.
     fs::write(segment, [0xA5; 16]).expect("this user may");
     until(|| place.said().contains("it was made anew"));
     assert!(place.said().contains(&segment.display().to_string()), "{}", place.said());
@@ -225,7 +225,7 @@ fn nothing_of_a_running_robot_can_be_opened_by_another_user_and_a_damaged_segmen
     let mut robot = place.robot.take().expect("it runs");
     signal(robot.id(), Signal::TERM);
     assert!(robot.wait().expect("ours").success());
-    // What it has learned, and its black boxes.
+    // Learned tasks and black boxes.
     let mut written = Vec::new();
     below(&place.files.path().join("leo"), &mut written);
     assert!(!written.is_empty());
@@ -260,7 +260,8 @@ fn a_link_that_another_user_has_planted_is_not_followed() {
     for file in ["learned.store", "supervisor.lock", "emergency-stop"] {
         fs::write(precious.join(file), "all").expect("writes");
     }
-    // The kernel would not let root follow a link of another user's in such a folder: so it is root's own as well.
+    // The kernel would not let root follow another user's link in such a folder, so root's own link is tested
+    // too.
     let planted: [&dyn Fn(); 2] = [
         &|| assert!(other(&format!("ln -s '{}' '{}'", precious.display(), place.root.display())).0),
         &|| symlink(&precious, &place.root).expect("writes"),
@@ -357,7 +358,7 @@ fn what_was_learned_is_looked_for_in_no_folder_file_or_link_of_another_user() {
         fs::remove_file(own.join(name)).expect("is there");
     }
 
-    // What root makes there is for that user.
+    // Files that root creates there belong to that user.
     let listed = Command::new(&program).args(["tasks", "list", "--state"]).arg(&own).output().expect("runs");
     assert!(listed.status.success(), "{listed:?}");
     for entry in fs::read_dir(&own).expect("is there").flatten() {
@@ -374,7 +375,7 @@ fn root_raises_and_releases_the_stop_of_another_users_robot_and_reads_nothing_of
     }
     let place = Place::new("two-root");
     let root = place.root.display();
-    // Their configuration would be an error.
+    // Reading their configuration would be an error.
     let made = format!(
         "mkdir -m 700 {root} {root}/configuration && touch {root}/iceoryx2.toml && echo x > {root}/configuration/leo.toml"
     );

@@ -1,10 +1,11 @@
-//! Configurations unlike the built-in one, of which a byte chooses. Shared by property tests and a fuzz target.
+//! Configurations that differ from the built-in one, selected by a byte. Shared by property tests and a fuzz
+//! target.
 
 use clock::Duration;
 use config::percepts::{Cull, Distance, History, Measure, Percepts, WhenFull};
 
-/// The built-in percepts, believed in otherwise: literally or not, with other histories, other terms of the
-/// distance and other culling functions. Zero is the built-in configuration itself.
+/// The built-in percepts with other belief settings: literal or not, other histories, distance terms and
+/// culling functions. Zero is the built-in configuration.
 pub(crate) fn varied(choice: u8) -> Percepts {
     let mut percepts = Percepts::builtin();
     if choice & 1 > 0 {
@@ -32,17 +33,17 @@ pub(crate) fn varied(choice: u8) -> Percepts {
     let terms = &mut percepts.belief.distance;
     match choice >> 4 & 3 {
         0 => {}
-        // Symbols before the place, and every kind of term.
+        // Symbols before the position, and every kind of term.
         1 => {
             terms.extend([turned, large, filled]);
             terms.reverse();
         }
-        // Nothing says where a thing is.
+        // No term for the position.
         2 => {
             terms.retain(|term| term.measure == Measure::Differs);
             terms.push(filled);
         }
-        // Metres that are no place.
+        // Metric terms that are no position.
         _ => {
             terms.clear();
             terms.extend([large, turned]);

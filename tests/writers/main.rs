@@ -1,4 +1,4 @@
-//! A process that the supervisor did not start publishes in the place of a process that has died, over real processes.
+//! An unlisted process publishes on a topic whose writer has died, with real processes.
 #![expect(clippy::expect_used, clippy::indexing_slicing, reason = "a test fails by panicking")]
 
 #[path = "../supervision/robot.rs"]
@@ -21,14 +21,14 @@ use transport::{Domain, Node};
 use robot::{Robot, leo, pause, signal, wait_until};
 use rogue::{FALSE_PLACE_M, GOAL_OFFSET_RAD, Rogue};
 
-/// How often the learner is killed.
+/// Number of kills of the learner.
 const KILLS: usize = 10;
-/// Of the places that the rogue process tries to take, it gets at least so many: otherwise nothing was tried.
+/// Minimum number of topics that the rogue process must obtain, so that the test is not vacuous.
 const MIN_TAKEN: usize = 3;
-/// A joint that stays where it is moves by less than this.
+/// Maximum motion of a joint that holds its position, in radians.
 const STILL_RAD: f64 = 0.05;
 
-/// Task 1 with a demonstration that begins in an hour: until then no joint has a reason to move.
+/// Task 1 with a demonstration that begins in an hour, so that no joint has a reason to move.
 fn quiet_lesson(folder: &Path) -> String {
     let text = fs::read_to_string(Path::new(env!("CARGO_MANIFEST_DIR")).join("config/lessons/task1.toml"));
     let text = text.expect("a lesson");
@@ -45,7 +45,7 @@ fn row(robot: &Robot, process: &str) -> serde_json::Value {
     robot.rows().into_iter().find(|row| row["process"] == process).unwrap_or_default()
 }
 
-/// Kills a process, and takes its place on a topic where that succeeds before the new process has it.
+/// Kills a process and opens its topic for writing, if that succeeds before the restarted process has it.
 fn take_place<T: Topic>(robot: &Robot, node: &Node, victim: &str, number: Option<u32>) -> Option<Rogue<T>> {
     let mut before = None;
     let lives = wait_until(|| {
@@ -69,7 +69,8 @@ fn take_place<T: Topic>(robot: &Robot, node: &Node, victim: &str, number: Option
     rogue
 }
 
-/// Publishes in the place of a process that is killed until a reader has refused it; whether it had the place.
+/// Publishes on a killed process's topic until a reader has refused it. Returns whether the topic was
+/// obtained.
 fn is_refused<T: Topic>(
     robot: &Robot,
     node: &Node,
@@ -83,7 +84,7 @@ fn is_refused<T: Topic>(
     let is_refused = wait_until(|| {
         rogue.publish(T::Head::default(), &[entry]);
         let row = row(robot, reader);
-        // A reader that starts anew begins to count anew.
+        // A restarted reader counts from zero.
         refused(&row) > refused(&before) || (row["pid"] != before["pid"] && refused(&row) > 0)
     });
     assert!(is_refused, "`{reader}` takes {} of process {}\n{}", T::NAME, std::process::id(), robot.said());
@@ -122,10 +123,10 @@ fn a_process_in_the_place_of_one_that_died_is_neither_obeyed_nor_believed_and_is
     assert!(status.success(), "{status}\n{said}");
 }
 
-/// The learner is killed again and again, and another process publishes goals in its place.
+/// Kills the learner repeatedly and publishes goals in its place.
 fn goals_are_not_followed(robot: &Robot, node: &Node) {
     let mut joints = node.inlet::<JointStates>(None).expect("a free reader");
-    // The stamp of the learner on the goals that the motor process took last, and where the joints are.
+    // The learner's stamp on the last accepted goals, and the commanded positions.
     let mut look = || {
         let frame = joints.newest().expect("works")?;
         let places: Option<Vec<f64>> =
@@ -153,7 +154,7 @@ fn goals_are_not_followed(robot: &Robot, node: &Node) {
             let Some((decided, places)) = look() else { return false };
             let distances = places.iter().zip(&rest).map(|(place, rest)| (place - rest).abs());
             moved = moved.max(distances.filter(|distance| *distance > STILL_RAD).count());
-            // The rogue process stamps nothing.
+            // Goals of the rogue process have no stamp.
             let is_new = decided.is_some_and(|decided| decided > killed_at + Duration::from_millis(50));
             let has_tried = tried.is_none_or(|tried| clock::now().since(tried) > Duration::from_secs(1));
             moved > 0 || (is_new && has_tried)
@@ -168,11 +169,11 @@ fn goals_are_not_followed(robot: &Robot, node: &Node) {
     let said = robot.said();
     let told = format!("process {} publishes on `joint-goals`", std::process::id());
     let times = said.lines().filter(|line| line.contains(&told)).count();
-    // Each reader of the topic tells of each process once: the motor process, and the console's black box.
+    // Each reader reports each process once: here the motor process and the console's black box.
     assert!((1..=2).contains(&times), "{said}");
 }
 
-/// A second learner runs beside the one that the supervisor started. It says that it is refused.
+/// A second learner beside the supervisor's reports that it is refused.
 fn a_learner_started_by_hand_is_refused(robot: &Robot) {
     let mut learner = leo(&["learner", "--incarnation", "99", "--domain"]);
     let mut learner = learner.arg(robot.domain()).stderr(Stdio::piped()).spawn().expect("starts");
@@ -184,7 +185,7 @@ fn a_learner_started_by_hand_is_refused(robot: &Robot) {
     assert!(said.contains("the robot refuses what it publishes"), "{said}");
 }
 
-/// The sensor process is killed, and another process reports an object that there is not.
+/// Kills the sensor process and publishes a non-existing object in its place.
 fn percepts_are_not_believed(robot: &Robot, node: &Node) {
     let mut beliefs = node.inlet::<Beliefs>(Some(0)).expect("a free reader");
     let mut is_believed = || {

@@ -6,19 +6,19 @@ use message::{
 };
 use transport::{Delivery, Node, Outlet, Queues};
 
-/// As in `leo.toml`: every port of a domain has the same queues, and frames hold so much.
+/// As in `leo.toml`: queues and frame capacity of a domain.
 pub(crate) const QUEUES: Queues = Queues { frames: 4, delivery: Delivery::Newest };
 const CAPACITY: usize = 64;
 const JOINTS: usize = 65;
 
-/// How far from its place a joint is told to move.
+/// Offset of the false joint goals, in radians.
 pub(crate) const GOAL_OFFSET_RAD: f64 = 0.2;
-/// Where nothing of the lesson is.
+/// A position where the lesson has no object.
 pub(crate) const FALSE_PLACE_M: [f32; 3] = [0.2, 0.9, 0.4];
-/// The number of the percept of place in `percepts.toml`.
+/// Number of the position percept in `percepts.toml`.
 const POSITION: u16 = 0;
 
-/// Publishes on a topic that another process has left.
+/// Publishes on the topic of a dead process.
 pub(crate) struct Rogue<T: Topic> {
     outlet: Outlet<T>,
 }
@@ -37,7 +37,7 @@ impl<T: Topic> Rogue<T> {
 }
 
 impl Rogue<JointGoals> {
-    /// Tells every joint to move away from its place.
+    /// Sends goals that move every joint away from its position.
     pub(crate) fn publish_goals(&mut self, places: &[f64]) {
         let arrive_at_ns = (clock::now() + Duration::from_millis(300)).as_nanos();
         let goal = |(joint, place): (usize, &f64)| JointGoal {
@@ -52,7 +52,7 @@ impl Rogue<JointGoals> {
 }
 
 impl Rogue<Percepts> {
-    /// Reports an object where there is none.
+    /// Reports a non-existing object.
     pub(crate) fn publish_percepts(&mut self) {
         let now = clock::now().as_nanos();
         let mut header = Header::at(now);
@@ -67,7 +67,7 @@ impl Rogue<Percepts> {
     }
 }
 
-/// Whether a belief is of the object that there is not.
+/// Whether a belief is in the non-existing object.
 pub(crate) fn is_of_false_place(belief: &Belief) -> bool {
     let place = belief.vector(POSITION).unwrap_or([f64::NAN; 3]);
     place.iter().zip(FALSE_PLACE_M).all(|(one, other)| (one - f64::from(other)).abs() < 0.01)

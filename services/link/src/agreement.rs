@@ -1,4 +1,4 @@
-//! What two machines must mean by the same words.
+//! Compatibility of two machines: message layouts and configuration.
 
 use std::fmt;
 
@@ -7,28 +7,28 @@ use config::leo::OffBoard;
 
 use crate::wire::LANGUAGE;
 
-/// What both machines must agree on for frames to mean the same to both. Every message of a link says it.
+/// What both machines must have in common for frames to mean the same. It is part of every message.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Agreement {
-    /// The version of Leo, 16 bits for each of its three numbers. It is told, and not compared.
+    /// The version of Leo, 16 bits for each of its three numbers. It is reported, not compared.
     pub version: u64,
-    /// The layouts of all messages, as [`message::layouts`] gives them.
+    /// Hash of the layouts of all messages, see [`message::layouts`].
     pub layouts: u64,
-    /// The joints: how they are called, and from where to where they turn.
+    /// Hash of the joints: names and ranges.
     pub joints: u64,
-    /// The percepts: how they are called, and how they classify.
+    /// Hash of the percepts: names and classifiers.
     pub percepts: u64,
-    /// How many perspectives there are.
+    /// Number of perspectives.
     pub perspectives: u64,
-    /// Which processes run away from the robot, a bit for each.
+    /// The processes that run on the remote machine, one bit each.
     pub off_board: u64,
 }
 
-/// The numbers of an agreement.
+/// Number of fields of an `Agreement`.
 pub(crate) const NUMBERS: usize = 6;
 
 impl Agreement {
-    /// That of a robot with so many perspectives, and of this program.
+    /// The values of this program, a robot's configuration and its number of perspectives.
     pub(crate) fn of(robot: &Robot, perspectives: u32) -> Self {
         let joints = robot.motor.joints.iter();
         let joints = joints.map(|joint| format!("{} {:?} {:?}", joint.name, joint.min_rad, joint.max_rad));
@@ -67,19 +67,19 @@ impl Agreement {
     }
 }
 
-/// Why nothing is taken from the other machine: what it means otherwise, and what to do.
+/// The peer is incompatible. The message says what differs and what to do.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Disagreement {
-    /// Its link speaks another version of the language of links.
+    /// The peer uses another version of the link protocol.
     Language {
-        /// The version that it speaks.
+        /// The peer's protocol version.
         there: u64,
     },
-    /// It means something else by the bytes of frames, or by what is in them.
+    /// Message layouts or configuration differ.
     Meaning {
-        /// What this machine means.
+        /// The values of this machine.
         here: Agreement,
-        /// What the other one means.
+        /// The values of the peer.
         there: Agreement,
     },
 }
@@ -98,7 +98,7 @@ impl fmt::Display for Disagreement {
             Self::Meaning { here, there } => (here, there),
         };
         if here.layouts != there.layouts {
-            // Of another version, the rest of what it says may differ for that reason alone.
+            // With another version, the other values may differ for that reason alone.
             return write!(
                 out,
                 "it runs Leo {} with messages {:016x}, and this is Leo {} with messages {:016x}. Install the same \
@@ -124,7 +124,7 @@ impl fmt::Display for Disagreement {
     }
 }
 
-/// All that these texts say, as a number (FNV-1a, 64 bits).
+/// FNV-1a hash (64 bits) of some texts.
 fn hash(texts: impl Iterator<Item = String>) -> u64 {
     let mut hash = 0xcbf2_9ce4_8422_2325_u64;
     for text in texts {
@@ -135,7 +135,7 @@ fn hash(texts: impl Iterator<Item = String>) -> u64 {
     hash
 }
 
-/// The numbers of a version, without what may follow them.
+/// Packs the three numbers of a version; any suffix is ignored.
 fn packed(version: &str) -> u64 {
     let number = |part: &str| {
         let digits = part.split(|letter: char| !letter.is_ascii_digit()).next();

@@ -1,8 +1,8 @@
-//! What came, in order and once.
+//! Receives batches: every frame in order and exactly once.
 
 use crate::wire::{Bundle, Frame};
 
-/// What is known of the bundles that the other machine sends.
+/// State of the batches received from the peer.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Inbox {
     life: u64,
@@ -11,17 +11,17 @@ pub(crate) struct Inbox {
     pub(crate) lost: u64,
 }
 
-/// What is new in a bundle.
+/// The new frames of a batch.
 #[derive(Debug, Default)]
 pub struct New {
-    /// Of those of which every one is wanted: the next ones.
+    /// Reliable frames: the next ones in sequence.
     pub said: Vec<Frame>,
-    /// The others.
+    /// The other frames.
     pub newest: Vec<Frame>,
 }
 
 impl Inbox {
-    /// Takes a bundle, and gives what is new in it.
+    /// Accepts a batch and returns its new frames.
     pub(crate) fn take(&mut self, bundle: Bundle) -> New {
         if bundle.life != self.life {
             *self = Self { life: bundle.life, wanted: bundle.oldest, lost: self.lost, newest: 0 };
@@ -44,7 +44,7 @@ impl Inbox {
         New { said, newest }
     }
 
-    /// What to tell the sender: whose bundles, the newest that came, and the frame that is wanted next.
+    /// The acknowledgement: epoch of the sender, newest batch received, next reliable frame expected.
     pub(crate) fn heard(&self) -> (u64, u64, u64) {
         (self.life, self.newest, self.wanted)
     }

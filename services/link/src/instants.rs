@@ -1,13 +1,13 @@
-//! Where the instants stand in the bytes of a frame, and how they are told in another machine's time.
+//! Finds the timestamps in the bytes of a frame and converts them to this machine's clock.
 
 use message::{Kind, Layout, Number};
 
 use crate::Stream;
 
-/// The ends of the names of fields that hold instants: `valid_at_ns`, `born_at_ns`; and the stamps of the hops.
+/// Suffixes of the names of timestamp fields, such as `valid_at_ns`; and the hop stamps.
 const NAMES: [&str; 2] = ["_at_ns", "hops_ns"];
 
-/// The places of all instants in a frame's head and in each of its entries.
+/// Byte offsets of all timestamps in a frame's head and in each entry.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Instants {
     head_size: usize,
@@ -17,7 +17,7 @@ pub struct Instants {
 }
 
 impl Instants {
-    /// Those of the frames of a stream.
+    /// The offsets for the frames of a stream.
     #[must_use]
     pub fn of(stream: Stream) -> Self {
         let [head, entry] = stream.kinds();
@@ -29,7 +29,7 @@ impl Instants {
         Self { head_size: head.size(), head: places(&head), entry_size: entry.size(), entry: places(&entry) }
     }
 
-    /// Entries of a frame of so many bytes; `None` where they are not a head and whole entries.
+    /// Number of entries in a frame of `bytes` bytes; `None` if it is not a head and whole entries.
     #[must_use]
     pub fn entries(&self, bytes: usize) -> Option<usize> {
         let entries = bytes.checked_sub(self.head_size)?;
@@ -37,7 +37,7 @@ impl Instants {
         whole.then(|| entries / self.entry_size)
     }
 
-    /// Moves every instant of a frame by so many nanoseconds. Zero stands for none, and stays.
+    /// Adds `by_ns` nanoseconds to every timestamp of a frame. Zero means "none" and stays zero.
     pub fn shift(&self, bytes: &mut [u8], by_ns: i64) {
         let Some((head, entries)) = bytes.split_at_mut_checked(self.head_size) else { return };
         self.head.iter().for_each(|&place| shift_at(head, place, by_ns));
@@ -70,7 +70,7 @@ fn shift_at(bytes: &mut [u8], place: usize, by_ns: i64) {
     let Some(slot) = bytes.get_mut(place..).and_then(|rest| rest.first_chunk_mut::<8>()) else { return };
     let instant = u64::from_le_bytes(*slot);
     if instant != 0 {
-        // An instant before the beginning of this machine's time is its first: zero would be none.
+        // Clamped to 1: a timestamp before this machine's epoch must not become "none".
         *slot = instant.saturating_add_signed(by_ns).max(1).to_le_bytes();
     }
 }
@@ -109,7 +109,7 @@ mod tests {
         assert_eq!(head.header.valid_at_ns, 55);
         let there = beliefs.first().map(|belief| (belief.id, belief.born_at_ns, belief.perceived_at_ns));
         assert_eq!(there, Some((7, 25, 45)));
-        // Its own two, and one of every percept that it remembers.
+        // Two timestamps of its own and one for each remembered percept.
         assert!(instants.entry.len() > 2, "{:?}", instants.entry);
     }
 }

@@ -1,13 +1,13 @@
-//! Link process: frames between this machine and another one.
+//! Link process: bridges topics between two machines over QUIC.
 //!
-//! On each of two machines runs a link process. It reads the topics whose writers run there, as any reader does,
-//! which costs those writers nothing, and publishes the topics whose writers run on the other one, in their stead.
-//! Between the two go bundles of frames, over QUIC, whose library only this crate knows.
+//! A link process runs on each of the two machines. It subscribes to the topics written on its machine and
+//! publishes the topics written on the other one. Local writers are not affected. QUIC is used only in this
+//! crate.
 //!
-//! Nobody waits for the network. Where it is slower than what is written, older frames are overtaken by newer ones
-//! and never sent; what was said is kept until the other machine has it. How much may be under way follows the
-//! delay, so that a frame that comes is young. Instants are told in the time of the machine that reads them, and
-//! the link's board says how wrong they may be.
+//! No process blocks on the network. If it is slower than a writer, newer frames replace older unsent ones.
+//! Frames of reliable topics are kept until the peer acknowledges them. The amount of data in flight follows
+//! the delay, so that received frames are young. Timestamps are converted to the reader's clock, and the
+//! link's health board has the bound of the clock error.
 
 mod agreement;
 mod inbox;

@@ -1,38 +1,38 @@
-//! The difference between two machines' clocks, bounded by what travelled between them.
+//! Estimates the offset between two machines' clocks from exchanged messages.
 
 use clock::{Duration, Instant};
 
-/// By how much two monotonic clocks may drift apart, in parts per million: each crystal's error, and what each
-/// machine's time service slews (500 at most, adjtimex(2)).
+/// Maximum relative drift of two monotonic clocks in parts per million: the error of both crystals, and the
+/// slew of both time services (500 at most, adjtimex(2)).
 const DRIFT_PPM: u64 = 1100;
 
-/// Four instants of one exchange: asked here, heard there, answered there, heard here. The first and the last are
-/// of this machine's clock, the others of the other one's.
+/// The four timestamps of one exchange. The first and the last are of this machine's clock, the others of the
+/// peer's.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Exchange {
-    /// When this machine asked.
+    /// When this machine sent its request.
     pub asked_ns: u64,
-    /// When the other one heard it.
+    /// When the peer received it.
     pub heard_there_ns: u64,
-    /// When it answered.
+    /// When the peer sent the answer.
     pub answered_there_ns: u64,
-    /// When this machine heard that.
+    /// When this machine received the answer.
     pub heard_ns: u64,
 }
 
 impl Exchange {
-    /// How long both ways took together, without the time there; `None` for nonsense.
+    /// The round trip without the time at the peer; `None` if the timestamps are inconsistent.
     #[must_use]
     pub fn round_trip(&self) -> Option<Duration> {
         let here = self.heard_ns.checked_sub(self.asked_ns)?;
         let there = self.answered_there_ns.checked_sub(self.heard_there_ns)?;
-        // Both clocks cut their instants to whole nanoseconds, and run at rates of their own.
+        // Both clocks truncate to nanoseconds and run at slightly different rates.
         here.checked_sub(there.min(here))
             .map(Duration::from_nanos)
             .filter(|_| there <= here.saturating_add(here / 500))
     }
 
-    /// The other clock less this one, from and to: whatever way took how long, it is between these.
+    /// Lower and upper bound of the peer's clock minus this one, whatever the delay of either direction.
     fn bounds(&self) -> Option<(i64, i64)> {
         let from = difference(self.answered_there_ns, self.heard_ns)?;
         let to = difference(self.heard_there_ns, self.asked_ns)?;
@@ -40,11 +40,11 @@ impl Exchange {
     }
 }
 
-/// What is known of the other machine's clock less this one's.
+/// Estimate of the peer's clock minus this machine's clock.
 ///
-/// Every exchange says that the difference is between two bounds, as far apart as its round trip took (Cristian
-/// 1989, "Probabilistic clock synchronization"). What all exchanges say holds at once, widened by the drift since;
-/// the estimate stays where it is for as long as nothing contradicts it, so that instants do not jitter.
+/// Each exchange bounds the offset within its round trip (Cristian 1989, "Probabilistic clock
+/// synchronization"). The bounds of all exchanges are intersected after they are widened by the drift since.
+/// The estimate changes only if a bound requires it, so that converted timestamps do not jitter.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Offset {
     known: Option<Known>,
@@ -59,37 +59,37 @@ struct Known {
 }
 
 impl Offset {
-    /// Takes in an exchange whose answer was heard `now`.
+    /// Adds an exchange whose answer was received at `now`.
     pub fn learn(&mut self, now: Instant, exchange: &Exchange) {
         let Some((from_ns, to_ns)) = exchange.round_trip().and_then(|_| exchange.bounds()) else { return };
         let before = self.known.map(|known| known.widened(now));
         let both = before.map(|known| (known.from_ns.max(from_ns), known.to_ns.min(to_ns)));
         self.known = Some(match (before, both) {
             (Some(known), Some((from_ns, to_ns))) if from_ns <= to_ns => {
-                // Where twice as much is known, the middle of it is worth a jump.
+                // If the interval shrinks to half, a jump to its centre is worthwhile.
                 let is_far_better = to_ns - from_ns <= known.width() / 2;
                 let middle = from_ns + (to_ns - from_ns) / 2;
                 let estimate_ns =
                     if is_far_better { middle } else { known.estimate_ns.clamp(from_ns, to_ns) };
                 Known { from_ns, to_ns, estimate_ns, at: now }
             }
-            // The first, or one that nothing before agrees with: the other machine started anew.
+            // The first exchange, or one that contradicts the estimate because the peer restarted.
             _ => Known { from_ns, to_ns, estimate_ns: from_ns + (to_ns - from_ns) / 2, at: now },
         });
     }
 
-    /// Forgets all: the other machine may be another.
+    /// Discards the estimate: the peer may be another machine.
     pub fn forget(&mut self) {
         self.known = None;
     }
 
-    /// The other clock less this one, in nanoseconds; `None` before the first exchange.
+    /// The peer's clock minus this one, in nanoseconds; `None` before the first exchange.
     #[must_use]
     pub fn estimate_ns(&self) -> Option<i64> {
         self.known.map(|known| known.estimate_ns)
     }
 
-    /// By how much the estimate is wrong at most.
+    /// Upper bound of the error of the estimate.
     #[must_use]
     pub fn error(&self, now: Instant) -> Option<Duration> {
         let known = self.known?.widened(now);
@@ -110,7 +110,7 @@ impl Known {
     }
 }
 
-/// `there - here`, where it is a difference that clocks can have: at most some hundred years.
+/// `there - here`; `None` if the clocks are out of range (some seventy years).
 fn difference(there_ns: u64, here_ns: u64) -> Option<i64> {
     let there = i64::try_from(there_ns).ok().filter(|&there| there <= i64::MAX / 4)?;
     let here = i64::try_from(here_ns).ok().filter(|&here| here <= i64::MAX / 4)?;

@@ -1,4 +1,4 @@
-//! What waits to be sent.
+//! Queue of frames to be sent.
 
 use std::collections::{BTreeMap, VecDeque};
 use std::sync::Arc;
@@ -9,21 +9,21 @@ use crate::Stream;
 use crate::stream::Class;
 use crate::wire::Frame;
 
-/// Frames of which every one is wanted that wait at most; and for how long.
+/// Maximum number of unacknowledged reliable frames, and their maximum age.
 const KEPT_MOST: usize = 4096;
 const KEPT_FOR: Duration = Duration::from_secs(60);
-/// Bytes of such frames that one bundle holds, beyond the first frame.
+/// Limit of reliable bytes in one batch, beyond the first frame.
 const BUNDLED_BYTES: usize = 128 * 1024;
-/// Frames of such in one bundle.
+/// Maximum number of reliable frames in one batch.
 const BUNDLED_MOST: usize = 256;
-/// Instants of which not all frames have come yet that are waited for.
+/// Maximum number of incomplete frame sets.
 const INCOMPLETE_MOST: usize = 4;
 
-/// The life of a frame's writer, and the frame's number in it.
+/// Incarnation of a frame's writer, and the frame's sequence number.
 pub(crate) type Place = (u64, u64);
 
-/// Frames that wait to be sent: the newest of most streams, the newest complete instant of those that belong
-/// together, and of the others every one, until the other machine says that it has it.
+/// Frames to be sent: the newest of most streams, and the newest complete set of the streams that belong
+/// together. Frames of reliable streams are kept until they are acknowledged.
 #[derive(Debug)]
 pub(crate) struct Outbox {
     newest: BTreeMap<Stream, Arc<[u8]>>,
@@ -31,7 +31,7 @@ pub(crate) struct Outbox {
     incomplete: BTreeMap<Place, BTreeMap<Stream, Arc<[u8]>>>,
     instant: BTreeMap<Stream, Arc<[u8]>>,
     every: VecDeque<Kept>,
-    /// The number of the first in `every`, and of the one to be sent next.
+    /// Sequence numbers of the first frame in `every` and of the next one to be sent.
     oldest: u64,
     next: u64,
     pub(crate) overtaken: u64,
@@ -45,7 +45,7 @@ struct Kept {
     since: Instant,
 }
 
-/// What goes into one bundle.
+/// The content of one batch.
 #[derive(Debug)]
 pub(crate) struct Load {
     pub(crate) frames: Vec<Frame>,
@@ -55,7 +55,7 @@ pub(crate) struct Load {
 }
 
 impl Outbox {
-    /// For frames of these streams.
+    /// Returns an empty queue for these streams.
     pub(crate) fn new(streams: &[Stream]) -> Self {
         let together = streams.iter().copied().filter(|stream| stream.class() == Class::Together).collect();
         Self {
@@ -89,7 +89,7 @@ impl Outbox {
         frames.insert(stream, bytes);
         if frames.len() == self.together.len() {
             let whole = self.incomplete.remove(&place).unwrap_or_default();
-            // What is older, or of a life before, is not completed any more.
+            // Older or previous-incarnation sets can no longer be completed.
             let older: usize = self.incomplete.values().map(BTreeMap::len).sum();
             self.incomplete.clear();
             self.overtaken += count(older + std::mem::replace(&mut self.instant, whole).len());
@@ -100,7 +100,7 @@ impl Outbox {
         }
     }
 
-    /// What to send next, if there is anything.
+    /// The content of the next batch, if there is any.
     pub(crate) fn load(&mut self, now: Instant) -> Option<Load> {
         while self.every.front().is_some_and(|kept| now.since(kept.since) > KEPT_FOR) {
             self.let_go();
@@ -125,7 +125,7 @@ impl Outbox {
         is_something.then_some(Load { frames, oldest: self.oldest, first, numbered })
     }
 
-    /// Hears which frame the other machine wants next: it has those before.
+    /// Processes an acknowledgement: `number` is the next reliable frame that the peer expects.
     pub(crate) fn wanted(&mut self, number: u64) {
         while self.oldest < number && self.every.pop_front().is_some() {
             self.oldest += 1;
@@ -133,12 +133,12 @@ impl Outbox {
         self.next = self.next.max(self.oldest);
     }
 
-    /// Whether frames were sent that the other machine has not said it has.
+    /// Whether sent reliable frames are unacknowledged.
     pub(crate) fn awaits(&self) -> bool {
         self.next > self.oldest
     }
 
-    /// Sends again what the other machine has not said it has.
+    /// Schedules all unacknowledged frames for retransmission.
     pub(crate) fn again(&mut self) {
         self.next = self.oldest;
     }
@@ -196,7 +196,7 @@ mod tests {
         outbox.push(at(1), minds[0], (1, 3), bytes(3));
         assert_eq!(sent(&mut outbox), minds.map(|mind| (mind, 2)));
         assert_eq!(sent(&mut outbox), []);
-        // One was lost: the instant after it is not held up.
+        // A frame is missing: the next set is not delayed by it.
         for mind in minds {
             outbox.push(at(1), mind, (2, 4), bytes(4));
         }
@@ -217,7 +217,7 @@ mod tests {
         outbox.again();
         let load = outbox.load(at(1)).unwrap();
         assert_eq!((load.oldest, load.first, load.numbered, load.frames[0].bytes[0]), (3, 3, 1, 3));
-        // More than was ever sent cannot be had.
+        // An acknowledgement beyond the last frame is tolerated.
         outbox.wanted(u64::MAX);
         assert!(!outbox.awaits());
     }

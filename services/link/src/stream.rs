@@ -3,44 +3,44 @@ use message::{
     Scene, TeacherActs, Topic, Utterances,
 };
 
-/// A topic of the robot, as far as links carry it; in the order in which what came at once is published.
+/// A topic that a link carries. The order is the publishing order of frames received at once.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum Stream {
-    /// Where the joints are.
+    /// Joint states.
     JointStates,
-    /// What is true in the simulated workspace.
+    /// Ground truth of the simulated workspace.
     Scene,
-    /// The percept buffer.
+    /// Percept snapshots.
     Percepts,
-    /// The belief buffer of a perspective.
+    /// Beliefs of a perspective.
     Beliefs(u32),
-    /// How a perspective differs from the one that it is nested in.
+    /// Differences between a perspective and its parent.
     Divergences(u32),
-    /// Where the joints shall be.
+    /// Joint goals.
     JointGoals,
-    /// What a teacher does by hand in the simulated workspace.
+    /// Manual acts of the teacher in the simulated workspace.
     TeacherActs,
-    /// What became of that.
+    /// Results of these acts.
     ActsAnswered,
-    /// What the teachers say.
+    /// Utterances of the teachers.
     Utterances,
-    /// What the learner reports.
+    /// Events of the learner.
     Events,
 }
 
-/// What of a stream is sent where the network is slower than its writer.
+/// Delivery policy of a stream when the network is slower than its writer.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Class {
-    /// The newest frame: older ones are of no use to anybody.
+    /// Only the newest frame.
     Newest,
     /// The newest frames of one instant, of all streams of this class together or not at all.
     Together,
-    /// Every frame, in order.
+    /// Reliable: every frame, in order.
     Every,
 }
 
 impl Stream {
-    /// Those of a robot with so many perspectives.
+    /// All streams of a robot with `perspectives` perspectives.
     pub fn all(perspectives: u32) -> impl Iterator<Item = Self> {
         let first = [Self::JointStates, Self::Scene, Self::Percepts];
         let beliefs = (0..perspectives).map(Self::Beliefs);
@@ -49,7 +49,7 @@ impl Stream {
         first.into_iter().chain(beliefs).chain(divergences).chain(last)
     }
 
-    /// The process that writes it.
+    /// The process that writes the stream.
     #[must_use]
     pub const fn writer(self) -> Process {
         match self {
@@ -62,7 +62,7 @@ impl Stream {
         }
     }
 
-    /// What of it is sent where not all can be.
+    /// The delivery policy.
     #[must_use]
     pub const fn class(self) -> Class {
         match self {
@@ -72,16 +72,16 @@ impl Stream {
         }
     }
 
-    /// The one whose writer tells what it knows to whoever begins to read.
+    /// The latched topic: its writer replays its knowledge to new subscribers.
     pub const RETOLD: Self = Self::Events;
 
-    /// Whether something is moved by it.
+    /// Whether frames of the stream are commands.
     #[must_use]
     pub const fn is_command(self) -> bool {
         matches!(self, Self::JointGoals | Self::TeacherActs)
     }
 
-    /// The name and the number of its topic in shared memory.
+    /// The topic name in shared memory, and its number if it has one.
     #[must_use]
     pub const fn name(self) -> (&'static str, Option<u32>) {
         match self {
@@ -98,7 +98,7 @@ impl Stream {
         }
     }
 
-    /// How the bytes of a frame are laid out: its head, and one entry.
+    /// The layouts of a frame's head and of an entry.
     #[must_use]
     pub fn kinds(self) -> [Kind; 2] {
         fn of<T: Topic<Head: Bytes, Entry: Bytes>>() -> [Kind; 2] {
@@ -118,7 +118,7 @@ impl Stream {
         }
     }
 
-    /// What it is called on the wire: a code, and the number of a topic that has one, else zero.
+    /// The code on the wire, and the topic number or zero.
     #[must_use]
     pub const fn code(self) -> (u32, u32) {
         match self {
@@ -135,7 +135,7 @@ impl Stream {
         }
     }
 
-    /// The stream of a code and a number; `None` for nonsense.
+    /// The stream of a code and a number; `None` if there is none.
     #[must_use]
     pub fn of_code(code: u32, number: u32) -> Option<Self> {
         let stream = match code {

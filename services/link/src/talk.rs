@@ -1,4 +1,4 @@
-//! One end of the link: pure, over the frames and the messages that it is told.
+//! One end of a session: pure state, driven by frames, messages and instants.
 
 use std::sync::Arc;
 
@@ -11,22 +11,22 @@ use crate::outbox::{Outbox, Place};
 use crate::window::Window;
 use crate::wire::{Bundle, Pulse};
 
-/// A pulse is sent this often, and after every bundle that came.
+/// Heartbeat period; a heartbeat also follows every received batch.
 const PULSE_EVERY: Duration = Duration::from_millis(50);
-/// Who was not heard for so long is not there.
+/// Minimum time-out of the peer.
 const SILENT_AFTER: Duration = Duration::from_millis(1500);
-/// With a way of so many seconds, silence begins later: a pulse that waits behind bundles is on its way.
+/// The time-out in round trips: a heartbeat may wait behind batches.
 const SILENT_BEYOND: u32 = 3;
 
-/// ... and so late at most: the round trip is what the other machine says.
+/// Maximum time-out: the round trip depends on what the peer reports.
 const SILENT_MOST: Duration = Duration::from_secs(10);
 
-/// One end of the link.
+/// One end of a session.
 #[derive(Debug)]
 pub struct Talk {
     life: u64,
     number: u64,
-    /// The last bundle that held frames of which every one is wanted.
+    /// Number of the last batch with reliable frames.
     said_in: u64,
     pub(crate) outbox: Outbox,
     window: Window,
@@ -36,15 +36,15 @@ pub struct Talk {
     pulse_at: Instant,
     owes_pulse: bool,
     pub(crate) hearings: u64,
-    /// Messages of a machine that is not the one that is heard.
+    /// Messages of a machine other than the connected peer.
     pub(crate) strange: u64,
-    /// Whether one came since the other machine was heard last.
+    /// Whether one was received since the last message of the peer.
     is_strange: bool,
     is_crowded: bool,
     pub(crate) round_trip: Duration,
-    /// How often somebody began to listen here to what newcomers are told once more.
+    /// Number of new local subscribers to the latched topic.
     pub(crate) joined: u64,
-    /// How often that was so on the other machine, and in which of its hearings.
+    /// The session in which the peer last reported new subscribers, and their number.
     joined_there: (u64, u64),
     owes_telling: bool,
 }
@@ -55,22 +55,21 @@ struct Peer {
     heard_at: Instant,
     sent_ns: u64,
     received_ns: u64,
-    /// Whether it was told what it needs to know the difference of the clocks: before, it takes no frames.
+    /// Whether the peer was sent what it needs to compute the clock offset. It ignores frames before that.
     is_answered: bool,
 }
 
-/// A bundle that came.
+/// A received batch.
 #[derive(Debug)]
 pub struct Came {
-    /// What of it is new.
+    /// Its new frames.
     pub new: New,
-    /// How long it was under way, and what this machine's clock is ahead of the other's by; `None` before that is
-    /// known.
+    /// Transit time, and this machine's clock minus the peer's; `None` before the offset is known.
     pub way: Option<(Duration, i64)>,
 }
 
 impl Talk {
-    /// An end that has heard nobody yet, of a life of the link process, for frames of these streams.
+    /// A session without a peer. `life` is the epoch of this process; `streams` are those that it sends.
     #[must_use]
     pub fn new(life: u64, streams: &[Stream], now: Instant) -> Self {
         Self {
@@ -95,23 +94,23 @@ impl Talk {
         }
     }
 
-    /// Whether the other machine is heard.
+    /// Whether the peer is connected.
     #[must_use]
     pub fn is_heard(&self) -> bool {
         self.peer.is_some()
     }
 
-    /// Whether two other machines were heard by turns: one of them is none of this robot's.
+    /// Whether messages of two peers alternate: one of them does not belong to this robot.
     pub(crate) fn is_crowded(&self) -> bool {
         self.is_crowded
     }
 
-    /// A frame that somebody on this machine wrote.
+    /// Queues a frame that was written on this machine.
     pub fn push(&mut self, now: Instant, stream: Stream, place: Place, bytes: Arc<[u8]>) {
         self.outbox.push(now, stream, place, bytes);
     }
 
-    /// A pulse of the other machine, heard at `at`.
+    /// Processes a heartbeat of the peer, received at `at`.
     pub fn hear_pulse(&mut self, at: Instant, pulse: &Pulse) {
         if !self.meet(at, pulse.life) {
             return;
@@ -126,21 +125,21 @@ impl Talk {
             self.offset.learn(at, &exchange);
             self.round_trip = exchange.round_trip().unwrap_or(self.round_trip);
         }
-        // Whoever listened through a silence may have missed what was given up meanwhile.
+        // Existing subscribers may have missed frames that were given up during a disconnection.
         let joined_there = (self.hearings, pulse.joined);
         self.owes_telling |= pulse.joined > 0 && joined_there != self.joined_there;
         self.joined_there = joined_there;
         if pulse.of_life == self.life {
             self.window.came(at, pulse.newest);
             self.outbox.wanted(pulse.wanted);
-            // What was said on the way was lost where a later bundle came without it.
+            // A later batch arrived without the reliable frames: they were lost.
             if pulse.newest >= self.said_in && self.outbox.awaits() {
                 self.outbox.again();
             }
         }
     }
 
-    /// A bundle of the other machine, heard at `at`; `None` where it is of yet another one.
+    /// Processes a batch received at `at`; `None` if it is from a foreign peer.
     pub fn hear_bundle(&mut self, at: Instant, bundle: Bundle) -> Option<Came> {
         if !self.meet(at, bundle.life) {
             return None;
@@ -150,24 +149,25 @@ impl Talk {
             let sent_ns = bundle.sent_ns.saturating_add_signed(ahead_ns.saturating_neg());
             (at.since(Instant::from_nanos(sent_ns)), ahead_ns.saturating_neg())
         });
-        // Without it nothing can be made of it: it comes again, or something newer.
+        // Without the offset the frames are not usable. They are sent again or replaced.
         let new = if way.is_some() { self.inbox.take(bundle) } else { New::default() };
         Some(Came { new, way })
     }
 
-    /// Whether those who listen on the other machine have yet to be told what newcomers are told; once for each time.
+    /// Whether the latched topic has to be replayed to the peer's subscribers; resets the flag.
     pub fn take_newcomers(&mut self) -> bool {
         std::mem::take(&mut self.owes_telling)
     }
 
-    /// Whether it is the other machine that is heard, of this life. The first one stays it until it is silent: a
-    /// second one with the same name would else begin everything anew with each word of either.
+    /// Whether a message is from the connected peer, which is identified by its epoch. The first peer stays
+    /// connected until it times out: otherwise a second one with the same name would reset the session with
+    /// every message.
     fn meet(&mut self, at: Instant, life: u64) -> bool {
         let patience = self.patience();
         match &mut self.peer {
             Some(peer) if peer.life == life => {
                 peer.heard_at = at;
-                // A life that ended is not heard after the one that follows it.
+                // After a restart of the peer, messages of its former epoch do not alternate with new ones.
                 self.is_crowded |= std::mem::take(&mut self.is_strange);
                 true
             }
@@ -187,7 +187,7 @@ impl Talk {
         }
     }
 
-    /// Who was not heard for longer is not there.
+    /// The current time-out of the peer.
     fn patience(&self) -> Duration {
         SILENT_AFTER.max(self.round_trip.min(SILENT_MOST) * SILENT_BEYOND).min(SILENT_MOST)
     }
@@ -197,7 +197,7 @@ impl Talk {
         self.outbox.again();
     }
 
-    /// Notes who has not been heard for too long.
+    /// Checks the time-outs of the peer and of unacknowledged batches.
     pub fn listen(&mut self, now: Instant) {
         let patience = self.patience();
         if self.peer.is_some_and(|peer| now.since(peer.heard_at) > patience) {
@@ -209,7 +209,7 @@ impl Talk {
         }
     }
 
-    /// The pulse to be sent now, if one is due.
+    /// The heartbeat to send now, if one is due.
     pub fn pulse(&mut self, now: Instant) -> Option<Pulse> {
         if now < self.pulse_at && !self.owes_pulse {
             return None;
@@ -225,7 +225,7 @@ impl Talk {
         Some(Pulse { life, sent_ns, asked_ns, heard_ns, of_life, newest, wanted, joined })
     }
 
-    /// The bundle to be sent now, if there is anything to send and the network has room for it.
+    /// The batch to send now, if there are frames and the window has room.
     pub fn bundle(&mut self, now: Instant) -> Option<Bundle> {
         if !self.peer.is_some_and(|peer| peer.is_answered) || !self.window.has_room() {
             return None;

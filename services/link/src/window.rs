@@ -1,29 +1,29 @@
-//! How much may be under way at once.
+//! Window of batches in flight.
 
 use std::collections::VecDeque;
 
 use clock::{Duration, Instant};
 use quantity::number::{float_of_count, floor_usize};
 
-/// As much may always be under way: a bundle or two.
+/// Minimum window in bytes: a batch or two.
 const LEAST_BYTES: usize = 48 * 1024;
-/// As much at most.
+/// Maximum window in bytes.
 const MOST_BYTES: usize = 8 * 1024 * 1024;
-/// Waiting in queues on the way, beyond the shortest round trip, that is still right.
+/// Acceptable queueing delay beyond the shortest round trip.
 const QUEUEING: Duration = Duration::from_millis(60);
-/// The shortest round trip of as many bundles counts: a way that became longer is believed in the end.
+/// Number of recent round trips for the minimum, so that a longer path is accepted in the end.
 const REMEMBERED: usize = 400;
-/// The window grows by this part of what came in time, and what share of it stays otherwise.
+/// Growth of the window as a divisor of the acknowledged bytes, and the factor by which it shrinks.
 const GROWS_PART: usize = 4;
 const STAYS: f64 = 0.7;
-/// What is not heard of for so many round trips, and for as long at least, is lost.
+/// Loss time-out: this many times the longest recent round trip, and its minimum.
 const PATIENCE: u32 = 4;
 const PATIENCE_LEAST: Duration = Duration::from_millis(500);
 
-/// The bundles under way, and the room for more.
+/// Congestion window of batches in flight.
 ///
-/// It follows the delay, as LEDBAT does (RFC 6817): while what is sent waits nowhere, more may be under way, and
-/// when queues fill, less. So a slow network carries fewer frames, and not older ones.
+/// It follows the delay, as LEDBAT does (RFC 6817): it grows while queues are empty and shrinks when they
+/// fill. So a slow network carries fewer frames instead of older ones.
 #[derive(Clone, Debug)]
 pub(crate) struct Window {
     room: usize,
@@ -51,7 +51,7 @@ impl Window {
         }
     }
 
-    /// Whether another bundle may be sent.
+    /// Whether another batch may be sent.
     pub(crate) fn has_room(&self) -> bool {
         self.bytes < self.room
     }
@@ -61,9 +61,9 @@ impl Window {
         self.under_way.push_back(UnderWay { number, bytes, sent_at: now });
     }
 
-    /// Hears that a bundle came. Those before it came too, or never will.
+    /// Acknowledges a batch. Earlier ones have arrived too or are lost.
     pub(crate) fn came(&mut self, now: Instant, number: u64) {
-        // Room that is not used says nothing about more of it.
+        // An unused window gives no evidence for a larger one.
         let is_used = self.bytes.saturating_mul(3) >= self.room.saturating_mul(2);
         let (mut newest, mut came) = (None, 0);
         while let Some(&first) = self.under_way.front() {
@@ -82,7 +82,7 @@ impl Window {
             self.round_trips.pop_front();
         }
         if round_trip > self.shortest() + QUEUEING {
-            // Once in a round trip: what is under way was sent before it was known.
+            // At most once in a round trip: batches in flight were sent before the window shrank.
             if self.shrunk_at.is_none_or(|at| newest.sent_at >= at) {
                 self.shrunk_at = Some(now);
                 self.room = floor_usize(float_of_count(self.room) * STAYS).max(LEAST_BYTES);
@@ -92,7 +92,7 @@ impl Window {
         }
     }
 
-    /// Gives up what was not heard of for too long; whether there was any.
+    /// Resets the window after the loss time-out; returns whether anything was lost.
     pub(crate) fn give_up(&mut self, now: Instant) -> bool {
         let longest = self.round_trips.iter().max().copied().unwrap_or_default();
         let patience = (longest * PATIENCE).clamp(PATIENCE_LEAST, Duration::from_secs(5));
@@ -103,7 +103,7 @@ impl Window {
         is_lost
     }
 
-    /// Nothing is under way any more: nobody hears it, or somebody else does.
+    /// Resets the window: the peer is gone or replaced.
     pub(crate) fn clear(&mut self) {
         *self = Self { room: LEAST_BYTES, ..Self::new() };
     }
@@ -123,8 +123,9 @@ mod tests {
         Instant::from_nanos(1_000_000_000 + ms * 1_000_000)
     }
 
-    /// Plays a network that takes `way_ms` there and back and carries `per_ms` bytes in a millisecond, to a sender
-    /// that has a bundle every 5 ms: how many came in the last of ten seconds, and how old they were then.
+    /// Simulates a network with a round trip of `way_ms` and a rate of `per_ms` bytes per millisecond. The
+    /// sender has a batch every 5 ms. Returns how many arrived in the last second of ten, and their greatest
+    /// age in milliseconds.
     fn play(way_ms: u64, per_ms: usize) -> (usize, u64) {
         let mut window = Window::new();
         let mut queue = VecDeque::<(u64, u64, usize)>::new();

@@ -1,7 +1,7 @@
-//! What two link processes say to each other, in bytes: numbers of eight bytes, little-endian, then frames.
+//! Wire format of the link: 8-byte little-endian numbers, then frames.
 //!
-//! Whatever comes is an allegation: what is too short, too long, of another version or of another robot is none of
-//! these, and nothing is made of it.
+//! Input is untrusted. A message that is too short, too long, of another version or of an incompatible robot
+//! is refused as a whole.
 
 use std::sync::Arc;
 
@@ -9,45 +9,45 @@ use crate::Stream;
 use crate::agreement::{Agreement, Disagreement, NUMBERS};
 use crate::offset::Exchange;
 
-/// The version of what follows the first number of every message.
+/// Version of the format after the first number of a message.
 pub(crate) const LANGUAGE: u64 = 2;
-/// That number: "LEOLINK", and the version.
+/// The first number of a message: "LEOLINK" and the protocol version.
 const MAGIC: u64 = u64::from_be_bytes(*b"LEOLINK\0") | LANGUAGE;
-/// Frames that a bundle holds at most.
+/// Maximum number of frames in a batch.
 const FRAMES_MOST: usize = 1024;
 
-/// A frame under way.
+/// A frame in transit.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Frame {
-    /// What it is of.
+    /// Its stream.
     pub stream: Stream,
-    /// Its head, then its entries; the instants are those of the sender's clock.
+    /// Head, then entries; timestamps are of the sender's clock.
     pub bytes: Arc<[u8]>,
 }
 
-/// Says that a link process lives, what it has heard, and what time it is there.
+/// Heartbeat: the sender's epoch, its acknowledgements, and timestamps for the clock offset.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Pulse {
-    /// The sender's life.
+    /// Epoch of the sender.
     pub life: u64,
-    /// When it was sent.
+    /// Send time.
     pub sent_ns: u64,
-    /// When the other machine's newest pulse was sent, by its clock; zero before the first.
+    /// Send time of the peer's newest heartbeat, by the peer's clock; zero before the first.
     pub asked_ns: u64,
-    /// When that was heard here.
+    /// When that heartbeat was received here.
     pub heard_ns: u64,
-    /// Whose bundles the following is about: the life that the other machine said it has.
+    /// Epoch of the peer whose batches are acknowledged.
     pub of_life: u64,
-    /// The number of the newest bundle that came; zero before the first.
+    /// Number of the newest batch received; zero before the first.
     pub newest: u64,
-    /// The number of the frame that is to come next, of those of which every one is wanted.
+    /// Number of the next reliable frame expected.
     pub wanted: u64,
-    /// How often somebody began to listen there to a topic whose writer tells newcomers what they missed.
+    /// Number of new subscribers to the latched topic on the sender's machine.
     pub joined: u64,
 }
 
 impl Pulse {
-    /// What it says about the two clocks, heard `now_ns`, to whom asked the first of it.
+    /// The clock exchange of a heartbeat received at `now_ns`; `None` if it answers no heartbeat.
     #[must_use]
     pub fn exchange(&self, now_ns: u64) -> Option<Exchange> {
         (self.asked_ns != 0).then_some(Exchange {
@@ -62,29 +62,29 @@ impl Pulse {
 /// Frames that are sent together.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Bundle {
-    /// The sender's life.
+    /// Epoch of the sender.
     pub life: u64,
-    /// Counts the bundles of this life from one, without gaps.
+    /// Sequence number of the batch in this epoch, from one, without gaps.
     pub number: u64,
-    /// When it was sent.
+    /// Send time.
     pub sent_ns: u64,
-    /// The number of the oldest frame that can still be sent, of those of which every one is wanted.
+    /// Number of the oldest reliable frame that can still be sent.
     pub oldest: u64,
-    /// The number of the first of these in this bundle.
+    /// Number of the first reliable frame in this batch.
     pub first: u64,
-    /// How many of the frames are such, the last ones.
+    /// Number of reliable frames; they are the last ones in `frames`.
     pub numbered: usize,
     /// The frames.
     pub frames: Vec<Frame>,
 }
 
-/// Why bytes are no message.
+/// A message cannot be decoded.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum Nonsense {
-    /// They are none.
+    /// The bytes are malformed.
     #[error("what came from the other machine is no message of a link")]
     NoMessage,
-    /// They are of somebody who means something else by them.
+    /// The sender is incompatible.
     #[error("{0}")]
     Disagreement(Disagreement),
 }
@@ -141,7 +141,7 @@ fn put(numbers: &[u64], out: &mut Vec<u8>) {
     numbers.iter().for_each(|number| out.extend_from_slice(&number.to_le_bytes()));
 }
 
-/// What every message begins with.
+/// The first part of every message.
 fn begun(agreement: Agreement, size: usize) -> Vec<u8> {
     let mut bytes = Vec::with_capacity(8 * (1 + NUMBERS) + size);
     put(&[MAGIC], &mut bytes);
@@ -154,7 +154,7 @@ fn wide(size: usize) -> u64 {
 }
 
 impl Pulse {
-    /// Its bytes.
+    /// Encodes the heartbeat.
     #[must_use]
     pub fn to_bytes(&self, agreement: Agreement) -> Vec<u8> {
         let Self { life, sent_ns, asked_ns, heard_ns, of_life, newest, wanted, joined } = *self;
@@ -163,11 +163,11 @@ impl Pulse {
         bytes
     }
 
-    /// The pulse of these bytes.
+    /// Decodes a heartbeat.
     ///
     /// # Errors
     ///
-    /// They are none, or of somebody who means something else by them.
+    /// [`Nonsense`] if the bytes are malformed or the sender is incompatible.
     pub fn of_bytes(bytes: &[u8], agreement: Agreement) -> Result<Self, Nonsense> {
         let mut numbers = Numbers(bytes);
         numbers.begin(agreement)?;
@@ -188,7 +188,7 @@ impl Pulse {
 }
 
 impl Bundle {
-    /// Its bytes.
+    /// Encodes the batch.
     #[must_use]
     pub fn to_bytes(&self, agreement: Agreement) -> Vec<u8> {
         let Self { life, number, sent_ns, oldest, first, numbered, ref frames } = *self;
@@ -203,11 +203,11 @@ impl Bundle {
         bytes
     }
 
-    /// The bundle of these bytes.
+    /// Decodes a batch.
     ///
     /// # Errors
     ///
-    /// They are none, or of somebody who means something else by them.
+    /// [`Nonsense`] if the bytes are malformed or the sender is incompatible.
     pub fn of_bytes(bytes: &[u8], agreement: Agreement) -> Result<Self, Nonsense> {
         let mut numbers = Numbers(bytes);
         numbers.begin(agreement)?;
@@ -287,7 +287,7 @@ mod tests {
             other.to_string().contains("version 7 of the language of links, and this one version 2"),
             "{other}"
         );
-        // However short it is.
+        // Even if the rest is missing.
         assert_eq!(Pulse::of_bytes(&bytes[..8], agreement()), Err(other));
         bytes[1] = 0;
         assert_eq!(Pulse::of_bytes(&bytes, agreement()), Err(Nonsense::NoMessage));
@@ -318,7 +318,7 @@ mod tests {
             if let Some(byte) = bytes.get_mut(place) {
                 *byte = value;
             }
-            // Any outcome but a panic.
+            // Any result is fine; a panic is not.
             let _either = Bundle::of_bytes(&bytes, agreement());
             let _either = Bundle::of_bytes(&more, agreement());
             let _either = Pulse::of_bytes(&more, agreement());

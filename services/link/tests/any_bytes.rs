@@ -1,4 +1,4 @@
-//! What comes from the network is an allegation: whatever it says, the link goes on, and what it publishes is sound.
+//! Robustness: whatever bytes come from the network, the link keeps running and publishes only valid frames.
 
 mod bytes;
 

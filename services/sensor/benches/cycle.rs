@@ -1,5 +1,5 @@
-//! What a cycle of the sensor process's core costs, of a source in the base frame and of one in a
-//! frame of its own: `cargo bench -p sensor-process`.
+//! Benchmark of the sensor process's core, for a source in the base frame and one with its own frame: `cargo
+//! bench -p sensor-process`.
 
 #![expect(
     clippy::print_stdout,

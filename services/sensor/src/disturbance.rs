@@ -4,25 +4,25 @@ use message::{Observation, Perceived};
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{Rng as _, SeedableRng as _};
 
-/// How late a delayed percept is where nothing is said.
+/// Default delay of a delayed percept.
 const DELAY: Duration = Duration::from_millis(50);
 
-/// Puts faults into what was perceived, on purpose. After [`new`](Self::new) it allocates nothing.
+/// Injects the percept faults of a campaign. Allocates only in [`new`](Self::new).
 #[derive(Clone, Debug)]
 pub struct Disturbance {
     faults: Vec<PerceptFault>,
     chance: ChaCha8Rng,
     begun_at: Option<Instant>,
-    /// What this frame says, and what the one before it said.
+    /// The current frame and the previous one.
     frame: Vec<Perceived>,
     before: Vec<Perceived>,
-    /// What comes later, and when.
+    /// Delayed percepts with their due times.
     late: Vec<(Instant, Perceived)>,
     capacity: usize,
 }
 
 impl Disturbance {
-    /// Of frames with at most so many percept snapshots.
+    /// Returns an injector for frames of at most `capacity` percept snapshots.
     #[must_use]
     pub fn new(faults: &[PerceptFault], seed: u64, capacity: usize) -> Self {
         Self {
@@ -36,7 +36,7 @@ impl Disturbance {
         }
     }
 
-    /// What becomes of a frame.
+    /// Returns the frame with the active faults applied.
     pub fn disturb(&mut self, now: Instant, perceived: impl Iterator<Item = Perceived>) -> &[Perceived] {
         let begun_at = *self.begun_at.get_or_insert(now);
         std::mem::swap(&mut self.frame, &mut self.before);
@@ -137,7 +137,7 @@ mod tests {
         Perceived { observation, snapshot: Snapshot::default() }
     }
 
-    /// Who is in each of so many frames of four.
+    /// The entries in each of `count` frames of four.
     fn frames(disturbance: &mut Disturbance, count: u64) -> Vec<Vec<u16>> {
         let at = |frame| Instant::from_nanos(frame * 5_000_000);
         (0..count)

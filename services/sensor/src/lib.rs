@@ -1,7 +1,7 @@
-//! Sensor process: acquires observations, publishes the percept buffer. Hot path.
+//! Sensor process: acquires observations and publishes percept snapshots. Hot path.
 //!
-//! The core is [`Sensor`]: it judges what the sources report, brings it into the robot's base
-//! frame, and perceives. It reads no clock, opens nothing, and after `new` allocates nothing.
+//! The core is [`Sensor`]: it validates the sources' reports, transforms them into the robot's base frame,
+//! and perceives. It reads no clock, does no I/O, and allocates only in `new`.
 
 mod disturbance;
 mod io;

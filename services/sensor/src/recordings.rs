@@ -6,52 +6,53 @@ use trace::{Playback, PlaybackError};
 
 use crate::Sensor;
 
-/// No source reports more often: `rate_hz` in `leo.toml` goes up to 10 kHz.
+/// Minimum mean interval of a trace's frames: `rate_hz` in `leo.toml` is at most 10 kHz.
 const GAP_LEAST: Duration = Duration::from_micros(100);
-/// So many frames of a trace are looked at in one cycle. Of more only the newest is, and the others are counted.
+/// Maximum number of a trace's frames examined in one cycle. With more, only the newest is used and the rest
+/// is counted.
 const FRAMES_MOST: usize = 100;
 
-/// Why a source of the kind `"trace"` cannot be played.
+/// A source of kind `"trace"` cannot be played.
 #[derive(Debug, thiserror::Error)]
 #[error("the source `{name}` cannot be played: {reason}")]
 pub struct Unplayable {
-    /// The source.
+    /// Name of the source.
     pub name: String,
-    /// What is wrong with its trace.
+    /// The cause.
     pub reason: Reason,
 }
 
-/// What is wrong with a trace that cannot be played.
+/// Reason why a trace cannot be played.
 #[derive(Debug, thiserror::Error)]
 pub enum Reason {
-    /// It cannot be read, or there is nothing to play in it.
+    /// It cannot be read, or has no playable frame.
     #[error(transparent)]
     Playback(#[from] PlaybackError),
-    /// Its frames come in no time.
+    /// The mean interval of its frames is below the minimum.
     #[error(
         "the frames of {} are {gap:?} apart on an average, and no source reports that often: `at_ns` and \
          `observed_at_ns` count nanoseconds (5 ms are 5000000)",
         file.display()
     )]
     TooDense {
-        /// The trace.
+        /// Path of the trace.
         file: PathBuf,
-        /// From one frame to the next.
+        /// Mean interval of its frames.
         gap: Duration,
     },
 }
 
-/// Reads the trace of every source that is one, to its end, as the sensor process will.
+/// Reads the traces of all trace sources to the end, as the sensor process will.
 ///
 /// # Errors
 ///
-/// One of them cannot be played.
+/// [`Unplayable`] for the first source that cannot be played.
 pub fn check_traces(sources: &[Source]) -> Result<(), Unplayable> {
     Recordings::open(sources).map(drop)
 }
 
-/// The sources that are traces. Read whole before the first cycle: playing one opens, reads and
-/// allocates nothing.
+/// The trace sources. They are read whole before the first cycle, so that playing neither does I/O nor
+/// allocates.
 pub(crate) struct Recordings(Vec<Recording>);
 
 struct Recording {
@@ -77,7 +78,7 @@ impl Recordings {
         traces.map(open).collect::<Result<_, _>>().map(Self)
     }
 
-    /// Says what of the traces is not played.
+    /// Logs which parts of the traces are not played.
     pub(crate) fn tell(&self, sources: &[Source]) {
         for Recording { source, playback, .. } in &self.0 {
             let source = sources.get(*source).map_or("", |source| &source.name);
@@ -91,9 +92,9 @@ impl Recordings {
         }
     }
 
-    /// Gives the sensor what is due in the cycle of `now`. All traces begin in the first one, half a
-    /// `period` after it: the instants of a trace of the sensor's own rate then lie between the
-    /// cycles, and one comes to each though no cycle begins to the nanosecond.
+    /// Passes to the sensor what is due in the cycle at `now`. All traces start half a `period` after the
+    /// first cycle. So the frames of a trace at the sensor's rate fall between the cycles, and each cycle
+    /// gets one despite jitter.
     pub(crate) fn play(&mut self, now: Instant, period: Duration, sensor: &mut Sensor) {
         for Recording { source, playback, has_started, .. } in &mut self.0 {
             if !std::mem::replace(has_started, true) {
@@ -113,7 +114,7 @@ impl Recordings {
         }
     }
 
-    /// A source that has ended and of which that was not said yet.
+    /// A source that has ended and was not reported yet.
     pub(crate) fn ended(&mut self) -> Option<usize> {
         let ended = |recording: &&mut Recording| recording.playback.has_ended() && !recording.end_is_told;
         let recording = self.0.iter_mut().find(ended)?;
@@ -131,7 +132,7 @@ mod tests {
 
     use super::*;
 
-    /// A trace of empty frames at these instants, as a source that is repeated.
+    /// A repeated trace of empty frames at these timestamps.
     fn source(folder: &Path, instants_ns: impl Iterator<Item = u64>) -> Source {
         let file = folder.join("a.jsonl");
         let frames =

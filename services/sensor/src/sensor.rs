@@ -8,43 +8,42 @@ use quantity::number::{saturating_u32, single};
 
 use crate::source::Source;
 
-/// Why nothing can be sensed.
+/// The sensor cannot be created.
 #[derive(Debug, thiserror::Error)]
 pub enum Unsensing {
     /// The percepts cannot be evaluated.
     #[error(transparent)]
     Percepts(#[from] Unperceivable),
-    /// A source's frame is none.
+    /// A source's frame is no valid pose.
     #[error("the frame of the source `{name}` is no pose")]
     Frame {
-        /// The source.
+        /// Name of the source.
         name: String,
     },
-    /// There are more sources than can be told apart.
+    /// There are more than [`MAX_SOURCES`] sources.
     #[error("{sources} sources are too many: at most {most} can be told apart", most = MAX_SOURCES)]
     Sources {
-        /// The number asked for.
+        /// Configured number of sources.
         sources: usize,
     },
 }
 
-/// What is to be told of a source.
+/// A change of a source's state that should be reported.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum News {
-    /// Something it reported was lost, for the first time for this reason.
+    /// The first loss for this reason.
     Lost(Loss),
-    /// Nothing has been heard of it for longer than its rate lets expect.
+    /// No frame for longer than the configured rate allows.
     Silent,
-    /// It is heard again.
+    /// Frames arrive again after a silence.
     Heard,
 }
 
-/// The core of the sensor process: which observations of this cycle enter the percept buffer, and
-/// what the robot perceives in each (Berlin et al. 2006, Eq. 1 and 2).
+/// The core of the sensor process: validates the observations of a cycle and perceives them (Berlin et al.
+/// 2006, Eq. 1 and 2).
 ///
-/// What a source reports is an allegation. Here it is judged: what is nonsense is refused and
-/// counted by its reason, and what is left is brought into the robot's base frame and bears the
-/// number of the source that it came from. Allocates in `new` alone.
+/// Reports of sources are untrusted. Invalid ones are refused and counted by reason. Valid ones are
+/// transformed into the robot's base frame and get the number of their source. Allocates only in `new`.
 ///
 /// ```
 /// use clock::Instant;
@@ -79,16 +78,17 @@ pub struct Sensor {
 }
 
 impl Sensor {
-    /// A sensor of these sources, for frames of at most `capacity` observations.
+    /// Returns a sensor of these sources, for frames of at most `capacity` observations.
     ///
     /// # Errors
     ///
-    /// The percepts cannot be evaluated, or a source cannot be.
+    /// [`Unsensing`] if the percepts cannot be evaluated, a source's frame is no pose, or there are too many
+    /// sources.
     pub fn new(percepts: &Percepts, sources: &[leo::Source], capacity: usize) -> Result<Self, Unsensing> {
         Self::with_own(percepts, &Own::new(), sources, capacity)
     }
 
-    /// The same with the program's own percepts.
+    /// As [`Self::new`], with plug-in percepts.
     ///
     /// # Errors
     ///
@@ -125,34 +125,33 @@ impl Sensor {
         self.sources.iter_mut().for_each(Source::begin);
     }
 
-    /// Takes note of a frame of a source, in the order of their coming. Whether it may be taken:
-    /// the newest one of the cycle is.
+    /// Records the header of a received frame, in order of arrival. Returns whether the frame may be taken;
+    /// only the newest of a cycle is used.
     pub fn note(&mut self, source: usize, header: &Header) -> bool {
         self.sources.get_mut(source).is_some_and(|source| source.note(header))
     }
 
-    /// Takes the frame of a source that was noted last in this cycle. It is refused whole where
-    /// its times cannot be; else its sound observations are taken, as many as there is room for.
+    /// Takes the last recorded frame of a source. A frame with invalid timestamps is refused as a whole. Of
+    /// the others, valid observations are taken up to the capacity.
     pub fn take(&mut self, source: usize, header: &Header, observations: &[Observation]) {
         if let Some(source) = self.sources.get_mut(source) {
             source.take(self.now, header, observations);
         }
     }
 
-    /// Counts a frame of a source, or an observation, that was lost before it came here.
+    /// Counts a frame or observation that was lost before it reached the sensor.
     pub fn lose(&mut self, source: usize, loss: Loss) {
         if let Some(source) = self.sources.get_mut(source) {
             source.lose(loss, 1);
         }
     }
 
-    /// Ends the cycle; gives the head of the percept buffer.
+    /// Ends the cycle and returns the head of the percept frame.
     ///
-    /// It speaks about the newest instant that a source observed in this cycle, with the stamp of
-    /// that source, and says how many observations were left out for lack of room, by all sources
-    /// and here, and which sources looked. A source of which anything was left out did not: what is not
-    /// among its observations may be what there was no room for. Where no source had anything new, it speaks
-    /// about `now`: time passes for the beliefs, and nothing is taken to have vanished.
+    /// Its timestamp and hop stamp are those of the newest frame of this cycle, or `now` without one. It has
+    /// the number of observations left out for lack of capacity, by the sources and here. `looked` has the
+    /// sources that delivered a complete frame. A source with left-out observations does not count, since a
+    /// missing observation may be one of them.
     pub fn end(&mut self) -> PerceptHead {
         self.share_out();
         for source in &mut self.sources {
@@ -167,8 +166,8 @@ impl Sensor {
         PerceptHead::new(header, looked.map(|(number, _)| SourceSet::of(number)).collect())
     }
 
-    /// Where there are more observations than room, every source is sure of an equal share of it,
-    /// and the first ones get what others leave: a source that floods crowds out nobody's share.
+    /// Distributes the capacity if there are too many observations. Each source is guaranteed an equal share;
+    /// what is left goes to the first ones. A flooding source cannot displace another's share.
     fn share_out(&mut self) {
         let share = self.capacity / self.sources.len().max(1);
         let claim = |source: &Source| source.observations().len().min(share);
@@ -181,20 +180,19 @@ impl Sensor {
         }
     }
 
-    /// How many observations of the cycle enter the percept buffer.
+    /// Number of observations of this cycle that enter the percept frame.
     #[must_use]
     pub fn len(&self) -> usize {
         self.sources.iter().map(|source| source.observations().len()).sum()
     }
 
-    /// Whether none does.
+    /// Whether there are none.
     #[must_use]
     pub fn is_empty(&self) -> bool {
         self.len() == 0
     }
 
-    /// The entries of the percept buffer, source by source: each observation with what the robot
-    /// perceives in it, its percept snapshot (Eq. 2).
+    /// The entries of the percept frame, by source: each observation with its percept snapshot (Eq. 2).
     pub fn perceived(&self) -> impl Iterator<Item = Perceived> {
         let observations = self.sources.iter().flat_map(Source::observations);
         observations.map(|observation| Perceived {
@@ -203,7 +201,7 @@ impl Sensor {
         })
     }
 
-    /// What was lost of all sources' reports, by the number of the [`Loss`].
+    /// Losses of all sources, indexed by [`Loss`].
     #[must_use]
     pub fn losses(&self) -> [u64; LOSSES] {
         let mut losses = [0_u64; LOSSES];
@@ -215,7 +213,7 @@ impl Sensor {
         losses
     }
 
-    /// What became of what each source reported.
+    /// Health of each source.
     #[must_use]
     pub fn sources(&self) -> Sources {
         let mut sources =
@@ -226,8 +224,7 @@ impl Sensor {
         sources
     }
 
-    /// Something to be told of a source that was not told yet, with the source's number. Each loss
-    /// is told once, when it first happens.
+    /// The next unreported change of a source, with the source's number. Each kind of loss is reported once.
     pub fn news(&mut self) -> Option<(usize, News)> {
         self.sources.iter_mut().enumerate().find_map(|(number, source)| {
             let turned = source.turn().map(|silent| if silent { News::Silent } else { News::Heard });

@@ -5,54 +5,53 @@ use message::{
 };
 use quantity::number::single;
 
-/// A source may be ahead of the cycle by so much: what it sends while the cycle begins is later
-/// than the cycle's instant.
+/// Tolerance for timestamps ahead of the cycle: a frame may be sent after the cycle's instant.
 const AHEAD: Duration = Duration::from_millis(100);
-/// What is older than this says nothing of the present.
+/// Maximum age of a timestamp.
 const BEHIND: Duration = Duration::from_secs(10);
-/// More frames than this are not lost between two: a number that says so is a lie.
+/// Maximum plausible gap between two sequence numbers.
 const GAP_MOST: u64 = 1 << 20;
-/// Periods without a frame after which a source is silent, and the least time without.
+/// Periods without a frame after which a source is silent, and the minimum time.
 const SILENT_PERIODS: u32 = 3;
 const SILENT_LEAST: Duration = Duration::from_millis(100);
-/// A source that was silent is heard again when it has not been silent for so long: one that is a
-/// little slower than expected is told to be silent once, and not with every frame.
+/// Minimum time without silence before a source is reported as heard again. A slightly slow source is thus
+/// reported once and not at every frame.
 const SETTLED: Duration = Duration::from_secs(1);
 
-/// Agents whose perspective somebody can take, the robot among them.
+/// Number of agents that can have a perspective, the robot included.
 const PERSONS: usize = PERSPECTIVES_MOST as usize;
-/// There is a bit for every loss.
+/// The losses must fit into the bit mask.
 const _: () = assert!(LOSSES <= 32);
 
-/// One sensory source: what is known of it, and what it reports in this cycle.
+/// One sensory source: its state and its reports of this cycle.
 ///
-/// Allocates in `new` alone.
+/// Allocates only in `new`.
 #[derive(Clone, Debug)]
 pub(crate) struct Source {
     number: u16,
     x_base_source: Option<Pose<Base, geometry::Source>>,
     confidence: f32,
     silent_after: Option<Duration>,
-    /// Life and number of its last frame.
+    /// Incarnation and sequence number of the last frame.
     last: Option<(u64, u64)>,
-    /// Whether a frame of this cycle waits to be taken.
+    /// Whether a frame of this cycle is waiting to be taken.
     waits: bool,
-    /// The instant of its newest frame that was taken.
+    /// Timestamp of the newest taken frame.
     valid_at: Option<Instant>,
-    /// The newest instant that it observed in all frames that were taken.
+    /// Newest observation timestamp in all taken frames.
     observed_at: Option<Instant>,
     heard_at: Option<Instant>,
-    /// When it was silent last.
+    /// Last time at which it was silent.
     silent_at: Instant,
-    /// What it reports in this cycle: the header of its frame, and the sound observations in the
-    /// robot's base frame.
+    /// The reports of this cycle: the header of the frame, and the valid observations in the robot's base
+    /// frame.
     header: Option<Header>,
     observations: Vec<Observation>,
-    /// Of each agent when he was observed last, if he was.
+    /// Last observation time of each agent, if any.
     persons: Box<[Option<Instant>; PERSONS]>,
     capacity: usize,
     health: SourceHealth,
-    /// Losses that have happened and were not told yet, one bit each.
+    /// Unreported first losses, one bit each.
     untold: u32,
     told_silent: bool,
     turn: Option<bool>,
@@ -96,7 +95,8 @@ impl Source {
         self.waits = false;
     }
 
-    /// A frame has come. Whether it may be taken, if none comes after it in this cycle.
+    /// Records the header of a received frame. Returns whether the frame may be taken unless a newer one
+    /// follows.
     pub(crate) fn note(&mut self, header: &Header) -> bool {
         if std::mem::replace(&mut self.waits, false) {
             self.lose(Loss::Overtaken, 1);
@@ -118,10 +118,10 @@ impl Source {
         self.waits
     }
 
-    /// Takes the newest frame of the cycle that begins at `now`.
+    /// Takes the newest frame of the cycle at `now`.
     pub(crate) fn take(&mut self, now: Instant, header: &Header, entries: &[Observation]) {
         self.waits = false;
-        // It lies in its writer's memory: what is judged shall be what is used.
+        // Copied from the writer's memory, so that the validated value is the used one.
         let header = *header;
         let valid_at = Instant::from_nanos(header.valid_at_ns);
         let stamped_at = header.passed(Hop::Observed).map(Instant::from_nanos);
@@ -136,7 +136,7 @@ impl Source {
         self.health.heard_at_ns = now.as_nanos();
         self.health.frames += 1;
         let mut newest = self.observed_at;
-        // However many there are, no more are looked at than there is room for.
+        // At most `room` entries are examined, however many there are.
         let room = self.capacity.saturating_sub(self.observations.len());
         for entry in entries.iter().take(room) {
             match self.judge(now, *entry) {
@@ -161,8 +161,8 @@ impl Source {
         self.header = Some(taken);
     }
 
-    /// Whether it is of a person who was observed at the same instant already, and not later yet: of what is older than
-    /// the newest of somebody nothing is made. Whoever has a higher number than an agent is nobody's partner.
+    /// Whether the newest observation of this person has the same timestamp. Older observations are accepted
+    /// and do not update the newest. Partner numbers beyond the last agent are ignored.
     fn is_twice(&mut self, observation: &Observation) -> bool {
         let is_person = observation.kind() == Some(ObservationKind::Person);
         let newest = self.persons.get_mut(usize::from(observation.partner)).filter(|_| is_person);
@@ -174,7 +174,7 @@ impl Source {
         })
     }
 
-    /// The observation as the robot makes it, from this source, in its base frame.
+    /// Validates an observation of this source and transforms it into the robot's base frame.
     fn judge(&self, now: Instant, alleged: Observation) -> Result<Observation, Loss> {
         if let Some(loss) = alleged.fault() {
             return Err(loss);
@@ -194,11 +194,11 @@ impl Source {
             observation.position_m = x_base_thing.position_m().map(single);
             observation.orientation_xyzw = x_base_thing.orientation_xyzw().map(single);
         }
-        // Within reach of the source may be out of reach of the robot.
+        // A valid source position may be out of range in the base frame.
         observation.fault().map_or(Ok(observation), Err)
     }
 
-    /// Ends the cycle that began at `now`: whether the source is silent.
+    /// Ends the cycle at `now` and updates whether the source is silent.
     pub(crate) fn end(&mut self, now: Instant) {
         let entered = u64::try_from(self.observations.len()).unwrap_or(0);
         self.health.observations = self.health.observations.saturating_add(entered);
@@ -215,7 +215,7 @@ impl Source {
         }
     }
 
-    /// Counts what was lost.
+    /// Counts losses.
     pub(crate) fn lose(&mut self, loss: Loss, count: u64) {
         let Some(slot) = self.health.losses.get_mut(usize::from(loss.raw())) else { return };
         if *slot == 0 && count > 0 {
@@ -224,14 +224,14 @@ impl Source {
         *slot = slot.saturating_add(count);
     }
 
-    /// A reason for which something was lost for the first time, and was not told yet.
+    /// A first loss that was not reported yet.
     pub(crate) fn first_loss(&mut self) -> Option<Loss> {
         let loss = Loss::ALL.iter().copied().find(|loss| self.untold & (1 << loss.raw()) != 0)?;
         self.untold &= !(1 << loss.raw());
         Some(loss)
     }
 
-    /// Whether it has fallen silent, or is heard again, and that was not told yet.
+    /// The unreported change to silent (`true`) or heard (`false`), if any.
     pub(crate) fn turn(&mut self) -> Option<bool> {
         self.turn.take()
     }
@@ -244,7 +244,7 @@ impl Source {
         &self.observations
     }
 
-    /// Leaves out all but the first `room` observations of this cycle.
+    /// Keeps the first `room` observations of this cycle and counts the rest as left out.
     pub(crate) fn keep(&mut self, room: usize) {
         let beyond = self.observations.len().saturating_sub(room);
         self.observations.truncate(room);
@@ -255,13 +255,13 @@ impl Source {
         }
     }
 
-    /// What became of what it reported.
+    /// Health of the source.
     pub(crate) fn health(&self) -> &SourceHealth {
         &self.health
     }
 }
 
-/// Whether an instant that a source alleges is of the present.
+/// Checks that a source's timestamp is near the present.
 fn when(now: Instant, alleged: Instant) -> Result<(), Loss> {
     if alleged.since(now) > AHEAD {
         Err(Loss::Future)

@@ -1,5 +1,4 @@
-//! What a source reports is an allegation: whatever it says, the core goes on, and what it gives
-//! away is sound.
+//! Robustness: whatever the sources send, the sensor keeps running and its output is valid.
 
 mod bytes;
 

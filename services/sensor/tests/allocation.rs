@@ -1,4 +1,4 @@
-//! The hot path of the sensor process allocates nothing, whatever its sources send.
+//! The sensor's hot path allocates nothing, whatever its sources send.
 
 use std::path::Path;
 

@@ -4,23 +4,23 @@ use nalgebra::Isometry3;
 use crate::Link;
 use crate::tree::{Step, Tree};
 
-/// Joints of an arm, from the shoulder to the wrist.
+/// Number of joints of an arm, from the shoulder to the wrist.
 pub const ARM_JOINTS: usize = 7;
 
 /// A side of the body; left is +y.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Side {
-    /// The body's own left.
+    /// The robot's left.
     Left,
-    /// The body's own right.
+    /// The robot's right.
     Right,
 }
 
 impl Side {
-    /// Both, left first.
+    /// Both sides, left first.
     pub const BOTH: [Self; 2] = [Self::Left, Self::Right];
 
-    /// The word that names of its joints begin with.
+    /// The prefix of the names of its joints.
     #[must_use]
     pub const fn name(self) -> &'static str {
         match self {
@@ -37,110 +37,109 @@ impl Side {
     }
 }
 
-/// What the URDF says of a revolute joint.
+/// A revolute joint of the URDF.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Joint {
-    /// Its name.
+    /// Name of the joint.
     pub name: String,
-    /// Lowest position, in radians.
+    /// Lower limit, in radians.
     pub lower_rad: f64,
-    /// Highest position, in radians.
+    /// Upper limit, in radians.
     pub upper_rad: f64,
-    /// Highest speed, in radians per second.
+    /// Maximum speed, in radians per second.
     pub velocity_rad_s: f64,
 }
 
 impl Joint {
-    /// The position, or the limit that it exceeds; the limits are never NaN or crossed, and a
-    /// position that is NaN becomes the lower one.
+    /// Clamps a position to the limits; NaN becomes the lower limit.
     #[must_use]
     pub fn limited(&self, position_rad: f64) -> f64 {
         position_rad.max(self.lower_rad).min(self.upper_rad)
     }
 }
 
-/// Why a URDF is not a body of ours.
+/// A URDF is not a valid body.
 #[derive(Debug, thiserror::Error)]
 pub enum BodyError {
-    /// It is not a URDF.
+    /// The text is no URDF.
     #[error("not a URDF: {source}")]
     Urdf {
-        /// What the reader said.
+        /// The parser's error.
         source: urdf_rs::UrdfError,
     },
-    /// A joint that was asked for is not in it.
+    /// A joint of the list is not in the URDF.
     #[error("no revolute joint `{joint}` in the URDF; the names there and in motor.toml must be the same")]
     MissingJoint {
-        /// Its name.
+        /// Name of the joint.
         joint: String,
     },
-    /// A joint in it was not asked for.
+    /// A movable joint of the URDF is not in the list.
     #[error("the URDF's joint `{joint}` moves and has no servo; add it to motor.toml or make it fixed")]
     UnlistedJoint {
-        /// Its name.
+        /// Name of the joint.
         joint: String,
     },
-    /// Limits that are crossed, or no numbers, or no speed.
+    /// The limits are crossed or not finite, or the maximum speed is not positive.
     #[error("joint `{joint}`: lower {lower_rad}, upper {upper_rad}, velocity {velocity_rad_s} are no limits")]
     Limits {
-        /// The joint.
+        /// Name of the joint.
         joint: String,
-        /// Lowest position, in radians.
+        /// Lower limit, in radians.
         lower_rad: f64,
-        /// Highest position, in radians.
+        /// Upper limit, in radians.
         upper_rad: f64,
-        /// Highest speed, in radians per second.
+        /// Maximum speed, in radians per second.
         velocity_rad_s: f64,
     },
-    /// A joint's axis has no direction.
+    /// The axis of a joint has no length.
     #[error("joint `{joint}`: its axis has no length")]
     NoAxis {
-        /// The joint.
+        /// Name of the joint.
         joint: String,
     },
-    /// A joint joins a link that is not there.
+    /// A joint names an unknown link.
     #[error("joint `{joint}` joins a link `{link}`, which is not in the URDF")]
     UnknownLink {
-        /// The joint.
+        /// Name of the joint.
         joint: String,
-        /// The link.
+        /// Name of the link.
         link: String,
     },
-    /// A link hangs on two joints.
+    /// A link is the child of two joints.
     #[error("link `{link}` is the child of two joints")]
     TwoParents {
-        /// The link.
+        /// Name of the link.
         link: String,
     },
-    /// Every link has a parent.
+    /// No link is the root.
     #[error("no link is the root: every one is the child of a joint")]
     NoRoot,
     /// Two links have no parent.
     #[error("links `{one}` and `{other}` both have no parent: join them")]
     TwoRoots {
-        /// One of them.
+        /// The first one.
         one: String,
-        /// Another.
+        /// The second one.
         other: String,
     },
-    /// A link is its own ancestor.
+    /// The joints form a cycle.
     #[error("link `{link}` hangs on a ring of joints")]
     Ring {
-        /// The link.
+        /// A link of the cycle.
         link: String,
     },
-    /// A frame that the body needs is not there.
+    /// A hand or eye link is missing.
     #[error("no link `{link}` in the URDF: hands are `<side>_grasp`, eyes `<side>_eye`")]
     MissingLink {
-        /// Its name.
+        /// Name of the link.
         link: String,
     },
-    /// Fewer than seven joints move a hand.
+    /// Fewer than [`ARM_JOINTS`] joints move a hand.
     #[error("{found} joints move `{link}`; an arm needs {ARM_JOINTS}")]
     ShortArm {
-        /// The hand.
+        /// The link of the hand.
         link: String,
-        /// Joints between it and the root.
+        /// Number of joints between it and the root.
         found: usize,
     },
 }
@@ -148,7 +147,7 @@ pub enum BodyError {
 /// An arm: the last seven joints before the hand, and what carries them.
 #[derive(Clone, Debug)]
 pub(crate) struct Arm {
-    /// The steps from the root up to and without the first joint of the arm.
+    /// The steps from the root to the first joint of the arm, without it.
     pub(crate) mount: Vec<Step>,
     /// The steps from the first joint of the arm to the hand.
     pub(crate) chain: Vec<Step>,
@@ -156,7 +155,7 @@ pub(crate) struct Arm {
     pub(crate) joints: [usize; ARM_JOINTS],
 }
 
-/// The joints and links of a humanoid: two hands, two eyes.
+/// The joints and links of a humanoid with two hands and two eyes.
 #[derive(Clone, Debug)]
 pub struct Body {
     joints: Vec<Joint>,
@@ -167,14 +166,13 @@ pub struct Body {
 }
 
 impl Body {
-    /// Reads a URDF. A joint's index is its place in `names`, which lists every joint that
-    /// moves. The URDF's root is the base; hands are the frames `left_grasp` and `right_grasp`,
-    /// eyes `left_eye` and `right_eye`.
+    /// Reads a URDF. `names` lists every movable joint and defines the joint indices. The root link is the
+    /// base. Hands are the links `left_grasp` and `right_grasp`, eyes `left_eye` and `right_eye`.
     ///
     /// # Errors
     ///
-    /// The text is no URDF, its joints are not those of `names`, or it is not one tree with two
-    /// arms and two eyes.
+    /// [`BodyError`] if the text is no URDF, or its movable joints are not those of `names`. Also if its
+    /// links are not one tree with two arms and two eyes.
     pub fn from_urdf(text: &str, names: &[&str]) -> Result<Self, BodyError> {
         let robot = urdf_rs::read_from_string(text).map_err(|source| BodyError::Urdf { source })?;
         let moves = |joint: &&urdf_rs::Joint| joint.joint_type != urdf_rs::JointType::Fixed;
@@ -195,13 +193,13 @@ impl Body {
         Ok(Self { joints, tree, arms, hands, eyes })
     }
 
-    /// Its joints, in the order of their indices.
+    /// The joints, in the order of their indices.
     #[must_use]
     pub fn joints(&self) -> &[Joint] {
         &self.joints
     }
 
-    /// The index of a joint.
+    /// The index of a joint; `None` if there is none of that name.
     #[must_use]
     pub fn joint(&self, name: &str) -> Option<usize> {
         self.joints.iter().position(|joint| joint.name == name)
@@ -219,13 +217,13 @@ impl Body {
         self.tree.link(name)
     }
 
-    /// The pose of a link, whose frame the caller names.
+    /// The pose of a link in the base frame; the caller chooses the frame type. Positions are in radians.
     #[must_use]
     pub fn pose<F>(&self, link: Link, positions_rad: &[f64]) -> Pose<Base, F> {
         Pose::from_isometry(self.tree.pose(link, positions_rad))
     }
 
-    /// Every link but the root: the names of its parent and its own, and its frame in its parent's.
+    /// Every link but the root: its parent's name, its own name, and its pose in the parent's frame.
     pub fn links(&self, positions_rad: &[f64]) -> impl Iterator<Item = (&str, &str, Isometry3<f64>)> {
         self.tree.joined(positions_rad)
     }
@@ -308,7 +306,7 @@ fn arm(tree: &Tree, hand: Link, side: Side) -> Result<Arm, BodyError> {
 }
 
 impl Arm {
-    /// Where the arm is fixed, in the base.
+    /// Pose of the arm's mount in the base frame.
     pub(crate) fn mount(&self, positions_rad: &[f64]) -> Isometry3<f64> {
         self.mount.iter().fold(Isometry3::identity(), |inner, step| inner * step.pose(positions_rad))
     }

@@ -1,17 +1,17 @@
 use crate::BodyError;
 
-/// By joint, the nearest of `names` that carries it in a URDF, by its place among `names`; `None` where none does. A name
-/// that is not in the URDF carries nothing and is carried by nothing.
+/// For each of `names`, the index of the nearest other one on the way to the root of a URDF; `None` without
+/// one. A name that is not in the URDF has no ancestor and is none.
 ///
 /// # Errors
 ///
-/// The text is no URDF.
+/// [`BodyError::Urdf`] if the text is no URDF.
 pub fn carried_by(urdf: &str, names: &[&str]) -> Result<Vec<Option<usize>>, BodyError> {
     let robot = urdf_rs::read_from_string(urdf).map_err(|source| BodyError::Urdf { source })?;
     let above = |link: &str| robot.joints.iter().find(|joint| joint.child.link == link);
     let nearest = |name: &&str| {
         let mut joint = robot.joints.iter().find(|joint| joint.name == **name)?;
-        // No way up is longer than there are joints, unless it goes in a circle.
+        // Bounds the walk if the joints form a cycle.
         for _step in 0..robot.joints.len() {
             joint = above(&joint.parent.link)?;
             if let Some(place) = names.iter().position(|name| *name == joint.name) {
@@ -37,7 +37,7 @@ mod tests {
             "left_shoulder_yaw_joint",
             "none",
         ];
-        // The pitch of the torso is left out, and so is the shoulder's roll.
+        // The pitch of the torso and the roll of the shoulder are left out.
         assert_eq!(carried_by(urdf, &names).unwrap(), [None, Some(0), Some(1), Some(2), None]);
         assert!(carried_by("<robot>", &names).is_err());
     }

@@ -1,8 +1,8 @@
-//! The body: joints and links from a URDF, forward and inverse kinematics.
+//! Kinematics of the body: joints and links from a URDF, forward and inverse kinematics.
 //!
-//! [`Body`] is immutable. A configuration of it is a slice of joint positions in radians, in the
-//! order of the names that it was read with (that of `motor.toml`); a position that the slice
-//! lacks counts as zero. Poses are in the [`Base`](geometry::Base) frame.
+//! [`Body`] is immutable. A configuration is a slice of joint positions in radians, in the order of the names
+//! it was read with (that of `motor.toml`). A missing position counts as zero. Poses are in the
+//! [`Base`](geometry::Base) frame.
 
 mod body;
 mod carried;

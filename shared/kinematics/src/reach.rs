@@ -4,50 +4,49 @@ use nalgebra::{Isometry3, Point3, SMatrix, SVector, UnitQuaternion, Vector3, Vec
 use crate::body::Arm;
 use crate::{ARM_JOINTS, Body, Side};
 
-/// How close a solution comes; the residual of [`Unreachable`] is beyond it.
+/// Tolerances of a solution.
 const CLOSE_M: f64 = 1e-5;
 const CLOSE_RAD: f64 = 1e-4;
-/// Iterations of one attempt, and attempts from elsewhere when the one from the seed fails.
+/// Iterations of one attempt, and restarts after a failed attempt from the seed.
 const ITERATIONS: usize = 80;
 const RESTARTS: usize = 64;
-/// Solutions among which the one nearest the seed is taken, when the seed itself leads nowhere.
+/// Number of solutions found by restarts, of which the nearest to the seed is used.
 const CHOICES: usize = 3;
-/// The longest step of a joint in one iteration, in radians: the linearisation holds no further.
+/// Maximum joint step of one iteration, in radians, within which the linearisation holds.
 const STEP_RAD: f64 = 0.4;
-/// Damping that remains where the error vanishes.
+/// Minimum damping, for a vanishing error.
 const DAMPING: f64 = 1e-7;
-/// An attempt whose joints move less than this in an iteration has found its minimum.
+/// An attempt has converged if no joint moves more than this in an iteration.
 const STILL_RAD: f64 = 1e-9;
 
 type ArmVector = SVector<f64, ARM_JOINTS>;
 
-/// A hand's velocity for one radian per second of each joint of its arm, a column each: three
-/// rows of metres per second, three of radians per second.
+/// Jacobian of a hand with respect to the joints of its arm, one column each. Rows 0 to 2 are m/s per rad/s,
+/// rows 3 to 5 rad/s per rad/s.
 pub type Jacobian = SMatrix<f64, 6, ARM_JOINTS>;
 
-/// What a hand shall do.
+/// The goal of a hand.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Aim {
-    /// Be at a pose.
+    /// A pose.
     Pose(Pose<Base, Hand>),
-    /// Be at a point with the fingers pointing straight down, turned about the vertical as it
-    /// likes.
+    /// A position with the fingers straight down; the rotation about the vertical is free.
     Down(Position<Base>),
 }
 
-/// An arm cannot do what was asked, within the limits of its joints.
+/// No solution within the joint limits was found.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 #[error("the {} hand cannot get there: it stays {distance_m:.3} m and {angle_rad:.2} rad away", side.name())]
 pub struct Unreachable {
-    /// Whose hand.
+    /// The side of the hand.
     pub side: Side,
-    /// Distance that remains in the best attempt, in metres.
+    /// Remaining distance of the best attempt, in metres.
     pub distance_m: f64,
-    /// Angle that remains in it, in radians.
+    /// Remaining angle of the best attempt, in radians.
     pub angle_rad: f64,
 }
 
-/// What an attempt found.
+/// The result of an attempt.
 struct Found {
     positions_rad: ArmVector,
     distance_m: f64,
@@ -61,15 +60,16 @@ impl Found {
 }
 
 impl Body {
-    /// Positions of an arm's joints, in radians and within their limits, that put the hand where
-    /// the aim says to within a hundredth of a millimetre. `seed_rad` is a configuration of the
-    /// whole body: its other joints stay as they are, and the arm starts from it. When that
-    /// leads nowhere the arm starts elsewhere, always at the same places, and of the first
-    /// solutions the nearest to the seed is given.
+    /// Inverse kinematics: joint positions of an arm in radians, within the limits, that reach the aim to
+    /// within 10 µm and 0.1 mrad.
+    ///
+    /// `seed_rad` is a configuration of the whole body. Its other joints stay fixed, and the search starts
+    /// from the arm's positions in it. If that fails, the search restarts from a fixed sequence of
+    /// configurations. Of the first few solutions, the nearest to the seed is returned.
     ///
     /// # Errors
     ///
-    /// No attempt got there.
+    /// [`Unreachable`] if no attempt converged to the aim.
     pub fn reach(&self, side: Side, aim: &Aim, seed_rad: &[f64]) -> Result<[f64; ARM_JOINTS], Unreachable> {
         let problem = Problem::new(self, side, aim, seed_rad);
         let mut best = problem.attempt(problem.seed);
@@ -90,12 +90,12 @@ impl Body {
         problem.judge(side, &best)
     }
 
-    /// As [`reach`](Self::reach), from the seed alone: for the next of many near points, where a
-    /// solution elsewhere would be a leap.
+    /// As [`reach`](Self::reach), but only from the seed: for successive points of a path, where another
+    /// solution would be a jump.
     ///
     /// # Errors
     ///
-    /// The attempt from the seed did not get there.
+    /// [`Unreachable`] if the attempt from the seed did not reach the aim.
     pub fn reach_on(
         &self,
         side: Side,
@@ -106,7 +106,7 @@ impl Body {
         problem.judge(side, &problem.attempt(problem.seed))
     }
 
-    /// How the hand moves, in the base, with the joints of its arm.
+    /// The hand's Jacobian in the base frame.
     #[must_use]
     pub fn jacobian(&self, side: Side, positions_rad: &[f64]) -> Jacobian {
         let arm = self.arm(side);
@@ -115,7 +115,7 @@ impl Body {
     }
 }
 
-/// One search: everything that does not change from iteration to iteration.
+/// The constant part of one search.
 struct Problem<'a> {
     arm: &'a Arm,
     aim: &'a Aim,
@@ -136,9 +136,9 @@ impl<'a> Problem<'a> {
         Self { arm, aim, mount: arm.mount(seed_rad), lower_rad, upper_rad, seed }
     }
 
-    /// Levenberg-Marquardt with damping by the remaining error (Sugihara, "Solvability-Unconcerned
-    /// Inverse Kinematics by the Levenberg-Marquardt Method", IEEE T-RO 27(5), 2011); a joint
-    /// that would leave its limits stays there while the others go on.
+    /// Levenberg-Marquardt with damping by the remaining error (Sugihara, "Solvability-Unconcerned Inverse
+    /// Kinematics by the Levenberg-Marquardt Method", IEEE T-RO 27(5), 2011). A joint at its limit is held
+    /// there while the others continue.
     fn attempt(&self, start: ArmVector) -> Found {
         let mut at = start;
         let mut found = Found { positions_rad: at, distance_m: f64::INFINITY, angle_rad: f64::INFINITY };
@@ -163,7 +163,7 @@ impl<'a> Problem<'a> {
         found
     }
 
-    /// Where the hand should go, in the base; rows of the Jacobian that do not matter are taken out.
+    /// The pose error in the base frame; clears the Jacobian's rows that the aim does not constrain.
     fn error(&self, hand: &Isometry3<f64>, jacobian: &mut Jacobian) -> Vector6<f64> {
         let (goal, turn): (Vector3<f64>, Vector3<f64>) = match self.aim {
             Aim::Pose(x_base_goal) => {
@@ -171,7 +171,7 @@ impl<'a> Problem<'a> {
                 (goal.translation.vector, (goal.rotation * hand.rotation.inverse()).scaled_axis())
             }
             Aim::Down(goal) => {
-                // Turning about the vertical is free: neither asked for nor counted.
+                // The rotation about the vertical is unconstrained.
                 jacobian.row_mut(5).fill(0.0);
                 (goal.point().coords, turn_down(&hand.rotation))
             }
@@ -191,7 +191,7 @@ impl<'a> Problem<'a> {
             if longest > STEP_RAD {
                 step *= STEP_RAD / longest;
             }
-            // A joint that stands at a limit and would go beyond it stops counting.
+            // Removes the column of a joint that would exceed its limit.
             let mut stopped = false;
             for (joint, mut column) in jacobian.column_iter_mut().enumerate() {
                 let (Some(at), Some(step)) = (at.get(joint), step.get(joint)) else { continue };
@@ -211,8 +211,8 @@ impl<'a> Problem<'a> {
         }
     }
 
-    /// The place of a restart: the next point of a Halton sequence through the limits, which
-    /// covers them evenly and is the same every time.
+    /// Start of a restart: a point of the Halton sequence within the limits, which covers them evenly and is
+    /// deterministic.
     fn elsewhere(&self, restart: usize) -> ArmVector {
         let share = ArmVector::from([2, 3, 5, 7, 11, 13, 17].map(|base| radical_inverse(restart, base)));
         self.lower_rad + (self.upper_rad - self.lower_rad).component_mul(&share)
@@ -266,7 +266,7 @@ impl Arm {
     }
 }
 
-/// The shortest turn that points the fingers straight down, as axis times angle. It is level.
+/// The smallest rotation that points the fingers straight down, as axis times angle. The axis is horizontal.
 fn turn_down(hand: &UnitQuaternion<f64>) -> Vector3<f64> {
     let fingers = hand * Vector3::x();
     let level = Vector3::new(-fingers.y, fingers.x, 0.0);
@@ -277,7 +277,7 @@ fn turn_down(hand: &UnitQuaternion<f64>) -> Vector3<f64> {
     } else if fingers.z < 0.0 {
         Vector3::zeros()
     } else {
-        // Straight up: any level axis is as short.
+        // Fingers straight up: any horizontal axis is equally good.
         hand * Vector3::y() * angle
     }
 }
@@ -290,7 +290,7 @@ fn within(positions: &ArmVector, lower: &ArmVector, upper: &ArmVector) -> ArmVec
     positions.zip_zip_map(lower, upper, |position, lower, upper| position.max(lower).min(upper))
 }
 
-/// The digits of `number` to the base `base`, mirrored at the point: from 0 to 1.
+/// Radical inverse of `number` in base `base` (van der Corput), in [0, 1).
 fn radical_inverse(mut number: usize, base: usize) -> f64 {
     let (mut inverse, mut digit_weight) = (0.0, 1.0);
     let step = 1.0 / f64::from(u32::try_from(base).unwrap_or(1));

@@ -2,21 +2,21 @@ use nalgebra::{Isometry3, Translation3, Unit, UnitQuaternion, Vector3};
 
 use crate::BodyError;
 
-/// A link of a body: a handle that is good for the body that gave it.
+/// Handle of a link, valid for the body that returned it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Link(usize);
 
-/// A link as its parent sees it.
+/// A link and its joint to the parent.
 #[derive(Clone, Debug)]
 struct Node {
     name: String,
     parent: Option<usize>,
-    /// Its frame in its parent's, at the zero of its joint.
+    /// Pose in the parent's frame at joint position zero.
     origin: Isometry3<f64>,
     turn: Option<Turn>,
 }
 
-/// What turns a link: the index of its joint, and the axis in the link's own frame.
+/// A revolute joint: its index, and the axis in the link's frame.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Turn {
     pub(crate) joint: usize,
@@ -29,7 +29,7 @@ pub(crate) struct Tree {
     nodes: Vec<Node>,
 }
 
-/// One step outwards along a chain of links.
+/// One link of a chain from the root.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Step {
     pub(crate) origin: Isometry3<f64>,
@@ -37,7 +37,7 @@ pub(crate) struct Step {
 }
 
 impl Step {
-    /// The link's frame in its parent's.
+    /// The link's pose in the parent's frame.
     pub(crate) fn pose(&self, positions_rad: &[f64]) -> Isometry3<f64> {
         match self.turn {
             None => self.origin,
@@ -50,7 +50,7 @@ impl Step {
 }
 
 impl Tree {
-    /// Reads the links and the joints between them; `index` numbers the revolute ones.
+    /// Reads links and joints; `index` maps the names of revolute joints to indices.
     pub(crate) fn new(
         robot: &urdf_rs::Robot,
         index: impl Fn(&str) -> Option<usize>,
@@ -88,7 +88,7 @@ impl Tree {
             };
         }
         let tree = Self { nodes };
-        // One root: then every link hangs on it or in a ring, and a chain of a ring never ends.
+        // With exactly one root, a link is connected to it or part of a cycle.
         let mut roots = tree.nodes.iter().filter(|node| node.parent.is_none());
         match (roots.next(), roots.next()) {
             (Some(_), None) => {}
@@ -110,8 +110,8 @@ impl Tree {
         self.nodes.iter().position(|node| node.name == name).map(Link)
     }
 
-    /// Every link but the root with its parent, in the order of the URDF: names, and its frame in its
-    /// parent's.
+    /// Every link but the root, in the order of the URDF: its parent's name, its own name, and its pose in
+    /// the parent's frame.
     pub(crate) fn joined(&self, positions_rad: &[f64]) -> impl Iterator<Item = (&str, &str, Isometry3<f64>)> {
         self.nodes.iter().filter_map(move |node| {
             let parent = self.nodes.get(node.parent?)?;
@@ -120,24 +120,24 @@ impl Tree {
         })
     }
 
-    /// The name of the link that all others hang on.
+    /// The name of the root link.
     pub(crate) fn root(&self) -> &str {
         self.nodes.iter().find(|node| node.parent.is_none()).map_or("", |node| node.name.as_str())
     }
 
-    /// The link's frame in the root's.
+    /// The link's pose in the root's frame.
     pub(crate) fn pose(&self, link: Link, positions_rad: &[f64]) -> Isometry3<f64> {
         self.towards_root(link).fold(Isometry3::identity(), |outer, step| step.pose(positions_rad) * outer)
     }
 
-    /// The steps from the root out to the link.
+    /// The steps from the root to the link.
     pub(crate) fn chain(&self, link: Link) -> Vec<Step> {
         let mut steps: Vec<Step> = self.towards_root(link).collect();
         steps.reverse();
         steps
     }
 
-    /// The steps from the link to the root; of a ring, one more than there are links.
+    /// The steps from the link to the root; for a cycle, one more than there are links.
     fn towards_root(&self, link: Link) -> impl Iterator<Item = Step> + '_ {
         let mut at = self.nodes.get(link.0);
         std::iter::from_fn(move || {

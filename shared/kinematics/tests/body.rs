@@ -1,4 +1,4 @@
-//! What the robot's own body can do.
+//! Tests of the kinematics of the robot's own body.
 #![expect(clippy::expect_used, clippy::indexing_slicing, reason = "helpers of tests may fail them")]
 
 use std::sync::LazyLock;
@@ -22,7 +22,7 @@ fn leo() -> &'static Body {
     &LEO
 }
 
-/// Arm hanging a little forward with the elbow out: a fair start for a grasp from above.
+/// Arms slightly forward with the elbows bent: a good start for a grasp from above.
 fn seed(body: &Body) -> Vec<f64> {
     let mut seed = vec![0.0; body.joints().len()];
     for (side, sign) in [("left", 1.0), ("right", -1.0)] {
@@ -76,7 +76,7 @@ fn every_point_of_the_table_is_in_reach_from_above() {
     for x in [0.26, 0.34, 0.42, 0.50] {
         for y in [-0.30, -0.20, -0.10, -0.02, 0.0, 0.02, 0.10, 0.20, 0.30] {
             for z in [0.02, 0.09, 0.16, 0.23, 0.30] {
-                // Each arm serves its own half of the table and a tenth of a metre beyond.
+                // Each arm must reach its own half of the table and 0.1 m beyond.
                 for (side, serves) in [(Side::Left, y >= -0.10), (Side::Right, y <= 0.10)] {
                     if !serves {
                         continue;

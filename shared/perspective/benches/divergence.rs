@@ -1,10 +1,13 @@
-//! What comparing two perspectives costs: `cargo bench -p perspective --bench divergence`.
+//! Benchmark of comparing two perspectives: `cargo bench -p perspective --bench divergence`.
 //!
-//! A robot and a partner opposite believe in the same things on a grid of 11 cm. "same": both see
-//! all of it at every instant. "away": the partner does not look, a tenth of the things were moved
-//! and the robot believes in a tenth more. "first": the same, and nothing was compared before: all
-//! are paired by likeness, which happens once. "pile": the same, and all lie at one place, which is
-//! the worst of cases: they are paired bit by bit, at many instants.
+//! The robot and a partner opposite believe in the same things on a grid of 11 cm.
+//!
+//! - "same": both see every thing at every instant.
+//! - "away": the partner looks elsewhere, a tenth of the things moved, and the robot believes in a tenth
+//!   more.
+//! - "first": as "away", but nothing was compared before: all beliefs are paired by likeness, which happens
+//!   once.
+//! - "pile": as "first", with all things at one place. This is the worst case: pairing takes many instants.
 
 #![expect(clippy::print_stdout, reason = "a benchmark prints")]
 

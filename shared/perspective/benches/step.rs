@@ -1,7 +1,7 @@
-//! What one step costs, of the robot's perspective and of a partner's: `cargo bench -p perspective`.
+//! Benchmark of one step of the robot's and of a partner's perspective: `cargo bench -p perspective`.
 //!
-//! Things on a grid, seen at 200 Hz with a wobble of a few millimetres, and low walls between some
-//! of them and the partners.
+//! The scene is a grid of things, seen at 200 Hz with a few millimetres of jitter. Low walls stand between
+//! some things and the partners.
 
 #![expect(
     clippy::print_stdout,
@@ -111,7 +111,7 @@ fn main() {
     }
 }
 
-/// What a partner's step does before it believes: V, P, and perceiving again (Eq. 7).
+/// The part of a partner's step before the belief update: V, P and repeated perception (Eq. 7).
 struct Share {
     eye: Pose<Base, Eye>,
     sight: Sight,

@@ -1,13 +1,13 @@
 use geometry::{Base, Eye, Person, Pose};
 
-/// Closer to the vertical than this, a line of sight has no heading: the sine of ten degrees.
+/// Sine of ten degrees: a line of sight closer than this to the vertical has no defined heading.
 const LEVEL_LEAST: f64 = 0.174;
 
-/// The frame of a partner: upright, x where he faces, y to his left, its origin where he stands.
+/// A partner's frame: upright, x forward, y to the left, origin on the ground under the eyes.
 ///
-/// Heights are those of the robot's base, so that what lies on the table lies equally high for
-/// both. The frame stays where it was taken while he merely looks about, and is taken anew when
-/// he has moved or turned by more than a limit: remembered places need not move with every nod.
+/// Heights are those of the robot's base frame, so things on the table have the same height for both. The
+/// frame is held while the partner only looks around. It is re-anchored when the partner moves or turns
+/// beyond a limit, so remembered positions do not change with every nod.
 #[derive(Clone, Copy, Debug)]
 pub struct Anchor {
     reanchor_m: f64,
@@ -16,19 +16,19 @@ pub struct Anchor {
 }
 
 impl Anchor {
-    /// No frame yet; it will be taken anew beyond `reanchor_m` metres or `reanchor_rad` radians.
+    /// Returns an anchor without a frame. It re-anchors beyond `reanchor_m` metres or `reanchor_rad` radians.
     #[must_use]
     pub fn new(reanchor_m: f64, reanchor_rad: f64) -> Self {
         Self { reanchor_m, reanchor_rad, x_base_person: None }
     }
 
-    /// The frame, if it was ever taken.
+    /// The current frame; `None` before the first [`Self::follow`].
     #[must_use]
     pub fn frame(&self) -> Option<Pose<Base, Person>> {
         self.x_base_person
     }
 
-    /// Follows his eye: gives his frame, and the way from the old one to it when it was taken anew,
+    /// Follows the eye. Returns the frame and, if it was re-anchored, the transform from the old one to it:
     /// `p_new = x_new_old * p_old`.
     pub fn follow(
         &mut self,

@@ -6,13 +6,13 @@ use scene::Occluders;
 use crate::occluders::RememberedOccluders;
 use crate::transform::place_of;
 
-/// What one perspective is aware of: all that a perspective within it is made from.
+/// What one perspective perceives: the input for the perspectives nested in it.
 ///
-/// Allocates in `new` alone.
+/// Allocates only in `new`.
 #[derive(Clone, Debug)]
 pub struct Awareness {
     perceives: Vec<bool>,
-    /// Whose perspective it is, and where he has his own eye; nowhere while he is absent.
+    /// The agent of this perspective, and its own eye; `None` while the agent is absent.
     agent: u16,
     own_eye: Option<Pose<Base, Eye>>,
     /// The eyes of the robot and of its partners.
@@ -23,20 +23,19 @@ pub struct Awareness {
     capacity: usize,
 }
 
-/// Somebody's eye as it was last perceived.
+/// The last perceived pose of an agent's eye.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Met {
     pub(crate) x_base_eye: Pose<Base, Eye>,
-    /// When it was there: of two the later one counts.
+    /// Observation time; a later observation replaces an earlier one.
     pub(crate) observed_at: Instant,
-    /// When it was taken in, later by what its source takes to understand what it sees: he is absent when
-    /// nothing of him has come for a while.
+    /// Arrival time: observation time plus the latency of the source. The absence timeout counts from here.
     pub(crate) noticed_at: Instant,
 }
 
 impl Awareness {
-    /// Aware of nothing yet, for `agent` to be aware of up to `partners` partners and `capacity`
-    /// observations at once.
+    /// Returns an empty context of `agent`, for at most `partners` partners and `capacity` observations a
+    /// frame.
     #[must_use]
     pub fn new(
         agent: u16,
@@ -56,9 +55,10 @@ impl Awareness {
         }
     }
 
-    /// Takes note of an instant: of each observation whether it is perceived, and of eyes and
-    /// occluders among them. Observations beyond the capacity are not perceived. What none of those who
-    /// `looked` saw before is not taken to be gone.
+    /// Records one frame: which observations are perceived, and the eyes and occluders among them.
+    ///
+    /// Observations beyond the capacity count as not perceived. Only sources in `looked` can report an
+    /// absence.
     pub(crate) fn note(
         &mut self,
         at: Instant,
@@ -79,7 +79,7 @@ impl Awareness {
     }
 
     fn note_one(&mut self, at: Instant, observation: &Observation) {
-        // What claims to have been observed later than now would outlive everything.
+        // An observation time in the future would never be replaced.
         let observed_at = Instant::from_nanos(observation.observed_at_ns).min(at);
         match observation.kind() {
             Some(ObservationKind::Person) => {
@@ -94,7 +94,7 @@ impl Awareness {
         }
     }
 
-    /// The eye of an agent is perceived.
+    /// Records the eye of an agent; an older observation is ignored.
     pub(crate) fn meet(&mut self, agent: u16, met: Met) {
         if let Some(slot) = self.eyes.get_mut(usize::from(agent))
             && slot.is_none_or(|before| before.observed_at <= met.observed_at)
@@ -103,9 +103,10 @@ impl Awareness {
         }
     }
 
-    /// Forgets the occluders that are gone: not observed for long, though `glimpses` says that
-    /// some of the box would be seen if it were there; unless it `stands` there for another reason. Whether it
-    /// forgot any.
+    /// Removes occluders that were not observed for the configured time while `glimpses` reported part of the
+    /// box in view.
+    ///
+    /// An occluder for which `stands` is true stays. Returns whether any was removed.
     pub(crate) fn forget(
         &mut self,
         at: Instant,
@@ -115,17 +116,17 @@ impl Awareness {
         self.occluders.forget(at, self.looked, glimpses, stands)
     }
 
-    /// Whether it remembers an occluder there.
+    /// Whether an occluder is remembered at this place.
     pub(crate) fn remembers(&self, x_base_box: &Pose<Base, Thing>) -> bool {
         self.occluders.has_one_at(&x_base_box.origin())
     }
 
-    /// He whose perspective it is has his own eye here.
+    /// Sets the eye of the perspective's own agent.
     pub(crate) fn have_eye(&mut self, x_base_eye: Pose<Base, Eye>) {
         self.own_eye = Some(x_base_eye);
     }
 
-    /// He whose perspective it is is absent: he perceives nothing, and all within it freezes.
+    /// Marks the agent as absent: it perceives nothing, and all nested perspectives freeze.
     pub(crate) fn lose(&mut self) {
         self.own_eye = None;
         self.looked = SourceSet::EMPTY;
@@ -133,35 +134,35 @@ impl Awareness {
         self.occluders.look_anew();
     }
 
-    /// The sources that observed anything new at this instant: only of what they saw before does an
-    /// absence say that it is gone.
+    /// The sources that delivered a frame at this instant. Only these can report what they saw before as
+    /// missing.
     #[must_use]
     pub fn looked(&self) -> SourceSet {
         self.looked
     }
 
-    /// Which observations of this instant the perspective perceives, in their order. Of people, a
-    /// partner perceives their eyes alone: see [`Self::eye`].
+    /// For each observation of this instant, in order, whether it is perceived. Of people, a partner
+    /// perceives only the eyes: see [`Self::eye`].
     #[must_use]
     pub fn perceives(&self) -> &[bool] {
         &self.perceives
     }
 
-    /// Whose perspective it is: 0 the robot's, n that of partner n.
+    /// The agent of this perspective: 0 the robot, n partner n.
     #[must_use]
     pub fn agent(&self) -> u16 {
         self.agent
     }
 
-    /// The eye of an agent (0 the robot, n partner n), his own among them; `None` while that one is
-    /// absent or was never perceived, or the perspective's own agent is.
+    /// The eye of an agent (0 the robot, n partner n). `None` if that agent is absent or was never perceived,
+    /// or if the agent of this perspective is absent.
     #[must_use]
     pub fn eye(&self, agent: u16, at: Instant) -> Option<Pose<Base, Eye>> {
         let own_eye = self.own_eye?;
         if agent == self.agent { Some(own_eye) } else { self.perceived_eye(agent, at) }
     }
 
-    /// The eye of an agent as it was perceived of late, be it his own.
+    /// The recently perceived eye of an agent, which may be the perspective's own.
     pub(crate) fn perceived_eye(&self, agent: u16, at: Instant) -> Option<Pose<Base, Eye>> {
         self.perceived(agent, at).map(|met| met.x_base_eye)
     }
@@ -171,7 +172,7 @@ impl Awareness {
         met.filter(|met| at.since(met.noticed_at) <= self.absent_after)
     }
 
-    /// All agents whose eyes it knows, its own among them.
+    /// All agents with a known eye, the perspective's own included.
     pub(crate) fn eyes(&self, at: Instant) -> impl Iterator<Item = (u16, Met)> + Clone {
         let known = move |agent| {
             let own = Met { x_base_eye: self.own_eye?, observed_at: at, noticed_at: at };
@@ -181,12 +182,12 @@ impl Awareness {
         (0..).take(self.eyes.len()).filter_map(known)
     }
 
-    /// Observations of occluders that hide nothing, because more stood there at once than are remembered.
+    /// Number of occluder observations dropped because all slots were taken.
     pub(crate) fn left_out(&self) -> u64 {
         self.occluders.left_out()
     }
 
-    /// The occluders that it remembers, in the base frame.
+    /// The remembered occluders, in the base frame.
     #[must_use]
     pub fn occluders(&self) -> &Occluders {
         self.occluders.shapes()

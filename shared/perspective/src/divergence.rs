@@ -1,4 +1,4 @@
-//! What one perspective believes and another does not.
+//! Differences between the beliefs of two perspectives.
 
 mod pairing;
 #[cfg(test)]
@@ -11,51 +11,48 @@ use message::{Belief, BeliefHead, Difference};
 use pairing::{Measure, Pairing};
 use thing::{Aspects, Thing};
 
-/// The beliefs of a perspective at one instant, as its belief buffer holds them.
+/// The beliefs of a perspective at one instant, as its belief topic carries them.
 #[derive(Clone, Copy, Debug)]
 pub struct Side<'a> {
-    /// The head: whose beliefs, and in which frame.
+    /// The head: agent and frame of the beliefs.
     pub head: &'a BeliefHead,
     /// The beliefs, in the order of their identities.
     pub beliefs: &'a [Belief],
 }
 
-/// Compares two perspectives, belief by belief and percept by percept, instant after instant.
+/// Compares two perspectives belief by belief and percept by percept, at successive instants.
 ///
-/// # Which beliefs are of one thing
+/// # Pairing
 ///
-/// Identities are each belief system's own, so two beliefs are paired by what they have in common:
+/// Identities are local to a belief system. So two beliefs are paired by one of two rules:
 ///
-/// 1. *The same observation.* Whatever a partner perceives, the perspective that contains his
-///    perceives too, at the same instant. Two beliefs that were last perceived at one instant and
-///    are closer than the configured threshold in D (Eq. 4), in the base frame, are of one thing.
-///    The pair is remembered: when he looks away and the thing is moved, it is a pair still, and
-///    the two differ about its place.
-/// 2. *Likeness.* Where a belief has no pair by observation, it is paired with one that is closer
-///    than the threshold in D without places, unless both could have been observed at once and
-///    were not: one of the two must have begun after the other was last perceived, or both before
-///    anything was compared. Where both were perceived within half a second, D with places decides: the robot
-///    perceives what it also feels a little later than who only sees it.
+/// 1. *The same observation.* All that a partner perceives, the containing perspective perceives at the same
+///    instant. Two beliefs form a pair if they were last perceived at one instant and D (Eq. 4), in the base
+///    frame, is below the threshold. The pair is kept: if a thing is moved while the partner looks away, the
+///    two beliefs differ in position.
+/// 2. *Likeness.* A belief without such a pair is paired if D without positions is below the threshold. The
+///    two must not have been observable together: one began after the other was last perceived, or both began
+///    before the first comparison. Or both were perceived within 500 ms, and D with positions is below the
+///    threshold too. The robot perceives a thing that it also touches later.
 ///
-/// Of several possible pairs the closest is taken first, one to one: by D, or of those that look
-/// alike the nearest; among equal ones that of the lowest identities. A newer common observation
-/// overrules an older pair.
+/// Pairs are one to one, the closest first: by D under the first rule, by distance and then D under the
+/// second. Ties go to the lowest identities. A newer common observation replaces an older pair.
 ///
 /// # Limits
 ///
-/// Among equal things the second rule may err: if a red block is taken away behind his back and
-/// another put down elsewhere, his belief in the first is paired with the second. A belief that has a
-/// place is never paired by observation with one that has none. Indexical percepts (regions, ranges of a
-/// place, a program's own) are not compared: "left" is another question for each. Who holds a thing is not
-/// compared.
+/// Likeness can fail among equal things. If a red block is removed unseen and another is put down elsewhere,
+/// the partner's belief in the first is paired with the second. A belief with a position is never paired by
+/// observation with one without. Indexical percepts (regions, ranges of a position, plug-in percepts) are not
+/// compared, because "left" depends on the frame. The holder of a thing is not compared.
 ///
-/// Of a pile, more things than 64 to each side of it along one line, a belief may fail to be paired,
-/// or be paired an instant later.
+/// Only 64 candidates to each side along one line are examined. In a denser pile a belief may stay unpaired
+/// or be paired at a later instant.
 ///
-/// Allocates in `new` alone. A pair that goes on costs a search by identity. For a new one, things
-/// are looked at in the order of their distance along one line, no more than 128 of the other
-/// side, until none can be closer: what an instant costs grows as the number of things, whatever
-/// they are and wherever they lie.
+/// # Cost
+///
+/// Allocates only in `new`. A kept pair costs one search by identity. A new pair costs a scan of at most 128
+/// candidates, ordered by distance along one line, which ends when no closer one is possible. The cost of an
+/// instant is linear in the number of things, whatever their arrangement.
 #[derive(Clone, Debug)]
 pub struct Divergence {
     aspects: Aspects,
@@ -63,9 +60,9 @@ pub struct Divergence {
     pairing: Pairing,
     one: Vec<Thing>,
     other: Vec<Thing>,
-    /// The pairs that are remembered, by identity.
+    /// The pairs of the last instant, by identity.
     pairs: Vec<(u64, u64)>,
-    /// The first instant that was compared.
+    /// The first compared instant.
     began_at_ns: Option<u64>,
     agreed: usize,
     differences: Vec<Difference>,
@@ -73,8 +70,8 @@ pub struct Divergence {
 }
 
 impl Divergence {
-    /// Nothing compared yet. `capacity` is that of the two belief systems; beliefs beyond it are
-    /// left out.
+    /// Returns a comparison without history. `capacity` is that of the two belief systems; beliefs beyond it
+    /// are ignored.
     #[must_use]
     pub fn new(percepts: &Percepts, capacity: usize) -> Self {
         let aspects = Aspects::of(percepts);
@@ -92,8 +89,8 @@ impl Divergence {
         }
     }
 
-    /// Compares the two at an instant; gives the things about which they differ: first those that
-    /// the one believes in, in the order of its identities, then those that only the other does.
+    /// Compares both sides at one instant and returns the differences. Those of the beliefs in `one` come
+    /// first, in the order of identities; then the beliefs that only `other` has.
     pub fn compare(&mut self, one: Side<'_>, other: Side<'_>) -> &[Difference] {
         let at_ns = one.head.header.valid_at_ns.min(other.head.header.valid_at_ns);
         let began_at_ns = *self.began_at_ns.get_or_insert(at_ns);
@@ -114,25 +111,25 @@ impl Divergence {
         &self.differences
     }
 
-    /// Things about which the two agreed at the last instant compared.
+    /// Number of things on which both sides agreed at the last compared instant.
     #[must_use]
     pub fn agreed(&self) -> usize {
         self.agreed
     }
 
-    /// The pairs of beliefs in one thing at the last instant compared, by identity.
+    /// The pairs of beliefs in one thing at the last compared instant, by identity.
     #[must_use]
     pub fn pairs(&self) -> &[(u64, u64)] {
         &self.pairs
     }
 
-    /// The things about which the two differed at the last instant compared.
+    /// The differences at the last compared instant.
     #[must_use]
     pub fn differences(&self) -> &[Difference] {
         &self.differences
     }
 
-    /// Takes over the pairs of the instant before, as far as nothing speaks against them.
+    /// Keeps the pairs of the previous instant unless the beliefs contradict them.
     fn recall(&mut self) {
         for (one, other) in self.pairs.drain(..) {
             let find = |things: &[Thing], id: u64| things.binary_search_by_key(&id, |thing| thing.id).ok();
@@ -147,7 +144,7 @@ impl Divergence {
         }
     }
 
-    /// Lists what differs and remembers the pairs.
+    /// Lists the differences and stores the pairs.
     fn list(&mut self) {
         self.agreed = 0;
         self.differences.clear();
@@ -160,7 +157,7 @@ impl Divergence {
             let mut difference = None;
             self.aspects.compare(one, other, |aspect| {
                 let new = || Difference::new(Some(one.id), Some(other.id));
-                // There is room for each percept once.
+                // A difference has a slot for each percept.
                 let _fits = difference.get_or_insert_with(new).push(aspect);
             });
             match difference {
@@ -173,7 +170,7 @@ impl Divergence {
     }
 }
 
-/// A percept that means the same to everybody, once it is in the base frame.
+/// The kind of a percept that is frame-independent once it is in the base frame.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Meaning {
     Place,
@@ -192,7 +189,7 @@ impl Meaning {
             Kernel::State(_) => Some(Self::Degree),
             Kernel::Nearest(_) => Some(Self::Symbol),
             Kernel::Range(_) => match origin(&percepts.percepts, percept).kernel {
-                // How long a thing is, is as long for everybody.
+                // Lengths and states are the same in every frame.
                 Kernel::Extents | Kernel::State(_) => Some(Self::Degree),
                 Kernel::Position
                 | Kernel::Orientation
@@ -202,15 +199,15 @@ impl Meaning {
                 | Kernel::Range(_)
                 | Kernel::Own(_) => None,
             },
-            // Who saw it last is no belief about the thing.
+            // The source of the last observation is no property of the thing.
             Kernel::Source | Kernel::Region(_) | Kernel::Own(_) => None,
         }
     }
 
-    /// Two features that are no further apart than this are the same belief.
+    /// Two features within this tolerance count as equal.
     const fn tolerance(self) -> f64 {
         match self {
-            // What is nearer was not moved: the learner takes the same distance.
+            // The learner uses the same distance to decide that a thing was moved.
             Self::Place => 0.03,
             // 15 degrees.
             Self::Orientation => 0.262,

@@ -1,41 +1,41 @@
 use message::{DEPTH_MOST, PERSPECTIVES_MOST};
 
-/// Why no perspective can be made.
+/// A perspective cannot be created.
 #[derive(Debug, thiserror::Error)]
 pub enum NoPerspective {
-    /// No belief system can be made.
+    /// The belief system cannot be created.
     #[error("the belief system of perspective {agent} cannot be made: {source}")]
     Belief {
-        /// Whose perspective: 0 the robot, n partner n.
+        /// The agent: 0 the robot, n partner n.
         agent: u16,
-        /// What is wrong.
+        /// The cause.
         source: belief::Unbelievable,
     },
-    /// A cone of sight is none.
+    /// The configured field of view is invalid.
     #[error("the cone of sight of perspective {agent} is none: {source}")]
     Cone {
-        /// Whose perspective: 0 the robot, n partner n.
+        /// The agent: 0 the robot, n partner n.
         agent: u16,
-        /// What is wrong.
+        /// The cause.
         source: scene::NoCone,
     },
-    /// There are more of them than a robot can keep.
+    /// The number of perspectives exceeds [`PERSPECTIVES_MOST`].
     #[error(
         "{partners} partners make {perspectives} perspectives when nested {depth} deep, and the most is \
          {PERSPECTIVES_MOST}: take fewer partners or less depth"
     )]
     TooMany {
-        /// Partners whose perspectives were asked for.
+        /// Requested number of partners.
         partners: u32,
-        /// How deep they were to be nested.
+        /// Requested nesting depth.
         depth: u32,
-        /// How many perspectives that makes.
+        /// Resulting number of perspectives.
         perspectives: u32,
     },
-    /// They are to be nested deeper than a path can say, or not at all.
+    /// The nesting depth is 0 or exceeds [`DEPTH_MOST`].
     #[error("perspectives can be nested from 1 to {DEPTH_MOST} deep, not {depth}")]
     Depth {
-        /// How deep they were to be nested.
+        /// Requested nesting depth.
         depth: u32,
     },
 }

@@ -1,17 +1,17 @@
 use geometry::{Base, Eye, Pose, Position, Thing};
 use scene::{Occluders, Samples, Sight};
 
-/// Where somebody would perceive a thing if one were there.
+/// The region in which an agent would perceive a thing.
 #[derive(Clone, Debug)]
 pub(crate) enum Field {
-    /// Everywhere.
+    /// Unlimited.
     Everything,
-    /// In a cone, and not behind an occluder.
+    /// A cone, minus what occluders hide.
     Cone(Sight),
 }
 
 impl Field {
-    /// Looks anew, past the occluders as they are now.
+    /// Updates the eye and the occluders.
     pub(crate) fn look(&mut self, x_base_eye: &Pose<Base, Eye>, occluders: &Occluders) {
         match self {
             Self::Everything => {}
@@ -19,7 +19,7 @@ impl Field {
         }
     }
 
-    /// As [`surveys`].
+    /// See [`surveys`].
     pub(crate) fn surveys(&self, place: &Position<Base>, margin_m: f64) -> bool {
         match self {
             Self::Everything => true,
@@ -27,7 +27,7 @@ impl Field {
         }
     }
 
-    /// As [`glimpses`].
+    /// See [`glimpses`].
     pub(crate) fn glimpses(&self, x_base_box: &Pose<Base, Thing>, half_extents_m: [f64; 3]) -> bool {
         match self {
             Self::Everything => true,
@@ -36,8 +36,8 @@ impl Field {
     }
 }
 
-/// Whether a place, with `margin_m` of room to each side, is wholly in view: only then does the
-/// absence of a thing there say that it is gone.
+/// Whether a place with a margin of `margin_m` to each side is fully in view. Only then does a missing
+/// detection mean that the thing is gone.
 pub(crate) fn surveys(sight: &Sight, place: &Position<Base>, margin_m: f64) -> bool {
     let [x, y, z] = place.to_array();
     sight.visible_share(&Pose::upright(x, y, z, 0.0), [margin_m; 3], Samples::Corners) >= 1.0

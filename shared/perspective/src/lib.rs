@@ -1,28 +1,26 @@
-//! The world as a partner perceives it (Berlin et al. 2006, "Perspective Taking and Belief
-//! Inference").
+//! The world as a partner perceives it (Berlin et al. 2006, "Perspective Taking and Belief Inference").
 //!
-//! What a partner believes is modelled by "re-using the mechanism" of the robot's own beliefs: he
-//! gets a Perception System and a Belief System of his own, fed with
+//! A partner's beliefs are modelled by "re-using the mechanism" of the robot's own: the partner gets a
+//! Perception System and a Belief System, fed with
 //!
 //! O' = {P(o') | o' ∈ O, V(o') = 1} (Eq. 7)
 //!
-//! - V (Eq. 8) is tested in the robot's base frame: a cone round his line of sight, and no
-//!   occluder in between ([`scene`]); what he handles himself he perceives always, and what is
-//!   heard goes round barriers.
-//! - P (Eq. 9) brings what he perceives into his own frame, where it is *perceived again*: left is
-//!   his left.
-//! - His beliefs are culled by *his* view: he notices that a thing is gone only where he looks. So
-//!   a false belief persists until he looks again (Fig. 4).
-//! - While he is absent, or nobody knows where he is, V = 0 and his beliefs freeze.
+//! - V (Eq. 8) is evaluated in the robot's base frame: a cone around the line of sight, minus what occluders
+//!   hide ([`scene`]). A partner always perceives what they hold. Sound passes occluders.
+//! - P (Eq. 9) transforms the perceived observations into the partner's frame, where they are *perceived
+//!   again*: left is the partner's left.
+//! - The partner's beliefs are culled by the *partner's* view. A false belief persists until the partner
+//!   looks again (Fig. 4).
+//! - While the partner is absent or their pose is unknown, V = 0 and their beliefs freeze.
 //!
-//! # Worked
+//! # Example
 //!
-//! A partner stands at x = 1.5 m, his eyes 0.55 m high, and faces the robot; O is three blocks. The first, at
-//! (0.5, 0.25, 0.05) m, is (−1.0, 0.25, −0.5) m from his eyes, tan⁻¹(0.559 / 1.0) = 29° off his line of sight and
-//! within the cone of 60°: V = 1. The second, at (1.25, 1.0, 0.05) m, is tan⁻¹(1.118 / 0.25) = 77° off: V = 0. The
-//! third, at (0.25, −0.5, 0.05) m, is 29° off too, but the way there passes (0.75, −0.3, 0.25) m, where a wall is: V = 0.
-//! So O' has one observation, and P(x, y, z) = (1.5 − x, −y, z) makes of it (1.0, −0.25, 0.05) m: on the robot's
-//! left, and not on his.
+//! A partner stands at x = 1.5 m, eyes 0.55 m high, facing the robot; O is three blocks. The first, at (0.5,
+//! 0.25, 0.05) m, is (−1.0, 0.25, −0.5) m from the eyes. That is tan⁻¹(0.559 / 1.0) = 29° off the line of
+//! sight, within the cone of 60°: V = 1. The second, at (1.25, 1.0, 0.05) m, is tan⁻¹(1.118 / 0.25) = 77°
+//! off: V = 0. The third, at (0.25, −0.5, 0.05) m, is 29° off too, but the ray passes (0.75, −0.3, 0.25) m,
+//! inside a wall: V = 0. So O' has one observation. P(x, y, z) = (1.5 − x, −y, z) maps it to (1.0, −0.25,
+//! 0.05) m: on the robot's left and on the partner's right.
 //!
 //! ```
 //! use clock::Instant;
@@ -71,22 +69,21 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 //!
-//! # How perspectives compose
+//! # Nesting
 //!
-//! A perspective is made from what its parent is aware of: [`Awareness`] is the observations that
-//! the parent perceives, the eyes it knows of and the occluders it remembers. All of these stay in
-//! the base frame, since V is the same in every frame, and P is applied once, at the end. So a
-//! perspective within a perspective is a chain of filters and one transform, to any depth: what I
-//! think that you think that I see ([`Nested`]).
+//! A perspective is computed from its parent's [`Awareness`]: the perceived observations, the known eyes and
+//! the remembered occluders. All of these stay in the base frame, since V is the same in every frame. P is
+//! applied once, at the end. So a nested perspective is a chain of filters and one transform, to any depth:
+//! what I think that you think that I see ([`Nested`]).
 //!
-//! - The parent decides nothing but what is there to be perceived: a child made from an awareness is
-//!   the same, bit for bit, whether that is a partner's or the robot's own.
-//! - What hides things from him is what the parent takes to stand in his way: a wall that you never
-//!   saw does not, in what you think, keep me from seeing.
-//! - He whose perspective it is always knows where his own eye is. Another knows it while it is in
-//!   his view: when you cannot see me, what you think that I believe freezes. The robot's eye is
-//!   where its head was observed, or where the configuration has it at rest.
-//! - Everybody, the robot as others take it included, sees with the same cone.
+//! - A child depends only on its parent's awareness. It is bit-identical whether that is a partner's or the
+//!   robot's.
+//! - V of the child uses the occluders that the parent remembers. A wall that you never saw does not limit my
+//!   view in your model of me.
+//! - An agent always knows its own eye. Another agent knows it only while it is in view: when you cannot see
+//!   me, your model of my beliefs freezes. The robot's eye is its observed head pose, or the configured rest
+//!   pose.
+//! - All agents see with the same cone, including the robot as others model it.
 
 mod anchor;
 mod awareness;

@@ -3,24 +3,24 @@ use quantity::number::saturating_u16;
 
 use crate::NoPerspective;
 
-/// A perspective's place among the others, which are numbered from 0.
+/// A perspective's path and parent. Perspectives are numbered from 0.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Nested {
-    /// Whose it is, and within whose.
+    /// The path: the agent, and the agents within whose perspectives it is.
     pub path: Path,
-    /// The number of the perspective that it is made from: always a lower one. The robot's own is
-    /// made from what it perceives; it names itself.
+    /// The number of the parent perspective, always a lower one. The robot's own perspective names itself.
     pub within: usize,
 }
 
 impl Nested {
-    /// All perspectives with so many partners and so deep, in the order of their numbers: 0 the
-    /// robot's, 1, 2, … its partners', then those within these, the shorter paths first and paths of
-    /// one length in lexicographic order.
+    /// All perspectives for `partners` partners and `depth` levels, in the order of their numbers: 0 is the
+    /// robot's, then the partners', then the nested ones. Shorter paths come first, paths of one length in
+    /// lexicographic order.
     ///
     /// # Errors
     ///
-    /// The depth is not from 1 to [`DEPTH_MOST`], or there would be more than [`PERSPECTIVES_MOST`].
+    /// [`NoPerspective::Depth`] if the depth is not from 1 to [`DEPTH_MOST`]; [`NoPerspective::TooMany`] if
+    /// there would be more than [`PERSPECTIVES_MOST`] perspectives.
     ///
     /// ```
     /// use perspective::Nested;
@@ -39,7 +39,7 @@ impl Nested {
         if count > PERSPECTIVES_MOST {
             return Err(NoPerspective::TooMany { partners, depth, perspectives: count });
         }
-        // There are fewer partners than perspectives.
+        // The number of partners is below the number of perspectives.
         let partners = usize::try_from(partners).map_or(u16::MAX, saturating_u16);
         let mut all = vec![Self { path: Path::ROBOT, within: 0 }];
         let mut layer = 0..1;

@@ -5,26 +5,24 @@ use scene::Occluders;
 
 use crate::transform::place_of_thing;
 
-/// An occluder as it was last observed.
+/// The last observation of an occluder.
 #[derive(Clone, Copy, Debug)]
 struct Remembered {
     x_base_box: Pose<Base, Thing>,
     half_extents_m: [f64; 3],
-    /// The frame that brought it last: later than it was observed by what its source takes to understand
-    /// what it sees.
+    /// Arrival time of the last frame with it: observation time plus the latency of the source.
     noticed_at: Instant,
-    /// Since when its place is found empty, if it is.
+    /// Since when its place has been seen empty.
     empty_since: Option<Instant>,
-    /// The source that observed it in the present frame.
+    /// The source that observed it in the current frame.
     taken_by: Option<u16>,
-    /// The sources that ever observed it: they alone can miss it.
+    /// All sources that ever observed it. Only these can report it as missing.
     seen_by: SourceSet,
 }
 
-/// The occluders that a perspective remembers, observed at this instant or not.
+/// The occluders that a perspective remembers, whether observed at this instant or not.
 ///
-/// They are no beliefs about objects of the table: nobody learns a rule about them. Allocates in
-/// `new` alone.
+/// They are no beliefs about objects and take no part in learning. Allocates only in `new`.
 #[derive(Clone, Debug)]
 pub(crate) struct RememberedOccluders {
     remembered: Vec<Remembered>,
@@ -32,7 +30,7 @@ pub(crate) struct RememberedOccluders {
     same_within_m: f64,
     gone_after: Duration,
     shapes: Occluders,
-    /// Observations of occluders for which there was no room.
+    /// Observations dropped because all slots were taken.
     left_out: u64,
 }
 
@@ -54,22 +52,23 @@ impl RememberedOccluders {
         &self.shapes
     }
 
-    /// A frame begins.
+    /// Begins a frame.
     pub(crate) fn begin(&mut self) {
         for remembered in &mut self.remembered {
             remembered.taken_by = None;
         }
     }
 
-    /// Observations of occluders that hide nothing, because there was no room for them.
+    /// Number of occluder observations dropped because all slots were taken.
     pub(crate) const fn left_out(&self) -> u64 {
         self.left_out
     }
 
-    /// An occluder was observed, and is taken in at `at`: the nearest one that this source has not yet
-    /// observed in this frame is the same, if it is near enough. When there is no room, the one longest not
-    /// observed is forgotten for it; when all were observed in this frame, the new one is left out and
-    /// counted.
+    /// Records an observed occluder at arrival time `at`.
+    ///
+    /// It updates the nearest occluder within `same_within_m` that this source has not yet observed in this
+    /// frame. If all slots are taken, it replaces the one unobserved for longest. If all were observed in
+    /// this frame, it is dropped and counted.
     pub(crate) fn observe(&mut self, observation: &Observation, at: Instant) {
         let Some((x_base_box, half_extents_m)) = place_of_thing(observation) else { return };
         let taken_by = Some(observation.source);
@@ -96,26 +95,27 @@ impl RememberedOccluders {
         }
     }
 
-    /// Whether one is remembered so near to a place that it would be the same.
+    /// Whether an occluder is remembered within `same_within_m` of a place.
     pub(crate) fn has_one_at(&self, place: &Position<Base>) -> bool {
         self.remembered.iter().any(|old| old.x_base_box.origin().distance(place) <= self.same_within_m)
     }
 
-    /// A frame ends.
+    /// Ends a frame.
     pub(crate) fn end(&mut self) {
         self.rebuild();
     }
 
-    /// He whose perspective it is was absent: what was found empty before counts anew.
+    /// Restarts the empty-place timers after an absence of the agent.
     pub(crate) fn look_anew(&mut self) {
         for remembered in &mut self.remembered {
             remembered.empty_since = None;
         }
     }
 
-    /// Forgets what has not been observed for long though sources that saw it before `looked`, and
-    /// `glimpses` said all the while that some of the box would be seen; unless it `stands` there for another
-    /// reason. Whether it forgot any.
+    /// Removes occluders that stayed unobserved for `gone_after`, although a source that saw them before
+    /// `looked` and `glimpses` reported part of the box in view all the time.
+    ///
+    /// An occluder for which `stands` is true stays. Returns whether any was removed.
     pub(crate) fn forget(
         &mut self,
         at: Instant,
@@ -142,8 +142,7 @@ impl RememberedOccluders {
     fn rebuild(&mut self) {
         self.shapes.clear();
         for old in &self.remembered {
-            // There is room for as many boxes as are remembered, and only sound observations
-            // come here: nothing is refused.
+            // The capacities are equal and only valid observations are stored, so `add` cannot fail.
             let _added = self.shapes.add(&old.x_base_box, old.half_extents_m);
         }
     }

@@ -8,17 +8,16 @@ use message::NOBODY;
 use quantity::number::float_of_count;
 use tree::Tree;
 
-/// Whose each of a perspective's beliefs is (the resource perspective): Own of V' = V ∧ Own.
+/// Estimates the owner of each belief of a perspective (the resource perspective): Own of V' = V ∧ Own.
 ///
-/// Computed on beliefs, as the configuration says: by territory, by possession, as told, or not at
-/// all. What is nobody's is everybody's. Distances alone decide, so that it is the same in every
-/// frame; but what is told is told of the base frame.
+/// The rule is configured: by territory, by possession, by configured regions, or none. A thing without an
+/// owner is shared by all. Territory and possession depend only on distances and holders, so they are the
+/// same in every frame. Configured regions are in the base frame.
 ///
-/// By territory, n beliefs cost n² distances. So it is judged anew when a thing has come or gone, within a few
-/// steps, and otherwise ten times a second: things do not change hands faster. Each perspective does it in a step
-/// of its own, and where there are many, goes on in those that follow. All are compared with all only where they have
-/// moved so far since they last were that the territories may be others. Of more than 256 things nobody could say
-/// whose they are at a glance, and all are everybody's. Allocates in `new` alone.
+/// By territory, n beliefs cost n² distances. So ownership is updated ten times a second, and within a few
+/// steps after a thing came or went. Updates of different perspectives fall into different steps, and an
+/// update of many things spans several steps. The full comparison runs only if things moved far enough that
+/// the territories could change. With more than 256 things, all are shared. Allocates only in `new`.
 ///
 /// ```
 /// use geometry::Position;
@@ -27,36 +26,40 @@ use tree::Tree;
 /// let mut config = config::perspective::Perspective::builtin().resource;
 /// config.by = config::perspective::Owning::Territory;
 /// let mut owners = Owners::new(&config, 16);
-/// // Two things before the robot, two before its partner on the other side of the table.
+/// // Two things in front of the robot, two in front of a partner on the other side of the table.
 /// let places = [(0.35, 0.1), (0.40, 0.2), (1.0, 0.1), (1.05, 0.2)];
-/// let claims = (1..).zip(places).map(|(id, (x, y))| Claim { id, place: Position::new(x, y, 0.0), held_by:
-/// 0xffff }); owners.judge(claims, [(0, Position::new(0.0, 0.0, 0.6)), (1, Position::new(1.5, 0.0, 0.55))]);
+/// let claims = (1..).zip(places).map(|(id, (x, y))| Claim {
+///     id,
+///     place: Position::new(x, y, 0.0),
+///     held_by: 0xffff,
+/// });
+/// owners.judge(claims, [(0, Position::new(0.0, 0.0, 0.6)), (1, Position::new(1.5, 0.0, 0.55))]);
 /// assert_eq!(owners.all(), [0, 0, 1, 1]);
 /// ```
 #[derive(Clone, Debug)]
 pub struct Owners {
     config: Resource,
     capacity: usize,
-    /// Those last judged, and whose they are.
+    /// The claims of the last completed update, and their owners.
     claims: Vec<Claim>,
     owners: Vec<u16>,
-    /// Those that are being judged.
+    /// The claims of the update in progress.
     asked: Vec<Claim>,
-    /// Who was last perceived to hold each thing, in the order of identities; and of the step before.
+    /// The last holder of each thing, in the order of identities; and that of the previous update.
     held: Vec<(u64, u16)>,
     held_before: Vec<(u64, u16)>,
-    /// What parts territories.
+    /// The minimum spanning tree that separates territories.
     tree: Tree,
     judged: Option<Judged>,
-    /// Not all perspectives judge in one step: when within the time between two judgements this one does,
+    /// Offset of this perspective's updates within the update period.
     phase: Duration,
-    /// for how many steps it waits when something has come or gone,
+    /// Number of steps by which it delays an update after a thing came or went.
     waits: u32,
-    /// and for how many it has waited.
+    /// Number of steps already waited.
     waited: u32,
 }
 
-/// When the beliefs of a system were last judged, and which they were: how many, and the youngest.
+/// Time of the last update of a belief system, the number of its beliefs, and the youngest identity.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Judged {
     at: Instant,
@@ -64,36 +67,36 @@ struct Judged {
     youngest: u64,
 }
 
-/// Territories are judged anew this often, even when nothing has come or gone.
+/// Period of updates while no thing comes or goes.
 const JUDGED_EVERY: Duration = Duration::from_millis(100);
 
-/// For so many steps no perspective waits that has seen something come or go.
+/// Upper bound of the steps by which an update after a change is delayed.
 const WAITS_MOST: u32 = 5;
 
-/// With more things there are no territories.
+/// Maximum number of things for which territories are computed.
 pub const TERRITORY_MOST: usize = 256;
 
-/// Things that are compared with all others in one step, if no more than that are a share of all.
+/// Minimum number of things added to the tree in one step.
 const COMPARED: usize = 16;
-/// In so many steps all are.
+/// Number of steps within which the tree is completed.
 const STEPS: usize = 8;
 
-/// What is asked of one belief.
+/// The input for one belief.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Claim {
-    /// Its identity; claims come in the order of these.
+    /// Identity of the belief. Claims are sorted by it.
     pub id: u64,
-    /// Where the thing is remembered to be.
+    /// Remembered position of the thing.
     pub place: Position<Base>,
-    /// The agent who holds it, or `NOBODY`.
+    /// The agent that holds it, or `NOBODY`.
     pub held_by: u16,
 }
 
 impl Owners {
-    /// Nothing is anybody's yet, of up to `capacity` beliefs.
+    /// Returns an estimator without owners, for up to `capacity` beliefs.
     #[must_use]
     pub fn new(config: &Resource, capacity: usize) -> Self {
-        // Where nobody asks, there is nothing to keep.
+        // Without a rule, no memory is needed.
         let capacity = if config.by == Owning::None { 0 } else { capacity };
         Self {
             config: config.clone(),
@@ -111,17 +114,17 @@ impl Owners {
         }
     }
 
-    /// The same of the beliefs of an agent, at other times than those of others.
+    /// Sets the phase of an agent's updates, so that those of different agents fall into different steps.
     pub(crate) fn of(mut self, agent: u16) -> Self {
-        // By the golden section, whose multiples are nowhere close together.
+        // Multiples of the golden section are well spread.
         self.phase = JUDGED_EVERY.mul_f64(f64::from(agent) * 0.618 % 1.0);
-        // Whose a thing is, is known as soon when somebody possesses it, or is told.
+        // Possession and configured regions are cheap and need no delay.
         self.waits = if self.config.by == Owning::Territory { u32::from(agent) % WAITS_MOST } else { 0 };
         self
     }
 
-    /// Judges all beliefs of an instant. `agents` are those that the perspective knows of, and where.
-    /// Beliefs beyond the capacity are nobody's.
+    /// Updates the owners of all beliefs at once. `agents` are the known agents and their positions. Beliefs
+    /// beyond the capacity have no owner.
     pub fn judge(
         &mut self,
         claims: impl IntoIterator<Item = Claim>,
@@ -132,8 +135,8 @@ impl Owners {
         self.answer(agents);
     }
 
-    /// Judges the beliefs of a system, whose frame is `x_base_frame`, at an instant, if it is time. Until that has
-    /// come to an end, all is as it was judged before.
+    /// Updates the owners of a system's beliefs, whose frame is `x_base_frame`, if an update is due or in
+    /// progress. Until it is complete, the previous owners are returned.
     pub(crate) fn judge_system<F>(
         &mut self,
         system: &BeliefSystem,
@@ -150,14 +153,14 @@ impl Owners {
             }
             self.ask((0..system.len()).filter_map(|index| {
                 let (id, held_by) = (system.id(index)?, system.held_by(index)?);
-                // What has no place is in no region, and as long as there is such a thing, there are no
-                // territories: it may be between them.
+                // A thing without a position is in no region. It also prevents territories, since it may lie
+                // between them.
                 let place_m = system.position(index).map_or([f64::NAN; 3], |place_m| place_m.map(f64::from));
                 let [x, y, z] = place_m;
                 let place = *x_base_frame * Position::new(x, y, z);
                 Some(Claim { id, place, held_by })
             }));
-            // Of many, to ask is enough for one step.
+            // With many things, the update continues in the next step.
             if !self.tree.is_grown() && self.asked.len() > COMPARED {
                 return;
             }
@@ -167,8 +170,7 @@ impl Owners {
         }
     }
 
-    /// Begins to judge: by territory, the tree of the things has to grow first where they may part elsewhere than
-    /// they did.
+    /// Begins an update. By territory, the tree is rebuilt only if its cut may have changed.
     fn ask(&mut self, claims: impl IntoIterator<Item = Claim>) {
         self.asked.clear();
         self.asked.extend(claims.into_iter().take(self.capacity));
@@ -183,7 +185,7 @@ impl Owners {
         }
     }
 
-    /// Judges what was asked: by territory, once the tree is grown.
+    /// Completes an update. By territory, the tree must be complete.
     fn answer(&mut self, agents: impl IntoIterator<Item = (u16, Position<Base>), IntoIter: Clone>) {
         std::mem::swap(&mut self.claims, &mut self.asked);
         self.owners.clear();
@@ -202,16 +204,15 @@ impl Owners {
         }
     }
 
-    /// Whether the beliefs of a system are to be judged; if so, takes note that they are.
+    /// Whether an update is due; if so, records it.
     fn is_due(&mut self, system: &BeliefSystem, at: Instant) -> bool {
         let count = system.len();
-        // Identities rise: what comes is younger than all, and where nothing comes, going shows in
-        // the count.
+        // Identities increase: an arrival raises the youngest, and without one a removal lowers the count.
         let youngest = count.checked_sub(1).and_then(|last| system.id(last)).unwrap_or(0);
         let time = |at: Instant| (at + self.phase).as_nanos() / clock::nanos(JUDGED_EVERY);
         let is_known = self.judged.is_some_and(|judged| (judged.count, judged.youngest) == (count, youngest));
         if is_known {
-            // Whoever holds a thing for a moment possesses it from then on.
+            // A short hold already transfers possession, so every step counts.
             let in_time = self.judged.is_some_and(|judged| time(judged.at) == time(at));
             if in_time && self.config.by != Owning::Possession {
                 return false;
@@ -225,30 +226,29 @@ impl Owners {
         true
     }
 
-    /// The owner of the belief at an index, in the order of the claims: an agent, or `NOBODY` for what
-    /// is everybody's.
+    /// The owner of the claim at an index: an agent, or `NOBODY` if the thing is shared.
     #[must_use]
     pub fn owner(&self, index: usize) -> u16 {
         self.owners.get(index).copied().unwrap_or(NOBODY)
     }
 
-    /// The owner of a belief, by its identity and its index among those that there are now: what has come since
-    /// they were last judged is nobody's yet.
+    /// The owner of a belief, by its identity and current index. A belief newer than the last update has
+    /// none.
     pub(crate) fn owner_of(&self, index: usize, id: u64) -> u16 {
         let is_it = |index: &usize| self.claims.get(*index).is_some_and(|claim| claim.id == id);
-        // As a rule nothing has come or gone.
+        // Usually the index is unchanged.
         let found = Some(index).filter(is_it);
         let found = found.or_else(|| self.claims.binary_search_by_key(&id, |claim| claim.id).ok());
         found.map_or(NOBODY, |index| self.owner(index))
     }
 
-    /// The owners of all; none where nobody is asked.
+    /// The owners of all claims; empty without a rule.
     #[must_use]
     pub fn all(&self) -> &[u16] {
         &self.owners
     }
 
-    /// A thing is his who last held it.
+    /// The owner is the last holder.
     fn by_possession(&mut self) {
         std::mem::swap(&mut self.held, &mut self.held_before);
         self.held.clear();
@@ -262,9 +262,10 @@ impl Owners {
         }
     }
 
-    /// Two clusters by single linkage: the tree of the shortest links, cut at its longest. They are
-    /// two territories only where the gap is wide beside the links within them, each has two things,
-    /// and each is nearer to another agent.
+    /// Two clusters by single linkage: the minimum spanning tree, cut at its longest link.
+    ///
+    /// They are territories only if three conditions hold. The gap is wide relative to the links within them;
+    /// each has at least two things; each is nearest to a different agent.
     fn by_territory(&mut self, agents: &(impl Iterator<Item = (u16, Position<Base>)> + Clone)) {
         self.owners.extend(self.claims.iter().map(|_| NOBODY));
         if !self.tree.is_parted(self.config.gap_ratio.get()) {
@@ -285,8 +286,8 @@ impl Owners {
     }
 }
 
-/// The agent to whose place, seen from above, the middle of at least two things is nearest; `None` where
-/// there are fewer, or two agents are equally near.
+/// The agent nearest to the centroid of the places, seen from above. `None` with fewer than two places or on
+/// a tie.
 fn nearest(
     places: impl Iterator<Item = Position<Base>>,
     agents: impl Iterator<Item = (u16, Position<Base>)>,

@@ -14,10 +14,9 @@ use crate::senses::Senses;
 use crate::transform::place_in_base;
 use crate::{Anchor, Awareness, NoPerspective, Owners};
 
-/// What the robot takes a partner to perceive and to believe, or what a partner takes another, or
-/// the robot, to.
+/// A model of what a partner perceives and believes, as the robot or another partner sees it.
 ///
-/// Allocates in `new` and in [`Self::with_awareness`] alone.
+/// Allocates only in `new` and [`Self::with_awareness`].
 #[derive(Clone)]
 pub struct Partner {
     senses: Senses,
@@ -27,20 +26,19 @@ pub struct Partner {
     owners: Owners,
     eye: Option<Pose<Base, Eye>>,
     present: bool,
-    /// The last instant at which he was present: his beliefs are those of then.
+    /// The last instant at which the partner was present; their beliefs are frozen at it.
     at: Instant,
-    /// What perspectives within his are made from, if there are any.
+    /// The input for perspectives nested in this one, if any.
     awareness: Option<Awareness>,
 }
 
 impl Partner {
-    /// Partner `agent` (1, 2, …; within a partner's perspective also the robot, 0), of whom nothing
-    /// is known yet, with the Perception System made from the same percepts. `capacity` is that of
-    /// a frame of observations and of his belief system. Allocates all that it will ever need.
+    /// Returns partner `agent` (1, 2, …; nested in a partner's perspective also the robot, 0) without
+    /// beliefs. `capacity` limits a frame of observations and the belief system.
     ///
     /// # Errors
     ///
-    /// The configuration's beliefs or cone cannot be.
+    /// [`NoPerspective`] if the configured belief system or cone is invalid.
     pub fn new(
         agent: u16,
         perception: Perception,
@@ -51,7 +49,7 @@ impl Partner {
         Self::with_own(agent, perception, percepts, &Functions::default(), config, capacity)
     }
 
-    /// The same with a belief system that has the program's own functions.
+    /// As [`Self::new`], with plug-in functions in the belief system.
     ///
     /// # Errors
     ///
@@ -97,8 +95,8 @@ impl Partner {
         })
     }
 
-    /// The same, noting what he is aware of: perspectives within his can be made from it. Then he
-    /// also perceives occluders, and the eyes of the robot and of up to `partners` partners.
+    /// Enables nesting: records the awareness for perspectives within this one. The partner then also
+    /// perceives occluders and the eyes of the robot and of up to `partners` partners.
     #[must_use]
     pub fn with_awareness(mut self, config: &Perspective, partners: u16, capacity: usize) -> Self {
         self.senses.of_occluders = true;
@@ -106,22 +104,21 @@ impl Partner {
         self
     }
 
-    /// What he is aware of; `None` unless it is noted.
+    /// The recorded awareness; `None` unless enabled by [`Self::with_awareness`].
     #[must_use]
     pub fn awareness(&self) -> Option<&Awareness> {
         self.awareness.as_ref()
     }
 
-    /// One instant, as he perceives it, out of what the perspective that contains his is aware of
-    /// (`entries` are those that `parent` took note of).
+    /// Advances by one instant, from the awareness of the parent perspective. `entries` must be those that
+    /// `parent` recorded.
     ///
-    /// `surveyed` says of a place whether all those within whose perspectives his is would notice
-    /// that a thing is gone from there, from the robot ([`crate::Robot::surveys`]) to the parent
-    /// ([`Self::surveys`]). What the parent does not see he cannot take another to miss: the thing
-    /// may be where it was.
+    /// `surveyed` returns whether every ancestor, from the robot ([`crate::Robot::surveys`]) to the parent
+    /// ([`Self::surveys`]), would notice a missing thing at a place. A place outside the parent's view gives
+    /// no evidence of absence.
     ///
-    /// While he is absent, or his pose is unknown, nothing happens to his beliefs, nor to those
-    /// within his.
+    /// While the partner is absent or their pose is unknown, their beliefs and all nested ones stay
+    /// unchanged.
     pub fn step(
         &mut self,
         at: Instant,
@@ -168,37 +165,37 @@ impl Partner {
         self.owners.judge_system(&self.system, at, &x_base_person, agents);
     }
 
-    /// Who he is: 1, 2, …, or 0 the robot.
+    /// The agent: 1, 2, …, or 0 the robot.
     #[must_use]
     pub fn agent(&self) -> u16 {
         self.senses.frame.agent
     }
 
-    /// Whether he could perceive anything at the last step's instant.
+    /// Whether the partner was present at the last step.
     #[must_use]
     pub fn is_present(&self) -> bool {
         self.present
     }
 
-    /// Whether he would notice, as he looks now, that a thing is gone from a place.
+    /// Whether the partner, as they look now, would notice a missing thing at a place.
     #[must_use]
     pub fn surveys(&self, place: &Position<Base>) -> bool {
         self.present && surveys(&self.senses.sight, place, self.empty_margin_m)
     }
 
-    /// His frame, if he was ever perceived.
+    /// The partner's frame; `None` if they were never perceived.
     #[must_use]
     pub fn frame(&self) -> Option<Pose<Base, Person>> {
         self.anchor.frame()
     }
 
-    /// What he believes, in his frame.
+    /// The partner's beliefs, in their frame.
     #[must_use]
     pub fn beliefs(&self) -> &BeliefSystem {
         &self.system
     }
 
-    /// The head of his belief buffer. Frame and eye are the last known ones; `perceivable` and
+    /// The head of the partner's belief topic. Frame and eye are the last known ones; `perceivable` and
     /// `hidden` count observations of objects.
     #[must_use]
     pub fn head(&self, header: Header) -> BeliefHead {
@@ -223,8 +220,8 @@ impl Partner {
         head
     }
 
-    /// A belief by its place in the order of identities, evaluated at the last instant at which
-    /// he was present: while he is not, his beliefs do not even fade.
+    /// A belief by its index in the order of identities, evaluated at the last instant at which the partner
+    /// was present. During an absence it does not fade.
     #[must_use]
     pub fn entry(&self, index: usize) -> Option<Belief> {
         let mut belief = self.system.write(index, self.at)?;
@@ -233,8 +230,10 @@ impl Partner {
     }
 }
 
-/// He knows of those whose eyes are in his view, of all whom his parent sees, and of the parent itself: you know
-/// that I see only while you see me. And of what hides things from whoever is in his mind.
+/// Copies the eyes that both the parent and this partner can see into the nested context, and updates its
+/// occluders.
+///
+/// The parent's own eye is among them: your model of me has my eye only while you see me.
 fn know(
     awareness: &mut Awareness,
     sight: &Sight,
@@ -248,7 +247,7 @@ fn know(
             awareness.meet(agent, met);
         }
     }
-    // What the parent remembers stands there, as far as anybody in his mind is concerned.
+    // Occluders that the parent remembers stay in the nested context.
     let glimpses = |x_base_box: &_, half_extents_m| glimpses(sight, x_base_box, half_extents_m);
     awareness.forget(at, glimpses, |x_base_box| parent.remembers(x_base_box));
 }

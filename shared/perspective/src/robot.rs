@@ -12,14 +12,13 @@ use crate::field::Field;
 use crate::transform::place_in_base;
 use crate::{Awareness, NoPerspective, Owners};
 
-/// An entry is fetched while so many before it are looked through.
+/// Prefetch distance, in entries.
 const AHEAD: usize = 4;
 
-/// The robot's own perspective: it perceives all that was observed, in its base frame, and notices
-/// an absence where its sensors look.
+/// The robot's own perspective: it perceives all observations, in the base frame, and detects absences where
+/// its sensors look.
 ///
-/// Its eye is where its head was observed of late (a person of number 0), or where the
-/// configuration has it.
+/// Its eye is its recently observed head (a person of number 0), or the configured rest pose.
 #[derive(Clone, Debug)]
 pub struct Robot {
     system: BeliefSystem,
@@ -35,12 +34,12 @@ pub struct Robot {
 }
 
 impl Robot {
-    /// The robot without beliefs yet, aware of up to `partners` partners. `capacity` is that of a
-    /// frame of observations and of the belief system. Allocates all that it will ever need.
+    /// Returns a robot without beliefs, for up to `partners` partners. `capacity` limits a frame of
+    /// observations and the belief system.
     ///
     /// # Errors
     ///
-    /// The configuration's beliefs or field of view cannot be.
+    /// [`NoPerspective`] if the configured belief system or field of view is invalid.
     pub fn new(
         percepts: &Percepts,
         config: &Perspective,
@@ -50,7 +49,7 @@ impl Robot {
         Self::with_own(percepts, &Functions::default(), config, partners, capacity)
     }
 
-    /// The same with a belief system that has the program's own functions.
+    /// As [`Self::new`], with plug-in functions in the belief system.
     ///
     /// # Errors
     ///
@@ -92,15 +91,15 @@ impl Robot {
         })
     }
 
-    /// One instant: takes note of eyes and occluders, and believes what was perceived. Unsound
-    /// entries are refused and counted, those beyond the capacity left out and counted.
+    /// Advances by one instant: records eyes and occluders and updates the beliefs. Invalid entries are
+    /// refused and counted; entries beyond the capacity are dropped and counted.
     ///
-    /// `looked` are the sources that observed anything new, be it an empty table. What none of them
-    /// saw before is not taken to have vanished: silence is no absence.
+    /// `looked` are the sources that delivered a frame, which may be empty. Only these can report a belief as
+    /// missing.
     pub fn step(&mut self, at: Instant, looked: SourceSet, entries: &[Perceived]) {
         self.at = at;
         self.perceivable = 0;
-        // Each entry is looked through, noted and taken in before the next one: there may be many.
+        // One pass over the entries, for cache locality.
         let mut intake = self.system.begin(at);
         let noted = entries.iter().enumerate().map(|(index, entry)| {
             if let Some(later) = entries.get(index + AHEAD) {
@@ -134,31 +133,31 @@ impl Robot {
         self.owners.judge_system(&self.system, at, &Pose::<Base, Base>::identity(), agents);
     }
 
-    /// Whether it would notice, as it looks now, that a thing is gone from a place.
+    /// Whether the robot, as it looks now, would notice a missing thing at a place.
     #[must_use]
     pub fn surveys(&self, place: &Position<Base>) -> bool {
         self.field.surveys(place, self.empty_margin_m)
     }
 
-    /// What it is aware of: the perspectives of its partners are made from it.
+    /// The input for the partners' perspectives.
     #[must_use]
     pub fn awareness(&self) -> &Awareness {
         &self.awareness
     }
 
-    /// What it believes.
+    /// The robot's beliefs.
     #[must_use]
     pub fn beliefs(&self) -> &BeliefSystem {
         &self.system
     }
 
-    /// Entries that were no observation or no percepts, and were refused.
+    /// Number of entries refused because the observation or its percepts were invalid.
     #[must_use]
     pub fn refused(&self) -> u64 {
         self.refused
     }
 
-    /// The head of its belief buffer.
+    /// The head of the robot's belief topic.
     #[must_use]
     pub fn head(&self, header: Header) -> BeliefHead {
         let counts = self.system.counts();
@@ -176,7 +175,7 @@ impl Robot {
         head
     }
 
-    /// A belief by its place in the order of identities, evaluated at the last step's instant.
+    /// A belief by its index in the order of identities, evaluated at the last step's instant.
     #[must_use]
     pub fn entry(&self, index: usize) -> Option<Belief> {
         let mut belief = self.system.write(index, self.at)?;

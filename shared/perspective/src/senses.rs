@@ -8,14 +8,14 @@ use crate::field::glimpses;
 use crate::robot::is_object;
 use crate::transform::{observe_from, place_of_thing};
 
-/// A thing is seen when more than this share of its sample points is.
+/// A thing is seen if more than this share of its sample points is visible.
 const MAJORITY: f64 = 0.5;
 
-/// So many observations are moved into his frame before they are perceived there, and then told: what has just
-/// been written is read late, and what was written long ago lies far away.
+/// Number of observations that are transformed before they are perceived again. A batch this small stays in
+/// the cache and still hides the store-to-load latency.
 const TOGETHER: usize = 64;
 
-/// With what an agent perceives, and what of that which his parent is aware of.
+/// The senses of an agent and what they perceived of the parent's observations.
 #[derive(Clone)]
 pub(crate) struct Senses {
     pub(crate) frame: Frame,
@@ -23,20 +23,21 @@ pub(crate) struct Senses {
     pub(crate) sight: Sight,
     pub(crate) samples: Samples,
     pub(crate) hearing_range_m: f64,
-    /// Whether he also perceives occluders.
+    /// Whether occluders are perceived too.
     pub(crate) of_occluders: bool,
     /// V (Eq. 8) of each observation.
     pub(crate) visible: Vec<bool>,
     /// O' (Eq. 7).
     pub(crate) perceived: Vec<Perceived>,
-    /// Objects that he does not perceive.
+    /// Number of objects not perceived.
     pub(crate) hidden: usize,
-    /// Observations that were none in his frame.
+    /// Number of observations that are invalid in the agent's frame.
     pub(crate) refused: u64,
 }
 
 impl Senses {
-    /// O' = {P(o') | o' ∈ O, V(o') = 1} (Eq. 7), perceived again in his frame and told at once, each with its index.
+    /// O' = {P(o') | o' ∈ O, V(o') = 1} (Eq. 7), perceived again in the agent's frame. Calls `tell` with each
+    /// entry and its index.
     pub(crate) fn perceive(
         &mut self,
         entries: &[Perceived],
@@ -61,7 +62,7 @@ impl Senses {
         }
     }
 
-    /// V of one observation; of an object that he perceives, how it is in his frame.
+    /// Evaluates V of one observation and, for a perceived object, transforms it into the agent's frame.
     fn look_at(&mut self, entry: &Perceived, aware: bool, x_person_base: &Pose<Person, Base>) {
         let Perceived { observation, .. } = entry;
         let is_asked = aware && (is_object(entry) || self.of_occluders && is_occluder(observation));
@@ -76,19 +77,19 @@ impl Senses {
             return;
         };
         self.perceived.push(*entry);
-        // In its place: put together first, it would be copied twice.
+        // Written in place to avoid a second copy.
         if let Some(Perceived { observation, .. }) = self.perceived.last_mut() {
             observe_from(x_person_base, &x_base_thing, observation);
             if !observation.is_placed() {
-                // Further away from him than anything is.
+                // Out of range in the agent's frame.
                 self.perceived.pop();
                 self.refused += 1;
             }
         }
     }
 
-    /// V (Eq. 8), for each sense its own; an actor perceives what he himself handles. Of an occluder
-    /// a glimpse is enough.
+    /// V (Eq. 8) by modality. An agent always perceives what it holds. Any visible part of an occluder is
+    /// enough.
     fn perceives(
         &self,
         observation: &Observation,
@@ -108,7 +109,7 @@ impl Senses {
             Some(Modality::Hearing) => {
                 self.sight.eye().distance(&x_base_thing.origin()) <= self.hearing_range_m
             }
-            // What the robot feels in its own joints, nobody else feels.
+            // Touch is the robot's own: no other agent perceives it.
             Some(Modality::Touch) | None => false,
         }
     }

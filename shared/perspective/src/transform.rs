@@ -2,26 +2,26 @@ use geometry::{Base, Person, Pose, Position, Thing};
 use message::Observation;
 use quantity::number::single;
 
-/// Where an observation was made, in the base frame; `None` where its numbers are no pose.
+/// The pose of an observation in the base frame; `None` if its numbers are no valid pose.
 #[must_use]
 pub fn place_of<B>(observation: &Observation) -> Option<Pose<Base, B>> {
     Pose::from_parts(observation.position_m.map(f64::from), observation.orientation_xyzw.map(f64::from))
 }
 
-/// The pose and half extents of the box that stands for an observed thing.
+/// The pose and half extents of the bounding box of an observed thing, in the base frame and in metres.
 #[must_use]
 pub fn place_of_thing(observation: &Observation) -> Option<(Pose<Base, Thing>, [f64; 3])> {
     Some((place_of(observation)?, observation.half_extents_m.map(f64::from)))
 }
 
-/// P (Eq. 9): the observation as a person makes it, in his frame.
+/// P (Eq. 9): an observation in a person's frame.
 ///
-/// Only the pose changes. What is indexical besides (left, near, mine) is no part of an
-/// observation: it is perceived in the new frame.
+/// Only the pose changes. Other indexical content (left, near, mine) is not part of an observation: it is
+/// perceived again in the new frame.
 ///
-/// Worked: he stands at x = 1.5 m and faces the robot, so P(x, y, z) = (1.5 − x, −y, z), and every heading is
-/// half a turn less. What stands 0.25 m to the left before the robot, at (0.5, 0.25, 0.05) m and turned by a
-/// quarter to the left, is at (1.0, −0.25, 0.05) m before him, to his right and turned by a quarter to the right.
+/// Example: the partner stands at x = 1.5 m facing the robot. So P(x, y, z) = (1.5 − x, −y, z), and every
+/// heading changes by half a turn. A thing at (0.5, 0.25, 0.05) m, turned by a quarter to the left, maps to
+/// (1.0, −0.25, 0.05) m. That is on the partner's right, turned by a quarter to the right.
 ///
 /// ```
 /// use config::percepts::Percepts;
@@ -64,7 +64,7 @@ pub fn observed_from(
     his
 }
 
-/// [`observed_from`] in the place of the observation.
+/// [`observed_from`] in place.
 #[inline]
 pub(crate) fn observe_from(
     x_person_base: &Pose<Person, Base>,
@@ -76,7 +76,7 @@ pub(crate) fn observe_from(
     observation.orientation_xyzw = x_person_thing.orientation_xyzw().map(single);
 }
 
-/// A remembered place of a person's frame, in the base frame.
+/// Transforms a position of a person's frame into the base frame.
 pub(crate) fn place_in_base(x_base_person: &Pose<Base, Person>, place_m: [f32; 3]) -> Position<Base> {
     let [x, y, z] = place_m.map(f64::from);
     *x_base_person * Position::new(x, y, z)

@@ -1,4 +1,4 @@
-//! The promise that comparing two perspectives allocates nothing after `new`.
+//! Guarantees that comparing two perspectives allocates nothing after `new`.
 
 #![expect(clippy::unwrap_used, reason = "a test fails by panicking")]
 
@@ -9,7 +9,7 @@ use testkit::allocations_in;
 
 const CAPACITY: usize = 40;
 
-/// More beliefs than there is room for, which move, change and are begun anew.
+/// More beliefs than the capacity, which move, change and restart.
 fn beliefs(side: u64, round: u64) -> Vec<Belief> {
     let number = |value: u64| f32::from(u16::try_from(value % 1000).unwrap());
     let belief = |thing: u64| {

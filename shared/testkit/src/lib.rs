@@ -1,8 +1,8 @@
-//! What several crates' tests and benchmarks need: an allocator that counts, for the promise that a
-//! step allocates nothing, and for what is kept.
+//! Test support for several crates: a global allocator that counts, to prove that a step allocates nothing
+//! and to measure what is kept.
 //!
-//! Whoever names this crate in a test has its allocator. It hands every call on to the system's
-//! and counts the calling thread's, so tests that run beside one another do not disturb it.
+//! A test that uses this crate gets its allocator. It forwards every call to the system's allocator and
+//! counts per thread, so that parallel tests do not affect each other.
 //!
 //! ```
 //! let mut kept = Vec::new();
@@ -30,7 +30,7 @@ thread_local! {
 }
 
 fn take(bytes: usize) {
-    // The thread's storage may be gone when the thread ends.
+    // The thread-local may be destroyed while the thread ends.
     let _gone = ALLOCATIONS.try_with(|count| count.set(count.get() + 1));
     let _gone = TAKEN.try_with(|taken| taken.set(taken.get().wrapping_add(bytes)));
     sizes::count(bytes, 1);
@@ -41,32 +41,32 @@ fn give_back(bytes: usize) {
     sizes::count(bytes, -1);
 }
 
-// SAFETY: every call is handed to the system's allocator as it came, which keeps the promises of
-// the trait; counting in a constant-initialised thread local allocates nothing, but for the counts by
-// size, which do not count themselves.
+// SAFETY: every call is forwarded unchanged to the system's allocator, which fulfils the contract of the
+// trait. Counting in a constant-initialised thread-local allocates nothing, except for the counts by size,
+// which do not count themselves.
 unsafe impl GlobalAlloc for Counting {
     unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
         take(layout.size());
-        // SAFETY: the caller's promises about `layout` are those that `System` asks for.
+        // SAFETY: the caller's guarantees about `layout` are those that `System` requires.
         unsafe { System.alloc(layout) }
     }
 
     unsafe fn alloc_zeroed(&self, layout: Layout) -> *mut u8 {
         take(layout.size());
-        // SAFETY: the caller's promises about `layout` are those that `System` asks for.
+        // SAFETY: the caller's guarantees about `layout` are those that `System` requires.
         unsafe { System.alloc_zeroed(layout) }
     }
 
     unsafe fn dealloc(&self, pointer: *mut u8, layout: Layout) {
         give_back(layout.size());
-        // SAFETY: the pointer came from `System` with this layout, since `alloc` hands on to it.
+        // SAFETY: the pointer came from `System` with this layout, since `alloc` forwards to it.
         unsafe { System.dealloc(pointer, layout) }
     }
 
     unsafe fn realloc(&self, pointer: *mut u8, layout: Layout, size: usize) -> *mut u8 {
         take(size);
         give_back(layout.size());
-        // SAFETY: the pointer came from `System` with this layout, since `alloc` hands on to it.
+        // SAFETY: the pointer came from `System` with this layout, since `alloc` forwards to it.
         unsafe { System.realloc(pointer, layout, size) }
     }
 }
@@ -74,14 +74,14 @@ unsafe impl GlobalAlloc for Counting {
 #[global_allocator]
 static ALLOCATOR: Counting = Counting;
 
-/// How often the calling thread allocates, or grows what it has, in `work`.
+/// Number of allocations and reallocations of the calling thread in `work`.
 pub fn allocations_in(work: impl FnOnce()) -> u64 {
     let before = ALLOCATIONS.get();
     work();
     ALLOCATIONS.get() - before
 }
 
-/// What `work` gives, and the bytes that the calling thread took for it and did not give back.
+/// The result of `work`, and the bytes that the calling thread allocated in it and did not free.
 pub fn bytes_kept_by<T>(work: impl FnOnce() -> T) -> (T, usize) {
     let kept = || TAKEN.get().wrapping_sub(GIVEN_BACK.get());
     let before = kept();
@@ -114,9 +114,9 @@ mod tests {
             drop(old);
             (grown, vec![1_u8; 40], vec![1_u8; 7])
         });
-        // One of 40 bytes for the other.
+        // One block of 40 bytes is allocated and one freed.
         assert_eq!((kept.0.len(), pieces), (16, [(7, 1), (24, -1), (64, 1)].into()));
-        // And nothing of what is not asked about.
+        // Nothing is counted outside of `by_size_in`.
         drop(kept);
         assert!(by_size_in(|| ()).1.is_empty());
     }

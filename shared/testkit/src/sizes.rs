@@ -4,23 +4,23 @@ use std::mem::ManuallyDrop;
 
 thread_local! {
     static IS_COUNTING: Cell<bool> = const { Cell::new(false) };
-    /// Nothing is to be done for it when the thread ends: the allocator is still called then.
+    /// Never dropped: the allocator is still called while the thread ends.
     static COUNTS: RefCell<ManuallyDrop<BTreeMap<usize, i64>>> =
         const { RefCell::new(ManuallyDrop::new(BTreeMap::new())) };
 }
 
-/// Counts so many pieces of a size more, where somebody wants to know.
+/// Adds `more` to the count of blocks of a size, while counting is on.
 pub(crate) fn count(bytes: usize, more: i64) {
     if IS_COUNTING.get() {
-        // What the counts themselves allocate comes here too.
+        // Allocations of the map itself are not counted.
         IS_COUNTING.set(false);
         COUNTS.with_borrow_mut(|counts| *counts.entry(bytes).or_default() += more);
         IS_COUNTING.set(true);
     }
 }
 
-/// What `work` gives; and by their size, how many pieces of memory the calling thread took for it and did not
-/// give back, fewer than none where it gave back more.
+/// The result of `work`, and the net number of blocks by size that the calling thread allocated in it;
+/// negative if it freed more.
 ///
 /// ```
 /// let old = vec![0_u8; 100];

@@ -1,4 +1,4 @@
-//! MCAP files by hand: small ones that expand to much.
+//! Hand-made MCAP files: small files that expand to many bytes.
 
 use std::collections::BTreeMap;
 
@@ -14,7 +14,7 @@ impl Mcap {
         file
     }
 
-    /// One that says that it is a recording of Leo, in lockstep time.
+    /// The header of a recording of Leo, in lockstep time.
     pub(super) fn recording() -> Self {
         let about = BTreeMap::from([
             ("time", "lockstep"),
@@ -35,7 +35,7 @@ impl Mcap {
         self
     }
 
-    /// A chunk of records, compressed, with its right check sum or none.
+    /// A compressed chunk of records, with a valid check sum or none.
     pub(super) fn chunk(&mut self, records: &[u8], is_checked: bool) -> &mut Self {
         let small = zstd::encode_all(records, 3).expect("compresses");
         let crc = if is_checked { crc32fast::hash(records) } else { 0 };
@@ -44,7 +44,7 @@ impl Mcap {
         self.record(0x06, &[head, small].concat())
     }
 
-    /// The whole file.
+    /// The complete file.
     pub(super) fn end(&mut self) -> Vec<u8> {
         self.record(0x0F, &[0; 4]);
         self.record(0x02, &[0; 20]);
@@ -62,21 +62,21 @@ pub(super) fn text(text: &str) -> Vec<u8> {
     [&u32::try_from(text.len()).expect("is short").to_le_bytes(), text.as_bytes()].concat()
 }
 
-/// A schema of so many bytes.
+/// A schema of `bytes` bytes.
 pub(super) fn schema(id: u16, encoding: &str, bytes: usize) -> Vec<u8> {
     let length = u32::try_from(bytes).expect("is short").to_le_bytes();
     let body = [&id.to_le_bytes()[..], &text("a"), &text(encoding), &length, &vec![b'a'; bytes]];
     record(0x03, &body.concat())
 }
 
-/// An attachment of so many bytes.
+/// An attachment of `bytes` bytes.
 pub(super) fn attachment(name: &str, bytes: usize) -> Vec<u8> {
     let length = u64::try_from(bytes).expect("a length").to_le_bytes();
     let body = [&[0; 16][..], &text(name), &text("text/plain"), &length, &vec![b'a'; bytes], &[0; 4]];
     record(0x09, &body.concat())
 }
 
-/// A channel of observations of a source, in JSON.
+/// A channel of a source's observations, in JSON.
 pub(super) fn channel(source: u16) -> Vec<u8> {
     let topic = text(&format!("observations/{source}"));
     let ids = [source.to_le_bytes(), [0; 2]].concat();
@@ -87,7 +87,7 @@ pub(super) fn message(channel: u16, json: &str) -> Vec<u8> {
     record(0x05, &[&channel.to_le_bytes()[..], &[0; 20], json.as_bytes()].concat())
 }
 
-/// Takes the check sums of all chunks out of a file; how many there were.
+/// Clears the check sums of all chunks; returns the number of chunks.
 pub(super) fn without_check_sums(file: &mut [u8]) -> usize {
     const CRC: usize = 9 + 24;
     let (mut at, mut chunks) = (MAGIC.len(), 0);

@@ -1,4 +1,4 @@
-//! Frames of the percept buffer to the core of the belief process.
+//! Fuzzes the core of the belief process with frames of percept snapshots.
 #![no_main]
 
 #[path = "../../../services/belief/tests/bytes/mod.rs"]

@@ -1,4 +1,4 @@
-//! What comes from the network to one end of the link.
+//! Fuzzes one end of a link session with messages from the network.
 #![no_main]
 
 #[path = "../../../services/link/tests/bytes/mod.rs"]

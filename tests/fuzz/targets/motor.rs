@@ -1,4 +1,4 @@
-//! Any bytes as joint goals, and as what the servo buses answer.
+//! Fuzzes the motor process with joint goals and servo bus replies.
 #![no_main]
 
 #[path = "../../../services/motor/tests/bytes/mod.rs"]

@@ -1,4 +1,4 @@
-//! What a browser says to the page's server: heads of requests, frames of a WebSocket, messages.
+//! Fuzzes the page's server with HTTP requests, WebSocket frames and messages.
 #![no_main]
 
 #[path = "../fed.rs"]

@@ -1,4 +1,4 @@
-//! Files of any bytes to the readers of recordings and traces.
+//! Fuzzes the readers of recordings and traces with files.
 #![no_main]
 
 #[path = "../../../shared/recording/tests/bytes/mod.rs"]

@@ -1,4 +1,4 @@
-//! Frames of observations to the core of the sensor process.
+//! Fuzzes the core of the sensor process with frames of observations.
 #![no_main]
 
 #[path = "../../../services/sensor/tests/bytes/mod.rs"]

@@ -1,4 +1,4 @@
-//! Damaged fast replies to their reader.
+//! Fuzzes the reader of Fast Sync Read replies with damaged ones.
 #![no_main]
 
 #[path = "../../../shared/servo/tests/bytes/mod.rs"]

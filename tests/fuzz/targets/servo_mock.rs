@@ -1,4 +1,4 @@
-//! What a host says to a mock bus, with faults and without.
+//! Fuzzes a mock bus with instructions of a host, with and without faults.
 #![no_main]
 
 #[path = "../../../shared/servo/tests/bytes/mod.rs"]

@@ -1,4 +1,4 @@
-//! Streams of bytes to the parser of servo frames.
+//! Fuzzes the parser of servo packets with byte streams.
 #![no_main]
 
 #[path = "../../../shared/servo/tests/bytes/mod.rs"]

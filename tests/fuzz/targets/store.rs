@@ -1,4 +1,4 @@
-//! Any damage to a store of what was learned, and any bytes in its place.
+//! Fuzzes the store of learned tasks with damage and arbitrary bytes.
 #![no_main]
 
 #[path = "../../../shared/store/tests/bytes/mod.rs"]

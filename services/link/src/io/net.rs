@@ -1,4 +1,4 @@
-//! The network: bytes to the other machine and from it, over QUIC, on a thread of its own.
+//! The network: sends and receives messages over QUIC on a thread of its own.
 
 use std::thread::JoinHandle;
 
@@ -22,20 +22,20 @@ mod verifier;
 pub use keys::KeyError;
 pub(crate) use keys::Keys;
 
-/// Messages that wait for the network, and for the loop.
+/// Capacities of the queues to and from the network thread, in messages.
 const OUTGOING: usize = 4;
 const INCOMING: usize = 256;
 
-/// What a message is.
+/// The kind of a message.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Sort {
-    /// A pulse: waits for nothing, and is not said again where it is lost.
+    /// Heartbeat: an unreliable datagram.
     Pulse,
-    /// A bundle of frames: they come in order.
+    /// Batch of frames, reliable and in order.
     Bundle,
 }
 
-/// A message that came.
+/// A received message.
 #[derive(Debug)]
 pub(crate) struct Message {
     pub(crate) sort: Sort,
@@ -43,7 +43,7 @@ pub(crate) struct Message {
     pub(crate) bytes: Vec<u8>,
 }
 
-/// The network as the loop has it: neither sending nor receiving waits. Dropping it takes leave of the other machine.
+/// Handle of the network thread; sending and receiving never block. Dropping it closes all connections.
 #[derive(Debug)]
 pub(crate) struct Net {
     to: Option<Sender<(Sort, Vec<u8>)>>,
@@ -52,9 +52,9 @@ pub(crate) struct Net {
 }
 
 impl Net {
-    /// Begins to connect, and goes on by itself.
+    /// Starts the thread, which keeps connecting.
     ///
-    /// Of a machine that does not agree, no bundle is taken into memory.
+    /// Batches of an incompatible peer are refused before they are in memory.
     pub(crate) fn start(link: &Link, agreement: Agreement) -> Result<Self, String> {
         let keys = Keys::read(link).map_err(|error| error.to_string())?;
         if let Some(refusal) = keys.own_refusal(link, UnixTime::now()) {
@@ -68,7 +68,7 @@ impl Net {
         let carry = move || {
             let carried = peers::carry(keys, agreement, listen, connect, incoming, outgoing);
             runtime.block_on(LocalSet::new().run_until(carried));
-            // A name that is still being looked up is not waited for.
+            // Does not wait for a name lookup in progress.
             runtime.shutdown_background();
         };
         let thread = std::thread::Builder::new().name("link-net".to_owned()).spawn(carry);
@@ -76,17 +76,17 @@ impl Net {
         Ok(Self { to: Some(to), from, thread: Some(thread) })
     }
 
-    /// Whether nothing goes out and comes in any more, for good: its thread is gone.
+    /// Whether the thread has ended, which is permanent.
     pub(crate) fn is_over(&self) -> bool {
         self.thread.as_ref().is_none_or(JoinHandle::is_finished)
     }
 
-    /// Whether a message could be handed over now.
+    /// Whether a message can be queued now.
     pub(crate) fn has_room(&self) -> bool {
         self.to.as_ref().is_some_and(|to| to.capacity() > 0)
     }
 
-    /// Hands over a message. Where the network is busy it is dropped, as if it were lost on the way.
+    /// Queues a message. It is dropped if the queue is full, like a packet lost on the way.
     pub(crate) fn send(&self, sort: Sort, bytes: Vec<u8>) {
         let Some(to) = &self.to else { return };
         match to.try_send((sort, bytes)) {
@@ -94,7 +94,7 @@ impl Net {
         }
     }
 
-    /// A message that came.
+    /// The next received message, if any.
     pub(crate) fn receive(&self) -> Option<Message> {
         self.from.try_recv().ok()
     }
@@ -102,22 +102,22 @@ impl Net {
 
 impl Drop for Net {
     fn drop(&mut self) {
-        // Its thread ends when nobody can send any more.
+        // The thread ends when the last sender is dropped.
         self.to = None;
         if let Some(thread) = self.thread.take() {
-            // What panicked there has been told by then.
+            // The panic hook has reported any panic by now.
             let _ended = thread.join();
         }
     }
 }
 
-/// Where what is sent comes out in a test, and where what comes is put in.
+/// The network's ends of the two queues, for tests.
 #[cfg(test)]
 pub(crate) type Ends = (mpsc::Receiver<(Sort, Vec<u8>)>, crossbeam::channel::Sender<Message>);
 
 #[cfg(test)]
 impl Net {
-    /// A network that tests carry.
+    /// A network without a thread, for tests.
     pub(crate) fn by_hand() -> (Self, Ends) {
         let (to, outgoing) = mpsc::channel(OUTGOING);
         let (incoming, from) = bounded(INCOMING);

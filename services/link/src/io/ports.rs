@@ -1,4 +1,4 @@
-//! The topics of this machine, as bytes.
+//! Access to this machine's topics as bytes.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -14,14 +14,14 @@ use transport::{Inlet, Outlet};
 use crate::Stream;
 use crate::outbox::Place;
 
-/// Who takes a frame that was read.
+/// Callback for a frame that was read.
 type Taker<'a> = &'a mut dyn FnMut(Stream, Place, Arc<[u8]>);
 
-/// A topic that is read.
+/// A subscribed topic.
 trait Tap {
     fn stream(&self) -> Stream;
     fn take(&mut self, to: Taker<'_>) -> Result<(), Failure>;
-    /// Reads on as somebody new; nothing is lost or taken twice.
+    /// Subscribes again, so that the writer sees a new subscriber. No frame is lost or read twice.
     fn begin_anew(&mut self, member: &Member, to: Taker<'_>) -> Result<(), Failure>;
     fn drops(&self) -> u64;
 }
@@ -30,9 +30,9 @@ struct Read<T: Topic> {
     stream: Stream,
     inlet: Inlet<T>,
     bytes: Vec<u8>,
-    /// Where the frame was that was taken last.
+    /// The last frame read.
     place: Option<Place>,
-    /// What the inlets before this one dropped.
+    /// Frames dropped by earlier subscribers.
     drops: u64,
 }
 
@@ -57,7 +57,7 @@ impl<T: Topic<Head: Bytes, Entry: Bytes>> Tap for Read<T> {
     }
 
     fn begin_anew(&mut self, member: &Member, to: Taker<'_>) -> Result<(), Failure> {
-        // Both hold what is written between here and the end of this function: the former one's are taken first.
+        // Both subscribers receive what is written in between, so the old one is drained first.
         let next = member.inlet::<T>(self.stream.name().1)?;
         self.take(to)?;
         self.drops += self.inlet.drops();
@@ -70,7 +70,7 @@ impl<T: Topic<Head: Bytes, Entry: Bytes>> Tap for Read<T> {
     }
 }
 
-/// A topic that is written in the stead of who writes it on the other machine.
+/// A published topic whose writer runs on the other machine.
 trait Spring {
     fn give(&mut self, bytes: &[u8]) -> Result<bool, Failure>;
     fn has_newcomers(&mut self) -> bool;
@@ -83,7 +83,7 @@ impl<T: Topic<Head: Bytes, Entry: Bytes>> Spring for Outlet<T> {
         if entries.len() > self.capacity() {
             return Ok(false);
         }
-        // It is the other writer's frame: with its number, its life and its stamps.
+        // The frame keeps its writer's sequence number, incarnation and stamps.
         self.send_all(head, &entries, |sent| *sent.header_mut() = *head.header())?;
         Ok(true)
     }
@@ -97,7 +97,7 @@ impl<T: Topic<Head: Bytes, Entry: Bytes>> Spring for Outlet<T> {
     }
 }
 
-/// The topics that are read on this machine.
+/// The topics read on this machine.
 pub(crate) struct Taps(Vec<Box<dyn Tap>>);
 
 impl Taps {
@@ -124,12 +124,12 @@ impl Taps {
         Ok(Self(streams.iter().map(open).collect::<Result<_, _>>()?))
     }
 
-    /// Takes every frame that waits.
+    /// Reads all pending frames.
     pub(crate) fn take(&mut self, to: Taker<'_>) -> Result<(), Failure> {
         self.0.iter_mut().try_for_each(|tap| tap.take(to))
     }
 
-    /// Reads on as somebody new where the writer of a topic tells newcomers what they missed.
+    /// Subscribes again to the latched topic, so that its writer replays to new subscribers.
     pub(crate) fn begin_anew(&mut self, member: &Member, to: Taker<'_>) -> Result<(), Failure> {
         let retold = self.0.iter_mut().find(|tap| tap.stream() == Stream::RETOLD);
         retold.map_or(Ok(()), |tap| tap.begin_anew(member, to))
@@ -140,7 +140,7 @@ impl Taps {
     }
 }
 
-/// The topics that are written on this machine.
+/// The topics published on this machine.
 #[derive(Default)]
 pub(crate) struct Springs(BTreeMap<Stream, Box<dyn Spring>>);
 
@@ -172,12 +172,12 @@ impl Springs {
         Ok(Self(streams.iter().map(open).collect::<Result<_, Failure>>()?))
     }
 
-    /// Publishes a frame; `false` where it is none of a topic that is written here.
+    /// Publishes a frame; `false` if the topic is not published here or the frame does not fit.
     pub(crate) fn give(&mut self, stream: Stream, bytes: &[u8]) -> Result<bool, Failure> {
         self.0.get_mut(&stream).map_or(Ok(false), |spring| spring.give(bytes))
     }
 
-    /// Whether somebody began to read what its writer, on the other machine, tells newcomers.
+    /// Whether the latched topic has a new local subscriber.
     pub(crate) fn has_newcomers(&mut self) -> bool {
         self.0.get_mut(&Stream::RETOLD).is_some_and(|spring| spring.has_newcomers())
     }
@@ -187,5 +187,5 @@ impl Springs {
     }
 }
 
-/// Entries of a frame of what people and processes say to each other.
+/// Capacity of a frame of commands, utterances or events, in entries.
 const WORDS: usize = 64;

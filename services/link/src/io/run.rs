@@ -14,29 +14,29 @@ use crate::io::ports::{Springs, Taps};
 use crate::talk::Talk;
 use crate::wire::{Bundle, Frame, Nonsense, Pulse};
 
-/// The board is written this often.
+/// Write period of the health board.
 const TELL_EVERY: Duration = Duration::from_millis(100);
-/// After a silence much is said at once. A frame of a topic of which every one is wanted is published this
-/// often at most: who reads it, and looks every 50 ms at least, has queues of a few frames.
+/// Minimum interval between two frames of a reliable topic after a reconnect. Local readers poll at 20 Hz or
+/// faster and have queues of a few frames.
 const SAY_EVERY: Duration = Duration::from_millis(20);
-/// Frames that wait for that at most.
+/// Maximum number of frames that wait for it.
 const UNSAID_MOST: usize = 8192;
 
-/// Whether the keys that the link is configured with can be used.
+/// Checks the keys of the link's configuration.
 ///
 /// # Errors
 ///
-/// One cannot.
+/// [`KeyError`] if a file cannot be read or used.
 pub fn check(link: &Link) -> Result<(), KeyError> {
     if link.side == Side::Off { Ok(()) } else { Keys::read(link).map(drop) }
 }
 
-/// Carries frames until the process is told to stop.
+/// Runs the link until the process is told to stop.
 ///
 /// # Errors
 ///
-/// The domain cannot be joined, or the middleware failed. A network that cannot be used is none: it is tried
-/// again.
+/// The domain cannot be joined, the keys cannot be used, or the middleware failed. A failed network
+/// connection is no error: it is retried.
 pub fn run(launch: &Launch, robot: &Robot) -> Result<(), Failure> {
     let (leo, link) = (&robot.leo, &robot.leo.link);
     let mut member = Member::join(launch, Process::Link, &leo.buffers, &link.realtime)?;
@@ -65,7 +65,7 @@ pub fn run(launch: &Launch, robot: &Robot) -> Result<(), Failure> {
         carrier.talk.joined += u64::from(carrier.springs.has_newcomers());
         carrier.hear(&net)?;
         if carrier.talk.take_newcomers() {
-            // The writer hears of them by this reader, which begins anew in their stead.
+            // The writer sees this reader as the new subscriber and replays to it.
             let took = &mut |stream, place, bytes| carrier.talk.push(now, stream, place, bytes);
             if let Err(error) = taps.begin_anew(&member, took) {
                 tracing::warn!(%error, "who begins to listen on the other machine is not told what was learned before");
@@ -86,26 +86,26 @@ pub fn run(launch: &Launch, robot: &Robot) -> Result<(), Failure> {
     Ok(())
 }
 
-/// The link of this machine: what it says and hears, and what is published of that.
+/// The state of the link on this machine: the session and the local publishers.
 struct Carrier {
     talk: Talk,
     springs: Springs,
     instants: BTreeMap<Stream, Instants>,
     agreement: Agreement,
     late_after: Duration,
-    /// What is to be published yet of what was said, with what this machine's time is ahead by.
+    /// Received reliable frames that are not published yet, each with the clock offset to add.
     unsaid: VecDeque<(Frame, i64)>,
-    /// From when on the next of it may be, by stream.
+    /// Earliest publishing time of the next reliable frame, by stream.
     say_at: BTreeMap<Stream, Instant>,
     health: LinkHealth,
-    /// What the other machine means otherwise, as it was said last.
+    /// The last reported incompatibility of the peer.
     refusing: Option<Disagreement>,
-    /// Whether there are two other machines, and that was said.
+    /// Whether a second peer was reported.
     is_crowded: bool,
 }
 
 impl Carrier {
-    /// One that sends frames of these streams, and publishes none yet.
+    /// A link that sends these streams and publishes none yet.
     fn new(agreement: Agreement, here: &[Stream], now: Instant) -> Self {
         Self {
             talk: Talk::new(now.as_nanos(), here, now),
@@ -121,7 +121,8 @@ impl Carrier {
         }
     }
 
-    /// Takes what came, and publishes what is new: what was said, in order, and then the newest of the rest.
+    /// Processes received messages and publishes new frames: reliable ones in order, then the newest of the
+    /// others.
     fn hear(&mut self, net: &Net) -> Result<(), Failure> {
         let mut newest = BTreeMap::<Stream, (Frame, i64)>::new();
         while let Some(Message { sort, at, bytes }) = net.receive() {
@@ -154,7 +155,7 @@ impl Carrier {
         newest.into_values().try_for_each(|(frame, ahead_ns)| self.publish(&frame, ahead_ns))
     }
 
-    /// Publishes what was said, in order, a frame of each stream now and then.
+    /// Publishes pending reliable frames in order, rate-limited by stream.
     fn say(&mut self) -> Result<(), Failure> {
         let beyond = self.unsaid.len().saturating_sub(UNSAID_MOST);
         self.health.refused += count(self.unsaid.drain(..beyond).len());
@@ -178,13 +179,13 @@ impl Carrier {
         }
     }
 
-    /// What has to be said of a message that is refused: the same is said once, until the other machine is heard.
+    /// The incompatibility to report, once until the peer is connected again.
     fn news(&mut self, nonsense: Nonsense) -> Option<Disagreement> {
         let Nonsense::Disagreement(disagreement) = nonsense else { return None };
         (self.refusing.replace(disagreement) != Some(disagreement)).then_some(disagreement)
     }
 
-    /// Publishes a frame in this machine's time, `ahead_ns` ahead of that of the other one.
+    /// Publishes a frame after its timestamps are converted; `ahead_ns` is this clock minus the peer's.
     fn publish(&mut self, frame: &Frame, ahead_ns: i64) -> Result<(), Failure> {
         let Some(instants) = self.instants.get(&frame.stream) else {
             self.health.refused += 1;
@@ -205,14 +206,14 @@ impl Carrier {
         Ok(())
     }
 
-    /// Whether a command is of so long ago that nobody knows what it would do now.
+    /// Whether a command is too old to be executed.
     fn is_late(&self, bytes: &[u8]) -> bool {
         use message::Bytes as _;
         let given_at = Instant::from_nanos(Header::get(bytes).valid_at_ns);
         clock::now().since(given_at) > self.late_after
     }
 
-    /// Notes whether the other machine is there, and says when that changes.
+    /// Updates whether the peer is connected and logs changes.
     fn listen(&mut self, now: Instant) {
         self.talk.listen(now);
         let is_heard = self.talk.is_heard();
@@ -232,7 +233,7 @@ impl Carrier {
         }
     }
 
-    /// Sends what is due, where the network has room.
+    /// Sends what is due while the network has room.
     fn speak(&mut self, net: &Net, now: Instant) {
         if let Some(pulse) = self.talk.pulse(now) {
             self.send(net, Sort::Pulse, pulse.to_bytes(self.agreement));
@@ -263,7 +264,7 @@ impl Carrier {
         }
     }
 
-    /// What was nonsense, or came of somebody else than the other machine.
+    /// Number of malformed messages and messages of a foreign peer.
     fn refused(&self) -> u64 {
         self.health.refused + self.talk.strange
     }

@@ -5,7 +5,7 @@ use proptest::prelude::*;
 use super::*;
 use crate::wire::Frame;
 
-/// A network of one way each: what is under way, when it comes, and in order.
+/// A one-way network: messages in flight with their delivery times, in order.
 #[derive(Default)]
 struct Way {
     messages: VecDeque<(u64, Message)>,
@@ -16,10 +16,10 @@ enum Message {
     Bundle(Bundle),
 }
 
-/// Of the clock of the robot's machine, that of the other one is ahead by so much.
+/// The remote machine's clock minus the robot's.
 const AHEAD_NS: u64 = 7_000_000_000;
 
-/// What was heard on the other machine.
+/// The values received on the remote machine.
 #[derive(Default)]
 struct Heard {
     said: Vec<u8>,
@@ -52,7 +52,7 @@ impl World {
         }
     }
 
-    /// One cycle of both ends. `carries` says how long each message takes, and which is lost.
+    /// Runs a cycle of both ends. `carries` returns the delay of each message; `None` loses it.
     fn cycle(&mut self, ms: u64, mut carries: impl FnMut() -> Option<u64>) {
         let (here, there) = (clock_of(ms, 0), clock_of(ms, AHEAD_NS));
         while self.there.messages.front().is_some_and(|(due, _)| *due <= ms) {
@@ -120,7 +120,7 @@ proptest! {
                 world.robot.push(clock_of(ms, 0), Stream::Events, (1, ms), bytes(said));
                 said += 1;
             }
-            // Ten seconds of nothing, and after them nothing is lost, so that all must come in the end.
+            // Ten seconds without a network; later nothing is lost, so all frames must arrive in the end.
             let is_cut = (cut..cut + 10_000).contains(&ms);
             world.cycle(ms, || {
                 let is_lost = is_cut || (ms < 20_000 && random() % 100 < u64::from(lost_of_100));
@@ -175,7 +175,7 @@ fn who_is_heard_stays_the_other_machine_until_it_is_silent() {
     }
     assert_eq!((robot.hearings, robot.strange), (1, 160));
     assert!(robot.is_crowded() && robot.is_heard());
-    // The first one is silent, and the second one speaks on.
+    // The first peer stops, the second one continues.
     for ms in (4_000..6_000).step_by(50) {
         robot.hear_pulse(clock_of(ms, 0), &pulse_of(33));
         robot.listen(clock_of(ms + 30, 0));
@@ -189,7 +189,7 @@ fn a_machine_that_says_its_way_takes_hours_is_not_there_after_seconds_of_silence
     const HOUR_MS: u64 = 60 * 60 * 1000;
     let mut robot = Talk::new(11, &[], clock_of(0, 0));
     let heard_at = clock_of(HOUR_MS, 0);
-    // It answers what was asked an hour ago, as it says.
+    // The heartbeat claims to answer a request sent an hour ago.
     robot.hear_pulse(heard_at, &Pulse { asked_ns: 1, heard_ns: 1, ..pulse_of(22) });
     assert!(robot.round_trip > Duration::from_secs(3000), "{:?}", robot.round_trip);
     robot.listen(heard_at + SILENT_MOST);
@@ -222,10 +222,10 @@ fn whoever_begins_to_listen_there_is_told_once_and_again_after_a_silence() {
     assert!(hear(50, 22, 1));
     assert!(!hear(100, 22, 1));
     assert!(hear(150, 22, 3), "two at once");
-    // What was said in the silence may have been given up.
+    // Frames of the disconnected time may have been given up.
     assert!(hear(9_000, 22, 3));
     assert!(!hear(9_050, 22, 3));
-    // A link that starts anew there counts anew.
+    // A restarted peer counts from zero.
     assert!(hear(19_000, 33, 3));
     assert!(!hear(19_050, 33, 3));
 }
@@ -245,10 +245,10 @@ fn a_life_of_the_other_machine_begins_with_what_it_still_has() {
     };
     assert_eq!(inbox.take(bundle(1, 4, 3, 3, &[3, 4])).said.len(), 2);
     assert_eq!((inbox.heard(), inbox.lost), ((1, 4, 5), 0));
-    // Said again, and one more.
+    // A retransmission with one more frame.
     assert_eq!(inbox.take(bundle(1, 6, 3, 3, &[3, 4, 5])).said, [frame(5)]);
     assert_eq!((inbox.heard(), inbox.lost), ((1, 6, 6), 1));
-    // One between is missing: it is waited for.
+    // A frame is missing: the next ones are not accepted.
     assert_eq!(inbox.take(bundle(1, 7, 3, 7, &[7])).said, []);
     assert_eq!(inbox.take(bundle(1, 7, 6, 6, &[6])).said, []);
     assert_eq!(inbox.take(bundle(2, 1, 1, 1, &[1])).said, [frame(1)]);

@@ -1,5 +1,5 @@
-//! Whatever bytes come from the network: what one end of the link promises of them holds. Shared by a property test
-//! and a fuzz target.
+//! Plays arbitrary bytes to one end of a session and checks its guarantees. Shared by a property test and a
+//! fuzz target.
 #![expect(clippy::expect_used, clippy::indexing_slicing, reason = "helpers of tests may fail them")]
 
 use std::sync::Arc;
@@ -7,16 +7,16 @@ use std::sync::Arc;
 use clock::{Duration, Instant};
 use link_process::{Agreement, Bundle, Came, Frame, Instants, Pulse, Stream, Talk};
 
-/// The life of this end.
+/// Epoch of this end.
 const LIFE: u64 = 7;
-/// The clock of the other machine less this one's, where it says what is so.
+/// The peer's clock minus this one, in consistent messages.
 const AHEAD_NS: u64 = 3_000_000_000;
-/// After so long without a message the other machine is not there, whatever it said.
+/// Maximum time-out of the peer, whatever it sends.
 const MAX_SILENCE: Duration = Duration::from_secs(10);
-/// Frames of a bundle at most.
+/// Maximum number of frames in a batch.
 const MAX_FRAMES: usize = 1024;
 
-/// Numbers out of bytes; zeros when there are none left.
+/// Source of values from bytes; zeros at the end.
 struct Bytes<'a>(&'a [u8]);
 
 impl<'a> Bytes<'a> {
@@ -37,7 +37,7 @@ impl<'a> Bytes<'a> {
         self.take::<1>()[0]
     }
 
-    /// Mostly a small number, else one at the end of the range, or any.
+    /// Mostly a small number, sometimes one near the end of the range, or any.
     fn number(&mut self) -> u64 {
         match self.byte() {
             0..=199 => u64::from(self.byte()),
@@ -46,7 +46,7 @@ impl<'a> Bytes<'a> {
         }
     }
 
-    /// Mostly an instant near `now`, else any number.
+    /// Mostly an instant near `now`, sometimes any number.
     fn instant(&mut self, now: Instant) -> u64 {
         match self.byte() {
             0..=199 => now.as_nanos().saturating_sub(u64::from(self.byte()) * 1_000_000),
@@ -70,7 +70,7 @@ impl<'a> Bytes<'a> {
         Frame { stream, bytes: self.some(length).into() }
     }
 
-    /// Mostly the same one.
+    /// Mostly the same epoch.
     fn life(&mut self) -> u64 {
         match self.byte() {
             0..=229 => 1,
@@ -79,7 +79,7 @@ impl<'a> Bytes<'a> {
         }
     }
 
-    /// Mostly one whose instants fit each other: the clock of the other machine is ahead.
+    /// Mostly a heartbeat with consistent timestamps and the peer's clock ahead.
     fn pulse(&mut self, now: Instant) -> Pulse {
         let mut pulse = Pulse {
             life: self.life(),
@@ -101,7 +101,7 @@ impl<'a> Bytes<'a> {
         pulse
     }
 
-    /// Mostly the next one of its life.
+    /// Mostly the next batch of its epoch.
     fn bundle(&mut self, now: Instant, next: u64) -> Bundle {
         let frames: Vec<Frame> = (0..self.byte() % 4).map(|_| self.frame()).collect();
         let numbered = usize::from(self.byte() % 4).min(frames.len());
@@ -124,16 +124,16 @@ impl<'a> Bytes<'a> {
     }
 }
 
-/// How much of what a script says was understood.
+/// Coverage of a script.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Seen {
-    /// Messages that are none.
+    /// Refused messages.
     pub refused: usize,
-    /// Pulses and bundles that are some.
+    /// Accepted heartbeats and batches.
     pub understood: usize,
     /// Frames that would be published.
     pub frames: usize,
-    /// Bundles of this end.
+    /// Batches sent by this end.
     pub sent: usize,
 }
 
@@ -141,19 +141,18 @@ struct End {
     talk: Talk,
     agreement: Agreement,
     now: Instant,
-    /// The life of the other machine whose bundles come, and what this end told it has of them: the newest, and the
-    /// frame that is wanted next.
+    /// Epoch of the peer whose batches are received, and what was acknowledged: newest batch and next frame.
     life: u64,
     told: (u64, u64),
-    /// When a message was understood last.
+    /// When a message was last accepted.
     heard_at: Instant,
-    /// The number of the bundle that is to come next, and of the newest that was sent.
+    /// Number of the next batch to receive and of the newest one sent.
     next: u64,
     sent: u64,
     seen: Seen,
 }
 
-/// Plays a script of what comes and what passes to one end of the link.
+/// Plays a script of messages and time steps to one end of a session.
 pub(crate) fn play(script: &[u8]) -> Seen {
     let mut script = Bytes(script);
     let mine = [Stream::JointStates, Stream::Beliefs(0), Stream::Beliefs(1), Stream::Events];
@@ -179,7 +178,7 @@ pub(crate) fn play(script: &[u8]) -> Seen {
     let head =
         Pulse { life: 0, sent_ns: 0, asked_ns: 0, heard_ns: 0, of_life: 0, newest: 0, wanted: 0, joined: 0 };
     let head = head.to_bytes(end.agreement);
-    // What every message begins with: the language and the agreement.
+    // The common start of all messages: magic number and compatibility values.
     let head = &head[..head.len() - 8 * 8];
     while !script.0.is_empty() {
         match script.byte() % 10 {
@@ -214,7 +213,7 @@ pub(crate) fn play(script: &[u8]) -> Seen {
 }
 
 impl End {
-    /// What came, as a pulse and as a bundle: one of both at most understands it.
+    /// Receives bytes, decoded as a heartbeat and as a batch: at most one succeeds.
     fn hear(&mut self, bytes: &[u8]) {
         let pulse = Pulse::of_bytes(bytes, self.agreement);
         let bundle = Bundle::of_bytes(bytes, self.agreement);
@@ -235,7 +234,7 @@ impl End {
             let (frames, numbered, life) = (bundle.frames.clone(), bundle.numbered, bundle.life);
             if let Some(came) = self.talk.hear_bundle(self.now, bundle) {
                 if came.way.is_some() && std::mem::replace(&mut self.life, life) != life {
-                    // What came of a life counts until another one is heard.
+                    // Acknowledgements restart with a new epoch.
                     self.told = (0, 0);
                 }
                 self.publish(&came, &frames, numbered);
@@ -243,7 +242,7 @@ impl End {
         }
     }
 
-    /// What is published is of the bundle, at most once each, and in its order.
+    /// Published frames are from the batch, each at most once, and in its order.
     fn publish(&mut self, came: &Came, frames: &[Frame], numbered: usize) {
         let Came { new, way } = came;
         if new.said.is_empty() && new.newest.is_empty() {
@@ -266,14 +265,14 @@ impl End {
         }
     }
 
-    /// What this end says in a cycle: as another end understands it.
+    /// Runs a cycle of this end and checks that its messages can be decoded.
     fn cycle(&mut self) {
         self.talk.listen(self.now);
         assert!(!self.talk.is_heard() || self.now.since(self.heard_at) <= MAX_SILENCE, "nothing is heard");
         if let Some(pulse) = self.talk.pulse(self.now) {
             assert_eq!(Pulse::of_bytes(&pulse.to_bytes(self.agreement), self.agreement), Ok(pulse));
             assert_eq!(pulse.life, LIFE);
-            // Of one life, what came is never taken back.
+            // Within an epoch, acknowledgements never go back.
             let (newest, wanted) = self.told;
             assert_eq!(pulse.of_life, self.life);
             assert!(pulse.newest >= newest && pulse.wanted >= wanted, "{pulse:?}: {newest}, {wanted} before");

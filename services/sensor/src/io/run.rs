@@ -12,20 +12,20 @@ use transport::{Frame, Inlet};
 use crate::recordings::Recordings;
 use crate::{Disturbance, News, Sensor};
 
-/// What became of what the sources reported is shown this often.
+/// Write period of the health board.
 const SHOWN_EVERY: Duration = Duration::from_millis(20);
 
 /// Runs the process until it is told to stop.
 ///
 /// # Errors
 ///
-/// The domain cannot be joined, the percepts cannot be evaluated, or the middleware failed. What
-/// goes wrong with one source is that source's loss.
+/// The domain cannot be joined, the percepts cannot be evaluated, a trace cannot be played, or the middleware
+/// failed. An error of one source at run time only counts as its loss.
 pub fn run(launch: &Launch, robot: &Robot) -> Result<(), Failure> {
     let leo = &robot.leo;
     let capacity = leo.buffers.objects.get();
     let mut member = Member::join(launch, Process::Sensor, &leo.buffers, &leo.sensor.realtime)?;
-    // No more frames than these wait for a cycle; whoever sends faster does not hold it up.
+    // Limits the frames read in one cycle, so that a fast source cannot delay it.
     let frames_most = process::queues(&leo.buffers, member.is_lockstep()).frames;
     let mut sources = leo.sensor.source.clone();
     let mut inlets: Vec<(usize, Inlet<Observations>)> = Vec::new();
@@ -38,7 +38,7 @@ pub fn run(launch: &Launch, robot: &Robot) -> Result<(), Failure> {
             tracing::info!(source = name, "is not heard: in simulated time nobody outside knows when it is");
             source.rate_hz = None;
         } else {
-            // A source from outside is started by others: any process of this user may be it.
+            // An external source may be any process of this user.
             let owner = (source.kind == SourceKind::Simulator).then_some(Process::Simulator);
             inlets.push((number, member.inlet_from(Some(saturating_u32(number)), owner)?));
         }
@@ -91,10 +91,10 @@ pub fn run(launch: &Launch, robot: &Robot) -> Result<(), Failure> {
     Ok(())
 }
 
-/// What goes wrong with the percepts on purpose, if anything.
+/// The fault injector of the campaign, if it has percept faults.
 fn disturbance(launch: &Launch, capacity: usize) -> Result<Option<Disturbance>, Failure> {
     let Some(file) = &launch.campaign else { return Ok(None) };
-    // What it says of buses and processes is looked at by others.
+    // Buses and processes of the campaign are checked elsewhere.
     let nothing = |_: &str| Ok::<(), &str>(());
     let campaign = Campaign::load(file, nothing, nothing)?;
     Ok(Some(Disturbance::new(&campaign.percepts, campaign.seed, capacity))
@@ -105,7 +105,7 @@ fn name_of(sources: &[Source], number: usize) -> &str {
     sources.get(number).map_or("", |source| &source.name)
 }
 
-/// The newest frame of a source that may be taken; older ones are overtaken.
+/// The newest frame of a source that may be taken; earlier ones are superseded.
 fn newest(
     sensor: &mut Sensor,
     source: usize,
@@ -135,9 +135,9 @@ fn sum(losses: &[u64; LOSSES], among: impl Fn(Loss) -> bool) -> u64 {
 fn tell(source: &str, news: News) {
     match news {
         News::Silent => tracing::warn!(source, "is silent: is its process alive, and does it publish here?"),
-        // As loud as the warning that it ends.
+        // Same level as the warning of the silence.
         News::Heard => tracing::warn!(source, "is heard again"),
-        // Now and then that is what two clocks do, or a busy machine: it is counted as drops.
+        // Occasional losses are normal with unsynchronised clocks or high load; they are counted as drops.
         News::Lost(loss @ (Loss::Overtaken | Loss::Missed)) => {
             tracing::debug!(source, loss = loss.name(), "{}", loss.advice());
         }

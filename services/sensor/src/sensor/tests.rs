@@ -26,7 +26,7 @@ fn at(millis: u64) -> Instant {
     Instant::EPOCH + Duration::from_millis(millis)
 }
 
-/// A header as an honest source writes it at `millis`.
+/// A valid header of a source at `millis`.
 fn header(sequence: u64, millis: u64) -> Header {
     let mut header = Header { sequence, incarnation: 1, ..Header::at(millis * MILLI) };
     header.pass(Hop::Observed, millis * MILLI + 1);
@@ -37,7 +37,7 @@ fn seen(millis: u64) -> Observation {
     Observation::object(99, millis * MILLI)
 }
 
-/// A cycle at `now` in which each of some sources has sent one frame.
+/// A cycle at `now` with one frame of each of some sources.
 fn cycle(sensor: &mut Sensor, now: u64, frames: &[(usize, Header, &[Observation])]) -> PerceptHead {
     sensor.begin(at(now));
     for (source, header, observations) in frames {
@@ -48,13 +48,13 @@ fn cycle(sensor: &mut Sensor, now: u64, frames: &[(usize, Header, &[Observation]
     sensor.end()
 }
 
-/// How often each loss happened, those that did not left out.
+/// The losses that occurred, with their counts.
 fn lost(sensor: &Sensor) -> Vec<(Loss, u64)> {
     let all = Loss::ALL.iter().copied().zip(sensor.losses());
     all.filter(|(_, count)| *count > 0).collect()
 }
 
-/// The sources that are silent.
+/// The silent sources.
 fn silent(sensor: &Sensor) -> Vec<usize> {
     let sources = sensor.sources();
     let all = sources.all().iter().enumerate();
@@ -85,7 +85,7 @@ fn an_unsound_observation_is_refused_by_its_reason_and_the_others_are_taken() {
     assert_eq!(lost(&sensor), [(Loss::Confidence, 2), (Loss::Person, 1), (Loss::State, 1)]);
 }
 
-/// How far off the floor a thing is.
+/// A plug-in percept: height above the floor.
 struct Height;
 
 impl Classify for Height {
@@ -128,7 +128,7 @@ fn a_person_is_in_one_place_at_an_instant() {
     let places: Vec<f32> = reported(&sensor).iter().map(|observation| observation.position_m[0]).collect();
     assert_eq!(places, [0.1, 0.2, 0.3, 0.5, 0.6], "what another source says is another matter");
     assert_eq!(lost(&sensor), [(Loss::Twice, 1)]);
-    // Of a thing the number of a partner says nothing.
+    // The partner number of an object has no meaning.
     let thing = Observation { partner: 1, ..seen(19) };
     cycle(&mut sensor, 20, &[(0, header(2, 19), &[thing; 3])]);
     assert_eq!((sensor.len(), lost(&sensor)), (3, vec![(Loss::Twice, 1)]));
@@ -189,13 +189,13 @@ fn frames_of_all_sources_are_one_frame_of_the_newest_instant_and_all_that_was_le
     let head = merged.header;
     assert_eq!((head.valid_at_ns, head.passed(Hop::Observed)), (8 * MILLI, Some(8 * MILLI + 1)));
     assert_eq!((head.left_out, sensor.len()), (7, 2));
-    // Nobody had anything new: time passes.
+    // Without a frame of any source, time still advances.
     let merged = cycle(&mut sensor, 15, &[]);
     let head = merged.header;
     assert_eq!((head.valid_at_ns, head.passed(Hop::Observed)), (15 * MILLI, None));
     assert_eq!((head.left_out, sensor.len()), (0, 0));
     assert_eq!(merged.looked(), SourceSet::EMPTY);
-    // An empty table is a look, and a frame that is refused is none.
+    // An empty frame counts as a look, a refused one does not.
     let frames = [(0, header(2, 17), &[seen(17)][..]), (1, header(1, 18), &[]), (2, header(2, 7), &[])];
     assert_eq!(cycle(&mut sensor, 20, &frames).looked(), SourceSet::of(0).union(SourceSet::of(1)));
 }
@@ -250,7 +250,7 @@ fn a_frame_of_another_time_is_refused_whole() {
         assert!(sensor.is_empty(), "{bad:?}");
     }
     assert_eq!(lost(&sensor), [(Loss::Unstamped, 3), (Loss::Untimely, 3)]);
-    // At the edges it is of the present.
+    // The limits themselves are accepted.
     for (number, good) in (7..).zip([now - 10_000, now + 100]) {
         cycle(&mut sensor, now, &[(0, Header { sequence: number, ..late(good) }, &[])]);
     }
@@ -261,12 +261,12 @@ fn a_frame_of_another_time_is_refused_whole() {
 fn time_that_stands_still_or_runs_backwards_is_refused_for_its_source_alone() {
     let mut sensor = sensor(&["", ""]);
     cycle(&mut sensor, 10, &[(0, header(1, 9), &[seen(9)])]);
-    // The same frame again, an older one; and what the other source saw at that time.
+    // The first source repeats a timestamp and then sends an older one; the second is not affected.
     cycle(&mut sensor, 15, &[(0, header(2, 9), &[seen(9)]), (1, header(1, 9), &[seen(9)])]);
     assert_eq!(sensor.len(), 1);
     cycle(&mut sensor, 20, &[(0, header(3, 8), &[seen(8)])]);
     assert_eq!((sensor.len(), lost(&sensor)), (0, vec![(Loss::Untimely, 2)]));
-    // A new frame that holds old news.
+    // A new frame with old observations.
     cycle(&mut sensor, 25, &[(0, header(4, 24), &[seen(9), seen(24), seen(23)])]);
     assert_eq!(sensor.len(), 2);
     cycle(&mut sensor, 30, &[(0, header(5, 29), &[seen(24), seen(29)])]);
@@ -297,9 +297,9 @@ fn a_burst_crowds_out_nobodys_share() {
     let of = |number| reported(&sensor).iter().filter(|observation| observation.source == number).count();
     assert_eq!([of(0), of(1), of(2)], [2, 2, 2]);
     assert_eq!((merged.header.left_out, lost(&sensor)), (58, vec![(Loss::LeftOut, 58)]));
-    // What there was no room for is not gone.
+    // A source with left-out observations did not look.
     assert_eq!(merged.looked(), [1, 2].map(SourceSet::of).into_iter().collect());
-    // What others leave is for whoever needs it.
+    // Unused capacity goes to the sources that need it.
     let merged = cycle(
         &mut sensor,
         15,
@@ -322,8 +322,8 @@ fn a_source_that_left_anything_out_itself_did_not_look_nor_one_that_did_in_a_fra
     assert_eq!((merged.looked(), merged.header.left_out), (SourceSet::EMPTY, 1));
 }
 
-/// What is told of the second of two sources, of which 20 frames per second are expected, when it
-/// sends a frame in those cycles of 5 ms in which it `speaks`, and when.
+/// The reported changes of the second of two sources, with the silent sources at that time. Its rate is 20
+/// Hz, and it sends a frame in the 5 ms cycles in which `speaks` is true.
 fn told(until: u64, speaks: impl Fn(u64) -> bool) -> Vec<(u64, News, Vec<usize>)> {
     let mut sensor = sensor(&["", "rate_hz = 20.0"]);
     let mut told = Vec::new();
@@ -342,7 +342,8 @@ fn told(until: u64, speaks: impl Fn(u64) -> bool) -> Vec<(u64, News, Vec<usize>)
 
 #[test]
 fn a_source_of_which_frames_are_expected_is_told_to_be_silent_and_to_be_heard_again() {
-    // Three periods of 50 ms after the frame at 295 ms, and a second after it speaks regularly.
+    // Silent after three periods of 50 ms from the frame at 295 ms; heard again after a second of regular
+    // frames.
     let told = told(2000, |now| !(300..600).contains(&now));
     assert_eq!(told, [(450, News::Silent, vec![1]), (1595, News::Heard, vec![])]);
 }

@@ -1,5 +1,5 @@
-//! Whatever bytes say, as frames of several sources: what the core of the sensor process promises
-//! of the percept buffer holds. Shared by a property test and a fuzz target.
+//! Plays arbitrary bytes to the sensor as frames of several sources and checks its guarantees. Shared by a
+//! property test and a fuzz target.
 #![expect(clippy::unwrap_used, clippy::indexing_slicing, reason = "helpers of tests may fail them")]
 
 use std::collections::BTreeMap;
@@ -15,7 +15,7 @@ const CAPACITY: usize = 12;
 const AHEAD: Duration = Duration::from_millis(100);
 const BEHIND: Duration = Duration::from_secs(10);
 
-/// Numbers out of bytes; zeros when there are none left.
+/// Source of values from bytes; zeros at the end.
 struct Bytes<'a>(&'a [u8]);
 
 impl Bytes<'_> {
@@ -48,7 +48,7 @@ impl Bytes<'_> {
         std::array::from_fn(|_| self.number())
     }
 
-    /// Mostly an instant near `now`, else any.
+    /// Mostly an instant near `now`, sometimes any.
     fn instant(&mut self, now: Instant) -> u64 {
         match self.byte() {
             0..=191 => now.as_nanos().saturating_sub(u64::from(self.byte()) * 40_000),
@@ -58,9 +58,9 @@ impl Bytes<'_> {
         }
     }
 
-    /// Mostly a sound observation, now and then with one field of any bits, else of any bits.
+    /// Mostly a valid observation, sometimes one with a random field, or all random.
     fn observation(&mut self, now: Instant) -> Observation {
-        // Now and then within reach of its source, and not of the robot.
+        // Sometimes in range of its source but not of the robot.
         let across_m = match self.byte() {
             255 => 950.0,
             254 => -950.0,
@@ -124,7 +124,7 @@ impl Bytes<'_> {
     }
 }
 
-/// Three sources: one in the base frame, one in its own, one of noise and of a rate.
+/// Three sources: one in the base frame, one with its own frame, one with noise and a rate.
 fn sources() -> Vec<Source> {
     [
         "",
@@ -140,18 +140,18 @@ fn sources() -> Vec<Source> {
     .collect()
 }
 
-/// What a run of the core saw, so that a test knows that it saw anything.
+/// Coverage of a run, so that a test can check that it is not vacuous.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(crate) struct Seen {
     /// Cycles.
     pub(crate) cycles: u64,
-    /// Entries of the percept buffer.
+    /// Entries of the percept frames.
     pub(crate) entries: u64,
-    /// Reasons for which something was lost.
+    /// Number of different losses.
     pub(crate) reasons: usize,
 }
 
-/// Plays the bytes to the core, and asserts after every cycle what it promises.
+/// Plays the bytes to the sensor and checks the guarantees after every cycle.
 pub(crate) fn play(bytes: &[u8]) -> Seen {
     let percepts = Percepts::builtin();
     let sources = sources();
@@ -196,7 +196,7 @@ pub(crate) fn play(bytes: &[u8]) -> Seen {
         };
         assert!(fits(header.valid_at_ns) && header.passed(Hop::Observed).is_none_or(fits), "{header:?}");
         assert_eq!(header.passed(Hop::Observed).is_some(), taken > 0);
-        // Who left anything out did not look.
+        // A source with left-out observations did not look.
         let looked = head.looked() != SourceSet::EMPTY;
         assert!(if header.left_out == 0 { looked == (taken > 0) } else { !looked || taken > 1 }, "{head:?}");
         let mut latest = newest.clone();
@@ -222,7 +222,7 @@ pub(crate) fn play(bytes: &[u8]) -> Seen {
         assert_eq!(count, sensor.len());
         let after = sensor.losses();
         assert!(before.iter().zip(&after).all(|(before, after)| before <= after));
-        // Nothing is lost without being counted.
+        // Every loss is counted.
         assert_eq!(noted, taken + frames_lost(&after) - frames_lost(&before));
         seen.cycles += 1;
         seen.reasons = after.iter().filter(|count| **count > 0).count();

@@ -6,13 +6,13 @@ use config::percepts;
 use super::Meaning;
 use super::thing::{Aspects, Thing, apart, distance};
 
-/// The belief distance D (Eq. 4) over the terms that mean the same to everybody.
+/// The belief distance D (Eq. 4) over the frame-independent terms.
 #[derive(Clone, Debug)]
 pub(super) struct Measure {
     terms: Vec<Term>,
     threshold: f64,
     normalised: bool,
-    /// D grows by at least so much with each metre.
+    /// Lower bound of the growth of D per metre.
     per_m: f64,
 }
 
@@ -42,12 +42,12 @@ impl Measure {
         Self { terms, threshold: config.threshold, normalised: config.normalised, per_m }
     }
 
-    /// D of two beliefs, where it is below the threshold.
+    /// D of two beliefs; `None` if not below the threshold.
     pub(super) fn distance(&self, one: &Thing, other: &Thing) -> Option<f64> {
         self.over(self.terms.iter(), one, other)
     }
 
-    /// D without places, where it is below the threshold.
+    /// D without positions; `None` if not below the threshold.
     fn likeness(&self, one: &Thing, other: &Thing) -> Option<f64> {
         self.over(self.terms.iter().filter(|term| !term.of_place), one, other)
     }
@@ -64,13 +64,13 @@ impl Measure {
             weights += term.weight;
         }
         let measured = if self.normalised { sum / weights } else { sum };
-        // Strangers that no term can compare are none of each other's, whatever the belief systems
-        // are told to make of them. Written so that NaN is no small distance.
+        // Beliefs that share no comparable term never form a pair, whatever the belief systems'
+        // configuration. The comparison is written so that NaN is rejected.
         if weights > 0.0 && measured < self.threshold { Some(measured) } else { None }
     }
 }
 
-/// How close a pair is: the lower, the closer. The same whichever side is called the one.
+/// Sort key of a candidate pair: lower is closer. Symmetric in the two sides.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Closeness {
     first: f64,
@@ -91,47 +91,46 @@ impl Closeness {
     }
 }
 
-/// Candidates that are looked at for one thing to each side of it along the line.
+/// Maximum of candidates examined for one thing to each side along the line.
 const LOOKS_TO_A_SIDE: usize = 64;
-/// Candidates that are looked at in one instant: so many, and so many more for each thing that looks
-/// for a pair. More are looked at only by the round that is under way.
+/// Budget of examined candidates for one instant: a constant, and a share for each unpaired thing. Only the
+/// round in progress may exceed it.
 const LOOKS_MOST: usize = 4096;
 const LOOKS_EACH: usize = 192;
-/// Within a moment nothing is put where something like it has just been taken from.
+/// No thing is replaced by a similar one at the same place within this time.
 const MOMENT: Duration = Duration::from_millis(500);
-/// What rounding may add to a distance along the line, in metres.
+/// Bound of the rounding error of a distance along the line, in metres.
 const ROUNDING_M: f64 = 1e-6;
 
-/// Finds pairs, the closest first: whoever is closest to each other is a pair, again and again until
-/// nobody is, or as much was looked at as an instant has time for.
+/// Finds mutually closest pairs, round by round, until none is left or the budget of the instant is spent.
 ///
-/// That is the greedy pairing by closeness, without a list of all possible pairs.
+/// The result is the greedy pairing by closeness, without a list of all candidate pairs.
 #[derive(Clone, Debug)]
 pub(super) struct Pairing {
     one: Search,
     other: Search,
 }
 
-/// Those of a side that look for a pair.
+/// The unpaired things of one side.
 #[derive(Clone, Debug)]
 struct Search {
-    /// Their places in the side's list, by group and then along the line.
+    /// Their indices in the side's list, sorted by group and then along the line.
     open: Vec<usize>,
-    /// For each in the side's list, the closest of the other side.
+    /// For each thing of the side's list, the closest of the other side.
     closest: Vec<Option<usize>>,
 }
 
-/// Which pairs are possible.
+/// The rule that decides which pairs are possible.
 struct Possible<L, G, C> {
-    /// Whether a thing looks for a pair.
+    /// Whether a thing is still unpaired.
     looks: L,
-    /// Only two of one group may be a pair.
+    /// A pair needs two things of the same group.
     group: G,
-    /// How close two are; `None` where they are no pair.
+    /// The closeness of two things; `None` if they cannot be a pair.
     closeness: C,
-    /// What is first in the closeness grows by at least so much with each metre ...
+    /// Lower bound of the growth of `Closeness::first` per metre.
     per_m: f64,
-    /// ... and is below this.
+    /// Upper bound of `Closeness::first`.
     below: f64,
 }
 
@@ -166,15 +165,14 @@ fn order(group: impl Fn(&Thing) -> u64, a: &Thing, b: &Thing) -> Ordering {
 impl<L: Fn(&Thing) -> bool, G: Fn(&Thing) -> u64, C: Fn(&Thing, &Thing) -> Option<Closeness>>
     Possible<L, G, C>
 {
-    /// The closest to a thing of those that are `open` and look for a pair; and how many were
-    /// looked at.
+    /// The closest unpaired thing of the other side, and the number of candidates examined.
     fn closest(&self, thing: &Thing, open: &[usize], others: &[Thing]) -> (Option<usize>, usize) {
         let is_before =
             |index: &usize| others.get(*index).is_some_and(|other| order(&self.group, other, thing).is_lt());
         let (before, after) = open.split_at(open.partition_point(is_before));
         let mut best: Option<(Closeness, usize)> = None;
         let mut looked = 0;
-        // Each side of the line by itself, the nearest along it first.
+        // Scan to each side along the line, nearest first.
         self.look(thing, before.iter().rev(), others, &mut best, &mut looked);
         self.look(thing, after.iter(), others, &mut best, &mut looked);
         (best.map(|(_, index)| index), looked)
@@ -206,10 +204,10 @@ impl<L: Fn(&Thing) -> bool, G: Fn(&Thing) -> u64, C: Fn(&Thing, &Thing) -> Optio
     }
 }
 
-/// How far apart two are along the line; two without a place are not.
+/// Distance of two things along the line; 0 if neither has a position.
 fn along(one: &Thing, other: &Thing) -> f64 {
     let apart = (one.along_m - other.along_m).abs();
-    // Of two infinities.
+    // Difference of two infinities.
     if apart.is_nan() { 0.0 } else { apart }
 }
 
@@ -218,7 +216,7 @@ impl Pairing {
         Self { one: Search::new(capacity), other: Search::new(capacity) }
     }
 
-    /// Pairs those that were last perceived at one instant and are closer than the threshold.
+    /// Pairs things that were last perceived at one instant and are closer than the threshold.
     pub(super) fn by_observation(&mut self, measure: &Measure, one: &mut [Thing], other: &mut [Thing]) {
         let possible = Possible {
             looks: |thing: &Thing| !thing.is_sure,
@@ -232,8 +230,8 @@ impl Pairing {
         self.run(&possible, one, other);
     }
 
-    /// Pairs those without a pair that are alike, where they could not have been observed at once, or were
-    /// perceived within a moment at one place.
+    /// Pairs similar things that could not have been observed together, or that were perceived within
+    /// [`MOMENT`] at one place.
     pub(super) fn by_likeness(
         &mut self,
         measure: &Measure,
@@ -248,7 +246,7 @@ impl Pairing {
                 let apart_in_time =
                     one.born_at_ns > other.perceived_at_ns || other.born_at_ns > one.perceived_at_ns;
                 let earlier = one.born_at_ns < began_at_ns && other.born_at_ns < began_at_ns;
-                // Whoever also feels a thing has perceived it later than who sees it, again and again.
+                // A thing that one side also touches has a later perception time on that side.
                 let in_a_moment = one.perceived_at_ns.abs_diff(other.perceived_at_ns) <= clock::nanos(MOMENT);
                 let places = one.place_m.zip(other.place_m);
                 let at_one_place = || places.is_some() && measure.distance(one, other).is_some();
@@ -298,7 +296,7 @@ impl Pairing {
             if !found {
                 return;
             }
-            // Whom nobody is close to, nobody will be.
+            // A thing without a candidate in this round will have none in later rounds.
             let waits = |things: &[Thing], closest: &[Option<usize>], index: usize| {
                 let has = closest.get(index).is_some_and(Option::is_some);
                 has && things.get(index).is_some_and(&possible.looks)
@@ -311,8 +309,8 @@ impl Pairing {
     }
 }
 
-/// Finds for each of `who` the closest of `whom`, where it is not known or no longer looks for a
-/// pair; how many were looked at.
+/// Finds the closest of `whom` for each of `who` whose candidate is missing or already paired. Returns the
+/// number of candidates examined.
 fn find(
     possible: &Possible<
         impl Fn(&Thing) -> bool,
@@ -338,7 +336,7 @@ fn find(
     looked
 }
 
-/// The two are of one thing, as was just observed; whatever each was paired with is not.
+/// Pairs two things by observation and dissolves the pairs that either had before.
 fn marry(i: usize, j: usize, one: &mut [Thing], other: &mut [Thing]) {
     let left = one.get(i).and_then(|thing| thing.pair).filter(|left| *left != j);
     if let Some(thing) = left.and_then(|left| other.get_mut(left)) {

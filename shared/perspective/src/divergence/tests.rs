@@ -10,11 +10,11 @@ use quantity::number::single;
 use super::{Divergence, Side};
 
 const CAPACITY: usize = 32;
-/// Tests tell time in ticks, three of which are no moment any more.
+/// Length of a test tick; three ticks exceed `MOMENT`.
 const TICK_NS: u64 = 200_000_000;
 static PERCEPTS: LazyLock<Percepts> = LazyLock::new(Percepts::builtin);
 
-/// A thing of a test: where it is in the base frame, what it looks like, and since which tick it is known.
+/// A thing of a test: position in the base frame, appearance, and its ticks.
 #[derive(Clone, Copy, Debug)]
 struct Known {
     place_m: [f64; 3],
@@ -32,7 +32,7 @@ struct Mind {
 }
 
 impl Mind {
-    /// Beliefs numbered from `first_id`, in a frame of their own.
+    /// Creates beliefs numbered from `first_id`, in their own frame.
     fn new(at: u64, x_base_person: &Pose<Base, Person>, first_id: u64, things: &[Known]) -> Self {
         let mut head = BeliefHead::of(1, Header::at(at * TICK_NS));
         head.frame_position_m = x_base_person.position_m();
@@ -56,7 +56,7 @@ impl Known {
             ("shape", Feature::Symbol(0)),
             ("colour", Feature::Symbol(self.colour)),
             ("on", Feature::Number(self.on)),
-            // On whose left it is, is nobody else's business.
+            // Indexical: differs between the perspectives.
             ("left", Feature::Number(if place[1] > 0.0 { 1.0 } else { 0.0 })),
         ] {
             let number = PERCEPTS.index(percept).unwrap();
@@ -70,12 +70,12 @@ fn red(place_m: [f64; 3], born_at: u64, perceived_at: u64) -> Known {
     Known { place_m, colour: 0, on: 0.0, born_at, perceived_at }
 }
 
-/// The robot's frame, and that of somebody opposite.
+/// The robot's frame and that of a partner opposite.
 fn frames() -> (Pose<Base, Person>, Pose<Base, Person>) {
     (Pose::identity(), Pose::upright(1.5, 0.0, 0.0, std::f64::consts::PI))
 }
 
-/// Compares beliefs of the robot, numbered from 1, with those of somebody opposite, from 101.
+/// Compares the robot's beliefs, numbered from 1, with those of a partner opposite, from 101.
 fn compare(divergence: &mut Divergence, at: u64, robots: &[Known], his: &[Known]) -> Vec<Difference> {
     let (base, opposite) = frames();
     let (robot, partner) = (Mind::new(at, &base, 1, robots), Mind::new(at, &opposite, 101, his));
@@ -86,7 +86,7 @@ fn new() -> Divergence {
     Divergence::new(&PERCEPTS, CAPACITY)
 }
 
-/// Who differs, and about which percepts.
+/// The differing beliefs and their percepts.
 fn told(differences: &[Difference]) -> Vec<(Option<u64>, Option<u64>, Vec<u16>)> {
     let about = |difference: &Difference| difference.aspects().iter().map(|aspect| aspect.percept).collect();
     differences.iter().map(|difference| (difference.one(), difference.other(), about(difference))).collect()
@@ -121,7 +121,7 @@ prop_compose! {
 }
 
 fn minds() -> impl Strategy<Value = (Vec<Known>, Vec<Known>)> {
-    // Some things are known to both, perhaps at another place and in another state.
+    // Both know some of the things, perhaps at another place and in another state.
     let both = prop::collection::vec((known(), -0.2..0.2_f64, any::<bool>()), 0..12);
     (both, prop::collection::vec(known(), 0..5), prop::collection::vec(known(), 0..5)).prop_map(
         |(both, mut robots, mut his)| {
@@ -135,7 +135,7 @@ fn minds() -> impl Strategy<Value = (Vec<Known>, Vec<Known>)> {
     )
 }
 
-/// Every pair of both rules, the closest first: what the pairing does, written plainly.
+/// Reference implementation: all pairs of both rules, the closest first.
 fn paired_plainly(began_at: u64, robots: &[Known], his: &[Known]) -> BTreeSet<(u64, u64)> {
     let far = |one: &Known, other: &Known| {
         let squares = one.place_m.iter().zip(&other.place_m).map(|(a, b)| (a - b).powi(2));
@@ -211,7 +211,7 @@ proptest! {
         looks in prop::collection::vec(known(), 12),
         his in pose(),
     ) {
-        // A hand's breadth apart: what lies closer may be taken for one another.
+        // Spaced by 20 cm: things that are closer may be confused.
         let things: Vec<Known> = columns
             .iter()
             .zip(looks)
@@ -261,7 +261,7 @@ fn what_is_moved_behind_his_back_is_one_thing_at_two_places() {
     assert_eq!(aspect.one(), Some(Feature::Vector(here.map(single))));
     let Some(Feature::Vector([x, y, _])) = aspect.other() else { panic!("{aspect:?}") };
     assert!((x - 0.6).abs() < 1e-6 && y.abs() < 1e-6, "not in the base frame: {aspect:?}");
-    // He looks again: a new belief of his, and the old one, which he gives up later.
+    // The partner looks again: they get a new belief and still keep the old one.
     let his = [red(there, 5, 5), red(here, 12, 12)];
     let differences = compare(&mut divergence, 12, &[red(here, 5, 12)], &his);
     assert_eq!(told(&differences), [(None, Some(101), vec![])]);
@@ -287,13 +287,13 @@ fn a_belief_begun_anew_is_paired_by_likeness_and_one_that_stood_beside_it_is_not
     let (a, hidden, c) = ([0.6, 0.0, 0.03], [0.3, 0.4, 0.03], [0.6, 0.5, 0.03]);
     let robots = [red(a, 5, 5), red(hidden, 5, 5)];
     assert_eq!(told(&compare(&mut divergence, 5, &robots, &[red(a, 5, 5)])), [(Some(2), None, vec![])]);
-    // The robot has lost sight of the first and found one like it elsewhere.
+    // The robot lost the first thing and found a similar one elsewhere.
     let (base, opposite) = frames();
     let mut robot = Mind::new(20, &base, 2, &[red(hidden, 5, 20), red(c, 14, 20)]);
     let partner = Mind::new(20, &opposite, 101, &[red(a, 5, 5)]);
     let differences = divergence.compare(robot.side(), partner.side());
     assert_eq!(told(differences), [(Some(2), None, vec![]), (Some(3), Some(101), vec![position()])]);
-    // Without it, he believes in what is no longer there.
+    // Without it, the partner believes in a thing that is gone.
     robot.beliefs.truncate(1);
     let differences = divergence.compare(robot.side(), partner.side());
     assert_eq!(told(differences), [(Some(2), None, vec![]), (None, Some(101), vec![])]);
@@ -307,7 +307,7 @@ fn what_the_robot_also_feels_is_one_thing_though_he_saw_it_a_moment_before() {
         let mut divergence = new();
         let _ = compare(&mut divergence, 3, &[red(place, 2, 3)], &[]);
         for now in [10, 11, 12] {
-            // He came a while ago; what it holds it has known for longer, and perceives more often.
+            // The partner's belief began later; the robot holds the thing and perceives it more often.
             let differences =
                 compare(&mut divergence, now, &[red(place, 2, now)], &[red(his, 7, now - moments_before)]);
             let two = [(Some(1), None, vec![]), (None, Some(101), vec![])];
@@ -342,14 +342,14 @@ fn a_head_that_lies_about_its_frame_harms_nobody() {
     let lying = robot.clone();
     robot.head.frame_position_m = [f64::NAN; 3];
     let mut divergence = new();
-    // Whose places are nowhere has nothing in common with anybody.
+    // Beliefs without a valid position pair with none.
     let differences = divergence.compare(robot.side(), lying.side());
     assert_eq!(told(differences), [(Some(1), None, vec![]), (None, Some(1), vec![])]);
 }
 
 #[test]
 fn a_pile_is_paired_a_part_at_each_instant() {
-    // All at one place, and alike: each is as close to any of the others.
+    // All at one place and alike: every pair is equally close.
     let pile: Vec<Known> = (0..200).map(|_| red([0.6, 0.0, 0.03], 5, 5)).collect();
     let mut divergence = Divergence::new(&PERCEPTS, pile.len());
     let mut agreed = vec![];
@@ -359,7 +359,7 @@ fn a_pile_is_paired_a_part_at_each_instant() {
         assert!(divergence.agreed() > before, "{agreed:?}");
         agreed.push(divergence.agreed());
     }
-    // Few looks at each instant are what keeps the robot's time.
+    // The budget per instant bounds the step time.
     assert!(agreed.len() > 1, "{agreed:?}");
 }
 

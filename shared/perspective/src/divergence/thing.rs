@@ -5,26 +5,25 @@ use quantity::number::single;
 
 use super::Meaning;
 
-/// A belief brought into the base frame.
+/// A belief transformed into the base frame.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Thing {
     pub(super) id: u64,
     pub(super) born_at_ns: u64,
     pub(super) perceived_at_ns: u64,
-    /// The belief of the other side that is of the same thing: its place in that side's list.
+    /// Index of the paired belief in the other side's list.
     pub(super) pair: Option<usize>,
-    /// Whether the pair was observed as one at the newest instant of both.
+    /// Whether the pair was confirmed by the newest observation of both.
     pub(super) is_sure: bool,
-    /// By percept; those that mean something else to everybody are left out.
+    /// By percept; indexical percepts are left out.
     features: [Option<Feature>; MAX_PERCEPTS],
     pub(super) place_m: Option<[f64; 3]>,
-    /// Its place along a line, in metres: no two are nearer to each other than along it. What has
-    /// no place lies before everything.
+    /// Projection on [`LINE`], in metres: a lower bound for distances. Negative infinity without a position.
     pub(super) along_m: f64,
 }
 
-/// The direction of the line: of length one, and along no axis, so that things in rows and columns
-/// lie at places of their own on it.
+/// Unit direction of the projection. It is parallel to no axis, so things in rows and columns project to
+/// distinct values.
 const LINE: [f64; 3] = [0.8, 0.53, 0.281_246];
 
 impl Thing {
@@ -64,7 +63,7 @@ impl Thing {
     }
 }
 
-/// The percepts that are compared.
+/// The kind of each compared percept, by percept number.
 #[derive(Clone, Debug)]
 pub(super) struct Aspects(Vec<Option<Meaning>>);
 
@@ -77,7 +76,7 @@ impl Aspects {
         self.0.get(usize::from(percept)).copied().flatten()
     }
 
-    /// Tells about which of them two beliefs in one thing differ.
+    /// Reports the percepts in which two beliefs in one thing differ.
     pub(super) fn compare(&self, one: &Thing, other: &Thing, mut tell: impl FnMut(Aspect)) {
         for (percept, meaning) in (0..).zip(&self.0) {
             let Some(meaning) = meaning else { continue };
@@ -95,8 +94,7 @@ impl Aspects {
     }
 }
 
-/// How far apart two features are, as the belief distances measure it (Eq. 4); `None` where they
-/// cannot be compared.
+/// Distance of two features by the metric of D (Eq. 4); `None` if they are not comparable.
 pub(super) fn apart(one: &Feature, other: &Feature) -> Option<f64> {
     match (one, other) {
         (Feature::Vector(one), Feature::Vector(other)) => {
@@ -123,7 +121,7 @@ pub(super) fn distance(one: &[f64; 3], other: &[f64; 3]) -> f64 {
     one.iter().zip(other).map(|(a, b)| (a - b).powi(2)).sum::<f64>().sqrt()
 }
 
-/// A feature of a perspective's frame in the base frame; `None` where that frame is nonsense.
+/// Transforms a feature into the base frame; `None` if the frame or the orientation is invalid.
 fn in_base(
     meaning: Meaning,
     x_base_person: Option<&Pose<Base, Person>>,

@@ -4,28 +4,27 @@ use quantity::number::{floor_usize, single};
 
 use super::Claim;
 
-/// The tree of the shortest links between things, by Prim's algorithm, and where it parts: single linkage, cut at
-/// the longest link.
+/// Minimum spanning tree of things by Prim's algorithm, with a cut at its longest link (single linkage).
 ///
-/// Of n things it compares n² distances, so it may [grow](Self::grow) over several steps. Meanwhile it is of where
-/// they were when it [began](Self::begin). Allocates in `new` alone.
+/// It compares n² distances of n things, so it may [grow](Self::grow) over several steps. Meanwhile it uses
+/// the positions from [`begin`](Self::begin). Allocates only in `new`.
 #[derive(Clone, Debug)]
 pub(super) struct Tree {
-    /// Of which things, and where they were when it began.
+    /// The things, with their positions at `begin`.
     things: Vec<Claim>,
     links: Vec<Link>,
-    /// Those not yet in it, each with its shortest link to it.
+    /// The things not yet in the tree, each with its shortest link to it.
     outside: Outside,
-    /// What is the newest in it, from the first thing.
+    /// Position of the newest thing in the tree, relative to the first thing.
     reached: Vec3,
     is_grown: bool,
     gap: Option<Gap>,
-    /// Which of the things lie beyond the longest link.
+    /// For each thing, whether it lies beyond the longest link.
     beyond: Vec<bool>,
 }
 
 impl Tree {
-    /// Of nothing yet; of so many things at most.
+    /// Returns an empty tree with room for `capacity` things.
     pub(super) fn new(capacity: usize) -> Self {
         Self {
             things: Vec::with_capacity(capacity),
@@ -38,20 +37,20 @@ impl Tree {
         }
     }
 
-    /// Of no thing at all.
+    /// Empties the tree.
     pub(super) fn clear(&mut self) {
         self.begin(&[]);
         self.grow(0);
     }
 
-    /// The first of some things, all of which have a place, is all that is in it yet.
+    /// Starts a new tree with the first of `things`. All must have a position.
     pub(super) fn begin(&mut self, things: &[Claim]) {
         self.things.clear();
         self.things.extend_from_slice(things);
         self.links.clear();
         let mut places = things.iter().map(|thing| thing.place);
         let first = places.next().unwrap_or_else(|| Position::<Base>::new(0.0, 0.0, 0.0));
-        // What is far from the base frame's origin is known as well as what is near.
+        // Positions relative to the first thing keep single precision accurate far from the base origin.
         self.outside.begin(places.map(|place| {
             let [x, y, z] = (place.point() - first.point()).map(single).into();
             Vec3::new(x, y, z)
@@ -59,14 +58,14 @@ impl Tree {
         (self.reached, self.is_grown) = (Vec3::ZERO, false);
     }
 
-    /// Grows by so many links at most; whether it has grown over all.
+    /// Adds at most `most` links; returns whether the tree is complete.
     pub(super) fn grow(&mut self, most: usize) -> bool {
         if self.is_grown {
             return true;
         }
         for _ in 0..most {
             let Some((link, place)) = self.outside.reach(self.reached) else { break };
-            // The first thing is in it from the beginning.
+            // Thing 0 is the root.
             self.links.push(Link { to: link.to + 1, ..link });
             self.reached = place;
         }
@@ -77,28 +76,28 @@ impl Tree {
         self.is_grown
     }
 
-    /// Whether it has grown over all.
+    /// Whether the tree is complete.
     pub(super) fn is_grown(&self) -> bool {
         self.is_grown
     }
 
-    /// Whether it parts where the longest link is so many times as long as any other.
+    /// Whether the longest link is at least `ratio` times as long as any other.
     pub(super) fn is_parted(&self, ratio: f64) -> bool {
         self.gap.is_some_and(|gap| gap.is_wide(ratio))
     }
 
-    /// Of each thing, in their order, whether it lies beyond the longest link.
+    /// For each thing, in order, whether it lies beyond the longest link.
     pub(super) fn beyond(&self) -> &[bool] {
         &self.beyond
     }
 
-    /// Whether it is of the same things and parts where one of where they are now would.
+    /// Whether a tree of the same things at their current positions would have the same cut.
     pub(super) fn stays(&self, ratio: f64, now: &[Claim]) -> bool {
         let gap = self.gap.filter(|_| self.is_grown);
         gap.is_some_and(|gap| self.moved_m(now).is_some_and(|moved_m| gap.stays(ratio, moved_m)))
     }
 
-    /// How far the thing that moved furthest has moved; `None` where it is of others.
+    /// The largest displacement of a thing; `None` if the things are not the same.
     fn moved_m(&self, now: &[Claim]) -> Option<f64> {
         let are_same = now.len() == self.things.len();
         let mut pairs = now.iter().zip(&self.things).filter(|_| are_same).peekable();
@@ -108,7 +107,7 @@ impl Tree {
         })
     }
 
-    /// Finds the longest link, and who lies beyond it.
+    /// Finds the longest link and the things beyond it.
     fn cut(&mut self) {
         let lengths = self.links.iter().map(|link| link.length_m).enumerate();
         let longest = lengths.clone().max_by(|a, b| a.1.total_cmp(&b.1));
@@ -118,8 +117,8 @@ impl Tree {
         });
         self.beyond.clear();
         self.beyond.resize(self.things.len(), false);
-        // The tree grows over its longest link when nothing else is left on this side of it, and not
-        // back: beyond lies what it reaches from then on.
+        // Prim's algorithm crosses the longest link only after all things on this side are in the tree. So
+        // all later links are beyond it.
         for link in self.links.iter().skip(longest.map_or(0, |(gap, _)| gap)) {
             if let Some(beyond) = self.beyond.get_mut(link.to) {
                 *beyond = true;
@@ -128,15 +127,14 @@ impl Tree {
     }
 }
 
-/// The longest link of a tree and the longest of its others: the gap between two clusters, and the widest
-/// within one.
+/// The longest link of a tree (between the clusters) and the second longest (within one).
 #[derive(Clone, Copy, Debug)]
 struct Gap {
     longest_m: f64,
     widest_m: f64,
 }
 
-/// More than what single precision rounds off lengths, as a share of them.
+/// Upper bound of the relative rounding error of single-precision lengths.
 const ROUNDING: f64 = 1e-6;
 
 impl Gap {
@@ -144,11 +142,10 @@ impl Gap {
         self.longest_m >= ratio * self.widest_m
     }
 
-    /// Whether the gap is as wide or as narrow, and between the same things, wherever each of them
-    /// went that has moved by no more than so far.
+    /// Whether the cut is unchanged after no thing moved by more than `moved_m`.
     ///
-    /// Then no distance has changed by more than twice that, and nor has any link in the order of
-    /// lengths: who is joined by links up to some length is then joined by links of that much more.
+    /// No distance changes by more than twice that. So the sorted link lengths change by no more either:
+    /// things joined by links up to some length stay joined by links of that much more.
     fn stays(&self, ratio: f64, moved_m: f64) -> bool {
         let by_m = 2.0 * moved_m + ROUNDING * self.longest_m;
         if self.is_wide(ratio) {
@@ -166,27 +163,26 @@ struct Link {
     length_m: f64,
 }
 
-/// Things not yet in the tree, each with the length of its shortest link to it: in fours, so that the processor looks
-/// at four at once.
+/// The things outside the tree with the length of their shortest link, in groups of four for SIMD.
 #[derive(Clone, Debug)]
 struct Outside {
     fours: Vec<Four>,
 }
 
-/// Four things, by coordinate, from the first thing, in metres; and their lengths, squared. Who is in the tree is
-/// infinitely far, and so is what fills up the last four.
+/// Four things: coordinates relative to the first thing in metres, and squared link lengths. Things in the
+/// tree and unused lanes have infinite values.
 #[derive(Clone, Copy, Debug)]
 struct Four {
     x: Vec4,
     y: Vec4,
     z: Vec4,
     length_m2: Vec4,
-    /// The number of the first.
+    /// Index of the first of the four.
     first: usize,
 }
 
 impl Four {
-    /// Four from a number on, all infinitely far.
+    /// Four empty lanes starting at an index.
     const fn from(first: usize) -> Self {
         let far = Vec4::INFINITY;
         Self { x: far, y: far, z: far, length_m2: far, first }
@@ -201,12 +197,12 @@ impl Outside {
         Self { fours: Vec::with_capacity(capacity.div_ceil(Four::LANES)) }
     }
 
-    /// Whether all are in the tree.
+    /// Whether all things are in the tree.
     fn is_empty(&self) -> bool {
         self.fours.is_empty()
     }
 
-    /// All are outside, by the numbers of their order.
+    /// Puts all things outside, numbered in order.
     fn begin(&mut self, places: impl Iterator<Item = Vec3>) {
         self.fours.clear();
         for (index, place) in places.enumerate() {
@@ -220,8 +216,8 @@ impl Outside {
         }
     }
 
-    /// The tree has reached a place: things that are nearer to it than to any before have a shorter
-    /// link now. Takes the one with the shortest of all into the tree; with its place.
+    /// Updates the shortest links for a new position in the tree, then moves the nearest thing into the tree.
+    /// Returns its link and position.
     fn reach(&mut self, place: Vec3) -> Option<(Link, Vec3)> {
         let [x, y, z] = place.to_array().map(Vec4::splat);
         let (mut least, mut of_four, mut number) = (Vec4::INFINITY, Vec4::ZERO, Vec4::ZERO);
@@ -236,7 +232,7 @@ impl Outside {
         let is_nearest = least.cmpeq(Vec4::splat(nearest_m2)).bitmask();
         let lane = usize::try_from(is_nearest.trailing_zeros()).ok().filter(|lane| *lane < Four::LANES)?;
         if nearest_m2.is_infinite() {
-            // None has a length that single precision knows.
+            // All remaining lengths overflow single precision.
             self.fours.clear();
             return None;
         }

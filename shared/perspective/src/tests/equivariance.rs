@@ -1,5 +1,4 @@
-//! Wherever the world is and however it is turned, what is believed in it is the same in the frames of those
-//! who are part of it.
+//! Equivariance: the beliefs in an agent's frame do not depend on where the world is or how it is turned.
 
 use std::sync::LazyLock;
 
@@ -15,11 +14,11 @@ use quantity::number::single;
 use super::minds::{Minds, carried, head};
 use super::workspace::{EYES, Workspace, block, person, wall};
 
-/// How far what is remembered may differ, in metres and as a share of one: observations are in single
-/// precision, and the worlds are some metres apart.
+/// Tolerance in metres and as a share of one: observations are in single precision, and the worlds are metres
+/// apart.
 const ROUNDING: f64 = 2e-5;
 
-/// The built-in percepts, one of which gives way to a range with a soft edge: how near it is to whom.
+/// The built-in percepts, one of them replaced by a soft range of the distance to the agent.
 static PERCEPTS: LazyLock<Percepts> = LazyLock::new(|| {
     let mut percepts = Percepts::builtin();
     let inserted = usize::from(percepts.index("inserted").unwrap());
@@ -37,7 +36,7 @@ static PERCEPTS: LazyLock<Percepts> = LazyLock::new(|| {
 });
 static CONFIG: LazyLock<Perspective> = LazyLock::new(Perspective::builtin);
 
-/// A block: where it is, which way it goes in metres per step, how it is turned, how much it is filled.
+/// A block: position, velocity in metres per step, orientation and fill level.
 #[derive(Clone, Debug)]
 struct Moving {
     from: [f32; 2],
@@ -47,7 +46,7 @@ struct Moving {
     blue: bool,
 }
 
-/// Where the partner stands and looks for some steps, and how long each of them is.
+/// The partner's position and gaze for some steps, and the length of a step.
 #[derive(Clone, Debug)]
 struct Phase {
     stands: [f64; 2],
@@ -63,7 +62,7 @@ struct World {
     wall: [f32; 2],
     wall_per_step: [f32; 2],
     phases: Vec<Phase>,
-    /// Where all of it is carried: along x and y, and turned about the vertical.
+    /// Rigid motion of the whole world: along x and y, and a turn about the vertical.
     by: [f64; 3],
 }
 
@@ -94,7 +93,7 @@ fn world() -> impl Strategy<Value = World> {
 }
 
 impl World {
-    /// What is observed step by step, and how much later than the step before.
+    /// The observations of each step, and the time since the step before.
     fn steps(&self) -> impl Iterator<Item = (Duration, Vec<Observation>)> {
         let phases = self.phases.iter().flat_map(|phase| (0..phase.steps).map(move |_| phase));
         (0_u8..).zip(phases).map(|(number, phase)| {
@@ -134,7 +133,7 @@ fn is_near(one: f32, other: f32) -> bool {
     (f64::from(one) - f64::from(other)).abs() < ROUNDING
 }
 
-/// Whether two features are the same to within rounding, turns whichever of q and −q they are.
+/// Whether two features are equal up to rounding; q and −q are the same orientation.
 fn agree(one: Option<Feature>, other: Option<Feature>) -> bool {
     match (one, other) {
         (Some(Feature::Number(a)), Some(Feature::Number(b))) => is_near(a, b),
@@ -149,7 +148,7 @@ fn agree(one: Option<Feature>, other: Option<Feature>) -> bool {
     }
 }
 
-/// Whether two evaluations (m, c, d) that are remembered of a percept are the same to within rounding.
+/// Whether two remembered evaluations (m, c, d) of a percept are equal up to rounding.
 fn same(one: &Remembered, other: &Remembered) -> bool {
     (one.percept, one.sampled_at_ns) == (other.percept, other.sampled_at_ns)
         && is_near(one.matching, other.matching)
@@ -157,8 +156,7 @@ fn same(one: &Remembered, other: &Remembered) -> bool {
         && agree(one.feature(), other.feature())
 }
 
-/// Whether two beliefs are the same to within rounding, down to the last percept; how many percepts
-/// that were.
+/// Checks that two beliefs are equal up to rounding in every percept; returns the number of percepts.
 fn compare(one: &Belief, other: &Belief) -> Result<usize, TestCaseError> {
     let about = |belief: &Belief| {
         let Belief { id, born_at_ns, perceived_at_ns, observations, held_by, owner, .. } = *belief;

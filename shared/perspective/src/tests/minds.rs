@@ -1,4 +1,4 @@
-//! A robot and all perspectives nested in its own, in steps of 5 ms.
+//! The robot and all perspectives nested in its own, in steps of 5 ms.
 
 use clock::{Duration, Instant};
 use config::percepts::Percepts;
@@ -43,13 +43,12 @@ impl Minds {
         Self { percepts, perception, robot, all, now: Instant::from_nanos(1_000_000_000) }
     }
 
-    /// One step in which these sources looked, and these things were observed; what was perceived of
-    /// them.
+    /// Runs a step in which `looked` delivered these observations; returns the percepts.
     pub(super) fn step_looking(&mut self, looked: SourceSet, things: &[Observation]) -> Vec<Perceived> {
         self.step_after(STEP, looked, things)
     }
 
-    /// The same after another time than a step's.
+    /// As [`Self::step_looking`], with another step length.
     pub(super) fn step_after(
         &mut self,
         time: Duration,
@@ -80,7 +79,7 @@ impl Minds {
         entries
     }
 
-    /// Steps for a while.
+    /// Repeats steps for `time`.
     pub(super) fn run(&mut self, time: Duration, things: &[Observation]) {
         let end = self.now + time;
         while self.now < end {
@@ -88,24 +87,24 @@ impl Minds {
         }
     }
 
-    /// The perspective of that path.
+    /// The perspective at a path.
     pub(super) fn at(&self, path: &[u16]) -> &Partner {
         let found = self.all.iter().find(|(nested, _)| nested.path.agents() == Some(path));
         &found.unwrap().1
     }
 
-    /// What a perspective is aware of, the robot's own among them.
+    /// The awareness of a perspective; the empty path is the robot's.
     pub(super) fn awareness(&self, path: &[u16]) -> &Awareness {
         if path.is_empty() { self.robot.awareness() } else { self.at(path).awareness().unwrap() }
     }
 
-    /// Whether all from the robot to the perspective of that path would notice an absence there.
+    /// Whether every perspective from the robot to this path would notice an absence at a place.
     pub(super) fn survey(&self, path: &[u16], place: &Position<Base>) -> bool {
         let number = 1 + self.all.iter().position(|(nested, _)| nested.path.agents() == Some(path)).unwrap();
         lineage_surveys(&self.robot, &self.all, number, place)
     }
 
-    /// What the perspective of that path believes.
+    /// The beliefs of the perspective at a path.
     pub(super) fn beliefs(&self, path: &[u16]) -> Vec<Belief> {
         if path.is_empty() {
             return (0..self.robot.beliefs().len()).map(|index| self.robot.entry(index).unwrap()).collect();
@@ -113,7 +112,7 @@ impl Minds {
         believed(self.at(path))
     }
 
-    /// Whether the only thing there is is on, as the perspective of that path has it.
+    /// The state `on` of the only belief at a path.
     pub(super) fn on(&self, path: &[u16]) -> Option<f32> {
         let beliefs = self.beliefs(path);
         assert!(beliefs.len() <= 1, "{path:?} believes in {} things", beliefs.len());
@@ -145,12 +144,12 @@ pub(super) fn believed(partner: &Partner) -> Vec<Belief> {
     (0..partner.beliefs().len()).map(|index| partner.entry(index).unwrap()).collect()
 }
 
-/// The robot's head, observed.
+/// An observation of the robot's head.
 pub(super) fn head(person: Observation) -> Observation {
     Observation { kind: ObservationKind::Person.raw(), partner: 0, ..person }
 }
 
-/// The whole world, with everyone in it, at another place and turned.
+/// The whole world, agents included, moved and turned.
 pub(super) fn carried(world: &[Observation], x_base_world: &Pose<Base, Base>) -> Vec<Observation> {
     world
         .iter()

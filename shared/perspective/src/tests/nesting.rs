@@ -15,7 +15,7 @@ use super::workspace::{AWAY, EYES, STEP, TABLE, block, button, person, wall};
 use crate::{Awareness, Partner};
 
 const SECOND: Duration = Duration::from_secs(1);
-/// Straight at the robot's face, and the button out of his view.
+/// Straight at the robot's face; the button is out of view.
 const UP: [f64; 3] = [0.06, 0.0, 2.6];
 
 #[test]
@@ -27,16 +27,16 @@ fn i_saw_it_you_did_not_and_you_do_not_know_that_i_saw_it() {
     let (yes, no) = (Some(true), Some(false));
     minds.run(SECOND, &[person(EYES, TABLE), button(0.0)]);
     assert_eq!(on(&minds), [no, no, no, no]);
-    // Behind his back it is switched on. I see it, and know that he does not.
+    // The button is switched on behind the partner's back. The robot sees this and that the partner does not.
     minds.run(SECOND, &[person(EYES, AWAY), button(0.0)]);
     minds.run(SECOND, &[person(EYES, AWAY), button(1.0)]);
     assert_eq!(on(&minds), [yes, no, no, no]);
     assert!(!minds.at(&[1, 0]).is_present(), "he cannot see whether I look");
-    // He looks at me and sees me looking, but not what I look at: he still does not know.
+    // The partner sees the robot looking, but not at what: their belief is unchanged.
     minds.run(SECOND, &[person(EYES, UP), button(1.0)]);
     assert!(minds.at(&[1, 0]).is_present());
     assert_eq!(on(&minds), [yes, no, no, no]);
-    // He looks at it, and sees that I do.
+    // The partner looks at the button and sees that the robot does too.
     minds.run(SECOND, &[person(EYES, TABLE), button(1.0)]);
     assert_eq!(on(&minds), [yes, yes, yes, yes]);
 }
@@ -44,7 +44,8 @@ fn i_saw_it_you_did_not_and_you_do_not_know_that_i_saw_it() {
 #[test]
 fn he_sees_that_a_wall_keeps_it_from_me_though_i_know_by_other_senses() {
     let mut minds = Minds::new(1, 2);
-    // The robot's field of view is everything; its eyes, as he sees them, have a wall before them.
+    // The robot's configured field of view is unlimited; in the partner's model a wall stands before the
+    // robot's eyes.
     let before_me = wall([0.3, 0.0, 0.4]);
     minds.run(SECOND, &[person(EYES, TABLE), before_me, button(1.0)]);
     assert_eq!((minds.on(&[]), minds.on(&[1]), minds.on(&[1, 0])), (Some(1.0), Some(1.0), None));
@@ -87,7 +88,7 @@ fn a_wall_that_he_does_not_see_keeps_nothing_from_me_in_his_mind() {
     let mut minds = Minds::with(&config, 1, 2);
     minds.run(SECOND, &[person(EYES, UP)]);
     minds.run(SECOND, &[person(EYES, [0.06, 0.0, 0.62])]);
-    // He looks down at a thing before him, with my face and the wall out of his narrow view.
+    // The partner looks down at a near thing; the robot's face and the wall are out of their narrow view.
     let near_him = Observation { position_m: [1.2, 0.0, 0.03], ..button(1.0) };
     let before_me = wall([0.3, 0.0, 0.45]);
     let scene = [person(EYES, [1.2, 0.0, 0.03]), before_me, near_him];
@@ -99,7 +100,7 @@ fn a_wall_that_he_does_not_see_keeps_nothing_from_me_in_his_mind() {
     assert!(hidden.visible_share(&place, [0.03; 3], Samples::Corners) < 0.1, "the wall is not in my way");
     assert_eq!((minds.awareness(&[]).occluders().len(), minds.awareness(&[1]).occluders().len()), (1, 0));
     assert_eq!((minds.on(&[1]), minds.on(&[1, 0])), (Some(1.0), Some(1.0)));
-    // Had he seen it, he would not take me to see the thing.
+    // Had the partner seen the wall, their model of the robot would not see the thing.
     let mut knowing = Minds::with(&config, 1, 2);
     knowing.run(SECOND, &[person(EYES, [0.06, 0.0, 0.62]), before_me]);
     knowing.run(SECOND, &scene);
@@ -126,7 +127,7 @@ fn he_does_not_take_me_to_forget_a_wall_that_he_remembers() {
     minds.run(SECOND, &[person(EYES, TABLE), aside]);
     let walls = |minds: &Minds, path| minds.awareness(path).occluders().len();
     assert_eq!((walls(&minds, &[1]), walls(&minds, &[1, 0])), (1, 1));
-    // He looks at me alone; the wall, as he remembers it, is still in my view.
+    // The partner looks only at the robot; the remembered wall is still in the robot's view.
     minds.run(SECOND * 2, &[person(EYES, UP), aside]);
     assert!(minds.at(&[1, 0]).is_present());
     assert_eq!((walls(&minds, &[1]), walls(&minds, &[1, 0])), (1, 1));
@@ -135,7 +136,7 @@ fn he_does_not_take_me_to_forget_a_wall_that_he_remembers() {
 #[test]
 fn he_knows_that_i_know_what_i_handle_and_hear_if_he_perceives_it() {
     let mut minds = Minds::new(1, 2);
-    // Beside the robot, out of its view and in his.
+    // Beside the robot: out of the robot's view and in the partner's.
     let beside = Observation { position_m: [0.0, 0.9, 0.03], ..button(1.0) };
     minds.run(SECOND, &[person(EYES, [0.3, 0.3, 0.2]), beside]);
     assert_eq!((minds.on(&[1]), minds.on(&[1, 0])), (Some(1.0), None));
@@ -176,8 +177,7 @@ fn the_robots_head_is_where_it_was_observed_of_late() {
     assert!(eye.difference(&minds.awareness(&[1]).eye(0, minds.now).unwrap()).1 < 1e-6);
 }
 
-/// What is there for some steps: where he and I look from and to, or nobody there; blocks, which go somewhere
-/// step by step; walls.
+/// The scene for some steps: gaze of partner and robot (`None` if absent), moving blocks, and walls.
 #[derive(Clone, Debug)]
 struct Moment {
     his: Option<[f64; 2]>,
@@ -194,9 +194,9 @@ fn moment() -> impl Strategy<Value = Moment> {
     let place = || [0.1..1.2_f32, -0.6..0.6_f32];
     let blocks = prop::collection::vec((place(), prop::array::uniform2(-0.02..0.02_f32)), 0..5);
     let walls = prop::collection::vec(place(), 0..3);
-    // One or two sources look as a rule, or nobody does.
+    // Mostly one or two sources deliver a frame, sometimes none.
     let looked = prop::collection::vec((0..2_u16).prop_map(SourceSet::of), 0..4);
-    // Up to where what is unseen is culled, who is unseen is absent, and a wall is gone.
+    // Long enough to reach culling, the absence timeout and the removal of a wall.
     let time = prop::sample::select(vec![5, 100, 350]).prop_map(Duration::from_millis);
     (gaze(), gaze(), blocks, walls, looked, 1..4_u8, time).prop_map(
         |(his, mine, blocks, walls, looked, steps, step)| Moment {
@@ -221,7 +221,7 @@ impl Moment {
             block([x + gone * per_step_x, y + gone * per_step_y, 0.03])
         });
         let walls = self.walls.iter().map(|[x, y]| wall([*x, *y, 0.125]));
-        // Two sources, which see things by turns.
+        // Two sources with alternating things.
         let of = |(number, thing): (u16, _)| Observation { source: number % 2, ..thing };
         let (blocks, walls) = ((0..).zip(blocks).map(of), (0..).zip(walls).map(of));
         his.into_iter().chain(mine).chain([second]).chain(walls).chain(blocks).collect()
@@ -239,10 +239,9 @@ proptest! {
         ..ProptestConfig::default()
     })]
 
-    /// A perspective of depth n is n applications of depth 1. An application takes what somebody
-    /// perceives: observations, eyes, and where he would notice that something is gone. Here an
-    /// awareness that is given just that, and nothing of where it comes from, makes a partner that
-    /// believes the same, bit for bit, as the one nested in the others.
+    /// A perspective of depth n is n applications of depth 1. Each needs only what an agent perceives:
+    /// observations, eyes, and where the agent would notice an absence. A partner built from just that must
+    /// have beliefs bit-identical to those of the nested one.
     #[test]
     fn nesting_is_taking_the_perspective_of_one_who_perceives_what_the_parent_perceives(
         moments in prop::collection::vec(moment(), 1..4),
@@ -304,7 +303,7 @@ proptest! {
                 }
             }
         }
-        // Most worlds have something that is believed at depth 2 and 3.
+        // Most worlds have beliefs at depth 2 and 3.
         prop_assume!(compared > 0);
     }
 }

@@ -5,7 +5,7 @@ use message::{Header, Observation, SourceSet};
 use super::workspace::{EYES, TABLE, Workspace, block, person, wall};
 
 const SECOND: Duration = Duration::from_secs(1);
-/// Behind the wall for him.
+/// Behind the wall for the partner.
 const HIDDEN: [f32; 3] = [0.4, 0.0, 0.03];
 const OPEN: [f32; 3] = [0.9, 0.0, 0.03];
 const WALL: [f32; 3] = [0.5, 0.0, 0.125];
@@ -20,7 +20,7 @@ fn a_block_behind_a_barrier_never_enters_his_beliefs() {
     assert!((world.his_place(&his[0]).to_array()[0] - 0.9).abs() < 1e-3);
     let head = world.partner.head(Header::at(0));
     assert_eq!((head.perceivable, head.hidden), (1, 1));
-    // The same scene without the barrier: it was the barrier that hid the block.
+    // Control: without the barrier the block is seen.
     let mut open = Workspace::new();
     open.run(SECOND, &[person(EYES, TABLE), block(HIDDEN), block(OPEN)]);
     assert_eq!(open.his().len(), 2);
@@ -34,7 +34,7 @@ fn persons_and_barriers_become_nobodys_beliefs() {
     assert_eq!((world.robots().len(), world.his().len()), (0, 0));
 }
 
-/// The robot looks at its left; the wall and the block behind it are out of its view.
+/// The robot looks aside; the wall and the block behind it are out of view.
 fn looking_aside(looks_at_m: [f64; 3]) -> Perspective {
     let mut config = Perspective::builtin();
     config.robot.eye_m = [0.0, 0.0, 0.5].map(|part| part.try_into().unwrap());
@@ -148,7 +148,7 @@ fn he_does_not_miss_what_the_robot_cannot_see_for_him() {
     let mut world = Workspace::with(&looking_aside([0.5, 0.0, 0.0]));
     world.run(SECOND, &[wall(WALL), person(EYES, TABLE), block(OPEN)]);
     assert_eq!(world.his().len(), 1);
-    // The robot's head is turned away: block and wall are not observed, and may be where they were.
+    // The robot's head is turned away: block and wall are unobserved and may still be in place.
     let aside = Observation { partner: 0, ..person([0.06, 0.0, 0.62], [0.0, 2.0, 0.5]) };
     world.run(SECOND * 3, &[aside, person(EYES, TABLE)]);
     assert_eq!((world.robot.beliefs().len(), world.his().len()), (1, 1));
@@ -158,7 +158,7 @@ fn he_does_not_miss_what_the_robot_cannot_see_for_him() {
     assert!(world.robot.awareness().occluders().is_empty());
 }
 
-/// A place of the study's workspace, whose y axis is the robot's x axis, as the robot has it.
+/// A position of the study's workspace, whose y axis is the robot's x axis, in the base frame.
 fn in_base(x: f32, y: f32, z: f32) -> [f32; 3] {
     [y, -x, z]
 }

@@ -32,7 +32,7 @@ fn by_territory(places: &[[f64; 2]]) -> Vec<u16> {
 
 #[test]
 fn in_the_second_task_each_side_of_the_table_is_his_who_stands_there() {
-    // Six things before the teacher and six before the robot, as in the study.
+    // Six things in front of the teacher and six in front of the robot, as in the study.
     let his = [[1.00, -0.3], [1.10, -0.2], [1.05, -0.05], [1.00, 0.05], [1.10, 0.15], [1.05, 0.3]];
     let mine = [[0.35, -0.3], [0.42, -0.2], [0.38, -0.05], [0.35, 0.1], [0.40, 0.2], [0.42, 0.3]];
     let owners = by_territory(&[his, mine].concat());
@@ -44,11 +44,11 @@ fn where_the_things_are_not_apart_all_is_everybodys() {
     // The gap is 1.4 times the longest link.
     assert_eq!(by_territory(&[[0.3, 0.0], [0.4, 0.0], [0.54, 0.0], [0.64, 0.0]]), [NOBODY; 4]);
     assert_eq!(by_territory(&[[0.3, 0.0], [0.4, 0.0], [1.3, 0.0], [1.4, 0.0]]), [0, 0, 1, 1]);
-    // One thing alone is no territory.
+    // A single thing is no territory.
     assert_eq!(by_territory(&[[0.3, 0.0], [0.4, 0.0], [1.4, 0.0]]), [NOBODY; 3]);
     // Both groups are nearer to the robot.
     assert_eq!(by_territory(&[[0.2, 0.3], [0.2, 0.4], [0.2, -0.3], [0.2, -0.4]]), [NOBODY; 4]);
-    // One is as near to the one as to the other.
+    // One group is equally near to both agents.
     assert_eq!(by_territory(&[[0.7, 0.0], [0.8, 0.0], [1.3, 0.0], [1.4, 0.0]]), [NOBODY; 4]);
     assert_eq!(by_territory(&[[0.5, 0.0]; 6]), [NOBODY; 6]);
     assert_eq!(by_territory(&[]), [NOBODY; 0]);
@@ -69,12 +69,12 @@ fn a_thing_is_his_who_last_held_it_and_nobodys_before() {
     assert_eq!(judge(&[(1, NOBODY), (2, 1), (5, 0)]), [NOBODY, 1, 0]);
     assert_eq!(judge(&[(1, NOBODY), (2, NOBODY), (5, NOBODY)]), [NOBODY, 1, 0]);
     assert_eq!(judge(&[(2, 0), (5, NOBODY), (7, NOBODY)]), [0, 0, NOBODY]);
-    // What was forgotten and is seen again is another thing.
+    // A thing that was forgotten and seen again has a new identity.
     assert_eq!(judge(&[(2, NOBODY)]), [0]);
     assert_eq!(judge(&[(2, NOBODY), (5, NOBODY)]), [0, NOBODY]);
 }
 
-/// What lies around x = 1 m is told to be the teacher's.
+/// A configured region around x = 1 m belongs to the teacher.
 fn told(by: Owning) -> Perspective {
     let region = "[{ owner = 1, from_m = [0.8, -1.0], to_m = [1.2, 1.0] }]";
     let text =
@@ -92,7 +92,7 @@ fn what_is_told_is_so_and_what_is_not_asked_is_everybodys() {
     }
 }
 
-/// Regions are told in the base frame, and his beliefs are in his own.
+/// Regions are in the base frame, the partner's beliefs in the partner's.
 #[test]
 fn what_is_told_and_what_somebody_held_is_so_in_every_perspective() {
     let near = block([0.35, 0.1, 0.03]);
@@ -120,11 +120,11 @@ fn each_perspective_has_its_own_beliefs_judged_by_those_whom_it_knows_of() {
     let owners = |beliefs: Vec<Belief>| beliefs.iter().map(|belief| belief.owner).collect::<Vec<_>>();
     assert_eq!(owners(world.robots()), [0, 0, 1, 1]);
     assert_eq!(owners(world.his()), [0, 0, 1, 1]);
-    // Behind a wall, what is the robot's is not there for him: what he believes in is one group.
+    // A wall hides the robot's things from the partner, whose beliefs form one group.
     let mut hidden = Workspace::with(&config);
     hidden.step(&[&all[..], &[wall([0.6, 0.15, 0.2])]].concat());
     assert_eq!((owners(hidden.robots()), owners(hidden.his())), (vec![0, 0, 1, 1], vec![NOBODY; 2]));
-    // While he is away, the robot knows of nobody else to whom anything could belong.
+    // While the partner is away, the robot knows no other agent as an owner.
     world.run(Duration::from_secs(1), &all[1..]);
     assert_eq!((owners(world.robots()), owners(world.his())), (vec![NOBODY; 4], vec![0, 0, 1, 1]));
     config.resource = resource(Owning::None);
@@ -144,13 +144,13 @@ fn until_he_is_judged_anew_what_came_is_nobodys_and_the_others_stay_whose_they_w
     let see = |some: &[Observation]| [&[person(EYES, TABLE)], some].concat();
     world.run(Duration::from_millis(300), &see(&blocks[..5]));
     assert_eq!((owners(world.robots()), owners(world.his())), (vec![0, 0, 0, 1, 1], vec![0, 0, 0, 1, 1]));
-    // The robot judges in the step in which it comes, a partner in the next one.
+    // The robot updates in the step of the arrival, a partner in the next one.
     world.step(&see(&blocks));
     let (judged, waits) = (vec![0, 0, 0, 1, 1, 0], vec![0, 0, 0, 1, 1, NOBODY]);
     assert_eq!((owners(world.robots()), owners(world.his())), (judged.clone(), waits));
     world.step(&see(&blocks));
     assert_eq!(owners(world.his()), judged);
-    // Where the oldest goes, all others have another index, and in the step in which it does are whose they were.
+    // When the oldest belief is culled, all indices shift; the owners must not.
     let mut steps = 0;
     while world.his().len() == 6 {
         world.step(&see(&blocks[1..]));
@@ -160,7 +160,7 @@ fn until_he_is_judged_anew_what_came_is_nobodys_and_the_others_stay_whose_they_w
     assert_eq!(owners(world.his()), [0, 0, 1, 1, 0]);
 }
 
-/// Blocks in so many rows and columns, from a row at `x` on.
+/// Blocks in `rows` by `columns`, starting at a row at `x`.
 fn grid(x: f32, [rows, columns]: [u8; 2], pitch_m: f32) -> impl Iterator<Item = Observation> {
     (0..rows * columns).map(move |index| {
         let [row, column] = [index / columns, index % columns].map(f32::from);
@@ -177,20 +177,20 @@ fn many_are_compared_in_some_steps_until_which_they_are_whose_they_were() {
     let blocks: Vec<_> = group(0.2).chain(group(0.85)).chain([block([0.1, 0.0, 0.03])]).collect();
     let owners = |beliefs: Vec<Belief>| beliefs.iter().map(|belief| belief.owner).collect::<Vec<_>>();
     let see = |some: &[Observation]| [&[person(EYES, TABLE)], some].concat();
-    // In the first, it is asked, and in each of the others sixteen find their nearest.
+    // The first step collects the claims; each later step adds sixteen links.
     let whose = [[0; 20], [1; 20]].concat();
     for expected in [&[NOBODY; 40][..], &[NOBODY; 40], &[NOBODY; 40], &whose[..]] {
         world.step(&see(&blocks[..40]));
         assert_eq!(owners(world.robots()), expected);
         assert_eq!(owners(world.his()), expected);
     }
-    // One more comes.
+    // A thing arrives.
     let with = |owner: u16| [&whose[..], &[owner]].concat();
     for expected in [NOBODY, NOBODY, NOBODY, 0] {
         world.step(&see(&blocks));
         assert_eq!(owners(world.robots()), with(expected));
     }
-    // The oldest goes before the others are judged without it.
+    // The oldest thing goes before the update completes.
     while world.robots().len() > 40 {
         world.step(&see(&blocks[1..]));
     }
@@ -198,7 +198,7 @@ fn many_are_compared_in_some_steps_until_which_they_are_whose_they_were() {
         assert_eq!(owners(world.robots()), with(0)[1..]);
         world.step(&see(&blocks[1..]));
     }
-    // Where nothing moves, the tree is as it was, and there is nobody else any more.
+    // The tree is unchanged, but no other agent is known any more.
     world.run(Duration::from_secs(1), &blocks[1..]);
     assert_eq!(owners(world.robots()), [NOBODY; 40]);
 }
@@ -249,8 +249,7 @@ fn a_copy_judges_as_the_original_does() {
     assert_eq!(copy.owner(4), NOBODY);
 }
 
-/// The partition by merging the two nearest clusters again and again until two are left; `None` where
-/// it hangs on less than a nanometre.
+/// Reference: merges the two nearest clusters until two are left; `None` if less than a nanometre decides.
 fn by_merging(places: &[Position<Base>], agents: &[(u16, Position<Base>)]) -> Option<Vec<u16>> {
     let shared = vec![NOBODY; places.len()];
     let mut clusters: Vec<Vec<usize>> = (0..places.len()).map(|index| vec![index]).collect();
@@ -344,7 +343,7 @@ proptest! {
         prop_assert_eq!(here, there);
     }
 
-    /// Whoever has judged before compares all with all only where somebody went far enough; a stranger does.
+    /// An estimator with history compares all pairs only after a large motion. It must agree with a new one.
     #[test]
     fn territories_follow_things_however_far_they_went(
         places in prop::collection::vec((-0.15..0.15_f64, -0.3..0.3_f64), 2..8),
@@ -365,7 +364,7 @@ proptest! {
                 (*x, *y) = (*x + by_m * dx, *y + by_m * dy);
             }
             if let Some(gone) = gone.filter(|_| things.len() > 2) {
-                // It comes back as another thing.
+                // The thing returns under a new identity.
                 let (_, place) = things.remove(gone.index(things.len()));
                 let id = things.iter().map(|(id, _)| id + 1).max().unwrap_or(1);
                 things.push((id, place));

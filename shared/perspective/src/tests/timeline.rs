@@ -7,7 +7,7 @@ use super::workspace::{AWAY, EYES, TABLE, Workspace, block, button, person, wall
 
 const SECOND: Duration = Duration::from_secs(1);
 
-/// What both believe of the only thing there is.
+/// The state `on` in the robot's and the partner's only belief.
 fn believed(world: &Workspace) -> (Option<f32>, Option<f32>) {
     let (robots, his) = (world.robots(), world.his());
     assert_eq!((robots.len(), his.len()), (1, 1));
@@ -30,7 +30,7 @@ fn a_false_belief_persists_until_he_looks_again() {
 fn the_beliefs_of_one_who_left_freeze_until_he_is_back() {
     let mut world = Workspace::new();
     world.run(SECOND, &[person(EYES, TABLE), button(0.0)]);
-    // For a moment he counts as there: an observation may have been missed.
+    // Until the absence timeout the partner counts as present: an observation may have been missed.
     world.run(SECOND, &[button(0.0)]);
     assert!(!world.partner.is_present());
     let frozen = world.his();
@@ -115,7 +115,7 @@ fn when_he_walks_round_the_table_what_he_remembers_stays_where_it_is() {
     let mut world = Workspace::new();
     world.run(SECOND, &[person(EYES, TABLE), block([0.6, 0.2, 0.03])]);
     let first = world.partner.frame().unwrap();
-    // He walks with his back to the table: nothing is perceived anew.
+    // The partner walks with their back to the table: nothing is perceived again.
     world.run(SECOND, &[person([0.75, 1.2, 0.55], [0.75, 3.0, 0.55])]);
     let (moved_m, turned_rad) = first.difference(&world.partner.frame().unwrap());
     assert!(moved_m > 1.0 && turned_rad > 1.0, "the frame was not taken anew");
@@ -123,7 +123,7 @@ fn when_he_walks_round_the_table_what_he_remembers_stays_where_it_is() {
     assert_eq!(his.len(), 1);
     let [x, y, z] = world.his_place(&his[0]).to_array();
     assert!((x - 0.6).abs() < 1e-5 && (y - 0.2).abs() < 1e-5 && (z - 0.03).abs() < 1e-5, "{x} {y} {z}");
-    // And when he looks again, it is the same thing.
+    // After looking again it is the same belief.
     world.run(SECOND, &[person([0.75, 1.2, 0.55], TABLE), block([0.6, 0.2, 0.03])]);
     assert_eq!(world.his().iter().map(|belief| belief.id).collect::<Vec<_>>(), [his[0].id]);
 }
@@ -136,7 +136,7 @@ fn silence_is_no_absence() {
         world.step_blindly();
     }
     assert_eq!((world.robots().len(), world.his().len()), (1, 1));
-    // The same time with eyes open on an empty table.
+    // The same duration with a frame of an empty table at every step.
     world.run(SECOND * 3, &[person(EYES, TABLE)]);
     assert_eq!((world.robots().len(), world.his().len()), (0, 0));
 }
@@ -148,18 +148,18 @@ fn what_others_saw_is_missed_by_nobody_else() {
     let seen = Observation { source: 1, ..block([0.6, 0.0, 0.03]) };
     let also = block([0.6, 0.3, 0.03]);
     world.run(SECOND, &[person(EYES, TABLE), seen, also]);
-    // The camera died: that the first source sees an empty table says something of what it saw itself.
+    // The camera stopped: an empty frame of the first source concerns only what that source saw.
     for _ in 0..600 {
         world.step_looking(simulator, &[person(EYES, TABLE)]);
     }
     assert_eq!((world.robots().len(), world.his().len()), (1, 1));
     assert!((world.his_place(&world.his()[0]).to_array()[1]).abs() < 1e-3);
-    // It lives again, and the thing is gone.
+    // The camera restarts, and the thing is gone.
     world.step_looking(simulator.union(camera), &[person(EYES, TABLE)]);
     assert_eq!((world.robots().len(), world.his().len()), (0, 0));
 }
 
-/// The built-in percepts, ranges in the place of some.
+/// The built-in percepts, some replaced by ranges.
 fn ranged() -> Percepts {
     let mut percepts = Percepts::builtin();
     let of_state = percepts.percepts[8].clone();
@@ -208,7 +208,7 @@ fn what_he_remembers_comes_near_him_when_he_walks_there() {
         world.his().iter().map(|belief| world.number(belief, "near_me")).collect()
     };
     assert_eq!(near(&world), [Some(0.0), Some(1.0)]);
-    // He walks with his back to the table: nothing is perceived anew.
+    // The partner walks with their back to the table: nothing is perceived again.
     world.run(SECOND, &[person([0.3, 0.9, 0.55], [0.3, 3.0, 0.55])]);
     assert_eq!(near(&world), [Some(1.0), Some(0.0)]);
 }

@@ -11,10 +11,10 @@ use quantity::number::single;
 use crate::{Partner, Robot};
 
 pub(super) const STEP: Duration = Duration::from_millis(5);
-/// The teacher opposite, his eyes, and what he looks at while he teaches.
+/// The teacher's eyes opposite the robot, and the point they look at while teaching.
 pub(super) const EYES: [f64; 3] = [1.5, 0.0, 0.55];
 pub(super) const TABLE: [f64; 3] = [0.75, 0.0, 0.0];
-/// Behind him.
+/// Behind the teacher.
 pub(super) const AWAY: [f64; 3] = [3.0, 0.0, 0.55];
 
 pub(super) struct Workspace {
@@ -23,7 +23,7 @@ pub(super) struct Workspace {
     pub(super) robot: Robot,
     pub(super) partner: Partner,
     pub(super) now: Instant,
-    /// How long the source takes to understand what it sees.
+    /// Latency of the source.
     pub(super) delay: Duration,
 }
 
@@ -41,7 +41,7 @@ impl Workspace {
         Self::with_room(percepts, config, 16)
     }
 
-    /// With room for so many things.
+    /// With another capacity.
     pub(super) fn with_room(percepts: Percepts, config: &Perspective, capacity: usize) -> Self {
         let perception = Perception::new(&percepts).unwrap();
         let robot = Robot::new(&percepts, config, 1, capacity).unwrap();
@@ -56,22 +56,22 @@ impl Workspace {
         }
     }
 
-    /// One step in which these things were observed.
+    /// Runs a step with these observations.
     pub(super) fn step(&mut self, things: &[Observation]) {
         self.step_looking(SourceSet::of(0), things);
     }
 
-    /// One step in which nobody observed anything.
+    /// Runs a step without a frame of any source.
     pub(super) fn step_blindly(&mut self) {
         self.step_looking(SourceSet::EMPTY, &[]);
     }
 
-    /// One step in which these sources looked, and these things were observed.
+    /// Runs a step in which `looked` delivered these observations.
     pub(super) fn step_looking(&mut self, looked: SourceSet, things: &[Observation]) {
         self.step_after(STEP, looked, things);
     }
 
-    /// The same after another time than a step's.
+    /// As [`Self::step_looking`], with another step length.
     pub(super) fn step_after(&mut self, time: Duration, looked: SourceSet, things: &[Observation]) {
         self.now += time;
         let entries: Vec<_> = things
@@ -88,7 +88,7 @@ impl Workspace {
         self.partner.step(self.now, &entries, robot.awareness(), |place| robot.surveys(place));
     }
 
-    /// Steps for a while.
+    /// Repeats steps for `time`.
     pub(super) fn run(&mut self, time: Duration, things: &[Observation]) {
         let end = self.now + time;
         while self.now < end {
@@ -96,22 +96,22 @@ impl Workspace {
         }
     }
 
-    /// What there was no room for.
+    /// The robot's overflow count.
     pub(super) fn overflowed(&self) -> u64 {
         self.robot.head(Header::default()).overflowed
     }
 
-    /// What the robot believes.
+    /// The robot's beliefs.
     pub(super) fn robots(&self) -> Vec<Belief> {
         (0..self.robot.beliefs().len()).map(|index| self.robot.entry(index).unwrap()).collect()
     }
 
-    /// What the partner is taken to believe.
+    /// The partner's modelled beliefs.
     pub(super) fn his(&self) -> Vec<Belief> {
         (0..self.partner.beliefs().len()).map(|index| self.partner.entry(index).unwrap()).collect()
     }
 
-    /// Where a belief of his is, in the base frame.
+    /// Position of a partner's belief, in the base frame.
     pub(super) fn his_place(&self, belief: &Belief) -> Position<Base> {
         let [x, y, z] = self.position(belief).map(f64::from);
         self.partner.frame().unwrap() * Position::new(x, y, z)
@@ -137,7 +137,7 @@ impl Workspace {
     }
 }
 
-/// A red square block.
+/// A red cube.
 pub(super) fn block(position_m: [f32; 3]) -> Observation {
     Observation {
         position_m,
@@ -148,14 +148,14 @@ pub(super) fn block(position_m: [f32; 3]) -> Observation {
     }
 }
 
-/// A button that is on or off.
+/// A button with state `on`.
 pub(super) fn button(on: f32) -> Observation {
     let mut button = block([0.6, 0.0, 0.03]);
     button.set_state(State::On, on);
     button
 }
 
-/// The teacher, his eyes at one place and looking at another.
+/// The teacher, with eyes at `from` looking at `towards`.
 pub(super) fn person(from: [f64; 3], towards: [f64; 3]) -> Observation {
     let position = |[x, y, z]: [f64; 3]| Position::<Base>::new(x, y, z);
     let eye = Pose::<Base, Eye>::looking(&position(from), &position(towards));
@@ -169,7 +169,7 @@ pub(super) fn person(from: [f64; 3], towards: [f64; 3]) -> Observation {
     }
 }
 
-/// A barrier across his line of sight, hiding what lies beyond it.
+/// A barrier that hides what lies beyond it.
 pub(super) fn wall(position_m: [f32; 3]) -> Observation {
     Observation {
         kind: ObservationKind::Occluder.raw(),

@@ -1,4 +1,4 @@
-//! How fast QUIC sends.
+//! Congestion control of the QUIC connections.
 #![expect(
     clippy::disallowed_types,
     reason = "the library tells of its own instants, and nobody else is told"
@@ -11,14 +11,15 @@ use std::time::Instant;
 use quinn::congestion::{Controller, ControllerFactory, ControllerMetrics, CubicConfig};
 use quinn_proto::RttEstimator;
 
-/// As much may be under way however many packets are lost, in bytes: some bundles.
+/// Minimum congestion window in bytes, whatever the losses: a few batches.
 const LEAST_BYTES: u64 = 128 * 1024;
 
-/// CUBIC (RFC 9438) with a floor.
+/// CUBIC (RFC 9438) with a minimum window.
 ///
-/// It takes every lost packet for a full queue. A radio network loses one in twenty with empty queues; with 0.4 s there
-/// and back that would leave some 20 kB/s, and a bundle would take seconds. What fills queues is seen by
-/// its delay: the link's own window, of whole bundles, follows that, and is below this floor where the network is slow.
+/// CUBIC takes every lost packet for a full queue. A radio network loses one packet in twenty with empty
+/// queues. With a round trip of 0.4 s that would leave about 20 kB/s, and a batch would take seconds. Full
+/// queues show as delay instead: the link's own window of whole batches follows the delay and is below this
+/// minimum on a slow network.
 #[derive(Default)]
 pub(crate) struct WithFloor(CubicConfig);
 

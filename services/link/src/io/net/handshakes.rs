@@ -8,28 +8,29 @@ use std::rc::Rc;
 use clock::{Duration, Instant};
 use tokio::sync::Notify;
 
-/// Connections that an endpoint holds at most: in handshakes, verified, and closing.
+/// Maximum connections of an endpoint: in handshake, verified, and closing.
 pub(crate) const MAX_CONNECTIONS: usize = 256;
-/// Of these, connections of one address whose certificate is not verified, closing ones included.
+/// Maximum of unverified connections per address, closing ones included.
 const MAX_PER_ADDRESS: usize = 32;
-/// Of these, handshakes that go on: one more ends the oldest, once that had its time.
+/// Maximum of handshakes in progress per address. One more evicts the oldest, if that is older than
+/// `UNDISTURBED`.
 const MAX_OPEN_PER_ADDRESS: usize = 8;
-/// The time of a handshake that nothing ends: a legitimate one takes some round trips.
+/// Minimum time before a handshake can be evicted. A legitimate one takes a few round trips.
 const UNDISTURBED: Duration = Duration::from_millis(250);
 
-/// The slots that are taken, by address.
+/// The slots in use, by address.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct HandshakeSlots(Rc<RefCell<BTreeMap<IpAddr, Taken>>>);
 
-/// The slots that one address has taken.
+/// The slots used by one address.
 #[derive(Debug, Default)]
 struct Taken {
-    /// Those of handshakes that go on, and when each began, the oldest first.
+    /// Handshakes in progress with their start times, oldest first.
     open: VecDeque<(Instant, Rc<Notify>)>,
     closing: usize,
 }
 
-/// A slot of an address. Dropping it gives it back.
+/// A slot of an address; dropping it frees the slot.
 #[derive(Debug)]
 pub(crate) struct HandshakeSlot {
     slots: HandshakeSlots,
@@ -38,10 +39,10 @@ pub(crate) struct HandshakeSlot {
 }
 
 impl HandshakeSlots {
-    /// A slot for a connection from an address that is proven, where that address has one left.
+    /// Reserves a slot for a connection from a validated address; `None` if the address has none left.
     ///
-    /// The oldest handshake of the address makes way once it had its time: one that is only begun would keep its slot
-    /// for seconds.
+    /// The oldest handshake of the address is evicted once it had its time. An unfinished handshake would
+    /// otherwise keep its slot for seconds.
     pub(crate) fn take(&self, now: Instant, address: IpAddr) -> Option<HandshakeSlot> {
         let address = network(address);
         let mut all = self.0.borrow_mut();
@@ -62,7 +63,7 @@ impl HandshakeSlots {
 }
 
 impl Taken {
-    /// Takes a slot off those of handshakes that go on; whether it was one.
+    /// Removes a slot from the handshakes in progress; returns whether it was one.
     fn end(&mut self, slot: &Rc<Notify>) -> bool {
         let place = self.open.iter().position(|(_, open)| Rc::ptr_eq(open, slot));
         place.is_some_and(|place| self.open.remove(place).is_some())
@@ -70,12 +71,12 @@ impl Taken {
 }
 
 impl HandshakeSlot {
-    /// Waits until the handshake has to make way.
+    /// Completes when the handshake is evicted.
     pub(crate) async fn evicted(&self) {
         self.evicted.notified().await;
     }
 
-    /// The handshake is over, and its connection is still in memory.
+    /// Marks the handshake as finished while its connection is still in memory.
     pub(crate) fn close(&self) {
         if let Some(taken) = self.slots.0.borrow_mut().get_mut(&self.address)
             && taken.end(&self.evicted)
@@ -98,7 +99,8 @@ impl Drop for HandshakeSlot {
     }
 }
 
-/// What counts as one address: of IPv6 the network, since a host has all addresses of its own /64.
+/// The unit of the limits: an IPv4 address or an IPv6 /64 network, since a host owns all addresses of its
+/// /64.
 fn network(address: IpAddr) -> IpAddr {
     match address.to_canonical() {
         IpAddr::V4(address) => address.into(),
@@ -127,10 +129,10 @@ mod tests {
         let take = |ms, of| slots.take(at(ms), address(of));
         let mut taken: Vec<HandshakeSlot> = (0..99).map_while(|_| take(0, "192.0.2.1")).collect();
         assert_eq!(taken.len(), MAX_OPEN_PER_ADDRESS);
-        // The same address, as a socket of both families tells it.
+        // The same address as a dual-stack socket reports it.
         assert!(take(249, "192.0.2.1").is_none() && take(249, "::ffff:192.0.2.1").is_none());
         assert!(take(249, "192.0.2.2").is_some());
-        // However many make way, some are in memory at most.
+        // Evictions do not exceed the total per address.
         taken.extend((1..99).map_while(|turn| take(1000 * turn, "192.0.2.1")));
         assert_eq!(taken.len(), MAX_PER_ADDRESS);
         taken.pop();
@@ -154,12 +156,12 @@ mod tests {
         let oldest = open.pop_front().unwrap();
         oldest.evicted().await;
         assert_eq!(count(), (MAX_OPEN_PER_ADDRESS, 1));
-        // It is told once and counted once.
+        // The eviction is signalled once and counted once.
         oldest.close();
         assert_eq!(count(), (MAX_OPEN_PER_ADDRESS, 1));
         drop(oldest);
         assert_eq!(count(), (MAX_OPEN_PER_ADDRESS, 0));
-        // One that fails by itself is closing, too.
+        // A handshake that fails by itself is closing, too.
         newest.close();
         assert_eq!(count(), (MAX_OPEN_PER_ADDRESS - 1, 1));
         drop(newest);

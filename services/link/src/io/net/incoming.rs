@@ -1,4 +1,4 @@
-//! Incoming connections: first the address is proven, then the certificate is verified, then messages are exchanged.
+//! Incoming connections: address validation, certificate verification, then messages.
 
 use std::rc::Rc;
 use std::time::Duration;
@@ -12,15 +12,16 @@ use super::handshakes::{HandshakeSlot, HandshakeSlots, MAX_CONNECTIONS};
 use super::peers::{AGAIN_MOST, Failed, HANDSHAKE_TIMEOUT, Peers, found, handshake_timed_out};
 use super::verifier::RefusalRecord;
 
-/// Connections at most whose certificate is verified.
+/// Maximum connections with a verified certificate.
 const CONNECTED_MOST: usize = 8;
-/// QUIC keeps a closed connection for three probe time-outs (RFC 9000, 10.2): for so long where no round trip was seen.
+/// How long QUIC keeps a closed connection: three probe time-outs (RFC 9000, 10.2), computed for an
+/// unmeasured round trip.
 const CLOSING: Duration = Duration::from_secs(1);
-/// The code of a connection that is closed because there are as many as may be.
+/// Application close code: too many connections.
 const FULL: VarInt = VarInt::from_u32(3);
 
 impl Peers {
-    /// Accepts connections, for ever.
+    /// Accepts connections until the task is cancelled.
     pub(super) async fn listen(self: Rc<Self>, address: &Address) {
         loop {
             if let Err(error) = Rc::clone(&self).let_in(address).await {
@@ -46,10 +47,10 @@ impl Peers {
         Ok(())
     }
 
-    /// Begins the handshake with a machine whose address is proven, where there is a slot for it.
+    /// Begins the handshake with a validated address if a slot is free.
     ///
-    /// An address that is not proven is answered by Retry (RFC 9000, 8.1.2): a packet smaller than the first one. Nothing
-    /// is kept and nothing is signed for it.
+    /// An address that is not validated gets a Retry packet (RFC 9000, 8.1.2), which is smaller than the
+    /// client's first packet. Nothing is stored or signed for it.
     fn begin_handshake(
         &self,
         endpoint: &Endpoint,
@@ -57,7 +58,7 @@ impl Peers {
         incoming: Incoming,
     ) -> Option<(Connecting, RefusalRecord, HandshakeSlot)> {
         if !incoming.remote_address_validated() {
-            // An incoming connection that Retry cannot answer is refused when it is dropped.
+            // If Retry is impossible, dropping the connection refuses it.
             let _refused = incoming.retry();
             return None;
         }
@@ -68,7 +69,7 @@ impl Peers {
         let is_full = endpoint.open_connections() >= MAX_CONNECTIONS;
         let slot = if is_full { None } else { slots.take(clock::now(), incoming.remote_address().ip()) };
         let Some(slot) = slot else {
-            // The peer repeats its packet, and may find a slot then.
+            // The peer repeats its packet and may get a slot then.
             incoming.ignore();
             return None;
         };
@@ -89,7 +90,7 @@ impl Peers {
         }
     }
 
-    /// Waits until the certificate of a peer is verified, and exchanges messages with it then.
+    /// Waits for the verified certificate of a peer, then exchanges messages with it.
     async fn authenticate(
         &self,
         endpoint: Endpoint,
@@ -118,7 +119,8 @@ impl Peers {
             Ok(Err(ended)) => self.warn(self.keys.files.explain(&from, &record, &ended)),
             Err(_elapsed) => self.warn(handshake_timed_out(&from)),
         }
-        // QUIC keeps a connection that failed for so long, to answer late packets. It takes its slot until then.
+        // QUIC keeps a failed connection for this long to answer late packets. The slot stays reserved until
+        // then.
         slot.close();
         sleep(CLOSING).await;
         drop(slot);

@@ -1,4 +1,4 @@
-//! What a machine shows, and whom it believes.
+//! The link's keys and certificates: the machine's own identity and the authority that it trusts.
 
 use std::net::{IpAddr, Ipv4Addr};
 use std::path::{Path, PathBuf};
@@ -23,29 +23,30 @@ use super::congestion::WithFloor;
 use super::refusal::KeyFiles;
 use super::verifier::{RecordingVerifier, RefusalRecord, RefusedCertificate};
 
-/// TLS 1.3 alone, which QUIC is made of.
+/// QUIC requires TLS 1.3.
 const VERSIONS: [&SupportedProtocolVersion; 1] = [&rustls::version::TLS13];
-/// Whoever is silent for so long is connected to anew, in milliseconds.
+/// Idle time-out of a connection, in milliseconds; a new connection is made then.
 const SILENT_MS: u32 = 2000;
-/// Said this often where there is nothing else to say.
+/// Period of keep-alive packets on an idle connection.
 const KEEP_ALIVE: Duration = Duration::from_millis(500);
-/// A stream has so many bytes under way at most: the link's own window is smaller.
+/// Flow-control limit in bytes; the link's own window is smaller.
 const UNDER_WAY: u32 = 16 * 1024 * 1024;
-/// Pulses that wait to be sent, and to be read, in bytes.
+/// Size of the datagram send and receive buffers (heartbeats), in bytes.
 const PULSES: usize = 16 * 1024;
-/// A proof of address is good for so long: it is used in the next round trip.
+/// Lifetime of a Retry token: it is used within the next round trip.
 const PROOF_LIFETIME: Duration = Duration::from_secs(5);
-/// The round trip of an incoming connection before one was measured. A connection that is closed stays in memory for
-/// nine times as long. Where the way is longer, the handshake is sent once more than it needs to be.
+/// Assumed round trip of an incoming connection before the first measurement. A closed connection stays in
+/// memory for nine times as long. On a longer path the handshake is sent once more than necessary.
 const FIRST_ROUND_TRIP: Duration = Duration::from_millis(100);
-/// First packets that wait to be looked at, and what may come behind them meanwhile, in bytes: of one, and of all.
+/// Limits of connection attempts that wait to be accepted: their number, and the bytes buffered for one and
+/// for all.
 const MAX_INCOMING: usize = 256;
 const MAX_INCOMING_BYTES: u64 = 4 * 1024;
 const MAX_INCOMING_BYTES_TOTAL: u64 = 64 * 1024;
-/// Bytes of a handshake that wait for those before them: a chain of certificates takes about four thousand.
+/// Limit of out-of-order handshake data in bytes: a certificate chain takes about 4000.
 const MAX_HANDSHAKE_BYTES: usize = 16 * 1024;
 
-/// Why the link's keys cannot be used.
+/// The configured keys or certificates of the link cannot be used.
 #[derive(Debug, thiserror::Error)]
 #[error("leo.toml: `{key}` of [link]: {}: {reason}", file.display())]
 pub struct KeyError {
@@ -54,11 +55,11 @@ pub struct KeyError {
     reason: String,
 }
 
-/// What this machine shows, and what it verifies the other's certificate by.
+/// The machine's identity and the verifier of the peer's certificate.
 #[derive(Clone)]
 pub(crate) struct Keys {
     pub(crate) files: KeyFiles,
-    /// Of the endpoint: its key signs the proofs of address, so that it is made once.
+    /// Configuration of the endpoint. It is created once, because its key signs the Retry tokens.
     pub(crate) server: ServerConfig,
     identity: Identity,
     transport: Arc<TransportConfig>,
@@ -67,7 +68,7 @@ pub(crate) struct Keys {
 type Unusable = Box<dyn std::error::Error>;
 
 impl Keys {
-    /// Reads those of a link.
+    /// Reads the key files of a link.
     pub(crate) fn read(link: &Link) -> Result<Self, KeyError> {
         let provider = Arc::new(rustls::crypto::ring::default_provider());
         let wrong = |key, file: &Path, error: &dyn std::fmt::Display| KeyError {
@@ -120,12 +121,12 @@ impl Keys {
         Ok(Self { files: KeyFiles::of(link), server, identity, transport: Arc::new(transport()) })
     }
 
-    /// Why the other machine will refuse this machine's own certificate, by what is known here: where this one listens,
-    /// and where it connects.
+    /// Checks locally whether the peer would refuse this machine's certificate, in the roles that the
+    /// configuration uses. Returns the reason.
     pub(crate) fn own_refusal(&self, link: &Link, now: UnixTime) -> Option<String> {
         let Identity { chain, clients, servers, .. } = &self.identity;
         let (certificate, rest) = chain.split_first()?;
-        // The name that the other machine looks for is known there: the name is compared last, and not here.
+        // Only the peer knows the expected name. It is checked last, and its mismatch is ignored here.
         let name = ServerName::from(IpAddr::from(Ipv4Addr::LOCALHOST));
         let as_server = || servers.verify_server_cert(certificate, rest, &name, &[], now).map(drop);
         let as_client = || clients.verify_client_cert(certificate, rest, now).map(drop);
@@ -135,7 +136,7 @@ impl Keys {
         Some(self.files.explain_refused_own(&RefusedCertificate { certificate: certificate.clone(), error }))
     }
 
-    /// For one connection that comes, with what its certificate is refused for.
+    /// Configuration of one incoming connection, with the record of a refused certificate.
     pub(crate) fn for_incoming(&self) -> Result<(Arc<ServerConfig>, RefusalRecord), Unusable> {
         let (verifier, record) = RecordingVerifier::new(&self.identity.clients);
         let mut server = self.server.clone();
@@ -143,7 +144,7 @@ impl Keys {
         Ok((Arc::new(server), record))
     }
 
-    /// For one connection that this machine makes, with what the other's certificate is refused for.
+    /// Configuration of one outgoing connection, with the record of a refused certificate.
     pub(crate) fn for_outgoing(&self) -> Result<(ClientConfig, RefusalRecord), Unusable> {
         let (verifier, record) = RecordingVerifier::new(&self.identity.servers);
         let mut client = ClientConfig::new(Arc::new(self.identity.client(verifier)?));
@@ -152,14 +153,14 @@ impl Keys {
     }
 }
 
-/// What is wrong with a certificate apart from its name.
+/// The error of a certificate, unless it is only the name.
 fn refusal(error: Error) -> Option<CertificateError> {
     let Error::InvalidCertificate(error) = error else { return None };
     let is_of_name = matches!(error, CertificateError::NotValidForNameContext { .. });
     (!is_of_name).then_some(error)
 }
 
-/// What this machine shows, and the certificates that it accepts.
+/// The machine's certificate and the verifiers of the peers'.
 #[derive(Clone)]
 struct Identity {
     provider: Arc<CryptoProvider>,
@@ -167,7 +168,7 @@ struct Identity {
     shown: Arc<SingleCertAndKey>,
     clients: Arc<dyn ClientCertVerifier>,
     servers: Arc<dyn ServerCertVerifier>,
-    /// The protocol of a connection that comes, and of one that this machine makes.
+    /// ALPN protocols of incoming and of outgoing connections.
     comes: Vec<u8>,
     goes: Vec<u8>,
 }
@@ -178,7 +179,7 @@ impl Identity {
         let server = server.with_protocol_versions(&VERSIONS)?.with_client_cert_verifier(verifier);
         let mut server = server.with_cert_resolver(Arc::<SingleCertAndKey>::clone(&self.shown));
         server.alpn_protocols = vec![self.comes.clone()];
-        // Every connection shows its certificate: none goes on from an earlier one, and nothing is sent before it.
+        // Every connection presents its certificate: no session resumption, no early data.
         server.send_tls13_tickets = 0;
         server.max_early_data_size = 0;
         Ok(QuicServerConfig::try_from(server)?)
@@ -195,8 +196,8 @@ impl Identity {
     }
 }
 
-/// What is spoken, as the handshake agrees on it (ALPN, RFC 7301): with which robot, and on which side of its link who
-/// connects is. Robots of one network, and two machines of one side, part before a word is said.
+/// The ALPN protocol (RFC 7301): robot name and side of the connecting machine. Connections between different
+/// robots or between two machines of one side fail in the handshake.
 pub(crate) fn protocol(robot: &RobotName, side: Side) -> Vec<u8> {
     let side = if side == Side::Away { "away" } else { "robot" };
     format!("leo-link/{}/{side}", robot.as_str()).into_bytes()
@@ -208,7 +209,7 @@ fn transport() -> TransportConfig {
         .max_idle_timeout(Some(IdleTimeout::from(VarInt::from_u32(SILENT_MS))))
         .keep_alive_interval(Some(KEEP_ALIVE))
         .crypto_buffer_size(MAX_HANDSHAKE_BYTES)
-        // None before the other machine has shown that it means the same: `accept_bundles`.
+        // No streams until the peer has proven to be compatible: see `accept_bundles`.
         .max_concurrent_uni_streams(VarInt::from_u32(0))
         .max_concurrent_bidi_streams(VarInt::from_u32(0))
         .stream_receive_window(VarInt::from_u32(UNDER_WAY))
@@ -220,12 +221,12 @@ fn transport() -> TransportConfig {
     transport
 }
 
-/// Takes bundles from the other machine: a stream of them, and none that answers.
+/// Allows the peer one unidirectional stream for batches.
 pub(crate) fn accept_bundles(connection: &Connection) {
     connection.set_max_concurrent_uni_streams(VarInt::from_u32(1));
 }
 
-/// Whether a certificate that was shown has expired since: the handshake has looked once.
+/// Whether the peer's certificate has expired. The handshake checks this only once.
 pub(crate) fn has_expired(connection: &Connection, now: UnixTime) -> bool {
     let shown =
         connection.peer_identity().and_then(|shown| shown.downcast::<Vec<CertificateDer<'static>>>().ok());
@@ -250,7 +251,7 @@ mod tests {
         let after = |days: u64| UnixTime::since_unix_epoch(Duration::from_secs(now.as_secs() + days * DAY_S));
         let good =
             |name, days| shown(keys.path(), name).0.iter().all(|shown| is_good_until(shown, after(days)));
-        // Signed for nine days, for 825, and until yesterday.
+        // Validity: nine days, 825 days, and until yesterday.
         assert_eq!([0, 8, 10].map(|days| good("any", days)), [true, true, false]);
         assert_eq!([0, 824, 826].map(|days| good("robot", days)), [true, true, false]);
         assert!(!good("expired", 0));
@@ -272,7 +273,7 @@ mod tests {
         for name in ["robot", "any", "away"] {
             assert_eq!(told(name, &here, &here), None, "{name}");
         }
-        // Meant for one side of a connection.
+        // Certificates for one role only.
         assert_eq!((told("server", &here, &nowhere), told("client", &nowhere, &here)), (None, None));
         for (name, listen, connect, why) in [
             ("expired", &here, &nowhere, "it expired on"),
@@ -296,7 +297,7 @@ mod tests {
         link.private_key = keys.path().join("robot.pem");
         let told = Keys::read(&link).err().unwrap().to_string();
         assert!(told.contains("`private_key` of [link]") && told.contains("robot.pem"), "{told}");
-        // One of somebody else.
+        // The key of another certificate.
         link.private_key = keys.path().join("any.key");
         assert!(Keys::read(&link).err().unwrap().to_string().contains("`certificate` of [link]"));
     }

@@ -1,4 +1,4 @@
-//! Those who are connected: found, awaited, talked to.
+//! Peers: connects, reconnects, and exchanges messages with every connected peer.
 
 use std::cell::RefCell;
 use std::collections::BTreeMap;
@@ -22,37 +22,38 @@ use super::{Message, OUTGOING, Sort};
 use crate::agreement::Agreement;
 use crate::wire::Pulse;
 
-/// Who cannot be connected to is tried again after so long, and later and later ...
+/// First delay before another connection attempt; it doubles after each failure ...
 const AGAIN_FIRST: Duration = Duration::from_millis(250);
 /// ... up to this.
 pub(super) const AGAIN_MOST: Duration = Duration::from_secs(2);
-/// Larger messages are refused before they are in memory, in bytes.
+/// Maximum message size in bytes; larger ones are refused before they are in memory.
 const MESSAGE_MOST: u32 = 16 * 1024 * 1024;
-/// How often it is looked whether a certificate has expired.
+/// Period of the expiry check of certificates.
 const LOOK: Duration = Duration::from_secs(10);
-/// How long those whom one leaves may take to hear so.
+/// How long a leaving process waits until its peers have received the close.
 const LEAVE: Duration = Duration::from_millis(200);
-/// A handshake takes so long at most: some round trips, with losses.
+/// Time-out of a handshake: some round trips, with losses.
 pub(super) const HANDSHAKE_TIMEOUT: Duration = Duration::from_secs(10);
-/// Messages about what goes wrong, each once within this time: strangers fill no journal.
+/// Maximum number of different warnings within `SAID_FOR`; each is logged once in that time. Strangers cannot
+/// flood the log.
 const SAID_MOST: usize = 64;
 const SAID_FOR: Duration = Duration::from_secs(3600);
-/// Nothing is wrong.
+/// Close code: no error.
 const WELL: VarInt = VarInt::from_u32(0);
-/// What came is no message.
+/// Close code: malformed message.
 const NONSENSE: VarInt = VarInt::from_u32(1);
-/// The certificate that was shown has expired.
+/// Close code: the peer's certificate has expired.
 pub(super) const EXPIRED: VarInt = VarInt::from_u32(2);
 
 pub(super) type Failed = Box<dyn std::error::Error>;
 
-/// Those who are connected.
+/// The connected peers.
 pub(super) struct Peers {
     pub(super) keys: Keys,
     agreement: Agreement,
     incoming: crossbeam::channel::Sender<Message>,
     pub(super) connected: RefCell<BTreeMap<usize, Peer>>,
-    /// What went wrong, and when it was said.
+    /// Logged warnings and their times.
     said: RefCell<BTreeMap<String, Instant>>,
 }
 
@@ -62,7 +63,7 @@ pub(super) struct Peer {
     bundles: mpsc::Sender<Bytes>,
 }
 
-/// Carries messages until nobody sends any more.
+/// Carries messages until the sender of `outgoing` is dropped.
 pub(super) async fn carry(
     keys: Keys,
     agreement: Agreement,
@@ -93,12 +94,12 @@ pub(super) async fn carry(
             peer.endpoint.wait_idle().await;
         }
     };
-    // Who does not hear it in time finds out.
+    // A peer that misses the close notices by its idle time-out.
     let _late = timeout(LEAVE, heard).await;
 }
 
 impl Peers {
-    /// Says it to everybody. What nobody can take now is lost on the way.
+    /// Sends a message to every peer; it is dropped where the queue is full.
     fn send(&self, sort: Sort, bytes: &Bytes) {
         for Peer { connection, bundles, .. } in self.connected.borrow().values() {
             match sort {
@@ -112,7 +113,7 @@ impl Peers {
         }
     }
 
-    /// Connects, and connects again, for ever.
+    /// Connects and reconnects until the task is cancelled.
     async fn look_for(self: Rc<Self>, address: &Address) {
         let mut again_after = AGAIN_FIRST;
         loop {
@@ -128,7 +129,7 @@ impl Peers {
         }
     }
 
-    /// Connects to the first address of a name that answers; else why the last one did not.
+    /// Connects to the first address of a name that answers; the error is that of the last address.
     async fn reach(&self, address: &Address) -> Result<(Endpoint, Connection, RefusalRecord), String> {
         let fails = |error: Failed| format!("no connection with {}: {error}", address.as_str());
         let mut failed = fails("the name has no address".into());
@@ -156,7 +157,7 @@ impl Peers {
         Ok((endpoint, connecting, record))
     }
 
-    /// Talks to a machine until one of both has enough, or nothing is heard any more.
+    /// Exchanges messages until either side closes the connection or it times out.
     pub(super) async fn talk(
         &self,
         peer: &str,
@@ -178,7 +179,7 @@ impl Peers {
         self.connected.borrow_mut().remove(&number);
         connection.close(why, b"");
         match connection.close_reason() {
-            // What is wrong with the certificate of who connects is said to it only when it is connected.
+            // In TLS 1.3 the client learns that its certificate was refused only after it is connected.
             Some(ended @ (ConnectionError::ConnectionClosed(_) | ConnectionError::ApplicationClosed(_)))
                 if KeyFiles::is_refusal(&ended) =>
             {
@@ -211,7 +212,7 @@ impl Peers {
         let mut is_open = false;
         loop {
             let bytes = connection.read_datagram().await?;
-            // Only pulses are taken before one has shown that the other machine means the same.
+            // Batches are accepted only after a valid heartbeat has proven the peer compatible.
             if !is_open && Pulse::of_bytes(&bytes, self.agreement).is_ok() {
                 accept_bundles(connection);
                 is_open = true;
@@ -220,12 +221,12 @@ impl Peers {
         }
     }
 
-    /// A loop that is behind loses messages, as a network does.
+    /// Queues a message for the main loop; if the loop is behind, the message is lost, as on a network.
     fn heard(&self, sort: Sort, bytes: Vec<u8>) {
         let _lost = self.incoming.try_send(Message { sort, at: clock::now(), bytes });
     }
 
-    /// Says what is wrong, and the same once in a while.
+    /// Logs a warning unless the same was logged recently.
     pub(super) fn warn(&self, what: String) {
         let now = clock::now();
         let mut said = self.said.borrow_mut();
@@ -241,7 +242,7 @@ pub(super) fn handshake_timed_out(peer: &str) -> String {
     format!("no connection with {peer}: the handshake took longer than {} s", HANDSHAKE_TIMEOUT.as_secs())
 }
 
-/// The addresses of a name, as they are now.
+/// Resolves a name.
 pub(super) async fn found(address: &Address) -> Result<Vec<SocketAddr>, Failed> {
     Ok(tokio::net::lookup_host(address.host_and_port()).await?.collect())
 }
@@ -256,7 +257,7 @@ async fn say_bundles(connection: &Connection, mut waiting: mpsc::Receiver<Bytes>
     Ok(())
 }
 
-/// Ends when a certificate that was shown does.
+/// Completes when the peer's certificate has expired.
 async fn expire(connection: &Connection) -> Result<(), Failed> {
     while !has_expired(connection, UnixTime::now()) {
         sleep(LOOK).await;

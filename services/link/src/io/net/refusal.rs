@@ -1,4 +1,4 @@
-//! The sentences about a connection that a certificate or a name ended: which certificate, why, and what to do.
+//! Explains why a certificate or a name ended a connection: which certificate, why, and what to do.
 #![expect(
     clippy::wildcard_enum_match_arm,
     reason = "the libraries name many errors, and those without a sentence of their own keep the library's"
@@ -15,14 +15,14 @@ use x509_parser::parse_x509_certificate;
 use super::peers::EXPIRED;
 use super::verifier::{RefusalRecord, RefusedCertificate};
 
-/// An alert of TLS that ends a connection has this code and its own number (RFC 9001, 4.8).
+/// Offset of TLS alerts among the QUIC error codes (RFC 9001, 4.8).
 const FIRST_ALERT: u64 = 0x100;
 const SIGN: &str = "Sign a new one with package/link_keys.sh";
 const ONE_AUTHORITY: &str =
     "Both machines need certificates of one authority, made with package/link_keys.sh in one folder";
 const CLOCKS: &str = "Compare the clocks of both machines";
 
-/// The files of this machine, as the sentences name them.
+/// Paths of this machine's files, as the messages name them.
 #[derive(Clone, Debug)]
 pub(crate) struct KeyFiles {
     authority: String,
@@ -35,7 +35,7 @@ impl KeyFiles {
         Self { authority: shown(&link.authority), certificate: shown(&link.certificate) }
     }
 
-    /// Why there is no connection with the machine at `peer`, or none any more.
+    /// Explains why there is no connection with the machine at `peer`, or none any more.
     pub(crate) fn explain(&self, peer: &str, record: &RefusalRecord, ended: &ConnectionError) -> String {
         if let Some(refused) = record.refused() {
             return self.explain_refused_peer(peer, &refused);
@@ -59,12 +59,12 @@ impl KeyFiles {
         }
     }
 
-    /// What is said when the certificate that a connected machine showed expires.
+    /// The message for a connected peer whose certificate expires.
     pub(crate) fn expired(peer: &str) -> String {
         format!("the certificate of {peer} is refused from now on: it has expired. {CLOCKS}. {SIGN}")
     }
 
-    /// Whether the other machine ended the connection because of what this one showed or said of itself.
+    /// Whether the peer ended the connection because of this machine's certificate or protocol.
     pub(crate) fn is_refusal(ended: &ConnectionError) -> bool {
         match ended {
             ConnectionError::ConnectionClosed(close) => alert(u64::from(close.error_code)).is_some(),
@@ -78,7 +78,7 @@ impl KeyFiles {
         format!("the certificate of {peer}{called} is refused: {why}")
     }
 
-    /// What is said of this machine's own certificate.
+    /// The message about this machine's own certificate.
     pub(crate) fn explain_refused_own(&self, refused: &RefusedCertificate) -> String {
         let (called, why) = self.describe(refused);
         format!(
@@ -87,9 +87,9 @@ impl KeyFiles {
         )
     }
 
-    /// How a certificate is called, and why it is refused.
+    /// The names of a certificate and the reason of its refusal.
     fn describe(&self, refused: &RefusedCertificate) -> (String, String) {
-        // Bytes that rustls could not read are read by nothing else.
+        // Bytes that rustls could not parse are not parsed again.
         let is_readable = !matches!(refused.error, CertificateError::BadEncoding);
         let parsed = is_readable.then(|| parse_x509_certificate(&refused.certificate).ok()).flatten();
         let certificate = parsed.as_ref().map(|(_, certificate)| certificate);
@@ -134,7 +134,7 @@ impl KeyFiles {
         }
     }
 
-    /// This machine ended a handshake for another reason than a certificate that it was shown.
+    /// Explains a handshake that this machine ended for another reason than the peer's certificate.
     fn explain_alert_sent(&self, peer: &str, alert: AlertDescription, reason: &str) -> String {
         match alert {
             AlertDescription::CertificateRequired => format!(
@@ -147,7 +147,7 @@ impl KeyFiles {
         }
     }
 
-    /// The other machine ended the connection, and said so by this alert.
+    /// Explains a connection that the peer ended with this alert.
     fn explain_alert_received(&self, peer: &str, alert: AlertDescription) -> String {
         let why = match alert {
             AlertDescription::CertificateExpired => {
@@ -201,15 +201,15 @@ fn name(certificate: &X509Certificate<'_>) -> String {
     printable(&format!("{subject}, issued by {issuer}"))
 }
 
-/// Text of a stranger: short, and free of control characters.
+/// Makes text from an untrusted peer printable: limits its length and replaces control characters.
 fn printable(text: &str) -> String {
     text.chars().map(|letter| if letter.is_control() { '?' } else { letter }).take(MAX_NAME).collect()
 }
 
-/// Letters of a certificate's names that are told at most.
+/// Maximum length of a certificate's names in messages, in characters.
 const MAX_NAME: usize = 160;
 
-/// Whether a certificate that no known authority signed names itself as its issuer.
+/// Whether a certificate names itself as its issuer. Called only if no known authority signed it.
 fn is_self_signed(certificate: &X509Certificate<'_>) -> bool {
     certificate.subject() == certificate.issuer()
 }

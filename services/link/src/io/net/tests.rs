@@ -12,10 +12,10 @@ use crate::wire::Pulse;
 
 pub(super) mod certificates;
 
-/// Patience with a loaded machine.
+/// Generous: the machine may be loaded.
 const PATIENCE: Duration = Duration::from_secs(60);
 
-/// Two machines of a robot, by the names of their keys: the first is awaited at a port, and the second looks for it.
+/// Two machines of one robot: the first listens on a port, the second connects to it.
 struct Pair {
     keys: tempfile::TempDir,
     port: u16,
@@ -53,7 +53,7 @@ pub(super) fn agreement() -> Agreement {
     Agreement::of(&Robot::load(None).unwrap(), 2)
 }
 
-/// A pulse of this life, as bytes.
+/// The bytes of a heartbeat of an epoch.
 fn pulse(life: u64) -> Vec<u8> {
     let pulse =
         Pulse { life, sent_ns: 0, asked_ns: 0, heard_ns: 0, of_life: 0, newest: 0, wanted: 0, joined: 0 };
@@ -71,7 +71,7 @@ fn wait<T>(mut what: impl FnMut() -> Option<T>) -> T {
     }
 }
 
-/// Says something until the other one hears it; what it hears.
+/// Repeats a heartbeat until the other end receives it; returns that message.
 fn greet(from: &Net, to: &Net, word: &[u8]) -> Message {
     wait(|| {
         from.send(Sort::Pulse, word.to_vec());
@@ -86,12 +86,12 @@ fn bundles_come_whole_and_in_order_both_ways_and_pulses_beside_them() {
     greet(&robot, &away, &pulse(1));
     for (from, to) in [(&away, &robot), (&robot, &away)] {
         assert_eq!(greet(from, to, &pulse(1)).sort, Sort::Pulse);
-        // Larger than what is under way at once.
+        // Larger than the flow-control window of one moment.
         let bundle = |number: u8| vec![number; 300_000 + usize::from(number)];
         let mut next = 0;
         for wanted in 0..40 {
             let came = wait(|| {
-                // As the link does: what is handed over while there is no room is lost.
+                // As the link does: a message is lost if there is no room.
                 while next < 40 && next < wanted + 4 && from.has_room() {
                     from.send(Sort::Bundle, bundle(next));
                     next += 1;
@@ -112,7 +112,7 @@ fn who_begins_anew_is_found() {
         greet(&robot, &away, life);
         greet(&away, &robot, life);
         drop(robot);
-        // Its port is free as soon as it has left.
+        // The port is free as soon as the process has left.
         UdpSocket::bind(("127.0.0.1", pair.port)).unwrap();
     }
     assert!(!away.is_over());
@@ -126,7 +126,7 @@ fn who_leaves_says_so() {
         let endpoint = client(pair.keys.path(), Some("away"));
         let at = (Ipv4Addr::LOCALHOST, pair.port).into();
         let connection = endpoint.connect(at, "localhost").unwrap().await.unwrap();
-        // It is talked to, until there is nobody to talk.
+        // The robot sends until the connection is set up.
         while timeout(Duration::from_millis(20), connection.read_datagram()).await.is_err() {
             robot.send(Sort::Pulse, b"hello".to_vec());
         }
@@ -174,7 +174,7 @@ fn before_the_other_machine_is_known_to_mean_the_same_nothing_but_pulses_is_take
         while !is_heard(bundle) {
             tokio::time::sleep(Duration::from_millis(2)).await;
         }
-        // And one stream is all.
+        // A second stream is refused.
         let second = timeout(Duration::from_millis(200), connection.open_uni()).await;
         assert!(second.is_err(), "a second stream is open");
     });
@@ -188,7 +188,7 @@ fn another_robot_and_another_of_the_same_side_are_not_talked_to() {
     let twin = pair.away(|link| link.side = Side::Robot);
     let right = pair.away(|_| {});
     let strangers = [other, twin];
-    // For longer than any of them takes to connect.
+    // Longer than any of them takes to connect.
     for _again in 0..20 {
         strangers.iter().for_each(|stranger| stranger.send(Sort::Pulse, b"strange".to_vec()));
         assert_ne!(greet(&right, &robot, b"right").bytes, b"strange");

@@ -1,4 +1,4 @@
-//! Verifies the certificate of one peer, and keeps the reason where it is refused.
+//! Certificate verifiers that record what they refuse.
 
 use std::sync::{Arc, Mutex, PoisonError};
 
@@ -7,23 +7,23 @@ use rustls::pki_types::{CertificateDer, ServerName, UnixTime};
 use rustls::server::danger::{ClientCertVerified, ClientCertVerifier};
 use rustls::{CertificateError, DigitallySignedStruct, DistinguishedName, Error, SignatureScheme};
 
-/// A certificate that was refused, and why.
+/// A refused certificate and the reason.
 #[derive(Clone, Debug)]
 pub(crate) struct RefusedCertificate {
     pub(crate) certificate: CertificateDer<'static>,
     pub(crate) error: CertificateError,
 }
 
-/// The verifier of one connection: it decides as `inner` does.
+/// The verifier of one connection; it decides as `inner` does and records a refusal.
 ///
-/// rustls reports a refusal as text and drops the certificate. The link has to name both.
+/// rustls reports a refusal as text and drops the certificate, but the link's messages need both.
 #[derive(Debug)]
 pub(crate) struct RecordingVerifier<V: ?Sized> {
     inner: Arc<V>,
     record: RefusalRecord,
 }
 
-/// What the verifier of a connection refused, if it did.
+/// What the verifier of a connection refused, if anything.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct RefusalRecord(Arc<Mutex<Option<RefusedCertificate>>>);
 

@@ -3,13 +3,13 @@ use tokio::sync::mpsc::Receiver;
 
 use super::*;
 
-/// One of two machines, with a network that the test carries.
+/// One of two machines; the test carries its network messages.
 struct End {
     carrier: Carrier,
     net: Net,
     sent: Receiver<(Sort, Vec<u8>)>,
     comes: Sender<Message>,
-    /// What it had to say of what it refused.
+    /// The incompatibilities it reported.
     said: Vec<Disagreement>,
 }
 
@@ -29,7 +29,7 @@ impl End {
     }
 }
 
-/// Lets two ends talk for two seconds.
+/// Runs two ends for two seconds.
 fn talk(ends: &mut [End; 2]) {
     for cycle in 0..400 {
         let now = Instant::from_nanos(1_000_000_000 + cycle * 5_000_000);

@@ -1,4 +1,4 @@
-//! Who is let in, and whom a machine connects to: told by others who speak QUIC to it, each with a certificate.
+//! Certificates: which peers are accepted and which servers are trusted, tested with plain QUIC endpoints.
 
 use std::net::{Ipv4Addr, SocketAddr};
 use std::path::Path;
@@ -22,20 +22,20 @@ use crate::io::net::keys::protocol;
 use crate::io::net::tests::agreement;
 use crate::io::net::{Net, Sort};
 
-/// A certificate that somebody shows.
+/// A certificate of the tests.
 #[derive(Clone, Copy, Debug)]
 struct Shown {
-    /// What is told of it when something is wrong.
+    /// Description for messages.
     what: &'static str,
-    /// Its files, without their endings.
+    /// File name without its suffix.
     file: &'static str,
-    /// Whether a machine that is connected to lets its owner in.
+    /// Whether a listening machine accepts a client with it.
     is_let_in: bool,
-    /// Whether a machine that connects takes its owner for the one that it looks for.
+    /// Whether a connecting machine accepts a server with it.
     is_believed: bool,
 }
 
-/// All of one authority but the stranger's. Machines are looked for as `localhost`.
+/// All but `stranger` are signed by one authority. Servers are addressed as `localhost`.
 const SHOWN: [Shown; 8] = [
     Shown { what: "as the script makes it", file: "robot", is_let_in: true, is_believed: true },
     Shown { what: "another authority's", file: "stranger", is_let_in: false, is_believed: false },
@@ -44,18 +44,18 @@ const SHOWN: [Shown; 8] = [
     Shown { what: "for servers alone", file: "server", is_let_in: false, is_believed: true },
     Shown { what: "for clients alone", file: "client", is_let_in: true, is_believed: false },
     Shown { what: "for no purpose in particular", file: "any", is_let_in: true, is_believed: true },
-    // Nobody looks for the one who comes: only whom one goes to must bear the name.
+    // A client's name is not checked, only a server's.
     Shown { what: "with another name", file: "away", is_let_in: true, is_believed: false },
 ];
 
-/// An alert of TLS that ends a connection is this and its number (RFC 9001, 4.8).
+/// Offset of TLS alerts among the QUIC error codes (RFC 9001, 4.8).
 const ALERT: u64 = 0x100;
-/// The alert that is said to who shows no certificate (RFC 8446, 6).
+/// The alert for a client without a certificate (RFC 8446, 6).
 const CERTIFICATE_REQUIRED: u64 = 116;
-/// Patience with a loaded machine.
+/// Generous: the machine may be loaded.
 const PATIENCE: Duration = Duration::from_secs(90);
 
-/// Keys for two machines, as docs/more_than_one_machine.md makes them.
+/// Creates keys for two machines as docs/more_than_one_machine.md describes.
 fn keys() -> TempDir {
     let folder = tempfile::tempdir().unwrap();
     let script = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../package/link_keys.sh");
@@ -68,7 +68,7 @@ fn keys() -> TempDir {
     folder
 }
 
-/// Has the authority of a folder sign a certificate for `localhost` with these extensions, good for so many days.
+/// Signs a certificate for `localhost` with these extensions, valid for `days` days.
 fn sign(folder: &Path, name: &str, extensions: &str, days: &str) {
     let extensions = format!("subjectAltName=DNS:localhost\n{extensions}");
     std::fs::write(folder.join("extensions"), extensions).unwrap();
@@ -119,12 +119,12 @@ pub(in crate::io::net) fn shown(
     (vec![certificate], PrivateKeyDer::from_pem_file(folder.join(format!("{name}.key"))).unwrap())
 }
 
-/// What is spoken with the robot, where who connects is on this side.
+/// The ALPN protocol for a connecting machine on this side.
 fn spoken(side: Side) -> Vec<u8> {
     protocol(&Robot::load(None).unwrap().leo.link.robot, side)
 }
 
-/// Somebody who is connected to, and shows this; where.
+/// A server with a certificate; returns its port too.
 fn server(folder: &Path, name: &str) -> (Endpoint, u16) {
     let verifier = WebPkiClientVerifier::builder(authority(folder)).build().unwrap();
     let (chain, key) = shown(folder, name);
@@ -138,7 +138,7 @@ fn server(folder: &Path, name: &str) -> (Endpoint, u16) {
     (endpoint, port)
 }
 
-/// Somebody who connects, and shows this, or nothing.
+/// A client with a certificate, or without one.
 pub(super) fn client(folder: &Path, name: Option<&str>) -> Endpoint {
     let tls = ClientConfig::builder().with_root_certificates(authority(folder));
     let mut tls = match name.map(|name| shown(folder, name)) {
@@ -152,13 +152,13 @@ pub(super) fn client(folder: &Path, name: Option<&str>) -> Endpoint {
     endpoint
 }
 
-/// The alert that ended a connection.
+/// The TLS alert that ended a connection.
 fn alert(ended: &ConnectionError) -> u64 {
     let ConnectionError::ConnectionClosed(close) = ended else { panic!("it ended otherwise: {ended}") };
     u64::from(close.error_code).checked_sub(ALERT).expect("an alert")
 }
 
-/// The link of a robot with the key of the name `robot`.
+/// A robot's link with the key `robot`.
 fn link(folder: &Path, listen: &str, connect: Vec<String>) -> Link {
     let mut link = Robot::load(None).unwrap().leo.link;
     link.side = Side::Robot;
@@ -170,12 +170,12 @@ fn link(folder: &Path, listen: &str, connect: Vec<String>) -> Link {
     link
 }
 
-/// A port that nobody uses.
+/// An unused port.
 pub(super) fn free_port() -> u16 {
     std::net::UdpSocket::bind((Ipv4Addr::LOCALHOST, 0)).unwrap().local_addr().unwrap().port()
 }
 
-/// Runs this for as long as is patient.
+/// Runs a future with a time-out of `PATIENCE`.
 pub(super) fn within<T>(what: impl Future<Output = T>) -> T {
     let runtime = tokio::runtime::Builder::new_current_thread().enable_all().build().unwrap();
     runtime.block_on(async { timeout(PATIENCE, what).await }).expect("it ends in time")
@@ -221,9 +221,9 @@ fn a_certificate_lets_in_whom_the_authority_meant_it_for_and_nobody_else() {
         for shown in all {
             let endpoint = client(folder, shown.map(|shown| shown.file));
             comers.spawn(async move {
-                // Said again until it listens.
+                // QUIC repeats the first packet until the machine listens.
                 let ended = match endpoint.connect(at, "localhost").unwrap().await {
-                    // Who is let in is talked to; who is not is told why.
+                    // An accepted client gets messages; a refused one gets an alert.
                     Ok(connection) => connection.read_datagram().await.map(drop),
                     Err(ended) => Err(ended),
                 };
@@ -239,7 +239,7 @@ fn a_certificate_lets_in_whom_the_authority_meant_it_for_and_nobody_else() {
                 (Some(Shown { what, is_let_in, .. }), came) => {
                     assert_eq!(came.is_ok(), is_let_in, "{what}: {came:?}");
                 }
-                // Who shows none is told what is missing.
+                // A client without a certificate gets the matching alert.
                 (None, came) => assert_eq!(came, Err(CERTIFICATE_REQUIRED)),
             }
         }
