@@ -33,12 +33,12 @@ use config::campaign::Campaign;
 use config::leo::Leo as Settings;
 use config::lesson::Lesson;
 use config::{Files, Robot};
-use recording::{Subject, Time, stands};
-use supervisor_process::{ORDER, Orders, ProcessFaults, Record, Teaching};
+use recording::{Subject, Time, robot_pose};
+use supervisor_process::{LessonOptions, ORDER, ProcessFaults, Record, RunOptions};
 
-use failure::Failed;
-pub(crate) use failure::Failed as Failure;
-use journal::Voice;
+use failure::CommandError;
+pub(crate) use failure::CommandError as Failure;
+use journal::LogWriter;
 
 /// A robot that learns from people by taking their perspective.
 ///
@@ -181,7 +181,7 @@ struct Bench {
 pub(crate) fn arguments() -> Vec<std::ffi::OsString> {
     let words: Vec<_> = std::env::args_os().collect();
     let said = |word: &str| words.iter().any(|other| other == word);
-    if said("bus") && said("write") { words.into_iter().map(bus::spelled).collect() } else { words }
+    if said("bus") && said("write") { words.into_iter().map(bus::escape_negative).collect() } else { words }
 }
 
 impl Leo {
@@ -189,11 +189,11 @@ impl Leo {
     pub(crate) fn run(self) -> Result<ExitCode, Failure> {
         let is_journal = journal::is_listening();
         let left_out = if is_journal { journal::mark(tracing::Level::WARN) } else { "" };
-        let aside = ::process::Aside::over(std::io::stderr(), left_out);
+        let aside = ::process::NonBlockingWriter::over(std::io::stderr(), left_out);
         if is_journal {
             journal::mark_panics();
         }
-        listen(Voice { aside: aside.clone(), is_journal }, self.verbose, self.log_json);
+        listen(LogWriter { aside: aside.clone(), is_journal }, self.verbose, self.log_json);
         let outcome = self.command.unwrap_or(Command::Run(self.run)).run();
         aside.finish();
         outcome
@@ -220,7 +220,7 @@ impl Command {
             Self::Manual(manual) => manual.run(),
             Self::BenchEcho(echo) => {
                 supervisor_process::bench::echo(&echo.domain, &echo.name, echo.bytes)
-                    .map_err(Failed::because)?;
+                    .map_err(CommandError::runtime)?;
                 Ok(ExitCode::SUCCESS)
             }
             Self::Process(process) => process.run(),
@@ -230,21 +230,21 @@ impl Command {
 
 impl Run {
     fn run(&self) -> Result<ExitCode, Failure> {
-        let files = Files::read(self.config.as_deref()).map_err(Failed::usage)?;
-        let robot = Robot::of(&files).map_err(Failed::usage)?;
+        let files = Files::read(self.config.as_deref()).map_err(CommandError::usage)?;
+        let robot = Robot::of(&files).map_err(CommandError::usage)?;
         let lesson = self.lesson.as_deref().map(|file| lesson_text(file, &robot.leo)).transpose()?;
-        startable(&robot, self.config.as_deref())?;
-        linkable(&robot.leo.link)?;
+        check_can_start(&robot, self.config.as_deref())?;
+        check_link(&robot.leo.link)?;
         let faults = self.faults.as_deref().map(|file| campaign(file, &robot)).transpose()?;
         let state = domain::state_directory()?;
-        ::process::state::prepare(&state).map_err(Failed::usage)?;
+        ::process::state::prepare(&state).map_err(CommandError::usage)?;
         // Report a broken memory here as one clear error; the learner would only die of it repeatedly. A memory that is
         // locked by another robot is accepted: the learner then runs without one.
-        let _access = learner_process::check_memory(&state).map_err(Failed::usage)?;
+        let _access = learner_process::check_memory(&state).map_err(CommandError::usage)?;
         // On a real robot there is no simulator process.
         let plays = robot.leo.sensor.simulator().is_some();
-        let orders = Orders {
-            domain: domain::to_run_in(self.domain.as_deref())?,
+        let orders = RunOptions {
+            domain: domain::domain_for_run(self.domain.as_deref())?,
             processes: ORDER
                 .into_iter()
                 .filter(|process| *process != message::Process::Simulator || plays)
@@ -267,12 +267,12 @@ impl Run {
 /// The text of a lesson file, validated before anything starts.
 fn lesson_text(file: &Path, settings: &Settings) -> Result<String, Failure> {
     let text = read(file)?;
-    tell_lacking(file, &Lesson::parse(&text, file).map_err(Failed::usage)?, settings);
+    warn_missing_needs(file, &Lesson::parse(&text, file).map_err(CommandError::usage)?, settings);
     Ok(text)
 }
 
 /// Warns about settings that a lesson needs and the configuration lacks. The lesson is taught nevertheless.
-fn tell_lacking(file: &Path, lesson: &Lesson, settings: &Settings) {
+fn warn_missing_needs(file: &Path, lesson: &Lesson, settings: &Settings) {
     if let Some(lacking) = lesson.needs.lacking(settings) {
         let file = file.display();
         tracing::warn!("{file}: to see what this lesson is about, set {lacking} in leo.toml (--config FILE)");
@@ -283,22 +283,22 @@ fn tell_lacking(file: &Path, lesson: &Lesson, settings: &Settings) {
 fn campaign(file: &Path, robot: &Robot) -> Result<(String, ProcessFaults), Failure> {
     let text = read(file)?;
     let bus = |words: &str| mock_bus_process::parse(words, &robot.motor).map(drop);
-    let campaign = Campaign::checked(&text, file, bus, ProcessFaults::check).map_err(Failed::usage)?;
-    Ok((text, ProcessFaults::new(&campaign.processes).map_err(Failed::usage)?))
+    let campaign = Campaign::checked(&text, file, bus, ProcessFaults::check).map_err(CommandError::usage)?;
+    Ok((text, ProcessFaults::new(&campaign.processes).map_err(CommandError::usage)?))
 }
 
 fn read(file: &Path) -> Result<String, Failure> {
-    config::text(file).map_err(Failed::usage)
+    config::text(file).map_err(CommandError::usage)
 }
 
 impl Teach {
     fn run(&self) -> Result<ExitCode, Failure> {
-        let robot = Robot::load(self.config.as_deref()).map_err(Failed::usage)?;
-        teachable(&robot, self.config.as_deref())?;
+        let robot = Robot::load(self.config.as_deref()).map_err(CommandError::usage)?;
+        check_can_teach(&robot, self.config.as_deref())?;
         let partners = match self.perspective.as_slice() {
             [] => None,
             whose if !whose.contains(&Whose::Robot) => {
-                return Err(Failed::usage(
+                return Err(CommandError::usage(
                     "--perspective human: the robot's own perspective cannot be left out, because all others \
                      are made from it; say `--perspective human,robot`",
                 ));
@@ -306,19 +306,19 @@ impl Teach {
             whose => Some(u32::from(whose.contains(&Whose::Human))),
         };
         if self.record.is_some() && self.lessons.len() > 1 {
-            return Err(Failed::usage(
+            return Err(CommandError::usage(
                 "--record holds one lesson: teach them one by one, each with its file",
             ));
         }
         let mut lessons = Vec::new();
         for file in &self.lessons {
-            let lesson = Lesson::load(file).map_err(Failed::usage)?;
-            tell_lacking(file, &lesson, &robot.leo);
+            let lesson = Lesson::load(file).map_err(CommandError::usage)?;
+            warn_missing_needs(file, &lesson, &robot.leo);
             lessons.push((file, lesson));
         }
         let mut accounts = Vec::new();
         for (file, lesson) in lessons {
-            let teaching = Teaching {
+            let teaching = LessonOptions {
                 domain: domain::own()?,
                 settings: robot.leo.clone(),
                 config: self.config.clone(),
@@ -328,7 +328,7 @@ impl Teach {
                 state: None,
                 record: self.recorded(&lesson, partners)?,
             };
-            let account = supervisor_process::teach(&teaching).map_err(Failed::because)?;
+            let account = supervisor_process::teach(&teaching).map_err(CommandError::runtime)?;
             accounts.push((file.display().to_string(), lesson.title, account));
         }
         output::print_accounts(&accounts, &robot.leo.belief.names, self.json)?;
@@ -340,11 +340,11 @@ impl Teach {
     /// The recording to make of a lesson, if requested.
     fn recorded(&self, lesson: &Lesson, partners: Option<u32>) -> Result<Option<Record>, Failure> {
         let Some(file) = self.record.clone() else { return Ok(None) };
-        let x_world_base = stands(lesson);
+        let x_world_base = robot_pose(lesson);
         let subject =
             Subject::load(self.config.as_deref(), Time::Lockstep, partners, x_world_base, &program());
         let output = output::named(&file, self.overwrite);
-        Ok(Some(Record { output, subject: subject.map_err(Failed::usage)? }))
+        Ok(Some(Record { output, subject: subject.map_err(CommandError::usage)? }))
     }
 }
 
@@ -356,18 +356,18 @@ impl Bench {
     fn run(&self) -> Result<ExitCode, Failure> {
         let mut out = std::io::stdout().lock();
         supervisor_process::bench::bench(self.seconds, self.json, env!("LEO_COMMIT"), &mut out)
-            .map_err(Failed::because)?;
+            .map_err(CommandError::runtime)?;
         Ok(ExitCode::SUCCESS)
     }
 }
 
 /// Refuses a configuration with which a process could only die repeatedly. Checks the body against the servos, the
 /// traces, the mock buses' faults and the program's own belief plug-ins. `config` is the robot's `leo.toml`.
-fn startable(robot: &Robot, config: Option<&Path>) -> Result<(), Failure> {
-    body::check(robot, config).map_err(Failed::usage)?;
-    sensor_process::check_traces(&robot.leo.sensor.source).map_err(Failed::usage)?;
+fn check_can_start(robot: &Robot, config: Option<&Path>) -> Result<(), Failure> {
+    body::check(robot, config).map_err(CommandError::usage)?;
+    sensor_process::check_traces(&robot.leo.sensor.source).map_err(CommandError::usage)?;
     mock_bus_process::Faults::configured(&robot.leo.mock_bus, &robot.motor)
-        .map_err(|bad| Failed::usage(format!("leo.toml: `faults` of [mock_bus]: {bad}")))?;
+        .map_err(|bad| CommandError::usage(format!("leo.toml: `faults` of [mock_bus]: {bad}")))?;
     let belief = &robot.leo.belief;
     // Only whether it can be constructed matters, so a capacity of one suffices.
     belief_process::Believer::new(
@@ -377,21 +377,21 @@ fn startable(robot: &Robot, config: Option<&Path>) -> Result<(), Failure> {
         belief.depth.get(),
         1,
     )
-    .map_err(Failed::usage)?;
+    .map_err(CommandError::usage)?;
     Ok(())
 }
 
 /// Refuses an invalid link configuration.
-fn linkable(link: &config::leo::Link) -> Result<(), Failure> {
-    link_process::check(link).map_err(Failed::usage)
+fn check_link(link: &config::leo::Link) -> Result<(), Failure> {
+    link_process::check(link).map_err(CommandError::usage)
 }
 
 /// Refuses to play a lesson to a robot without a simulator source. Returns the number of that source.
-fn teachable(robot: &Robot, config: Option<&Path>) -> Result<usize, Failure> {
-    startable(robot, config)?;
+fn check_can_teach(robot: &Robot, config: Option<&Path>) -> Result<usize, Failure> {
+    check_can_start(robot, config)?;
     let simulator = robot.leo.sensor.simulator().map(usize::from);
     simulator.ok_or_else(|| {
-        Failed::usage(
+        CommandError::usage(
             "a lesson is played by the simulator, and no [[sensor.source]] of leo.toml is of the kind \
              \"simulator\"",
         )
@@ -399,7 +399,7 @@ fn teachable(robot: &Robot, config: Option<&Path>) -> Result<usize, Failure> {
 }
 
 /// Directs the log to standard error. Default: warnings; with `-v`: debug messages; otherwise as `RUST_LOG` demands.
-fn listen(voice: Voice, verbose: bool, json: bool) {
+fn listen(voice: LogWriter, verbose: bool, json: bool) {
     use tracing_subscriber::EnvFilter;
     // quinn logs every packet and connection attempt; the link process reports its own state once.
     let default = if verbose { "debug,quinn=warn,quinn_proto=warn" } else { "warn" };

@@ -8,12 +8,12 @@ mod robot;
 use config::percepts::Percepts;
 use message::{Belief, Beliefs, Difference, DivergenceHead, Divergences, Feature};
 use rustix::process::Signal;
-use transport::{Delivery, Domain, Inlet, Node, Queues};
+use transport::{Domain, FrameSubscriber, Node, OverflowPolicy, Queues};
 
 use robot::{Robot, left_behind, wait_until};
 
 /// As in `leo.toml`: all ports of a domain have the same queues.
-const QUEUES: Queues = Queues { frames: 4, delivery: Delivery::Newest };
+const QUEUES: Queues = Queues { frames: 4, overflow_policy: OverflowPolicy::DropOldest };
 
 /// Frames of all three topics with the same sequence number.
 struct Instant {
@@ -25,9 +25,9 @@ struct Instant {
 
 /// The topics of the robot and of partner 1.
 struct Buffers {
-    robots: Inlet<Beliefs>,
-    his: Inlet<Beliefs>,
-    differences: Inlet<Divergences>,
+    robots: FrameSubscriber<Beliefs>,
+    his: FrameSubscriber<Beliefs>,
+    differences: FrameSubscriber<Divergences>,
 }
 
 impl Buffers {
@@ -66,9 +66,9 @@ fn the_block_that_is_hidden_from_the_teacher_is_published_as_what_he_does_not_kn
     let robot = Robot::ready("divergence", &[]);
     let domain = Domain::at(robot.domain()).expect("a domain");
     let node = Node::join(&domain, "observer", 1, QUEUES).expect("joins");
-    let inlet = |number| node.inlet::<Beliefs>(Some(number)).expect("a free reader");
-    let differences = node.inlet::<Divergences>(Some(1)).expect("a free reader");
-    let mut buffers = Buffers { robots: inlet(0), his: inlet(1), differences };
+    let subscriber = |number| node.subscriber::<Beliefs>(Some(number)).expect("a free reader");
+    let differences = node.subscriber::<Divergences>(Some(1)).expect("a free reader");
+    let mut buffers = Buffers { robots: subscriber(0), his: subscriber(1), differences };
 
     let mut compared = 0;
     let found = wait_until(|| {

@@ -90,7 +90,7 @@ fn what_two_sources_see_in_their_own_time_and_frame_is_one_belief_of_each_thing(
         let send = |sensor: &mut Sensor, source, sequence, at: Instant, seen: &[Observation]| {
             let mut header = Header { sequence, ..Header::at(at.as_nanos()) };
             header.pass(Hop::Observed, now.as_nanos());
-            assert!(sensor.note(source, &header));
+            assert!(sensor.record_header(source, &header));
             sensor.take(source, &header, seen);
         };
         sensor.begin(now);

@@ -24,7 +24,7 @@ use process::{Failure, Launch};
 use rustix::process::{Pid, Resource, Signal, getpid, getrlimit, kill_process};
 use rustix::thread::{CapabilitySet, capabilities, gettid};
 use transport::janitor::{Janitor, claim};
-use transport::{Domain, Inlet, Node, Outlet, RosterWriter};
+use transport::{Domain, FramePublisher, FrameSubscriber, Node, RosterWriter};
 
 /// Size of the middleware's allocation for each loaned frame: the book-keeping of the loan.
 const LOAN_BYTES: usize = 48;
@@ -143,24 +143,24 @@ struct Robots {
     beliefs: [Watch<Beliefs>; 2],
     states: Watch<JointStates>,
     following: usize,
-    goals: Outlet<JointGoals>,
+    goals: FramePublisher<JointGoals>,
     rest_rad: Vec<f64>,
     turn: f64,
 }
 
 /// A subscriber and its last sequence number.
 struct Watch<T: Topic> {
-    inlet: Inlet<T>,
+    subscriber: FrameSubscriber<T>,
     sequence: u64,
 }
 
 impl<T: Topic> Watch<T> {
     fn new(node: &Node, number: Option<u32>) -> Self {
-        Self { inlet: node.inlet(number).expect("a free reader"), sequence: 0 }
+        Self { subscriber: node.subscriber(number).expect("a free reader"), sequence: 0 }
     }
 
     fn look(&mut self, mut entries: impl FnMut(&[T::Entry])) {
-        while let Some(frame) = self.inlet.receive().expect("works") {
+        while let Some(frame) = self.subscriber.receive().expect("works") {
             self.sequence = frame.head().header().sequence;
             entries(frame.entries());
         }
@@ -201,7 +201,7 @@ impl Robots {
             beliefs: [0, 1].map(|perspective| Watch::new(node, Some(perspective))),
             states: Watch::new(node, None),
             following: 0,
-            goals: node.outlet(None, joints.len()).expect("a free writer"),
+            goals: node.publisher(None, joints.len()).expect("a free writer"),
             rest_rad: joints.iter().map(|joint| joint.joint_rad(0.0)).collect(),
             turn: 0.0,
         }

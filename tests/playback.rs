@@ -9,14 +9,14 @@ use config::percepts::Percepts;
 use message::{Difference, Divergences, Feature};
 use rustix::process::Signal;
 use serde_json::Value;
-use transport::{Delivery, Domain, Node, Queues};
+use transport::{Domain, Node, OverflowPolicy, Queues};
 
 use robot::{Robot, left_behind, leo, wait_until};
 
 /// A block is moved and a button pressed while the partner looks away.
 const MOVED: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/config/traces/moved.jsonl");
 /// As in `leo.toml`: all ports of a domain have the same queues.
-const QUEUES: Queues = Queues { frames: 4, delivery: Delivery::Newest };
+const QUEUES: Queues = Queues { frames: 4, overflow_policy: OverflowPolicy::DropOldest };
 
 /// The differences between partner 1 and the robot at one instant, as text: identities, percept, and both
 /// features.
@@ -95,7 +95,7 @@ fn a_running_robot_believes_of_a_trace_what_leo_believe_says_of_it() {
     let robot = Robot::ready("playback", &[("kind", &format!("\"trace\"\nfile = {MOVED:?}"))]);
     let domain = Domain::at(robot.domain()).expect("a domain");
     let node = Node::join(&domain, "observer", 1, QUEUES).expect("joins");
-    let mut differences = node.inlet::<Divergences>(Some(1)).expect("a free reader");
+    let mut differences = node.subscriber::<Divergences>(Some(1)).expect("a free reader");
 
     // A late or slow reader may miss states, but sees no others.
     let mut seen: Vec<State> = Vec::new();

@@ -10,12 +10,12 @@ use std::collections::BTreeMap;
 
 use message::{Belief, Beliefs, EventKind, Events, Feature};
 use rustix::process::Signal;
-use transport::{Delivery, Domain, Inlet, Node, Queues};
+use transport::{Domain, FrameSubscriber, Node, OverflowPolicy, Queues};
 
 use robot::{Robot, left_behind, signal, wait_until};
 
 /// As in `leo.toml`: all ports of a domain have the same queues.
-const QUEUES: Queues = Queues { frames: 4, delivery: Delivery::Newest };
+const QUEUES: Queues = Queues { frames: 4, overflow_policy: OverflowPolicy::DropOldest };
 /// Number of the position percept in `percepts.toml`.
 const POSITION: u16 = 0;
 /// Tolerance for an object that is believed again at its former position.
@@ -36,7 +36,7 @@ fn place(belief: &Belief) -> Option<[f32; 3]> {
 }
 
 /// Waits for the newest beliefs.
-fn held(beliefs: &mut Inlet<Beliefs>) -> Held {
+fn held(beliefs: &mut FrameSubscriber<Beliefs>) -> Held {
     let mut held = None;
     let came = wait_until(|| {
         if let Some(frame) = beliefs.newest().expect("works") {
@@ -65,7 +65,7 @@ struct Heard {
 }
 
 impl Heard {
-    fn listen(&mut self, events: &mut Inlet<Events>) {
+    fn listen(&mut self, events: &mut FrameSubscriber<Events>) {
         while let Some(frame) = events.receive().expect("works") {
             for event in frame.entries() {
                 let kind = event.kind().expect("a kind");
@@ -87,10 +87,10 @@ fn a_disturbed_lesson_is_learned_and_performed_all_the_same() {
     let robot = Robot::ready("recovery", &[]);
     let domain = Domain::at(robot.domain()).expect("a domain");
     let node = Node::join(&domain, "observer", 1, QUEUES).expect("joins");
-    let mut events = node.inlet::<Events>(None).expect("a free reader");
-    let mut beliefs = node.inlet::<Beliefs>(Some(0)).expect("a free reader");
-    let mut his_beliefs = node.inlet::<Beliefs>(Some(1)).expect("a free reader");
-    let mut idler = node.inlet::<Beliefs>(Some(0)).expect("a free reader");
+    let mut events = node.subscriber::<Events>(None).expect("a free reader");
+    let mut beliefs = node.subscriber::<Beliefs>(Some(0)).expect("a free reader");
+    let mut his_beliefs = node.subscriber::<Beliefs>(Some(1)).expect("a free reader");
+    let mut idler = node.subscriber::<Beliefs>(Some(0)).expect("a free reader");
     let mut heard = Heard::default();
 
     // A reader that never reads loses its own frames and delays no other.
@@ -120,11 +120,11 @@ fn a_disturbed_lesson_is_learned_and_performed_all_the_same() {
     }
     signal(robot.processes()["belief"], Signal::KILL);
     // All that the teacher ever saw is still in view, so the teacher's modelled beliefs recover too.
-    for (inlet, before) in [&mut beliefs, &mut his_beliefs].into_iter().zip(before) {
-        let mut after = held(inlet);
+    for (subscriber, before) in [&mut beliefs, &mut his_beliefs].into_iter().zip(before) {
+        let mut after = held(subscriber);
         assert!(
             wait_until(|| {
-                after = held(inlet);
+                after = held(subscriber);
                 after.incarnation > before.incarnation && after.places.len() >= before.places.len()
             }),
             "{} of {} objects are believed again\n{}",

@@ -13,10 +13,10 @@ use message::{LicenceGroup, Licences, Process};
 use process::arming::{self, ArmOrder};
 use process::emergency;
 use serde::Serialize;
-use transport::{Delivery, Domain, Node, Queues};
+use transport::{Domain, Node, OverflowPolicy, Queues};
 
 use super::domain::running;
-use super::failure::Failed;
+use super::failure::CommandError;
 use super::output::{print, print_json};
 
 /// Time-out for the motor process to report its joints.
@@ -49,13 +49,13 @@ pub(crate) struct Arm {
 }
 
 impl Arm {
-    pub(crate) fn run(&self) -> Result<ExitCode, Failed> {
-        let robot = Robot::load(self.config.as_deref()).map_err(Failed::usage)?;
+    pub(crate) fn run(&self) -> Result<ExitCode, CommandError> {
+        let robot = Robot::load(self.config.as_deref()).map_err(CommandError::usage)?;
         let names: Vec<String> = robot.motor.joints.into_iter().map(|joint| joint.name).collect();
         let domain = running(self.domain.as_deref())?;
         let root = domain.root().to_owned();
         if emergency::is_raised(&root) {
-            return Err(Failed::because(
+            return Err(CommandError::runtime(
                 "the emergency stop is raised, and no joint was armed: make sure that nobody is in reach, and release \
                  it with `leo emergency-stop --release`",
             ));
@@ -64,7 +64,7 @@ impl Arm {
         let before = board.reported()?;
         let licences = Licences::of(&before.joints);
         if !self.json {
-            print(&told_before(&licences, &names))?;
+            print(&before_text(&licences, &names))?;
         }
         // There is nothing to do if all joints are armed, or locked without an acknowledgement.
         let is_needed = !licences.disarmed.is_empty() || (self.acknowledge && !licences.locked.is_empty());
@@ -72,7 +72,7 @@ impl Arm {
             // Joints locked after this reading were not shown to the person, so they are not acknowledged.
             let acknowledged_locks = self.acknowledge.then_some(before.joint_locks);
             arming::order(&root, ArmOrder { acknowledged_locks }).map_err(|error| {
-                Failed::because(format!(
+                CommandError::runtime(format!(
                     "{}: {error}; no joint was armed; is the robot another user's?",
                     root.display()
                 ))
@@ -85,7 +85,7 @@ impl Arm {
         if self.json {
             print_json(&Outcome::new(&domain, &licences, &after, &names))?;
         } else {
-            print(&told_after(&licences, after.joints.len(), self.acknowledge, &names))?;
+            print(&after_text(&licences, after.joints.len(), self.acknowledge, &names))?;
         }
         Ok(ExitCode::from(u8::from(!licences.is_all_armed())))
     }
@@ -98,11 +98,11 @@ struct Board {
 }
 
 impl Board {
-    fn open(domain: &Domain) -> Result<Self, Failed> {
-        let queues = Queues { frames: 1, delivery: Delivery::Newest };
-        let node = Node::join(domain, "arm", 0, queues).map_err(Failed::because)?;
+    fn open(domain: &Domain) -> Result<Self, CommandError> {
+        let queues = Queues { frames: 1, overflow_policy: OverflowPolicy::DropOldest };
+        let node = Node::join(domain, "arm", 0, queues).map_err(CommandError::runtime)?;
         let boards = Boards::open(&node).map_err(|error| {
-            Failed::because(format!("the robot in this domain is starting, stopping or dead: {error}"))
+            CommandError::runtime(format!("the robot in this domain is starting, stopping or dead: {error}"))
         })?;
         Ok(Self { node, boards })
     }
@@ -112,7 +112,7 @@ impl Board {
     }
 
     /// Waits until the motor process has reported its joints.
-    fn reported(&mut self) -> Result<Readings, Failed> {
+    fn reported(&mut self) -> Result<Readings, CommandError> {
         let began = clock::now();
         loop {
             let readings = self.read();
@@ -120,7 +120,7 @@ impl Board {
                 return Ok(readings);
             }
             if is_over(began, REPORT_TIMEOUT) {
-                return Err(Failed::because(
+                return Err(CommandError::runtime(
                     "the motor process has reported no joint, and none was armed: see `leo top` whether it runs",
                 ));
             }
@@ -130,7 +130,7 @@ impl Board {
 
     /// Waits for the result of the order. Withdraws an order that was not taken: otherwise a motor process that starts
     /// later would obey it.
-    fn outcome(&mut self, domain: &Domain) -> Result<Readings, Failed> {
+    fn outcome(&mut self, domain: &Domain) -> Result<Readings, CommandError> {
         let began = clock::now();
         let (mut licences, mut settled_since) = (Licences::default(), None);
         loop {
@@ -147,12 +147,12 @@ impl Board {
                 return Ok(readings);
             }
             if is_over(began, ARM_TIMEOUT) {
-                let stood = arming::take(domain.root()).map_err(Failed::because)?;
+                let stood = arming::take(domain.root()).map_err(CommandError::runtime)?;
                 if stood.is_none() && is_taken {
                     return Ok(readings);
                 }
                 let life = readings.processes.contains_key(&Process::Motor);
-                return Err(Failed::because(format!(
+                return Err(CommandError::runtime(format!(
                     "the motor process has not taken the order within {} s, and it is withdrawn: {}",
                     ARM_TIMEOUT.as_secs(),
                     if life { "see `leo top` whether the process runs" } else { "no motor process runs" },
@@ -178,7 +178,7 @@ fn counted(count: usize) -> String {
 }
 
 /// The joints of a licence state as text, with the meaning and the remedy of each cause.
-fn told_groups(word: &str, groups: &[LicenceGroup], names: &[String], are_named: bool) -> String {
+fn groups_text(word: &str, groups: &[LicenceGroup], names: &[String], are_named: bool) -> String {
     let mut text = String::new();
     for LicenceGroup { cause, joints } in groups {
         // Writing to a string cannot fail.
@@ -194,8 +194,8 @@ fn told_groups(word: &str, groups: &[LicenceGroup], names: &[String], are_named:
 }
 
 /// The locked and disarmed joints before the order, as text.
-fn told_before(licences: &Licences, names: &[String]) -> String {
-    let mut text = told_groups("locked", &licences.locked, names, true);
+fn before_text(licences: &Licences, names: &[String]) -> String {
+    let mut text = groups_text("locked", &licences.locked, names, true);
     for LicenceGroup { cause, joints } in &licences.disarmed {
         let _ = writeln!(text, "{} disarmed, {}: {}", counted(joints.len()), cause.name(), cause.meaning());
     }
@@ -203,18 +203,18 @@ fn told_before(licences: &Licences, names: &[String]) -> String {
 }
 
 /// The result as text.
-fn told_after(licences: &Licences, joints: usize, was_acknowledged: bool, names: &[String]) -> String {
+fn after_text(licences: &Licences, joints: usize, was_acknowledged: bool, names: &[String]) -> String {
     let mut text = if licences.is_all_armed() {
         format!("all {joints} joints are armed\n")
     } else {
         format!("{} of {joints} joints are armed\n", licences.armed)
     };
-    text += &told_groups("still disarmed", &licences.disarmed, names, true);
+    text += &groups_text("still disarmed", &licences.disarmed, names, true);
     if licences.locked.is_empty() {
         return text;
     }
     if was_acknowledged {
-        text += &told_groups("still locked", &licences.locked, names, true);
+        text += &groups_text("still locked", &licences.locked, names, true);
         text += "a joint is unlocked once its cause is gone: remove the cause, and say `leo arm --acknowledge` again\n";
     } else {
         let _ = writeln!(
@@ -297,7 +297,7 @@ mod tests {
             joint(1, JointLicence::Locked, JointCause::Blocked),
             joint(2, JointLicence::Disarmed, JointCause::NotStarted),
         ]);
-        let text = told_before(&licences, &names());
+        let text = before_text(&licences, &names());
         let blocked = JointCause::Blocked;
         let should = format!(
             "1 joint locked, blocked: {}\n    elbow\n    to do: {}\n2 joints disarmed, not-started: the motor process \
@@ -309,21 +309,21 @@ mod tests {
     }
 
     #[test]
-    fn joints_that_stay_locked_are_told_how_they_are_unlocked() {
+    fn locked_joints_are_listed_with_the_remedy() {
         let mixed = [
             joint(0, JointLicence::Armed, JointCause::None),
             joint(1, JointLicence::Locked, JointCause::Blocked),
         ];
         let licences = Licences::of(&mixed);
-        let text = told_after(&licences, 2, false, &names());
+        let text = after_text(&licences, 2, false, &names());
         assert_eq!(
             text,
             "1 of 2 joints are armed\n1 joint still locked: `leo arm --acknowledge` unlocks those whose cause is gone\n"
         );
-        let text = told_after(&licences, 2, true, &names());
+        let text = after_text(&licences, 2, true, &names());
         assert!(text.contains("1 joint still locked, blocked: ") && text.contains("    elbow\n"), "{text}");
         assert!(text.contains("remove the cause"), "{text}");
-        let text = told_after(&Licences::of(&mixed[..1]), 1, false, &names());
+        let text = after_text(&Licences::of(&mixed[..1]), 1, false, &names());
         assert_eq!(text, "all 1 joints are armed\n");
     }
 }

@@ -8,16 +8,16 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::time::Duration;
 
-use chronicle::{JsonLines, Mind, Refusal, Summary, Timeline};
+use chronicle::{JsonLines, PerspectiveRecord, Refusal, Summary, Timeline};
 use clap::Args;
 use clock::Instant;
 use config::Robot;
 use message::{Observation, ObservationKind};
-use trace::{Instants, Reader};
+use trace::{FramesByInstant, Reader};
 
-use super::failure::Failed;
+use super::failure::CommandError;
 use super::seconds;
-use minds::Minds;
+use minds::BeliefPipeline;
 
 #[derive(Args, Clone, Debug)]
 #[command(
@@ -47,39 +47,39 @@ pub(crate) struct Believe {
 
 impl Believe {
     /// Processes the trace and prints the beliefs.
-    pub(crate) fn run(&self) -> Result<ExitCode, Failed> {
-        let mut robot = Robot::load(self.config.as_deref()).map_err(Failed::usage)?;
+    pub(crate) fn run(&self) -> Result<ExitCode, CommandError> {
+        let mut robot = Robot::load(self.config.as_deref()).map_err(CommandError::usage)?;
         let literal = if self.literal { robot.percepts.belief.make_literal() } else { Vec::new() };
         let partners = self.partners.unwrap_or(robot.leo.belief.partners);
-        let minds = Minds::new(&robot, partners).map_err(Failed::usage)?;
-        let reader = open(&self.trace).map_err(Failed::usage)?;
+        let minds = BeliefPipeline::new(&robot, partners).map_err(CommandError::usage)?;
+        let reader = open(&self.trace).map_err(CommandError::usage)?;
         let teller = if self.json {
-            Teller::Json(JsonLines::new(&robot.percepts))
+            OutputWriter::Json(JsonLines::new(&robot.percepts))
         } else {
-            Teller::Text(Timeline::new(&robot.percepts))
+            OutputWriter::Text(Timeline::new(&robot.percepts))
         };
         let mut out = Out { out: BufWriter::new(stdout().lock()), text: String::new() };
         if !self.json {
             out.text.extend(literal.iter().map(|setting| format!("literal: {setting}\n")));
         }
-        match self.tell(minds, Instants::new(reader), teller, literal, &mut out) {
-            Err(Stopped::Unread(error)) => Err(Failed::usage(error)),
+        match self.tell(minds, FramesByInstant::new(reader), teller, literal, &mut out) {
+            Err(OutputError::Unread(error)) => Err(CommandError::usage(error)),
             // A closed pipe means that the reader has seen enough.
-            Err(Stopped::Unwritten(error)) if error.kind() != ErrorKind::BrokenPipe => {
-                Err(Failed::because(format!("cannot write to standard output: {error}")))
+            Err(OutputError::Unwritten(error)) if error.kind() != ErrorKind::BrokenPipe => {
+                Err(CommandError::runtime(format!("cannot write to standard output: {error}")))
             }
-            Ok(()) | Err(Stopped::Unwritten(_)) => Ok(ExitCode::SUCCESS),
+            Ok(()) | Err(OutputError::Unwritten(_)) => Ok(ExitCode::SUCCESS),
         }
     }
 
     fn tell(
         &self,
-        mut minds: Minds,
-        mut trace: Instants<Box<dyn Read>>,
-        mut teller: Teller,
+        mut minds: BeliefPipeline,
+        mut trace: FramesByInstant<Box<dyn Read>>,
+        mut teller: OutputWriter,
         literal: Vec<String>,
         out: &mut Out<'_>,
-    ) -> Result<(), Stopped> {
+    ) -> Result<(), OutputError> {
         let mut summary = Summary { literal, ..Summary::default() };
         let mut frames = Vec::new();
         let mut told: Option<Instant> = None;
@@ -131,7 +131,7 @@ fn partner(observation: &Observation) -> Option<u16> {
     (observation.kind() == Some(ObservationKind::Person)).then_some(observation.partner)
 }
 
-fn refusal(refused: &trace::Refused) -> Refusal {
+fn refusal(refused: &trace::Rejections) -> Refusal {
     Refusal {
         reason: refused.reason.to_string(),
         observations: refused.observations,
@@ -140,20 +140,20 @@ fn refusal(refused: &trace::Refused) -> Refusal {
 }
 
 /// The output format.
-enum Teller {
+enum OutputWriter {
     Text(Timeline),
     Json(JsonLines),
 }
 
-impl Teller {
-    fn note(&mut self, at: Instant, minds: &[Mind<'_>], out: &mut String) {
+impl OutputWriter {
+    fn note(&mut self, at: Instant, minds: &[PerspectiveRecord<'_>], out: &mut String) {
         match self {
             Self::Text(timeline) => timeline.note(at.as_nanos(), minds, out),
             Self::Json(lines) => lines.note(at.as_nanos(), minds, out),
         }
     }
 
-    fn close(&self, minds: &[Mind<'_>], summary: &Summary, out: &mut String) {
+    fn close(&self, minds: &[PerspectiveRecord<'_>], summary: &Summary, out: &mut String) {
         match self {
             Self::Text(timeline) => timeline.close(minds, summary, out),
             Self::Json(lines) => lines.close(minds, summary, out),
@@ -162,18 +162,18 @@ impl Teller {
 }
 
 /// Why the output ended early.
-enum Stopped {
+enum OutputError {
     Unread(trace::TraceError),
     Unwritten(std::io::Error),
 }
 
-impl From<trace::TraceError> for Stopped {
+impl From<trace::TraceError> for OutputError {
     fn from(error: trace::TraceError) -> Self {
         Self::Unread(error)
     }
 }
 
-impl From<std::io::Error> for Stopped {
+impl From<std::io::Error> for OutputError {
     fn from(error: std::io::Error) -> Self {
         Self::Unwritten(error)
     }

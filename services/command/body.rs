@@ -11,16 +11,16 @@ use motor_process::{Motor, MotorError};
 
 /// Why a body is invalid.
 #[derive(Debug, thiserror::Error)]
-pub(super) enum WrongBody {
+pub(super) enum BodyCheckError {
     /// `leo.urdf` is not a valid URDF.
     #[error("{urdf}: {source}; mend it, or take it away: without one the robot has the built-in body")]
-    NoUrdf { urdf: String, source: BodyError },
+    InvalidUrdf { urdf: String, source: BodyError },
     /// `leo.urdf` is no usable body, or lacks joints of `motor.toml`.
     #[error("{urdf}: {source}")]
     Urdf { urdf: String, source: BodyError },
     /// The body lacks a joint that performances need.
     #[error("{urdf}: {why}; add it there and to motor.toml")]
-    Lacks { urdf: String, why: String },
+    MissingJoint { urdf: String, why: String },
     /// A limit differs between the two files.
     #[error(transparent)]
     Limit(ConfigError),
@@ -36,15 +36,15 @@ pub(super) enum WrongBody {
 /// # Errors
 ///
 /// The first check that fails.
-pub(super) fn check(robot: &Robot, config: Option<&Path>) -> Result<(), WrongBody> {
+pub(super) fn check(robot: &Robot, config: Option<&Path>) -> Result<(), BodyCheckError> {
     let urdf = || called(config, "leo.urdf");
     let names: Vec<&str> = robot.motor.joints.iter().map(|joint| joint.name.as_str()).collect();
     let body = Body::from_urdf(&robot.urdf, &names).map_err(|source| {
         let urdf = urdf();
         if matches!(source, BodyError::Urdf { .. }) {
-            WrongBody::NoUrdf { urdf, source }
+            BodyCheckError::InvalidUrdf { urdf, source }
         } else {
-            WrongBody::Urdf { urdf, source }
+            BodyCheckError::Urdf { urdf, source }
         }
     })?;
     for (servo, joint) in robot.motor.joints.iter().zip(body.joints()) {
@@ -57,16 +57,18 @@ pub(super) fn check(robot: &Robot, config: Option<&Path>) -> Result<(), WrongBod
                     limit.key(),
                     urdf()
                 );
-                return Err(WrongBody::Limit(Robot::wrong_limit(config, &servo.name, limit, reason)));
+                return Err(BodyCheckError::Limit(Robot::limit_error(config, &servo.name, limit, reason)));
             }
         }
     }
     LeoBody::new(robot).map_err(|error| match error {
-        LeoBodyError::Body(source) => WrongBody::Urdf { urdf: urdf(), source },
-        LeoBodyError::Joint(missing) => WrongBody::Lacks { urdf: urdf(), why: missing.to_string() },
+        LeoBodyError::Body(source) => BodyCheckError::Urdf { urdf: urdf(), source },
+        LeoBodyError::Joint(missing) => {
+            BodyCheckError::MissingJoint { urdf: urdf(), why: missing.to_string() }
+        }
     })?;
     Motor::new(&robot.motor, &robot.leo.motor)
-        .map_err(|source| WrongBody::Motor { motor: called(config, "motor.toml"), source })?;
+        .map_err(|source| BodyCheckError::Motor { motor: called(config, "motor.toml"), source })?;
     Ok(())
 }
 
@@ -81,6 +83,6 @@ const fn in_urdf(limit: Limit, joint: &Joint) -> (&'static str, f64) {
 
 /// The name in error messages of a file beside `config`; a missing one is the built-in file.
 fn called(config: Option<&Path>, name: &str) -> String {
-    let file = Robot::neighbour(config, name);
+    let file = Robot::sibling_file(config, name);
     file.map_or_else(|| format!("the built-in {name}"), |file| file.display().to_string())
 }

@@ -4,10 +4,10 @@ mod commission;
 mod line;
 mod motion;
 mod scan;
+mod selection;
 mod set_up;
 mod torque;
 mod value;
-mod whom;
 mod write;
 
 use std::fmt::Write as _;
@@ -23,9 +23,9 @@ use servo::table::{self, Entry};
 use servo::{HardwareErrors, Instruction, Model};
 
 use self::line::{Line, clears};
-pub(super) use self::value::spelled;
-use self::whom::{Target, Where};
-use super::failure::Failed;
+use self::selection::{BusSelection, Target};
+pub(super) use self::value::escape_negative;
+use super::failure::CommandError;
 use super::output;
 
 /// Time until a servo answers again after a reboot, with a margin.
@@ -43,13 +43,13 @@ const REBOOT: Duration = Duration::from_millis(600);
 )]
 pub(crate) struct Bus {
     #[command(subcommand)]
-    what: What,
+    what: BusCommand,
     #[command(flatten)]
-    place: Place,
+    place: BusArgs,
 }
 
 #[derive(Args, Clone, Debug)]
-struct Place {
+struct BusArgs {
     /// The robot's leo.toml, for the buses and joints in the motor.toml beside it [default: built in]
     #[arg(long, value_name = "FILE", global = true)]
     config: Option<PathBuf>,
@@ -65,7 +65,7 @@ struct Place {
 }
 
 #[derive(Clone, Debug, Subcommand)]
-enum What {
+enum BusCommand {
     /// Say which servos answer, and whether they are those of motor.toml
     Scan {
         /// Print one JSON document
@@ -96,7 +96,7 @@ enum What {
         #[arg(long, value_name = "N")]
         id: Option<u8>,
         #[command(flatten)]
-        raw: Raw,
+        raw: RawArgs,
     },
     /// Switch torque on or off: off of all servos where none is named, on of one where it stands
     Torque {
@@ -106,7 +106,7 @@ enum What {
         #[command(flatten)]
         target: Target,
         #[command(flatten)]
-        raw: Raw,
+        raw: RawArgs,
     },
     /// Let a servo begin anew, which clears a hardware alert
     Reboot {
@@ -149,7 +149,7 @@ enum What {
 
 /// That the servo is meant, and not its joint.
 #[derive(Args, Clone, Copy, Debug)]
-struct Raw {
+struct RawArgs {
     /// The servo's own counts, past the limits of its joint, without a profile
     #[arg(long)]
     raw: bool,
@@ -159,42 +159,44 @@ struct Raw {
 }
 
 /// The safety settings for a servo that may move.
-struct Care<'a> {
+struct MotionSafety<'a> {
     raw: bool,
     yes: bool,
     motor: &'a config::leo::Motor,
 }
 
 impl Bus {
-    pub(crate) fn run(&self) -> Result<ExitCode, Failed> {
-        let robot = Robot::load(self.place.config.as_deref()).map_err(Failed::usage)?;
-        let place = Where::new(&robot.motor, &self.place)?;
-        let care = |Raw { raw, yes }| Care { raw, yes, motor: &robot.leo.motor };
+    pub(crate) fn run(&self) -> Result<ExitCode, CommandError> {
+        let robot = Robot::load(self.place.config.as_deref()).map_err(CommandError::usage)?;
+        let place = BusSelection::new(&robot.motor, &self.place)?;
+        let care = |RawArgs { raw, yes }| MotionSafety { raw, yes, motor: &robot.leo.motor };
         match &self.what {
-            What::Scan { json, all_speeds } => scan::scan(&place, *json, *all_speeds),
-            What::Read { words, id } => {
+            BusCommand::Scan { json, all_speeds } => scan::scan(&place, *json, *all_speeds),
+            BusCommand::Read { words, id } => {
                 let (target, items) = Target::split(*id, words);
                 read(&place, &target, items)
             }
-            What::Write { words, id, raw } => match Target::split(*id, words) {
+            BusCommand::Write { words, id, raw } => match Target::split(*id, words) {
                 (target, [item, value]) => write::write(&place, &target, item, value, &care(*raw)),
-                _ => Err(Failed::usage("say which item and which value: leo bus write JOINT ITEM VALUE")),
+                _ => {
+                    Err(CommandError::usage("say which item and which value: leo bus write JOINT ITEM VALUE"))
+                }
             },
-            What::Torque { to, target, raw } => torque::torque(&place, target, to == "on", &care(*raw)),
-            What::Commission(commission) => commission.run(&place, &robot),
-            What::Reboot { target } => reboot(&place, target),
-            What::Monitor { target, once } => monitor(&place, target, *once),
-            What::SetId { target, to, yes } => set_up::set_id(&place, target, *to, *yes),
-            What::SetBaud { target, to, yes } => set_up::set_baud(&place, target, *to, *yes),
+            BusCommand::Torque { to, target, raw } => torque::torque(&place, target, to == "on", &care(*raw)),
+            BusCommand::Commission(commission) => commission.run(&place, &robot),
+            BusCommand::Reboot { target } => reboot(&place, target),
+            BusCommand::Monitor { target, once } => monitor(&place, target, *once),
+            BusCommand::SetId { target, to, yes } => set_up::set_id(&place, target, *to, *yes),
+            BusCommand::SetBaud { target, to, yes } => set_up::set_baud(&place, target, *to, *yes),
         }
     }
 }
 
 /// Checks that the EEPROM of a servo can be written, or returns an error with the remedy.
-fn unlocked(line: &mut Line, id: u8, item: &str) -> Result<(), Failed> {
+fn unlocked(line: &mut Line, id: u8, item: &str) -> Result<(), CommandError> {
     let model = line.model(id)?;
     if line.value(model, id, "torque_enable")? != 0 {
-        return Err(Failed::because(format!(
+        return Err(CommandError::runtime(format!(
             "{item} is locked while torque is on: first `leo bus torque off`"
         )));
     }
@@ -202,19 +204,23 @@ fn unlocked(line: &mut Line, id: u8, item: &str) -> Result<(), Failed> {
 }
 
 /// Asks for confirmation on a terminal; without one `--yes` is required.
-fn confirm(yes: bool, what: &str) -> Result<(), Failed> {
+fn confirm(yes: bool, what: &str) -> Result<(), CommandError> {
     if yes {
         return Ok(());
     }
     if !std::io::stdin().is_terminal() {
-        return Err(Failed::usage(format!("{what}: say --yes if that is meant")));
+        return Err(CommandError::usage(format!("{what}: say --yes if that is meant")));
     }
     output::print(&format!("{what}. Go on? [y/N] "))?;
     let answer = output::answer()?.unwrap_or_default();
-    if answer.trim().eq_ignore_ascii_case("y") { Ok(()) } else { Err(Failed::because("nothing was changed")) }
+    if answer.trim().eq_ignore_ascii_case("y") {
+        Ok(())
+    } else {
+        Err(CommandError::runtime("nothing was changed"))
+    }
 }
 
-fn read(place: &Where<'_>, target: &Target, items: &[String]) -> Result<ExitCode, Failed> {
+fn read(place: &BusSelection<'_>, target: &Target, items: &[String]) -> Result<ExitCode, CommandError> {
     let (mut line, joint) = place.one(target)?;
     let model = line.model(joint.id)?;
     let entries = if items.is_empty() {
@@ -226,7 +232,10 @@ fn read(place: &Where<'_>, target: &Target, items: &[String]) -> Result<ExitCode
         let instruction = Instruction::Read { address: entry.item.address, length: entry.item.length };
         let said = line.ask(joint.id, instruction)?;
         let value = entry.value(&said.data).ok_or_else(|| {
-            Failed::because(format!("{joint} answers {} bytes to {entry}: look for noise", said.data.len()))
+            CommandError::runtime(format!(
+                "{joint} answers {} bytes to {entry}: look for noise",
+                said.data.len()
+            ))
         })?;
         output::print(&format!("{:<24} {}\n", entry.to_string(), value::show(&entry, value)))?;
     }
@@ -235,7 +244,7 @@ fn read(place: &Where<'_>, target: &Target, items: &[String]) -> Result<ExitCode
 }
 
 /// Prints the hardware alert of a servo, if any.
-fn tell_alert(line: &mut Line, id: u8) -> Result<(), Failed> {
+fn tell_alert(line: &mut Line, id: u8) -> Result<(), CommandError> {
     line.alert(id)?.map_or(Ok(()), |errors| output::print(&format!("{}\n", clears(id, errors))))
 }
 
@@ -244,19 +253,19 @@ fn called(joint: &Joint) -> String {
     format!("{} (id {})", joint.name, joint.id)
 }
 
-fn reboot(place: &Where<'_>, target: &Target) -> Result<ExitCode, Failed> {
+fn reboot(place: &BusSelection<'_>, target: &Target) -> Result<ExitCode, CommandError> {
     let (mut line, joint) = place.one(target)?;
     line.ask(joint.id, Instruction::Reboot)?;
     clock::sleep_until(clock::now() + REBOOT);
     if line.ping(joint.id)?.is_none() {
-        return Err(Failed::because(format!("{joint} has not come back after a reboot")));
+        return Err(CommandError::runtime(format!("{joint} has not come back after a reboot")));
     }
     output::print(&format!("{joint} began anew\n"))?;
     tell_alert(&mut line, joint.id)?;
     Ok(ExitCode::SUCCESS)
 }
 
-fn monitor(place: &Where<'_>, target: &Target, once: bool) -> Result<ExitCode, Failed> {
+fn monitor(place: &BusSelection<'_>, target: &Target, once: bool) -> Result<ExitCode, CommandError> {
     let mut open = Vec::new();
     if target.is_named() {
         let (line, joint) = place.one(target)?;
@@ -293,9 +302,9 @@ fn monitor(place: &Where<'_>, target: &Target, once: bool) -> Result<ExitCode, F
 }
 
 fn row(line: &mut Line, id: u8, name: &str) -> String {
-    let mut told = || -> Result<String, Failed> {
+    let mut told = || -> Result<String, CommandError> {
         let model = line.model(id)?;
-        let mut get = |item: &str| -> Result<f64, Failed> {
+        let mut get = |item: &str| -> Result<f64, CommandError> {
             let entry = entry(model, item)?;
             Ok(entry.in_unit(line.value(model, id, item)?))
         };
@@ -314,16 +323,16 @@ fn row(line: &mut Line, id: u8, name: &str) -> String {
     told().unwrap_or_else(|error| format!("{name:<28} {}", error.text))
 }
 
-fn entry(model: Model, item: &str) -> Result<Entry, Failed> {
+fn entry(model: Model, item: &str) -> Result<Entry, CommandError> {
     table::by_name(model, item).ok_or_else(|| {
         let near =
-            table::entries(model).map(|entry| entry.to_string()).filter(|name| value::alike(name, item));
+            table::entries(model).map(|entry| entry.to_string()).filter(|name| value::is_similar(name, item));
         let near: Vec<_> = near.take(4).collect();
         let hint = if near.is_empty() {
             "`leo bus read` without an item names all".to_owned()
         } else {
             near.join(", ")
         };
-        Failed::usage(format!("`{item}` is no item of an {}: {hint}", model.name()))
+        CommandError::usage(format!("`{item}` is no item of an {}: {hint}", model.name()))
     })
 }

@@ -9,10 +9,10 @@ use std::time::Duration;
 
 use clap::Args;
 use config::Robot;
-use supervisor_process::{CheckError, Deed, Inquiry};
+use supervisor_process::{CheckError, CheckOptions, MachineChange};
 
-use super::failure::Failed;
-use super::{linkable, seconds, startable};
+use super::failure::CommandError;
+use super::{check_can_start, check_link, seconds};
 
 #[derive(Args, Clone, Debug)]
 #[command(after_help = "Example:\n  leo check --config config/leo.toml --seconds 60")]
@@ -45,19 +45,19 @@ pub(crate) struct Check {
 }
 
 impl Check {
-    pub(crate) fn run(self) -> Result<ExitCode, Failed> {
+    pub(crate) fn run(self) -> Result<ExitCode, CommandError> {
         if self.migrate {
             migrate::migrate(self.config.as_deref(), self.state.as_deref())?;
         }
-        let robot = Robot::load(self.config.as_deref()).map_err(Failed::usage)?;
-        startable(&robot, self.config.as_deref())?;
-        linkable(&robot.leo.link)?;
+        let robot = Robot::load(self.config.as_deref()).map_err(CommandError::usage)?;
+        check_can_start(&robot, self.config.as_deref())?;
+        check_link(&robot.leo.link)?;
         let deed = match (self.apply, self.revert) {
-            (true, _) => Deed::Apply,
-            (false, true) => Deed::Revert,
-            (false, false) => Deed::Look,
+            (true, _) => MachineChange::Apply,
+            (false, true) => MachineChange::Revert,
+            (false, false) => MachineChange::Inspect,
         };
-        let inquiry = Inquiry {
+        let inquiry = CheckOptions {
             versions: versions::all(self.state.as_deref()),
             config: self.config,
             json: self.json,
@@ -67,8 +67,8 @@ impl Check {
         };
         let mut out = std::io::stdout().lock();
         let holds = supervisor_process::check(&inquiry, &mut out).map_err(|error| match error {
-            CheckError::Config(_) => Failed::usage(error),
-            CheckError::Apply(_) | CheckError::Write(_) => Failed::because(error),
+            CheckError::Config(_) => CommandError::usage(error),
+            CheckError::Apply(_) | CheckError::Write(_) => CommandError::runtime(error),
         })?;
         Ok(ExitCode::from(u8::from(!holds)))
     }

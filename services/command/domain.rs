@@ -12,24 +12,27 @@ use supervisor_process::policy::Outcome;
 use transport::Domain;
 use transport::janitor::is_claimed;
 
-use super::failure::Failed;
+use super::failure::CommandError;
 
 /// The domain named by this program's process id.
-pub(crate) fn own() -> Result<Domain, Failed> {
-    Domain::named(&std::process::id().to_string()).map_err(Failed::usage)
+pub(crate) fn own() -> Result<Domain, CommandError> {
+    Domain::named(&std::process::id().to_string()).map_err(CommandError::usage)
 }
 
 /// The requested domain, or a new one. Reuses the domain of an earlier unnamed robot of this user if its emergency
 /// stop is still raised, so that the stop remains in force.
-pub(crate) fn to_run_in(root: Option<&Path>) -> Result<Domain, Failed> {
+pub(crate) fn domain_for_run(root: Option<&Path>) -> Result<Domain, CommandError> {
     let Some(root) = root else {
         return Domain::all().into_iter().find(was_left_stopped).map_or_else(own, Ok);
     };
     match name_of(root) {
         Some(name) if root.parent() == Some(Path::new("/dev/shm")) => {
-            Domain::named(name).map_err(Failed::usage)
+            Domain::named(name).map_err(CommandError::usage)
         }
-        _ => Err(Failed::usage(format!("{} cannot be a domain: name one /dev/shm/leo-NAME", root.display()))),
+        _ => Err(CommandError::usage(format!(
+            "{} cannot be a domain: name one /dev/shm/leo-NAME",
+            root.display()
+        ))),
     }
 }
 
@@ -46,42 +49,42 @@ fn name_of(root: &Path) -> Option<&str> {
 }
 
 /// The requested robot, or the only one that runs on this machine.
-pub(crate) fn running(root: Option<&Path>) -> Result<Domain, Failed> {
+pub(crate) fn running(root: Option<&Path>) -> Result<Domain, CommandError> {
     if let Some(root) = root {
-        return Domain::at(root).map_err(Failed::usage);
+        return Domain::at(root).map_err(CommandError::usage);
     }
     let mut robots: Vec<Domain> = Domain::all().into_iter().filter(is_claimed).collect();
     match (robots.pop(), robots.is_empty()) {
-        (None, _) => Err(Failed::because(TopError::NoRobot)),
+        (None, _) => Err(CommandError::runtime(TopError::NoRobot)),
         (Some(robot), true) => Ok(robot),
         (Some(last), false) => {
             robots.push(last);
             let names = robots.iter().map(|robot| robot.root().display().to_string()).collect();
-            Err(Failed::because(TopError::SeveralRobots(names)))
+            Err(CommandError::runtime(TopError::SeveralRobots(names)))
         }
     }
 }
 
 /// `$XDG_STATE_HOME/leo`, or `~/.local/state/leo`.
-pub(crate) fn state_directory() -> Result<PathBuf, Failed> {
+pub(crate) fn state_directory() -> Result<PathBuf, CommandError> {
     let absolute = |key: &str| std::env::var_os(key).map(PathBuf::from).filter(|path| path.is_absolute());
     absolute("XDG_STATE_HOME")
         .or_else(|| absolute("HOME").map(|home| home.join(".local/state")))
         .map(|state| state.join("leo"))
-        .ok_or_else(|| Failed::usage("there is no place to remember: set HOME or XDG_STATE_HOME"))
+        .ok_or_else(|| CommandError::usage("there is no place to remember: set HOME or XDG_STATE_HOME"))
 }
 
 /// The exit status of a run.
-pub(crate) fn outcome(outcome: Result<Outcome, RunError>) -> Result<ExitCode, Failed> {
-    match outcome.map_err(Failed::because)? {
+pub(crate) fn outcome(outcome: Result<Outcome, RunError>) -> Result<ExitCode, CommandError> {
+    match outcome.map_err(CommandError::runtime)? {
         Outcome::Done(_) | Outcome::Stopped => Ok(ExitCode::SUCCESS),
-        Outcome::GaveUp(process) => Err(Failed::because(format!(
+        Outcome::GaveUp(process) => Err(CommandError::runtime(format!(
             "gave up: the process `{process}` died too often; what it said of it stands above"
         ))),
-        Outcome::MemoryRemoved => Err(Failed::because(
+        Outcome::MemoryRemoved => Err(CommandError::runtime(
             "the robot was stopped because its shared memory was removed; what was removed stands above",
         )),
-        Outcome::Refused(process) => Err(Failed::usage(format!(
+        Outcome::Refused(process) => Err(CommandError::usage(format!(
             "the process `{process}` refused its configuration; what it said stands above"
         ))),
     }

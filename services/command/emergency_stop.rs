@@ -11,25 +11,25 @@ use folder::{Folder, FolderError};
 use message::{JointCause, JointMode, JointState, Joints, Process};
 use process::{MotorProcess, emergency};
 use transport::janitor::is_claimed;
-use transport::{Delivery, Domain, JointsReader, Node, Queues, RosterReader};
+use transport::{Domain, JointsReader, Node, OverflowPolicy, Queues, RosterReader};
 
-use super::domain::to_run_in;
-use super::failure::Failed;
-use super::other_users::OthersRobot;
+use super::domain::domain_for_run;
+use super::failure::CommandError;
+use super::other_users::OtherUsersRobot;
 
 /// Time-out for the servos' confirmation. A healthy bus needs two cycles.
-const CONFIRM_WITHIN: Duration = Duration::from_secs(2);
+const CONFIRM_TIMEOUT: Duration = Duration::from_secs(2);
 /// A joint that still holds this long after the stop was raised keeps its torque (stop category 2).
-const HELD_AFTER: Duration = Duration::from_millis(1200);
-const LOOK_EVERY: Duration = Duration::from_millis(1);
+const HOLD_DELAY: Duration = Duration::from_millis(1200);
+const POLL_INTERVAL: Duration = Duration::from_millis(1);
 const NONE_RUNS: &str =
     "no motor process runs: the stop holds once one does; cut the power if anything moves";
 const RELEASE: &str = "release it with `leo emergency-stop --release`";
 const REACHED: &str = "; reached by ";
 /// Time-out for the end of a motor process without shared memory; its supervisor notices within a second.
-const END_WITHIN: Duration = Duration::from_secs(5);
+const END_TIMEOUT: Duration = Duration::from_secs(5);
 /// Time-out for the answers of other users' robots, all together.
-const ANSWER_WITHIN: Duration = Duration::from_secs(20);
+const ANSWER_TIMEOUT: Duration = Duration::from_secs(20);
 /// Time-out for a serial port that another program uses.
 const BUSY_TIMEOUT: Duration = Duration::from_secs(2);
 
@@ -58,7 +58,7 @@ pub(crate) struct EmergencyStop {
 }
 
 impl EmergencyStop {
-    pub(crate) fn run(&self) -> Result<ExitCode, Failed> {
+    pub(crate) fn run(&self) -> Result<ExitCode, CommandError> {
         if self.release {
             return self.release();
         }
@@ -76,18 +76,18 @@ impl EmergencyStop {
             let _raised = emergency::raise(&process.domain, &self.reason);
         }
         // Then stop other users' robots. This user's robots were stopped first: another user may delay the answers.
-        let others = OthersRobot::stop_all(self.domain.as_deref());
-        let is_others = self.domain.is_some() && others.iter().any(OthersRobot::is_stopped);
+        let others = OtherUsersRobot::stop_all(self.domain.as_deref());
+        let is_others = self.domain.is_some() && others.iter().any(OtherUsersRobot::is_stopped);
         let robots = if is_others { Vec::new() } else { self.robots(&motors)? };
         if robots.is_empty() && others.is_empty() {
             let Some(config) = &self.config else {
-                return Err(Failed::because(
+                return Err(CommandError::runtime(
                     "no robot runs here: nothing was stopped; one that is about to start is stopped by its name, \
                      `--domain /dev/shm/leo-NAME`, and servos that no robot drives by the robot's configuration, \
                      `--config FILE`",
                 ));
             };
-            let hand = by_hand(&Buses::of(Some(config), None)?);
+            let hand = switch_torque_off(&Buses::of(Some(config), None)?);
             let code = ExitCode::from(u8::from(hand.is_err()));
             let said = hand.unwrap_or_else(|why| format!("NOT CONFIRMED: {why}"));
             return super::output::print(&format!("no robot runs: {said}\n")).map(|()| code);
@@ -122,7 +122,7 @@ impl EmergencyStop {
             lines.push(RELEASE.to_owned());
         }
         let printed = print(&lines, &failed, code);
-        let until = clock::now() + ANSWER_WITHIN;
+        let until = clock::now() + ANSWER_TIMEOUT;
         for robot in others {
             let (status, said) = robot.answer(RELEASE, until);
             super::output::print(&format!("{said}\n"))?;
@@ -131,10 +131,10 @@ impl EmergencyStop {
         printed.map(|_| code)
     }
 
-    fn release(&self) -> Result<ExitCode, Failed> {
+    fn release(&self) -> Result<ExitCode, CommandError> {
         let robots = self.robots(&[])?;
         if robots.is_empty() {
-            return Err(Failed::because(
+            return Err(CommandError::runtime(
                 "no robot runs here, and none was left stopped: nothing was released",
             ));
         }
@@ -154,7 +154,7 @@ impl EmergencyStop {
     /// The robots that are meant: running ones, and for a release also domains with a stop that outlived its robot.
     /// A named robot need not run: it may be restarting, and must then find the stop. A robot without a folder is
     /// found by its motor process.
-    fn robots(&self, motors: &[Motor]) -> Result<Vec<Domain>, Failed> {
+    fn robots(&self, motors: &[Motor]) -> Result<Vec<Domain>, CommandError> {
         let was_left = |robot: &Domain| self.release && emergency::is_raised(robot.root());
         let mut all = Domain::all().into_iter();
         let Some(root) = &self.domain else {
@@ -162,7 +162,7 @@ impl EmergencyStop {
             for motor in motors {
                 let root = motor.process.domain.as_path();
                 if !robots.iter().any(|robot| robot.root() == root) {
-                    robots.extend(Domain::at(root).or_else(|_| to_run_in(Some(root))).ok());
+                    robots.extend(Domain::at(root).or_else(|_| domain_for_run(Some(root))).ok());
                 }
             }
             return Ok(robots);
@@ -170,9 +170,9 @@ impl EmergencyStop {
         let robot = match all.find(|robot| robot.root() == root && was_left(robot)) {
             Some(robot) => robot,
             // Root may release other users' stops.
-            None if self.release && emergency::is_raised(root) => to_run_in(Some(root))?,
-            None if self.release => Domain::at(root).map_err(Failed::usage)?,
-            None => Domain::at(root).or_else(|_| to_run_in(Some(root)))?,
+            None if self.release && emergency::is_raised(root) => domain_for_run(Some(root))?,
+            None if self.release => Domain::at(root).map_err(CommandError::usage)?,
+            None => Domain::at(root).or_else(|_| domain_for_run(Some(root)))?,
         };
         Ok(vec![robot])
     }
@@ -189,20 +189,20 @@ impl EmergencyStop {
         let buses = Buses::of(self.config.as_deref(), Some(robot)).map_err(|refused| refused.text)?;
         let runs = || motors.iter().any(|motor| motor.process.runs());
         if !runs() && !is_running(robot) && buses.has_hardware() {
-            return by_hand(&buses);
+            return switch_torque_off(&buses);
         }
         if motors.is_empty() || is_running(robot) {
-            return on_the_boards(robot).or_else(|why| {
+            return confirm_on_boards(robot).or_else(|why| {
                 // The motor process may have died meanwhile.
                 let is_ours = buses.has_hardware()
                     && !MotorProcess::all().iter().any(|motor| motor.domain == *robot.root());
-                if is_ours { by_hand(&buses) } else { Err(why) }
+                if is_ours { switch_torque_off(&buses) } else { Err(why) }
             });
         }
         // The shared memory is gone, so its health board is too. Wait for its end; then its serial ports are free.
-        let until = clock::now() + END_WITHIN;
+        let until = clock::now() + END_TIMEOUT;
         while runs() && clock::now() < until {
-            clock::sleep_until(clock::now() + LOOK_EVERY);
+            clock::sleep_until(clock::now() + POLL_INTERVAL);
         }
         if runs() {
             return Err(
@@ -210,7 +210,7 @@ impl EmergencyStop {
             );
         }
         if buses.has_hardware() {
-            return by_hand(&buses);
+            return switch_torque_off(&buses);
         }
         Ok("its shared memory is gone, and its motor process has ended; its servo buses are mocks".to_owned())
     }
@@ -250,10 +250,10 @@ fn reached(motors: &[&Motor], by_file: bool) -> String {
     if motors.is_empty() { String::new() } else { format!("{REACHED}{}", ways.join(" and ")) }
 }
 
-fn print(lines: &[String], failed: &[String], code: ExitCode) -> Result<ExitCode, Failed> {
+fn print(lines: &[String], failed: &[String], code: ExitCode) -> Result<ExitCode, CommandError> {
     let lines: String = lines.iter().map(|line| format!("{line}\n")).collect();
     let printed = super::output::print(&lines);
-    if failed.is_empty() { printed.map(|()| code) } else { Err(Failed::because(failed.join("\n"))) }
+    if failed.is_empty() { printed.map(|()| code) } else { Err(CommandError::runtime(failed.join("\n"))) }
 }
 
 /// The servo buses of a robot, and the path of its configuration.
@@ -265,13 +265,13 @@ struct Buses {
 impl Buses {
     /// The buses of the given configuration. Without one, those of the configuration that the robot was started with.
     /// Without that, the built-in ones, which are mocks.
-    fn of(config: Option<&Path>, robot: Option<&Domain>) -> Result<Self, Failed> {
+    fn of(config: Option<&Path>, robot: Option<&Domain>) -> Result<Self, CommandError> {
         let kept = robot.map(|robot| robot.root().join("configuration")).filter(|kept| kept.is_dir());
         let files = match (config, kept) {
             (None, Some(kept)) => Files::kept(None, &kept),
             (config, _) => Files::read(config),
         };
-        let robot = files.and_then(|files| Robot::of(&files)).map_err(Failed::usage)?;
+        let robot = files.and_then(|files| Robot::of(&files)).map_err(CommandError::usage)?;
         Ok(Self { buses: torque::buses(&robot.motor, None), config: config.map(Path::to_owned) })
     }
 
@@ -281,7 +281,7 @@ impl Buses {
 }
 
 /// Switches torque off without a motor process.
-fn by_hand(buses: &Buses) -> Result<String, String> {
+fn switch_torque_off(buses: &Buses) -> Result<String, String> {
     if !buses.has_hardware() {
         return Err("every servo bus is a mock, and no mock servo bus runs".to_owned());
     }
@@ -310,24 +310,29 @@ fn told<T>(robots: &[Domain], act: impl Fn(&Path) -> io::Result<T>) -> Vec<Resul
 
 /// Waits until every joint reports that its torque is off; returns the message, or the error. It opens the health
 /// boards read-only, so it cannot race with a process that is still creating its own.
-fn on_the_boards(robot: &Domain) -> Result<String, String> {
+fn confirm_on_boards(robot: &Domain) -> Result<String, String> {
     let began = clock::now();
     while !is_running(robot) {
-        if clock::now() >= began + CONFIRM_WITHIN {
+        if clock::now() >= began + CONFIRM_TIMEOUT {
             return Err(NONE_RUNS.to_owned());
         }
-        clock::sleep_until(clock::now() + LOOK_EVERY);
+        clock::sleep_until(clock::now() + POLL_INTERVAL);
     }
     // Join robots of other versions too: their boards may have the same layout.
-    let node = Node::join_any(robot, "emergency-stop", 0, Queues { frames: 1, delivery: Delivery::Newest });
+    let node = Node::join_any(
+        robot,
+        "emergency-stop",
+        0,
+        Queues { frames: 1, overflow_policy: OverflowPolicy::DropOldest },
+    );
     let mut boards = Boards { node: node.map_err(|error| error.to_string())?, joints: None };
     let mut left = None;
-    while clock::now() < began + CONFIRM_WITHIN {
+    while clock::now() < began + CONFIRM_TIMEOUT {
         if let Some(board) = boards.joints() {
             let joints = board.all();
             // An older sample may be from before the stop, for example of an earlier stop that was released since.
             let is_since = |joint: &JointState| joint.sampled_at_ns >= began.as_nanos();
-            let limp = joints.iter().filter(|joint| is_limp(joint) && is_since(joint)).count();
+            let limp = joints.iter().filter(|joint| is_torque_off(joint) && is_since(joint)).count();
             let all = usize::try_from(board.count).unwrap_or(usize::MAX).max(joints.len());
             let after = clock::now().since(began);
             if limp == all && all > 0 {
@@ -336,7 +341,7 @@ fn on_the_boards(robot: &Domain) -> Result<String, String> {
             }
             // A controlled stop of category 1 is over by then.
             let held = joints.iter().filter(|joint| is_held(joint) && is_since(joint)).count();
-            if after >= HELD_AFTER && held > 0 && held + limp == all {
+            if after >= HOLD_DELAY && held > 0 && held + limp == all {
                 return Ok(format!(
                     "all {all} joints are stopped: {held} hold with torque on, as stop category 2 has it, and {limp} \
                      servos say that theirs is off"
@@ -344,13 +349,13 @@ fn on_the_boards(robot: &Domain) -> Result<String, String> {
             }
             left = Some((all - limp, all));
         }
-        clock::sleep_until(clock::now() + LOOK_EVERY);
+        clock::sleep_until(clock::now() + POLL_INTERVAL);
     }
     Err(match left {
         Some((left, all)) => {
             format!("{left} of {all} servos do not say that their torque is off: cut the power")
         }
-        None => robot.agrees().map_or_else(
+        None => robot.check_layouts().map_or_else(
             |other| format!("{other}; it is stopped all the same, cut the power if anything moves"),
             |()| NONE_RUNS.to_owned(),
         ),
@@ -375,7 +380,7 @@ impl Boards {
     }
 }
 
-fn is_limp(joint: &JointState) -> bool {
+fn is_torque_off(joint: &JointState) -> bool {
     joint.mode() == Some(JointMode::Limp) && joint.cause() == Some(JointCause::Emergency)
 }
 
@@ -389,7 +394,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_robot_that_cannot_be_stopped_keeps_no_other_from_being_stopped() {
+    fn a_failed_stop_does_not_prevent_stopping_other_robots() {
         let folder = tempfile::tempdir().unwrap();
         let [gone, here] = ["gone", "here"].map(|name| {
             let root = folder.path().join(name);

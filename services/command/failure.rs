@@ -5,16 +5,16 @@ use super::journal;
 
 /// The error of a command, with its exit status.
 #[derive(Debug)]
-pub(crate) struct Failed {
+pub(crate) struct CommandError {
     /// The error, its place, and the remedy.
     pub(crate) text: String,
     /// 1: the requested thing did not succeed; 2: bad usage or configuration.
     pub(crate) code: ExitCode,
 }
 
-impl Failed {
+impl CommandError {
     /// A failure at run time: exit status 1.
-    pub(crate) fn because(error: impl Display) -> Self {
+    pub(crate) fn runtime(error: impl Display) -> Self {
         Self { text: error.to_string(), code: ExitCode::from(1) }
     }
 

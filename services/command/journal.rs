@@ -7,7 +7,7 @@ use std::io::{self, Write};
 use std::os::fd::AsFd as _;
 use std::os::unix::fs::MetadataExt as _;
 
-use process::Aside;
+use process::NonBlockingWriter;
 use tracing::{Level, Metadata};
 use tracing_subscriber::fmt::MakeWriter;
 
@@ -54,32 +54,32 @@ pub(super) fn mark_panics() {
 
 /// The log writer.
 #[derive(Clone, Debug)]
-pub(super) struct Voice {
-    pub(super) aside: Aside,
+pub(super) struct LogWriter {
+    pub(super) aside: NonBlockingWriter,
     pub(super) is_journal: bool,
 }
 
 /// The writer of one event.
 #[derive(Debug)]
-pub(super) struct Saying {
-    aside: Aside,
+pub(super) struct EventWriter {
+    aside: NonBlockingWriter,
     /// The level for the prefix; `None` for no prefix.
     marked: Option<Level>,
 }
 
-impl MakeWriter<'_> for Voice {
-    type Writer = Saying;
+impl MakeWriter<'_> for LogWriter {
+    type Writer = EventWriter;
 
-    fn make_writer(&self) -> Saying {
-        Saying { aside: self.aside.clone(), marked: None }
+    fn make_writer(&self) -> EventWriter {
+        EventWriter { aside: self.aside.clone(), marked: None }
     }
 
-    fn make_writer_for(&self, about: &Metadata<'_>) -> Saying {
-        Saying { aside: self.aside.clone(), marked: self.is_journal.then_some(*about.level()) }
+    fn make_writer_for(&self, about: &Metadata<'_>) -> EventWriter {
+        EventWriter { aside: self.aside.clone(), marked: self.is_journal.then_some(*about.level()) }
     }
 }
 
-impl Write for Saying {
+impl Write for EventWriter {
     /// The subscriber writes each event in one call.
     fn write(&mut self, text: &[u8]) -> io::Result<usize> {
         match self.marked {

@@ -14,12 +14,12 @@ use std::process::ExitCode;
 use clap::Args;
 use config::Robot;
 use tasks::{
-    Decision, Doubt, Example, Hypotheses, Inquiry, Learned, Learning, Noise, Object, Settings, Signature,
-    Snapshot, Task, View, decide_with,
+    Decision, Example, HypothesisLanguage, Inquiry, Learned, Learning, Noise, Object, OpenQuestion, Settings,
+    Signature, Snapshot, Task, View, decide_with,
 };
 
-use super::failure::Failed;
-use examples::{Examples, Shown, Unread};
+use super::failure::CommandError;
+use examples::{Examples, ExamplesError, InputExample};
 
 /// Hypotheses whose log posterior is this much below the best are left out of the reported rules, in nats.
 const NATS: f64 = 10.0;
@@ -62,8 +62,8 @@ fn noise(text: &str) -> Result<Noise, String> {
 }
 
 /// The results for an example.
-struct Told<'a> {
-    shown: &'a Shown,
+struct ExampleResult<'a> {
+    shown: &'a InputExample,
     /// Its number, from 1.
     number: usize,
     /// What each perspective that saw it has learned from all examples so far.
@@ -83,28 +83,28 @@ struct Conclusion {
     /// The perspective whose rules Leo would follow, and the rules.
     followed: Option<(u16, Learned)>,
     /// The question to ask before any rules are followed.
-    doubt: Option<Doubt>,
+    doubt: Option<OpenQuestion>,
     /// Per goal, the question and the demonstration to ask the teacher for.
     inquiries: Vec<(Signature, Option<Inquiry>, Option<Inquiry>)>,
 }
 
 impl Learn {
     /// Learns from all examples and prints the results of each.
-    pub(crate) fn run(&self) -> Result<ExitCode, Failed> {
-        let robot = Robot::load(self.config.as_deref()).map_err(Failed::usage)?;
+    pub(crate) fn run(&self) -> Result<ExitCode, CommandError> {
+        let robot = Robot::load(self.config.as_deref()).map_err(CommandError::usage)?;
         let mut settings = learner_process::learning(&robot.leo.learner);
         if let Some(words) = self.language {
             settings.language = match words {
-                Words::Paper => Hypotheses::Paper,
-                Words::Extended => Hypotheses::Extended,
+                Words::Paper => HypothesisLanguage::Paper,
+                Words::Extended => HypothesisLanguage::Extended,
             };
         }
         settings.noise = self.noise.unwrap_or(settings.noise);
-        let examples = read(&self.examples).map_err(Failed::usage)?;
+        let examples = read(&self.examples).map_err(CommandError::usage)?;
         match self.tell(&examples, &settings) {
             // A closed pipe means that the reader has seen enough.
             Err(error) if error.kind() != ErrorKind::BrokenPipe => {
-                Err(Failed::because(format!("cannot write to standard output: {error}")))
+                Err(CommandError::runtime(format!("cannot write to standard output: {error}")))
             }
             Ok(()) | Err(_) => Ok(ExitCode::SUCCESS),
         }
@@ -130,7 +130,7 @@ impl Learn {
                 learned.insert(view.perspective, now.clone());
                 newest.insert(view.perspective, now);
             }
-            let told = Told { shown, number: index + 1, learned, answers };
+            let told = ExampleResult { shown, number: index + 1, learned, answers };
             let text = if self.json { json::example(&told)? } else { text::example(examples, &told) };
             out.write_all(text.as_bytes())?;
         }
@@ -170,7 +170,7 @@ fn conclude(
     let shown = examples.shown.iter().map(|shown| Example { teacher, views: shown.views.clone() });
     let task = Task { name: examples.title.clone().unwrap_or_default(), examples: shown.collect() };
     let (followed, doubt) = match decide_with(language, &task, newest, teacher, settings.on_conflict) {
-        Decision::Nobody => (None, None),
+        Decision::NoRule => (None, None),
         Decision::Followed(perspective) => (Some(perspective), None),
         Decision::Open(doubt) => (None, Some(doubt)),
     };
@@ -189,13 +189,13 @@ fn conclude(
 }
 
 /// Reads a file, or standard input.
-fn read(file: &Path) -> Result<Examples, Unread> {
+fn read(file: &Path) -> Result<Examples, ExamplesError> {
     if file == Path::new("-") {
         return Examples::read(stdin().lock(), "standard input");
     }
     let name = file.display().to_string();
     match File::open(file) {
         Ok(open) => Examples::read(BufReader::new(open), &name),
-        Err(source) => Err(Unread::File { name, source }),
+        Err(source) => Err(ExamplesError::File { name, source }),
     }
 }

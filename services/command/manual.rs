@@ -8,7 +8,7 @@ use std::process::ExitCode;
 use clap::{Args, CommandFactory as _};
 use clap_complete::Shell;
 
-use super::failure::Failed;
+use super::failure::CommandError;
 
 #[derive(Args, Clone, Debug)]
 #[command(after_help = "Example:\n  leo manual target/manual")]
@@ -19,9 +19,9 @@ pub(crate) struct Manual {
 }
 
 impl Manual {
-    pub(crate) fn run(&self) -> Result<ExitCode, Failed> {
+    pub(crate) fn run(&self) -> Result<ExitCode, CommandError> {
         write(&self.directory).map_err(|error| {
-            Failed::because(format!("cannot write to {}: {error}", self.directory.display()))
+            CommandError::runtime(format!("cannot write to {}: {error}", self.directory.display()))
         })?;
         Ok(ExitCode::SUCCESS)
     }

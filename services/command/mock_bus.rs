@@ -6,11 +6,11 @@ use std::process::ExitCode;
 
 use clap::Args;
 use config::Robot;
-use mock_bus_process::{Alone, AloneError, Faults, parse};
-use servo::mock::Followers;
+use mock_bus_process::{Faults, StandaloneError, StandaloneOptions, parse};
+use servo::mock::FollowerBehaviour;
 
-use super::failure::Failed;
-use super::process::Life;
+use super::failure::CommandError;
+use super::process::LaunchArgs;
 use folder::Folder;
 
 mod folder;
@@ -27,7 +27,7 @@ pub(crate) struct MockBus {
     #[arg(long, hide = true)]
     domain: Option<PathBuf>,
     #[command(flatten)]
-    life: Life,
+    life: LaunchArgs,
     /// The robot's leo.toml, for the buses and servos in the motor.toml beside it [default: built in]
     #[arg(long, value_name = "FILE")]
     config: Option<PathBuf>,
@@ -47,34 +47,40 @@ pub(crate) struct MockBus {
 
 impl MockBus {
     /// Serves every mock bus until stopped.
-    pub(super) fn run(&self) -> Result<ExitCode, Failed> {
+    pub(super) fn run(&self) -> Result<ExitCode, CommandError> {
         if let Some(domain) = &self.domain {
             let launch = self.life.launch(domain.clone(), self.config.clone());
-            let robot = launch.files().and_then(|files| Robot::of(&files)).map_err(Failed::usage)?;
-            mock_bus_process::run(&launch, &robot).map_err(Failed::because)?;
+            let robot = launch.files().and_then(|files| Robot::of(&files)).map_err(CommandError::usage)?;
+            mock_bus_process::run(&launch, &robot).map_err(CommandError::runtime)?;
             return Ok(ExitCode::SUCCESS);
         }
-        let robot = Robot::load(self.config.as_deref()).map_err(Failed::usage)?;
+        let robot = Robot::load(self.config.as_deref()).map_err(CommandError::usage)?;
         let mut faults = Faults::configured(&robot.leo.mock_bus, &robot.motor)
-            .map_err(|bad| Failed::usage(format!("leo.toml: `faults` of [mock_bus]: {bad}")))?;
+            .map_err(|bad| CommandError::usage(format!("leo.toml: `faults` of [mock_bus]: {bad}")))?;
         faults.seed = self.seed.unwrap_or(faults.seed);
         if self.followers_go_on {
-            faults.followers = Followers::GoOn;
+            faults.followers = FollowerBehaviour::Continue;
         }
         for words in &self.fault {
-            faults.injections.push(parse(words, &robot.motor).map_err(Failed::usage)?);
+            faults.injections.push(parse(words, &robot.motor).map_err(CommandError::usage)?);
         }
         let folder = Folder::new().map_err(|error| {
-            Failed::because(format!(
+            CommandError::runtime(format!(
                 "cannot make a folder for the links to the buses: {error}; is TMPDIR writable?"
             ))
         })?;
-        let stop = ::process::stop_flag().map_err(Failed::because)?;
-        let orders = Alone { faults, file: self.faults.clone() };
-        let ran = mock_bus_process::alone(&robot.motor, folder.path(), &orders, &stop, &mut stdout().lock());
+        let stop = ::process::stop_flag().map_err(CommandError::runtime)?;
+        let orders = StandaloneOptions { faults, file: self.faults.clone() };
+        let ran = mock_bus_process::run_standalone(
+            &robot.motor,
+            folder.path(),
+            &orders,
+            &stop,
+            &mut stdout().lock(),
+        );
         ran.map_err(|error| match error {
-            AloneError::NoMock | AloneError::File(_) => Failed::usage(error),
-            AloneError::Ptys(_) | AloneError::Print(_) => Failed::because(error),
+            StandaloneError::NoMock | StandaloneError::File(_) => CommandError::usage(error),
+            StandaloneError::MockBuses(_) | StandaloneError::Print(_) => CommandError::runtime(error),
         })?;
         Ok(ExitCode::SUCCESS)
     }

@@ -10,21 +10,21 @@ use clock::Instant;
 use process::{StopAnswer, StoppedRobot};
 
 /// Time-out for connecting to them, all together.
-const CONNECT_WITHIN: Duration = Duration::from_millis(500);
+const CONNECT_TIMEOUT: Duration = Duration::from_millis(500);
 
 /// A robot of another user, and the result of raising its emergency stop.
-pub(crate) struct OthersRobot {
+pub(crate) struct OtherUsersRobot {
     domain: PathBuf,
     stopped: io::Result<StoppedRobot>,
 }
 
-impl OthersRobot {
+impl OtherUsersRobot {
     /// Raises the emergency stop of all of them, or of the one in a folder. Does not wait for answers.
     pub(crate) fn stop_all(domain: Option<&Path>) -> Vec<Self> {
         let is_meant = |robot: &PathBuf| domain.is_none_or(|domain| domain == robot) && !is_own(robot);
         let all = StoppedRobot::all().into_iter().filter(is_meant);
         // One deadline for all: a robot that accepts no connection must not delay the others.
-        let until = clock::now() + CONNECT_WITHIN;
+        let until = clock::now() + CONNECT_TIMEOUT;
         all.map(|domain| Self { stopped: StoppedRobot::stop(&domain, until), domain }).collect()
     }
 

@@ -8,7 +8,7 @@ use budget::Lines;
 use config::Names;
 use folder::{Existing, Output};
 
-use super::failure::Failed;
+use super::failure::CommandError;
 
 /// An output file named by the user; an existing one is replaced only with `overwrite`.
 pub(crate) fn named(file: &Path, overwrite: bool) -> Output {
@@ -19,10 +19,11 @@ pub(crate) fn named(file: &Path, overwrite: bool) -> Output {
 const ANSWER_BYTES: usize = 4 << 10;
 
 /// A line of standard input; `None` at its end.
-pub(crate) fn answer() -> Result<Option<String>, Failed> {
+pub(crate) fn answer() -> Result<Option<String>, CommandError> {
     let mut lines = Lines::new(std::io::stdin().lock(), "answer", ANSWER_BYTES);
-    let line =
-        lines.next_line().map_err(|error| Failed::because(format!("cannot read standard input: {error}")))?;
+    let line = lines
+        .next_line()
+        .map_err(|error| CommandError::runtime(format!("cannot read standard input: {error}")))?;
     Ok(line.map(|line| String::from_utf8_lossy(line).into_owned()))
 }
 
@@ -31,7 +32,7 @@ pub(crate) fn print_accounts(
     accounts: &[(String, String, Account)],
     names: &Names,
     json: bool,
-) -> Result<(), Failed> {
+) -> Result<(), CommandError> {
     let mut text = String::new();
     if json {
         let lessons: Vec<serde_json::Value> = accounts
@@ -48,19 +49,19 @@ pub(crate) fn print_accounts(
 }
 
 /// Prints one JSON document.
-pub(crate) fn print_json(value: &(impl serde::Serialize + ?Sized)) -> Result<(), Failed> {
+pub(crate) fn print_json(value: &(impl serde::Serialize + ?Sized)) -> Result<(), CommandError> {
     print(&to_json(value)?)
 }
 
-fn to_json(value: &(impl serde::Serialize + ?Sized)) -> Result<String, Failed> {
-    let text = serde_json::to_string_pretty(value).map_err(Failed::because)?;
+fn to_json(value: &(impl serde::Serialize + ?Sized)) -> Result<String, CommandError> {
+    let text = serde_json::to_string_pretty(value).map_err(CommandError::runtime)?;
     Ok(text + "\n")
 }
 
 /// Prints text as it is.
-pub(crate) fn print(text: &str) -> Result<(), Failed> {
+pub(crate) fn print(text: &str) -> Result<(), CommandError> {
     let mut out = std::io::stdout().lock();
     out.write_all(text.as_bytes())
         .and_then(|()| out.flush())
-        .map_err(|error| Failed::because(format!("cannot write to standard output: {error}")))
+        .map_err(|error| CommandError::runtime(format!("cannot write to standard output: {error}")))
 }

@@ -8,7 +8,7 @@ use config::Robot;
 use config::lesson::Lesson;
 use process::Launch;
 
-use super::failure::Failed;
+use super::failure::CommandError;
 use super::mock_bus::MockBus;
 
 /// A process of the robot. People start the whole with `leo run`; these are for its supervisor.
@@ -16,46 +16,46 @@ use super::mock_bus::MockBus;
 pub(crate) enum Process {
     /// The workspace, the teacher and Leo's body
     #[command(hide = true)]
-    Simulator(Told),
+    Simulator(ProcessArgs),
     /// Observations to percepts
     #[command(hide = true)]
-    Sensor(Told),
+    Sensor(ProcessArgs),
     /// Percepts to beliefs
     #[command(hide = true)]
-    Belief(Told),
+    Belief(ProcessArgs),
     /// Beliefs to tasks, tasks to joint goals
     #[command(hide = true)]
-    Learner(Told),
+    Learner(ProcessArgs),
     /// Joint goals to servos, servos to joint states
     #[command(hide = true)]
-    Motor(Told),
+    Motor(ProcessArgs),
     /// Put up mock servo buses for any Dynamixel master, with faults on demand
     MockBus(MockBus),
     /// Tells people what happens
     #[command(hide = true)]
-    Console(Told),
+    Console(ProcessArgs),
     /// Carries frames between this machine and another one
     #[command(hide = true)]
-    Link(Told),
+    Link(ProcessArgs),
     /// Switches torque off when the supervisor and the motor process have died together
     #[command(hide = true)]
-    TorqueGuard(Told),
+    TorqueGuard(ProcessArgs),
 }
 
 /// What the supervisor tells a process.
 #[derive(Args, Clone, Debug)]
-pub(crate) struct Told {
+pub(crate) struct ProcessArgs {
     #[arg(long)]
     domain: PathBuf,
     #[command(flatten)]
-    life: Life,
+    life: LaunchArgs,
     #[arg(long)]
     config: Option<PathBuf>,
 }
 
 /// What the supervisor tells a process beside its domain and its configuration.
 #[derive(Args, Clone, Debug)]
-pub(super) struct Life {
+pub(super) struct LaunchArgs {
     #[arg(long, hide = true, default_value_t = 1)]
     incarnation: u64,
     #[arg(long, hide = true)]
@@ -80,7 +80,7 @@ pub(super) struct Life {
 
 impl Process {
     /// Runs the process until it is stopped.
-    pub(crate) fn run(self) -> Result<ExitCode, Failed> {
+    pub(crate) fn run(self) -> Result<ExitCode, CommandError> {
         let told = match &self {
             Self::Simulator(told)
             | Self::Sensor(told)
@@ -95,7 +95,7 @@ impl Process {
             }
         };
         let launch = told.life.launch(told.domain.clone(), told.config.clone());
-        let robot = launch.files().and_then(|files| Robot::of(&files)).map_err(Failed::usage)?;
+        let robot = launch.files().and_then(|files| Robot::of(&files)).map_err(CommandError::usage)?;
         match self {
             Self::Simulator(_) => simulator_process::run(&launch, &robot, &lesson(&launch)?),
             Self::Sensor(_) => sensor_process::run(&launch, &robot),
@@ -107,12 +107,12 @@ impl Process {
             Self::TorqueGuard(_) => supervisor_process::guard(&launch, &robot),
             Self::MockBus(_) => Ok(()),
         }
-        .map_err(Failed::because)?;
+        .map_err(CommandError::runtime)?;
         Ok(ExitCode::SUCCESS)
     }
 }
 
-impl Life {
+impl LaunchArgs {
     pub(super) fn launch(&self, domain: PathBuf, config: Option<PathBuf>) -> Launch {
         Launch {
             domain,
@@ -131,9 +131,9 @@ impl Life {
     }
 }
 
-fn lesson(launch: &Launch) -> Result<Lesson, Failed> {
+fn lesson(launch: &Launch) -> Result<Lesson, CommandError> {
     if let Some(objects) = launch.synthetic {
         return Ok(Lesson::synthetic(usize::try_from(objects).unwrap_or(usize::MAX)));
     }
-    launch.lesson.as_deref().map_or_else(|| Ok(Lesson::builtin()), Lesson::load).map_err(Failed::usage)
+    launch.lesson.as_deref().map_or_else(|| Ok(Lesson::builtin()), Lesson::load).map_err(CommandError::usage)
 }

@@ -9,19 +9,19 @@ use std::time::Duration;
 use clap::Args;
 use config::lesson::Lesson;
 use process::black_box;
-use recording::{Recorder, Subject, Time, stands};
+use recording::{Recorder, Subject, Time, robot_pose};
 use transport::Domain;
 use transport::janitor::is_claimed;
 
-use super::failure::Failed;
+use super::failure::CommandError;
 use super::{domain, output, seconds};
 
 /// Polling interval of the stop conditions.
-const LOOK_EVERY: Duration = Duration::from_millis(20);
+const POLL_INTERVAL: Duration = Duration::from_millis(20);
 /// Time-out for the robot to write its black box.
-const WRITES_WITHIN: Duration = Duration::from_secs(60);
+const DUMP_TIMEOUT: Duration = Duration::from_secs(60);
 /// Memory limit of `--last`, in bytes: half an hour of a robot with one partner.
-const MEMORY_MOST: usize = 1_000_000_000;
+const MAX_MEMORY_BYTES: usize = 1_000_000_000;
 
 /// Look at a running robot, and put down what its buffers hold.
 #[derive(Args, Clone, Debug)]
@@ -57,45 +57,45 @@ pub(crate) struct Record {
 }
 
 impl Record {
-    pub(crate) fn run(&self) -> Result<ExitCode, Failed> {
+    pub(crate) fn run(&self) -> Result<ExitCode, CommandError> {
         match &self.file {
             Some(file) => self.record(file),
-            None => kept(&domain::running(self.domain.as_deref())?),
+            None => request_dump(&domain::running(self.domain.as_deref())?),
         }
     }
 
-    fn record(&self, file: &Path) -> Result<ExitCode, Failed> {
+    fn record(&self, file: &Path) -> Result<ExitCode, CommandError> {
         let lesson = match &self.lesson {
-            Some(file) => Lesson::load(file).map_err(Failed::usage)?,
+            Some(file) => Lesson::load(file).map_err(CommandError::usage)?,
             None => Lesson::builtin(),
         };
         let subject =
-            Subject::load(self.config.as_deref(), Time::Wall, None, stands(&lesson), &super::program())
-                .map_err(Failed::usage)?;
+            Subject::load(self.config.as_deref(), Time::Wall, None, robot_pose(&lesson), &super::program())
+                .map_err(CommandError::usage)?;
         let domain = domain::running(self.domain.as_deref())?;
         // Check the layouts before creating a file that would stay empty.
-        domain.agrees().map_err(Failed::because)?;
-        let stop = process::stop_flag().map_err(Failed::because)?;
+        domain.check_layouts().map_err(CommandError::runtime)?;
+        let stop = process::stop_flag().map_err(CommandError::runtime)?;
         let to = output::named(file, self.overwrite);
         let recorder = match self.last {
             None => Recorder::start(&domain, subject, &to),
-            Some(last) => Recorder::keep(&domain, subject, last, MEMORY_MOST),
+            Some(last) => Recorder::keep(&domain, subject, last, MAX_MEMORY_BYTES),
         };
-        let recorder = recorder.map_err(Failed::because)?;
+        let recorder = recorder.map_err(CommandError::runtime)?;
         let until = self.record_for.map(|time| clock::now() + time);
         while !stop.load(Ordering::Relaxed)
             && !recorder.has_ended()
             && until.is_none_or(|until| clock::now() < until)
         {
-            clock::sleep_until(clock::now() + LOOK_EVERY);
+            clock::sleep_until(clock::now() + POLL_INTERVAL);
         }
         let mut said = String::new();
         if self.last.is_some() {
-            let last = recorder.last().map_err(Failed::because)?;
-            let (frames, seconds) = (last.write(&to).map_err(Failed::because)?, last.span().as_secs());
+            let last = recorder.last().map_err(CommandError::runtime)?;
+            let (frames, seconds) = (last.write(&to).map_err(CommandError::runtime)?, last.span().as_secs());
             said = format!("of these, the last {frames} were written, those of {seconds} s\n");
         }
-        let counts = recorder.stop().map_err(Failed::because)?;
+        let counts = recorder.stop().map_err(CommandError::runtime)?;
         let dropped = counts.total().dropped;
         let lost = match dropped {
             0 => "nothing was dropped".to_owned(),
@@ -107,10 +107,10 @@ impl Record {
 }
 
 /// Requests a dump of the robot's black box, and waits for the file.
-fn kept(domain: &Domain) -> Result<ExitCode, Failed> {
+fn request_dump(domain: &Domain) -> Result<ExitCode, CommandError> {
     let root = domain.root();
-    let failed = |why: String| Failed::because(format!("{}: {why}", root.display()));
-    let stop = process::stop_flag().map_err(Failed::because)?;
+    let failed = |why: String| CommandError::runtime(format!("{}: {why}", root.display()));
+    let stop = process::stop_flag().map_err(CommandError::runtime)?;
     let word = std::process::id().to_string();
     if !is_claimed(domain) {
         return Err(failed("no robot runs here".to_owned()));
@@ -122,7 +122,7 @@ fn kept(domain: &Domain) -> Result<ExitCode, Failed> {
             format!("{error}; is the robot another user's?")
         })
     })?;
-    let until = clock::now() + WRITES_WITHIN;
+    let until = clock::now() + DUMP_TIMEOUT;
     loop {
         if let Some(answer) = black_box::answered(root, &word) {
             output::print(&format!("{}\n", answer.map_err(failed)?))?;
@@ -135,6 +135,6 @@ fn kept(domain: &Domain) -> Result<ExitCode, Failed> {
                 "the robot did not answer: was its console process replaced? ask again".to_owned(),
             ));
         }
-        clock::sleep_until(clock::now() + LOOK_EVERY);
+        clock::sleep_until(clock::now() + POLL_INTERVAL);
     }
 }

@@ -9,10 +9,10 @@ use learner_process::{Body, Input, Learner, Motion, Settings, Skill, Vocabulary}
 use message::{Belief, Header, Hop, JointGoal, Observation, Perceived, Utterance};
 use simulator_process::World;
 
-use super::failure::Failed;
+use super::failure::CommandError;
 
 /// The last utterance is processed and answered within this time.
-const ANSWER: Duration = Duration::from_secs(1);
+const ANSWER_TIME: Duration = Duration::from_secs(1);
 
 /// Plays the demonstrations of a lesson to a robot with `partners` partners; returns what it learned. `source` is the
 /// number of the simulator among the robot's sources.
@@ -25,24 +25,25 @@ pub(super) fn rehearse(
     source: usize,
     lesson: &Lesson,
     partners: u32,
-) -> Result<Account, Failed> {
+) -> Result<Account, CommandError> {
     let settings = &robot.leo;
     let capacity = settings.buffers.objects.get();
     let mut world = World::new(lesson, lesson.seed);
     let mut sensor = sensor_process::Sensor::new(&robot.percepts, &settings.sensor.source, capacity)
-        .map_err(Failed::usage)?;
+        .map_err(CommandError::usage)?;
     let mut believer =
         belief_process::Believer::new(&robot.percepts, &robot.perspective, partners, 1, capacity)
-            .map_err(Failed::usage)?;
+            .map_err(CommandError::usage)?;
     let vocabulary =
-        Vocabulary::of(&robot.percepts).map_err(Failed::usage)?.with_names(&settings.belief.names);
+        Vocabulary::of(&robot.percepts).map_err(CommandError::usage)?.with_names(&settings.belief.names);
     let perspectives: Vec<u16> = (0..).take(partners as usize + 1).collect();
-    let mut learner = Learner::new(Settings::of(&settings.learner), vocabulary, &perspectives, Still, []);
+    let mut learner =
+        Learner::new(Settings::of(&settings.learner), vocabulary, &perspectives, ImmobileBody, []);
     let mut account = Account::default();
     let mut now = Instant::from_nanos(1_000_000_000);
     let mut sequence = 0;
     let mut ended = None;
-    while ended.is_none_or(|ended| now < ended + ANSWER) {
+    while ended.is_none_or(|ended| now < ended + ANSWER_TIME) {
         now += settings.sensor.rate_hz.period();
         sequence += 1;
         world.step(now, [None, None]);
@@ -50,7 +51,7 @@ pub(super) fn rehearse(
         let mut header = Header { sequence, ..Header::at(now.as_nanos()) };
         header.pass(Hop::Observed, now.as_nanos());
         sensor.begin(now);
-        if sensor.note(source, &header) {
+        if sensor.record_header(source, &header) {
             sensor.take(source, &header, &observations);
         }
         let head = sensor.end();
@@ -77,9 +78,9 @@ pub(super) fn rehearse(
 
 /// A body that does nothing, because the lesson's performances are not played.
 #[derive(Clone, Copy, Debug)]
-struct Still;
+struct ImmobileBody;
 
-impl Body for Still {
+impl Body for ImmobileBody {
     fn begin(&mut self, _now: Instant, _skill: Skill, _present_rad: &[Option<f64>]) {}
 
     fn step(&mut self, _now: Instant, _present_rad: &[Option<f64>], _goals: &mut Vec<JointGoal>) -> Motion {

@@ -12,9 +12,9 @@ use config::Robot;
 use console_process::{Line, Narrator, Transcript};
 use message::{Events, Utterances};
 use recording::{Buffer, Frame, Reader, Subject, Time};
-use supervisor_process::{Paired, Record, ReplayError, Replaying};
+use supervisor_process::{FrameCounts, Record, ReplayError, ReplayOptions};
 
-use super::failure::Failed;
+use super::failure::CommandError;
 use super::{body, domain, output, seconds};
 
 /// The files of a robot's configuration.
@@ -55,42 +55,44 @@ fn speed(text: &str) -> Result<f64, String> {
 }
 
 impl Replay {
-    pub(crate) fn run(&self) -> Result<ExitCode, Failed> {
+    pub(crate) fn run(&self) -> Result<ExitCode, CommandError> {
         let name = self.file.display();
         let canonical = |file: &PathBuf| fs::canonicalize(file).ok();
         if let Some(to) = self.record.as_ref().and_then(canonical)
             && Some(to) == canonical(&self.file)
         {
-            return Err(Failed::usage("--record would write over what is played: name another file"));
+            return Err(CommandError::usage("--record would write over what is played: name another file"));
         }
         if let (Some(from), Some(to)) = (self.from, self.to)
             && to <= from
         {
-            return Err(Failed::usage("--to must be after --from: nothing lies between them"));
+            return Err(CommandError::usage("--to must be after --from: nothing lies between them"));
         }
-        let mut reader = Reader::open(&self.file).map_err(Failed::usage)?;
+        let mut reader = Reader::open(&self.file).map_err(CommandError::usage)?;
         let folder = tempfile::tempdir().map_err(|error| {
-            Failed::because(format!("cannot make a folder for the recorded configuration: {error}"))
+            CommandError::runtime(format!("cannot make a folder for the recorded configuration: {error}"))
         })?;
         // Write only known file names.
         for file in FILES {
             let text = reader.files().get(file).ok_or_else(|| {
-                Failed::usage(format!("{name} is no recording of Leo: its configuration lacks {file}"))
+                CommandError::usage(format!("{name} is no recording of Leo: its configuration lacks {file}"))
             })?;
             fs::write(folder.path().join(file), text).map_err(|error| {
-                Failed::because(format!("cannot write the recorded configuration: {error}"))
+                CommandError::runtime(format!("cannot write the recorded configuration: {error}"))
             })?;
         }
         let config = folder.path().join("leo.toml");
         // Errors should name the recording instead of the temporary folder.
         let refused = |error: &dyn std::fmt::Display| {
-            Failed::usage(error.to_string().replace(&folder.path().display().to_string(), &name.to_string()))
+            CommandError::usage(
+                error.to_string().replace(&folder.path().display().to_string(), &name.to_string()),
+            )
         };
         let mut text = String::new();
-        for file in Robot::forward(&config).map_err(|error| refused(&error))? {
+        for file in Robot::migrated(&config).map_err(|error| refused(&error))? {
             if !file.steps.is_empty() {
                 fs::write(&file.file, &file.text).map_err(|error| {
-                    Failed::because(format!("cannot write the recorded configuration: {error}"))
+                    CommandError::runtime(format!("cannot write the recorded configuration: {error}"))
                 })?;
                 let which = file.file.file_name().unwrap_or_default().display();
                 // Writing to a string cannot fail.
@@ -102,7 +104,7 @@ impl Replay {
         body::check(&robot, Some(&config)).map_err(|error| refused(&error))?;
         let narrator = self.speed.map(|_| (Narrator::new(&robot.leo.belief.names), Transcript::default()));
         let mut narration = Narration { narrator };
-        let replaying = Replaying {
+        let replaying = ReplayOptions {
             domain: domain::own()?,
             settings: robot.leo.clone(),
             config,
@@ -117,7 +119,11 @@ impl Replay {
         }
         let played = supervisor_process::replay(&replaying, &mut reader, |frame| narration.tell(frame));
         let played = played.map_err(|error| {
-            if matches!(error, ReplayError::Read(_)) { Failed::usage(error) } else { Failed::because(error) }
+            if matches!(error, ReplayError::Read(_)) {
+                CommandError::usage(error)
+            } else {
+                CommandError::runtime(error)
+            }
         })?;
         let _ = writeln!(text, "{name}: {:.3} s were played", played.lasted.as_secs_f64());
         if reader.is_cut() {
@@ -131,7 +137,7 @@ impl Replay {
             let _ = writeln!(text, "{unchecked}: damage there would not be noticed");
         }
         for (buffer, paired) in &played.paired {
-            let Paired { equal, uncompared } = *paired;
+            let FrameCounts { equal, uncompared } = *paired;
             let said = match (equal, uncompared) {
                 (equal, 0) => format!("{equal:>9} frames equal"),
                 (0, uncompared) => format!("{uncompared:>9} frames, not compared"),
@@ -145,16 +151,16 @@ impl Replay {
         output::print(&text)?;
         match played.wrong {
             None => Ok(ExitCode::SUCCESS),
-            Some(wrong) => Err(Failed::because(format!("{name}: the first difference is in {wrong}"))),
+            Some(wrong) => Err(CommandError::runtime(format!("{name}: the first difference is in {wrong}"))),
         }
     }
 }
 
 impl Replay {
     /// The recording to make of the replay, if requested. It is in lockstep time, whatever the source is.
-    fn recorded<R: Read>(&self, reader: &Reader<R>, robot: &Robot) -> Result<Option<Record>, Failed> {
+    fn recorded<R: Read>(&self, reader: &Reader<R>, robot: &Robot) -> Result<Option<Record>, CommandError> {
         let Some(file) = self.record.clone() else { return Ok(None) };
-        let about = reader.about().ok_or_else(|| Failed::usage("nothing is known of the recording"))?;
+        let about = reader.about().ok_or_else(|| CommandError::usage("nothing is known of the recording"))?;
         let text = |name: &'static str| Some((name, reader.files().get(name)?.clone()));
         let subject = Subject {
             robot: robot.clone(),

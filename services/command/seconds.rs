@@ -1,14 +1,14 @@
 use std::time::Duration;
 
 /// The longest time accepted by a command: a year.
-const MOST: Duration = Duration::from_secs(366 * 24 * 3600);
+const MAX_TIME: Duration = Duration::from_secs(366 * 24 * 3600);
 
 /// Parses seconds: a number above 0 and up to a year.
 pub(crate) fn parse(text: &str) -> Result<Duration, String> {
     text.parse()
         .ok()
         .and_then(|seconds| Duration::try_from_secs_f64(seconds).ok())
-        .filter(|time| !time.is_zero() && *time <= MOST)
+        .filter(|time| !time.is_zero() && *time <= MAX_TIME)
         .ok_or_else(|| "give the seconds as a number above 0, for example 60 or 2.5".to_owned())
 }
 
@@ -22,7 +22,7 @@ pub(crate) fn parse_millis(text: &str) -> Result<Duration, String> {
     text.parse::<f64>()
         .ok()
         .and_then(|millis| Duration::try_from_secs_f64(millis / 1000.0).ok())
-        .filter(|time| !time.is_zero() && *time <= MOST)
+        .filter(|time| !time.is_zero() && *time <= MAX_TIME)
         .ok_or_else(|| "give the milliseconds as a number above 0, for example 500".to_owned())
 }
 
@@ -31,7 +31,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn only_a_time_that_can_pass_is_one() {
+    fn only_positive_finite_times_are_accepted() {
         assert_eq!(parse("2.5"), Ok(Duration::from_millis(2500)));
         assert_eq!(parse_millis("2.5"), Ok(Duration::from_micros(2500)));
         for nonsense in ["-3", "0", "-0.0", "NaN", "inf", "1e30", "soon", "", "3 s", "1e-30"] {

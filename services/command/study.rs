@@ -11,10 +11,10 @@ use clap::Args;
 use config::Robot;
 use config::lesson::{Lesson, STUDY};
 use study::{Cell, Comparison, robot::CELLS};
-use supervisor_process::Teaching;
+use supervisor_process::LessonOptions;
 
-use super::failure::Failed;
-use super::{domain, output, teachable};
+use super::failure::CommandError;
+use super::{check_can_teach, domain, output};
 use sweep::Sweep;
 
 /// What is played, and how it is told.
@@ -37,9 +37,9 @@ pub(crate) struct Study {
 }
 
 impl Study {
-    pub(crate) fn run(&self) -> Result<ExitCode, Failed> {
-        let robot = Robot::load(self.config.as_deref()).map_err(Failed::usage)?;
-        let source = teachable(&robot, self.config.as_deref())?;
+    pub(crate) fn run(&self) -> Result<ExitCode, CommandError> {
+        let robot = Robot::load(self.config.as_deref()).map_err(CommandError::usage)?;
+        let source = check_can_teach(&robot, self.config.as_deref())?;
         if let Some(designs) = self.sweep {
             let sweep = Sweep::of(&robot, source, designs, &|news| self.tell(news))?;
             if self.json {
@@ -50,15 +50,18 @@ impl Study {
             return Ok(ExitCode::from(u8::from(!sweep.holds())));
         }
         // The processes read their lesson from a file.
-        let folder = tempfile::Builder::new().prefix("leo-study-").tempdir().map_err(Failed::because)?;
+        let folder =
+            tempfile::Builder::new().prefix("leo-study-").tempdir().map_err(CommandError::runtime)?;
         let mut cells = Vec::new();
         for expected in CELLS {
             let (task, taking) = (expected.task, expected.perspective_taking);
             let text = usize::try_from(task).ok().and_then(|task| STUDY.get(task.checked_sub(1)?));
-            let text = text.ok_or_else(|| Failed::because(format!("there is no lesson of task {task}")))?;
+            let text =
+                text.ok_or_else(|| CommandError::runtime(format!("there is no lesson of task {task}")))?;
             let file = folder.path().join(format!("task{task}.toml"));
-            std::fs::write(&file, text)
-                .map_err(|error| Failed::because(format!("cannot write {}: {error}", file.display())))?;
+            std::fs::write(&file, text).map_err(|error| {
+                CommandError::runtime(format!("cannot write {}: {error}", file.display()))
+            })?;
             let how = if taking { "with" } else { "without" };
             self.tell(&format!("task {task} {how} perspective taking ..."));
             cells.push(Cell::of(expected, &self.play(&robot, &file, taking)?));
@@ -80,9 +83,9 @@ impl Study {
         }
     }
 
-    fn play(&self, robot: &Robot, file: &Path, perspective_taking: bool) -> Result<Account, Failed> {
-        let lesson = Lesson::load(file).map_err(Failed::because)?;
-        let teaching = Teaching {
+    fn play(&self, robot: &Robot, file: &Path, perspective_taking: bool) -> Result<Account, CommandError> {
+        let lesson = Lesson::load(file).map_err(CommandError::runtime)?;
+        let teaching = LessonOptions {
             domain: domain::own()?,
             settings: robot.leo.clone(),
             config: self.config.clone(),
@@ -92,6 +95,6 @@ impl Study {
             state: None,
             record: None,
         };
-        supervisor_process::teach(&teaching).map_err(Failed::because)
+        supervisor_process::teach(&teaching).map_err(CommandError::runtime)
     }
 }

@@ -8,11 +8,11 @@ use ::tasks::{Settings, Task, key, listed};
 use account::Account;
 use clap::{Args, Subcommand};
 use config::Robot;
-use learner_process::{Memory, OpenError, Vocabulary, learning, open_question, retell};
+use learner_process::{Memory, OpenError, Vocabulary, learning, open_question, replay_events};
 use quantity::number::{counted, saturating_u32};
 use serde::{Deserialize, Serialize};
 
-use super::failure::Failed;
+use super::failure::CommandError;
 use super::{domain, output};
 
 /// The version of the exported format that this program writes and reads.
@@ -82,7 +82,7 @@ struct Exported {
 
 /// A task with its results.
 #[derive(Debug, Serialize)]
-struct Shown {
+struct TaskReport {
     account: Account,
     /// Leo's question, if the examples are ambiguous.
     question: Option<String>,
@@ -90,7 +90,7 @@ struct Shown {
 
 /// A row of the list.
 #[derive(Debug, Serialize)]
-struct Known {
+struct TaskSummary {
     name: String,
     examples: usize,
     rule: Option<String>,
@@ -107,19 +107,19 @@ impl What {
 }
 
 impl Tasks {
-    pub(crate) fn run(&self) -> Result<ExitCode, Failed> {
+    pub(crate) fn run(&self) -> Result<ExitCode, CommandError> {
         let state = self.state.clone().map_or_else(domain::state_directory, Ok)?;
         if self.what.writes() {
-            process::state::prepare(&state).map_err(Failed::usage)?;
+            process::state::prepare(&state).map_err(CommandError::usage)?;
         }
-        let mut memory = Remembered::open(&state)?;
+        let mut memory = OpenMemory::open(&state)?;
         match &self.what {
             What::List { json } => self.list(&memory, *json)?,
             What::Show { name, json } => {
                 let task = memory.task(name)?;
                 let (account, question) = (self.account(task)?, self.question(task)?);
                 if *json {
-                    output::print_json(&Shown { account, question })?;
+                    output::print_json(&TaskReport { account, question })?;
                 } else {
                     let asks = question.map(|text| format!("  Leo would ask: {text}\n")).unwrap_or_default();
                     output::print(&(account.to_text(&self.robot()?.leo.belief.names) + &asks))?;
@@ -127,8 +127,8 @@ impl Tasks {
             }
             What::Forget { name } => {
                 let task = memory.task(name)?.clone();
-                if !memory.memory.forget(name).map_err(Failed::because)? {
-                    return Err(Failed::because(format!(
+                if !memory.memory.forget(name).map_err(CommandError::runtime)? {
+                    return Err(CommandError::runtime(format!(
                         "somebody else has just forgotten \"{}\"",
                         task.name
                     )));
@@ -151,43 +151,43 @@ impl Tasks {
         Ok(ExitCode::SUCCESS)
     }
 
-    fn account(&self, task: &Task) -> Result<Account, Failed> {
+    fn account(&self, task: &Task) -> Result<Account, CommandError> {
         let (vocabulary, settings) = self.settings()?;
         let mut account = Account::default();
-        retell(&vocabulary.language, task, &settings).iter().for_each(|event| account.note(event));
+        replay_events(&vocabulary.language, task, &settings).iter().for_each(|event| account.note(event));
         Ok(account)
     }
 
-    fn question(&self, task: &Task) -> Result<Option<String>, Failed> {
+    fn question(&self, task: &Task) -> Result<Option<String>, CommandError> {
         let (vocabulary, settings) = self.settings()?;
         Ok(open_question(&vocabulary.language, task, &settings))
     }
 
-    fn robot(&self) -> Result<Robot, Failed> {
-        Robot::load(self.config.as_deref()).map_err(Failed::usage)
+    fn robot(&self) -> Result<Robot, CommandError> {
+        Robot::load(self.config.as_deref()).map_err(CommandError::usage)
     }
 
-    fn settings(&self) -> Result<(Vocabulary, Settings), Failed> {
+    fn settings(&self) -> Result<(Vocabulary, Settings), CommandError> {
         let robot = self.robot()?;
-        let vocabulary = Vocabulary::of(&robot.percepts).map_err(Failed::usage)?;
+        let vocabulary = Vocabulary::of(&robot.percepts).map_err(CommandError::usage)?;
         Ok((vocabulary, learning(&robot.leo.learner)))
     }
 
-    fn list(&self, memory: &Remembered, json: bool) -> Result<(), Failed> {
+    fn list(&self, memory: &OpenMemory, json: bool) -> Result<(), CommandError> {
         let known = memory.tasks.iter().map(|task| {
             let account = self.account(task)?;
             let rule =
                 account.tasks.first().and_then(|task| task.rule.as_ref()).map(|rule| rule.name.clone());
-            Ok(Known { name: task.name.clone(), examples: task.examples.len(), rule })
+            Ok(TaskSummary { name: task.name.clone(), examples: task.examples.len(), rule })
         });
-        let known: Vec<Known> = known.collect::<Result<_, Failed>>()?;
+        let known: Vec<TaskSummary> = known.collect::<Result<_, CommandError>>()?;
         if json {
             return output::print_json(&known);
         }
         if known.is_empty() {
             return output::print("Leo has learned nothing yet\n");
         }
-        let line = |Known { name, examples: count, rule }: &Known| {
+        let line = |TaskSummary { name, examples: count, rule }: &TaskSummary| {
             let rule = rule.as_deref().unwrap_or("no rule");
             format!("{name:<24} {:>13}   {rule}\n", examples(*count))
         };
@@ -200,63 +200,63 @@ fn examples(count: usize) -> String {
 }
 
 /// The opened memory.
-struct Remembered {
+struct OpenMemory {
     memory: Memory,
     tasks: Vec<Task>,
 }
 
-impl Remembered {
-    fn open(state: &Path) -> Result<Self, Failed> {
+impl OpenMemory {
+    fn open(state: &Path) -> Result<Self, CommandError> {
         let mut memory = Memory::open(&process::state::learned(state)).map_err(|error| {
             let is_in_use = matches!(error, OpenError::InUse { .. });
-            if is_in_use { Failed::because(error) } else { Failed::usage(error) }
+            if is_in_use { CommandError::runtime(error) } else { CommandError::usage(error) }
         })?;
-        let tasks = memory.tasks().map_err(Failed::because)?;
+        let tasks = memory.tasks().map_err(CommandError::runtime)?;
         Ok(Self { memory, tasks })
     }
 
-    fn task(&self, name: &str) -> Result<&Task, Failed> {
+    fn task(&self, name: &str) -> Result<&Task, CommandError> {
         self.tasks.iter().find(|task| key(&task.name) == key(name)).ok_or_else(|| {
             let known: Vec<String> = self.tasks.iter().map(|task| task.name.clone()).collect();
             let known = if known.is_empty() { "nothing yet".to_owned() } else { listed(&known) };
-            Failed::usage(format!("Leo has not learned \"{name}\"; it knows {known}"))
+            CommandError::usage(format!("Leo has not learned \"{name}\"; it knows {known}"))
         })
     }
 
     /// Imports all tasks of a file or none; returns their names.
-    fn import(&mut self, file: &Path, replace: bool) -> Result<Vec<String>, Failed> {
+    fn import(&mut self, file: &Path, replace: bool) -> Result<Vec<String>, CommandError> {
         let at = file.display();
         let text =
             File::open(file).and_then(|file| budget::read_text(file, "exported tasks", EXPORTED_BYTES));
-        let text = text.map_err(|error| Failed::usage(format!("cannot read {at}: {error}")))?;
+        let text = text.map_err(|error| CommandError::usage(format!("cannot read {at}: {error}")))?;
         let exported: Exported =
-            serde_json::from_str(&text).map_err(|error| Failed::usage(format!("{at}: {error}")))?;
+            serde_json::from_str(&text).map_err(|error| CommandError::usage(format!("{at}: {error}")))?;
         if exported.leo_tasks != FORMAT {
             let found = exported.leo_tasks;
-            return Err(Failed::usage(format!(
+            return Err(CommandError::usage(format!(
                 "{at} is of version {found} of the format, and this program knows {FORMAT}: use a newer one"
             )));
         }
         let known = exported.tasks.iter().find(|task| self.task(&task.name).is_ok());
         if let Some(known) = known.filter(|_| !replace) {
-            return Err(Failed::usage(format!(
+            return Err(CommandError::usage(format!(
                 "Leo knows \"{}\" already, and took nothing in: forget it first, or say --replace",
                 known.name
             )));
         }
         let keys: Vec<String> = exported.tasks.iter().map(|task| key(&task.name)).collect();
         if let Some(nameless) = keys.iter().position(String::is_empty) {
-            return Err(Failed::usage(format!("{at}: task {} has no name", nameless + 1)));
+            return Err(CommandError::usage(format!("{at}: task {} has no name", nameless + 1)));
         }
         let twice =
             keys.iter().enumerate().find(|(index, key)| keys.iter().take(*index).any(|other| other == *key));
         if let Some((index, _)) = twice {
-            return Err(Failed::usage(format!(
+            return Err(CommandError::usage(format!(
                 "{at}: task {} has the name of one before it; nothing was taken in",
                 index + 1
             )));
         }
-        self.memory.replace(&exported.tasks).map_err(Failed::because)?;
+        self.memory.replace(&exported.tasks).map_err(CommandError::runtime)?;
         Ok(exported.tasks.iter().map(|task| task.name.clone()).collect())
     }
 }

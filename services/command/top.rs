@@ -10,7 +10,7 @@ use console_process::top::{About, Form, show};
 use transport::Domain;
 
 use super::domain::state_directory;
-use super::failure::Failed;
+use super::failure::CommandError;
 
 #[derive(Args, Clone, Debug)]
 #[command(after_help = "Example:\n  leo top --json")]
@@ -30,9 +30,9 @@ pub(crate) struct Top {
 }
 
 impl Top {
-    pub(crate) fn run(&self) -> Result<ExitCode, Failed> {
-        let robot = Robot::load(self.config.as_deref()).map_err(Failed::usage)?;
-        let domain = self.domain.as_deref().map(Domain::at).transpose().map_err(Failed::usage)?;
+    pub(crate) fn run(&self) -> Result<ExitCode, CommandError> {
+        let robot = Robot::load(self.config.as_deref()).map_err(CommandError::usage)?;
+        let domain = self.domain.as_deref().map(Domain::at).transpose().map_err(CommandError::usage)?;
         let about = About {
             joint_names: robot.motor.joints.into_iter().map(|joint| joint.name).collect(),
             // Without a state directory there is no memory file to report on.
@@ -45,7 +45,7 @@ impl Top {
             (false, false) if out.is_terminal() => Form::Live,
             (false, false) => Form::Table,
         };
-        show(domain, about, form, &mut out).map_err(Failed::because)?;
+        show(domain, about, form, &mut out).map_err(CommandError::runtime)?;
         Ok(ExitCode::SUCCESS)
     }
 }

@@ -15,7 +15,7 @@ use process::arming::{self, ArmOrder};
 use process::emergency;
 use rustix::process::{Pid, Signal, kill_process};
 use transport::janitor::{Claim, Janitor, claim};
-use transport::{Delivery, Domain, JointsWriter, Node, Queues, RosterWriter};
+use transport::{Domain, JointsWriter, Node, OverflowPolicy, Queues, RosterWriter};
 
 use clock::Duration;
 
@@ -79,7 +79,7 @@ impl Boards {
         let domain = Domain::named(&format!("{name}-{}", std::process::id())).expect("a name");
         let claim = claim(&domain).expect("is free");
         domain.make().expect("there is shared memory");
-        let queues = Queues { frames: 1, delivery: Delivery::Newest };
+        let queues = Queues { frames: 1, overflow_policy: OverflowPolicy::DropOldest };
         let node = Node::join(&domain, "boards", 1, queues).expect("joins");
         let mut roster = Roster::default();
         roster.set_incarnation(Process::Motor, 1);

@@ -4,11 +4,11 @@ use message::{EventKind, Events};
 use recording::{Buffer, Frame};
 use serde_json::Value;
 
-use crate::house::tell;
+use crate::harness::run_leo;
 
 /// The acts of a lesson's only demonstration, from its account.
 pub(crate) fn acts(lesson: &str) -> Vec<String> {
-    let told = tell(&["teach", lesson, "--json"]);
+    let told = run_leo(&["teach", lesson, "--json"]);
     assert_eq!((told.status, told.err.as_str()), (Some(0), ""), "{told:?}");
     let lessons: Value = serde_json::from_str(&told.out).expect("is JSON");
     let acts = lessons.pointer("/0/account/tasks/0/demonstrations/0/actions").and_then(Value::as_array);

@@ -9,7 +9,7 @@ use std::process::{Command, Stdio};
 use serde_json::Value;
 
 use crate::assert_refused;
-use crate::house::{Told, leo, read, tell, write};
+use crate::harness::{CommandOutput, leo, read, run_leo, write};
 use crate::venv;
 
 /// Fig. 4 of the paper as a recording: a block is moved and a button pressed while the partner looks away.
@@ -17,7 +17,7 @@ const MOVED: &str = "config/traces/moved.jsonl";
 const HEADER: &str = r#"{"leo_trace": 1}"#;
 
 /// The JSON lines that a command wrote.
-fn lines(told: &Told) -> Vec<Value> {
+fn lines(told: &CommandOutput) -> Vec<Value> {
     assert_eq!((told.status, told.err.as_str()), (Some(0), ""), "{told:?}");
     told.out.lines().map(|line| serde_json::from_str(line).expect("is JSON")).collect()
 }
@@ -31,7 +31,7 @@ fn number(line: &Value, pointer: &str) -> Option<u64> {
 }
 
 /// Runs a command with this standard input.
-fn pipe(command: &mut Command, input: &[u8]) -> Told {
+fn pipe(command: &mut Command, input: &[u8]) -> CommandOutput {
     command.stdin(Stdio::piped()).stdout(Stdio::piped()).stderr(Stdio::piped());
     let mut child = command.spawn().expect("starts");
     let mut stdin = child.stdin.take().expect("is piped");
@@ -43,10 +43,10 @@ fn pipe(command: &mut Command, input: &[u8]) -> Told {
     let ended = child.wait_with_output().expect("ends");
     feed.join().expect("is fed");
     let said = |bytes: Vec<u8>| String::from_utf8(bytes).expect("is text");
-    Told { status: ended.status.code(), out: said(ended.stdout), err: said(ended.stderr) }
+    CommandOutput { status: ended.status.code(), out: said(ended.stdout), err: said(ended.stderr) }
 }
 
-fn believe(arguments: &[&str], input: impl AsRef<[u8]>) -> Told {
+fn believe(arguments: &[&str], input: impl AsRef<[u8]>) -> CommandOutput {
     let (mut command, _files) = leo(&[&["believe", "-"], arguments].concat());
     pipe(&mut command, input.as_ref())
 }
@@ -71,7 +71,7 @@ fn differences(lines: &[Value]) -> BTreeMap<u64, Vec<String>> {
 
 #[test]
 fn what_happens_behind_his_back_he_does_not_know_until_he_looks_again() {
-    let told = tell(&["believe", MOVED, "--json"]);
+    let told = run_leo(&["believe", MOVED, "--json"]);
     let lines = lines(&told);
     let differences = differences(&lines);
     let at = |millis: u64| differences.get(&millis).expect("an instant").as_slice();
@@ -92,7 +92,7 @@ fn what_happens_behind_his_back_he_does_not_know_until_he_looks_again() {
 
 #[test]
 fn every_belief_of_every_perspective_is_told_with_its_percepts_by_name() {
-    let lines = lines(&tell(&["believe", MOVED, "--json"]));
+    let lines = lines(&run_leo(&["believe", MOVED, "--json"]));
     let beliefs: Vec<&Value> = lines.iter().filter(|line| text(line, "/record") == "belief").collect();
     let red = |line: &&&Value| {
         text(line, "/percepts/colour/feature") == "red" && text(line, "/percepts/shape/feature") == "square"
@@ -113,13 +113,13 @@ fn every_belief_of_every_perspective_is_told_with_its_percepts_by_name() {
 
 #[test]
 fn the_same_trace_gives_the_same_bytes_and_telling_less_changes_nothing() {
-    let (one, again) = (tell(&["believe", MOVED, "--json"]), tell(&["believe", MOVED, "--json"]));
+    let (one, again) = (run_leo(&["believe", MOVED, "--json"]), run_leo(&["believe", MOVED, "--json"]));
     assert_eq!(one.out, again.out);
-    let (all, some) = (lines(&one), lines(&tell(&["believe", MOVED, "--json", "--every", "1000"])));
+    let (all, some) = (lines(&one), lines(&run_leo(&["believe", MOVED, "--json", "--every", "1000"])));
     let kept = |line: &&Value| number(line, "/at_ns").is_none_or(|at_ns| at_ns.is_multiple_of(1_000_000_000));
     assert_eq!(all.iter().filter(kept).collect::<Vec<_>>(), some.iter().collect::<Vec<_>>());
     assert!(some.len() * 4 < all.len());
-    let (file, piped) = (tell(&["believe", MOVED]), believe(&[], read(MOVED)));
+    let (file, piped) = (run_leo(&["believe", MOVED]), believe(&[], read(MOVED)));
     assert_eq!((file.status, file.out), (piped.status, piped.out));
 }
 
@@ -161,7 +161,7 @@ fn an_mcap_file_is_believed_as_its_lines_are_and_half_of_one_up_to_its_end() {
 
 #[test]
 fn people_are_told_a_timeline_and_what_is_believed_at_the_end() {
-    let told = tell(&["believe", MOVED]);
+    let told = run_leo(&["believe", MOVED]);
     assert_eq!((told.status, told.err.as_str()), (Some(0), ""), "{told:?}");
     for line in [
         "[   0.00 s] partner 1  is there\n",
@@ -184,19 +184,19 @@ fn people_are_told_a_timeline_and_what_is_believed_at_the_end() {
 #[test]
 fn whose_perspectives_there_are_is_as_told() {
     let perspectives = |partners: &str| {
-        let lines = lines(&tell(&["believe", MOVED, "--json", "--partners", partners]));
+        let lines = lines(&run_leo(&["believe", MOVED, "--json", "--partners", partners]));
         let summary = lines.last().and_then(|line| line.pointer("/perspectives")).expect("a list").clone();
         let robot = lines.iter().filter(|line| number(line, "/perspective") == Some(0)).count();
         (summary.as_array().map(Vec::len), robot)
     };
     assert_eq!(perspectives("0"), (Some(1), 29 * 3));
     assert_eq!(perspectives("3"), (Some(4), 29 * 3));
-    let told = tell(&["believe", MOVED, "--partners", "0"]);
+    let told = run_leo(&["believe", MOVED, "--partners", "0"]);
     assert!(
         told.out.contains("observed, and not simulated: partner 1; for his beliefs too, give --partners 1\n")
     );
     // Nothing is reported about a partner who was never seen.
-    let told = tell(&["believe", MOVED, "--partners", "2"]);
+    let told = run_leo(&["believe", MOVED, "--partners", "2"]);
     assert!(
         told.out.contains("partner 2 was never there\n") && !told.out.contains("] partner 2"),
         "{told:?}"
@@ -210,7 +210,7 @@ fn what_he_takes_the_robot_to_believe_is_told_by_its_path() {
     let deeper = flat.replacen("\ndepth = 1 ", "\ndepth = 2 ", 1);
     assert_ne!(flat, deeper);
     let config = write(&files, "leo.toml", &deeper);
-    let lines = lines(&tell(&["believe", MOVED, "--json", "--config", &config]));
+    let lines = lines(&run_leo(&["believe", MOVED, "--json", "--config", &config]));
     let nested: Vec<&Value> = lines.iter().filter(|line| number(line, "/perspective") == Some(2)).collect();
     let paths: Vec<_> = nested.iter().filter_map(|line| line.pointer("/path")).collect();
     assert_eq!(paths.len(), 29);
@@ -337,8 +337,8 @@ fn what_is_no_trace_is_refused_in_one_line() {
             ["wrong.jsonl: line 2, column 26, observation: ", "did you mean `observations`?"],
         ),
     ] {
-        assert_refused(&tell(&["believe", &file]), 2, &words);
-        assert_refused(&tell(&["believe", &file, "--json"]), 2, &words);
+        assert_refused(&run_leo(&["believe", &file]), 2, &words);
+        assert_refused(&run_leo(&["believe", &file, "--json"]), 2, &words);
     }
     let told = believe(&[], "nothing of the kind");
     assert_refused(&told, 2, &["standard input is no trace"]);
@@ -362,7 +362,7 @@ fn bad_usage_of_believe_is_told_with_what_to_do() {
         (&["believe", MOVED, "--config", "/nowhere/leo.toml"], "/nowhere/leo.toml"),
     ];
     for (arguments, word) in cases {
-        let told = tell(arguments);
+        let told = run_leo(arguments);
         assert_eq!((told.status, told.out.as_str()), (Some(2), ""), "{arguments:?} {told:?}");
         assert!(told.err.contains(word), "{arguments:?} {told:?}");
     }
@@ -409,7 +409,8 @@ fn an_mcap_file_that_is_made_as_its_page_says_is_believed_as_its_lines_are() {
     python.args(["-c", &block("python", 1)]).arg(&made);
     let told = pipe(&mut python, read(MOVED).as_bytes());
     assert_eq!((told.status, told.err.as_str()), (Some(0), ""), "{told:?}");
-    let (of_it, of_lines) = (tell(&["believe", made.to_str().expect("text")]), tell(&["believe", MOVED]));
+    let (of_it, of_lines) =
+        (run_leo(&["believe", made.to_str().expect("text")]), run_leo(&["believe", MOVED]));
     assert_eq!((of_it.status, of_it.out), (of_lines.status, of_lines.out));
 }
 

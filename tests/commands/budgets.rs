@@ -9,7 +9,7 @@ use std::process::Stdio;
 use tempfile::TempDir;
 
 use crate::assert_refused;
-use crate::house::{Told, leo, short_lesson, tell, write};
+use crate::harness::{CommandOutput, leo, run_leo, short_lesson, write};
 use crate::recordings::{file, recorded};
 use mcap::{Mcap, attachment, channel, message, schema, without_check_sums};
 
@@ -20,7 +20,7 @@ const EXPANDED: usize = 900 << 20;
 const MIB: usize = 1 << 20;
 
 /// Runs a command; returns its output and its peak resident memory in KiB.
-fn measured(arguments: &[&str], input: Stdio) -> (Told, u64) {
+fn measured(arguments: &[&str], input: Stdio) -> (CommandOutput, u64) {
     let (mut command, files) = leo(arguments);
     let (out, err) = (files.path().join("out"), files.path().join("err"));
     let to = |file: &Path| File::create(file).expect("makes a file");
@@ -40,7 +40,7 @@ fn measured(arguments: &[&str], input: Stdio) -> (Told, u64) {
         std::thread::yield_now();
     };
     let said = |file| fs::read_to_string(file).expect("reads");
-    (Told { status: status.code(), out: said(out), err: said(err) }, peak_kib)
+    (CommandOutput { status: status.code(), out: said(out), err: said(err) }, peak_kib)
 }
 
 /// Checks that a command refuses a file with these words and stays within the memory limit.
@@ -194,7 +194,7 @@ fn a_chunk_without_a_check_sum_is_said_and_refused_where_bits_are_compared() {
     assert!(without_check_sums(&mut bytes) > 1);
     fs::write(&recording, &bytes).expect("writes");
     let words = [&recording, "no check sum", "nothing is compared", "record it anew"];
-    assert_refused(&tell(&["replay", &recording]), 2, &words.map(|word| -> &str { word }));
+    assert_refused(&run_leo(&["replay", &recording]), 2, &words.map(|word| -> &str { word }));
 }
 
 #[test]
@@ -203,10 +203,10 @@ fn a_trace_with_a_chunk_without_a_check_sum_is_believed_and_that_is_said() {
     let json = r#"{"at_ns":1,"observations":[{"position_m":[0.6,0,0]}]}"#;
     let records = [channel(0), message(0, json)].concat();
     let trace = small(&folder, "a.mcap", &Mcap::new("leo_trace/1").chunk(&records, false).end());
-    let told = tell(&["believe", &trace]);
+    let told = run_leo(&["believe", &trace]);
     assert_eq!(told.status, Some(0), "{told:?}");
     assert!(told.err.contains("1 chunk has no check sum"), "{told:?}");
     fs::write(&trace, Mcap::new("leo_trace/1").chunk(&records, true).end()).expect("writes");
-    let told = tell(&["believe", &trace]);
+    let told = run_leo(&["believe", &trace]);
     assert_eq!((told.status, told.err.as_str()), (Some(0), ""), "{told:?}");
 }

@@ -4,11 +4,11 @@ use std::path::Path;
 use std::process::{Command, Stdio};
 
 use crate::assert_refused;
-use crate::house::{Leo, Told, leo, read, tell, write};
+use crate::harness::{CommandOutput, Leo, leo, read, run_leo, write};
 
 /// Runs `leo check` without measurements.
-fn check(arguments: &[&str]) -> Told {
-    tell(&[&["check", "--seconds", "0"], arguments].concat())
+fn check(arguments: &[&str]) -> CommandOutput {
+    run_leo(&[&["check", "--seconds", "0"], arguments].concat())
 }
 
 #[test]
@@ -39,14 +39,14 @@ fn a_check_says_what_mends_changes_it_when_told_and_takes_it_back() {
     for (usage, word) in
         [(["check", "--apply", "--json"], "--json"), (["check", "--seconds", "-1"], "seconds")]
     {
-        let told = tell(&usage);
+        let told = run_leo(&usage);
         assert!(told.status == Some(2) && told.out.is_empty() && told.err.contains(word), "{told:?}");
     }
 }
 
 #[test]
 fn a_measurement_is_a_finding_for_each_rate() {
-    let told = tell(&["check", "--json", "--seconds", "0.2"]);
+    let told = run_leo(&["check", "--json", "--seconds", "0.2"]);
     let findings: serde_json::Value = serde_json::from_str(&told.out).expect("JSON");
     let abouts: Vec<&str> =
         findings.as_array().expect("a list").iter().filter_map(|finding| finding["about"].as_str()).collect();
@@ -199,7 +199,7 @@ fn files_for_which_a_disk_has_no_room_stay_as_they_are_until_there_is_some() {
 }
 
 /// The lines about a subject, each with the following advice.
-fn about(told: &Told, what: &str) -> String {
+fn about(told: &CommandOutput, what: &str) -> String {
     let lines: Vec<&str> = told.out.lines().collect();
     let is_it = |line: &&str| line.get(9..).is_some_and(|rest| rest.starts_with(what));
     let mut found = String::new();

@@ -3,7 +3,7 @@
 use serde_json::Value;
 
 use crate::TASK_1;
-use crate::house::{read, tell, write};
+use crate::harness::{read, run_leo, write};
 
 /// The result of a lesson with one task.
 struct Taught {
@@ -20,7 +20,7 @@ fn taught(lesson: &str, on_conflict: &str) -> Taught {
     let config = read("config/leo.toml").replace("on_conflict = \"human\"", &key);
     assert!(config.contains(&key));
     let config = write(&files, "leo.toml", &config);
-    let told = tell(&["teach", lesson, "--json", "--config", &config]);
+    let told = run_leo(&["teach", lesson, "--json", "--config", &config]);
     assert_eq!((told.status, told.err.as_str()), (Some(0), ""), "{told:?}");
     let lessons: Value = serde_json::from_str(&told.out).expect("is JSON");
     let text = |field: &str| {

@@ -9,7 +9,7 @@ use rustix::process::getuid;
 use transport::Domain;
 use transport::janitor::{Claim, claim};
 
-use crate::house::public_executable;
+use crate::harness::public_executable;
 
 /// A user of this test only: stopping all robots of a user would also stop those of other tests.
 const USER: u32 = 65_533;

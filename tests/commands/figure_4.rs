@@ -6,7 +6,7 @@ use config::percepts::Percepts;
 use message::{Belief, Beliefs};
 use recording::Buffer;
 
-use crate::house::tell;
+use crate::harness::run_leo;
 use crate::recordings::{file, frames};
 
 /// Whether an agent believes that the button is pressed, and when it was last perceived.
@@ -32,7 +32,7 @@ fn button(percepts: &Percepts, beliefs: &[Belief]) -> Option<Pressed> {
 fn he_believes_the_button_as_he_last_saw_it_until_he_looks_again() {
     let folder = tempfile::tempdir().expect("a folder");
     let to = file(&folder, "button.mcap");
-    let told = tell(&["teach", "config/lessons/the_button.toml", "--record", &to]);
+    let told = run_leo(&["teach", "config/lessons/the_button.toml", "--record", &to]);
     assert_eq!((told.status, told.err.as_str()), (Some(0), ""), "{told:?}");
 
     let percepts = Percepts::builtin();

@@ -1,6 +1,6 @@
 use std::process::{Command, Stdio};
 
-use super::house::{Leo, leo, short_lesson, write};
+use super::harness::{Leo, leo, short_lesson, write};
 
 /// Teaches a robot whose disk is full and later has room again, and prints its log.
 const SCRIPT: &str = r#"

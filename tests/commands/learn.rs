@@ -3,7 +3,7 @@
 use serde_json::Value;
 
 use crate::assert_refused;
-use crate::house::{Told, read, tell, write};
+use crate::harness::{CommandOutput, read, run_leo, write};
 
 /// Task 1 of the study as before-and-after examples.
 const SQUARES: &str = "config/examples/squares.jsonl";
@@ -11,7 +11,7 @@ const HEADER: &str = r#"{"leo_examples": 1}"#;
 const RED: &str = r#"{"id": 1, "features": {"colour": "red"}, "states": {"marked": false}}"#;
 
 fn document(arguments: &[&str]) -> Value {
-    let told = tell(&[&["learn", SQUARES, "--json"], arguments].concat());
+    let told = run_leo(&[&["learn", SQUARES, "--json"], arguments].concat());
     assert_eq!((told.status, told.err.as_str()), (Some(0), ""), "{told:?}");
     serde_json::from_str(&told.out).expect("one JSON document")
 }
@@ -46,7 +46,7 @@ fn concluded(on_conflict: &str, change: impl Fn(&mut Value)) -> Value {
     let mut more: Value = serde_json::from_str(last).expect("JSON");
     change(&mut more);
     let examples = write(&files, "examples.jsonl", &format!("{examples}\n{more}\n"));
-    let told = tell(&["learn", &examples, "--json", "--config", &config]);
+    let told = run_leo(&["learn", &examples, "--json", "--config", &config]);
     assert_eq!((told.status, told.err.as_str()), (Some(0), ""), "{told:?}");
     serde_json::from_str(&told.out).expect("one JSON document")
 }
@@ -94,7 +94,8 @@ fn what_is_asked_about_gets_a_probability_in_the_eyes_of_each() {
 
 #[test]
 fn every_run_says_the_same_and_people_are_told_what_was_learned() {
-    let [one, same]: [Told; 2] = [(); 2].map(|()| tell(&["learn", SQUARES, "--language", "extended"]));
+    let [one, same]: [CommandOutput; 2] =
+        [(); 2].map(|()| run_leo(&["learn", SQUARES, "--language", "extended"]));
     assert_eq!((one.status, &one.out), (Some(0), &same.out), "{one:?}");
     for words in ["all but blue filled", "four of them filled", "Leo follows partner 1: all filled"] {
         assert!(one.out.contains(words), "{words} is not in {}", one.out);
@@ -143,15 +144,15 @@ fn a_line_that_is_wrong_is_named_with_its_field_and_nothing_is_learned() {
     ];
     for (text, words) in cases {
         let file = write(&files, "examples.jsonl", &text);
-        let told = tell(&["learn", &file, "--json"]);
+        let told = run_leo(&["learn", &file, "--json"]);
         assert_refused(&told, 2, &[&["examples.jsonl"], words].concat());
     }
-    assert_refused(&tell(&["learn", "/nowhere.jsonl"]), 2, &["/nowhere.jsonl"]);
+    assert_refused(&run_leo(&["learn", "/nowhere.jsonl"]), 2, &["/nowhere.jsonl"]);
 }
 
 #[test]
 fn a_noise_of_one_half_is_refused() {
-    let told = tell(&["learn", SQUARES, "--noise", "0.5"]);
+    let told = run_leo(&["learn", SQUARES, "--noise", "0.5"]);
     assert_eq!((told.status, told.out.as_str()), (Some(2), ""), "{told:?}");
     assert!(told.err.contains("from 0 to below 0.5"), "{told:?}");
 }

@@ -9,7 +9,7 @@ mod conflict;
 mod emergency;
 mod figure_4;
 mod full_disk;
-mod house;
+mod harness;
 mod learn;
 mod recordings;
 mod replays;
@@ -29,14 +29,14 @@ use std::thread;
 
 use rustix::process::{Resource, Rlimit, Signal, getrlimit, getuid, setrlimit};
 
-use house::{Leo, Told, leo, public_executable, read, short_lesson, tell, wait_until, write};
+use harness::{CommandOutput, Leo, leo, public_executable, read, run_leo, short_lesson, wait_until, write};
 
 const TASK_1: &str = "config/lessons/task1.toml";
 /// An ordinary user without special groups: `nobody`.
 const NOBODY: u32 = 65534;
 
 /// Checks an error: one line on standard error, nothing on standard output.
-fn assert_refused(told: &Told, status: i32, words: &[&str]) {
+fn assert_refused(told: &CommandOutput, status: i32, words: &[&str]) {
     assert_eq!(told.status, Some(status), "{told:?}");
     assert_eq!(told.out, "", "{told:?}");
     assert_eq!(told.err.lines().filter(|line| line.starts_with("leo: ")).count(), 1, "{told:?}");
@@ -55,7 +55,7 @@ fn perspective_taking_decides_what_is_learned_and_every_run_says_the_same_bytes(
     let nested = write(&files, "leo.toml", &deeper);
     let play = |arguments: &[&str]| {
         let arguments: Vec<String> = arguments.iter().map(|argument| (*argument).to_owned()).collect();
-        thread::spawn(move || tell(&arguments.iter().map(String::as_str).collect::<Vec<_>>()))
+        thread::spawn(move || run_leo(&arguments.iter().map(String::as_str).collect::<Vec<_>>()))
     };
     let runs = [
         play(&["teach", TASK_1, "--json"]),
@@ -70,7 +70,7 @@ fn perspective_taking_decides_what_is_learned_and_every_run_says_the_same_bytes(
     }
     assert_eq!(one.out, same.out);
     assert_eq!(one.out, deep.out);
-    let learned = |told: &Told| {
+    let learned = |told: &CommandOutput| {
         let lessons: serde_json::Value = serde_json::from_str(&told.out).expect("is JSON");
         let task = lessons.pointer("/0/account/tasks/0").expect("a task").clone();
         let text = |pointer: &str| task.pointer(pointer).and_then(|value| value.as_str()).map(str::to_owned);
@@ -138,7 +138,7 @@ fn a_wrong_configuration_is_one_error_that_names_the_place() {
         assert_ne!(wrong, right, "{from}");
         let file = write(&files, "leo.toml", &wrong);
         for command in [vec!["run"], vec!["teach", TASK_1], vec!["check"]] {
-            let told = tell(&[command.as_slice(), &["--config", &file]].concat());
+            let told = run_leo(&[command.as_slice(), &["--config", &file]].concat());
             assert_refused(&told, 2, &["leo.toml:", word]);
         }
     }
@@ -148,15 +148,15 @@ fn a_wrong_configuration_is_one_error_that_names_the_place() {
         1,
     );
     let file = write(&files, "leo.toml", &linked);
-    assert_refused(&tell(&["run", "--config", &file]), 2, &["leo.toml:", "`authority`, `certificate`"]);
-    assert_refused(&tell(&["check", "--config", "/nowhere/leo.toml"]), 2, &["/nowhere/leo.toml"]);
+    assert_refused(&run_leo(&["run", "--config", &file]), 2, &["leo.toml:", "`authority`, `certificate`"]);
+    assert_refused(&run_leo(&["check", "--config", "/nowhere/leo.toml"]), 2, &["/nowhere/leo.toml"]);
 
     let files = tempfile::tempdir().expect("a folder");
     let file = write(&files, "leo.toml", &right);
     for (name, wrong, words) in wrong_bodies() {
         let at = write(&files, name, &wrong);
         for command in [vec!["run"], vec!["teach", TASK_1], vec!["study"], vec!["check"]] {
-            let told = tell(&[command.as_slice(), &["--config", &file]].concat());
+            let told = run_leo(&[command.as_slice(), &["--config", &file]].concat());
             assert_refused(&told, 2, words);
         }
         fs::remove_file(at).expect("removes");
@@ -236,10 +236,10 @@ fn a_wrong_lesson_is_one_error_that_names_the_place() {
     let wrong = short_lesson().replacen("into = \"red\"", "into = \"rde\"", 1);
     let file = write(&files, "wrong.toml", &wrong);
     for file in [file.as_str(), "/nowhere/wrong.toml"] {
-        assert_refused(&tell(&["teach", file]), 2, &["wrong.toml"]);
-        assert_refused(&tell(&["run", "--lesson", file]), 2, &["wrong.toml"]);
+        assert_refused(&run_leo(&["teach", file]), 2, &["wrong.toml"]);
+        assert_refused(&run_leo(&["run", "--lesson", file]), 2, &["wrong.toml"]);
         // One invalid lesson among valid ones: none is played.
-        assert_refused(&tell(&["teach", TASK_1, file]), 2, &["wrong.toml"]);
+        assert_refused(&run_leo(&["teach", TASK_1, file]), 2, &["wrong.toml"]);
     }
 }
 
@@ -257,7 +257,7 @@ fn bad_usage_is_told_with_what_to_do() {
         (&["top", "--domain", "/dev/shm/leo-nobody-is-here"], 2, "leo run"),
     ];
     for (arguments, status, word) in cases {
-        let told = tell(arguments);
+        let told = run_leo(arguments);
         assert_eq!((told.status, told.out.as_str()), (Some(status), ""), "{arguments:?} {told:?}");
         assert!(told.err.contains(word), "{arguments:?} {told:?}");
     }
@@ -326,7 +326,7 @@ fn every_command_has_help_with_an_example() {
     ];
     for command in commands {
         let arguments: Vec<&str> = [command, "--help"].into_iter().filter(|word| !word.is_empty()).collect();
-        let told = tell(&arguments);
+        let told = run_leo(&arguments);
         assert_eq!((told.status, told.err.as_str()), (Some(0), ""), "{command}");
         let has_example =
             ["Example", "Examples"].iter().any(|word| told.out.contains(&format!("{word}:\n  leo ")));

@@ -10,7 +10,7 @@ use recording::{Buffer, Frame, Reader, Subject, Time};
 use tempfile::TempDir;
 
 use crate::assert_refused;
-use crate::house::{Leo, Told, leo, short_lesson, tell, wait_until, write};
+use crate::harness::{CommandOutput, Leo, leo, run_leo, short_lesson, wait_until, write};
 
 /// The path of a file in a folder.
 pub(crate) fn file(folder: &TempDir, name: &str) -> String {
@@ -18,8 +18,8 @@ pub(crate) fn file(folder: &TempDir, name: &str) -> String {
 }
 
 /// Records a lesson and checks that nothing is reported on standard error.
-pub(crate) fn recorded(lesson: &str, to: &str) -> Told {
-    let told = tell(&["teach", lesson, "--record", to]);
+pub(crate) fn recorded(lesson: &str, to: &str) -> CommandOutput {
+    let told = run_leo(&["teach", lesson, "--record", to]);
     assert_eq!((told.status, told.err.as_str()), (Some(0), ""), "{told:?}");
     told
 }
@@ -30,7 +30,7 @@ pub(crate) fn frames(file: &str) -> Vec<Frame> {
 }
 
 /// Number of frames of a topic that a replay found equal.
-pub(crate) fn equal(told: &Told, buffer: &str) -> Option<usize> {
+pub(crate) fn equal(told: &CommandOutput, buffer: &str) -> Option<usize> {
     let line = told.out.lines().find(|line| line.split_whitespace().next() == Some(buffer))?;
     line.split_whitespace().nth(1)?.parse().ok()
 }
@@ -63,7 +63,7 @@ fn a_recording_of_a_robot_with_an_older_configuration_is_replayed_all_the_same()
         recording::Writer::new(fs::File::create(&older).expect("can be made"), &subject).expect("begins");
     frames.iter().for_each(|frame| writer.write(frame).expect("room on the disk"));
     writer.finish().expect("room on the disk");
-    let told = tell(&["replay", &older]);
+    let told = run_leo(&["replay", &older]);
     assert_eq!((told.status, told.err.as_str()), (Some(0), ""), "{told:?}");
     assert!(told.out.contains("its leo.toml is of an older version") && told.out.contains(key), "{told:?}");
     assert!(equal(&told, "leo/beliefs/1").is_some_and(|frames| frames > 0), "{told:?}");
@@ -74,24 +74,28 @@ fn what_cannot_be_recorded_or_replayed_is_refused() {
     let folder = tempfile::tempdir().expect("a folder");
     let lesson = write(&folder, "short.toml", &short_lesson());
     let text = write(&folder, "notes.txt", "these are no frames of anything\n");
-    assert_refused(&tell(&["replay", &text]), 2, &["notes.txt is no recording of Leo", "leo teach"]);
-    assert_refused(&tell(&["replay", "/nowhere/x.mcap"]), 2, &["/nowhere/x.mcap"]);
+    assert_refused(&run_leo(&["replay", &text]), 2, &["notes.txt is no recording of Leo", "leo teach"]);
+    assert_refused(&run_leo(&["replay", "/nowhere/x.mcap"]), 2, &["/nowhere/x.mcap"]);
     let both = ["teach", &lesson, &lesson, "--record", "x.mcap"];
-    assert_refused(&tell(&both), 2, &["--record holds one lesson"]);
-    assert_refused(&tell(&["teach", &lesson, "--record", "/nowhere/x.mcap"]), 1, &["/nowhere/x.mcap"]);
+    assert_refused(&run_leo(&both), 2, &["--record holds one lesson"]);
+    assert_refused(&run_leo(&["teach", &lesson, "--record", "/nowhere/x.mcap"]), 1, &["/nowhere/x.mcap"]);
     // The disk is full from the first byte on.
-    assert_refused(&tell(&["teach", &lesson, "--record", "/dev/full"]), 1, &["/dev/full", "No space left"]);
+    assert_refused(
+        &run_leo(&["teach", &lesson, "--record", "/dev/full"]),
+        1,
+        &["/dev/full", "No space left"],
+    );
     for (arguments, words) in [
         (["replay", &text, "--speed", "-1"], "from 0.001 to 1000"),
         (["replay", &text, "--from", "NaN"], "above 0"),
         (["record", &text, "--domain", "/dev/shm/leo-nobody-is-here"], "leo run"),
     ] {
-        let told = tell(&arguments);
+        let told = run_leo(&arguments);
         assert_eq!((told.status, told.out.as_str()), (Some(2), ""), "{arguments:?} {told:?}");
         assert!(told.err.contains(words), "{arguments:?} {told:?}");
     }
     let crossed = ["replay", text.as_str(), "--from", "5", "--to", "4"];
-    assert_refused(&tell(&crossed), 2, &["--to must be after --from"]);
+    assert_refused(&run_leo(&crossed), 2, &["--to must be after --from"]);
 }
 
 #[test]
@@ -171,7 +175,7 @@ fn a_disk_without_room_ends_the_recording_with_one_error_and_not_the_robot_and_s
     assert!(read > 500 && !reader.is_cut(), "{read}");
     // The robot is still running and can be recorded.
     let whole = file(&folder, "whole.mcap");
-    let told = tell(&["record", &whole, "--for", "1", "--domain", &domain.display().to_string()]);
+    let told = run_leo(&["record", &whole, "--for", "1", "--domain", &domain.display().to_string()]);
     assert_eq!(told.status, Some(0), "{told:?}");
     assert!(frames(&whole).len() > 500);
     robot.interrupt();
@@ -216,18 +220,18 @@ fn a_running_robot_is_recorded_and_notices_nothing() {
     assert_eq!(said, count, "{told:?}");
 
     // A full disk ends the recording but not the robot.
-    let full = tell(&["record", "/dev/full", "--domain", &domain]);
+    let full = run_leo(&["record", "/dev/full", "--domain", &domain]);
     assert_refused(&full, 1, &["/dev/full", "No space left"]);
 
     // A recording in wall time is replayed without comparison.
-    let told = tell(&["replay", &whole]);
+    let told = run_leo(&["replay", &whole]);
     assert_eq!((told.status, told.err.as_str()), (Some(0), ""), "{told:?}");
     assert!(told.out.contains("nothing was compared: "), "{told:?}");
     // The replayed output itself is reproducible.
     let again = file(&folder, "again.mcap");
-    let told = tell(&["replay", &whole, "--record", &again]);
+    let told = run_leo(&["replay", &whole, "--record", &again]);
     assert_eq!((told.status, told.err.as_str()), (Some(0), ""), "{told:?}");
-    let told = tell(&["replay", &again]);
+    let told = run_leo(&["replay", &again]);
     assert_eq!((told.status, told.err.as_str()), (Some(0), ""), "{told:?}");
     assert!(equal(&told, "leo/beliefs/1").is_some_and(|frames| frames > 50), "{told:?}");
     assert!(!told.out.contains("not compared"), "{told:?}");
@@ -268,7 +272,7 @@ fn a_process_records_and_goes_on() {
     let Robot(robot, domain) = robot();
     let domain = transport::Domain::at(&domain).expect("a domain");
     // The process is also a node of the domain.
-    let queues = transport::Queues { frames: 1, delivery: transport::Delivery::Newest };
+    let queues = transport::Queues { frames: 1, overflow_policy: transport::OverflowPolicy::DropOldest };
     let node = transport::Node::join(&domain, "test", 1, queues).expect("joins");
     for name in ["1.mcap", "2.mcap"] {
         let to = file(&folder, name);
@@ -331,7 +335,7 @@ fn a_recording_takes_no_file_away_and_follows_no_link_unless_that_is_asked_for()
     let [theirs, link] = ["theirs.mcap", "link.mcap"].map(|name| file(&folder, name));
     fs::write(&theirs, "kept").expect("writes");
     std::os::unix::fs::symlink(&theirs, &link).expect("links");
-    let record = |to: &str, more: &[&str]| tell(&[&["teach", &lesson, "--record", to], more].concat());
+    let record = |to: &str, more: &[&str]| run_leo(&[&["teach", &lesson, "--record", to], more].concat());
     assert_refused(&record(&theirs, &[]), 1, &[&theirs, "is there already", "--overwrite"]);
     for more in [&[][..], &["--overwrite"]] {
         assert_refused(&record(&link, more), 1, &[&link, "symbolic link"]);

@@ -10,7 +10,7 @@ use recording::{Buffer, Frame, Subject, Time, Writer};
 
 use crate::acts::{comes_true, movements};
 use crate::assert_refused;
-use crate::house::{Leo, Told, leo, read, short_lesson, tell, wait_until, write};
+use crate::harness::{CommandOutput, Leo, leo, read, run_leo, short_lesson, wait_until, write};
 use crate::recordings::{equal, file, frames, recorded};
 
 /// Writes a lockstep recording of a lesson with these frames.
@@ -28,14 +28,14 @@ fn comes_back(lesson: &str, config: Option<&str>, to: &str) {
     // The file of another lesson may exist.
     arguments.push("--overwrite");
     arguments.extend(config.iter().flat_map(|config| ["--config", config]));
-    let told = tell(&arguments);
+    let told = run_leo(&arguments);
     assert_eq!((told.status, told.err.as_str()), (Some(0), ""), "{lesson}: {told:?}");
-    let told = tell(&["replay", to]);
+    let told = run_leo(&["replay", to]);
     assert_eq!((told.status, told.err.as_str()), (Some(0), ""), "{lesson}: {told:?}");
     assert!(!told.out.contains("not compared"), "{lesson}: {told:?}");
     let frames = frames(to);
     let mut counts: BTreeMap<Buffer, usize> = BTreeMap::new();
-    for frame in frames.iter().filter(|frame| frame.buffer.is_made_of_others()) {
+    for frame in frames.iter().filter(|frame| frame.buffer.is_derived()) {
         *counts.entry(frame.buffer).or_default() += 1;
     }
     for buffer in
@@ -141,14 +141,14 @@ fn a_recording_is_the_same_bytes_every_time_and_every_difference_of_a_replay_is_
     let [one, other, wrong] = ["1.mcap", "2.mcap", "wrong.mcap"].map(|name| file(&folder, name));
     let told = recorded(&lesson, &one);
     assert_eq!(told.out, recorded(&lesson, &other).out);
-    assert_eq!(told.out, tell(&["teach", &lesson]).out, "recording changes nothing of the lesson");
+    assert_eq!(told.out, run_leo(&["teach", &lesson]).out, "recording changes nothing of the lesson");
     assert!(fs::read(&one).expect("reads") == fs::read(&other).expect("reads"), "the bytes differ");
 
     // Recording a replay gives the same file again.
-    let told = tell(&["replay", &one, "--record", &other, "--overwrite"]);
+    let told = run_leo(&["replay", &one, "--record", &other, "--overwrite"]);
     assert_eq!((told.status, told.err.as_str()), (Some(0), ""), "{told:?}");
     assert!(fs::read(&one).expect("reads") == fs::read(&other).expect("reads"), "the bytes differ");
-    assert_refused(&tell(&["replay", &one, "--record", &one]), 2, &["write over what is played"]);
+    assert_refused(&run_leo(&["replay", &one, "--record", &one]), 2, &["write over what is played"]);
 
     // Flips one bit of the teacher's modelled beliefs: the confidence of the second percept of the first
     // belief.
@@ -161,7 +161,7 @@ fn a_recording_is_the_same_bytes_every_time_and_every_difference_of_a_replay_is_
     let mut changed = right.clone();
     changed[index].bytes[280 + 40 + 40 + 16] ^= 1;
     rewritten(&changed, &wrong);
-    let told = tell(&["replay", &wrong]);
+    let told = run_leo(&["replay", &wrong]);
     assert_eq!(told.status, Some(1), "{told:?}");
     assert_eq!(equal(&told, "leo/beliefs/1"), Some(1000), "{told:?}");
     let at = Duration::from_nanos(right[index].at_ns - right[0].at_ns);
@@ -176,7 +176,7 @@ fn a_recording_is_the_same_bytes_every_time_and_every_difference_of_a_replay_is_
     }
     // Windows before and after the difference compare equal.
     for window in [["--to", "4"], ["--from", "6"]] {
-        let told = tell(&[&["replay", wrong.as_str()][..], &window].concat());
+        let told = run_leo(&[&["replay", wrong.as_str()][..], &window].concat());
         assert_eq!((told.status, told.err.as_str()), (Some(0), ""), "{window:?} {told:?}");
         assert!(equal(&told, "leo/beliefs/1").is_some_and(|frames| frames > 500), "{told:?}");
     }
@@ -186,13 +186,13 @@ fn a_recording_is_the_same_bytes_every_time_and_every_difference_of_a_replay_is_
     let mut fewer = right.clone();
     fewer.remove(index);
     rewritten(&fewer, &wrong);
-    let told = tell(&["replay", &wrong]);
+    let told = run_leo(&["replay", &wrong]);
     assert_eq!(told.status, Some(1), "{told:?}");
     assert!(told.err.contains("leo/divergences/1, frame 50"), "{told:?}");
     let mut more = right.clone();
     more.insert(index, right[index].clone());
     rewritten(&more, &wrong);
-    let told = tell(&["replay", &wrong]);
+    let told = run_leo(&["replay", &wrong]);
     assert_eq!(told.status, Some(1), "{told:?}");
     assert!(told.err.contains("leo/divergences/1, frame 50"), "{told:?}");
 
@@ -201,14 +201,14 @@ fn a_recording_is_the_same_bytes_every_time_and_every_difference_of_a_replay_is_
     let mut other_percepts = right.clone();
     other_percepts[nth(Buffer::Percepts, 300)].bytes[size_of::<message::PerceptHead>() + 24] ^= 0x40;
     rewritten(&other_percepts, &wrong);
-    let told = tell(&["replay", &wrong]);
+    let told = run_leo(&["replay", &wrong]);
     assert_eq!(told.status, Some(1), "{told:?}");
     assert!(told.err.contains("leo/beliefs/1, frame 301"), "{told:?}");
 
     // The last third of the file is missing.
     let bytes = fs::read(&one).expect("reads");
     fs::write(&wrong, &bytes[..bytes.len() * 2 / 3]).expect("writes");
-    let told = tell(&["replay", &wrong]);
+    let told = run_leo(&["replay", &wrong]);
     assert_eq!((told.status, told.err.as_str()), (Some(0), ""), "{told:?}");
     assert!(told.out.contains("the file ends in the middle, after "), "{told:?}");
     assert!(equal(&told, "leo/beliefs/0").is_some_and(|frames| frames > 500), "{told:?}");
@@ -216,7 +216,7 @@ fn a_recording_is_the_same_bytes_every_time_and_every_difference_of_a_replay_is_
 
 /// A replay at a multiple of real time.
 struct Pace {
-    told: Told,
+    told: CommandOutput,
     /// The reported lines without their times.
     lines: Vec<String>,
     /// The lesson time at which each line was read at the earliest.
@@ -333,7 +333,7 @@ fn a_recording_of_a_body_that_no_robot_can_have_is_refused() {
         text.1 = text.1.replacen(from, to, 1);
         let writer = Writer::new(File::create(&wrong).expect("makes"), &subject).expect("begins");
         writer.finish().expect("ends");
-        assert_refused(&tell(&["replay", &wrong]), 2, &[words]);
+        assert_refused(&run_leo(&["replay", &wrong]), 2, &[words]);
         subject.files = whole;
     }
 }

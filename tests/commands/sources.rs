@@ -1,7 +1,7 @@
 //! Commands with sensory sources besides or instead of the simulator.
 
 use crate::assert_refused;
-use crate::house::{read, short_lesson, tell, write};
+use crate::harness::{read, run_leo, short_lesson, write};
 
 /// The configuration with one more source.
 fn with_camera() -> String {
@@ -18,8 +18,8 @@ fn a_source_from_outside_changes_nothing_in_simulated_time() {
     let files = tempfile::tempdir().expect("a folder");
     let lesson = write(&files, "lesson.toml", &short_lesson());
     let config = write(&files, "leo.toml", &with_camera());
-    let alone = tell(&["teach", &lesson, "--json"]);
-    let together = tell(&["teach", &lesson, "--json", "--config", &config]);
+    let alone = run_leo(&["teach", &lesson, "--json"]);
+    let together = run_leo(&["teach", &lesson, "--json", "--config", &config]);
     assert_eq!((alone.status, together.status), (Some(0), Some(0)), "{together:?}");
     assert_eq!((alone.err.as_str(), together.err.as_str()), ("", ""));
     assert_eq!(alone.out, together.out);
@@ -30,10 +30,10 @@ fn a_source_from_outside_changes_nothing_in_simulated_time() {
 fn without_a_simulator_among_the_sources_none_is_started_and_no_lesson_is_played() {
     let files = tempfile::tempdir().expect("a folder");
     let config = write(&files, "leo.toml", &without_simulator());
-    let refused = tell(&["teach", "config/lessons/task1.toml", "--config", &config]);
+    let refused = run_leo(&["teach", "config/lessons/task1.toml", "--config", &config]);
     assert_eq!((refused.status, refused.out.as_str()), (Some(2), ""));
     assert!(refused.err.contains("kind \"simulator\""), "{refused:?}");
-    let ran = tell(&["-v", "run", "--for", "1", "--config", &config]);
+    let ran = run_leo(&["-v", "run", "--for", "1", "--config", &config]);
     assert_eq!(ran.status, Some(0), "{ran:?}");
     assert!(ran.err.contains("the robot runs") && ran.err.contains("processes=6"), "{ran:?}");
 }
@@ -50,9 +50,9 @@ fn a_trace_is_played_in_simulated_time_the_same_every_time() {
     write(&files, "moved.jsonl", &read("config/traces/moved.jsonl"));
     // Relative paths are relative to the configuration.
     let config = write(&files, "leo.toml", &with_trace("file = \"moved.jsonl\"\nrepeat = true\n"));
-    let alone = tell(&["teach", &lesson, "--json"]);
-    let one = tell(&["teach", &lesson, "--json", "--config", &config]);
-    let two = tell(&["teach", &lesson, "--json", "--config", &config]);
+    let alone = run_leo(&["teach", &lesson, "--json"]);
+    let one = run_leo(&["teach", &lesson, "--json", "--config", &config]);
+    let two = run_leo(&["teach", &lesson, "--json", "--config", &config]);
     assert_eq!((one.status, one.err.as_str()), (Some(0), ""), "{one:?}");
     assert_eq!(one.out, two.out);
     assert_ne!(one.out, alone.out, "what was recorded is among what is believed");
@@ -79,7 +79,7 @@ fn a_trace_that_cannot_be_played_is_refused_before_anything_starts() {
     ] {
         let config = write(&files, "leo.toml", &with_trace(keys));
         for command in [&["check"][..], &["run", "--for", "5"]] {
-            assert_refused(&tell(&[command, &["--config", &config]].concat()), 2, words);
+            assert_refused(&run_leo(&[command, &["--config", &config]].concat()), 2, words);
         }
     }
 }
@@ -98,7 +98,7 @@ fn a_function_that_this_program_lacks_is_refused_before_anything_starts() {
         assert!(percepts.contains(from), "{from}");
         write(&files, "percepts.toml", &percepts.replacen(from, to, 1));
         for command in [&["check"][..], &["run", "--for", "5"]] {
-            assert_refused(&tell(&[command, &["--config", &config]].concat()), 2, &[words, "lacks"]);
+            assert_refused(&run_leo(&[command, &["--config", &config]].concat()), 2, &[words, "lacks"]);
         }
     }
 }

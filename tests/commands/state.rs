@@ -5,7 +5,7 @@ use std::process::{Command, Stdio};
 
 use rustix::process::getuid;
 
-use crate::house::{Told, leo, public_executable, write};
+use crate::harness::{CommandOutput, leo, public_executable, write};
 use crate::{NOBODY, assert_refused};
 
 /// If set, a test that cannot run fails instead of being skipped.
@@ -48,10 +48,10 @@ const WAYS: [(&str, &str, &str); 9] = [
     ("in the place of a file", r#": >"$1/leo""#, "is no folder"),
 ];
 
-fn told(command: &mut Command) -> Told {
+fn told(command: &mut Command) -> CommandOutput {
     let output = command.stdin(Stdio::null()).output().expect("starts");
     let text = |bytes: Vec<u8>| String::from_utf8(bytes).expect("is text");
-    Told { status: output.status.code(), out: text(output.stdout), err: text(output.stderr) }
+    CommandOutput { status: output.status.code(), out: text(output.stdout), err: text(output.stderr) }
 }
 
 #[test]

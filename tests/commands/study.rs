@@ -2,11 +2,11 @@
 
 use serde_json::Value;
 
-use crate::house::{read, tell, write};
+use crate::harness::{read, run_leo, write};
 
 #[test]
 fn the_study_comes_out_as_in_the_paper_in_every_cell() {
-    let told = tell(&["study", "--json"]);
+    let told = run_leo(&["study", "--json"]);
     assert_eq!((told.status, told.err.as_str()), (Some(0), ""), "{told:?}");
     let study: Value = serde_json::from_str(&told.out).expect("is JSON");
     let cells = study.pointer("/cells").and_then(Value::as_array).expect("a list");
@@ -28,7 +28,7 @@ fn task(lesson: &str, change: Option<(&str, &str)>) -> Value {
         write(&files, "leo.toml", &config)
     });
     arguments.extend(config.iter().flat_map(|config| ["--config", config.as_str()]));
-    let told = tell(&arguments);
+    let told = run_leo(&arguments);
     // A lesson reports which settings it needs.
     let robot = config::Robot::load(config.as_deref().map(std::path::Path::new)).expect("a configuration");
     let needs = config::lesson::Lesson::load(lesson.as_ref()).expect("a lesson").needs;
@@ -101,7 +101,7 @@ fn one_slip_in_three_showings_does_not_hide_the_rule() {
 
 #[test]
 fn a_learned_task_is_a_step_of_another() {
-    let told = tell(&["teach", "config/lessons/a_task_in_a_task.toml", "--json"]);
+    let told = run_leo(&["teach", "config/lessons/a_task_in_a_task.toml", "--json"]);
     assert_eq!((told.status, told.err.as_str()), (Some(0), ""), "{told:?}");
     let lessons: Value = serde_json::from_str(&told.out).expect("is JSON");
     let tasks = lessons.pointer("/0/account/tasks").and_then(Value::as_array).expect("a list");

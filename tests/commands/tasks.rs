@@ -5,7 +5,7 @@ use std::fs;
 use serde_json::{Value, json};
 
 use crate::assert_refused;
-use crate::house::{tell, write};
+use crate::harness::{run_leo, write};
 
 /// A task with one example: of two squares the red one was filled.
 fn exported() -> Value {
@@ -25,7 +25,7 @@ fn exported() -> Value {
 fn what_was_learned_is_listed_shown_exported_forgotten_and_imported() {
     let files = tempfile::tempdir().expect("a folder");
     let state = files.path().join("state").display().to_string();
-    let ask = |arguments: &[&str]| tell(&[&["tasks"], arguments, &["--state", &state]].concat());
+    let ask = |arguments: &[&str]| run_leo(&[&["tasks"], arguments, &["--state", &state]].concat());
     assert_eq!(ask(&["list"]).out, "Leo has learned nothing yet\n");
     assert_refused(&ask(&["show", "task 1"]), 2, &["task 1", "knows nothing yet"]);
 
@@ -60,11 +60,11 @@ fn what_an_example_leaves_open_is_shown_as_a_question() {
         view[moment]["objects"][0]["features"]["shape"] = "triangle".into();
     }
     let file = write(&files, "learned.json", &ambiguous.to_string());
-    assert_eq!(tell(&["tasks", "import", &file, "--state", &state]).status, Some(0));
-    let shown = tell(&["tasks", "show", "task 1", "--state", &state]).out;
+    assert_eq!(run_leo(&["tasks", "import", &file, "--state", &state]).status, Some(0));
+    let shown = run_leo(&["tasks", "show", "task 1", "--state", &state]).out;
     assert!(shown.contains("  Leo would ask: Should a "), "{shown}");
     let json: Value =
-        serde_json::from_str(&tell(&["tasks", "show", "task 1", "--json", "--state", &state]).out)
+        serde_json::from_str(&run_leo(&["tasks", "show", "task 1", "--json", "--state", &state]).out)
             .expect("is JSON");
     assert!(json.pointer("/question").is_some_and(Value::is_string), "{json}");
 }
@@ -75,7 +75,7 @@ fn a_file_that_is_no_export_changes_nothing() {
     let state = files.path().join("state").display().to_string();
     let import = |text: &str| {
         let file = write(&files, "learned.json", text);
-        tell(&["tasks", "import", &file, "--state", &state])
+        run_leo(&["tasks", "import", &file, "--state", &state])
     };
     assert_refused(&import("{"), 2, &["learned.json", "line 1"]);
     assert_refused(&import(r#"{ "leo_tasks": 1, "tasks": [], "more": 1 }"#), 2, &["unknown field `more`"]);
@@ -87,8 +87,8 @@ fn a_file_that_is_no_export_changes_nothing() {
     let again = twice["tasks"][0].clone();
     twice["tasks"].as_array_mut().expect("a list").push(again);
     assert_refused(&import(&twice.to_string()), 2, &["task 2 has the name of one before it"]);
-    assert_refused(&tell(&["tasks", "import", "/nowhere.json", "--state", &state]), 2, &["/nowhere.json"]);
-    assert_eq!(tell(&["tasks", "list", "--state", &state]).out, "Leo has learned nothing yet\n");
+    assert_refused(&run_leo(&["tasks", "import", "/nowhere.json", "--state", &state]), 2, &["/nowhere.json"]);
+    assert_eq!(run_leo(&["tasks", "list", "--state", &state]).out, "Leo has learned nothing yet\n");
 }
 
 #[test]
@@ -97,7 +97,7 @@ fn what_an_older_leo_learned_is_taken_over_and_its_file_kept() {
     let state = files.path().join("state");
     fs::create_dir(&state).expect("makes");
     fs::copy("shared/store/tests/version_1.redb", state.join("learned.redb")).expect("copies");
-    let ask = |what: &str| tell(&["tasks", what, "--state", &state.display().to_string()]);
+    let ask = |what: &str| run_leo(&["tasks", what, "--state", &state.display().to_string()]);
     let list = ask("list").out;
     assert!(list.contains("Task 1 ") && list.contains("2 examples   all red"), "{list}");
     let out: Value = serde_json::from_str(&ask("export").out).expect("is JSON");
@@ -128,7 +128,7 @@ fn a_damaged_store_is_told_with_what_is_lost_and_what_was_asked_is_done_with_the
     let files = tempfile::tempdir().expect("a folder");
     let state = files.path().join("state");
     let ask = |arguments: &[&str]| {
-        tell(&[&["tasks"], arguments, &["--state", state.to_str().expect("letters")]].concat())
+        run_leo(&[&["tasks"], arguments, &["--state", state.to_str().expect("letters")]].concat())
     };
     let mut two = exported();
     let mut second = two["tasks"][0].clone();
@@ -191,7 +191,7 @@ fn a_damaged_store_is_told_with_what_is_lost_and_what_was_asked_is_done_with_the
 fn a_store_that_another_leo_has_open_or_wrote_is_refused_with_what_to_do() {
     let files = tempfile::tempdir().expect("a folder");
     let state = files.path().join("state");
-    let list = || tell(&["tasks", "list", "--state", state.to_str().expect("letters")]);
+    let list = || run_leo(&["tasks", "list", "--state", state.to_str().expect("letters")]);
     let memory = learner_process::Memory::open(&process::state::learned(&state)).expect("is made");
     assert_refused(&list(), 1, &["learned.store", "another Leo has the learned tasks open", "stop it first"]);
     drop(memory);

@@ -9,7 +9,7 @@ use message::{Events, Scene, Utterances};
 use recording::{Buffer, Frame, Reader};
 use tempfile::TempDir;
 
-use crate::house::{short_lesson, write};
+use crate::harness::{short_lesson, write};
 use crate::recordings::{file, frames, recorded};
 use crate::venv;
 

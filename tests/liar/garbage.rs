@@ -1,6 +1,6 @@
 use clock::{Duration, Instant};
 use message::{Header, Hop, NOBODY, Observation, ObservationKind, Observations, STATES};
-use transport::Outlet;
+use transport::FramePublisher;
 
 /// Position of the invalid observations: no thing of the lesson is there.
 const ELSEWHERE_M: [f32; 3] = [50.0, 50.0, 50.0];
@@ -21,14 +21,14 @@ impl Garbage {
     }
 
     /// Sends the next invalid frame; returns whether the middleware accepted it.
-    pub(crate) fn send(&mut self, outlet: &mut Outlet<Observations>, now: Instant) -> bool {
+    pub(crate) fn send(&mut self, publisher: &mut FramePublisher<Observations>, now: Instant) -> bool {
         self.count += 1;
         let (lie, began) = (self.count, self.began);
         let day_ns = u64::try_from(Duration::from_secs(86_400).as_nanos()).expect("fits");
         let mut header = Header::at(now.as_nanos());
         header.pass(Hop::Observed, now.as_nanos());
         // Sometimes a burst of ten times the robot's frame capacity.
-        let entries = if lie.is_multiple_of(5) { outlet.capacity() } else { 20 };
+        let entries = if lie.is_multiple_of(5) { publisher.capacity() } else { 20 };
         match lie % 16 {
             1 => header.valid_at_ns = now.as_nanos() + day_ns,
             2 => header.valid_at_ns = u64::MAX,
@@ -39,7 +39,7 @@ impl Garbage {
             7 => header.left_out = u64::MAX,
             _ => {}
         }
-        outlet
+        publisher
             .send(
                 header,
                 entries,

@@ -9,13 +9,13 @@ mod robot;
 use clock::Duration;
 use message::{Belief, Beliefs, EventKind, Events, Feature, Loss, Observations};
 use rustix::process::Signal;
-use transport::{Delivery, Domain, Node, Queues};
+use transport::{Domain, Node, OverflowPolicy, Queues};
 
 use garbage::Garbage;
 use robot::{Robot, pause, wait_until};
 
 /// As in `leo.toml`: queues and frame capacity of a domain.
-const QUEUES: Queues = Queues { frames: 4, delivery: Delivery::Newest };
+const QUEUES: Queues = Queues { frames: 4, overflow_policy: OverflowPolicy::DropOldest };
 const CAPACITY: usize = 64;
 /// Number of the position percept in `percepts.toml`.
 const POSITION: u16 = 0;
@@ -38,9 +38,9 @@ fn a_lesson_goes_on_and_beliefs_stay_sound_while_a_source_floods_garbage() {
     let robot = Robot::ready("liar", &[("[[sensor.source]]", liar)]);
     let domain = Domain::at(robot.domain()).expect("a domain");
     let node = Node::join(&domain, "liar", 1, QUEUES).expect("joins");
-    let mut events = node.inlet::<Events>(None).expect("a free reader");
-    let mut beliefs = [0, 1].map(|number| node.inlet::<Beliefs>(Some(number)).expect("a free reader"));
-    let mut outlet = node.outlet::<Observations>(Some(1), 10 * CAPACITY).expect("a free writer");
+    let mut events = node.subscriber::<Events>(None).expect("a free reader");
+    let mut beliefs = [0, 1].map(|number| node.subscriber::<Beliefs>(Some(number)).expect("a free reader"));
+    let mut publisher = node.publisher::<Observations>(Some(1), 10 * CAPACITY).expect("a free writer");
 
     let mut garbage = Garbage::new(clock::now());
     let (mut result, mut sent, mut frames, mut believed) = (None, 0, 0, 0);
@@ -51,7 +51,7 @@ fn a_lesson_goes_on_and_beliefs_stay_sound_while_a_source_floods_garbage() {
             // machine.
             for _burst in 0..3 {
                 for _frame in 0..6 {
-                    sent += u64::from(garbage.send(&mut outlet, clock::now()));
+                    sent += u64::from(garbage.send(&mut publisher, clock::now()));
                 }
                 pause(Duration::from_millis(2));
             }
@@ -60,8 +60,8 @@ fn a_lesson_goes_on_and_beliefs_stay_sound_while_a_source_floods_garbage() {
                     frame.entries().iter().find(|event| event.kind() == Some(EventKind::PerformanceEnded));
                 result = result.take().or(ended.map(|event| event.text.as_str().to_owned()));
             }
-            for inlet in &mut beliefs {
-                while let Some(frame) = inlet.receive().expect("works") {
+            for subscriber in &mut beliefs {
+                while let Some(frame) = subscriber.receive().expect("works") {
                     frames += 1;
                     assert!(frame.entries().len() <= CAPACITY);
                     believed += frame.entries().iter().map(assert_sound).count();
@@ -87,7 +87,7 @@ fn a_lesson_goes_on_and_beliefs_stay_sound_while_a_source_floods_garbage() {
     assert_eq!((&row["restarts"], &row["state"]), (&0.into(), &"running".into()), "{row}");
     assert_eq!(robot.said().matches("`position_m` must be finite").count(), 1, "{}", robot.said());
 
-    drop((events, beliefs, outlet, node));
+    drop((events, beliefs, publisher, node));
     let (status, said) = robot.stop(Signal::TERM);
     assert!(status.success(), "{status}\n{said}");
 }

@@ -3,7 +3,7 @@
 use clock::Duration;
 use message::{Health, Histogram, Process};
 use rustix::thread::{CpuSet, sched_setaffinity};
-use transport::{Delivery, Domain, HealthReader, Node, Queues};
+use transport::{Domain, HealthReader, Node, OverflowPolicy, Queues};
 
 use crate::machine::{Machine, pause, wait_until};
 use crate::network::Network;
@@ -196,7 +196,7 @@ fn the_hot_path_does_not_notice_what_the_network_does() {
     let mut robot = Machine::ready(Some(&a), "ns-robot", &[robot.changes(), plan].concat());
     assert!(wait_until(|| away.told().contains(PERFORMED)), "{}\n{}", away.told(), away.said());
 
-    let queues = Queues { frames: 4, delivery: Delivery::Newest };
+    let queues = Queues { frames: 4, overflow_policy: OverflowPolicy::DropOldest };
     let domain = Domain::at(robot.domain()).expect("a domain");
     let node = Node::join(&domain, "observer", 1, queues).expect("joins");
     let board = |process| (process, HealthReader::open(&node, process, 1).expect("it runs"));

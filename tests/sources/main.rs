@@ -9,13 +9,13 @@ mod venv;
 
 use message::{Belief, Beliefs, Feature};
 use rustix::process::Signal;
-use transport::{Delivery, Domain, Inlet, Node, Queues};
+use transport::{Domain, FrameSubscriber, Node, OverflowPolicy, Queues};
 
 use python::Python;
 use robot::{Robot, left_behind, wait_until};
 
 /// As in `leo.toml`: all ports of a domain have the same queues.
-const QUEUES: Queues = Queues { frames: 4, delivery: Delivery::Newest };
+const QUEUES: Queues = Queues { frames: 4, overflow_policy: OverflowPolicy::DropOldest };
 /// Number of the position percept in `percepts.toml`.
 const POSITION: u16 = 0;
 
@@ -47,7 +47,10 @@ fn is_of_the_example(belief: &Belief) -> bool {
 
 /// The belief in the example's block, once it is the only one in the newest frame and `is_wanted` accepts the
 /// frame's timestamp and the belief; `None` on time-out.
-fn believed(beliefs: &mut Inlet<Beliefs>, is_wanted: impl Fn(u64, &Belief) -> bool) -> Option<Belief> {
+fn believed(
+    beliefs: &mut FrameSubscriber<Beliefs>,
+    is_wanted: impl Fn(u64, &Belief) -> bool,
+) -> Option<Belief> {
     let mut found = None;
     let came = wait_until(|| {
         beliefs.newest().expect("works").is_some_and(|frame| {
@@ -77,7 +80,7 @@ fn a_process_in_another_language_is_a_source_is_missed_when_it_dies_and_is_heard
     let robot = Robot::ready("sources", &[("[[sensor.source]]", CAMERA)]);
     let domain = Domain::at(robot.domain()).expect("a domain");
     let node = Node::join(&domain, "observer", 1, QUEUES).expect("joins");
-    let mut beliefs = node.inlet::<Beliefs>(Some(0)).expect("a free reader");
+    let mut beliefs = node.subscriber::<Beliefs>(Some(0)).expect("a free reader");
 
     let mut example = python.observe(robot.domain(), &CENTRE);
     let first =

@@ -7,7 +7,7 @@ use std::process::Stdio;
 use clock::{Duration, Instant};
 use message::{JointCause, JointMode, JointState, JointStates};
 use rustix::process::Signal;
-use transport::{Delivery, Domain, Inlet, Node, Queues};
+use transport::{Domain, FrameSubscriber, Node, OverflowPolicy, Queues};
 
 use super::robot::{Robot, is_alive, left_behind, leo, signal, wait_until};
 
@@ -20,16 +20,16 @@ const COUNT_RAD: f64 = std::f64::consts::TAU / 4096.0;
 
 /// Observes the joints of a robot.
 struct Joints {
-    inlet: Inlet<JointStates>,
+    subscriber: FrameSubscriber<JointStates>,
     _node: Node,
 }
 
 impl Joints {
     fn of(robot: &Robot) -> Self {
         let domain = Domain::at(robot.domain()).expect("a domain");
-        let queues = Queues { frames: 4, delivery: Delivery::Newest };
+        let queues = Queues { frames: 4, overflow_policy: OverflowPolicy::DropOldest };
         let node = Node::join(&domain, "observer", 1, queues).expect("joins");
-        Self { inlet: node.inlet(None).expect("a free reader"), _node: node }
+        Self { subscriber: node.subscriber(None).expect("a free reader"), _node: node }
     }
 
     /// The newest states since the last call.
@@ -39,7 +39,7 @@ impl Joints {
 
     /// The newest states with the time of their cycle.
     fn newest_of(&mut self) -> (Instant, Vec<JointState>) {
-        let frame = self.inlet.newest().expect("works");
+        let frame = self.subscriber.newest().expect("works");
         let of = |at_ns, states: &[JointState]| (Instant::from_nanos(at_ns), states.to_vec());
         frame.map_or_else(|| of(0, &[]), |frame| of(frame.head().valid_at_ns, frame.entries()))
     }

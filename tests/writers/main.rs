@@ -125,13 +125,13 @@ fn a_process_in_the_place_of_one_that_died_is_neither_obeyed_nor_believed_and_is
 
 /// Kills the learner repeatedly and publishes goals in its place.
 fn goals_are_not_followed(robot: &Robot, node: &Node) {
-    let mut joints = node.inlet::<JointStates>(None).expect("a free reader");
+    let mut joints = node.subscriber::<JointStates>(None).expect("a free reader");
     // The learner's stamp on the last accepted goals, and the commanded positions.
     let mut look = || {
         let frame = joints.newest().expect("works")?;
         let places: Option<Vec<f64>> =
             frame.entries().iter().map(message::JointState::command_position_rad).collect();
-        Some((frame.head().passed(Hop::Decided).map(Instant::from_nanos), places?))
+        Some((frame.head().hop_time(Hop::Decided).map(Instant::from_nanos), places?))
     };
     let mut begun = None;
     let follows = wait_until(|| {
@@ -187,7 +187,7 @@ fn a_learner_started_by_hand_is_refused(robot: &Robot) {
 
 /// Kills the sensor process and publishes a non-existing object in its place.
 fn percepts_are_not_believed(robot: &Robot, node: &Node) {
-    let mut beliefs = node.inlet::<Beliefs>(Some(0)).expect("a free reader");
+    let mut beliefs = node.subscriber::<Beliefs>(Some(0)).expect("a free reader");
     let mut is_believed = || {
         let mut is_believed = false;
         while let Some(frame) = beliefs.receive().expect("works") {

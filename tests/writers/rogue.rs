@@ -4,10 +4,10 @@ use message::{
     JointMode, JointState, Observation, Perceived, PerceptHead, PerceptValue, Percepts, SceneObject,
     Snapshot, SourceSet, TeacherAct, TeacherActKind, Text, Topic, Utterance,
 };
-use transport::{Delivery, Node, Outlet, Queues};
+use transport::{FramePublisher, Node, OverflowPolicy, Queues};
 
 /// As in `leo.toml`: queues and frame capacity of a domain.
-pub(crate) const QUEUES: Queues = Queues { frames: 4, delivery: Delivery::Newest };
+pub(crate) const QUEUES: Queues = Queues { frames: 4, overflow_policy: OverflowPolicy::DropOldest };
 const CAPACITY: usize = 64;
 const JOINTS: usize = 65;
 
@@ -20,19 +20,19 @@ const POSITION: u16 = 0;
 
 /// Publishes on the topic of a dead process.
 pub(crate) struct Rogue<T: Topic> {
-    outlet: Outlet<T>,
+    publisher: FramePublisher<T>,
 }
 
 impl<T: Topic> Rogue<T> {
     pub(crate) fn open(node: &Node, number: Option<u32>) -> Option<Self> {
         let capacity = if T::NAME == JointGoals::NAME { JOINTS } else { CAPACITY };
-        node.outlet(number, capacity).ok().map(|outlet| Self { outlet })
+        node.publisher(number, capacity).ok().map(|publisher| Self { publisher })
     }
 
     pub(crate) fn publish(&mut self, mut head: T::Head, entries: &[T::Entry]) {
         let now_ns = clock::now().as_nanos();
         head.header_mut().valid_at_ns = now_ns;
-        self.outlet.send_all(head, entries, |_| {}).expect("never blocks");
+        self.publisher.send_all(head, entries, |_| {}).expect("never blocks");
     }
 }
 

@@ -29,7 +29,7 @@
 
 use std::hint::black_box;
 
-use belief::{Clustering, Population, Symbols, cluster_naively};
+use belief::{AssociationProblem, Clustering, GateKeys, cluster_naively};
 use belief_process::{Believer, Divergences};
 use clock::{Duration, Instant};
 use config::percepts::Percepts;
@@ -43,34 +43,34 @@ const SIZES: [usize; 8] = [16, 64, 256, 1_000, 3_000, 10_000, 30_000, 100_000];
 /// The slope of the cost is computed from this number of things on.
 const LARGE: usize = 1_000;
 /// The naive loop compares all pairs after each merge: more things than this take minutes.
-const NAIVE_MOST: usize = 256;
+const MAX_NAIVE_SIZE: usize = 256;
 /// The library stores the distances of all pairs.
-const LIBRARY_MOST: usize = 3_000;
+const MAX_LIBRARY_SIZE: usize = 3_000;
 /// Frames until every history is full and the memory is warm.
-const WARM: usize = 80;
+const WARM_UP_FRAMES: usize = 80;
 
-/// Passes over the same frames, for at most `PASSES_MOST` things.
+/// Passes over the same frames, for at most `MAX_PASSES_SIZE` things.
 const PASSES: usize = 3;
-const PASSES_MOST: usize = 1_000;
+const MAX_PASSES_SIZE: usize = 1_000;
 
 /// Minimum number of measured frames.
-const MEASURED: usize = 200;
+const MIN_MEASURED_FRAMES: usize = 200;
 const PERIOD: Duration = Duration::from_millis(5);
 /// Frames for which a thing is gone: 800 ms.
-const GONE: usize = 160;
+const GONE_FRAMES: usize = 160;
 /// Frames after which an unseen thing is still a belief: 600 ms.
-const BELIEVED: usize = 120;
+const REMEMBERED_FRAMES: usize = 120;
 /// Of this many places, no two of which are neighbours, one is empty. Such places are a fourth of all. So a new thing
 /// is not near one that has just gone, and cannot be associated with its belief.
 const COHORTS: usize = 25;
 /// One of this many things moves.
-const GOES: usize = 10;
+const MOVING_PERIOD: usize = 10;
 /// Between two neighbours.
 const PITCH_M: f64 = 0.11;
 /// Additional gap between the rows on both sides of a lane: a moving thing is farther from them than the threshold.
 const LANE_M: f64 = 0.24;
 /// Distance that a moving thing covers before it turns.
-const WAY_M: f64 = 0.55;
+const TRAVEL_M: f64 = 0.55;
 
 /// Places in a row.
 fn side(count: usize) -> usize {
@@ -78,28 +78,28 @@ fn side(count: usize) -> usize {
 }
 
 /// Row and column of a standing thing.
-fn stands(count: usize, index: usize) -> [usize; 2] {
-    let standing = index - index / GOES;
+fn grid_cell(count: usize, index: usize) -> [usize; 2] {
+    let standing = index - index / MOVING_PERIOD;
     [standing / side(count), standing % side(count)]
 }
 
-fn goes(index: usize) -> bool {
-    index % GOES == GOES - 1
+fn is_moving(index: usize) -> bool {
+    index % MOVING_PERIOD == MOVING_PERIOD - 1
 }
 
 /// Position of a thing in a frame.
 fn place(count: usize, index: usize, frame: usize) -> [f32; 3] {
     let along = |cells: usize| float_of_count(cells) * PITCH_M;
-    let row_m = |row: usize| along(row) + float_of_count(row / (GOES - 1)) * LANE_M;
-    let (x, y) = if goes(index) {
-        let (lane, slot) = (index / GOES / side(count), index / GOES % side(count));
+    let row_m = |row: usize| along(row) + float_of_count(row / (MOVING_PERIOD - 1)) * LANE_M;
+    let (x, y) = if is_moving(index) {
+        let (lane, slot) = (index / MOVING_PERIOD / side(count), index / MOVING_PERIOD % side(count));
         let speed_m_s = 0.2 + 0.1 * float_of_count(lane % 9);
-        let gone_m = speed_m_s * PERIOD.as_secs_f64() * float_of_count(frame) % (2.0 * WAY_M);
+        let gone_m = speed_m_s * PERIOD.as_secs_f64() * float_of_count(frame) % (2.0 * TRAVEL_M);
         // In the middle between the rows on both sides of the lane.
-        let x = row_m(lane * (GOES - 1) + GOES - 2) + (PITCH_M + LANE_M) / 2.0;
-        (x, along(slot) + gone_m.min(2.0 * WAY_M - gone_m))
+        let x = row_m(lane * (MOVING_PERIOD - 1) + MOVING_PERIOD - 2) + (PITCH_M + LANE_M) / 2.0;
+        (x, along(slot) + gone_m.min(2.0 * TRAVEL_M - gone_m))
     } else {
-        let [row, column] = stands(count, index);
+        let [row, column] = grid_cell(count, index);
         (row_m(row), along(column))
     };
     let wobble = float_of_count((frame * 7 + index * 13) % 11) * 0.0005;
@@ -108,20 +108,22 @@ fn place(count: usize, index: usize, frame: usize) -> [f32; 3] {
 
 /// Number of frames, including this one, for which a thing has not been seen; `None` if it is seen.
 fn gone_for(count: usize, index: usize, frame: usize) -> Option<usize> {
-    let [row, column] = stands(count, index);
-    if goes(index) || row % 2 > 0 || column % 2 > 0 {
+    let [row, column] = grid_cell(count, index);
+    if is_moving(index) || row % 2 > 0 || column % 2 > 0 {
         return None;
     }
     let number = row / 2 * side(count).div_ceil(2) + column / 2;
     let cohorts = COHORTS.min(count / 4).max(2);
-    let since = (frame + number % cohorts * GONE + number / cohorts * 37 % GONE) % (cohorts * GONE);
-    (since < GONE).then_some(since + 1)
+    let since = (frame + number % cohorts * GONE_FRAMES + number / cohorts * 37 % GONE_FRAMES)
+        % (cohorts * GONE_FRAMES);
+    (since < GONE_FRAMES).then_some(since + 1)
 }
 
 /// Expected number of beliefs.
 fn believed(count: usize, frame: usize) -> usize {
-    let is_believed =
-        |index: &usize| gone_for(count, *index, frame).is_none_or(|gone_for| gone_for <= BELIEVED.min(frame));
+    let is_believed = |index: &usize| {
+        gone_for(count, *index, frame).is_none_or(|gone_for| gone_for <= REMEMBERED_FRAMES.min(frame))
+    };
     (0..count).filter(is_believed).count()
 }
 
@@ -164,7 +166,7 @@ fn track(count: usize, partners: u32, sources: u16) -> [Vec<u64>; 3] {
     let capacity = count * usize::from(sources) + 1;
     let mut believer =
         Believer::new(&percepts, &config, partners, 1, capacity).expect("the capacity is in range");
-    let frames = WARM + (1_000_000 / count).clamp(MEASURED, 4_000);
+    let frames = WARM_UP_FRAMES + (1_000_000 / count).clamp(MIN_MEASURED_FRAMES, 4_000);
     let mut entries = Vec::with_capacity(capacity);
     let mut divergences = Divergences::new(&percepts, &believer, capacity);
     let mut costs = [(); 3].map(|()| Vec::with_capacity(frames));
@@ -176,7 +178,7 @@ fn track(count: usize, partners: u32, sources: u16) -> [Vec<u64>; 3] {
     };
     let mut warm = Vec::new();
     for frame in 0..frames {
-        if frame == WARM {
+        if frame == WARM_UP_FRAMES {
             // As the process does before it reports that it is ready.
             let _bytes = realtime::use_huge_pages();
             warm = turnover(&believer);
@@ -201,7 +203,10 @@ fn track(count: usize, partners: u32, sources: u16) -> [Vec<u64>; 3] {
         for (costs, span) in costs.iter_mut().zip(spans) {
             costs.push(clock::nanos(span));
         }
-        assert!(divergences.head(1).agreed > 0 || partners == 0 || frame < WARM, "they believe the same");
+        assert!(
+            divergences.head(1).agreed > 0 || partners == 0 || frame < WARM_UP_FRAMES,
+            "they believe the same"
+        );
         let expected = believed(count, frame);
         for perspective in 0..believer.perspectives() {
             assert_eq!(believer.len(perspective), expected, "each thing is one belief, in frame {frame}");
@@ -212,21 +217,21 @@ fn track(count: usize, partners: u32, sources: u16) -> [Vec<u64>; 3] {
         assert!(came && culled, "things came, and were culled, while it was measured");
     }
     costs.map(|mut costs| {
-        costs.drain(..WARM);
+        costs.drain(..WARM_UP_FRAMES);
         costs
     })
 }
 
 /// The minimum of each frame over passes over the same frames: the cost of the frame itself. An interrupt does not hit
 /// the same frame in every pass.
-fn least(passes: &[Vec<u64>]) -> Vec<u64> {
+fn minimum_per_frame(passes: &[Vec<u64>]) -> Vec<u64> {
     let frames = passes.iter().map(Vec::len).min().unwrap_or(0);
     (0..frames).filter_map(|frame| passes.iter().filter_map(|pass| pass.get(frame)).min().copied()).collect()
 }
 
 /// Nanoseconds of a counting loop, run `times` times, sorted: the noise that the machine adds to undisturbed work of
 /// that length.
-fn count_to(length_us: f64, times: usize) -> Vec<u64> {
+fn machine_noise(length_us: f64, times: usize) -> Vec<u64> {
     let count = |most: usize| {
         let started = clock::now();
         for number in 0..most {
@@ -249,10 +254,10 @@ struct Points {
     colours: Vec<u16>,
     old: Vec<u32>,
     fresh: Vec<u32>,
-    lives: Vec<bool>,
+    is_live: Vec<bool>,
     versions: Vec<u32>,
     /// Members that merged with a point of this frame.
-    taken: Vec<bool>,
+    has_detection: Vec<bool>,
 }
 
 const THRESHOLD_M: f64 = 0.15;
@@ -266,9 +271,9 @@ impl Points {
             colours: all().map(|(index, _)| u16::from(index.is_multiple_of(3))).collect(),
             old: slots(0).collect(),
             fresh: slots(count).collect(),
-            lives: vec![true; 2 * count],
+            is_live: vec![true; 2 * count],
             versions: vec![0; 2 * count],
-            taken: (0..2 * count).map(|slot| slot >= count).collect(),
+            has_detection: (0..2 * count).map(|slot| slot >= count).collect(),
         }
     }
 
@@ -282,7 +287,7 @@ impl Points {
     }
 }
 
-impl Population for Points {
+impl AssociationProblem for Points {
     fn old(&self) -> &[u32] {
         &self.old
     }
@@ -291,8 +296,8 @@ impl Population for Points {
         &self.fresh
     }
 
-    fn lives(&self, slot: u32) -> bool {
-        Self::of(&self.lives, slot)
+    fn is_live(&self, slot: u32) -> bool {
+        Self::of(&self.is_live, slot)
     }
 
     fn id(&self, slot: u32) -> u64 {
@@ -307,44 +312,44 @@ impl Population for Points {
         Some(Self::of(&self.places, slot))
     }
 
-    fn symbols(&self, slot: u32) -> Symbols {
-        let mut symbols = Symbols::NONE;
-        symbols.set(0, Self::of(&self.colours, slot));
-        symbols
+    fn gate_keys(&self, slot: u32) -> GateKeys {
+        let mut gate_keys = GateKeys::NONE;
+        gate_keys.set(0, Self::of(&self.colours, slot));
+        gate_keys
     }
 
     fn distance(&self, a: u32, b: u32) -> Option<f64> {
-        let both_taken = Self::of(&self.taken, a) && Self::of(&self.taken, b);
+        let both_taken = Self::of(&self.has_detection, a) && Self::of(&self.has_detection, b);
         let alike = Self::of(&self.colours, a) == Self::of(&self.colours, b);
         let span = self.span(a, b);
         (alike && !both_taken && span < THRESHOLD_M).then_some(span)
     }
 
-    fn reach_m(&self, distance: f64) -> f64 {
+    fn gate_radius_m(&self, distance: f64) -> f64 {
         distance
     }
 
-    fn takes_in(&self, _old: u32, _fresh: u32) -> bool {
+    fn is_convex_merge(&self, _old: u32, _fresh: u32) -> bool {
         true
     }
 
     /// Each merges with a point of this frame before two of them would merge.
-    fn is_companion(&self, _old: u32) -> bool {
+    fn co_detected(&self, _old: u32) -> bool {
         true
     }
 
     fn merge(&mut self, kept: u32, gone: u32) {
         let (a, b) = (Self::of(&self.places, kept), Self::of(&self.places, gone));
-        let taken = Self::of(&self.taken, kept) || Self::of(&self.taken, gone);
+        let has_detection = Self::of(&self.has_detection, kept) || Self::of(&self.has_detection, gone);
         let (kept, gone) = (kept as usize, gone as usize);
-        if let (Some(place), Some(lives), Some(has)) =
-            (self.places.get_mut(kept), self.lives.get_mut(gone), self.taken.get_mut(kept))
+        if let (Some(place), Some(is_live), Some(has)) =
+            (self.places.get_mut(kept), self.is_live.get_mut(gone), self.has_detection.get_mut(kept))
         {
             *place = std::array::from_fn(|axis| {
                 let of = |place: &[f32; 3]| place.get(axis).copied().unwrap_or_default();
                 f32::midpoint(of(&a), of(&b))
             });
-            (*lives, *has) = (false, taken);
+            (*is_live, *has) = (false, has_detection);
         }
         for slot in [kept, gone] {
             if let Some(version) = self.versions.get_mut(slot) {
@@ -372,7 +377,7 @@ fn cluster(count: usize) -> [Option<f64>; 3] {
         merged = clustering.run(&mut fast, true, true);
         clock::now().since(started)
     });
-    let naive = (count <= NAIVE_MOST).then(|| {
+    let naive = (count <= MAX_NAIVE_SIZE).then(|| {
         best_of_some(|| {
             let mut naive = points.clone();
             let started = clock::now();
@@ -382,7 +387,7 @@ fn cluster(count: usize) -> [Option<f64>; 3] {
             cost
         })
     });
-    let library = (count <= LIBRARY_MOST).then(|| {
+    let library = (count <= MAX_LIBRARY_SIZE).then(|| {
         let slots: Vec<u32> = points.old.iter().chain(&points.fresh).copied().collect();
         best_of_some(|| {
             let started = clock::now();
@@ -425,12 +430,12 @@ fn table(sizes: &[usize], sources: u16) {
     for &count in sizes {
         print!("{count:>7}");
         for (partners, slope) in (0..).zip(&mut slopes) {
-            let passes = if count <= PASSES_MOST { PASSES } else { 1 };
+            let passes = if count <= MAX_PASSES_SIZE { PASSES } else { 1 };
             let passes: Vec<_> = (0..passes).map(|_| track(count, partners, sources)).collect();
             let [steps, reads, compares] = [0, 1, 2]
                 .map(|of| passes.iter().filter_map(|pass| pass.get(of).cloned()).collect::<Vec<_>>());
             let [mut step, mut read, mut compare] = [&steps, &reads, &compares].map(|passes| passes.concat());
-            let mut own = least(&steps);
+            let mut own = minimum_per_frame(&steps);
             [&mut step, &mut read, &mut compare, &mut own]
                 .into_iter()
                 .for_each(|costs| costs.sort_unstable());
@@ -449,7 +454,7 @@ fn table(sizes: &[usize], sources: u16) {
                 } else {
                     print!(" | {:>8} {:>8} {:>8}", "-", "-", "-");
                 }
-                let bare = count_to(us(&step, 500), step.len());
+                let bare = machine_noise(us(&step, 500), step.len());
                 print!(" | {:8.1} {:8.1}", us(&bare, 500), us(&bare, 990));
                 print!(" | {:8.1} {:8.1}", us(&read, 500), us(&compare, 500));
             }

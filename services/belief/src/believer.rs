@@ -3,8 +3,8 @@ use config::percepts::Percepts;
 use config::perspective::Perspective;
 use geometry::{Base, Position};
 use message::{Belief, BeliefHead, Header, Path, Perceived, PerceptHead, Perspectives};
-use perception::{Perception, Unperceivable};
-use perspective::{Nested, NoPerspective, Partner, Robot};
+use perception::{Perception, PerceptionError};
+use perspective::{NestedPerspective, Partner, PerspectiveError, Robot};
 use quantity::number::{saturating_u16, saturating_u32};
 
 /// The plug-ins of a program, under the names that `percepts.toml` uses.
@@ -13,24 +13,24 @@ pub struct Own {
     /// Percepts, for `kernel = { own = "NAME" }`.
     pub percepts: perception::Own,
     /// Distances, culling functions and histories.
-    pub functions: belief::Functions,
+    pub functions: belief::BeliefPlugins,
 }
 
 /// Reasons why a [`Believer`] cannot be created.
 #[derive(Debug, thiserror::Error)]
-pub enum Unbelieving {
+pub enum BeliefProcessError {
     /// The percepts cannot be evaluated.
     #[error(transparent)]
-    Percepts(#[from] Unperceivable),
+    Percepts(#[from] PerceptionError),
     /// A perspective cannot be created.
     #[error(transparent)]
-    Perspective(#[from] NoPerspective),
+    Perspective(#[from] PerspectiveError),
 }
 
 /// All perspectives: the robot's beliefs, the beliefs that the robot attributes to each partner, and nested ones. A
 /// nested perspective has the beliefs that a partner is assumed to attribute to another partner or to the robot.
 ///
-/// Perspective 0 is the robot's, n that of partner n. Perspectives nested deeper follow in the order of [`Nested`].
+/// Perspective 0 is the robot's, n that of partner n. Perspectives nested deeper follow in the order of [`NestedPerspective`].
 /// Without partners, only the robot's perspective is computed. Only `new` allocates.
 ///
 /// ```
@@ -60,16 +60,16 @@ pub enum Unbelieving {
 pub struct Believer {
     robot: Robot,
     /// Perspectives 1, 2, …: each is derived from one with a lower number.
-    others: Vec<Other>,
+    partner_perspectives: Vec<PartnerPerspective>,
     header: Header,
     at: Instant,
     /// Frames whose instant was corrected.
-    untimely: u64,
+    retimed_frames: u64,
     computed: Perspectives,
 }
 
 #[derive(Clone)]
-struct Other {
+struct PartnerPerspective {
     path: Path,
     /// The number of the parent perspective, from which it is derived.
     within: usize,
@@ -90,8 +90,8 @@ impl Believer {
         partners: u32,
         depth: u32,
         capacity: usize,
-    ) -> Result<Self, Unbelieving> {
-        Self::with_own(percepts, &Own::default(), config, partners, depth, capacity)
+    ) -> Result<Self, BeliefProcessError> {
+        Self::with_plugins(percepts, &Own::default(), config, partners, depth, capacity)
     }
 
     /// Like [`Self::new`], with plug-in percepts and functions, which every perspective uses.
@@ -103,7 +103,7 @@ impl Believer {
     /// ```
     /// use std::sync::Arc;
     ///
-    /// use belief::{Cull, Doubtful};
+    /// use belief::{Cull, CullContext};
     /// use belief_process::{Believer, Own};
     /// use config::percepts::Percepts;
     /// use config::perspective::Perspective;
@@ -112,7 +112,7 @@ impl Believer {
     /// struct InNobodysHand;
     ///
     /// impl Cull for InNobodysHand {
-    ///     fn agrees(&self, belief: &Doubtful<'_>) -> bool {
+    ///     fn agrees(&self, belief: &CullContext<'_>) -> bool {
     ///         belief.held_by() == message::NOBODY
     ///     }
     /// }
@@ -124,66 +124,77 @@ impl Believer {
     ///
     /// let mut own = Own::default();
     /// own.functions.culls.push(("in nobody's hand".to_owned(), Arc::new(InNobodysHand)));
-    /// let believer = Believer::with_own(&percepts, &own, &Perspective::builtin(), 1, 1, 64)?;
+    /// let believer = Believer::with_plugins(&percepts, &own, &Perspective::builtin(), 1, 1, 64)?;
     /// assert_eq!(believer.perspectives(), 2);
     /// # Ok::<(), Box<dyn std::error::Error>>(())
     /// ```
-    pub fn with_own(
+    pub fn with_plugins(
         percepts: &Percepts,
         own: &Own,
         config: &Perspective,
         partners: u32,
         depth: u32,
         capacity: usize,
-    ) -> Result<Self, Unbelieving> {
-        let perspectives = Nested::all(partners, depth)?;
+    ) -> Result<Self, BeliefProcessError> {
+        let perspectives = NestedPerspective::all(partners, depth)?;
         // There are fewer partners than perspectives.
         let partners = usize::try_from(partners).map_or(u16::MAX, saturating_u16);
-        let perception = Perception::with_own(percepts, &own.percepts)?;
-        let robot = Robot::with_own(percepts, &own.functions, config, partners, capacity)?;
-        let other = |(number, nested): (usize, &Nested)| {
-            let Nested { path, within } = *nested;
+        let perception = Perception::with_plugins(percepts, &own.percepts)?;
+        let robot = Robot::with_plugins(percepts, &own.functions, config, partners, capacity)?;
+        let other = |(number, nested): (usize, &NestedPerspective)| {
+            let NestedPerspective { path, within } = *nested;
             let agent = path.agent().unwrap_or(0);
             let partner =
-                Partner::with_own(agent, perception.clone(), percepts, &own.functions, config, capacity)?;
+                Partner::with_plugins(agent, perception.clone(), percepts, &own.functions, config, capacity)?;
             let contains = perspectives.iter().any(|nested| nested.within == number);
-            let partner = if contains { partner.with_awareness(config, partners, capacity) } else { partner };
-            Ok(Other { path, within, partner })
+            let partner =
+                if contains { partner.with_perceptual_context(config, partners, capacity) } else { partner };
+            Ok(PartnerPerspective { path, within, partner })
         };
-        let others =
-            perspectives.iter().enumerate().skip(1).map(other).collect::<Result<_, NoPerspective>>()?;
+        let partner_perspectives =
+            perspectives.iter().enumerate().skip(1).map(other).collect::<Result<_, PerspectiveError>>()?;
         let mut computed =
             Perspectives { count: u64::from(saturating_u32(perspectives.len())), ..Perspectives::default() };
         for (counts, nested) in computed.perspectives.iter_mut().zip(&perspectives) {
             counts.path = nested.path;
         }
-        Ok(Self { robot, others, header: Header::default(), at: Instant::EPOCH, untimely: 0, computed })
+        Ok(Self {
+            robot,
+            partner_perspectives,
+            header: Header::default(),
+            at: Instant::EPOCH,
+            retimed_frames: 0,
+            computed,
+        })
     }
 
     /// Advances every perspective to the instant of a frame of the percept buffer.
     ///
     /// A frame with an instant after `now` is processed at `now`. One older than the previous frame is processed at
-    /// that frame's instant. Both are [counted](Self::untimely). So the time of the beliefs never goes backwards. A
+    /// that frame's instant. Both are [counted](Self::retimed_frames). So the time of the beliefs never goes backwards. A
     /// thing counts as missing only if one of the frame's sources saw it before.
     pub fn step(&mut self, now: Instant, head: &PerceptHead, entries: &[Perceived]) {
         let header = &head.header;
         let alleged = Instant::from_nanos(header.valid_at_ns);
         self.at = alleged.min(now).max(self.at);
-        self.untimely += u64::from(self.at != alleged);
-        self.header = Header { valid_at_ns: self.at.as_nanos(), ..header.onwards() };
+        self.retimed_frames += u64::from(self.at != alleged);
+        self.header = Header { valid_at_ns: self.at.as_nanos(), ..header.header_for_derived() };
         self.robot.step(self.at, head.looked(), entries);
         self.count(0);
-        for index in 0..self.others.len() {
-            let Some((earlier, [other, ..])) = self.others.split_at_mut_checked(index) else { return };
-            let awareness = match other.within.checked_sub(1) {
-                None => Some(self.robot.awareness()),
-                Some(index) => earlier.get(index).and_then(|parent| parent.partner.awareness()),
+        for index in 0..self.partner_perspectives.len() {
+            let Some((earlier, [other, ..])) = self.partner_perspectives.split_at_mut_checked(index) else {
+                return;
+            };
+            let perceptual_context = match other.within.checked_sub(1) {
+                None => Some(self.robot.perceptual_context()),
+                Some(index) => earlier.get(index).and_then(|parent| parent.partner.perceptual_context()),
             };
             // A perspective that contains others has a perceptual context; `new` guarantees it.
-            if let Some(awareness) = awareness {
+            if let Some(perceptual_context) = perceptual_context {
                 let (robot, within) = (&self.robot, other.within);
-                let surveyed = |place: &Position<Base>| all_survey(robot, earlier, within, place);
-                other.partner.step(self.at, entries, awareness, surveyed);
+                let surveyed =
+                    |place: &Position<Base>| is_fully_in_view_of_all(robot, earlier, within, place);
+                other.partner.step(self.at, entries, perceptual_context, surveyed);
                 self.count(saturating_u32(index + 1));
             }
         }
@@ -191,8 +202,8 @@ impl Believer {
 
     /// Number of frames whose instant was after `now` or before that of the previous frame.
     #[must_use]
-    pub fn untimely(&self) -> u64 {
-        self.untimely
+    pub fn retimed_frames(&self) -> u64 {
+        self.retimed_frames
     }
 
     /// Computation counters of each perspective, incremented where the work is done.
@@ -215,7 +226,7 @@ impl Believer {
     /// Number of perspectives, including the robot's.
     #[must_use]
     pub fn perspectives(&self) -> u32 {
-        saturating_u32(self.others.len()).saturating_add(1)
+        saturating_u32(self.partner_perspectives.len()).saturating_add(1)
     }
 
     /// The head of a perspective's belief buffer. For a perspective that does not exist, the head is marked as absent.
@@ -224,7 +235,7 @@ impl Believer {
         match self.other(perspective) {
             None if perspective == 0 => self.robot.head(self.header),
             None => BeliefHead::of(perspective, self.header),
-            Some(Other { path, partner, .. }) => {
+            Some(PartnerPerspective { path, partner, .. }) => {
                 let mut head = partner.head(self.header);
                 head.perspective = perspective;
                 head.path = *path;
@@ -268,19 +279,25 @@ impl Believer {
         }
     }
 
-    fn other(&self, perspective: u32) -> Option<&Other> {
+    fn other(&self, perspective: u32) -> Option<&PartnerPerspective> {
         let index = usize::try_from(perspective.checked_sub(1)?).ok()?;
-        self.others.get(index)
+        self.partner_perspectives.get(index)
     }
 }
 
 /// Whether a position is fully in view of a perspective and of all its ancestors, so that each would notice a missing
 /// thing there.
-fn all_survey(robot: &Robot, others: &[Other], number: usize, place: &Position<Base>) -> bool {
+fn is_fully_in_view_of_all(
+    robot: &Robot,
+    partner_perspectives: &[PartnerPerspective],
+    number: usize,
+    place: &Position<Base>,
+) -> bool {
     match number.checked_sub(1) {
-        None => robot.surveys(place),
-        Some(index) => others.get(index).is_some_and(|other| {
-            other.partner.surveys(place) && all_survey(robot, others, other.within, place)
+        None => robot.is_fully_in_view(place),
+        Some(index) => partner_perspectives.get(index).is_some_and(|other| {
+            other.partner.is_fully_in_view(place)
+                && is_fully_in_view_of_all(robot, partner_perspectives, other.within, place)
         }),
     }
 }

@@ -1,6 +1,6 @@
 use config::percepts::Percepts;
 use message::{Belief, BeliefHead, Difference, DivergenceHead};
-use perspective::{Divergence, Side};
+use perspective::{Divergence, PerspectiveBeliefs};
 use quantity::number::saturating_u32;
 
 use crate::Believer;
@@ -36,11 +36,11 @@ use crate::Believer;
 /// ```
 #[derive(Clone, Debug)]
 pub struct Divergences {
-    minds: Vec<Mind>,
+    minds: Vec<PerspectiveEntry>,
 }
 
 #[derive(Clone, Debug)]
-struct Mind {
+struct PerspectiveEntry {
     head: BeliefHead,
     beliefs: Vec<Belief>,
     /// The number of the parent perspective.
@@ -54,7 +54,7 @@ impl Divergences {
     /// Nothing is compared yet. `capacity` is that of each belief system.
     #[must_use]
     pub fn new(percepts: &Percepts, believer: &Believer, capacity: usize) -> Self {
-        let mind = |perspective| Mind {
+        let mind = |perspective| PerspectiveEntry {
             head: believer.head(perspective),
             beliefs: Vec::with_capacity(capacity),
             within: believer.within(perspective).and_then(|within| usize::try_from(within).ok()).unwrap_or(0),
@@ -82,7 +82,8 @@ impl Divergences {
             let Some(within) = earlier.get(mind.within) else { continue };
             mind.compared |= mind.head.present != 0 || !mind.beliefs.is_empty();
             if mind.compared {
-                mind.divergence.compare(within.side(), Side { head: &mind.head, beliefs: &mind.beliefs });
+                mind.divergence
+                    .compare(within.side(), PerspectiveBeliefs { head: &mind.head, beliefs: &mind.beliefs });
             }
         }
     }
@@ -116,13 +117,13 @@ impl Divergences {
         self.mind(perspective).map_or(&[], |mind| mind.divergence.differences())
     }
 
-    fn mind(&self, perspective: u32) -> Option<&Mind> {
+    fn mind(&self, perspective: u32) -> Option<&PerspectiveEntry> {
         self.minds.get(usize::try_from(perspective).ok()?)
     }
 }
 
-impl Mind {
-    fn side(&self) -> Side<'_> {
-        Side { head: &self.head, beliefs: &self.beliefs }
+impl PerspectiveEntry {
+    fn side(&self) -> PerspectiveBeliefs<'_> {
+        PerspectiveBeliefs { head: &self.head, beliefs: &self.beliefs }
     }
 }

@@ -8,6 +8,6 @@ mod believer;
 mod divergences;
 mod io;
 
-pub use believer::{Believer, Own, Unbelieving};
+pub use believer::{BeliefProcessError, Believer, Own};
 pub use divergences::Divergences;
 pub use io::run::run;

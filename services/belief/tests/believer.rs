@@ -6,13 +6,13 @@ mod frames;
 
 use std::sync::Arc;
 
-use belief_process::{Believer, Divergences, Own, Unbelieving};
+use belief_process::{BeliefProcessError, Believer, Divergences, Own};
 use clock::{Duration, Instant};
 use config::percepts::Percepts;
 use frames::{Frames, capacity};
 use message::{Feature, Header, Hop, Observation, Perceived, PerceptHead, PerceptValue, Snapshot, SourceSet};
-use perception::{Classify, Evaluation, Frame, Given, Perception};
-use perspective::{Divergence, NoPerspective, Side};
+use perception::{ClassifierInput, Classify, Evaluation, Frame, Perception};
+use perspective::{Divergence, PerspectiveBeliefs, PerspectiveError};
 
 fn believer(partners: u32) -> Believer {
     nested(partners, 1)
@@ -53,7 +53,7 @@ fn every_perspective_speaks_about_the_instant_of_the_frame() {
         let head = believer.head(perspective);
         assert_eq!(head.perspective, perspective);
         assert_eq!(head.header.valid_at_ns, frame.header.valid_at_ns);
-        assert_eq!(head.header.passed(Hop::Perceived), Some(77));
+        assert_eq!(head.header.hop_time(Hop::Perceived), Some(77));
         assert_eq!(head.present, 1);
     }
     assert_eq!(believer.head(3).present, 0);
@@ -69,7 +69,7 @@ fn time_never_runs_backwards_nor_ahead_of_now() {
     believer.step(now, &frame_at(3), &[]);
     assert_eq!(believer.head(1).header.valid_at_ns, now.as_nanos());
     believer.step(now + Duration::from_millis(5), &frame_at(now.as_nanos() + 1_000_000), &[]);
-    assert_eq!(believer.untimely(), 2, "what comes a little later than it was is in time");
+    assert_eq!(believer.retimed_frames(), 2, "what comes a little later than it was is in time");
 }
 
 #[test]
@@ -103,8 +103,8 @@ fn unsound_entries_are_refused_and_counted_and_harm_nothing() {
 struct Mine;
 
 impl Classify for Mine {
-    fn classify(&self, given: &Given<'_>) -> Evaluation {
-        let mine = given.observation.held_by == given.frame.agent;
+    fn classify(&self, input: &ClassifierInput<'_>) -> Evaluation {
+        let mine = input.observation.held_by == input.frame.agent;
         Evaluation::certain(Feature::Number(if mine { 1.0 } else { 0.0 }))
     }
 }
@@ -117,9 +117,9 @@ fn each_perspective_perceives_the_programs_own_percept_by_itself() {
     let percepts = Percepts::parse(&text.replacen("[belief]\n", mine, 1), "percepts.toml".as_ref()).unwrap();
     let mut own = Own::default();
     own.percepts.push(("mine".to_owned(), Arc::new(Mine)));
-    let perception = Perception::with_own(&percepts, &own.percepts).unwrap();
+    let perception = Perception::with_plugins(&percepts, &own.percepts).unwrap();
     let config = config::perspective::Perspective::builtin();
-    let mut believer = Believer::with_own(&percepts, &own, &config, 1, 1, capacity()).unwrap();
+    let mut believer = Believer::with_plugins(&percepts, &own, &config, 1, 1, capacity()).unwrap();
     let mut frames = Frames::new(8);
     let (now, head, entries) = frames.next();
     let again = |entry: &Perceived| Perceived {
@@ -157,10 +157,10 @@ fn too_many_and_too_deep_perspectives_are_refused() {
     let too_many = refused(65_535, 1);
     assert!(matches!(
         too_many,
-        Unbelieving::Perspective(NoPerspective::TooMany { perspectives: 65_536, .. })
+        BeliefProcessError::Perspective(PerspectiveError::TooMany { perspectives: 65_536, .. })
     ));
     assert!(too_many.to_string().contains("the most is 256"), "{too_many}");
-    assert!(matches!(refused(1, 7), Unbelieving::Perspective(NoPerspective::Depth { depth: 7 })));
+    assert!(matches!(refused(1, 7), BeliefProcessError::Perspective(PerspectiveError::Depth { depth: 7 })));
 }
 
 #[test]
@@ -229,7 +229,10 @@ fn each_perspective_is_compared_with_the_one_that_it_is_nested_in() {
                 (0..believer.len(perspective)).filter_map(|at| believer.entry(perspective, at)).collect();
             assert_eq!(others, entries);
             let place = usize::try_from(perspective).unwrap();
-            let sides = (Side { head: &one, beliefs: ones }, Side { head: &other, beliefs: others });
+            let sides = (
+                PerspectiveBeliefs { head: &one, beliefs: ones },
+                PerspectiveBeliefs { head: &other, beliefs: others },
+            );
             assert_eq!(divergences.differences(perspective), expected[place].compare(sides.0, sides.1));
             differences[place] += divergences.differences(perspective).len();
         }

@@ -1,10 +1,10 @@
-use belief_process::{Believer, Unbelieving};
-use chronicle::Mind;
+use belief_process::{BeliefProcessError, Believer};
+use chronicle::PerspectiveRecord;
 use clock::Instant;
 use config::Robot;
 use message::{Belief, BeliefHead, Header, Hop, Perceived, PerceptHead, SourceSet};
 use perception::{Frame as Whose, Perception};
-use perspective::{Divergence, Side};
+use perspective::{Divergence, PerspectiveBeliefs};
 use trace::Frame;
 
 /// All perspectives over a trace: the robot's perception and the core of the belief process in sequence, as if
@@ -12,31 +12,31 @@ use trace::Frame;
 ///
 /// The trace reader already validates observations, and a trace is in the base frame. So of the sensor process only
 /// perception is needed.
-pub(super) struct Minds {
+pub(super) struct BeliefPipeline {
     perception: Perception,
     believer: Believer,
     partners: u32,
     capacity: usize,
     entries: Vec<Perceived>,
     left_out: u64,
-    minds: Vec<Own>,
+    minds: Vec<PerspectiveState>,
 }
 
 /// One perspective.
-struct Own {
+struct PerspectiveState {
     head: BeliefHead,
     beliefs: Vec<Belief>,
     /// Its differences from the robot; nothing is compared before the partner has been seen.
     divergence: Divergence,
 }
 
-impl Minds {
+impl BeliefPipeline {
     /// No beliefs yet, with the capacities of the robot's buffers.
-    pub(super) fn new(robot: &Robot, partners: u32) -> Result<Self, Unbelieving> {
+    pub(super) fn new(robot: &Robot, partners: u32) -> Result<Self, BeliefProcessError> {
         let capacity = robot.leo.buffers.objects.get();
         let depth = robot.leo.belief.depth.get();
         let believer = Believer::new(&robot.percepts, &robot.perspective, partners, depth, capacity)?;
-        let own = |perspective| Own {
+        let own = |perspective| PerspectiveState {
             head: believer.head(perspective),
             beliefs: Vec::with_capacity(capacity),
             divergence: Divergence::new(&robot.percepts, capacity),
@@ -91,10 +91,10 @@ impl Minds {
             );
         }
         let Some((robot, partners)) = self.minds.split_first_mut() else { return };
-        let robots = Side { head: &robot.head, beliefs: &robot.beliefs };
+        let robots = PerspectiveBeliefs { head: &robot.head, beliefs: &robot.beliefs };
         for partner in partners {
             if partner.head.present != 0 || !partner.beliefs.is_empty() {
-                let his = Side { head: &partner.head, beliefs: &partner.beliefs };
+                let his = PerspectiveBeliefs { head: &partner.head, beliefs: &partner.beliefs };
                 partner.divergence.compare(robots, his);
             }
         }
@@ -116,10 +116,15 @@ impl Minds {
     }
 
     /// Every perspective, the robot's first.
-    pub(super) fn all(&self) -> Vec<Mind<'_>> {
+    pub(super) fn all(&self) -> Vec<PerspectiveRecord<'_>> {
         let mind = |own| {
-            let Own { head, beliefs, divergence }: &Own = own;
-            Mind { head, beliefs, pairs: divergence.pairs(), differences: divergence.differences() }
+            let PerspectiveState { head, beliefs, divergence }: &PerspectiveState = own;
+            PerspectiveRecord {
+                head,
+                beliefs,
+                pairs: divergence.pairs(),
+                differences: divergence.differences(),
+            }
         };
         self.minds.iter().map(mind).collect()
     }

@@ -16,8 +16,8 @@ use self::bench::Bench;
 use self::person::{Person, Reply};
 use self::report::{Outcome, Report};
 use self::trials::{TRIALS, Trial};
-use super::whom::Where;
-use super::{Failed, output};
+use super::selection::BusSelection;
+use super::{CommandError, output};
 
 #[derive(Args, Clone, Debug)]
 pub(super) struct Commission {
@@ -33,14 +33,14 @@ pub(super) struct Commission {
 }
 
 impl Commission {
-    pub(super) fn run(&self, place: &Where<'_>, robot: &Robot) -> Result<ExitCode, Failed> {
+    pub(super) fn run(&self, place: &BusSelection<'_>, robot: &Robot) -> Result<ExitCode, CommandError> {
         let plan = self.plan()?;
         if place.buses().iter().any(|bus| bus.joints.is_empty()) {
-            return Err(Failed::usage(
+            return Err(CommandError::usage(
                 "the trials compare servos with the joints of motor.toml: say --bus, beside --device",
             ));
         }
-        let stop = process::stop_flag().map_err(Failed::because)?;
+        let stop = process::stop_flag().map_err(CommandError::runtime)?;
         let mut report = Report::create(&self.report, place)?;
         output::print(&format!("The report is {}.\n", report.path().display()))?;
         if !self.yes && plan.iter().any(|trial| trial.moves) {
@@ -49,7 +49,7 @@ impl Commission {
                  nobody is within reach, and a hand is at the switch of their power",
             )?;
             if asked == Reply::Skip {
-                return Err(Failed::because("nothing was tried"));
+                return Err(CommandError::runtime("nothing was tried"));
             }
         }
         for bus in place.buses() {
@@ -75,11 +75,11 @@ impl Commission {
     }
 
     /// The requested trials, in their order.
-    fn plan(&self) -> Result<Vec<&'static Trial>, Failed> {
+    fn plan(&self) -> Result<Vec<&'static Trial>, CommandError> {
         if let Some(unknown) = self.only.iter().find(|name| !TRIALS.iter().any(|trial| trial.name == **name))
         {
             let names: Vec<_> = TRIALS.iter().map(|trial| trial.name).collect();
-            return Err(Failed::usage(format!(
+            return Err(CommandError::usage(format!(
                 "there is no trial `{unknown}`: say one of {}",
                 names.join(", ")
             )));
@@ -88,12 +88,12 @@ impl Commission {
         let plan: Vec<_> =
             TRIALS.iter().filter(meant).filter(|trial| !(self.yes && trial.needs_person)).collect();
         if plan.is_empty() {
-            return Err(Failed::usage("that trial needs a person: leave --yes out"));
+            return Err(CommandError::usage("that trial needs a person: leave --yes out"));
         }
         Ok(plan)
     }
 
-    fn conclude(&self, report: &mut Report, interrupted: bool) -> Result<ExitCode, Failed> {
+    fn conclude(&self, report: &mut Report, interrupted: bool) -> Result<ExitCode, CommandError> {
         let [passed, failed, skipped] =
             [Outcome::PASSED, Outcome::FAILED, Outcome::SKIPPED].map(|outcome| report.count(outcome));
         let left: Vec<_> =

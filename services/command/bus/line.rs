@@ -7,18 +7,18 @@ use serial::Tty;
 use servo::table::{self, Item};
 use servo::{Address, Fault, HardwareErrors, Id, Instruction, Model, Parser, Reading, Status};
 
-use super::Failed;
+use super::CommandError;
 
 /// Maximum length of an instruction packet, in bytes.
-const INSTRUCTION: usize = 64;
+const MAX_INSTRUCTION_BYTES: usize = 64;
 /// Reply time-out in addition to the transmission time; USB adapters are slow.
-const PATIENCE: Duration = Duration::from_millis(40);
+const REPLY_TIMEOUT: Duration = Duration::from_millis(40);
 /// End of a broadcast ping's replies: no reply for this long.
-const SCAN_PATIENCE: Duration = Duration::from_millis(60);
+const SCAN_TIMEOUT: Duration = Duration::from_millis(60);
 /// Number of attempts before a servo counts as absent.
 const ATTEMPTS: u32 = 3;
 /// Maximum number of reads to drain stale bytes before a request.
-const DRAINS: u32 = 64;
+const MAX_DRAINS: u32 = 64;
 
 /// An open bus.
 pub(super) struct Line {
@@ -29,7 +29,7 @@ pub(super) struct Line {
 }
 
 /// A status packet.
-pub(super) struct Said {
+pub(super) struct StatusReply {
     pub(super) fault: Option<Fault>,
     /// Whether the servo has a hardware alert: bit 7 of every status packet's error field.
     pub(super) alert: bool,
@@ -38,7 +38,7 @@ pub(super) struct Said {
 
 /// A servo that replied to a ping.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) struct Found {
+pub(super) struct FoundServo {
     pub(super) id: u8,
     pub(super) model: u16,
     pub(super) firmware: u8,
@@ -47,8 +47,8 @@ pub(super) struct Found {
 }
 
 impl Line {
-    pub(super) fn open(path: &Path, baud: u32) -> Result<Self, Failed> {
-        let tty = Tty::open(path, baud).map_err(Failed::because)?;
+    pub(super) fn open(path: &Path, baud: u32) -> Result<Self, CommandError> {
+        let tty = Tty::open(path, baud).map_err(CommandError::runtime)?;
         Ok(Self { tty, parser: Parser::new(), echoes: false })
     }
 
@@ -58,10 +58,10 @@ impl Line {
     }
 
     /// The servos that reply to a broadcast ping.
-    pub(super) fn scan(&mut self) -> Result<Vec<Found>, Failed> {
-        self.say(Address::All, Instruction::Ping)?;
-        let mut found: Vec<Found> = Vec::new();
-        self.listen(SCAN_PATIENCE, |status| {
+    pub(super) fn scan(&mut self) -> Result<Vec<FoundServo>, CommandError> {
+        self.send(Address::All, Instruction::Ping)?;
+        let mut found: Vec<FoundServo> = Vec::new();
+        self.receive(SCAN_TIMEOUT, |status| {
             found.extend(as_found(status));
             false
         })?;
@@ -71,12 +71,12 @@ impl Line {
     }
 
     /// Pings an identifier; `None` without a reply.
-    pub(super) fn ping(&mut self, id: u8) -> Result<Option<Found>, Failed> {
+    pub(super) fn ping(&mut self, id: u8) -> Result<Option<FoundServo>, CommandError> {
         let address = address(id)?;
         for _ in 0..ATTEMPTS {
-            self.say(address, Instruction::Ping)?;
+            self.send(address, Instruction::Ping)?;
             let mut found = None;
-            self.listen(PATIENCE, |status| {
+            self.receive(REPLY_TIMEOUT, |status| {
                 found = as_found(status).filter(|found| found.id == id);
                 found.is_some()
             })?;
@@ -88,10 +88,10 @@ impl Line {
     }
 
     /// The model of a servo.
-    pub(super) fn model(&mut self, id: u8) -> Result<Model, Failed> {
+    pub(super) fn model(&mut self, id: u8) -> Result<Model, CommandError> {
         let found = self.ping(id)?.ok_or_else(|| silent(id))?;
         Model::from_number(found.model).ok_or_else(|| {
-            Failed::because(format!(
+            CommandError::runtime(format!(
                 "id {id} is of model {}, whose control table is not known here: XM430-W350 and XL330-M288 are",
                 found.model
             ))
@@ -99,16 +99,16 @@ impl Line {
     }
 
     /// Sends a request and returns the reply. Writes are never repeated.
-    pub(super) fn ask(&mut self, id: u8, instruction: Instruction<'_>) -> Result<Said, Failed> {
+    pub(super) fn ask(&mut self, id: u8, instruction: Instruction<'_>) -> Result<StatusReply, CommandError> {
         let address = address(id)?;
         let may_repeat = matches!(instruction, Instruction::Read { .. } | Instruction::Ping);
         for _ in 0..if may_repeat { ATTEMPTS } else { 1 } {
-            self.say(address, instruction)?;
+            self.send(address, instruction)?;
             let mut said = None;
-            self.listen(PATIENCE, |status| {
+            self.receive(REPLY_TIMEOUT, |status| {
                 if status.id.get() == id {
                     let (fault, alert) = (status.fault, status.alert);
-                    said = Some(Said { fault, alert, data: status.params.to_vec() });
+                    said = Some(StatusReply { fault, alert, data: status.params.to_vec() });
                 }
                 said.is_some()
             })?;
@@ -123,16 +123,16 @@ impl Line {
     }
 
     /// The error for an instruction that a servo refused, with the hardware alert that may be its cause.
-    fn refusal(&mut self, id: u8, fault: Fault, alert: bool) -> Failed {
+    fn refusal(&mut self, id: u8, fault: Fault, alert: bool) -> CommandError {
         let told = self.alert(id).ok().flatten().filter(|_| alert);
-        Failed::because(match told {
+        CommandError::runtime(match told {
             Some(errors) => format!("{fault}; {}", clears(id, errors)),
             None => format!("id {id}: {fault}"),
         })
     }
 
     /// The hardware errors of a servo, if any.
-    pub(super) fn alert(&mut self, id: u8) -> Result<Option<HardwareErrors>, Failed> {
+    pub(super) fn alert(&mut self, id: u8) -> Result<Option<HardwareErrors>, CommandError> {
         let item = table::HARDWARE_ERROR_STATUS;
         let said = self.ask(id, Instruction::Read { address: item.address, length: item.length })?;
         let errors = HardwareErrors(said.data.first().copied().unwrap_or_default());
@@ -140,27 +140,27 @@ impl Line {
     }
 
     /// Sends a request after which the servo may reply with another identifier or speed.
-    pub(super) fn tell(&mut self, id: u8, instruction: Instruction<'_>) -> Result<(), Failed> {
-        self.say(address(id)?, instruction)?;
-        self.listen(PATIENCE, |_| true)
+    pub(super) fn tell(&mut self, id: u8, instruction: Instruction<'_>) -> Result<(), CommandError> {
+        self.send(address(id)?, instruction)?;
+        self.receive(REPLY_TIMEOUT, |_| true)
     }
 
     /// The value of an item by its address, in counts.
-    pub(super) fn get(&mut self, model: Model, id: u8, item: Item) -> Result<i64, Failed> {
+    pub(super) fn get(&mut self, model: Model, id: u8, item: Item) -> Result<i64, CommandError> {
         let said = self.ask(id, Instruction::Read { address: item.address, length: item.length })?;
         let entry = table::by_address(model, item.address);
         entry.and_then(|entry| entry.value(&said.data)).ok_or_else(|| silent(id))
     }
 
     /// Writes an item by its address, in counts.
-    pub(super) fn put(&mut self, id: u8, item: Item, value: i64) -> Result<(), Failed> {
+    pub(super) fn put(&mut self, id: u8, item: Item, value: i64) -> Result<(), CommandError> {
         let bytes = value.to_le_bytes();
         let data = bytes.get(..usize::from(item.length)).unwrap_or_default();
         self.ask(id, Instruction::Write { address: item.address, data }).map(|_| ())
     }
 
     /// The measurements of a servo, and whether it has a hardware alert.
-    pub(super) fn reading(&mut self, model: Model, id: u8) -> Result<(Reading, bool), Failed> {
+    pub(super) fn reading(&mut self, model: Model, id: u8) -> Result<(Reading, bool), CommandError> {
         let item = Reading::ITEM;
         let said = self.ask(id, Instruction::Read { address: item.address, length: item.length })?;
         let reading = Reading::parse(model, &said.data).ok_or_else(|| silent(id))?;
@@ -168,7 +168,7 @@ impl Line {
     }
 
     /// The value of an item by its name, in counts.
-    pub(super) fn value(&mut self, model: Model, id: u8, item: &str) -> Result<i64, Failed> {
+    pub(super) fn value(&mut self, model: Model, id: u8, item: &str) -> Result<i64, CommandError> {
         let entry = super::entry(model, item)?;
         let said =
             self.ask(id, Instruction::Read { address: entry.item.address, length: entry.item.length })?;
@@ -176,34 +176,36 @@ impl Line {
     }
 
     /// Broadcasts torque off, three times, because no servo replies to it.
-    pub(super) fn torque_off(&mut self) -> Result<(), Failed> {
+    pub(super) fn torque_off(&mut self) -> Result<(), CommandError> {
         for _ in 0..3 {
             let address = table::TORQUE_ENABLE.address;
-            self.say(Address::All, Instruction::Write { address, data: &[0] })?;
+            self.send(Address::All, Instruction::Write { address, data: &[0] })?;
         }
         Ok(())
     }
 
-    fn say(&mut self, to: Address, instruction: Instruction<'_>) -> Result<(), Failed> {
-        let mut bytes = [0; INSTRUCTION];
-        let length = instruction.encode(to, &mut bytes).map_err(Failed::because)?;
+    fn send(&mut self, to: Address, instruction: Instruction<'_>) -> Result<(), CommandError> {
+        let mut bytes = [0; MAX_INSTRUCTION_BYTES];
+        let length = instruction.encode(to, &mut bytes).map_err(CommandError::runtime)?;
         self.parser.clear();
         self.tty
-            .drain(DRAINS)
-            .and_then(|_| self.tty.write(bytes.get(..length).unwrap_or_default(), clock::now() + PATIENCE))
-            .map_err(Failed::because)
+            .drain(MAX_DRAINS)
+            .and_then(|_| {
+                self.tty.write(bytes.get(..length).unwrap_or_default(), clock::now() + REPLY_TIMEOUT)
+            })
+            .map_err(CommandError::runtime)
     }
 
     /// Passes every status packet to `take` until it returns `true` or none arrived within `patience`.
-    fn listen(
+    fn receive(
         &mut self,
         patience: Duration,
         mut take: impl FnMut(&Status<'_>) -> bool,
-    ) -> Result<(), Failed> {
+    ) -> Result<(), CommandError> {
         let mut buffer = [0; 512];
         let mut until = clock::now() + patience;
         loop {
-            let count = self.tty.read(&mut buffer, until).map_err(Failed::because)?;
+            let count = self.tty.read(&mut buffer, until).map_err(CommandError::runtime)?;
             if count == 0 {
                 return Ok(());
             }
@@ -223,10 +225,10 @@ impl Line {
     }
 }
 
-fn as_found(status: &Status<'_>) -> Option<Found> {
+fn as_found(status: &Status<'_>) -> Option<FoundServo> {
     let &[low, high, firmware] = status.params else { return None };
     let model = u16::from_le_bytes([low, high]);
-    Some(Found { id: status.id.get(), model, firmware, alert: status.alert })
+    Some(FoundServo { id: status.id.get(), model, firmware, alert: status.alert })
 }
 
 /// The message about a hardware alert, with the remedy.
@@ -234,14 +236,14 @@ pub(super) fn clears(id: u8, errors: HardwareErrors) -> String {
     format!("id {id}: hardware alert ({errors}); `leo bus reboot --id {id}` clears it once its cause is gone")
 }
 
-fn address(id: u8) -> Result<Address, Failed> {
-    let id =
-        Id::new(id).ok_or_else(|| Failed::usage(format!("{id} is no identifier: say one from 0 to 252")))?;
+fn address(id: u8) -> Result<Address, CommandError> {
+    let id = Id::new(id)
+        .ok_or_else(|| CommandError::usage(format!("{id} is no identifier: say one from 0 to 252")))?;
     Ok(Address::One(id))
 }
 
-fn silent(id: u8) -> Failed {
-    Failed::because(format!(
+fn silent(id: u8) -> CommandError {
+    CommandError::runtime(format!(
         "id {id} does not answer: is it powered, on this bus, and set to this speed? `leo bus scan` says who is"
     ))
 }

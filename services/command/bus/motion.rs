@@ -10,7 +10,7 @@ use servo::table::{
 };
 use servo::{HardwareErrors, Model, Reading, acceleration_count, position_count, velocity_count};
 
-use super::Failed;
+use super::CommandError;
 use super::line::{Line, clears};
 
 /// Bus watchdog: the servo stops if the bus is silent for this long, in units of 20 ms.
@@ -22,15 +22,15 @@ const ACCELERATION_RAD_S2: f64 = 1.0;
 /// The value of item 11 (operating mode) for position control.
 const POSITION_MODE: i64 = 3;
 /// Polling interval during a motion; polling also keeps the watchdog from tripping.
-const LOOK: Duration = Duration::from_millis(15);
+const POLL_INTERVAL: Duration = Duration::from_millis(15);
 /// A servo within this distance of its goal has arrived; friction prevents a smaller error.
-const NEAR_RAD: f64 = 0.02;
+const ARRIVAL_TOLERANCE_RAD: f64 = 0.02;
 /// Below this velocity a servo stands still.
-const STANDS_RAD_S: f64 = 0.03;
+const STANDSTILL_RAD_S: f64 = 0.03;
 /// A servo that makes no progress for this long is stalled.
-const STALLED: Duration = Duration::from_secs(1);
+const STALL_TIMEOUT: Duration = Duration::from_secs(1);
 /// Minimum progress.
-const NEARER_RAD: f64 = 0.004;
+const MIN_PROGRESS_RAD: f64 = 0.004;
 
 /// A servo on its bus.
 pub(super) struct Servo<'a> {
@@ -41,48 +41,48 @@ pub(super) struct Servo<'a> {
 
 /// How a motion ended.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Ended {
+pub(super) enum MotionEnd {
     /// At its goal.
     Arrived,
     /// Stopped because the user interrupted the program.
     Interrupted,
     /// Stopped because the caller's monitor ended the motion.
-    Left,
+    Cancelled,
     /// Blocked by an obstacle.
     Stalled,
     /// Its bus watchdog tripped: this program was silent for too long.
     Tripped,
     /// Its torque was switched off.
-    Limp,
+    TorqueOff,
     /// It has a hardware alert.
     Alert(HardwareErrors),
 }
 
 impl Servo<'_> {
-    pub(super) fn get(&mut self, item: Item) -> Result<i64, Failed> {
+    pub(super) fn get(&mut self, item: Item) -> Result<i64, CommandError> {
         self.line.get(self.model, self.id, item)
     }
 
-    pub(super) fn put(&mut self, item: Item, value: i64) -> Result<(), Failed> {
+    pub(super) fn put(&mut self, item: Item, value: i64) -> Result<(), CommandError> {
         self.line.put(self.id, item, value)
     }
 
-    pub(super) fn reading(&mut self) -> Result<(Reading, bool), Failed> {
+    pub(super) fn reading(&mut self) -> Result<(Reading, bool), CommandError> {
         self.line.reading(self.model, self.id)
     }
 
-    pub(super) fn has_torque(&mut self) -> Result<bool, Failed> {
+    pub(super) fn has_torque(&mut self) -> Result<bool, CommandError> {
         Ok(self.get(TORQUE_ENABLE)? == 1)
     }
 
     /// Returns an error if the servo has a hardware alert.
-    pub(super) fn refuse_alert(&mut self) -> Result<(), Failed> {
-        self.line.alert(self.id)?.map_or(Ok(()), |errors| Err(Failed::because(clears(self.id, errors))))
+    pub(super) fn refuse_alert(&mut self) -> Result<(), CommandError> {
+        self.line.alert(self.id)?.map_or(Ok(()), |errors| Err(CommandError::runtime(clears(self.id, errors))))
     }
 
     /// Checks that the servo's model and settings match `motor.toml`, or returns an error that names the mismatch.
-    pub(super) fn check(&mut self, joint: &Joint) -> Result<(), Failed> {
-        let wrong = |what: String| Err(Failed::because(format!("{}: {what}", joint.name)));
+    pub(super) fn check(&mut self, joint: &Joint) -> Result<(), CommandError> {
+        let wrong = |what: String| Err(CommandError::runtime(format!("{}: {what}", joint.name)));
         let expected = Model::from(joint.model);
         if self.model != expected {
             return wrong(format!(
@@ -109,14 +109,14 @@ impl Servo<'_> {
     }
 
     /// Sets a slow profile and arms the bus watchdog. From now on this program must keep communicating.
-    pub(super) fn slow_down(&mut self, velocity_rad_s: f64) -> Result<(), Failed> {
+    pub(super) fn slow_down(&mut self, velocity_rad_s: f64) -> Result<(), CommandError> {
         self.put(PROFILE_ACCELERATION, i64::from(acceleration_count(ACCELERATION_RAD_S2)))?;
         self.put(PROFILE_VELOCITY, i64::from(velocity_count(velocity_rad_s).max(1)))?;
         self.arm_watchdog(WATCHDOG)
     }
 
     /// Arms the bus watchdog; clears it first if it has tripped.
-    pub(super) fn arm_watchdog(&mut self, units: i64) -> Result<(), Failed> {
+    pub(super) fn arm_watchdog(&mut self, units: i64) -> Result<(), CommandError> {
         if self.get(BUS_WATCHDOG)? == TRIPPED {
             self.put(BUS_WATCHDOG, 0)?;
         }
@@ -124,7 +124,7 @@ impl Servo<'_> {
     }
 
     /// Switches torque on at the present position, with a slow profile and an armed watchdog.
-    pub(super) fn hold(&mut self, velocity_rad_s: f64) -> Result<(), Failed> {
+    pub(super) fn hold(&mut self, velocity_rad_s: f64) -> Result<(), CommandError> {
         self.slow_down(velocity_rad_s)?;
         let present = self.get(PRESENT_POSITION)?;
         self.put(GOAL_POSITION, present)?;
@@ -133,7 +133,7 @@ impl Servo<'_> {
             return Ok(());
         }
         self.refuse_alert()?;
-        Err(Failed::because(format!("id {}: torque did not come on", self.id)))
+        Err(CommandError::runtime(format!("id {}: torque did not come on", self.id)))
     }
 
     /// Moves to a position of the servo and monitors it until it stands still. `see` gets every reading and returns
@@ -142,44 +142,44 @@ impl Servo<'_> {
         &mut self,
         goal_rad: f64,
         stop: &AtomicBool,
-        mut see: impl FnMut(&mut Self, &Reading) -> Result<bool, Failed>,
-    ) -> Result<Ended, Failed> {
+        mut see: impl FnMut(&mut Self, &Reading) -> Result<bool, CommandError>,
+    ) -> Result<MotionEnd, CommandError> {
         self.put(GOAL_POSITION, i64::from(position_count(goal_rad)))?;
         let (mut nearest, mut nearer_at) = (f64::INFINITY, clock::now());
         loop {
             let (reading, alert) = self.reading()?;
             let distance = (reading.position_rad - goal_rad).abs();
             if alert && let Some(errors) = self.line.alert(self.id)? {
-                return Ok(Ended::Alert(errors));
+                return Ok(MotionEnd::Alert(errors));
             }
             if stop.load(Ordering::Relaxed) {
                 self.halt()?;
-                return Ok(Ended::Interrupted);
+                return Ok(MotionEnd::Interrupted);
             }
             if !see(self, &reading)? {
                 self.halt()?;
-                return Ok(Ended::Left);
+                return Ok(MotionEnd::Cancelled);
             }
-            if distance < NEAR_RAD && reading.velocity_rad_s.abs() < STANDS_RAD_S {
-                return Ok(Ended::Arrived);
+            if distance < ARRIVAL_TOLERANCE_RAD && reading.velocity_rad_s.abs() < STANDSTILL_RAD_S {
+                return Ok(MotionEnd::Arrived);
             }
-            if distance < nearest - NEARER_RAD {
+            if distance < nearest - MIN_PROGRESS_RAD {
                 (nearest, nearer_at) = (distance, clock::now());
-            } else if clock::now().since(nearer_at) > STALLED {
+            } else if clock::now().since(nearer_at) > STALL_TIMEOUT {
                 // After a trip the servo stands still and refuses goals.
                 if self.get(BUS_WATCHDOG)? == TRIPPED {
-                    return Ok(Ended::Tripped);
+                    return Ok(MotionEnd::Tripped);
                 }
-                let ended = if self.has_torque()? { Ended::Stalled } else { Ended::Limp };
+                let ended = if self.has_torque()? { MotionEnd::Stalled } else { MotionEnd::TorqueOff };
                 self.halt()?;
                 return Ok(ended);
             }
-            clock::sleep_until(clock::now() + LOOK);
+            clock::sleep_until(clock::now() + POLL_INTERVAL);
         }
     }
 
     /// Stops with the profile's deceleration and returns once the servo stands still.
-    pub(super) fn halt(&mut self) -> Result<Reading, Failed> {
+    pub(super) fn halt(&mut self) -> Result<Reading, CommandError> {
         let (reading, _) = self.reading()?;
         let velocity = reading.velocity_rad_s;
         let rest_rad = reading.position_rad + velocity * velocity.abs() / (2.0 * ACCELERATION_RAD_S2);
@@ -187,10 +187,10 @@ impl Servo<'_> {
         let begun = clock::now();
         loop {
             let (reading, _) = self.reading()?;
-            if reading.velocity_rad_s.abs() < STANDS_RAD_S || clock::now().since(begun) > STALLED {
+            if reading.velocity_rad_s.abs() < STANDSTILL_RAD_S || clock::now().since(begun) > STALL_TIMEOUT {
                 return Ok(reading);
             }
-            clock::sleep_until(clock::now() + LOOK);
+            clock::sleep_until(clock::now() + POLL_INTERVAL);
         }
     }
 }

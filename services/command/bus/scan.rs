@@ -5,9 +5,9 @@ use std::process::ExitCode;
 
 use servo::Model;
 
-use super::line::{Found, Line, clears};
-use super::whom::{Opening, Where};
-use super::{Failed, output};
+use super::line::{FoundServo, Line, clears};
+use super::selection::{BusAddress, BusSelection};
+use super::{CommandError, output};
 
 /// Speeds of servos in bits per second, the most common first.
 pub(super) const SPEEDS: [u32; 8] =
@@ -22,7 +22,7 @@ struct Report {
     lacks: bool,
 }
 
-pub(super) fn scan(place: &Where<'_>, json: bool, all_speeds: bool) -> Result<ExitCode, Failed> {
+pub(super) fn scan(place: &BusSelection<'_>, json: bool, all_speeds: bool) -> Result<ExitCode, CommandError> {
     let mut report = Report::default();
     for bus in place.buses() {
         report.look_at(bus, all_speeds)?;
@@ -41,7 +41,7 @@ impl Report {
         let _ = writeln!(self.text, "{line}");
     }
 
-    fn look_at(&mut self, bus: &Opening<'_>, all_speeds: bool) -> Result<(), Failed> {
+    fn look_at(&mut self, bus: &BusAddress<'_>, all_speeds: bool) -> Result<(), CommandError> {
         let mut line = bus.open()?;
         let found = line.scan()?;
         if found.is_empty() {
@@ -71,7 +71,12 @@ impl Report {
         Ok(())
     }
 
-    fn found(&mut self, line: &mut Line, bus: &Opening<'_>, servo: &Found) -> Result<(), Failed> {
+    fn found(
+        &mut self,
+        line: &mut Line,
+        bus: &BusAddress<'_>,
+        servo: &FoundServo,
+    ) -> Result<(), CommandError> {
         let joint = bus.joint(servo.id);
         let note = match joint {
             Some(joint) if Model::from(joint.model).number() == servo.model => joint.name.clone(),
@@ -93,7 +98,7 @@ impl Report {
     }
 
     /// Scans at the speeds that are not the bus's.
-    fn try_other_speeds(&mut self, bus: &Opening<'_>) -> Result<(), Failed> {
+    fn try_other_speeds(&mut self, bus: &BusAddress<'_>) -> Result<(), CommandError> {
         for baud in SPEEDS.into_iter().filter(|baud| *baud != bus.baud) {
             // If the adapter does not support a speed, nothing is known about servos at it.
             let Ok(mut line) = bus.at(baud).open() else {
@@ -123,7 +128,7 @@ impl Report {
     }
 }
 
-fn called(bus: &Opening<'_>, servo: &Found) -> String {
+fn called(bus: &BusAddress<'_>, servo: &FoundServo) -> String {
     let name = bus.joint(servo.id).map_or_else(|| model_name(servo.model), |joint| joint.name.clone());
     format!("{name} (id {})", servo.id)
 }

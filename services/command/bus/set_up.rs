@@ -5,13 +5,18 @@ use std::process::ExitCode;
 use servo::{Instruction, table};
 
 use super::scan::SPEEDS;
-use super::whom::{Target, Where};
-use super::{Failed, confirm, output, unlocked};
+use super::selection::{BusSelection, Target};
+use super::{CommandError, confirm, output, unlocked};
 
-pub(super) fn set_id(place: &Where<'_>, target: &Target, to: u8, yes: bool) -> Result<ExitCode, Failed> {
+pub(super) fn set_id(
+    place: &BusSelection<'_>,
+    target: &Target,
+    to: u8,
+    yes: bool,
+) -> Result<ExitCode, CommandError> {
     let (mut line, joint) = place.one(target)?;
     if line.ping(to)?.is_some() {
-        return Err(Failed::because(format!(
+        return Err(CommandError::runtime(format!(
             "a servo answers to id {to} already: two of one id would talk at once"
         )));
     }
@@ -19,16 +24,21 @@ pub(super) fn set_id(place: &Where<'_>, target: &Target, to: u8, yes: bool) -> R
     confirm(yes, &format!("{joint} gets id {to}"))?;
     line.tell(joint.id, Instruction::Write { address: table::ID.address, data: &[to] })?;
     if line.ping(to)?.is_none() {
-        return Err(Failed::because(format!("{joint} does not answer to id {to}: see `leo bus scan`")));
+        return Err(CommandError::runtime(format!("{joint} does not answer to id {to}: see `leo bus scan`")));
     }
     output::print(&format!("{joint} answers to id {to} now\n"))?;
     Ok(ExitCode::SUCCESS)
 }
 
-pub(super) fn set_baud(place: &Where<'_>, target: &Target, to: u32, yes: bool) -> Result<ExitCode, Failed> {
+pub(super) fn set_baud(
+    place: &BusSelection<'_>,
+    target: &Target,
+    to: u32,
+    yes: bool,
+) -> Result<ExitCode, CommandError> {
     let Some(code) = servo::baud_number(to) else {
         let speeds = SPEEDS.map(|speed| speed.to_string()).join(", ");
-        return Err(Failed::usage(format!("{to} is no speed of a servo: say one of {speeds}")));
+        return Err(CommandError::usage(format!("{to} is no speed of a servo: say one of {speeds}")));
     };
     let (mut line, joint) = place.one(target)?;
     unlocked(&mut line, joint.id, "baud_rate")?;
@@ -36,7 +46,7 @@ pub(super) fn set_baud(place: &Where<'_>, target: &Target, to: u32, yes: bool) -
     line.tell(joint.id, Instruction::Write { address: table::BAUD_RATE.address, data: &[code] })?;
     drop(line);
     if place.at(to).one(target)?.0.ping(joint.id)?.is_none() {
-        return Err(Failed::because(format!(
+        return Err(CommandError::runtime(format!(
             "{joint} does not answer at {to} baud: see `leo bus scan --baud N`"
         )));
     }

@@ -7,19 +7,19 @@ use servo::Model;
 
 use super::line::Line;
 use super::motion::{Servo, WATCHDOG, angle};
-use super::whom::{Named, Opening, Target, Where};
+use super::selection::{BusAddress, BusSelection, SelectedServo, Target};
 use super::write::{beyond, set};
-use super::{Care, Failed, called, confirm, output, tell_alert};
+use super::{CommandError, MotionSafety, called, confirm, output, tell_alert};
 
 /// One position count: tolerance for a joint at its limit.
 const COUNT_RAD: f64 = 0.0016;
 
 pub(super) fn torque(
-    place: &Where<'_>,
+    place: &BusSelection<'_>,
     target: &Target,
     on: bool,
-    care: &Care<'_>,
-) -> Result<ExitCode, Failed> {
+    care: &MotionSafety<'_>,
+) -> Result<ExitCode, CommandError> {
     if on {
         let (mut line, named) = place.one(target)?;
         let (id, model) = (named.id, line.model(named.id)?);
@@ -33,7 +33,7 @@ pub(super) fn torque(
     }
     // If no bus can be opened, report the error of the first one.
     if let [first, ..] = place.buses()
-        && !place.buses().iter().any(Opening::is_placed)
+        && !place.buses().iter().any(BusAddress::is_placed)
     {
         first.open()?;
     }
@@ -45,7 +45,7 @@ pub(super) fn torque(
         .collect();
     let (mut said, mut failed) = (String::new(), Vec::new());
     for (bus, line) in told {
-        let looked = line.and_then(|mut line| look_for_torque(&mut line, bus));
+        let looked = line.and_then(|mut line| read_torque_states(&mut line, bus));
         let Torque { off, doubtful } = looked.unwrap_or_else(|error| {
             failed.push(format!("{}: {}", bus.name, error.text));
             Torque { off: 0, doubtful: bus.joints.iter().map(|joint| called(joint)).collect() }
@@ -67,28 +67,28 @@ pub(super) fn torque(
     if failed.is_empty() {
         printed.map(|()| ExitCode::SUCCESS)
     } else {
-        Err(Failed::because(failed.join("\n")))
+        Err(CommandError::runtime(failed.join("\n")))
     }
 }
 
 /// Switches torque on at the present position of a servo.
 pub(super) fn torque_on(
     servo: &mut Servo<'_>,
-    named: &Named<'_>,
-    care: &Care<'_>,
-) -> Result<ExitCode, Failed> {
+    named: &SelectedServo<'_>,
+    care: &MotionSafety<'_>,
+) -> Result<ExitCode, CommandError> {
     servo.refuse_alert()?;
     match named.joint {
         Some(joint) if !care.raw => {
             servo.check(joint)?;
             let present_rad = joint.joint_rad(servo.reading()?.0.position_rad);
             if present_rad < joint.min_rad - COUNT_RAD || present_rad > joint.max_rad + COUNT_RAD {
-                return Err(Failed::because(beyond(joint, present_rad)));
+                return Err(CommandError::runtime(beyond(joint, present_rad)));
             }
         }
         _ if care.raw => confirm(care.yes, &format!("{named} gets torque, whatever its limits"))?,
         _ => {
-            return Err(Failed::usage(format!(
+            return Err(CommandError::usage(format!(
                 "torque of {named} is switched on by the name of its joint, which has limits, or with --raw"
             )));
         }
@@ -113,7 +113,7 @@ pub(super) struct Torque {
 }
 
 /// Reads the torque state of all servos that reply on a bus, and of all that should.
-pub(super) fn look_for_torque(line: &mut Line, bus: &Opening<'_>) -> Result<Torque, Failed> {
+pub(super) fn read_torque_states(line: &mut Line, bus: &BusAddress<'_>) -> Result<Torque, CommandError> {
     let mut servos = line.scan()?;
     for joint in &bus.joints {
         // A reply to a broadcast ping is lost more easily than one to a direct ping.

@@ -18,7 +18,7 @@ const MINUS: char = '\u{2212}';
 
 /// An argument of the command line. Replaces the hyphen of a negative number with a unit, such as `-10deg`, by a
 /// minus sign, because clap would take it for an option.
-pub(crate) fn spelled(word: OsString) -> OsString {
+pub(crate) fn escape_negative(word: OsString) -> OsString {
     let is_number = |rest: &str| {
         let digits = rest.trim_start_matches('.');
         digits.starts_with(|c: char| c.is_ascii_digit())
@@ -75,7 +75,7 @@ pub(super) fn angle_rad(text: &str) -> Result<f64, String> {
 }
 
 /// Whether a known name resembles a mistyped one.
-pub(super) fn alike(name: &str, said: &str) -> bool {
+pub(super) fn is_similar(name: &str, said: &str) -> bool {
     let words: Vec<&str> = said.split(['_', '-', ' ']).filter(|word| word.len() > 2).collect();
     words.iter().any(|word| name.contains(word))
 }
@@ -106,7 +106,7 @@ mod tests {
         for (said, is) in
             [("-10deg", "\u{2212}10deg"), ("-.5rad", "\u{2212}.5rad"), ("-7", "-7"), ("--id", "--id")]
         {
-            assert_eq!(spelled(said.into()), OsString::from(is));
+            assert_eq!(escape_negative(said.into()), OsString::from(is));
         }
         assert_eq!(parse(&goal, "\u{2212}90deg"), Ok(-1024));
         assert!((angle_rad("\u{2212}90deg").unwrap() + std::f64::consts::FRAC_PI_2).abs() < 1e-12);

@@ -7,29 +7,29 @@ use std::io::{self, Write as _};
 use std::os::unix::fs::{MetadataExt as _, fchown};
 use std::path::{Path, PathBuf};
 
-use config::{Forward, Robot};
+use config::{Migration, Robot};
 use folder::{Existing, Output};
 use learner_process::{Access, MemoryVersion};
 
 use super::super::domain::state_directory;
-use super::super::failure::Failed;
+use super::super::failure::CommandError;
 use super::super::output::print;
 
 /// Migrates a configuration and the learner's memory, and prints what was done. Writes no configuration file before all
 /// of them can be converted.
-pub(super) fn migrate(config: Option<&Path>, state: Option<&Path>) -> Result<(), Failed> {
+pub(super) fn migrate(config: Option<&Path>, state: Option<&Path>) -> Result<(), CommandError> {
     if let Some(leo) = config {
-        let files = Robot::forward(leo).map_err(Failed::usage)?;
+        let files = Robot::migrated(leo).map_err(CommandError::usage)?;
         for file in files.iter().filter(|file| !file.steps.is_empty()) {
-            if kept(&file.file).exists() {
-                return Err(Failed::usage(format!(
+            if backup_path(&file.file).exists() {
+                return Err(CommandError::usage(format!(
                     "{} is there already, and nothing is changed: move it away",
-                    kept(&file.file).display()
+                    backup_path(&file.file).display()
                 )));
             }
         }
         replace(&files).map_err(|(file, error)| {
-            Failed::because(format!("cannot migrate {}: {error}", file.file.display()))
+            CommandError::runtime(format!("cannot migrate {}: {error}", file.file.display()))
         })?;
         for file in &files {
             print(&said(file))?;
@@ -40,19 +40,19 @@ pub(super) fn migrate(config: Option<&Path>, state: Option<&Path>) -> Result<(),
 }
 
 /// Migrates the learner's memory: opening a store of an older version converts it.
-fn learned(state: &Path) -> Result<(), Failed> {
+fn learned(state: &Path) -> Result<(), CommandError> {
     let file = process::state::learned(state);
     // Opening would create a missing store, which would be wrong in a mistyped directory.
-    if learner_process::memory_version(state).map_err(Failed::usage)? == MemoryVersion::NoFile {
+    if learner_process::memory_version(state).map_err(CommandError::usage)? == MemoryVersion::NoFile {
         return print(&format!(
             "nothing was learned in {}; where Leo remembers elsewhere, name it with --state\n\n",
             state.display()
         ));
     }
-    process::state::prepare(state).map_err(Failed::usage)?;
+    process::state::prepare(state).map_err(CommandError::usage)?;
     let before = copies(state);
-    if learner_process::check_memory(state).map_err(Failed::usage)? == Access::InUse {
-        return Err(Failed::because(format!(
+    if learner_process::check_memory(state).map_err(CommandError::usage)? == Access::InUse {
+        return Err(CommandError::runtime(format!(
             "{} is in use, and was not looked at: stop the robot first; one that starts anew takes over what an older \
              version learned in any case",
             file.display()
@@ -67,16 +67,16 @@ fn learned(state: &Path) -> Result<(), Failed> {
     })
 }
 
-fn said(file: &Forward) -> String {
+fn said(file: &Migration) -> String {
     if file.steps.is_empty() {
         return format!("{} is of this version\n", file.file.display());
     }
     let steps: String = file.steps.iter().map(|step| format!("    {step}\n")).collect();
-    format!("{} was migrated; as it was: {}\n{steps}", file.file.display(), kept(&file.file).display())
+    format!("{} was migrated; as it was: {}\n{steps}", file.file.display(), backup_path(&file.file).display())
 }
 
 /// Path of the copy of the original.
-fn kept(file: &Path) -> PathBuf {
+fn backup_path(file: &Path) -> PathBuf {
     with(file, ".old")
 }
 
@@ -93,8 +93,8 @@ fn with(file: &Path, ending: &str) -> PathBuf {
 
 /// Copies the originals and replaces each file atomically. Everything is on the disk before the first file is replaced.
 /// The extra files of files that could not be replaced are removed.
-fn replace(files: &[Forward]) -> Result<(), (&Forward, io::Error)> {
-    let old: Vec<&Forward> = files.iter().filter(|file| !file.steps.is_empty()).collect();
+fn replace(files: &[Migration]) -> Result<(), (&Migration, io::Error)> {
+    let old: Vec<&Migration> = files.iter().filter(|file| !file.steps.is_empty()).collect();
     let mut replaced = 0;
     let done = old.iter().try_for_each(|&file| prepare(file).map_err(|error| (file, error))).and_then(|()| {
         old.iter().try_for_each(|&file| {
@@ -104,7 +104,7 @@ fn replace(files: &[Forward]) -> Result<(), (&Forward, io::Error)> {
         })
     });
     for file in old.iter().skip(replaced) {
-        for made in [kept(&file.file), new(&file.file)] {
+        for made in [backup_path(&file.file), new(&file.file)] {
             // A file that was not created cannot be removed.
             let _ = fs::remove_file(made);
         }
@@ -113,10 +113,10 @@ fn replace(files: &[Forward]) -> Result<(), (&Forward, io::Error)> {
 }
 
 /// Writes the copy and the new version beside a file, synchronised to the disk.
-fn prepare(file: &Forward) -> io::Result<()> {
+fn prepare(file: &Migration) -> io::Result<()> {
     let old = fs::metadata(&file.file)?;
-    let (kept, new) = (kept(&file.file), new(&file.file));
-    for (path, bytes) in [(kept, fs::read(&file.file)?), (new, file.text.clone().into_bytes())] {
+    let (backup_path, new) = (backup_path(&file.file), new(&file.file));
+    for (path, bytes) in [(backup_path, fs::read(&file.file)?), (new, file.text.clone().into_bytes())] {
         let mut made = Output::named(&path, Existing::Replace).create()?;
         made.write_all(&bytes)?;
         // Only root can change a file's owner.

@@ -55,13 +55,13 @@ fn learned(state: Option<&Path>) -> Finding {
         MemoryVersion::Unknown(version) => Finding::broken(
             about,
             format!("{at} is of version {version}, and this Leo knows versions up to {MEMORY_VERSION}"),
-            go_back(&file, &at.to_string()),
+            downgrade_advice(&file, &at.to_string()),
         ),
     }
 }
 
 /// The remedy for a store of a newer version: the newer program kept a copy of this version when it converted it.
-fn go_back(file: &Path, at: &str) -> String {
+fn downgrade_advice(file: &Path, at: &str) -> String {
     let (of_this, second) = (format!("v{MEMORY_VERSION}.store"), file.with_extension("copy.store"));
     let away = |file: &Path| format!("mv {} {}.new", file.display(), file.display());
     let both_away = if second.exists() { format!("{} && {}", away(file), away(&second)) } else { away(file) };
@@ -81,7 +81,7 @@ fn messages() -> Vec<Finding> {
         let text = format!("those of this Leo are {this}; no robot runs here that could have others");
         return vec![Finding::new(Verdict::Good, about, text)];
     }
-    let of = |robot: &Domain| match robot.agrees() {
+    let of = |robot: &Domain| match robot.check_layouts() {
         Ok(()) => {
             let runs = robot.made_by().unwrap_or_else(|| "a Leo".to_owned());
             let text =

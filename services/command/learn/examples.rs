@@ -23,11 +23,11 @@ pub(super) struct Examples {
     /// The teacher, whose rules are followed if the teacher is among the perspectives.
     pub(super) teacher: u16,
     pub(super) language: Language,
-    pub(super) shown: Vec<Shown>,
+    pub(super) shown: Vec<InputExample>,
 }
 
 /// One example.
-pub(super) struct Shown {
+pub(super) struct InputExample {
     /// Its line in the file, from 1.
     pub(super) line: u64,
     pub(super) views: Vec<View>,
@@ -36,7 +36,7 @@ pub(super) struct Shown {
 
 /// Why examples cannot be read.
 #[derive(Debug, thiserror::Error)]
-pub(super) enum Unread {
+pub(super) enum ExamplesError {
     #[error("cannot read {name}: {source}")]
     File { name: String, source: std::io::Error },
     #[error("{name}: line {line}, {field}{reason}")]
@@ -51,12 +51,12 @@ pub(super) enum Unread {
 }
 
 /// An error and its field.
-struct Wrong {
+struct FieldError {
     field: String,
     reason: String,
 }
 
-impl Wrong {
+impl FieldError {
     fn new(field: impl Into<String>, reason: impl Into<String>) -> Self {
         Self { field: field.into(), reason: reason.into() }
     }
@@ -119,13 +119,13 @@ struct WrittenChange {
 
 impl Examples {
     /// Reads all examples. An error in any line rejects the whole file.
-    pub(super) fn read(from: impl BufRead, name: &str) -> Result<Self, Unread> {
+    pub(super) fn read(from: impl BufRead, name: &str) -> Result<Self, ExamplesError> {
         let mut header: Option<WrittenHeader> = None;
         let mut shown = Vec::new();
         let mut vocabulary = Vocabulary::default();
         let mut lines = Lines::new(from, "example", LONGEST_LINE);
         let mut memory = Budget::memory("all examples are kept: learn from fewer of them");
-        let file = |source| Unread::File { name: name.to_owned(), source };
+        let file = |source| ExamplesError::File { name: name.to_owned(), source };
         while lines.next_line().map_err(file)?.is_some() {
             let (bytes, line) = (lines.line(), lines.number());
             // Blank lines and comments.
@@ -133,24 +133,29 @@ impl Examples {
             if trimmed.is_empty() || trimmed.starts_with(b"#") {
                 continue;
             }
-            let wrong = |Wrong { field, reason }| Unread::Line { name: name.to_owned(), line, field, reason };
+            let wrong = |FieldError { field, reason }| ExamplesError::Line {
+                name: name.to_owned(),
+                line,
+                field,
+                reason,
+            };
             match &header {
                 None => {
                     let written = read_header(bytes).map_err(wrong)?;
                     let features = written.features.as_deref().unwrap_or(&[]);
-                    vocabulary.declare(features).map_err(|(field, reason)| wrong(Wrong { field, reason }))?;
+                    vocabulary
+                        .declare(features)
+                        .map_err(|(field, reason)| wrong(FieldError { field, reason }))?;
                     header = Some(written);
                 }
                 Some(_) => {
                     let written: WrittenExample = read_json(bytes).map_err(wrong)?;
                     let (views, asked) = example(written, &mut vocabulary).map_err(wrong)?;
                     memory.set_read_bytes(lines.read_bytes());
-                    memory.spend(kept_bytes(bytes, &views, &asked)).map_err(|source| Unread::Budget {
-                        name: name.to_owned(),
-                        line,
-                        source,
-                    })?;
-                    shown.push(Shown { line, views, asked });
+                    memory
+                        .spend(kept_bytes(bytes, &views, &asked))
+                        .map_err(|source| ExamplesError::Budget { name: name.to_owned(), line, source })?;
+                    shown.push(InputExample { line, views, asked });
                 }
             }
         }
@@ -161,7 +166,7 @@ impl Examples {
                 language: vocabulary.language(),
                 shown,
             }),
-            Some(_) | None => Err(Unread::Empty { name: name.to_owned() }),
+            Some(_) | None => Err(ExamplesError::Empty { name: name.to_owned() }),
         }
     }
 }
@@ -173,29 +178,29 @@ fn kept_bytes(line: &[u8], views: &[View], asked: &[Object]) -> u64 {
     u64::try_from(objects.saturating_add(line.len())).unwrap_or(u64::MAX)
 }
 
-fn read_header(bytes: &[u8]) -> Result<WrittenHeader, Wrong> {
+fn read_header(bytes: &[u8]) -> Result<WrittenHeader, FieldError> {
     let header: WrittenHeader = read_json(bytes).map_err(|wrong| {
         let reason = format!("{}; the first line says {{\"leo_examples\": {VERSION}}}", wrong.reason);
-        Wrong { reason, ..wrong }
+        FieldError { reason, ..wrong }
     })?;
     if header.leo_examples == VERSION {
         Ok(header)
     } else {
         let reason =
             format!("version {} is not known; this Leo reads version {VERSION}", header.leo_examples);
-        Err(Wrong::new("leo_examples: ", reason))
+        Err(FieldError::new("leo_examples: ", reason))
     }
 }
 
 /// Parses exactly one JSON value.
-fn read_json<T: DeserializeOwned>(bytes: &[u8]) -> Result<T, Wrong> {
+fn read_json<T: DeserializeOwned>(bytes: &[u8]) -> Result<T, FieldError> {
     let mut json = serde_json::Deserializer::from_slice(bytes);
     let wrong = |path: &str, error: &serde_json::Error| {
         let said = error.to_string();
         // Remove the parser's line number: it is always 1.
         let said = said.rsplit_once(" at line ").map_or(said.as_str(), |(said, _)| said);
         let path = if path == "." || path == "?" { String::new() } else { format!("{path}: ") };
-        Wrong::new(format!("column {}, {path}", error.column()), config::suggest(said))
+        FieldError::new(format!("column {}, {path}", error.column()), config::suggest(said))
     };
     let value: T = serde_path_to_error::deserialize(&mut json)
         .map_err(|error| wrong(&error.path().to_string(), error.inner()))?;
@@ -203,16 +208,19 @@ fn read_json<T: DeserializeOwned>(bytes: &[u8]) -> Result<T, Wrong> {
     Ok(value)
 }
 
-fn example(written: WrittenExample, vocabulary: &mut Vocabulary) -> Result<(Vec<View>, Vec<Object>), Wrong> {
+fn example(
+    written: WrittenExample,
+    vocabulary: &mut Vocabulary,
+) -> Result<(Vec<View>, Vec<Object>), FieldError> {
     if written.perspectives.is_empty() {
-        return Err(Wrong::new("perspectives: ", "an example needs one perspective at least"));
+        return Err(FieldError::new("perspectives: ", "an example needs one perspective at least"));
     }
     let mut views: Vec<View> = Vec::new();
     for (index, view) in written.perspectives.into_iter().enumerate() {
         let field = format!("perspectives[{index}]");
         if views.iter().any(|other| other.perspective == view.perspective) {
             let reason = format!("perspective {} was given before in this line", view.perspective);
-            return Err(Wrong::new(format!("{field}.perspective: "), reason));
+            return Err(FieldError::new(format!("{field}.perspective: "), reason));
         }
         views.push(read_view(view, &field, vocabulary)?);
     }
@@ -224,7 +232,7 @@ fn example(written: WrittenExample, vocabulary: &mut Vocabulary) -> Result<(Vec<
     Ok((views, asked))
 }
 
-fn read_view(written: WrittenView, field: &str, vocabulary: &mut Vocabulary) -> Result<View, Wrong> {
+fn read_view(written: WrittenView, field: &str, vocabulary: &mut Vocabulary) -> Result<View, FieldError> {
     let frame = written.frame.as_ref().map(|frame| read_frame(frame, field)).transpose()?;
     let (frame_position_m, frame_orientation_xyzw) = frame.unwrap_or(([0.0; 3], [0.0, 0.0, 0.0, 1.0]));
     let before = read_objects(written.before, &format!("{field}.before"), vocabulary)?;
@@ -233,12 +241,12 @@ fn read_view(written: WrittenView, field: &str, vocabulary: &mut Vocabulary) -> 
         (None, Some(changed)) => change(&before, changed, &format!("{field}.changed"), vocabulary)?,
         (Some(_), Some(_)) => {
             let reason = "what was there afterwards is said twice: leave out `after` or `changed`";
-            return Err(Wrong::new(format!("{field}.changed: "), reason));
+            return Err(FieldError::new(format!("{field}.changed: "), reason));
         }
         (None, None) => {
             let reason =
                 "it needs `after`, all objects as they are afterwards, or `changed`, what is different";
-            return Err(Wrong::new(format!("{field}: "), reason));
+            return Err(FieldError::new(format!("{field}: "), reason));
         }
     };
     let snapshot = |objects| Snapshot { at_ns: 0, frame_position_m, frame_orientation_xyzw, objects };
@@ -250,12 +258,12 @@ fn read_view(written: WrittenView, field: &str, vocabulary: &mut Vocabulary) -> 
     })
 }
 
-fn read_frame(written: &WrittenFrame, field: &str) -> Result<([f64; 3], [f64; 4]), Wrong> {
+fn read_frame(written: &WrittenFrame, field: &str) -> Result<([f64; 3], [f64; 4]), FieldError> {
     place(written.position_m, &format!("{field}.frame.position_m: "))?;
     if !(-360.0..=360.0).contains(&written.heading_deg) {
         let reason =
             format!("{} is out of range: a heading is from -360 to 360 degrees", written.heading_deg);
-        return Err(Wrong::new(format!("{field}.frame.heading_deg: "), reason));
+        return Err(FieldError::new(format!("{field}.frame.heading_deg: "), reason));
     }
     let half = written.heading_deg.to_radians() / 2.0;
     Ok((written.position_m, [0.0, 0.0, half.sin(), half.cos()]))
@@ -265,19 +273,19 @@ fn read_objects(
     written: Vec<WrittenObject>,
     field: &str,
     vocabulary: &mut Vocabulary,
-) -> Result<Vec<Object>, Wrong> {
+) -> Result<Vec<Object>, FieldError> {
     let mut objects = Vec::new();
     let mut ids = BTreeSet::new();
     for (index, object) in written.into_iter().enumerate() {
         let field = format!("{field}[{index}]");
         let id = object.id.ok_or_else(|| {
-            Wrong::new(
+            FieldError::new(
                 format!("{field}.id: "),
                 "an object needs an id, the same before and after: write a number",
             )
         })?;
         if !ids.insert(id) {
-            return Err(Wrong::new(
+            return Err(FieldError::new(
                 format!("{field}.id: "),
                 format!("{id} is the id of another object of this list"),
             ));
@@ -293,19 +301,19 @@ fn read_object(
     id: u64,
     field: &str,
     vocabulary: Option<&mut Vocabulary>,
-) -> Result<Object, Wrong> {
+) -> Result<Object, FieldError> {
     if let Some(position) = written.position_m {
         place(position, &format!("{field}.position_m: "))?;
     }
     let named = written.features.iter().flat_map(|(name, value)| [name, value]);
     if named.chain(written.states.keys()).any(|name| name.trim().is_empty()) {
-        return Err(Wrong::new(format!("{field}: "), "a feature, a value or a state has no name"));
+        return Err(FieldError::new(format!("{field}: "), "a feature, a value or a state has no name"));
     }
     if let Some(vocabulary) = vocabulary {
         for (name, value) in &written.features {
             vocabulary
                 .note(name, value)
-                .map_err(|reason| Wrong::new(format!("{field}.features: "), reason))?;
+                .map_err(|reason| FieldError::new(format!("{field}.features: "), reason))?;
         }
         vocabulary.note_states(written.states.keys());
     }
@@ -324,12 +332,15 @@ fn change(
     changed: Vec<WrittenChange>,
     field: &str,
     vocabulary: &mut Vocabulary,
-) -> Result<Vec<Object>, Wrong> {
+) -> Result<Vec<Object>, FieldError> {
     let mut after = before.to_vec();
     for (index, change) in changed.into_iter().enumerate() {
         let field = format!("{field}[{index}]");
         let object = after.iter_mut().find(|object| object.id == change.id).ok_or_else(|| {
-            Wrong::new(format!("{field}.id: "), format!("no object of `before` has the id {}", change.id))
+            FieldError::new(
+                format!("{field}.id: "),
+                format!("no object of `before` has the id {}", change.id),
+            )
         })?;
         if let Some(position) = change.position_m {
             place(position, &format!("{field}.position_m: "))?;
@@ -338,7 +349,7 @@ fn change(
         if let Some(name) = change.states.keys().find(|name| !object.states.contains_key(*name)) {
             let reason =
                 format!("`before` does not say whether the object was {name}: say so there, true or false");
-            return Err(Wrong::new(format!("{field}.states.{name}: "), reason));
+            return Err(FieldError::new(format!("{field}.states.{name}: "), reason));
         }
         vocabulary.note_states(change.states.keys());
         object.states.extend(change.states);
@@ -346,13 +357,13 @@ fn change(
     Ok(after)
 }
 
-fn place(position_m: [f64; 3], field: &str) -> Result<(), Wrong> {
+fn place(position_m: [f64; 3], field: &str) -> Result<(), FieldError> {
     let is_near = |number: &f64| (-FURTHEST_M..=FURTHEST_M).contains(number);
     match position_m.iter().find(|number| !is_near(number)) {
         None => Ok(()),
         Some(number) => {
             let reason = format!("{number} is out of range: places are from -{FURTHEST_M} to {FURTHEST_M} m");
-            Err(Wrong::new(field, reason))
+            Err(FieldError::new(field, reason))
         }
     }
 }

@@ -1,17 +1,17 @@
 //! The learned rules as one JSON document, written example by example.
 
 use serde_json::{Value, json};
-use tasks::{Hypotheses, Inquiry, Learned, Rule, Selection, Settings};
+use tasks::{HypothesisLanguage, Inquiry, Learned, Rule, Selection, Settings};
 
 use super::examples::Examples;
 use super::text::{asked_first, expectation};
-use super::{Conclusion, Told};
+use super::{Conclusion, ExampleResult};
 
 /// The document up to its first example.
 pub(super) fn opening(examples: &Examples, settings: &Settings) -> serde_json::Result<String> {
     let language = match settings.language {
-        Hypotheses::Paper => "paper",
-        Hypotheses::Extended => "extended",
+        HypothesisLanguage::Paper => "paper",
+        HypothesisLanguage::Extended => "extended",
     };
     let title = serde_json::to_string(&examples.title)?;
     let noise = serde_json::to_string(&settings.noise.get())?;
@@ -19,7 +19,7 @@ pub(super) fn opening(examples: &Examples, settings: &Settings) -> serde_json::R
 }
 
 /// One example.
-pub(super) fn example(told: &Told<'_>) -> serde_json::Result<String> {
+pub(super) fn example(told: &ExampleResult<'_>) -> serde_json::Result<String> {
     let perspectives: Vec<Value> =
         told.learned.iter().map(|(perspective, learned)| learned_by(*perspective, learned)).collect();
     let asked = told.shown.asked.iter().enumerate().map(|(index, object)| {

@@ -3,15 +3,15 @@
 use std::fmt::Write as _;
 
 use tasks::{
-    Change, Doubt, Inquiry, Object, Signature, ask_about, describe_change, describe_object, listed,
+    Change, Inquiry, Object, OpenQuestion, Signature, ask_about, describe_change, describe_object, listed,
     with_article,
 };
 
 use super::examples::Examples;
-use super::{Conclusion, Told};
+use super::{Conclusion, ExampleResult};
 
 /// The results for one example.
-pub(super) fn example(examples: &Examples, told: &Told<'_>) -> String {
+pub(super) fn example(examples: &Examples, told: &ExampleResult<'_>) -> String {
     let mut text = String::new();
     if let Some(title) = examples.title.as_ref().filter(|_| told.number == 1) {
         let _ = writeln!(text, "{title}\n");
@@ -92,7 +92,7 @@ pub(super) fn closing(examples: &Examples, conclusion: &Conclusion) -> String {
 }
 
 /// The question to ask before any rules are followed.
-pub(super) fn asked_first(examples: &Examples, doubt: &Doubt) -> String {
+pub(super) fn asked_first(examples: &Examples, doubt: &OpenQuestion) -> String {
     let thing = Object { features: doubt.kind.clone(), ..Object::default() };
     let shown = examples.shown.iter().flat_map(|shown| &shown.views).flat_map(|view| &view.after.objects);
     ask_about(&with_article(&describe_object(&examples.language, &thing, shown)), &doubt.goal)

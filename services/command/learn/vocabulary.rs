@@ -2,7 +2,7 @@
 
 use std::collections::BTreeSet;
 
-use tasks::{FEATURES_MOST, FeatureWords, Language, StateWords, VALUES_MOST};
+use tasks::{FeatureWords, Language, MAX_FEATURES, MAX_VALUES, StateWords};
 
 /// Minimum displacement that counts as a move, as in the learner.
 const MOVED_M: f64 = 0.03;
@@ -33,8 +33,8 @@ impl Vocabulary {
     }
 
     fn add(&mut self, name: &str) -> Result<(), String> {
-        if self.features.len() >= FEATURES_MOST {
-            return Err(format!("`{name}` is one feature too many: there can be {FEATURES_MOST}"));
+        if self.features.len() >= MAX_FEATURES {
+            return Err(format!("`{name}` is one feature too many: there can be {MAX_FEATURES}"));
         }
         self.features.push(FeatureWords { percept: 0, name: name.to_owned(), values: Vec::new() });
         Ok(())
@@ -54,9 +54,9 @@ impl Vocabulary {
         }
         let Some(words) = self.features.iter_mut().find(|known| known.name == name) else { return Ok(()) };
         if !words.values.iter().any(|known| known == value) {
-            if words.values.len() >= VALUES_MOST {
+            if words.values.len() >= MAX_VALUES {
                 return Err(format!(
-                    "`{value}` is one value of `{name}` too many: there can be {VALUES_MOST}"
+                    "`{value}` is one value of `{name}` too many: there can be {MAX_VALUES}"
                 ));
             }
             words.values.push(value.to_owned());

@@ -29,7 +29,7 @@ impl Folder {
     }
 
     fn within(parent: &Path) -> io::Result<Self> {
-        clear_up(parent);
+        remove_stale(parent);
         let folder = tempfile::Builder::new().prefix(PREFIX).tempdir_in(parent)?;
         // Lock the file before it gets its name, so that an unlocked file always means a dead creator.
         let unnamed = folder.path().join("lock.new");
@@ -45,7 +45,7 @@ impl Folder {
 }
 
 /// Removes the folders of killed creators. Ignores errors: a folder may belong to another user.
-fn clear_up(parent: &Path) {
+fn remove_stale(parent: &Path) {
     for entry in fs::read_dir(parent).into_iter().flatten().flatten() {
         let is_ours = entry.file_name().to_str().is_some_and(|name| name.starts_with(PREFIX));
         // Do not follow symbolic links.
@@ -63,7 +63,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn what_a_killed_maker_left_goes_and_what_a_living_one_has_stays() {
+    fn only_folders_of_dead_creators_are_removed() {
         let parent = tempfile::tempdir().unwrap();
         let living = Folder::within(parent.path()).unwrap();
         let killed = Folder::within(parent.path()).unwrap();

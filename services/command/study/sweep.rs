@@ -7,15 +7,15 @@ use std::thread;
 
 use config::Robot;
 use serde::Serialize;
-use study::Design;
+use study::TaskVariant;
 
-use crate::command::failure::Failed;
+use crate::command::failure::CommandError;
 use crate::command::rehearsal::rehearse;
 
 /// Number of tasks of the study.
 const TASKS: u32 = 4;
 /// Maximum number of failed designs listed per setting and task.
-const NAMED: usize = 5;
+const MAX_NAMED_DESIGNS: usize = 5;
 
 /// The varied parameters, apart from the blocks.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
@@ -28,21 +28,22 @@ struct Setting {
     threshold: f64,
 }
 
-const AS_IT_COMES: Setting = Setting { position_sigma_m: 0.003, cone_half_angle_deg: 60.0, threshold: 0.15 };
+const DEFAULT_SETTING: Setting =
+    Setting { position_sigma_m: 0.003, cone_half_angle_deg: 60.0, threshold: 0.15 };
 
 const SETTINGS: [Setting; 7] = [
-    AS_IT_COMES,
-    Setting { position_sigma_m: 0.010, ..AS_IT_COMES },
-    Setting { position_sigma_m: 0.030, ..AS_IT_COMES },
-    Setting { cone_half_angle_deg: 30.0, ..AS_IT_COMES },
-    Setting { cone_half_angle_deg: 89.0, ..AS_IT_COMES },
-    Setting { threshold: 0.10, ..AS_IT_COMES },
-    Setting { threshold: 0.20, ..AS_IT_COMES },
+    DEFAULT_SETTING,
+    Setting { position_sigma_m: 0.010, ..DEFAULT_SETTING },
+    Setting { position_sigma_m: 0.030, ..DEFAULT_SETTING },
+    Setting { cone_half_angle_deg: 30.0, ..DEFAULT_SETTING },
+    Setting { cone_half_angle_deg: 89.0, ..DEFAULT_SETTING },
+    Setting { threshold: 0.10, ..DEFAULT_SETTING },
+    Setting { threshold: 0.20, ..DEFAULT_SETTING },
 ];
 
 /// The robot under test, and the number of the simulator among its sources.
 #[derive(Clone, Copy)]
-struct Pupil<'a> {
+struct RobotUnderTest<'a> {
     robot: &'a Robot,
     source: usize,
 }
@@ -61,11 +62,11 @@ struct Row {
     /// Number of designs whose winner was right in both conditions.
     held: u64,
     /// The first failed designs, and what was learned instead.
-    broken: Vec<Broken>,
+    broken: Vec<FailedDesign>,
 }
 
 #[derive(Clone, Debug, Serialize)]
-struct Broken {
+struct FailedDesign {
     design: u64,
     perspective_taking: bool,
     wanted: String,
@@ -80,13 +81,13 @@ impl Sweep {
         source: usize,
         designs: u64,
         told: &(dyn Fn(&str) + Sync),
-    ) -> Result<Self, Failed> {
+    ) -> Result<Self, CommandError> {
         let mut rows = Vec::new();
         for setting in SETTINGS {
             let robot = setting.apply(robot)?;
             for task in 1..=TASKS {
                 told(&format!("task {task}, {setting} ..."));
-                rows.push(Row::of(Pupil { robot: &robot, source }, setting, task, designs)?);
+                rows.push(Row::of(RobotUnderTest { robot: &robot, source }, setting, task, designs)?);
             }
         }
         Ok(Self { designs, rows })
@@ -99,9 +100,9 @@ impl Sweep {
 }
 
 impl Setting {
-    fn apply(self, robot: &Robot) -> Result<Robot, Failed> {
+    fn apply(self, robot: &Robot) -> Result<Robot, CommandError> {
         let mut robot = robot.clone();
-        let cone = self.cone_half_angle_deg.try_into().map_err(Failed::because)?;
+        let cone = self.cone_half_angle_deg.try_into().map_err(CommandError::runtime)?;
         robot.perspective.sight.cone_half_angle_deg = cone;
         robot.percepts.belief.threshold = self.threshold;
         Ok(robot)
@@ -114,7 +115,12 @@ impl Setting {
 }
 
 impl Row {
-    fn of(pupil: Pupil<'_>, setting: Setting, task: u32, designs: u64) -> Result<Self, Failed> {
+    fn of(
+        pupil: RobotUnderTest<'_>,
+        setting: Setting,
+        task: u32,
+        designs: u64,
+    ) -> Result<Self, CommandError> {
         let next = AtomicU64::new(0);
         let found = Mutex::new((0_u64, Vec::new(), None));
         let workers = thread::available_parallelism().map_or(1, usize::from);
@@ -142,16 +148,21 @@ impl Row {
         if let Some(failed) = failed {
             return Err(failed);
         }
-        broken.sort_by_key(|broken: &Broken| (broken.design, broken.perspective_taking));
-        broken.truncate(NAMED);
+        broken.sort_by_key(|broken: &FailedDesign| (broken.design, broken.perspective_taking));
+        broken.truncate(MAX_NAMED_DESIGNS);
         Ok(Self { setting, task, held, broken })
     }
 }
 
 /// Plays a design with and without perspective taking; returns the conditions with a wrong winner.
-fn play(pupil: Pupil<'_>, setting: Setting, task: u32, design: u64) -> Result<Vec<Broken>, Failed> {
-    let Some(Design { mut lesson, with, without, .. }) = Design::of(task, design) else {
-        return Err(Failed::because(format!("there is no design of task {task}")));
+fn play(
+    pupil: RobotUnderTest<'_>,
+    setting: Setting,
+    task: u32,
+    design: u64,
+) -> Result<Vec<FailedDesign>, CommandError> {
+    let Some(TaskVariant { mut lesson, with, without, .. }) = TaskVariant::of(task, design) else {
+        return Err(CommandError::runtime(format!("there is no design of task {task}")));
     };
     lesson.noise.position_sigma_m = setting.position_sigma_m;
     let mut broken = Vec::new();
@@ -160,7 +171,7 @@ fn play(pupil: Pupil<'_>, setting: Setting, task: u32, design: u64) -> Result<Ve
         let rule = account.tasks.first().and_then(|task| task.rule.as_ref());
         let learned = rule.map_or_else(|| "nothing".to_owned(), |rule| rule.name.clone());
         if learned != wanted {
-            broken.push(Broken { design, perspective_taking, wanted, learned });
+            broken.push(FailedDesign { design, perspective_taking, wanted, learned });
         }
     }
     Ok(broken)
@@ -184,7 +195,7 @@ impl fmt::Display for Sweep {
         for row in &self.rows {
             let asked = format!("(asked: {} %)", row.setting.percent());
             writeln!(out, "  {:<42} task {}: {:>5} {asked}", row.setting.to_string(), row.task, row.held)?;
-            for Broken { design, perspective_taking, wanted, learned } in &row.broken {
+            for FailedDesign { design, perspective_taking, wanted, learned } in &row.broken {
                 let how = if *perspective_taking { "with" } else { "without" };
                 writeln!(out, "      design {design}, {how}: \"{learned}\" instead of \"{wanted}\"")?;
             }

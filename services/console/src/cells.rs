@@ -9,15 +9,15 @@ mod scene;
 mod task;
 
 pub(crate) use arming::arming;
-pub(crate) use belief::{Minds, Seen, belief_in, twin};
-pub(crate) use history::Histories;
+pub(crate) use belief::{BeliefRenderer, Seen, belief_in, counterpart};
+pub(crate) use history::TimeLines;
 pub(crate) use joints::joints;
 pub(crate) use line::Lines;
 pub(crate) use scene::{Thing, scene};
 pub(crate) use task::tasks;
 
 /// Positions are rounded to 0.1 mm.
-const PLACE: f64 = 1e4;
+const POSITION_PARTS: f64 = 1e4;
 
 /// Rounds to `1 / parts`; `None` for NaN and infinities.
 pub(crate) fn rounded(value: f64, parts: f64) -> Option<f64> {
@@ -26,11 +26,11 @@ pub(crate) fn rounded(value: f64, parts: f64) -> Option<f64> {
 }
 
 /// Euclidean distance of two points.
-fn far<const N: usize>(one: [f64; N], other: [f64; N]) -> f64 {
+fn distance<const N: usize>(one: [f64; N], other: [f64; N]) -> f64 {
     one.iter().zip(other).map(|(one, other)| (one - other).powi(2)).sum::<f64>().sqrt()
 }
 
 /// Rounds each number to 1e-4.
 pub(crate) fn numbers<const N: usize>(values: [f64; N]) -> [Option<f64>; N] {
-    values.map(|value| rounded(value, PLACE))
+    values.map(|value| rounded(value, POSITION_PARTS))
 }

@@ -2,10 +2,10 @@
 
 pub(crate) mod arming;
 pub(crate) mod black_box;
-pub(crate) mod fares;
 pub(crate) mod hand;
 pub(crate) mod lessons;
 pub(crate) mod look;
+pub(crate) mod metrics_poller;
 pub(crate) mod run;
 pub(crate) mod tape;
 pub mod top;

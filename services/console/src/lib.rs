@@ -2,11 +2,11 @@
 
 mod cells;
 #[cfg(test)]
-mod day;
+mod endurance;
 mod io;
 mod narrator;
 mod requests;
-mod sheet;
+mod state_store;
 mod view;
 
 pub use io::run::run;
@@ -14,4 +14,4 @@ pub use io::top;
 #[cfg(any(test, feature = "fed"))]
 pub use io::web::fed;
 pub use narrator::{Line, LineKind, Narrator, Transcript};
-pub use sheet::Sheet;
+pub use state_store::StateStore;

@@ -199,7 +199,7 @@ mod tests {
     }
 
     #[test]
-    fn what_a_remembered_task_comes_to_was_told_when_it_was_learned() {
+    fn events_of_a_remembered_task_are_not_repeated() {
         let (mut narrator, mut transcript) = (Narrator::default(), Transcript::default());
         let mut text = |event: &Event| narrator.event(1, event).map(|line| transcript.text(&line));
         let rule = Event::new(EventKind::RuleChosen, "task 1", "all");
@@ -213,7 +213,7 @@ mod tests {
     }
 
     #[test]
-    fn nonsense_becomes_no_line() {
+    fn a_malformed_event_gives_no_line() {
         let lie = Event { kind: 999, ..Event::new(EventKind::Said, "", "x") };
         assert_eq!(text(&mut Transcript::default(), 1, &lie), "");
     }

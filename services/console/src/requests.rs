@@ -5,7 +5,7 @@ use serde::Deserialize;
 
 /// A request of a page.
 #[derive(Clone, Debug, PartialEq)]
-pub(crate) enum Wish {
+pub(crate) enum PageRequest {
     /// An act of a teacher in the workspace.
     Act(Box<TeacherAct>),
     /// Start or stop a recording.
@@ -19,7 +19,7 @@ pub(crate) enum Wish {
 /// The JSON format of a page's message.
 #[derive(Debug, Deserialize)]
 #[serde(tag = "do", rename_all = "lowercase", deny_unknown_fields)]
-enum Said {
+enum RequestJson {
     Say {
         id: u64,
         text: String,
@@ -140,9 +140,9 @@ pub(crate) fn number(message: &str) -> Option<u64> {
 
 /// Parses a message of a page into its request number and the request. `first` is the teacher if the message names
 /// none.
-pub(crate) fn parse(message: &str, first: u16) -> Result<(u64, Wish), Malformed> {
+pub(crate) fn parse(message: &str, first: u16) -> Result<(u64, PageRequest), Malformed> {
     let malformed = |reason: String| Malformed { id: number(message), reason };
-    let said: Said = serde_json::from_str(message).map_err(|error| malformed(error.to_string()))?;
+    let said: RequestJson = serde_json::from_str(message).map_err(|error| malformed(error.to_string()))?;
     let act = |kind, teacher: Option<u16>| TeacherAct::new(kind, teacher.unwrap_or(first));
     let text = |what: &str| {
         if what.len() > TEXT_CAPACITY {
@@ -156,32 +156,32 @@ pub(crate) fn parse(message: &str, first: u16) -> Result<(u64, Wish), Malformed>
     let turned = |heading: Option<f64>| heading.unwrap_or(f64::NAN);
     use TeacherActKind as Kind;
     let (id, act) = match said {
-        Said::Record { id, on } => return Ok((id, Wish::Record(on))),
-        Said::Keep { id } => return Ok((id, Wish::Keep)),
-        Said::Arm { id, locks } => return Ok((id, Wish::Arm(locks))),
-        Said::Say { id, text: words, teacher } => {
+        RequestJson::Record { id, on } => return Ok((id, PageRequest::Record(on))),
+        RequestJson::Keep { id } => return Ok((id, PageRequest::Keep)),
+        RequestJson::Arm { id, locks } => return Ok((id, PageRequest::Arm(locks))),
+        RequestJson::Say { id, text: words, teacher } => {
             (id, TeacherAct { text: text(&words)?, ..act(Kind::Say, teacher) })
         }
-        Said::Take { id, thing, teacher } => {
+        RequestJson::Take { id, thing, teacher } => {
             (id, TeacherAct { text: text(&thing)?, ..act(Kind::Take, teacher) })
         }
-        Said::Carry { id, at, heading } => {
+        RequestJson::Carry { id, at, heading } => {
             (id, TeacherAct { position_m: at, heading_rad: turned(heading), ..act(Kind::Carry, None) })
         }
-        Said::Put { id, at, heading } => {
+        RequestJson::Put { id, at, heading } => {
             (id, TeacherAct { position_m: at, heading_rad: turned(heading), ..act(Kind::Put, None) })
         }
-        Said::Cancel { id } => (id, act(Kind::Cancel, None)),
-        Said::Seat { id, eyes, looks_at, teacher } => {
+        RequestJson::Cancel { id } => (id, act(Kind::Cancel, None)),
+        RequestJson::Seat { id, eyes, looks_at, teacher } => {
             (id, TeacherAct { position_m: eyes, also_m: looks_at, ..act(Kind::Seat, teacher) })
         }
-        Said::Leave { id, teacher } => (id, act(Kind::Leave, teacher)),
-        Said::Return { id, teacher } => (id, act(Kind::Return, teacher)),
-        Said::Screen { id, name, at, half, teacher } => {
+        RequestJson::Leave { id, teacher } => (id, act(Kind::Leave, teacher)),
+        RequestJson::Return { id, teacher } => (id, act(Kind::Return, teacher)),
+        RequestJson::Screen { id, name, at, half, teacher } => {
             let also_m = half.unwrap_or_default();
             (id, TeacherAct { position_m: at, also_m, text: text(&name)?, ..act(Kind::Screen, teacher) })
         }
-        Said::Add { id, kind, colour, at, heading } => {
+        RequestJson::Add { id, kind, colour, at, heading } => {
             let (&[x, y] | &[x, y, _]) = at.as_slice() else {
                 return Err(malformed("`at` is a place on the table: [x, y]".to_owned()));
             };
@@ -189,15 +189,19 @@ pub(crate) fn parse(message: &str, first: u16) -> Result<(u64, Wish), Malformed>
             let heading_rad = turned(heading);
             (id, TeacherAct { position_m: [x, y, 0.0], heading_rad, text, colour, ..act(Kind::Add, None) })
         }
-        Said::Remove { id, thing } => (id, TeacherAct { text: text(&thing)?, ..act(Kind::Remove, None) }),
-        Said::Clear { id } => (id, act(Kind::Clear, None)),
-        Said::Lay { id, table } => (id, TeacherAct { table, ..act(Kind::Lay, None) }),
-        Said::Open { id, lesson } => (id, TeacherAct { text: text(&lesson)?, ..act(Kind::Open, None) }),
-        Said::Play { id } => (id, act(Kind::Play, None)),
-        Said::Undo { id, teacher } => (id, act(Kind::Undo, teacher)),
-        Said::Save { id, title } => (id, TeacherAct { text: text(&title)?, ..act(Kind::Save, None) }),
+        RequestJson::Remove { id, thing } => {
+            (id, TeacherAct { text: text(&thing)?, ..act(Kind::Remove, None) })
+        }
+        RequestJson::Clear { id } => (id, act(Kind::Clear, None)),
+        RequestJson::Lay { id, table } => (id, TeacherAct { table, ..act(Kind::Lay, None) }),
+        RequestJson::Open { id, lesson } => {
+            (id, TeacherAct { text: text(&lesson)?, ..act(Kind::Open, None) })
+        }
+        RequestJson::Play { id } => (id, act(Kind::Play, None)),
+        RequestJson::Undo { id, teacher } => (id, act(Kind::Undo, teacher)),
+        RequestJson::Save { id, title } => (id, TeacherAct { text: text(&title)?, ..act(Kind::Save, None) }),
     };
-    Ok((id, Wish::Act(Box::new(act))))
+    Ok((id, PageRequest::Act(Box::new(act))))
 }
 
 #[cfg(test)]
@@ -207,21 +211,23 @@ mod tests {
     use super::*;
 
     #[test]
-    fn what_a_page_says_is_understood() {
-        let (id, wish) = parse(r#"{"id": 7, "do": "put", "at": [0.1, 0.2, 0.3]}"#, 1).unwrap();
-        let Wish::Act(act) = wish else { panic!("an act") };
+    fn every_page_message_is_parsed() {
+        let (id, page_request) = parse(r#"{"id": 7, "do": "put", "at": [0.1, 0.2, 0.3]}"#, 1).unwrap();
+        let PageRequest::Act(act) = page_request else { panic!("an act") };
         assert_eq!((id, act.kind(), act.position_m), (7, Some(TeacherActKind::Put), [0.1, 0.2, 0.3]));
         assert!(act.heading_rad.is_nan());
-        let (_, wish) = parse(r#"{"id": 8, "do": "say", "text": "Why?", "teacher": 2}"#, 1).unwrap();
-        assert!(matches!(wish, Wish::Act(act) if act.teacher == 2 && act.text.as_str() == "Why?"));
+        let (_, page_request) = parse(r#"{"id": 8, "do": "say", "text": "Why?", "teacher": 2}"#, 1).unwrap();
+        assert!(
+            matches!(page_request, PageRequest::Act(act) if act.teacher == 2 && act.text.as_str() == "Why?")
+        );
         for (said, locks) in [("", None), (r#", "locks": 9"#, Some(9))] {
-            let wish = parse(&format!(r#"{{"id": 9, "do": "arm"{said}}}"#), 1).unwrap();
-            assert_eq!(wish, (9, Wish::Arm(locks)));
+            let page_request = parse(&format!(r#"{{"id": 9, "do": "arm"{said}}}"#), 1).unwrap();
+            assert_eq!(page_request, (9, PageRequest::Arm(locks)));
         }
     }
 
     #[test]
-    fn what_cannot_be_understood_is_answered_to_whom_it_may_concern() {
+    fn a_malformed_message_is_answered_with_its_request_number() {
         for (message, id, said) in [
             ("", None, "EOF"),
             (r#"{"id": 3, "do": "fly"}"#, Some(3), "unknown variant `fly`"),
@@ -243,7 +249,7 @@ mod tests {
 
     proptest! {
         #[test]
-        fn no_bytes_do_harm(message in "\\PC*") {
+        fn arbitrary_bytes_are_handled(message in "\\PC*") {
             let _ = parse(&message, 1);
         }
     }

@@ -4,8 +4,8 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use tasks::{Language, Object, Settings, Snapshot, Task, counterparts, describe_object, listed};
 
-use crate::report::{like, sight_among, spoken};
-use crate::verdict::Verdict;
+use crate::evaluation::Evaluation;
+use crate::report::{describe_view_among, goal_phrase, same_kind};
 
 /// The answer to "What did you learn?": for each task its name and a sentence about its rule.
 pub(crate) fn learned<'a>(
@@ -16,12 +16,12 @@ pub(crate) fn learned<'a>(
 ) -> Vec<(String, String)> {
     let mut known: Vec<(String, String)> = tasks
         .map(|task| {
-            let verdict = Verdict::of(language, task, perspectives, settings);
-            let text = match (verdict.doubt(), verdict.learned()) {
-                (None, Some(learned)) => format!("{} is: {}", task.name, spoken(learned)),
+            let evaluation = Evaluation::of(language, task, perspectives, settings);
+            let text = match (evaluation.doubt(), evaluation.learned()) {
+                (None, Some(learned)) => format!("{} is: {}", task.name, goal_phrase(learned)),
                 (None, None) => format!("I know no rule for {}; please show it again", task.name),
                 (Some(_), Some(learned)) => {
-                    format!("I am not sure of {}; until I am, it is: {}", task.name, spoken(learned))
+                    format!("I am not sure of {}; until I am, it is: {}", task.name, goal_phrase(learned))
                 }
                 (Some(_), None) => format!("I do not know yet what {} is", task.name),
             };
@@ -36,24 +36,24 @@ pub(crate) fn learned<'a>(
 
 /// The answer to "Why?": the support of the learned rule, and how the perspectives differ.
 pub(crate) fn why(language: &Language, task: &Task, perspectives: &[u16], settings: &Settings) -> String {
-    let verdict = Verdict::of(language, task, perspectives, settings);
-    let explanation = verdict.explanation(language, task);
-    if verdict.doubt().is_some() {
+    let evaluation = Evaluation::of(language, task, perspectives, settings);
+    let explanation = evaluation.explanation(language, task);
+    if evaluation.doubt().is_some() {
         return unsure(task, explanation.as_deref());
     }
-    let Some(learned) = verdict.learned() else {
+    let Some(learned) = evaluation.learned() else {
         return format!(
             "I know no rule for {}: nothing that I can think of explains what changed",
             task.name
         );
     };
     let first = learned.primary().next();
-    let (tally, examples) = match (first, learned.figures.first()) {
+    let (tally, examples) = match (first, learned.arrangements.first()) {
         (Some(rule), _) => (rule.standing.tally, rule.standing.examples),
-        (None, Some(figure)) => (figure.standing.tally, figure.standing.examples),
+        (None, Some(arrangement)) => (arrangement.standing.tally, arrangement.standing.examples),
         (None, None) => (0, learned.examples),
     };
-    let shown = format!("\"{}\" is what {tally} of {examples} showings say", spoken(learned));
+    let shown = format!("\"{}\" is what {tally} of {examples} showings say", goal_phrase(learned));
     match explanation {
         Some(explanation) => format!("{shown}; {explanation}"),
         None => shown,
@@ -74,7 +74,7 @@ pub(crate) fn seen_by(language: &Language, views: &BTreeMap<u16, Snapshot>, part
     };
     let known = counterparts(own, theirs);
     let is_unknown = |object: &&Object| object.position_m.is_some() && !known.contains_key(&object.id);
-    let name = |object: &Object| describe_object(language, object, like(own, object));
+    let name = |object: &Object| describe_object(language, object, same_kind(own, object));
     let names: BTreeSet<String> = theirs.objects.iter().map(name).collect();
     let mut unknown: BTreeMap<String, u32> = BTreeMap::new();
     for object in own.objects.iter().filter(is_unknown) {
@@ -87,6 +87,6 @@ pub(crate) fn seen_by(language: &Language, views: &BTreeMap<u16, Snapshot>, part
         (true, _) => format!("another {count} × {name}"),
     });
     let unknown: Vec<String> = unknown.collect();
-    let known = format!("I think you know of {}", sight_among(language, theirs, own));
+    let known = format!("I think you know of {}", describe_view_among(language, theirs, own));
     if unknown.is_empty() { known } else { format!("{known}, and not of {}", listed(&unknown)) }
 }

@@ -1,7 +1,7 @@
 //! All input and output of this process: shared memory, files, devices, the clock and other processes.
 
-pub(crate) mod keeper;
 pub(crate) mod memory;
+pub(crate) mod persister;
 pub(crate) mod run;
 
 pub use store::{OpenError, VERSION as MEMORY_VERSION, Version as MemoryVersion};

@@ -1,5 +1,5 @@
 mod conversation;
-mod ear;
+mod utterance_queue;
 
 use std::collections::{BTreeMap, VecDeque};
 
@@ -7,19 +7,19 @@ use clock::{Duration, Instant};
 use message::{Belief, BeliefHead, Event, EventKind, JointGoal, Utterance};
 use tasks::{Example, Language, Learned, Noise, OnConflict, Prior, Snapshot, Task, key};
 
-use crate::performance::{HalfHeights, Performance, Stage};
+use crate::evaluation::Evaluation;
+use crate::performance::{HalfHeights, Performance, StepContext};
 use crate::question::Question;
-use crate::report::{retell, sight, spoken};
+use crate::report::{describe_view, goal_phrase, replay_events};
 use crate::teaching::Teaching;
-use crate::verdict::Verdict;
 use crate::views::{Continuity, Views};
 use crate::{Body, Motion, Skill, Vocabulary, answers};
-use ear::{Place, Waiting};
 use quantity::number::{counted, saturating_u32};
+use utterance_queue::{PendingSentence, Timing};
 
 /// The answer if the beginning or the end of a demonstration cannot be matched to beliefs: the sentence came long after
 /// the moment it is about, or the beliefs are missing.
-const UNSEEN: &str = "I do not know how things were when you said that";
+const NO_BELIEFS_THEN: &str = "I do not know how things were when you said that";
 
 /// The settings of the learner.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -55,8 +55,8 @@ impl Settings {
 pub fn learning(learner: &config::leo::Learner) -> tasks::Settings {
     tasks::Settings {
         language: match learner.language {
-            config::leo::Hypotheses::Paper => tasks::Hypotheses::Paper,
-            config::leo::Hypotheses::Extended => tasks::Hypotheses::Extended,
+            config::leo::HypothesisLanguage::Paper => tasks::HypothesisLanguage::Paper,
+            config::leo::HypothesisLanguage::Extended => tasks::HypothesisLanguage::Extended,
         },
         prior: Prior { lambda: learner.lambda.get(), mu: learner.mu.get() },
         selection_nats: learner.selection_nats.get(),
@@ -118,14 +118,14 @@ pub struct Learner<B> {
     views: Views,
     /// Unanswered sentences: they wait for the beliefs of the instant at which they were said, and for the end of a
     /// search for lost objects.
-    heard: VecDeque<Waiting>,
+    pending_sentences: VecDeque<PendingSentence>,
     teaching: Option<Teaching>,
     performance: Option<Performance>,
     /// The key of the current task: the one last taught or performed.
-    in_question: Option<String>,
+    current_task: Option<String>,
     /// The last question, while the next sentence may be its answer.
     question: Option<Question>,
-    begun: bool,
+    has_started_body: bool,
     goals_at: Option<Instant>,
 }
 
@@ -147,12 +147,12 @@ impl<B: Body> Learner<B> {
             body,
             tasks: tasks.into_iter().map(|task| (key(&task.name), task)).collect(),
             views: Views::default(),
-            heard: VecDeque::new(),
+            pending_sentences: VecDeque::new(),
             teaching: None,
             performance: None,
-            in_question: None,
+            current_task: None,
             question: None,
-            begun: false,
+            has_started_body: false,
             goals_at: None,
         }
     }
@@ -171,7 +171,7 @@ impl<B: Body> Learner<B> {
     /// The events that describe what was learned about a known task.
     #[must_use]
     pub fn recall(&self, key: &str) -> Vec<Event> {
-        let tell = |task| retell(&self.vocabulary.language, task, &self.settings.learning);
+        let tell = |task| replay_events(&self.vocabulary.language, task, &self.settings.learning);
         self.tasks.get(key).map_or_else(Vec::new, tell)
     }
 
@@ -179,20 +179,22 @@ impl<B: Body> Learner<B> {
     pub fn step(&mut self, now: Instant, input: &Input<'_>) -> Output {
         let mut output = Output::default();
         self.believe(now, input, &mut output);
-        let heard = input.utterances.iter();
-        self.heard.extend(heard.map(|(said_at, utterance)| Waiting::new(now, *said_at, utterance)));
+        let pending_sentences = input.utterances.iter();
+        self.pending_sentences.extend(
+            pending_sentences.map(|(said_at, utterance)| PendingSentence::new(now, *said_at, utterance)),
+        );
         let believed_at = self.views.own_at();
-        self.heard.iter_mut().for_each(|waiting| waiting.note(now, believed_at));
-        self.obey_stops(now, input.present_rad, &mut output);
-        if self.is_sure_of_objects(now, &mut output) && !self.views.is_settling(now) {
+        self.pending_sentences.iter_mut().for_each(|waiting| waiting.note(now, believed_at));
+        self.process_stops(now, input.present_rad, &mut output);
+        if self.are_identities_valid(now, &mut output) && !self.views.is_settling(now) {
             self.record_performed(now, &mut output);
-            let is_due = |waiting: &Waiting| waiting.place() != Place::Ahead;
-            while self.heard.front().is_some_and(is_due)
-                && let Some(sentence) = self.heard.pop_front()
+            let is_due = |waiting: &PendingSentence| waiting.place() != Timing::Pending;
+            while self.pending_sentences.front().is_some_and(is_due)
+                && let Some(sentence) = self.pending_sentences.pop_front()
             {
                 self.answer(now, &sentence, input.present_rad, &mut output);
             }
-            self.watch(now, &mut output);
+            self.detect_acts(now, &mut output);
         }
         self.act(now, input.present_rad, &mut output);
         output
@@ -211,9 +213,9 @@ impl<B: Body> Learner<B> {
 
     /// Whether the object identities are reliable. A demonstration with a lost object would be a wrong example, so it
     /// is discarded with a message.
-    fn is_sure_of_objects(&mut self, now: Instant, output: &mut Output) -> bool {
+    fn are_identities_valid(&mut self, now: Instant, output: &mut Output) -> bool {
         let Some(teaching) = &self.teaching else {
-            self.views.forget();
+            self.views.cancel_rematching();
             return true;
         };
         match self.views.resume(now, &self.vocabulary.language) {
@@ -232,10 +234,10 @@ impl<B: Body> Learner<B> {
     }
 
     /// Detects movements and acts of the demonstration in progress.
-    fn watch(&mut self, now: Instant, output: &mut Output) {
+    fn detect_acts(&mut self, now: Instant, output: &mut Output) {
         let Some(teaching) = &mut self.teaching else { return };
         let language = &self.vocabulary.language;
-        let glance = self.views.remember(now, language, &self.perspectives);
+        let glance = self.views.snapshot_periodically(now, language, &self.perspectives);
         output.events.extend(glance.and_then(|own| teaching.mirror(&self.vocabulary, own)));
         let act = teaching.parse(now, language, self.views.own_beliefs());
         // While Leo performs a task, the task as a whole is the executable, not its acts.
@@ -248,7 +250,7 @@ impl<B: Body> Learner<B> {
     /// Shows a face, unless a performance needs the body.
     fn show(&mut self, now: Instant, face: Skill, present_rad: &[Option<f64>]) {
         if self.performance.is_none() {
-            self.begun = true;
+            self.has_started_body = true;
             self.body.begin(now, face, present_rad);
         }
     }
@@ -256,12 +258,12 @@ impl<B: Body> Learner<B> {
     fn begin_teaching(
         &mut self,
         now: Instant,
-        sentence: &Waiting,
+        sentence: &PendingSentence,
         name: &str,
         present_rad: &[Option<f64>],
         output: &mut Output,
     ) {
-        let Waiting { speaker, .. } = *sentence;
+        let PendingSentence { speaker, .. } = *sentence;
         if let Some(teaching) = self.teaching.take() {
             let unfinished = &teaching.recording.task;
             say(
@@ -272,8 +274,8 @@ impl<B: Body> Learner<B> {
         }
         // The spelling at the first demonstration stays the task's name.
         let name = self.tasks.get(&key(name)).map_or(name, |task| &task.name).to_owned();
-        if sentence.place() == Place::Behind {
-            say(output, &name, &format!("{UNSEEN}: please begin again"));
+        if sentence.place() == Timing::TooLate {
+            say(output, &name, &format!("{NO_BELIEFS_THEN}: please begin again"));
             return;
         }
         let snapshots = self.views.snapshots(now, &self.vocabulary.language, &self.perspectives);
@@ -296,7 +298,7 @@ impl<B: Body> Learner<B> {
     }
 
     /// Ends the demonstration of the task with one of these names; the last one is the name without courtesy words.
-    fn end_teaching(&mut self, now: Instant, place: Place, names: &[String], output: &mut Output) {
+    fn end_teaching(&mut self, now: Instant, place: Timing, names: &[String], output: &mut Output) {
         let language = &self.vocabulary.language;
         let is_it = |teaching: &mut Teaching| {
             let shown = key(&teaching.recording.task);
@@ -314,8 +316,9 @@ impl<B: Body> Learner<B> {
             return;
         };
         let name = teaching.recording.task.clone();
-        if place == Place::Behind {
-            let text = format!("{UNSEEN}: this showing of {name} does not count, please show it again");
+        if place == Timing::TooLate {
+            let text =
+                format!("{NO_BELIEFS_THEN}: this showing of {name} does not count, please show it again");
             say(output, &name, &text);
             return;
         }
@@ -338,12 +341,12 @@ impl<B: Body> Learner<B> {
         let task =
             self.tasks.entry(key(&name)).or_insert_with(|| Task { name: name.clone(), examples: Vec::new() });
         task.examples.push(example);
-        self.conclude(&key(&name), EventKind::DemonstrationEnded, &name, output);
+        self.report_learned(&key(&name), EventKind::DemonstrationEnded, &name, output);
     }
 
     /// Stores the new example of a task, reports what was learned, and asks about what remains open. `kind` and `text`
     /// describe the origin of the example.
-    fn conclude(&mut self, task_key: &str, kind: EventKind, text: &str, output: &mut Output) {
+    fn report_learned(&mut self, task_key: &str, kind: EventKind, text: &str, output: &mut Output) {
         let (language, settings) = (&self.vocabulary.language, &self.settings.learning);
         let Some(task) = self.tasks.get(task_key) else { return };
         let name = task.name.clone();
@@ -352,18 +355,18 @@ impl<B: Body> Learner<B> {
             let (key, task, example) = (task_key.to_owned(), name.clone(), example.clone());
             output.save.push(Kept { key, task, place, example });
         }
-        self.in_question = Some(task_key.to_owned());
+        self.current_task = Some(task_key.to_owned());
         let examples = saturating_u32(task.examples.len());
         output.events.push(Event { examples, ..Event::new(kind, &name, text) });
-        let verdict = Verdict::of(language, task, &self.perspectives, settings);
-        output.events.extend(verdict.events(language, task));
+        let evaluation = Evaluation::of(language, task, &self.perspectives, settings);
+        output.events.extend(evaluation.events(language, task));
         // With the default policy the explanation is only given on request.
         let is_said = settings.on_conflict != OnConflict::Human;
-        let explanation = is_said.then(|| verdict.explanation(language, task)).flatten();
-        let text = match verdict.learned() {
-            _ if verdict.doubt().is_some() => answers::unsure(task, explanation.as_deref()),
+        let explanation = is_said.then(|| evaluation.explanation(language, task)).flatten();
+        let text = match evaluation.learned() {
+            _ if evaluation.doubt().is_some() => answers::unsure(task, explanation.as_deref()),
             Some(learned) => {
-                let rule = spoken(learned);
+                let rule = goal_phrase(learned);
                 let doubt = doubt(learned, settings);
                 format!("I learned {name} from {}: {rule}{doubt}", counted(examples, "example"))
             }
@@ -373,15 +376,15 @@ impl<B: Body> Learner<B> {
         };
         say(output, &name, &text);
         // Announce a missing skill now, not at the first request to perform.
-        if let Some(why) = verdict.learned().and_then(|learned| self.vocabulary.beyond(learned)) {
+        if let Some(why) = evaluation.learned().and_then(|learned| self.vocabulary.missing_skill(learned)) {
             say(output, &name, &format!("{why}: I know what you mean, and cannot do it"));
         }
-        match (verdict.doubt(), verdict.learned(), explanation) {
-            (Some(_), Some(learned), _) => say(output, &name, &until_then(learned)),
+        match (evaluation.doubt(), evaluation.learned(), explanation) {
+            (Some(_), Some(learned), _) => say(output, &name, &provisional_rule(learned)),
             (None, _, Some(why)) => say(output, &name, &why),
             _ => {}
         }
-        self.question = Question::about(language, task_key, task, &verdict, settings);
+        self.question = Question::about(language, task_key, task, &evaluation, settings);
         if let Some(question) = &self.question {
             say(output, &name, &question.text);
         }
@@ -390,13 +393,13 @@ impl<B: Body> Learner<B> {
     /// Repeats the open question about the current task if a conflict decision depends on it.
     fn ask_again(&mut self, output: &mut Output) {
         let (language, settings) = (&self.vocabulary.language, &self.settings.learning);
-        let Some((key, task)) = self.in_question.as_ref().and_then(|key| self.tasks.get_key_value(key))
+        let Some((key, task)) = self.current_task.as_ref().and_then(|key| self.tasks.get_key_value(key))
         else {
             return;
         };
-        let verdict = Verdict::of(language, task, &self.perspectives, settings);
-        if verdict.doubt().is_some() {
-            self.question = Question::about(language, key, task, &verdict, settings);
+        let evaluation = Evaluation::of(language, task, &self.perspectives, settings);
+        if evaluation.doubt().is_some() {
+            self.question = Question::about(language, key, task, &evaluation, settings);
             if let Some(question) = &self.question {
                 say(output, &task.name, &question.text);
             }
@@ -416,21 +419,21 @@ impl<B: Body> Learner<B> {
             return;
         };
         let language: &Language = &self.vocabulary.language;
-        let verdict = Verdict::of(language, task, &self.perspectives, &self.settings.learning);
-        let doubtful = verdict.doubt().is_some();
-        let Some(learned) = verdict.learned() else {
+        let evaluation = Evaluation::of(language, task, &self.perspectives, &self.settings.learning);
+        let doubtful = evaluation.doubt().is_some();
+        let Some(learned) = evaluation.learned() else {
             let text = if doubtful {
                 answers::unsure(task, None)
             } else {
                 format!("I know no rule for {name}; please show it again")
             };
             decline(output, name, &text);
-            self.in_question = Some(key(name));
+            self.current_task = Some(key(name));
             self.ask_again(output);
             return;
         };
         if doubtful {
-            say(output, &task.name, &until_then(learned));
+            say(output, &task.name, &provisional_rule(learned));
         }
         output.events.push(Event::new(EventKind::PerformanceStarted, &task.name, &task.name));
         if let Some(view) = self.views.own(language) {
@@ -441,14 +444,14 @@ impl<B: Body> Learner<B> {
             peg_m: self.settings.peg_half_height_m,
             marker_m: self.settings.marker_half_height_m,
         };
-        self.in_question = Some(key(name));
+        self.current_task = Some(key(name));
         self.performance = Some(Performance::new(&task.name, learned, half_heights));
     }
 
     /// Advances the body and the performance.
     fn act(&mut self, now: Instant, present_rad: &[Option<f64>], output: &mut Output) {
-        if !self.begun {
-            self.begun = true;
+        if !self.has_started_body {
+            self.has_started_body = true;
             self.body.begin(now, Skill::Rest, present_rad);
         }
         let mut goals = Vec::new();
@@ -465,7 +468,7 @@ impl<B: Body> Learner<B> {
         let task = performance.task.clone();
         let language = &self.vocabulary.language;
         let own = if self.views.is_settling(now) { None } else { self.views.own(language) };
-        let mut stage = Stage {
+        let mut context = StepContext {
             now,
             vocabulary: &self.vocabulary,
             own: own.as_ref(),
@@ -473,7 +476,7 @@ impl<B: Body> Learner<B> {
             body: &mut self.body,
             motion,
         };
-        self.performance = performance.step(&mut stage, &mut output.events);
+        self.performance = performance.step(&mut context, &mut output.events);
         if self.performance.is_none() {
             self.note_performed(&task);
         }
@@ -496,7 +499,7 @@ impl<B: Body> Learner<B> {
 }
 
 fn seen(language: &Language, task: &str, perspective: u16, view: &Snapshot) -> Event {
-    Event { perspective, ..Event::new(EventKind::Seen, task, &sight(language, view)) }
+    Event { perspective, ..Event::new(EventKind::Seen, task, &describe_view(language, view)) }
 }
 
 fn say(output: &mut Output, task: &str, text: &str) {
@@ -510,9 +513,9 @@ fn decline(output: &mut Output, task: &str, text: &str) {
 }
 
 /// Says which rule is followed while the decision is open.
-fn until_then(learned: &Learned) -> String {
+fn provisional_rule(learned: &Learned) -> String {
     let examples = counted(saturating_u32(learned.examples), "example");
-    format!("until I know, I go by what I learned from {examples}: {}", spoken(learned))
+    format!("until I know, I go by what I learned from {examples}: {}", goal_phrase(learned))
 }
 
 /// Says how many examples contradict what was learned, if any. With label noise, contradictions are expected.

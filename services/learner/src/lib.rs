@@ -5,16 +5,16 @@
 
 mod answers;
 mod body;
+mod evaluation;
 mod io;
+mod late_joiner_replay;
 mod learner;
 mod leo_body;
 mod performance;
 mod question;
-mod recollection;
 mod report;
 mod reports;
 mod teaching;
-mod verdict;
 mod views;
 mod vocabulary;
 
@@ -25,7 +25,7 @@ pub use io::{MEMORY_VERSION, MemoryVersion, OpenError};
 pub use learner::{Input, Kept, Learner, Output, Settings, learning};
 pub use leo_body::{LeoBody, LeoBodyError};
 pub use question::open_question;
-pub use report::retell;
+pub use report::replay_events;
 pub use vocabulary::{Vocabulary, VocabularyError};
 
 #[cfg(test)]

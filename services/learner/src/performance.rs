@@ -1,8 +1,8 @@
 //! Performance of a learned task.
 
-mod building;
-mod by_rules;
-mod ground;
+mod arrangement_plan;
+mod free_space;
+mod rule_plan;
 
 use std::collections::BTreeMap;
 
@@ -12,13 +12,13 @@ use tasks::{Learned, Object, Snapshot};
 
 use crate::vocabulary::Vocabulary;
 use crate::{Body, Motion, Skill};
-use building::Building;
-use by_rules::ByRules;
+use arrangement_plan::ArrangementPlan;
+use rule_plan::RulePlan;
 
 /// Maximum time after the end of a skill until the beliefs confirm its effect.
-const CONFIRM: Duration = Duration::from_millis(1500);
+const CONFIRM_TIMEOUT: Duration = Duration::from_millis(1500);
 /// Maximum number of retries of a step.
-const RETRIES: usize = 2;
+const MAX_RETRIES: usize = 2;
 /// An object is the expected one if it has the same class features and is at most this far away, in metres.
 const SAME_PLACE_M: f64 = 0.04;
 
@@ -31,7 +31,7 @@ pub(crate) struct HalfHeights {
 }
 
 /// The plan of a performance, step by step.
-trait Work {
+trait Plan {
     /// The goal state in words: "filled".
     fn wanted(&self) -> String;
 
@@ -66,7 +66,7 @@ trait Work {
 #[derive(Clone, Debug)]
 pub(crate) struct Performance {
     pub(crate) task: String,
-    work: Kind,
+    work: PlanKind,
     phase: Phase,
     done: u32,
     failed: u32,
@@ -74,18 +74,18 @@ pub(crate) struct Performance {
 
 /// The kind of goal of a task.
 #[derive(Clone, Debug)]
-enum Kind {
+enum PlanKind {
     /// States of objects.
-    ByRules(ByRules),
+    RulePlan(RulePlan),
     /// A spatial configuration.
-    Building(Building),
+    ArrangementPlan(ArrangementPlan),
 }
 
-impl Kind {
-    fn work(&mut self) -> &mut dyn Work {
+impl PlanKind {
+    fn work(&mut self) -> &mut dyn Plan {
         match self {
-            Self::ByRules(work) => work,
-            Self::Building(work) => work,
+            Self::RulePlan(work) => work,
+            Self::ArrangementPlan(work) => work,
         }
     }
 }
@@ -111,7 +111,7 @@ struct Step {
 }
 
 /// The context of a performance step.
-pub(crate) struct Stage<'a, B> {
+pub(crate) struct StepContext<'a, B> {
     pub(crate) now: Instant,
     pub(crate) vocabulary: &'a Vocabulary,
     /// The robot's beliefs; `None` while objects may still be missing after a restart of the belief process.
@@ -123,39 +123,43 @@ pub(crate) struct Stage<'a, B> {
 
 impl Performance {
     pub(crate) fn new(task: &str, learned: &Learned, half_heights: HalfHeights) -> Self {
-        let work = match learned.figures.first() {
-            Some(rule) => Kind::Building(Building::new(&rule.figure)),
-            None => Kind::ByRules(ByRules::new(learned, half_heights)),
+        let work = match learned.arrangements.first() {
+            Some(rule) => PlanKind::ArrangementPlan(ArrangementPlan::new(&rule.arrangement)),
+            None => PlanKind::RulePlan(RulePlan::new(learned, half_heights)),
         };
         Self { task: task.to_owned(), work, phase: Phase::Choosing, done: 0, failed: 0 }
     }
 
     /// Advances the performance; returns `None` when it has ended.
-    pub(crate) fn step<B: Body>(mut self, stage: &mut Stage<'_, B>, events: &mut Vec<Event>) -> Option<Self> {
-        let Some(own) = stage.own else { return Some(self) };
+    pub(crate) fn step<B: Body>(
+        mut self,
+        context: &mut StepContext<'_, B>,
+        events: &mut Vec<Event>,
+    ) -> Option<Self> {
+        let Some(own) = context.own else { return Some(self) };
         self.phase = match self.phase.clone() {
-            Phase::Choosing => match self.work.work().choose(stage.vocabulary, own) {
+            Phase::Choosing => match self.work.work().choose(context.vocabulary, own) {
                 Ok(Some(step)) => {
                     let text = format!("{}, to be {}", step.name, step.wanted);
                     events.push(self.event(EventKind::StepStarted, &text));
-                    self.attempt(step, own, stage, events)
+                    self.attempt(step, own, context, events)
                 }
                 Ok(None) => {
                     let missing = self.work.work().missing(own);
                     events.push(self.ended(missing.as_deref()));
-                    return self.end(missing.is_none(), stage);
+                    return self.end(missing.is_none(), context);
                 }
                 Err(why) => {
                     self.failed += 1;
                     events.push(self.event(EventKind::StepFailed, &why));
                     events.push(self.ended(None));
-                    return self.end(false, stage);
+                    return self.end(false, context);
                 }
             },
-            Phase::Acting(step) => match stage.motion.clone() {
+            Phase::Acting(step) => match context.motion.clone() {
                 Motion::Running => Phase::Acting(step),
-                Motion::Done => Phase::Confirming(step, stage.now + CONFIRM),
-                Motion::Failed { why } => self.retry(step, &why, stage, events),
+                Motion::Done => Phase::Confirming(step, context.now + CONFIRM_TIMEOUT),
+                Motion::Failed { why } => self.retry(step, &why, context, events),
             },
             Phase::Confirming(step, until) => {
                 let is_done = self.work.work().is_done(&step, own);
@@ -165,19 +169,19 @@ impl Performance {
                     let text = format!("{} {}", step.name, step.wanted);
                     events.push(self.event(EventKind::StepDone, &text));
                     Phase::Choosing
-                } else if stage.now < until {
+                } else if context.now < until {
                     Phase::Confirming(step, until)
                 } else {
                     let why = match is_done {
                         Some(_) => format!("the {} is still not {}", step.name, step.wanted),
                         None => format!("the {} is not where it should be", step.name),
                     };
-                    self.retry(step, &why, stage, events)
+                    self.retry(step, &why, context, events)
                 }
             }
-            Phase::Recovering(step) => match &stage.motion {
+            Phase::Recovering(step) => match &context.motion {
                 Motion::Running => Phase::Recovering(step),
-                Motion::Done | Motion::Failed { .. } => self.attempt(step, own, stage, events),
+                Motion::Done | Motion::Failed { .. } => self.attempt(step, own, context, events),
             },
         };
         Some(self)
@@ -203,9 +207,9 @@ impl Performance {
     }
 
     /// Shows the face for complete or incomplete success.
-    fn end<B: Body>(&self, is_all: bool, stage: &mut Stage<'_, B>) -> Option<Self> {
+    fn end<B: Body>(&self, is_all: bool, context: &mut StepContext<'_, B>) -> Option<Self> {
         let mood = if is_all && self.failed == 0 { Skill::Pleased } else { Skill::Puzzled };
-        stage.body.begin(stage.now, mood, stage.present_rad);
+        context.body.begin(context.now, mood, context.present_rad);
         None
     }
 
@@ -213,12 +217,12 @@ impl Performance {
         &mut self,
         step: Step,
         own: &Snapshot,
-        stage: &mut Stage<'_, B>,
+        context: &mut StepContext<'_, B>,
         events: &mut Vec<Event>,
     ) -> Phase {
-        match self.work.work().skill(stage.vocabulary, &step, own) {
+        match self.work.work().skill(context.vocabulary, &step, own) {
             Ok(skill) => {
-                stage.body.begin(stage.now, skill, stage.present_rad);
+                context.body.begin(context.now, skill, context.present_rad);
                 Phase::Acting(step)
             }
             Err(why) => self.give_up(&step, &why, events),
@@ -229,11 +233,11 @@ impl Performance {
         &mut self,
         mut step: Step,
         why: &str,
-        stage: &mut Stage<'_, B>,
+        context: &mut StepContext<'_, B>,
         events: &mut Vec<Event>,
     ) -> Phase {
-        stage.body.begin(stage.now, Skill::Rest, stage.present_rad);
-        if step.retries < RETRIES {
+        context.body.begin(context.now, Skill::Rest, context.present_rad);
+        if step.retries < MAX_RETRIES {
             step.retries += 1;
             Phase::Recovering(step)
         } else {

@@ -1,14 +1,14 @@
 use std::collections::BTreeMap;
 
 use tasks::{
-    Doubt, Effect, Example, Language, Learning, Object, Selection, Settings, Signature, Snapshot, Task, View,
-    ask_about, describe_object, explain, key, with_article,
+    Effect, Example, Language, Learning, Object, OpenQuestion, Selection, Settings, Signature, Snapshot,
+    Task, View, ask_about, describe_object, explain, key, with_article,
 };
 
-use crate::verdict::{Verdict, attended, perspectives};
+use crate::evaluation::{Evaluation, attended, perspectives};
 
 /// Minimum expected information gain of a question, in bits: below it the answer is nearly certain already.
-const WORTH_ASKING_BITS: f64 = 0.5;
+const MIN_QUESTION_BITS: f64 = 0.5;
 
 /// A question about a task: whether an object of some kind should reach the goal state.
 #[derive(Clone, Debug, PartialEq)]
@@ -29,16 +29,16 @@ impl Question {
         language: &Language,
         key: &str,
         task: &Task,
-        verdict: &Verdict,
+        evaluation: &Evaluation,
         settings: &Settings,
     ) -> Option<Self> {
-        if let Some(Doubt { kind, goal }) = verdict.doubt() {
+        if let Some(OpenQuestion { kind, goal }) = evaluation.doubt() {
             return Some(Self::of_kind(language, key, task, kind.clone(), goal.clone()));
         }
-        let (chosen, learned) = verdict.followed()?;
+        let (chosen, learned) = evaluation.followed()?;
         let first = learned.primary().next()?;
         let goal = first.expectation.clone();
-        let perspectives = verdict.perspectives();
+        let perspectives = evaluation.perspectives();
         // Numbers and spatial relations give no single counter-example, and an answer cannot express a movement.
         let is_comparable =
             chosen != 0 && first.selection == Selection::All && !goal.contains(&Effect::Moved);
@@ -50,7 +50,7 @@ impl Question {
         }
         let mut learning = Learning::new(language, settings);
         attended(language, task, &perspectives, chosen).iter().for_each(|view| learning.add(view));
-        let inquiry = learning.inquire(&goal, 1).filter(|inquiry| inquiry.bits >= WORTH_ASKING_BITS)?;
+        let inquiry = learning.inquire(&goal, 1).filter(|inquiry| inquiry.bits >= MIN_QUESTION_BITS)?;
         let features = inquiry.objects.into_iter().next().filter(|kind| !is_answered(task, kind, &goal))?;
         Some(Self { task: key.to_owned(), text: inquiry.text, features, goal })
     }
@@ -68,7 +68,7 @@ impl Question {
     }
 
     /// The answer as an example: the object reached the goal state, or was left out.
-    pub(crate) fn answered(&self, yes: bool, teacher: u16, perspectives: &[u16]) -> Example {
+    pub(crate) fn to_example(&self, yes: bool, teacher: u16, perspectives: &[u16]) -> Example {
         let thing = |done: bool| {
             let states = self.goal.iter().filter_map(|effect| match effect {
                 Effect::State { name, on } => Some((name.clone(), *on == done)),
@@ -114,6 +114,6 @@ fn is_answered(task: &Task, kind: &BTreeMap<String, String>, goal: &Signature) -
 /// The question that Leo would ask about a task, if its examples are ambiguous.
 #[must_use]
 pub fn open_question(language: &Language, task: &Task, settings: &Settings) -> Option<String> {
-    let verdict = Verdict::of(language, task, &perspectives(task), settings);
-    Question::about(language, &key(&task.name), task, &verdict, settings).map(|question| question.text)
+    let evaluation = Evaluation::of(language, task, &perspectives(task), settings);
+    Question::about(language, &key(&task.name), task, &evaluation, settings).map(|question| question.text)
 }

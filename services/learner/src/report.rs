@@ -4,33 +4,33 @@ use std::collections::BTreeMap;
 
 use geometry::{Base, Position};
 use message::{Event, EventKind};
-use motion::Movement;
+use motion::PartnerMovement;
 use quantity::number::saturating_u32;
 use tasks::{
-    Change, Deed, Executable, Language, Learned, Object, Rule, Settings, Snapshot, Standing, Task,
+    ActionEffect, Change, Executable, Language, Learned, Object, Rule, Settings, Snapshot, Standing, Task,
     describe_change, describe_object, listed,
 };
 
 use crate::Vocabulary;
-use crate::verdict::{Verdict, perspectives};
+use crate::evaluation::{Evaluation, perspectives};
 
 /// Maximum number of reported rules per perspective and goal, apart from those of high likelihood.
-pub(crate) const REPORTED: usize = 8;
+pub(crate) const MAX_REPORTED_RULES: usize = 8;
 
 /// Recreates the events about a stored task, as at the time of learning: the hypotheses of every perspective with
 /// examples, the chosen rule, and the explanation of a difference.
 #[must_use]
-pub fn retell(language: &Language, task: &Task, settings: &Settings) -> Vec<Event> {
+pub fn replay_events(language: &Language, task: &Task, settings: &Settings) -> Vec<Event> {
     let examples = saturating_u32(task.examples.len());
     let remembered = Event { examples, ..Event::new(EventKind::Remembered, &task.name, &task.name) };
-    let verdict = Verdict::of(language, task, &perspectives(task), settings);
-    std::iter::once(remembered).chain(verdict.events(language, task)).collect()
+    let evaluation = Evaluation::of(language, task, &perspectives(task), settings);
+    std::iter::once(remembered).chain(evaluation.events(language, task)).collect()
 }
 
 /// The learned goal in words: "all filled".
-pub(crate) fn spoken(learned: &Learned) -> String {
-    if let Some(figure) = learned.figures.first() {
-        return figure.name.clone();
+pub(crate) fn goal_phrase(learned: &Learned) -> String {
+    if let Some(arrangement) = learned.arrangements.first() {
+        return arrangement.name.clone();
     }
     listed(&learned.primary().map(with_expectation).collect::<Vec<_>>())
 }
@@ -64,15 +64,15 @@ pub(crate) fn standing_event(
 }
 
 /// The objects of a view in words: "blue square, 2 × red square and 7 × peg".
-pub(crate) fn sight(language: &Language, view: &Snapshot) -> String {
-    sight_among(language, view, view)
+pub(crate) fn describe_view(language: &Language, view: &Snapshot) -> String {
+    describe_view_among(language, view, view)
 }
 
-/// As [`sight`], with names that distinguish the objects from all those of another view.
-pub(crate) fn sight_among(language: &Language, view: &Snapshot, all: &Snapshot) -> String {
+/// As [`describe_view`], with names that distinguish the objects from all those of another view.
+pub(crate) fn describe_view_among(language: &Language, view: &Snapshot, all: &Snapshot) -> String {
     let mut counts: BTreeMap<String, usize> = BTreeMap::new();
     for object in &view.objects {
-        *counts.entry(describe_object(language, object, like(all, object))).or_default() += 1;
+        *counts.entry(describe_object(language, object, same_kind(all, object))).or_default() += 1;
     }
     // Sorted by count, so the most frequent kind comes last.
     let mut counts: Vec<(usize, String)> = counts.into_iter().map(|(name, count)| (count, name)).collect();
@@ -97,7 +97,7 @@ pub(crate) fn sight_among(language: &Language, view: &Snapshot, all: &Snapshot) 
 }
 
 /// The objects of the same kind, by their set of states: blocks among blocks, pegs among pegs.
-pub(crate) fn like<'a>(view: &'a Snapshot, object: &Object) -> impl Iterator<Item = &'a Object> {
+pub(crate) fn same_kind<'a>(view: &'a Snapshot, object: &Object) -> impl Iterator<Item = &'a Object> {
     let kind: Vec<String> = object.states.keys().cloned().collect();
     view.objects.iter().filter(move |other| other.states.keys().eq(&kind))
 }
@@ -106,17 +106,17 @@ pub(crate) fn like<'a>(view: &'a Snapshot, object: &Object) -> impl Iterator<Ite
 pub(crate) fn act(vocabulary: &Vocabulary, act: &Executable, now: &Snapshot) -> String {
     let Vocabulary { language, names, .. } = vocabulary;
     let who = if act.actor == 0 { "I".to_owned() } else { names.of(act.actor) };
-    let name = |object: &Object| describe_object(language, object, like(now, object));
+    let name = |object: &Object| describe_object(language, object, same_kind(now, object));
     let done = |(id, change): (&u64, &Change)| {
         let thing = name(now.object(*id)?);
         let deeds = act.deeds.get(id).into_iter().flatten().filter_map(|deed| match deed {
-            Deed::PlacedOn { support } => {
+            ActionEffect::PlacedOn { support } => {
                 let below = name(now.object(*support)?);
                 let article = if below == thing { "another" } else { "the" };
                 Some(format!("placed on {article} {below}"))
             }
-            Deed::Handed { to: 0 } => Some("handed to me".to_owned()),
-            Deed::Handed { to } => Some(format!("handed to {}", names.of(*to))),
+            ActionEffect::Handed { to: 0 } => Some("handed to me".to_owned()),
+            ActionEffect::Handed { to } => Some(format!("handed to {}", names.of(*to))),
         });
         let deeds: Vec<String> = deeds.collect();
         // A placed or handed object was necessarily moved; only its state changes are mentioned in addition.
@@ -130,10 +130,14 @@ pub(crate) fn act(vocabulary: &Vocabulary, act: &Executable, now: &Snapshot) -> 
 
 /// An observed movement in words: "the teacher: putting the small peg into the red square". `None` if its object is not
 /// in the snapshot.
-pub(crate) fn movement(vocabulary: &Vocabulary, movement: &Movement, now: &Snapshot) -> Option<String> {
+pub(crate) fn movement(
+    vocabulary: &Vocabulary,
+    movement: &PartnerMovement,
+    now: &Snapshot,
+) -> Option<String> {
     let Vocabulary { language, names, insertion, .. } = vocabulary;
     let thing = now.object(movement.thing)?;
-    let name = |object: &Object| describe_object(language, object, like(now, object));
+    let name = |object: &Object| describe_object(language, object, same_kind(now, object));
     // A peg is bound for a free hole, even if there are other objects below.
     let goes_into = |below: &Object| {
         insertion.as_ref().is_some_and(|insertion| {
@@ -156,16 +160,17 @@ pub(crate) fn movement(vocabulary: &Vocabulary, movement: &Movement, now: &Snaps
 }
 
 /// Maximum horizontal distance of an object below a movement's end, in metres.
-const OVER_M: f64 = 0.04;
+const MAX_SIDE_OFFSET_M: f64 = 0.04;
 
 /// The objects below the end of a movement, highest first.
-fn below<'a>(movement: &Movement, now: &'a Snapshot) -> Vec<&'a Object> {
+fn below<'a>(movement: &PartnerMovement, now: &'a Snapshot) -> Vec<&'a Object> {
     let over = movement.above.point();
     let height_m = |object: &Object| object.position_m.map_or(f64::NEG_INFINITY, |[.., height_m]| height_m);
     let is_below = |object: &&Object| {
         let place = object.position().as_ref().map(Position::<Base>::point);
-        let is_under = place
-            .is_some_and(|place| place.z < over.z && (place.x - over.x).hypot(place.y - over.y) <= OVER_M);
+        let is_under = place.is_some_and(|place| {
+            place.z < over.z && (place.x - over.x).hypot(place.y - over.y) <= MAX_SIDE_OFFSET_M
+        });
         object.id != movement.thing && object.held_by.is_none() && is_under
     };
     let mut below: Vec<&Object> = now.objects.iter().filter(is_below).collect();

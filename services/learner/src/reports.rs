@@ -4,7 +4,7 @@ use message::Event;
 
 /// A queue of events in order. Events about examples that are not durable yet are held back, and so are all later ones.
 #[derive(Clone, Debug, Default)]
-pub(crate) struct Reports {
+pub(crate) struct EventQueue {
     waiting: VecDeque<Report>,
 }
 
@@ -17,7 +17,7 @@ pub(crate) struct Report {
     unsaved: usize,
 }
 
-impl Reports {
+impl EventQueue {
     /// Appends events, to be released after `unsaved` more examples are durable.
     pub(crate) fn push(&mut self, at_ns: u64, unsaved: usize, events: Vec<Event>) {
         if !events.is_empty() || unsaved > 0 {
@@ -46,7 +46,7 @@ mod tests {
 
     use super::*;
 
-    fn told(reports: &mut Reports) -> Vec<String> {
+    fn told(reports: &mut EventQueue) -> Vec<String> {
         std::iter::from_fn(|| reports.next())
             .flat_map(|report| report.events)
             .map(|event| event.text.as_str().to_owned())
@@ -59,7 +59,7 @@ mod tests {
 
     #[test]
     fn what_was_learned_is_told_once_it_is_durable_and_all_in_order() {
-        let mut reports = Reports::default();
+        let mut reports = EventQueue::default();
         reports.push(1, 0, vec![said("a")]);
         reports.push(2, 2, vec![said("learned")]);
         reports.push(3, 0, vec![said("b")]);

@@ -83,9 +83,11 @@ impl Teaching {
 
     /// Names of the objects that the robot saw at the beginning of the demonstration and does not see any more.
     pub(crate) fn vanished(&self, language: &Language, snapshots: &BTreeMap<u16, Snapshot>) -> Vec<String> {
-        let Some((began, now)) = self.recording.began(0).zip(snapshots.get(&0)) else { return Vec::new() };
-        let named = |object: &Object| describe_object(language, object, report::like(began, object));
-        vanished(began, now).into_iter().map(|object| format!("the {}", named(object))).collect()
+        let Some((at_start, now)) = self.recording.at_start(0).zip(snapshots.get(&0)) else {
+            return Vec::new();
+        };
+        let named = |object: &Object| describe_object(language, object, report::same_kind(at_start, object));
+        vanished(at_start, now).into_iter().map(|object| format!("the {}", named(object))).collect()
     }
 
     /// Ends the demonstration; an act in progress ends with it.

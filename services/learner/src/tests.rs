@@ -66,7 +66,7 @@ fn of_each_showing_it_is_its_own_teachers_view_that_counts() {
 }
 
 #[test]
-fn a_showing_by_one_whose_perspective_is_not_taken_is_as_leo_saw_it() {
+fn demonstration_of_an_unsimulated_teacher_uses_the_robots_view() {
     let mut run = Run::new(1, Vec::new());
     run.demonstrate_as(2, &["red", "green", "yellow", "red", "blue"], |_| {});
     run.demonstrate(&["green", "yellow", "red", "yellow", "blue"], |_| {});
@@ -100,7 +100,7 @@ fn a_demonstration_begins_with_what_each_can_see() {
 }
 
 #[test]
-fn an_act_tells_who_did_what() {
+fn act_event_names_actor_and_change() {
     let mut run = Run::new(1, Vec::new());
     run.demonstrate(&["red", "green", "blue"], |_| {});
     let acts = run.texts(EventKind::ActionSeen);
@@ -271,7 +271,7 @@ fn the_end_of_a_demonstration_waits_until_its_objects_are_found_again() {
 }
 
 #[test]
-fn whoever_writes_down_what_is_said_may_write_numbers_as_words() {
+fn number_words_and_digits_name_the_same_task() {
     let mut run = Run::new(1, Vec::new());
     run.lay_anew(&["red", "blue"], Some(1));
     run.say("Leo, I can teach you to do Task One.");
@@ -401,7 +401,7 @@ fn what_is_hidden_beside_one_of_its_kind_is_not_taken_for_known() {
 }
 
 #[test]
-fn without_perspective_taking_leo_does_not_know_what_others_see() {
+fn without_perspective_taking_leo_cannot_say_what_others_see() {
     let mut run = Run::new(0, Vec::new());
     run.table.borrow_mut().lay(&["red"], None);
     run.steps(5);
@@ -410,7 +410,7 @@ fn without_perspective_taking_leo_does_not_know_what_others_see() {
 }
 
 #[test]
-fn whoever_is_polite_ends_a_showing_too() {
+fn courtesy_words_do_not_prevent_ending_a_demonstration() {
     for done in ["Hey Leo, Task 1 is done", "Please, task one is done!", "Leo, please: task 1 is done"] {
         let mut run = Run::new(1, Vec::new());
         run.lay_anew(&["red", "blue"], Some(1));
@@ -469,7 +469,7 @@ fn a_correction_is_a_new_example() {
 }
 
 #[test]
-fn whoever_is_pleased_says_so() {
+fn praise_after_a_performance_is_acknowledged() {
     let mut run = Run::new(1, Vec::new());
     run.teach();
     run.perform(&[]);

@@ -2,16 +2,16 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use clock::{Duration, Instant};
 use message::{Belief, BeliefHead};
-use tasks::{Identities, Language, Moment, Snapshot};
+use tasks::{Identities, Language, Snapshot, WriterState};
 
 /// For this long after a restart an object is matched only to the nearest one of its class ...
-const NEARBY: Duration = Duration::from_millis(500);
+const REMATCH_NEARBY_TIME: Duration = Duration::from_millis(500);
 /// ... within this distance, in metres; later at any distance, because it may have been moved.
-const NEARBY_M: f64 = 0.05;
+const REMATCH_NEARBY_M: f64 = 0.05;
 /// Time after a restart until unmatched objects count as lost.
-const LOST: Duration = Duration::from_secs(2);
+const REMATCH_TIMEOUT: Duration = Duration::from_secs(2);
 /// Interval of the snapshots for matching objects after a restart.
-const REMEMBER: Duration = Duration::from_millis(100);
+const SNAPSHOT_PERIOD: Duration = Duration::from_millis(100);
 
 /// The current beliefs of every perspective, with identities that survive a restart of the belief process.
 #[derive(Clone, Debug, Default)]
@@ -21,7 +21,7 @@ pub(crate) struct Views {
     /// after a restart.
     known: BTreeMap<u16, Snapshot>,
     known_at: Instant,
-    broken: Option<Broken>,
+    broken: Option<Rematching>,
     broken_at: Option<Instant>,
 }
 
@@ -34,7 +34,7 @@ struct Frame {
 
 /// A restart of the belief process after which not all perspectives have matched their objects.
 #[derive(Clone, Debug)]
-struct Broken {
+struct Rematching {
     since: Instant,
     perspectives: BTreeSet<u16>,
 }
@@ -64,10 +64,10 @@ impl Views {
             frame.head = **head;
             frame.beliefs.clear();
             frame.beliefs.extend_from_slice(entries);
-            if frame.identities.observe(head.header.incarnation) == Moment::Anew {
+            if frame.identities.observe(head.header.incarnation) == WriterState::Restarted {
                 anew = true;
                 let since = now;
-                let broken = self.broken.get_or_insert(Broken { since, perspectives: BTreeSet::new() });
+                let broken = self.broken.get_or_insert(Rematching { since, perspectives: BTreeSet::new() });
                 broken.since = since;
                 broken.perspectives.insert(perspective);
                 self.broken_at = Some(now);
@@ -80,35 +80,35 @@ impl Views {
     pub(crate) fn resume(&mut self, now: Instant, language: &Language) -> Continuity {
         let Some(broken) = &mut self.broken else { return Continuity::Kept };
         let elapsed = now.since(broken.since);
-        let within_m = if elapsed < NEARBY { NEARBY_M } else { f64::INFINITY };
+        let within_m = if elapsed < REMATCH_NEARBY_TIME { REMATCH_NEARBY_M } else { f64::INFINITY };
         let (frames, known) = (&mut self.frames, &self.known);
         broken.perspectives.retain(|perspective| {
             let (Some(frame), Some(old)) = (frames.get_mut(perspective), known.get(perspective)) else {
                 return false;
             };
             let new = frame.snapshot(language, None);
-            !frame.identities.find_again(old, &new, within_m)
+            !frame.identities.rematch(old, &new, within_m)
         });
         if broken.perspectives.is_empty() {
             self.broken = None;
             Continuity::Kept
-        } else if elapsed < LOST {
+        } else if elapsed < REMATCH_TIMEOUT {
             Continuity::Searching
         } else {
-            self.forget();
+            self.cancel_rematching();
             Continuity::Lost
         }
     }
 
     /// Cancels the matching and drops the snapshots.
-    pub(crate) fn forget(&mut self) {
+    pub(crate) fn cancel_rematching(&mut self) {
         self.broken = None;
         self.known.clear();
     }
 
     /// Whether the belief process restarted recently, so that objects may still be missing.
     pub(crate) fn is_settling(&self, now: Instant) -> bool {
-        self.broken_at.is_some_and(|at| now.since(at) < NEARBY)
+        self.broken_at.is_some_and(|at| now.since(at) < REMATCH_NEARBY_TIME)
     }
 
     /// Deep copies of the current beliefs of the perspectives.
@@ -130,8 +130,13 @@ impl Views {
     }
 
     /// Takes a snapshot periodically; returns the robot's own one when it did.
-    pub(crate) fn remember(&mut self, now: Instant, language: &Language, of: &[u16]) -> Option<&Snapshot> {
-        if now.since(self.known_at) < REMEMBER {
+    pub(crate) fn snapshot_periodically(
+        &mut self,
+        now: Instant,
+        language: &Language,
+        of: &[u16],
+    ) -> Option<&Snapshot> {
+        if now.since(self.known_at) < SNAPSHOT_PERIOD {
             return None;
         }
         self.snapshots(now, language, of);

@@ -106,8 +106,8 @@ impl Vocabulary {
     }
 
     /// The part of a task for which Leo has no skill, in words; `None` if it can perform all of it.
-    pub(crate) fn beyond(&self, learned: &Learned) -> Option<String> {
-        if !learned.figures.is_empty() {
+    pub(crate) fn missing_skill(&self, learned: &Learned) -> Option<String> {
+        if !learned.arrangements.is_empty() {
             return None;
         }
         let mut rules = learned.primary();

@@ -1,11 +1,11 @@
 //! Receives batches: every frame in order and exactly once.
 
-use crate::wire::{Bundle, Frame};
+use crate::wire::{Batch, Frame};
 
 /// State of the batches received from the peer.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Inbox {
-    life: u64,
+    epoch: u64,
     newest: u64,
     wanted: u64,
     pub(crate) lost: u64,
@@ -13,7 +13,7 @@ pub(crate) struct Inbox {
 
 /// The new frames of a batch.
 #[derive(Debug, Default)]
-pub struct New {
+pub struct NewFrames {
     /// Reliable frames: the next ones in sequence.
     pub said: Vec<Frame>,
     /// The other frames.
@@ -22,11 +22,11 @@ pub struct New {
 
 impl Inbox {
     /// Accepts a batch and returns its new frames.
-    pub(crate) fn take(&mut self, bundle: Bundle) -> New {
-        if bundle.life != self.life {
-            *self = Self { life: bundle.life, wanted: bundle.oldest, lost: self.lost, newest: 0 };
+    pub(crate) fn take(&mut self, bundle: Batch) -> NewFrames {
+        if bundle.epoch != self.epoch {
+            *self = Self { epoch: bundle.epoch, wanted: bundle.oldest, lost: self.lost, newest: 0 };
         } else if bundle.number <= self.newest {
-            return New::default();
+            return NewFrames::default();
         } else {
             self.lost = self.lost.saturating_add(bundle.number - self.newest - 1);
         }
@@ -41,11 +41,11 @@ impl Inbox {
                 said.push(frame);
             }
         }
-        New { said, newest }
+        NewFrames { said, newest }
     }
 
     /// The acknowledgement: epoch of the sender, newest batch received, next reliable frame expected.
     pub(crate) fn heard(&self) -> (u64, u64, u64) {
-        (self.life, self.newest, self.wanted)
+        (self.epoch, self.newest, self.wanted)
     }
 }

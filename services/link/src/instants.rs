@@ -9,14 +9,14 @@ const NAMES: [&str; 2] = ["_at_ns", "hops_ns"];
 
 /// Byte offsets of all timestamps in a frame's head and in each entry.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Instants {
+pub struct TimestampFields {
     head_size: usize,
     head: Vec<usize>,
     entry_size: usize,
     entry: Vec<usize>,
 }
 
-impl Instants {
+impl TimestampFields {
     /// The offsets for the frames of a stream.
     #[must_use]
     pub fn of(stream: Stream) -> Self {
@@ -88,7 +88,7 @@ mod tests {
         let goal = JointGoal { joint: 3, reserved: 0, goal_position_rad: 0.5, arrive_at_ns: 1000 };
         let mut bytes = Vec::new();
         put_frame::<JointGoals>(&header, &[goal, goal], &mut bytes);
-        let instants = Instants::of(Stream::JointGoals);
+        let instants = TimestampFields::of(Stream::JointGoals);
         assert_eq!(instants.entries(bytes.len()), Some(2));
         assert_eq!(instants.entries(bytes.len() - 1), None);
         instants.shift(&mut bytes, -6);
@@ -99,7 +99,7 @@ mod tests {
 
     #[test]
     fn what_is_remembered_moves_with_the_belief() {
-        let instants = Instants::of(Stream::Beliefs(0));
+        let instants = TimestampFields::of(Stream::Beliefs(0));
         let head = BeliefHead { header: Header::at(50), ..BeliefHead::default() };
         let belief = Belief::new(7, 20, 40, 3, u16::MAX);
         let mut bytes = Vec::new();

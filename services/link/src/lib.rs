@@ -9,23 +9,23 @@
 //! the delay, so that received frames are young. Timestamps are converted to the reader's clock, and the
 //! link's health board has the bound of the clock error.
 
-mod agreement;
+mod compatibility;
 mod inbox;
 mod instants;
 mod io;
 mod offset;
 mod outbox;
+mod session;
 mod stream;
-mod talk;
 mod window;
 mod wire;
 
-pub use agreement::{Agreement, Disagreement};
-pub use inbox::New;
-pub use instants::Instants;
+pub use compatibility::{Compatibility, IncompatiblePeer};
+pub use inbox::NewFrames;
+pub use instants::TimestampFields;
 pub use io::net::KeyError;
 pub use io::run::{check, run};
-pub use offset::{Exchange, Offset};
-pub use stream::{Class, Stream};
-pub use talk::{Came, Talk};
-pub use wire::{Bundle, Frame, Nonsense, Pulse};
+pub use offset::{ClockExchange, ClockOffset};
+pub use session::{ReceivedBatch, Session};
+pub use stream::{DeliveryClass, Stream};
+pub use wire::{Batch, DecodeError, Frame, Heartbeat};

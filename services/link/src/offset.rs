@@ -9,7 +9,7 @@ const DRIFT_PPM: u64 = 1100;
 /// The four timestamps of one exchange. The first and the last are of this machine's clock, the others of the
 /// peer's.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Exchange {
+pub struct ClockExchange {
     /// When this machine sent its request.
     pub asked_ns: u64,
     /// When the peer received it.
@@ -20,7 +20,7 @@ pub struct Exchange {
     pub heard_ns: u64,
 }
 
-impl Exchange {
+impl ClockExchange {
     /// The round trip without the time at the peer; `None` if the timestamps are inconsistent.
     #[must_use]
     pub fn round_trip(&self) -> Option<Duration> {
@@ -46,7 +46,7 @@ impl Exchange {
 /// synchronization"). The bounds of all exchanges are intersected after they are widened by the drift since.
 /// The estimate changes only if a bound requires it, so that converted timestamps do not jitter.
 #[derive(Clone, Copy, Debug, Default)]
-pub struct Offset {
+pub struct ClockOffset {
     known: Option<Known>,
 }
 
@@ -58,9 +58,9 @@ struct Known {
     at: Instant,
 }
 
-impl Offset {
+impl ClockOffset {
     /// Adds an exchange whose answer was received at `now`.
-    pub fn learn(&mut self, now: Instant, exchange: &Exchange) {
+    pub fn learn(&mut self, now: Instant, exchange: &ClockExchange) {
         let Some((from_ns, to_ns)) = exchange.round_trip().and_then(|_| exchange.bounds()) else { return };
         let before = self.known.map(|known| known.widened(now));
         let both = before.map(|known| (known.from_ns.max(from_ns), known.to_ns.min(to_ns)));
@@ -123,9 +123,9 @@ mod tests {
 
     use super::*;
 
-    fn exchange(asked: u64, there: i64, ways: (u64, u64), answer: u64) -> Exchange {
+    fn exchange(asked: u64, there: i64, ways: (u64, u64), answer: u64) -> ClockExchange {
         let heard_there = asked + ways.0;
-        Exchange {
+        ClockExchange {
             asked_ns: asked,
             heard_there_ns: heard_there.saturating_add_signed(there),
             answered_there_ns: (heard_there + answer).saturating_add_signed(there),
@@ -139,7 +139,7 @@ mod tests {
             truth in -1_000_000_000_000_i64..1_000_000_000_000,
             ways in proptest::collection::vec((0_u64..300_000_000, 0_u64..300_000_000, 0_u64..50_000_000), 1..30),
         ) {
-            let mut offset = Offset::default();
+            let mut offset = ClockOffset::default();
             let mut asked = 2_000_000_000_000;
             for (there, back, answer) in ways {
                 let exchange = exchange(asked, truth, (there, back), answer);
@@ -156,7 +156,7 @@ mod tests {
 
     #[test]
     fn an_estimate_that_nothing_contradicts_stays() {
-        let mut offset = Offset::default();
+        let mut offset = ClockOffset::default();
         let first = exchange(1_000, 500_000, (100, 100), 10);
         offset.learn(Instant::from_nanos(first.heard_ns), &first);
         let before = offset.estimate_ns();
@@ -167,7 +167,7 @@ mod tests {
 
     #[test]
     fn a_machine_that_started_anew_is_believed() {
-        let mut offset = Offset::default();
+        let mut offset = ClockOffset::default();
         for there in [900_000_000_000, -5] {
             let exchange = exchange(1_000_000, there, (100, 100), 10);
             offset.learn(Instant::from_nanos(exchange.heard_ns), &exchange);
@@ -177,8 +177,9 @@ mod tests {
 
     #[test]
     fn nonsense_teaches_nothing() {
-        let mut offset = Offset::default();
-        let nonsense = Exchange { asked_ns: 5, heard_there_ns: 9, answered_there_ns: 3, heard_ns: u64::MAX };
+        let mut offset = ClockOffset::default();
+        let nonsense =
+            ClockExchange { asked_ns: 5, heard_there_ns: 9, answered_there_ns: 3, heard_ns: u64::MAX };
         offset.learn(Instant::from_nanos(9), &nonsense);
         assert_eq!((offset.estimate_ns(), offset.error(Instant::from_nanos(9))), (None, None));
     }

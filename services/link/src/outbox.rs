@@ -6,11 +6,11 @@ use std::sync::Arc;
 use clock::{Duration, Instant};
 
 use crate::Stream;
-use crate::stream::Class;
+use crate::stream::DeliveryClass;
 use crate::wire::Frame;
 
 /// Maximum number of unacknowledged reliable frames, and their maximum age.
-const KEPT_MOST: usize = 4096;
+const MAX_UNACKED_FRAMES: usize = 4096;
 const KEPT_FOR: Duration = Duration::from_secs(60);
 /// Limit of reliable bytes in one batch, beyond the first frame.
 const BUNDLED_BYTES: usize = 128 * 1024;
@@ -57,7 +57,8 @@ pub(crate) struct Load {
 impl Outbox {
     /// Returns an empty queue for these streams.
     pub(crate) fn new(streams: &[Stream]) -> Self {
-        let together = streams.iter().copied().filter(|stream| stream.class() == Class::Together).collect();
+        let together =
+            streams.iter().copied().filter(|stream| stream.class() == DeliveryClass::Together).collect();
         Self {
             newest: BTreeMap::new(),
             together,
@@ -73,11 +74,11 @@ impl Outbox {
 
     pub(crate) fn push(&mut self, now: Instant, stream: Stream, place: Place, bytes: Arc<[u8]>) {
         match stream.class() {
-            Class::Newest => self.overtaken += u64::from(self.newest.insert(stream, bytes).is_some()),
-            Class::Together => self.gather(stream, place, bytes),
-            Class::Every => {
+            DeliveryClass::Newest => self.overtaken += u64::from(self.newest.insert(stream, bytes).is_some()),
+            DeliveryClass::Together => self.gather(stream, place, bytes),
+            DeliveryClass::Reliable => {
                 self.every.push_back(Kept { stream, bytes, since: now });
-                if self.every.len() > KEPT_MOST {
+                if self.every.len() > MAX_UNACKED_FRAMES {
                     self.let_go();
                 }
             }
@@ -134,7 +135,7 @@ impl Outbox {
     }
 
     /// Whether sent reliable frames are unacknowledged.
-    pub(crate) fn awaits(&self) -> bool {
+    pub(crate) fn has_unacked(&self) -> bool {
         self.next > self.oldest
     }
 
@@ -212,14 +213,14 @@ mod tests {
         }
         let load = outbox.load(at(1)).unwrap();
         assert_eq!((load.oldest, load.first, load.numbered), (1, 1, 3));
-        assert!(outbox.load(at(1)).is_none() && outbox.awaits());
+        assert!(outbox.load(at(1)).is_none() && outbox.has_unacked());
         outbox.wanted(3);
         outbox.again();
         let load = outbox.load(at(1)).unwrap();
         assert_eq!((load.oldest, load.first, load.numbered, load.frames[0].bytes[0]), (3, 3, 1, 3));
         // An acknowledgement beyond the last frame is tolerated.
         outbox.wanted(u64::MAX);
-        assert!(!outbox.awaits());
+        assert!(!outbox.has_unacked());
     }
 
     #[test]
@@ -232,6 +233,6 @@ mod tests {
         for value in 0..5000 {
             outbox.push(at(62), Stream::Events, (1, value), bytes(0));
         }
-        assert_eq!(outbox.every.len(), KEPT_MOST);
+        assert_eq!(outbox.every.len(), MAX_UNACKED_FRAMES);
     }
 }

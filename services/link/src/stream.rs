@@ -30,13 +30,13 @@ pub enum Stream {
 
 /// Delivery policy of a stream when the network is slower than its writer.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Class {
+pub enum DeliveryClass {
     /// Only the newest frame.
     Newest,
     /// The newest frames of one instant, of all streams of this class together or not at all.
     Together,
     /// Reliable: every frame, in order.
-    Every,
+    Reliable,
 }
 
 impl Stream {
@@ -64,16 +64,18 @@ impl Stream {
 
     /// The delivery policy.
     #[must_use]
-    pub const fn class(self) -> Class {
+    pub const fn class(self) -> DeliveryClass {
         match self {
-            Self::Percepts | Self::JointStates | Self::Scene | Self::JointGoals => Class::Newest,
-            Self::Beliefs(_) | Self::Divergences(_) => Class::Together,
-            Self::TeacherActs | Self::ActsAnswered | Self::Utterances | Self::Events => Class::Every,
+            Self::Percepts | Self::JointStates | Self::Scene | Self::JointGoals => DeliveryClass::Newest,
+            Self::Beliefs(_) | Self::Divergences(_) => DeliveryClass::Together,
+            Self::TeacherActs | Self::ActsAnswered | Self::Utterances | Self::Events => {
+                DeliveryClass::Reliable
+            }
         }
     }
 
     /// The latched topic: its writer replays its knowledge to new subscribers.
-    pub const RETOLD: Self = Self::Events;
+    pub const LATCHED: Self = Self::Events;
 
     /// Whether frames of the stream are commands.
     #[must_use]

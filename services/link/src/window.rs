@@ -6,9 +6,9 @@ use clock::{Duration, Instant};
 use quantity::number::{float_of_count, floor_usize};
 
 /// Minimum window in bytes: a batch or two.
-const LEAST_BYTES: usize = 48 * 1024;
+const MIN_WINDOW_BYTES: usize = 48 * 1024;
 /// Maximum window in bytes.
-const MOST_BYTES: usize = 8 * 1024 * 1024;
+const MAX_WINDOW_BYTES: usize = 8 * 1024 * 1024;
 /// Acceptable queueing delay beyond the shortest round trip.
 const QUEUEING: Duration = Duration::from_millis(60);
 /// Number of recent round trips for the minimum, so that a longer path is accepted in the end.
@@ -43,7 +43,7 @@ struct UnderWay {
 impl Window {
     pub(crate) fn new() -> Self {
         Self {
-            room: 8 * LEAST_BYTES,
+            room: 8 * MIN_WINDOW_BYTES,
             under_way: VecDeque::new(),
             bytes: 0,
             round_trips: VecDeque::new(),
@@ -85,10 +85,10 @@ impl Window {
             // At most once in a round trip: batches in flight were sent before the window shrank.
             if self.shrunk_at.is_none_or(|at| newest.sent_at >= at) {
                 self.shrunk_at = Some(now);
-                self.room = floor_usize(float_of_count(self.room) * STAYS).max(LEAST_BYTES);
+                self.room = floor_usize(float_of_count(self.room) * STAYS).max(MIN_WINDOW_BYTES);
             }
         } else if is_used {
-            self.room = (self.room + came / GROWS_PART).min(MOST_BYTES);
+            self.room = (self.room + came / GROWS_PART).min(MAX_WINDOW_BYTES);
         }
     }
 
@@ -105,7 +105,7 @@ impl Window {
 
     /// Resets the window: the peer is gone or replaced.
     pub(crate) fn clear(&mut self) {
-        *self = Self { room: LEAST_BYTES, ..Self::new() };
+        *self = Self { room: MIN_WINDOW_BYTES, ..Self::new() };
     }
 
     fn shortest(&self) -> Duration {

@@ -6,8 +6,8 @@
 use std::sync::Arc;
 
 use crate::Stream;
-use crate::agreement::{Agreement, Disagreement, NUMBERS};
-use crate::offset::Exchange;
+use crate::compatibility::{Compatibility, IncompatiblePeer, NUMBERS};
+use crate::offset::ClockExchange;
 
 /// Version of the format after the first number of a message.
 pub(crate) const LANGUAGE: u64 = 2;
@@ -27,9 +27,9 @@ pub struct Frame {
 
 /// Heartbeat: the sender's epoch, its acknowledgements, and timestamps for the clock offset.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Pulse {
+pub struct Heartbeat {
     /// Epoch of the sender.
-    pub life: u64,
+    pub epoch: u64,
     /// Send time.
     pub sent_ns: u64,
     /// Send time of the peer's newest heartbeat, by the peer's clock; zero before the first.
@@ -37,20 +37,20 @@ pub struct Pulse {
     /// When that heartbeat was received here.
     pub heard_ns: u64,
     /// Epoch of the peer whose batches are acknowledged.
-    pub of_life: u64,
+    pub acked_epoch: u64,
     /// Number of the newest batch received; zero before the first.
     pub newest: u64,
     /// Number of the next reliable frame expected.
     pub wanted: u64,
     /// Number of new subscribers to the latched topic on the sender's machine.
-    pub joined: u64,
+    pub latched_subscribers: u64,
 }
 
-impl Pulse {
+impl Heartbeat {
     /// The clock exchange of a heartbeat received at `now_ns`; `None` if it answers no heartbeat.
     #[must_use]
-    pub fn exchange(&self, now_ns: u64) -> Option<Exchange> {
-        (self.asked_ns != 0).then_some(Exchange {
+    pub fn exchange(&self, now_ns: u64) -> Option<ClockExchange> {
+        (self.asked_ns != 0).then_some(ClockExchange {
             asked_ns: self.asked_ns,
             heard_there_ns: self.heard_ns,
             answered_there_ns: self.sent_ns,
@@ -61,9 +61,9 @@ impl Pulse {
 
 /// Frames that are sent together.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Bundle {
+pub struct Batch {
     /// Epoch of the sender.
-    pub life: u64,
+    pub epoch: u64,
     /// Sequence number of the batch in this epoch, from one, without gaps.
     pub number: u64,
     /// Send time.
@@ -80,60 +80,60 @@ pub struct Bundle {
 
 /// A message cannot be decoded.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
-pub enum Nonsense {
+pub enum DecodeError {
     /// The bytes are malformed.
     #[error("what came from the other machine is no message of a link")]
-    NoMessage,
+    Malformed,
     /// The sender is incompatible.
     #[error("{0}")]
-    Disagreement(Disagreement),
+    IncompatiblePeer(IncompatiblePeer),
 }
 
 struct Numbers<'a>(&'a [u8]);
 
 impl<'a> Numbers<'a> {
-    fn next(&mut self) -> Result<u64, Nonsense> {
-        let (number, rest) = self.0.split_first_chunk::<8>().ok_or(Nonsense::NoMessage)?;
+    fn next(&mut self) -> Result<u64, DecodeError> {
+        let (number, rest) = self.0.split_first_chunk::<8>().ok_or(DecodeError::Malformed)?;
         self.0 = rest;
         Ok(u64::from_le_bytes(*number))
     }
 
-    fn next_small(&mut self) -> Result<u32, Nonsense> {
-        u32::try_from(self.next()?).map_err(|_| Nonsense::NoMessage)
+    fn next_small(&mut self) -> Result<u32, DecodeError> {
+        u32::try_from(self.next()?).map_err(|_| DecodeError::Malformed)
     }
 
-    fn next_size(&mut self) -> Result<usize, Nonsense> {
-        usize::try_from(self.next()?).map_err(|_| Nonsense::NoMessage)
+    fn next_size(&mut self) -> Result<usize, DecodeError> {
+        usize::try_from(self.next()?).map_err(|_| DecodeError::Malformed)
     }
 
-    fn bytes(&mut self, length: usize) -> Result<&'a [u8], Nonsense> {
-        let (bytes, rest) = self.0.split_at_checked(length).ok_or(Nonsense::NoMessage)?;
+    fn bytes(&mut self, length: usize) -> Result<&'a [u8], DecodeError> {
+        let (bytes, rest) = self.0.split_at_checked(length).ok_or(DecodeError::Malformed)?;
         self.0 = rest;
         Ok(bytes)
     }
 
-    fn begin(&mut self, agreement: Agreement) -> Result<(), Nonsense> {
+    fn begin(&mut self, compatibility: Compatibility) -> Result<(), DecodeError> {
         let first = self.next()?;
         if first != MAGIC {
             let there = first ^ (MAGIC ^ LANGUAGE);
             let is_other = there <= u64::from(u8::MAX);
-            let language = Nonsense::Disagreement(Disagreement::Language { there });
-            return Err(if is_other { language } else { Nonsense::NoMessage });
+            let language = DecodeError::IncompatiblePeer(IncompatiblePeer::Language { there });
+            return Err(if is_other { language } else { DecodeError::Malformed });
         }
         let mut numbers = [0; NUMBERS];
         for number in &mut numbers {
             *number = self.next()?;
         }
-        let there = Agreement::of_numbers(numbers);
-        if agreement.agrees(there) {
+        let there = Compatibility::of_numbers(numbers);
+        if compatibility.agrees(there) {
             Ok(())
         } else {
-            Err(Nonsense::Disagreement(Disagreement::Meaning { here: agreement, there }))
+            Err(DecodeError::IncompatiblePeer(IncompatiblePeer::Meaning { here: compatibility, there }))
         }
     }
 
-    fn end(&self) -> Result<(), Nonsense> {
-        if self.0.is_empty() { Ok(()) } else { Err(Nonsense::NoMessage) }
+    fn end(&self) -> Result<(), DecodeError> {
+        if self.0.is_empty() { Ok(()) } else { Err(DecodeError::Malformed) }
     }
 }
 
@@ -142,10 +142,10 @@ fn put(numbers: &[u64], out: &mut Vec<u8>) {
 }
 
 /// The first part of every message.
-fn begun(agreement: Agreement, size: usize) -> Vec<u8> {
+fn begun(compatibility: Compatibility, size: usize) -> Vec<u8> {
     let mut bytes = Vec::with_capacity(8 * (1 + NUMBERS) + size);
     put(&[MAGIC], &mut bytes);
-    put(&agreement.numbers(), &mut bytes);
+    put(&compatibility.numbers(), &mut bytes);
     bytes
 }
 
@@ -153,13 +153,17 @@ fn wide(size: usize) -> u64 {
     u64::try_from(size).unwrap_or(u64::MAX)
 }
 
-impl Pulse {
+impl Heartbeat {
     /// Encodes the heartbeat.
     #[must_use]
-    pub fn to_bytes(&self, agreement: Agreement) -> Vec<u8> {
-        let Self { life, sent_ns, asked_ns, heard_ns, of_life, newest, wanted, joined } = *self;
-        let mut bytes = begun(agreement, 64);
-        put(&[life, sent_ns, asked_ns, heard_ns, of_life, newest, wanted, joined], &mut bytes);
+    pub fn to_bytes(&self, compatibility: Compatibility) -> Vec<u8> {
+        let Self { epoch, sent_ns, asked_ns, heard_ns, acked_epoch, newest, wanted, latched_subscribers } =
+            *self;
+        let mut bytes = begun(compatibility, 64);
+        put(
+            &[epoch, sent_ns, asked_ns, heard_ns, acked_epoch, newest, wanted, latched_subscribers],
+            &mut bytes,
+        );
         bytes
     }
 
@@ -167,34 +171,34 @@ impl Pulse {
     ///
     /// # Errors
     ///
-    /// [`Nonsense`] if the bytes are malformed or the sender is incompatible.
-    pub fn of_bytes(bytes: &[u8], agreement: Agreement) -> Result<Self, Nonsense> {
+    /// [`DecodeError`] if the bytes are malformed or the sender is incompatible.
+    pub fn decode(bytes: &[u8], compatibility: Compatibility) -> Result<Self, DecodeError> {
         let mut numbers = Numbers(bytes);
-        numbers.begin(agreement)?;
+        numbers.begin(compatibility)?;
         let mut next = || numbers.next();
         let pulse = Self {
-            life: next()?,
+            epoch: next()?,
             sent_ns: next()?,
             asked_ns: next()?,
             heard_ns: next()?,
-            of_life: next()?,
+            acked_epoch: next()?,
             newest: next()?,
             wanted: next()?,
-            joined: next()?,
+            latched_subscribers: next()?,
         };
         numbers.end()?;
         Ok(pulse)
     }
 }
 
-impl Bundle {
+impl Batch {
     /// Encodes the batch.
     #[must_use]
-    pub fn to_bytes(&self, agreement: Agreement) -> Vec<u8> {
-        let Self { life, number, sent_ns, oldest, first, numbered, ref frames } = *self;
+    pub fn to_bytes(&self, compatibility: Compatibility) -> Vec<u8> {
+        let Self { epoch, number, sent_ns, oldest, first, numbered, ref frames } = *self;
         let size: usize = frames.iter().map(|frame| frame.bytes.len() + 24).sum();
-        let mut bytes = begun(agreement, size + 56);
-        put(&[life, number, sent_ns, oldest, first, wide(numbered), wide(frames.len())], &mut bytes);
+        let mut bytes = begun(compatibility, size + 56);
+        put(&[epoch, number, sent_ns, oldest, first, wide(numbered), wide(frames.len())], &mut bytes);
         for frame in frames {
             let (code, of) = frame.stream.code();
             put(&[u64::from(code), u64::from(of), wide(frame.bytes.len())], &mut bytes);
@@ -207,12 +211,12 @@ impl Bundle {
     ///
     /// # Errors
     ///
-    /// [`Nonsense`] if the bytes are malformed or the sender is incompatible.
-    pub fn of_bytes(bytes: &[u8], agreement: Agreement) -> Result<Self, Nonsense> {
+    /// [`DecodeError`] if the bytes are malformed or the sender is incompatible.
+    pub fn decode(bytes: &[u8], compatibility: Compatibility) -> Result<Self, DecodeError> {
         let mut numbers = Numbers(bytes);
-        numbers.begin(agreement)?;
+        numbers.begin(compatibility)?;
         let mut bundle = Self {
-            life: numbers.next()?,
+            epoch: numbers.next()?,
             number: numbers.next()?,
             sent_ns: numbers.next()?,
             oldest: numbers.next()?,
@@ -223,11 +227,11 @@ impl Bundle {
         let frames = numbers.next_size()?;
         let is_counted = bundle.first.checked_add(wide(bundle.numbered)).is_some();
         if frames > FRAMES_MOST || bundle.numbered > frames || bundle.first < bundle.oldest || !is_counted {
-            return Err(Nonsense::NoMessage);
+            return Err(DecodeError::Malformed);
         }
         for _frame in 0..frames {
             let (code, of, length) = (numbers.next_small()?, numbers.next_small()?, numbers.next_size()?);
-            let stream = Stream::of_code(code, of).ok_or(Nonsense::NoMessage)?;
+            let stream = Stream::of_code(code, of).ok_or(DecodeError::Malformed)?;
             bundle.frames.push(Frame { stream, bytes: numbers.bytes(length)?.into() });
         }
         numbers.end()?;
@@ -241,14 +245,14 @@ mod tests {
 
     use super::*;
 
-    fn agreement() -> Agreement {
-        Agreement::of_numbers([1, 2, 3, 4, 5, 6])
+    fn compatibility() -> Compatibility {
+        Compatibility::of_numbers([1, 2, 3, 4, 5, 6])
     }
 
-    fn bundle() -> Bundle {
+    fn bundle() -> Batch {
         let frame = |stream, length| Frame { stream, bytes: vec![7; length].into() };
-        Bundle {
-            life: 1,
+        Batch {
+            epoch: 1,
             number: 2,
             sent_ns: 3,
             oldest: 4,
@@ -258,70 +262,81 @@ mod tests {
         }
     }
 
-    const PULSE: Pulse =
-        Pulse { life: 1, sent_ns: 2, asked_ns: 3, heard_ns: 4, of_life: 5, newest: 6, wanted: 7, joined: 8 };
+    const PULSE: Heartbeat = Heartbeat {
+        epoch: 1,
+        sent_ns: 2,
+        asked_ns: 3,
+        heard_ns: 4,
+        acked_epoch: 5,
+        newest: 6,
+        wanted: 7,
+        latched_subscribers: 8,
+    };
 
     #[test]
     fn what_was_written_is_read() {
-        let agreement = agreement();
-        assert_eq!(Bundle::of_bytes(&bundle().to_bytes(agreement), agreement), Ok(bundle()));
-        assert_eq!(Pulse::of_bytes(&PULSE.to_bytes(agreement), agreement), Ok(PULSE));
+        let compatibility = compatibility();
+        assert_eq!(Batch::decode(&bundle().to_bytes(compatibility), compatibility), Ok(bundle()));
+        assert_eq!(Heartbeat::decode(&PULSE.to_bytes(compatibility), compatibility), Ok(PULSE));
     }
 
     #[test]
     fn who_means_something_else_is_told_apart() {
-        let here = agreement();
-        let there = Agreement { layouts: 99, ..here };
-        let disagreement = Nonsense::Disagreement(Disagreement::Meaning { here, there });
-        assert_eq!(Bundle::of_bytes(&bundle().to_bytes(there), here), Err(disagreement));
-        assert_eq!(Pulse::of_bytes(&PULSE.to_bytes(there), here), Err(disagreement));
+        let here = compatibility();
+        let there = Compatibility { layouts: 99, ..here };
+        let disagreement = DecodeError::IncompatiblePeer(IncompatiblePeer::Meaning { here, there });
+        assert_eq!(Batch::decode(&bundle().to_bytes(there), here), Err(disagreement));
+        assert_eq!(Heartbeat::decode(&PULSE.to_bytes(there), here), Err(disagreement));
     }
 
     #[test]
     fn another_language_is_told_from_what_is_none() {
-        let mut bytes = PULSE.to_bytes(agreement());
+        let mut bytes = PULSE.to_bytes(compatibility());
         bytes[0] = 7;
-        let other = Nonsense::Disagreement(Disagreement::Language { there: 7 });
-        assert_eq!(Pulse::of_bytes(&bytes, agreement()), Err(other));
+        let other = DecodeError::IncompatiblePeer(IncompatiblePeer::Language { there: 7 });
+        assert_eq!(Heartbeat::decode(&bytes, compatibility()), Err(other));
         assert!(
             other.to_string().contains("version 7 of the language of links, and this one version 2"),
             "{other}"
         );
         // Even if the rest is missing.
-        assert_eq!(Pulse::of_bytes(&bytes[..8], agreement()), Err(other));
+        assert_eq!(Heartbeat::decode(&bytes[..8], compatibility()), Err(other));
         bytes[1] = 0;
-        assert_eq!(Pulse::of_bytes(&bytes, agreement()), Err(Nonsense::NoMessage));
+        assert_eq!(Heartbeat::decode(&bytes, compatibility()), Err(DecodeError::Malformed));
     }
 
     #[test]
     fn frames_beyond_the_last_number_are_none() {
-        let last = Bundle { first: u64::MAX - 1, ..bundle() };
-        assert_eq!(Bundle::of_bytes(&last.to_bytes(agreement()), agreement()), Ok(last));
-        let beyond = Bundle { first: u64::MAX, ..bundle() };
-        assert_eq!(Bundle::of_bytes(&beyond.to_bytes(agreement()), agreement()), Err(Nonsense::NoMessage));
+        let last = Batch { first: u64::MAX - 1, ..bundle() };
+        assert_eq!(Batch::decode(&last.to_bytes(compatibility()), compatibility()), Ok(last));
+        let beyond = Batch { first: u64::MAX, ..bundle() };
+        assert_eq!(
+            Batch::decode(&beyond.to_bytes(compatibility()), compatibility()),
+            Err(DecodeError::Malformed)
+        );
     }
 
     #[test]
     fn whatever_is_cut_off_is_none() {
-        let whole = bundle().to_bytes(agreement());
+        let whole = bundle().to_bytes(compatibility());
         for length in 0..whole.len() {
-            assert_eq!(Bundle::of_bytes(&whole[..length], agreement()), Err(Nonsense::NoMessage));
+            assert_eq!(Batch::decode(&whole[..length], compatibility()), Err(DecodeError::Malformed));
         }
         let more = [&whole[..], &[0]].concat();
-        assert_eq!(Bundle::of_bytes(&more, agreement()), Err(Nonsense::NoMessage));
+        assert_eq!(Batch::decode(&more, compatibility()), Err(DecodeError::Malformed));
     }
 
     proptest! {
         #[test]
         fn no_bytes_are_too_much(place in 56_usize..460, value: u8, more in proptest::collection::vec(any::<u8>(), 0..90)) {
-            let mut bytes = bundle().to_bytes(agreement());
+            let mut bytes = bundle().to_bytes(compatibility());
             if let Some(byte) = bytes.get_mut(place) {
                 *byte = value;
             }
             // Any result is fine; a panic is not.
-            let _either = Bundle::of_bytes(&bytes, agreement());
-            let _either = Bundle::of_bytes(&more, agreement());
-            let _either = Pulse::of_bytes(&more, agreement());
+            let _either = Batch::decode(&bytes, compatibility());
+            let _either = Batch::decode(&more, compatibility());
+            let _either = Heartbeat::decode(&more, compatibility());
         }
     }
 }

@@ -1,6 +1,6 @@
 use config::leo::MockBus;
 use config::motor::{Device, Motor};
-use servo::mock::{BadInjection, Followers, Injection};
+use servo::mock::{FaultSpec, FaultSpecError, FollowerBehaviour};
 
 /// The faults on the mock buses.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -8,9 +8,9 @@ pub struct Faults {
     /// Seed of the random faults; the same seed and the same instructions give the same faults.
     pub seed: u64,
     /// The faults.
-    pub injections: Vec<Injection>,
+    pub injections: Vec<FaultSpec>,
     /// The behaviour of servos in a fast reply after a silent one.
-    pub followers: Followers,
+    pub followers: FollowerBehaviour,
 }
 
 impl Faults {
@@ -19,9 +19,10 @@ impl Faults {
     /// # Errors
     ///
     /// A fault is invalid, or names a bus that is not a mock bus of this robot.
-    pub fn configured(settings: &MockBus, robot: &Motor) -> Result<Self, BadInjection> {
+    pub fn configured(settings: &MockBus, robot: &Motor) -> Result<Self, FaultSpecError> {
         let injections = settings.faults.iter().map(|words| parse(words, robot)).collect::<Result<_, _>>()?;
-        let followers = if settings.followers_go_on { Followers::GoOn } else { Followers::Silent };
+        let followers =
+            if settings.followers_go_on { FollowerBehaviour::Continue } else { FollowerBehaviour::Silent };
         Ok(Self { seed: settings.seed, injections, followers })
     }
 }
@@ -31,8 +32,8 @@ impl Faults {
 /// # Errors
 ///
 /// The invalid word, and what would be valid.
-pub fn parse(words: &str, robot: &Motor) -> Result<Injection, BadInjection> {
-    let injection: Injection = words.parse()?;
+pub fn parse(words: &str, robot: &Motor) -> Result<FaultSpec, FaultSpecError> {
+    let injection: FaultSpec = words.parse()?;
     let mocks = robot.buses.iter().filter(|bus| bus.device == Device::Mock);
     injection.check_buses(mocks.map(|bus| bus.name.as_str()))?;
     Ok(injection)

@@ -10,9 +10,9 @@ mod pacer;
 mod servos;
 
 pub use faults::{Faults, parse};
-pub use io::alone::{Alone, AloneError, alone};
-pub use io::end::PlugError;
-pub use io::ptys::{Progress, Ptys, PtysError};
+pub use io::end::PtyError;
+pub use io::ptys::{MockBuses, MockBusesError, Progress};
 pub use io::run::run;
+pub use io::run_standalone::{StandaloneError, StandaloneOptions, run_standalone};
 pub use pacer::Pacer;
 pub use servos::line;

@@ -23,7 +23,7 @@ impl Pacer {
 
     /// The time at which the last byte of a reply of `said` bytes may leave. It follows an instruction of `heard` bytes
     /// written at `at`, after a return delay of `delay`. A byte takes ten bits; bytes already on the bus come first.
-    pub fn leave_at(&mut self, at: Instant, heard: usize, delay: Duration, said: usize) -> Instant {
+    pub fn departure_at(&mut self, at: Instant, heard: usize, delay: Duration, said: usize) -> Instant {
         let bits = u64::try_from(10 * (heard + said)).unwrap_or(u64::MAX);
         let on_wire = Duration::from_nanos(bits.saturating_mul(1_000_000_000) / u64::from(self.baud.max(1)));
         self.free_at = self.free_at.max(at) + on_wire + delay;
@@ -42,8 +42,8 @@ mod tests {
     #[test]
     fn bytes_take_their_time_and_wait_for_each_other() {
         let mut pacer = Pacer::new(1_000_000);
-        assert_eq!(pacer.leave_at(us(1000), 14, Duration::ZERO, 15), us(1290));
-        assert_eq!(pacer.leave_at(us(1100), 10, Duration::from_micros(500), 0), us(1890));
-        assert_eq!(pacer.leave_at(us(5000), 10, Duration::ZERO, 0), us(5100));
+        assert_eq!(pacer.departure_at(us(1000), 14, Duration::ZERO, 15), us(1290));
+        assert_eq!(pacer.departure_at(us(1100), 10, Duration::from_micros(500), 0), us(1890));
+        assert_eq!(pacer.departure_at(us(5000), 10, Duration::ZERO, 0), us(5100));
     }
 }

@@ -2,26 +2,26 @@ use clock::Instant;
 use servo::table::{GOAL_POSITION, PROFILE_VELOCITY, TORQUE_ENABLE};
 use servo::{Address, Id, Instruction, Reading};
 
-use crate::counts::BusCounts;
-use crate::doubt::Came;
-use crate::few::Few;
+use crate::byte_buf::ByteBuf;
+use crate::counts::BusCounters;
+use crate::duplicate_id_check::ProbeResult;
 use crate::job::Job;
 use crate::joint::{Command, Joint, Taken};
-use crate::request::{SERVOS_MOST, STATUS_BYTES, Topic};
+use crate::request::{PartKind, SERVOS_MOST, STATUS_BYTES};
 use crate::{Replies, Request};
 
 /// Exchanges without any answer on the bus before single servos are counted as missing. Until then the bus, or the
 /// machine, is taken to be slow.
-const SILENT_MOST: u32 = 10;
+const MAX_SILENT_EXCHANGES: u32 = 10;
 /// Consecutive exchanges with late bytes in which no servo is counted as missing. Until the reply timeout has grown,
 /// the line is taken to be slow.
-const LATE_MOST: u32 = 6;
+const MAX_LATE_EXCHANGES: u32 = 6;
 /// Number of read lengths. Until the bus is clean, the read length cycles through these values. So a late reply to an
 /// earlier request is detected by its length. The extra bytes follow the measurements in the control table. On a
 /// clean bus every reply arrived before the next request, so no late reply can be outstanding.
-const LENGTHS: u16 = 12;
+const READ_LENGTHS: u16 = 12;
 /// A bus is clean after this many consecutive exchanges without missing, corrupt, late or repeated reads.
-const CALM: u32 = 24;
+const MIN_CLEAN_EXCHANGES: u32 = 24;
 /// Period of the request rotation. With torque off, one request in this many reads positions. Otherwise, in one
 /// request in this many a due condition read precedes the other jobs.
 const ROUNDS: usize = 3;
@@ -37,7 +37,7 @@ pub(crate) enum Purpose {
         arm_up_to: Option<usize>,
     },
     /// Switch torque off on every servo.
-    LetGo,
+    TorqueOff,
 }
 
 /// One bus: its last request, and the interpretation of the replies to it.
@@ -45,7 +45,7 @@ pub(crate) enum Purpose {
 pub(crate) struct Bus {
     joints: Vec<usize>,
     /// Joints read in the last request, in the order of their answers, and the kind of part.
-    asked: Vec<(usize, Topic)>,
+    asked: Vec<(usize, PartKind)>,
     asked_length: u16,
     job: Option<(usize, Job)>,
     /// Position in `joints` at which the search for the next job begins.
@@ -55,12 +55,12 @@ pub(crate) struct Bus {
     /// Request counter modulo [`ROUNDS`].
     round: usize,
     /// Consecutive exchanges with every reply and nothing else.
-    calm: u32,
+    clean_exchanges: u32,
     silent: u32,
     /// Consecutive exchanges with late bytes.
     late: u32,
     is_lost: bool,
-    counts: BusCounts,
+    counts: BusCounters,
 }
 
 impl Bus {
@@ -74,15 +74,15 @@ impl Bus {
             next: 0,
             more: 0,
             round: 0,
-            calm: 0,
+            clean_exchanges: 0,
             silent: 0,
             late: 0,
             is_lost: false,
-            counts: BusCounts::default(),
+            counts: BusCounters::default(),
         }
     }
 
-    pub(crate) const fn counts(&self) -> BusCounts {
+    pub(crate) const fn counts(&self) -> BusCounters {
         self.counts
     }
 
@@ -101,16 +101,17 @@ impl Bus {
     ) {
         request.clear();
         self.round = (self.round + 1) % ROUNDS;
-        self.more = if self.calm < CALM { (self.more + 1) % LENGTHS } else { 0 };
+        self.more =
+            if self.clean_exchanges < MIN_CLEAN_EXCHANGES { (self.more + 1) % READ_LENGTHS } else { 0 };
         self.asked_length = Reading::ITEM.length + self.more;
         self.asked.clear();
         self.job = None;
         match purpose {
             // Once every torque is off, alternate between confirming that and reading positions.
-            Purpose::LetGo if self.round == 0 && self.have_let_go(joints) => {
+            Purpose::TorqueOff if self.round == 0 && self.have_let_go(joints) => {
                 self.plan_measurements(now, joints, request);
             }
-            Purpose::LetGo => self.plan_release(joints, request),
+            Purpose::TorqueOff => self.plan_release(joints, request),
             Purpose::Drive { arm_up_to } => {
                 self.plan_measurements(now, joints, request);
                 self.plan_job(now, joints, arm_up_to, request);
@@ -119,7 +120,7 @@ impl Bus {
     }
 
     fn have_let_go(&self, joints: &[Joint]) -> bool {
-        self.joints.iter().all(|&index| joints.get(index).is_some_and(Joint::has_let_go))
+        self.joints.iter().all(|&index| joints.get(index).is_some_and(Joint::has_confirmed_torque_off))
     }
 
     /// Adds the goals for all servos and the read of the measurements. Servos whose firmware supports it get a fast
@@ -133,7 +134,7 @@ impl Bus {
                 goals.add(joint.id(), command);
             }
         }
-        for (topic, fast) in [(Topic::Chain, true), (Topic::Each, false)] {
+        for (topic, fast) in [(PartKind::FastRead, true), (PartKind::PlainRead, false)] {
             let first = self.asked.len();
             // Servos that missed their last read come last, so that they cannot delay the others.
             for suspect in [false, true] {
@@ -146,7 +147,7 @@ impl Bus {
             }
             let asked = self.asked.get(first..).unwrap_or_default();
             let who = || asked.iter().filter_map(|(index, _)| Some(joints.get(*index)?.id()));
-            let ids: Few<SERVOS_MOST> = who().map(Id::get).collect();
+            let ids: ByteBuf<SERVOS_MOST> = who().map(Id::get).collect();
             let (address, length) = (Reading::ITEM.address, self.asked_length);
             let question = if fast {
                 Instruction::FastSyncRead { address, length, ids: ids.get() }
@@ -174,7 +175,7 @@ impl Bus {
             && let Some(joint) = joints.get(index)
         {
             // With two servos on one identifier, two answers can arrive.
-            let answers = if matches!(job, Job::Doubt { .. }) { 2 } else { 1 };
+            let answers = if matches!(job, Job::DuplicateIdCheck { .. }) { 2 } else { 1 };
             let who = std::iter::repeat_n(joint.id(), answers);
             request.add(job.topic(), who, job.answer_length(), |out| job.encode(joint.id(), out));
         }
@@ -184,21 +185,24 @@ impl Bus {
     fn plan_release(&mut self, joints: &[Joint], request: &mut Request) {
         // A silent servo can keep the servos behind it from answering. So confirmed servos come first, and the order
         // of the others rotates.
-        let has_let_go = |index: usize| joints.get(index).is_some_and(Joint::has_let_go);
+        let has_confirmed_torque_off =
+            |index: usize| joints.get(index).is_some_and(Joint::has_confirmed_torque_off);
         let first = self.round * self.joints.len() / ROUNDS;
         for confirmed in [true, false] {
             let turns = self.joints.iter().cycle().skip(first).take(self.joints.len());
             self.asked.extend(
-                turns.filter(|&&index| has_let_go(index) == confirmed).map(|&index| (index, Topic::Torque)),
+                turns
+                    .filter(|&&index| has_confirmed_torque_off(index) == confirmed)
+                    .map(|&index| (index, PartKind::Torque)),
             );
         }
         let who = || self.asked.iter().filter_map(|(index, _)| Some(joints.get(*index)?.id()));
-        let ids: Few<SERVOS_MOST> = who().map(Id::get).collect();
+        let ids: ByteBuf<SERVOS_MOST> = who().map(Id::get).collect();
         let length = TORQUE_ENABLE.length + self.more;
         let off = Instruction::Write { address: TORQUE_ENABLE.address, data: &[0] };
         let question = Instruction::SyncRead { address: TORQUE_ENABLE.address, length, ids: ids.get() };
         self.asked_length = length;
-        request.add(Topic::Torque, who(), usize::from(length), |out| {
+        request.add(PartKind::Torque, who(), usize::from(length), |out| {
             let mut end = 0;
             for instruction in std::iter::repeat_n(off, BROADCASTS).chain([question]) {
                 let place = out.get_mut(end..).unwrap_or_default();
@@ -209,7 +213,7 @@ impl Bus {
     }
 
     /// Processes the replies to the last plan.
-    pub(crate) fn digest(&mut self, now: Instant, joints: &mut [Joint], replies: &Replies) {
+    pub(crate) fn process_replies(&mut self, now: Instant, joints: &mut [Joint], replies: &Replies) {
         let (asked, job) = (std::mem::take(&mut self.asked), self.job.take());
         self.counts.exchanges += 1;
         self.counts.broken += u64::from(replies.noisy);
@@ -224,14 +228,14 @@ impl Bus {
             let heard = self.take_all(now, joints, replies, &asked);
             let is_late = replies.late > 0 || self.counts.stale > stale;
             self.late = if is_late { self.late.saturating_add(1) } else { 0 };
-            let missing = self.blame(now, joints, replies, &asked, &heard);
+            let missing = self.count_missing(now, joints, replies, &asked, &heard);
             // A servo that was read again may still answer the first request.
-            let has_asked_again = replies.heard(Topic::Again) > 0;
+            let has_asked_again = replies.heard(PartKind::Reread) > 0;
             let is_calm =
                 !(is_late || replies.noisy || has_asked_again || missing.iter().any(Option::is_some));
-            self.calm = if is_calm { self.calm.saturating_add(1) } else { 0 };
+            self.clean_exchanges = if is_calm { self.clean_exchanges.saturating_add(1) } else { 0 };
             self.take_answer(now, joints, replies, job, missing);
-            for status in replies.about(Topic::Alarm) {
+            for status in replies.about(PartKind::AlertCondition) {
                 if let Some(joint) = self.joint_of(joints, status.id) {
                     joint.alarmed(now, &status);
                 }
@@ -239,7 +243,7 @@ impl Bus {
         }
         for &index in &self.joints {
             if let Some(joint) = joints.get_mut(index) {
-                self.counts.incidents.add(joint.take_incidents());
+                self.counts.fault_counters.add(joint.take_fault_counters());
             }
         }
         // Reuse the allocation in the next cycle.
@@ -251,7 +255,7 @@ impl Bus {
     pub(crate) fn lose(&mut self, now: Instant, joints: &mut [Joint]) {
         self.counts.hang_ups += u64::from(!self.is_lost);
         self.is_lost = true;
-        self.calm = 0;
+        self.clean_exchanges = 0;
         for &index in &self.joints {
             if let Some(joint) = joints.get_mut(index) {
                 joint.lost(now);
@@ -265,10 +269,10 @@ impl Bus {
         now: Instant,
         joints: &mut [Joint],
         replies: &Replies,
-        asked: &[(usize, Topic)],
+        asked: &[(usize, PartKind)],
     ) -> [bool; SERVOS_MOST] {
         let mut heard = [false; SERVOS_MOST];
-        for topic in [Topic::Chain, Topic::Each, Topic::Again, Topic::Torque] {
+        for topic in [PartKind::FastRead, PartKind::PlainRead, PartKind::Reread, PartKind::Torque] {
             for status in replies.about(topic) {
                 let is_whose = |index: usize| joints.get(index).is_some_and(|joint| joint.id() == status.id);
                 let place = asked.iter().position(|(index, _)| is_whose(*index));
@@ -277,7 +281,7 @@ impl Bus {
                 match (place.and_then(|place| heard.get_mut(place)), joint) {
                     (Some(heard), Some(joint)) if fits && !*heard => {
                         *heard = true;
-                        if topic == Topic::Torque {
+                        if topic == PartKind::Torque {
                             if let Some(torque) = status.params.first() {
                                 joint.confirm(now, *torque);
                             }
@@ -288,18 +292,18 @@ impl Bus {
                     _ => self.counts.stale += 1,
                 }
             }
-            self.counts.broken += u64::from(replies.spoilt(topic));
+            self.counts.broken += u64::from(replies.corrupt_replies(topic));
         }
         heard
     }
 
     /// Counts the joints in `asked` that did not answer, and returns their indices.
-    fn blame(
+    fn count_missing(
         &mut self,
         now: Instant,
         joints: &mut [Joint],
         replies: &Replies,
-        asked: &[(usize, Topic)],
+        asked: &[(usize, PartKind)],
         heard: &[bool; SERVOS_MOST],
     ) -> [Option<usize>; SERVOS_MOST] {
         let mut missing = [None; SERVOS_MOST];
@@ -308,10 +312,10 @@ impl Bus {
         {
             *place = Some(index);
             self.counts.missed += 1;
-            if self.blames_servos()
+            if self.counts_missing()
                 && let Some(joint) = joints.get_mut(index)
             {
-                joint.missed(now, replies.spoilt(topic) > 0);
+                joint.missed(now, replies.corrupt_replies(topic) > 0);
             }
         }
         missing
@@ -328,18 +332,18 @@ impl Bus {
     ) {
         let Some((index, job)) = job else { return };
         let Some(joint) = joints.get_mut(index) else { return };
-        self.counts.broken += u64::from(replies.spoilt(job.topic()));
+        self.counts.broken += u64::from(replies.corrupt_replies(job.topic()));
         let fits = |status: &servo::Status<'_>| {
             let length = status.params.len();
             status.id == joint.id() && (length == job.answer_length() || status.fault.is_some())
         };
-        if let Job::Doubt { .. } = job {
-            let came = Came {
-                answers: replies.about(Topic::Job).filter(fits).count(),
-                broken: replies.spoilt(Topic::Job) > 0,
-                too_long: replies.heard(Topic::Job) > STATUS_BYTES + job.answer_length(),
+        if let Job::DuplicateIdCheck { .. } = job {
+            let came = ProbeResult {
+                answers: replies.about(PartKind::Job).filter(fits).count(),
+                broken: replies.corrupt_replies(PartKind::Job) > 0,
+                too_long: replies.heard(PartKind::Job) > STATUS_BYTES + job.answer_length(),
             };
-            if joint.doubted(now, came) {
+            if joint.process_probe(now, came) {
                 self.counts.duplicates += 1;
                 let id = joint.id();
                 for &index in &self.joints {
@@ -351,17 +355,18 @@ impl Bus {
             return;
         }
         match replies.about(job.topic()).find(fits) {
-            Some(status) => joint.answered(now, job, &status),
-            None if !missing.contains(&Some(index)) && self.blames_servos() => {
+            Some(status) => joint.process_answer(now, job, &status),
+            None if !missing.contains(&Some(index)) && self.counts_missing() => {
                 self.counts.missed += 1;
-                joint.unanswered(now, job, replies.spoilt(job.topic()) > 0);
+                joint.unanswered(now, job, replies.corrupt_replies(job.topic()) > 0);
             }
             None => {}
         }
     }
 
-    fn blames_servos(&self) -> bool {
-        let is_slow = (1..=LATE_MOST).contains(&self.late) || (1..=SILENT_MOST).contains(&self.silent);
+    fn counts_missing(&self) -> bool {
+        let is_slow = (1..=MAX_LATE_EXCHANGES).contains(&self.late)
+            || (1..=MAX_SILENT_EXCHANGES).contains(&self.silent);
         !is_slow
     }
 
@@ -380,9 +385,9 @@ impl Bus {
         arm_up_to: Option<usize>,
     ) -> Option<(usize, Job)> {
         if self.round == 0
-            && let Some(look) = self.find_look(now, joints)
+            && let Some(read_condition) = self.find_look(now, joints)
         {
-            return Some(look);
+            return Some(read_condition);
         }
         let count = self.joints.len();
         // Torque comes on only after every servo of the bus has been identified.
@@ -404,7 +409,7 @@ impl Bus {
     fn find_look(&self, now: Instant, joints: &mut [Joint]) -> Option<(usize, Job)> {
         let due = |index: usize| Some((joints.get(index)?.look_due(now)?, index));
         let (_, index) = self.joints.iter().filter_map(|&index| due(index)).min()?;
-        Some((index, joints.get_mut(index)?.look(now)))
+        Some((index, joints.get_mut(index)?.read_condition(now)))
     }
 }
 
@@ -412,9 +417,9 @@ impl Bus {
 #[derive(Default)]
 struct Goals {
     /// Records of identifier and goal position.
-    positions: Few<{ 5 * SERVOS_MOST }>,
+    positions: ByteBuf<{ 5 * SERVOS_MOST }>,
     /// Records of identifier, profile velocity and goal position; the two items are adjacent in the control table.
-    with_velocities: Few<{ 9 * SERVOS_MOST }>,
+    with_velocities: ByteBuf<{ 9 * SERVOS_MOST }>,
 }
 
 impl Goals {

@@ -1,6 +1,6 @@
 /// Counters of the motor process.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Counts {
+pub struct MotorCounters {
     /// Goals refused: not finite, or for an unknown joint.
     pub refused: u64,
     /// Goals beyond a joint's limits, which were clamped.
@@ -15,7 +15,7 @@ pub struct Counts {
 
 /// Counters of one bus.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct BusCounts {
+pub struct BusCounters {
     /// Requests carried out.
     pub exchanges: u64,
     /// Answers dropped because they were not expected, or were sampled before they were requested.
@@ -27,7 +27,7 @@ pub struct BusCounts {
     /// Bytes that arrived too late.
     pub late_bytes: u64,
     /// Faults of its servos.
-    pub incidents: Incidents,
+    pub fault_counters: FaultCounters,
     /// Identifiers to which two servos answered.
     pub duplicates: u64,
     /// Times that its line was lost.
@@ -36,7 +36,7 @@ pub struct BusCounts {
 
 /// Fault counters of servos.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Incidents {
+pub struct FaultCounters {
     /// Hardware alerts that stopped a joint.
     pub alerts: u64,
     /// Times that a servo restarted by itself.
@@ -49,7 +49,7 @@ pub struct Incidents {
     pub blocked: u64,
 }
 
-impl Incidents {
+impl FaultCounters {
     /// Adds the faults of a joint's servo.
     pub(crate) const fn add(&mut self, other: Self) {
         let Self { alerts, restarts, watchdogs, refusals, blocked } = other;

@@ -1,4 +1,4 @@
-use crate::job::{Bounds, Condition};
+use crate::job::{Condition, ServoLimits};
 
 /// Derating begins this far below the temperature limit of a servo ...
 const WARM_C: f64 = 12.0;
@@ -10,9 +10,9 @@ const LOW_VOLTAGE_SHARE: f64 = 0.4;
 const HYSTERESIS_C: f64 = 3.0;
 const HYSTERESIS_SHARE: f64 = 0.1;
 
-/// Derating factor of the speed of a servo: 1 is full speed, 0 is hold. `was_spared`: whether it was derated before.
-pub(crate) fn derating(condition: Condition, bounds: Bounds, nominal_v: f64, was_spared: bool) -> f64 {
-    let (more_c, more) = if was_spared { (HYSTERESIS_C, HYSTERESIS_SHARE) } else { (0.0, 0.0) };
+/// Derating factor of the speed of a servo: 1 is full speed, 0 is hold. `was_derated`: whether it was derated before.
+pub(crate) fn derating(condition: Condition, bounds: ServoLimits, nominal_v: f64, was_derated: bool) -> f64 {
+    let (more_c, more) = if was_derated { (HYSTERESIS_C, HYSTERESIS_SHARE) } else { (0.0, 0.0) };
     let below_c = f64::from(bounds.temperature_c) - f64::from(condition.temperature_c);
     let cool = (below_c - HOT_C) / (WARM_C + more_c - HOT_C);
     let spare_v = (LOW_VOLTAGE_SHARE + more) * (nominal_v - f64::from(bounds.min_v));
@@ -38,8 +38,8 @@ mod tests {
         }
     }
 
-    fn bounds(min_v: f32) -> Bounds {
-        Bounds { temperature_c: 80.0, min_v, velocity_rad_s: 4.0, duty: 885, goal_duty: 885 }
+    fn bounds(min_v: f32) -> ServoLimits {
+        ServoLimits { temperature_c: 80.0, min_v, velocity_rad_s: 4.0, pwm: 885, goal_duty: 885 }
     }
 
     fn share(temperature_c: f32, input_v: f32) -> f64 {
@@ -62,16 +62,16 @@ mod tests {
     #[test]
     fn a_servo_at_the_bound_is_not_spared_now_and_then() {
         // The temperature alternates by one degree.
-        let mut is_spared = false;
+        let mut is_derated = false;
         let mut changes = 0;
         for step in 0..100_u8 {
             let temperature_c = if step % 2 == 0 { 67.5 } else { 68.5 };
             let condition = Condition { temperature_c, input_v: 12.0, ..condition() };
-            let was_spared = is_spared;
-            is_spared = derating(condition, bounds(9.5), 12.0, was_spared) < 1.0;
-            changes += u32::from(was_spared != is_spared);
+            let was_derated = is_derated;
+            is_derated = derating(condition, bounds(9.5), 12.0, was_derated) < 1.0;
+            changes += u32::from(was_derated != is_derated);
         }
-        assert_eq!((is_spared, changes), (true, 1));
+        assert_eq!((is_derated, changes), (true, 1));
         let cool = Condition { temperature_c: 64.9, input_v: 12.0, ..condition() };
         assert!((derating(cool, bounds(9.5), 12.0, true) - 1.0).abs() < 1e-9);
     }

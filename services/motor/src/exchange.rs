@@ -1,17 +1,17 @@
 //! Carries out one request on one line, part by part. Each part is answered before the next is sent.
 
 use clock::{Duration, Instant};
-use serial::Lost;
+use serial::LineLostError;
 use servo::table::TORQUE_ENABLE;
 use servo::{Address, FastReply, Id, Instruction, Parser, Reading, Status};
 
 use crate::job::CONDITION;
-use crate::patience::Patience;
-use crate::request::{Part, SERVOS_MOST, Topic};
+use crate::patience::ReplyTimeout;
+use crate::request::{Part, PartKind, SERVOS_MOST};
 use crate::{Replies, Request};
 
 /// Consecutive exchanges without any answer, after which no read is repeated within an exchange.
-const MUTE_MOST: u32 = 3;
+const MAX_SILENT_EXCHANGES: u32 = 3;
 /// How often torque off is sent at once.
 const CUTS: u32 = 3;
 /// Servos of a chain lost by one wrong check sum: the servo with the sum, and the next, which is verified by it.
@@ -26,14 +26,19 @@ pub trait Port {
     /// # Errors
     ///
     /// The line is lost.
-    fn send(&mut self, bytes: &[u8], within: Duration) -> Result<Sent, Lost>;
+    fn send(&mut self, bytes: &[u8], within: Duration) -> Result<Sent, LineLostError>;
 
     /// Waits for bytes for at most `within`, and not beyond `until`.
     ///
     /// # Errors
     ///
     /// The line is lost.
-    fn receive(&mut self, into: &mut [u8], within: Duration, until: Instant) -> Result<Received, Lost>;
+    fn receive(
+        &mut self,
+        into: &mut [u8],
+        within: Duration,
+        until: Instant,
+    ) -> Result<Received, LineLostError>;
 
     /// Closes a line that was lost. With bytes that the adapter does not accept this can take half a minute. So the
     /// replies must be handed over first.
@@ -64,20 +69,20 @@ pub struct Master {
     parser: Parser,
     chain: FastReply,
     baud: u32,
-    patience: Patience,
+    patience: ReplyTimeout,
     /// Consecutive exchanges without any answer.
-    mute: u32,
+    silent_exchanges: u32,
 }
 
 /// Answers to one part of a request.
-struct Heard {
+struct PartAnswers {
     /// Which servos answered, by their position in the part.
     who: [bool; SERVOS_MOST],
     /// Whether a reply timeout occurred. Otherwise every expected answer arrived, valid or corrupt.
     is_silent: bool,
 }
 
-impl Heard {
+impl PartAnswers {
     fn missing(&self, part: &Part) -> usize {
         part.ids().iter().zip(&self.who).filter(|(_, heard)| !**heard).count()
     }
@@ -92,8 +97,8 @@ impl Master {
             parser: Parser::new(),
             chain: FastReply::new(),
             baud,
-            patience: Patience::new(patience.0, patience.1),
-            mute: 0,
+            patience: ReplyTimeout::new(patience.0, patience.1),
+            silent_exchanges: 0,
         }
     }
 
@@ -110,8 +115,8 @@ impl Master {
         if let Err(lost) = self.converse(port, request, replies) {
             replies.lose(lost);
         }
-        self.mute = if replies.is_empty() { self.mute.saturating_add(1) } else { 0 };
-        self.patience.note(replies.late > 0, replies.slow);
+        self.silent_exchanges = if replies.is_empty() { self.silent_exchanges.saturating_add(1) } else { 0 };
+        self.patience.record(replies.late > 0, replies.slow);
     }
 
     /// Switches torque off on every servo of the bus, in any state.
@@ -130,19 +135,22 @@ impl Master {
         port: &mut impl Port,
         request: &Request,
         replies: &mut Replies,
-    ) -> Result<(), Lost> {
+    ) -> Result<(), LineLostError> {
         let mut again = None;
         for (part, bytes) in request.parts() {
-            if part.topic == Topic::Look && !part.ids().iter().any(|id| replies.has_from(*id)) {
+            if part.topic == PartKind::ReadCondition && !part.ids().iter().any(|id| replies.has_from(*id)) {
                 // Its reply timeout has already occurred.
                 continue;
             }
             let heard = self.ask(port, part, bytes, replies)?;
-            if matches!(part.topic, Topic::Chain | Topic::Each) && again.is_none() && self.mute < MUTE_MOST {
+            if matches!(part.topic, PartKind::FastRead | PartKind::PlainRead)
+                && again.is_none()
+                && self.silent_exchanges < MAX_SILENT_EXCHANGES
+            {
                 // At most one timeout per exchange: the first missing servo is the one that timed out, so it is left
                 // out. A servo whose answer was too short to decode the ones behind it may be silent the next time,
                 // and is left out too.
-                let is_cut = part.topic == Topic::Chain && heard.missing(part) > SUM_COSTS;
+                let is_cut = part.topic == PartKind::FastRead && heard.missing(part) > SUM_COSTS;
                 let but = heard.is_silent || is_cut;
                 again = self.ask_again(part, &heard, usize::from(but));
                 if let Some((again, bytes)) = &again {
@@ -150,7 +158,7 @@ impl Master {
                     let heard = self.ask(port, again, bytes.get(..again.sent).unwrap_or_default(), replies);
                     // A late answer to the first read looks like one to the second, which has the same length. Only
                     // "sampled after the first read" is certain.
-                    replies.asked(Topic::Again, first_at);
+                    replies.asked(PartKind::Reread, first_at);
                     heard?;
                 }
             }
@@ -162,7 +170,7 @@ impl Master {
     }
 
     /// Read of the servos that did not answer, without the first `but` of them.
-    fn ask_again(&self, part: &Part, heard: &Heard, but: usize) -> Option<(Part, [u8; INSTRUCTION])> {
+    fn ask_again(&self, part: &Part, heard: &PartAnswers, but: usize) -> Option<(Part, [u8; INSTRUCTION])> {
         let missing = part.ids().iter().zip(&heard.who).filter(|(_, heard)| !**heard).map(|(id, _)| *id);
         let (mut ids, mut count) = ([0; SERVOS_MOST], 0);
         for (place, id) in ids.iter_mut().zip(missing.skip(but)) {
@@ -170,7 +178,7 @@ impl Master {
             count += 1;
         }
         let length = u16::try_from(part.data).ok()?;
-        question(Topic::Again, Reading::ITEM.address, length, ids.get(..count)?)
+        question(PartKind::Reread, Reading::ITEM.address, length, ids.get(..count)?)
     }
 
     /// Sends a part and collects its answers.
@@ -180,9 +188,9 @@ impl Master {
         part: &Part,
         bytes: &[u8],
         replies: &mut Replies,
-    ) -> Result<Heard, Lost> {
+    ) -> Result<PartAnswers, LineLostError> {
         let length = u16::try_from(part.data).unwrap_or(u16::MAX);
-        if part.topic == Topic::Chain {
+        if part.topic == PartKind::FastRead {
             let who = part.ids().iter().filter_map(|id| Id::new(*id));
             // A request that fits also fits into the chain's state.
             let _fits = self.chain.expect(who.map(|id| (id, length)));
@@ -192,25 +200,25 @@ impl Master {
         // Once every servo has answered, only silence on the line is awaited.
         let quiet = part.time_to_answer(self.baud);
         let turn = quiet + self.patience.get();
-        let rest = quiet + self.patience.least();
+        let rest = quiet + self.patience.min_timeout();
         let mut within = part.time_to_send(self.baud) + turn;
         let Sent { at, late } = port.send(bytes, within)?;
         replies.asked(part.topic, at);
         replies.late += late;
-        let mut heard = Heard { who: [false; SERVOS_MOST], is_silent: false };
+        let mut heard = PartAnswers { who: [false; SERVOS_MOST], is_silent: false };
         let mut missing = part.ids().len();
         // Each servo has one reply timeout: noise that trickles in must not hold the bus.
         let turns = u32::try_from(missing).unwrap_or(u32::MAX).saturating_add(1);
         let mut quiet_since = at + part.time_to_send(self.baud);
         let until = quiet_since + turns * turn;
         // Bounds the bytes of a babbling line: all answers twice, and an echo, are enough.
-        let mut most = 2 * (part.sent + missing * (part.data + 16)) + 64;
+        let mut max_bytes = 2 * (part.sent + missing * (part.data + 16)) + 64;
         // Once as many bytes as expected have arrived, part of them were noise. The rest, delivered in pieces by the
         // adapter, follows soon.
         let mut awaited = part.bytes_of_answers();
         let mut has_all = false;
         let mut buffer = [0; 512];
-        while missing > 0 && most > 0 {
+        while missing > 0 && max_bytes > 0 {
             let Received { count, at: now } = port.receive(&mut buffer, within, until)?;
             if count == 0 {
                 heard.is_silent = !has_all;
@@ -218,7 +226,7 @@ impl Master {
             }
             replies.slow = replies.slow.max(now.since(quiet_since).saturating_sub(quiet));
             quiet_since = now;
-            most = most.saturating_sub(count);
+            max_bytes = max_bytes.saturating_sub(count);
             awaited = awaited.saturating_sub(count);
             replies.hear(part.topic, count);
             self.parser.push(buffer.get(..count).unwrap_or_default());
@@ -242,12 +250,13 @@ impl Master {
         let losses = self.parser.losses();
         let strays = losses.stray.saturating_sub(before.stray);
         replies.late += usize::try_from(strays).unwrap_or(usize::MAX);
-        if part.topic == Topic::Again {
+        if part.topic == PartKind::Reread {
             // Bytes beyond the expected answers and an echo are answers to an earlier request.
-            replies.late += replies.heard(Topic::Again).saturating_sub(part.bytes_of_answers() + part.sent);
+            replies.late +=
+                replies.heard(PartKind::Reread).saturating_sub(part.bytes_of_answers() + part.sent);
         }
         replies.noisy |= losses.noise > before.noise;
-        replies.spoil(part.topic, broken_since(&self.parser, broken));
+        replies.record_corrupt(part.topic, broken_since(&self.parser, broken));
         Ok(heard)
     }
 
@@ -258,7 +267,7 @@ impl Master {
         // If the last of several answers has begun, an earlier one was cut short. A single answer may still be
         // arriving.
         let is_cut = part.ids().len() > 1 && awaited < part.bytes_of_answer();
-        if part.topic == Topic::Chain {
+        if part.topic == PartKind::FastRead {
             return self.chain.is_over() || (is_cut && broken > 0);
         }
         // Noise may look like corrupt answers, so the number of bytes must match too.
@@ -267,8 +276,13 @@ impl Master {
 }
 
 /// Passes each status of a part to `take`. Instructions echoed by the adapter are skipped.
-fn each_status(parser: &mut Parser, chain: &mut FastReply, topic: Topic, mut take: impl FnMut(&Status<'_>)) {
-    if topic == Topic::Chain {
+fn each_status(
+    parser: &mut Parser,
+    chain: &mut FastReply,
+    topic: PartKind,
+    mut take: impl FnMut(&Status<'_>),
+) {
+    if topic == PartKind::FastRead {
         while let Some(status) = parser.next_part(chain) {
             take(&status);
         }
@@ -302,11 +316,11 @@ fn alarm(replies: &Replies) -> Option<(Part, [u8; INSTRUCTION])> {
             count += 1;
         }
     }
-    question(Topic::Alarm, CONDITION.address, CONDITION.length, ids.get(..count)?)
+    question(PartKind::AlertCondition, CONDITION.address, CONDITION.length, ids.get(..count)?)
 }
 
 /// A sync read of some servos; `None` if there are none.
-fn question(topic: Topic, address: u16, length: u16, ids: &[u8]) -> Option<(Part, [u8; INSTRUCTION])> {
+fn question(topic: PartKind, address: u16, length: u16, ids: &[u8]) -> Option<(Part, [u8; INSTRUCTION])> {
     let mut bytes = [0; INSTRUCTION];
     let sent = Instruction::SyncRead { address, length, ids }.encode(Address::All, &mut bytes).ok()?;
     let who = ids.iter().filter_map(|id| Id::new(*id));

@@ -9,7 +9,7 @@ use servo::{Address, HardwareErrors, Id, Instruction, Model, Reading, velocity_c
 
 use crate::joint::Watchdog;
 use crate::notice::Notice;
-use crate::{Topic, Trouble};
+use crate::{JointFault, PartKind};
 
 /// The setup of a servo, from return delay to profile velocity. It is read before anything but the status return
 /// level is written.
@@ -37,11 +37,11 @@ pub(crate) enum Job {
     Ping,
     /// Probe for a duplicate identifier; every byte of the answers is awaited. If `alike`, a ping, which two servos
     /// answer identically. Otherwise a read of position and realtime tick, which two servos answer differently.
-    Doubt {
+    DuplicateIdCheck {
         alike: bool,
     },
     /// Torque off, and a ping.
-    LetGo,
+    TorqueOff,
     /// Status return level 2 (answer everything), and a read of the setup.
     Inspect,
     SetMode,
@@ -50,49 +50,49 @@ pub(crate) enum Job {
         max: i32,
     },
     /// Arm the bus watchdog; `clear` it first if it has tripped.
-    Guard {
+    ArmWatchdog {
         clear: bool,
     },
     /// Profile acceleration, profile velocity and goal position, in counts.
-    Aim([i32; 3]),
+    WriteGoal([i32; 3]),
     /// Profile acceleration and profile velocity, in counts.
     Profile([i32; 2]),
     /// Goal PWM, in 0.113 %.
-    Duty(u16),
+    GoalPwm(u16),
     /// Torque off; or bus watchdog armed, and torque on.
     Torque(bool),
     /// Stay at the present position with torque on, whatever the goal is.
     Stay,
     /// Read the condition.
-    Look,
+    ReadCondition,
     /// Reboot the servo, which clears a hardware alert.
     Reboot,
 }
 
 impl Job {
     /// Whether it only writes, so that the answer has no data.
-    pub(crate) fn is_told(self) -> bool {
+    pub(crate) fn is_write(self) -> bool {
         self.answer_length() == 0
     }
 
     /// Kind of part in a request.
-    pub(crate) fn topic(self) -> Topic {
-        if self == Self::Look { Topic::Look } else { Topic::Job }
+    pub(crate) fn topic(self) -> PartKind {
+        if self == Self::ReadCondition { PartKind::ReadCondition } else { PartKind::Job }
     }
 
     /// Data bytes of the answer.
     pub(crate) fn answer_length(self) -> usize {
         match self {
-            Self::Ping | Self::LetGo | Self::Doubt { alike: true } => 3,
-            Self::Doubt { alike: false } => usize::from(Reading::ITEM.length),
+            Self::Ping | Self::TorqueOff | Self::DuplicateIdCheck { alike: true } => 3,
+            Self::DuplicateIdCheck { alike: false } => usize::from(Reading::ITEM.length),
             Self::Inspect => usize::from(SETUP.length),
-            Self::Look => usize::from(CONDITION.length),
+            Self::ReadCondition => usize::from(CONDITION.length),
             Self::SetMode
             | Self::SetLimits { .. }
-            | Self::Guard { .. }
-            | Self::Aim(_)
+            | Self::ArmWatchdog { .. }
+            | Self::WriteGoal(_)
             | Self::Profile(_)
-            | Self::Duty(_)
+            | Self::GoalPwm(_)
             | Self::Torque(_)
             | Self::Stay
             | Self::Reboot => 0,
@@ -105,21 +105,21 @@ impl Job {
         let write = |item: Item, data| Instruction::Write { address: item.address, data };
         let read = |item: Item| Instruction::Read { address: item.address, length: item.length };
         match self {
-            Self::Ping | Self::Doubt { alike: true } => say(Instruction::Ping),
-            Self::Doubt { alike: false } => say(read(Reading::ITEM)),
-            Self::LetGo => encode_two(id, (TORQUE_ENABLE, 0), Instruction::Ping, out),
+            Self::Ping | Self::DuplicateIdCheck { alike: true } => say(Instruction::Ping),
+            Self::DuplicateIdCheck { alike: false } => say(read(Reading::ITEM)),
+            Self::TorqueOff => encode_two(id, (TORQUE_ENABLE, 0), Instruction::Ping, out),
             Self::Inspect => encode_two(id, (STATUS_RETURN_LEVEL, ANSWERS_ALL), read(SETUP), out),
-            Self::Guard { clear: true } => {
+            Self::ArmWatchdog { clear: true } => {
                 encode_two(id, (BUS_WATCHDOG, 0), write(BUS_WATCHDOG, &[WATCHDOG]), out)
             }
-            Self::Guard { clear: false } => say(write(BUS_WATCHDOG, &[WATCHDOG])),
+            Self::ArmWatchdog { clear: false } => say(write(BUS_WATCHDOG, &[WATCHDOG])),
             Self::SetMode => say(write(RETURN_DELAY, &MODE)),
             Self::SetLimits { min, max } => say(write(MAX_POSITION_LIMIT, &words([max, min, 0])[..8])),
-            Self::Aim(counts) => say(write(PROFILE_ACCELERATION, &words(counts))),
+            Self::WriteGoal(counts) => say(write(PROFILE_ACCELERATION, &words(counts))),
             Self::Profile([acceleration, velocity]) => {
                 say(write(PROFILE_ACCELERATION, &words([acceleration, velocity, 0])[..8]))
             }
-            Self::Duty(duty) => say(write(GOAL_PWM, &duty.to_le_bytes())),
+            Self::GoalPwm(pwm) => say(write(GOAL_PWM, &pwm.to_le_bytes())),
             Self::Torque(false) => say(write(TORQUE_ENABLE, &[0])),
             // A servo that has restarted since its watchdog was armed has no watchdog.
             Self::Torque(true) => encode_two(id, (BUS_WATCHDOG, WATCHDOG), write(TORQUE_ENABLE, &[1]), out),
@@ -130,7 +130,7 @@ impl Job {
                 let rest = out.get_mut(off..).unwrap_or_default();
                 off + encode_two(id, (TORQUE_ENABLE, 0), write(TORQUE_ENABLE, &[1]), rest)
             }
-            Self::Look => say(read(CONDITION)),
+            Self::ReadCondition => say(read(CONDITION)),
             Self::Reboot => say(Instruction::Reboot),
         }
     }
@@ -168,22 +168,22 @@ pub(crate) fn is_configured(setup: &[u8], min: i32, max: i32) -> bool {
 
 /// Finds settings in the answer to [`Job::Inspect`] that were made for another robot, and that this program must not
 /// overwrite. Firmware without fast sync reads has no startup configuration, and any value may be there.
-pub(crate) fn foreign(model: Model, is_fast: bool, setup: &[u8]) -> Option<Trouble> {
+pub(crate) fn foreign(model: Model, is_fast: bool, setup: &[u8]) -> Option<JointFault> {
     if let Some(id) = Id::new(*setup.get(at(SECONDARY_ID))?) {
-        return Some(Trouble::SecondaryId(id.get()));
+        return Some(JointFault::SecondaryId(id.get()));
     }
     let startup = *setup.get(at(STARTUP_CONFIGURATION))?;
     if is_fast && startup != 0 {
-        return Some(Trouble::Startup(startup));
+        return Some(JointFault::Startup(startup));
     }
     let offset = i32::from_le_bytes(*setup.get(at(HOMING_OFFSET)..)?.first_chunk()?);
     if offset != 0 {
-        return Some(Trouble::HomingOffset(offset));
+        return Some(JointFault::HomingOffset(offset));
     }
     let found = *setup.get(at(SHUTDOWN))?;
     let initial = by_address(model, SHUTDOWN.address)?.initial;
     let expected = u8::try_from(initial).ok()?;
-    (found & expected != expected).then_some(Trouble::Shutdown { expected, found })
+    (found & expected != expected).then_some(JointFault::Shutdown { expected, found })
 }
 
 /// Whether torque is on, from the answer to [`Job::Inspect`].
@@ -226,12 +226,12 @@ fn value(setup: &[u8], item: Item) -> Option<i32> {
 }
 
 /// A limit of 0, with which the servo cannot move at all, from the answer to [`Job::Inspect`].
-pub(crate) fn powerless(setup: &[u8]) -> Option<Trouble> {
+pub(crate) fn powerless(setup: &[u8]) -> Option<JointFault> {
     let is_zero = |item: &&Item| value(setup, **item) == Some(0);
     [PWM_LIMIT, CURRENT_LIMIT, VELOCITY_LIMIT]
         .iter()
         .find(is_zero)
-        .map(|item| Trouble::Powerless(item.address))
+        .map(|item| JointFault::Powerless(item.address))
 }
 
 /// Notices about the setup of a servo. Its limits should be `min` and `max`, in counts, and its joint moves at up to
@@ -280,7 +280,7 @@ const SLOW_RAD_S: f64 = 0.05;
 
 /// Limits of a servo, from the answer to [`Job::Inspect`].
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Bounds {
+pub(crate) struct ServoLimits {
     /// Temperature above which it shuts down.
     pub(crate) temperature_c: f32,
     /// Voltage below which it reports an error.
@@ -288,22 +288,22 @@ pub(crate) struct Bounds {
     /// Maximum profile velocity.
     pub(crate) velocity_rad_s: f64,
     /// PWM limit, and the goal PWM found, in 0.113 %.
-    pub(crate) duty: u16,
+    pub(crate) pwm: u16,
     pub(crate) goal_duty: u16,
 }
 
-impl Bounds {
+impl ServoLimits {
     pub(crate) fn parse(setup: &[u8]) -> Option<Self> {
         let temperature = *setup.get(at(TEMPERATURE_LIMIT))?;
         let volts = setup.get(at(MIN_VOLTAGE_LIMIT)..)?.first_chunk()?;
         let velocity = value(setup, VELOCITY_LIMIT)?;
-        let duty = |item| value(setup, item).and_then(|duty| u16::try_from(duty).ok());
+        let pwm = |item| value(setup, item).and_then(|pwm| u16::try_from(pwm).ok());
         Some(Self {
             temperature_c: f32::from(temperature),
             min_v: decivolts(*volts),
             velocity_rad_s: velocity_rad_s(velocity),
-            duty: duty(PWM_LIMIT)?,
-            goal_duty: duty(GOAL_PWM)?,
+            pwm: pwm(PWM_LIMIT)?,
+            goal_duty: pwm(GOAL_PWM)?,
         })
     }
 }
@@ -319,7 +319,7 @@ pub(crate) struct Condition {
 }
 
 impl Condition {
-    /// Parses the answer to [`Job::Look`].
+    /// Parses the answer to [`Job::ReadCondition`].
     pub(crate) fn parse(bytes: &[u8]) -> Option<Self> {
         let at = |item: Item| usize::from(item.address - CONDITION.address);
         let byte = |item: Item| bytes.get(at(item));

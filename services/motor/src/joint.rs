@@ -10,38 +10,38 @@ mod state;
 mod steer;
 
 #[cfg(test)]
-pub(crate) use answers::REBOOTS_MOST;
+pub(crate) use answers::MAX_REBOOTS;
 use clock::{Duration, Instant};
 use config::leo::AlertReaction;
 use message::JointCause;
 use servo::{Id, Model, Reading, position_count};
 
-pub(crate) use licence::{Ending, Licence, is_own_fault};
+pub(crate) use licence::{ArmingState, Disarming, is_own_fault};
 pub(crate) use link::{Link, Setup};
 pub(crate) use motion::Motion;
 pub(crate) use policy::Policy;
-use power::RefusedDuty;
-pub(crate) use power::{Power, Rise, Watchdog};
+use power::RefusedPwm;
+pub(crate) use power::{Power, PowerUpStep, Watchdog};
 pub(crate) use steer::Command;
 
-use crate::job::{Bounds, Condition};
+use crate::job::{Condition, ServoLimits};
 use crate::notice::Notices;
 use crate::servo_clock::ServoClock;
-use crate::{Incidents, Trouble};
+use crate::{FaultCounters, JointFault};
 
 /// First waiting time after a servo is quarantined.
-const WAIT_FIRST: Duration = Duration::from_millis(100);
+const MIN_WAIT: Duration = Duration::from_millis(100);
 /// Maximum age of a reading that is used as the current position.
-const FRESH: Duration = Duration::from_millis(100);
+const MAX_READING_AGE: Duration = Duration::from_millis(100);
 /// Highest plausible velocity of a joint, by motor or by hand, and largest plausible position error of a reading.
-const SPEED_MOST_RAD_S: f64 = 30.0;
-const JUMP_MOST_RAD: f64 = 0.1;
+const MAX_SPEED_RAD_S: f64 = 30.0;
+const MAX_JUMP_RAD: f64 = 0.1;
 /// Highest velocity of a servo that counts as standing (two counts), and largest distance from where it was told to
 /// stay.
 const STILL_RAD_S: f64 = 0.05;
 const STAYS_RAD: f64 = 0.05;
 /// Period of the condition reads.
-const LOOK_EVERY: Duration = Duration::from_millis(500);
+const CONDITION_PERIOD: Duration = Duration::from_millis(500);
 /// How long a servo does not respond after a reboot instruction.
 const REBOOT_WAIT: Duration = Duration::from_millis(500);
 /// How long the last setpoint of a motion is repeated before sending stops.
@@ -68,7 +68,7 @@ pub(crate) enum Taken {
 
 /// Inputs that are equal for the whole body in a cycle.
 #[derive(Clone, Copy, Debug, Default)]
-pub(crate) struct Orders {
+pub(crate) struct BodyState {
     /// Whether commands arrive.
     pub(crate) live: bool,
     /// Why the joint must not move although it could: another joint failed, or a bus is lost.
@@ -83,14 +83,14 @@ pub(crate) struct Orders {
 
 /// Quality of the communication with a joint's servo.
 #[derive(Clone, Copy, Debug)]
-struct Contact {
+struct LinkQuality {
     /// Consecutive missing answers, and corrupt ones among them.
-    misses: u32,
+    timeouts: u32,
     corrupt: u32,
     /// Consecutive writes without acknowledgement, although reads may succeed.
     unacknowledged: u32,
     /// Consecutive rejected readings.
-    rejected: u32,
+    rejected_readings: u32,
     /// Set after too many rejected readings: until when readings must be accepted before the joint may move.
     trusted_at: Option<Instant>,
     /// Waiting time at the next quarantine.
@@ -112,36 +112,36 @@ pub(crate) struct Joint {
     id: Id,
     model: Model,
     /// Upper bound that its group sets on the reaction to an alert, in the order limp, hold, lower.
-    reaction_most: AlertReaction,
+    max_reaction: AlertReaction,
 
     link: Link,
     power: Power,
-    licence: Licence,
+    licence: ArmingState,
     motion: Motion,
 
     /// Inputs of the current cycle.
-    orders: Orders,
+    orders: BodyState,
     /// Why torque is switched off for the whole body, if it is.
     let_go: Option<JointCause>,
     goal: Option<Goal>,
 
-    contact: Contact,
+    contact: LinkQuality,
     clock: ServoClock,
     reading: Option<(Instant, Reading)>,
     condition: Option<Condition>,
-    bounds: Option<Bounds>,
-    look_at: Instant,
+    bounds: Option<ServoLimits>,
+    condition_due_at: Instant,
 
     /// The profile velocity last written to the servo, in counts, and when.
     told: Option<(i32, Instant)>,
     /// Since when the tracking error has been at its bound.
     behind_since: Option<Instant>,
     /// Whether the speed is derated; with hysteresis.
-    is_spared: bool,
+    is_derated: bool,
     /// Consecutive refusals of the goal that precedes torque on.
-    refused_aims: u32,
+    refused_goals: u32,
     /// State of the last write of goal PWM.
-    refused_duty: RefusedDuty,
+    refused_pwm: RefusedPwm,
     /// Number of the order that armed the joint last.
     order: u64,
     /// Number of the newest order, and of the newest order given while its servo did not answer. The latter does not
@@ -156,13 +156,13 @@ pub(crate) struct Joint {
     reboot_at: Option<Instant>,
     reboots: u32,
 
-    trouble: Option<Trouble>,
+    trouble: Option<JointFault>,
     /// Whether the operator has acknowledged that the servo had the limits of another joint, so that they are
     /// overwritten.
     are_limits_acknowledged: bool,
     notices: Notices,
     /// Fault counters since the bus collected them last.
-    incidents: Incidents,
+    fault_counters: FaultCounters,
     /// Times that the joint moved without permission, and was stopped. Not zero only after a programming error.
     violations: u64,
 }
@@ -173,7 +173,7 @@ impl Joint {
         id: Id,
         settings: &config::motor::Joint,
         policy: Policy,
-        reaction_most: AlertReaction,
+        max_reaction: AlertReaction,
     ) -> Self {
         Self {
             settings: settings.clone(),
@@ -181,33 +181,33 @@ impl Joint {
             index,
             id,
             model: settings.model.into(),
-            reaction_most,
+            max_reaction,
             link: Link::Unknown,
             power: Power::Unknown { was_on: false },
-            licence: Licence::Disarmed { cause: JointCause::NotStarted },
+            licence: ArmingState::Disarmed { cause: JointCause::NotStarted },
             motion: Motion::Idle,
-            orders: Orders::default(),
+            orders: BodyState::default(),
             let_go: None,
             goal: None,
-            contact: Contact {
-                misses: 0,
+            contact: LinkQuality {
+                timeouts: 0,
                 corrupt: 0,
                 unacknowledged: 0,
-                rejected: 0,
+                rejected_readings: 0,
                 trusted_at: None,
-                wait: WAIT_FIRST,
+                wait: MIN_WAIT,
                 is_fast: false,
             },
             clock: ServoClock::default(),
             reading: None,
             condition: None,
             bounds: None,
-            look_at: Instant::EPOCH,
+            condition_due_at: Instant::EPOCH,
             told: None,
             behind_since: None,
-            is_spared: false,
-            refused_aims: 0,
-            refused_duty: RefusedDuty::No,
+            is_derated: false,
+            refused_goals: 0,
+            refused_pwm: RefusedPwm::No,
             order: 0,
             newest_order: 0,
             missed_order: 0,
@@ -218,7 +218,7 @@ impl Joint {
             trouble: None,
             are_limits_acknowledged: false,
             notices: Notices::default(),
-            incidents: Incidents::default(),
+            fault_counters: FaultCounters::default(),
             violations: 0,
         }
     }
@@ -239,7 +239,7 @@ impl Joint {
         self.model
     }
 
-    pub(crate) const fn trouble(&self) -> Option<Trouble> {
+    pub(crate) const fn trouble(&self) -> Option<JointFault> {
         self.trouble
     }
 
@@ -257,8 +257,8 @@ impl Joint {
     }
 
     /// Fault counters since the last call.
-    pub(crate) fn take_incidents(&mut self) -> Incidents {
-        std::mem::take(&mut self.incidents)
+    pub(crate) fn take_fault_counters(&mut self) -> FaultCounters {
+        std::mem::take(&mut self.fault_counters)
     }
 
     /// Notices for the operator since the last call.
@@ -268,7 +268,7 @@ impl Joint {
 
     /// Whether its last answer was missing.
     pub(crate) const fn is_suspect(&self) -> bool {
-        self.contact.misses > 0
+        self.contact.timeouts > 0
     }
 
     pub(crate) const fn is_absent(&self) -> bool {
@@ -281,7 +281,7 @@ impl Joint {
     }
 
     /// Whether the joint is on its way to have torque, so that the next group waits for it.
-    pub(crate) fn is_rising(&self) -> bool {
+    pub(crate) fn is_powering_up(&self) -> bool {
         if self.let_go.is_some() || self.is_absent() || self.licence.is_locked() {
             return false;
         }
@@ -301,7 +301,11 @@ impl Joint {
 
     /// Whether its position is read in every cycle.
     pub(crate) fn is_read(&self) -> bool {
-        if self.let_go.is_some() { self.has_let_go() } else { matches!(self.link, Link::Answering) }
+        if self.let_go.is_some() {
+            self.has_confirmed_torque_off()
+        } else {
+            matches!(self.link, Link::Answering)
+        }
     }
 
     /// Whether the joint stops others: those of its group, and of the groups that it carries. It has failed, does not
@@ -309,9 +313,9 @@ impl Joint {
     pub(crate) fn stops_group(&self) -> bool {
         match self.licence {
             _ if self.is_absent() || self.licence.ending().is_some_and(|ending| ending.locks) => true,
-            Licence::Locked { .. } => true,
-            Licence::Disarmed { cause } => is_own_fault(cause),
-            Licence::Armed { after, .. } => is_own_fault(after) && !self.power.is_on(),
+            ArmingState::Locked { .. } => true,
+            ArmingState::Disarmed { cause } => is_own_fault(cause),
+            ArmingState::Armed { after, .. } => is_own_fault(after) && !self.power.is_on(),
         }
     }
 
@@ -331,7 +335,7 @@ impl Joint {
     }
 
     /// Whether the servo has confirmed torque off since it was told so.
-    pub(crate) fn has_let_go(&self) -> bool {
+    pub(crate) fn has_confirmed_torque_off(&self) -> bool {
         self.let_go.is_some() && matches!(self.power, Power::Off)
     }
 
@@ -357,7 +361,7 @@ impl Joint {
     }
 
     /// Advances the joint to `now`, `dt_s` seconds after the last cycle.
-    pub(crate) fn step(&mut self, now: Instant, dt_s: f64, orders: Orders) {
+    pub(crate) fn step(&mut self, now: Instant, dt_s: f64, orders: BodyState) {
         self.orders = orders;
         if !orders.live || orders.halt.is_some() || !self.licence.is_given() {
             self.goal = None;
@@ -373,7 +377,7 @@ impl Joint {
         if orders.limp {
             self.release(now);
         }
-        self.license(now);
+        self.update_arming(now);
         self.conduct(now);
         if dt_s > 0.0 {
             self.steer(now, dt_s);
@@ -394,7 +398,7 @@ impl Joint {
     /// Switches torque off together with the whole body, in any state.
     pub(crate) fn let_go(&mut self, now: Instant, cause: JointCause) {
         if self.let_go.is_none() {
-            self.cut(now);
+            self.switch_torque_off(now);
             self.disarm(cause);
         }
         self.let_go = Some(cause);
@@ -402,7 +406,7 @@ impl Joint {
 
     /// Processes the servo's torque enable after the whole body was switched off.
     pub(crate) fn confirm(&mut self, now: Instant, torque: u8) {
-        self.contact.misses = 0;
+        self.contact.timeouts = 0;
         if self.let_go.is_some() {
             self.power = if torque == 0 { Power::Off } else { Power::Cutting { tell_at: now } };
         }
@@ -411,8 +415,9 @@ impl Joint {
     /// Reverts [`let_go`](Self::let_go): the servo is identified again. The joint does not move before it is armed.
     pub(crate) fn end_let_go(&mut self) {
         if self.let_go.take().is_some() {
-            (self.contact.misses, self.contact.corrupt, self.contact.unacknowledged) = (0, 0, 0);
-            (self.contact.rejected, self.contact.trusted_at, self.contact.wait) = (0, None, WAIT_FIRST);
+            (self.contact.timeouts, self.contact.corrupt, self.contact.unacknowledged) = (0, 0, 0);
+            (self.contact.rejected_readings, self.contact.trusted_at, self.contact.wait) =
+                (0, None, MIN_WAIT);
             self.begin_anew();
         }
     }
@@ -431,14 +436,14 @@ impl Joint {
     fn beyond_rad(&self, now: Instant) -> Option<f64> {
         let (at, reading) = self.reading?;
         let within = self.clamped(reading.position_rad)?;
-        (now.since(at) <= FRESH).then_some((reading.position_rad - within).abs())
+        (now.since(at) <= MAX_READING_AGE).then_some((reading.position_rad - within).abs())
     }
 
     /// Whether the joint can have moved here from its previous reading. One in 65536 answers with random bytes has a
     /// valid check sum.
     fn is_plausible(&self, at: Instant, position_rad: f64) -> bool {
         self.reading.is_none_or(|(before, reading)| {
-            let reach_rad = SPEED_MOST_RAD_S * at.since(before).as_secs_f64() + JUMP_MOST_RAD;
+            let reach_rad = MAX_SPEED_RAD_S * at.since(before).as_secs_f64() + MAX_JUMP_RAD;
             (position_rad - reading.position_rad).abs() <= reach_rad
         })
     }
@@ -451,7 +456,7 @@ impl Joint {
     /// Position clamped to its limits; `None` without a recent reading.
     fn standing(&self, now: Instant) -> Option<f64> {
         let (at, reading) = self.reading?;
-        if now.since(at) <= FRESH { self.clamped(reading.position_rad) } else { None }
+        if now.since(at) <= MAX_READING_AGE { self.clamped(reading.position_rad) } else { None }
     }
 
     /// Whether a reading has confirmed that the servo stands where it was told to stay.
@@ -468,7 +473,7 @@ impl Joint {
 
     /// Whether the last reading is far from this position; true without a reading.
     fn is_far_from(&self, position_rad: f64) -> bool {
-        self.reading.is_none_or(|(_, reading)| (reading.position_rad - position_rad).abs() > JUMP_MOST_RAD)
+        self.reading.is_none_or(|(_, reading)| (reading.position_rad - position_rad).abs() > MAX_JUMP_RAD)
     }
 
     /// Whether the last reading shows motion beyond its limits.

@@ -4,12 +4,12 @@
 //! states. A [`Master`] carries out a request over a [`Port`].
 
 mod bus;
-mod carriers;
+mod byte_buf;
 mod counts;
 mod derating;
-mod doubt;
+mod duplicate_id_check;
 mod exchange;
-mod few;
+mod group_dependencies;
 mod io;
 mod job;
 mod joint;
@@ -21,15 +21,15 @@ mod request;
 mod servo_clock;
 mod trouble;
 
-pub use counts::{BusCounts, Counts, Incidents};
+pub use counts::{BusCounters, FaultCounters, MotorCounters};
 pub use exchange::{Master, Port, Received, Sent};
 pub use io::line::Line;
 pub use io::run::run;
-pub use io::threads::{ThreadError, Threads};
+pub use io::threads::{BusThreads, ThreadError};
 pub use motor::{Motor, MotorError};
 pub use notice::Notice;
-pub use request::{Part, Replies, Request, SERVOS_MOST, Topic};
-pub use trouble::Trouble;
+pub use request::{Part, PartKind, Replies, Request, SERVOS_MOST};
+pub use trouble::JointFault;
 
 #[cfg(test)]
 mod tests;

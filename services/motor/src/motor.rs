@@ -5,13 +5,13 @@ use message::{JointCause, JointGoal, JointState};
 use servo::Id;
 
 use crate::bus::{Bus, Purpose};
-use crate::carriers::Carriers;
-use crate::joint::{Joint, Orders, Policy};
+use crate::group_dependencies::GroupDependencies;
+use crate::joint::{BodyState, Joint, Policy};
 use crate::request::SERVOS_MOST;
-use crate::{BusCounts, Counts, Notice, Replies, Request, Trouble};
+use crate::{BusCounters, JointFault, MotorCounters, Notice, Replies, Request};
 
 /// Longest time step of the setpoints. After a longer pause the setpoints continue from where they were.
-pub(crate) const STEP_MOST: Duration = Duration::from_millis(20);
+pub(crate) const MAX_STEP: Duration = Duration::from_millis(20);
 /// How long an arming order stays valid. A joint without torque by then, that has not failed before, needs a new
 /// order.
 const ORDER_HOLDS: Duration = Duration::from_secs(10);
@@ -65,7 +65,7 @@ pub struct Motor {
     /// When the newest goals were decided.
     decided_at: Option<Instant>,
     /// Time of the first step, from which the limp timeout counts as long as no goals have arrived.
-    unled_since: Option<Instant>,
+    no_commander_since: Option<Instant>,
     stepped_at: Option<Instant>,
     period: Duration,
     live: bool,
@@ -83,11 +83,11 @@ pub struct Motor {
     orders: u64,
     acknowledged: Option<u64>,
     /// By group, the groups whose failure stops it.
-    carriers: Carriers,
+    group_dependencies: GroupDependencies,
     /// By group, how many joints have a fault that stops others; by joint, whether it had one in the previous cycle.
     failing: Vec<u32>,
     was_failing: Vec<bool>,
-    counts: Counts,
+    counts: MotorCounters,
 }
 
 impl Motor {
@@ -129,7 +129,7 @@ impl Motor {
             command_timeout: settings.command_timeout_ms.duration(),
             limp_after: settings.limp_after_ms.duration(),
             decided_at: None,
-            unled_since: None,
+            no_commander_since: None,
             stepped_at: None,
             period: settings.rate_hz.period(),
             live: false,
@@ -140,10 +140,10 @@ impl Motor {
             order_until: None,
             orders: 0,
             acknowledged: None,
-            carriers: Carriers::alone(robot.groups.len()),
+            group_dependencies: GroupDependencies::alone(robot.groups.len()),
             failing: vec![0; robot.groups.len()],
             was_failing: vec![false; robot.joints.len()],
-            counts: Counts::default(),
+            counts: MotorCounters::default(),
         })
     }
 
@@ -152,7 +152,7 @@ impl Motor {
     #[must_use]
     pub fn with_parents(mut self, parents: &[Option<usize>]) -> Self {
         let groups: Vec<usize> = self.joints.iter().map(Joint::group).collect();
-        self.carriers = Carriers::new(self.failing.len(), &groups, parents);
+        self.group_dependencies = GroupDependencies::new(self.failing.len(), &groups, parents);
         self
     }
 
@@ -183,16 +183,16 @@ impl Motor {
     /// their torque goes off.
     pub fn step(&mut self, now: Instant) {
         let since = self.stepped_at.map_or(self.period, |before| now.since(before));
-        let dt_s = since.min(STEP_MOST).as_secs_f64();
+        let dt_s = since.min(MAX_STEP).as_secs_f64();
         self.stepped_at = Some(now);
         // A decision time in the future (a wrong clock of the commander) would never expire.
         self.decided_at = self.decided_at.map(|decided_at| decided_at.min(now));
-        let unled_since = *self.unled_since.get_or_insert(now);
+        let no_commander_since = *self.no_commander_since.get_or_insert(now);
         let age = self.decided_at.map(|decided_at| now.since(decided_at));
         let is_stopping = self.let_go_at.is_some() || self.stopping.is_some();
         self.live = !is_stopping && age.is_some_and(|age| age <= self.command_timeout);
         // A servo found with its torque on keeps it as long as one whose commander stopped.
-        let unled = age.unwrap_or_else(|| now.since(unled_since));
+        let unled = age.unwrap_or_else(|| now.since(no_commander_since));
         let limp = !is_stopping && unled > self.command_timeout + self.limp_after;
         if self.let_go_at.is_some_and(|let_go_at| now >= let_go_at || !self.is_moving()) {
             self.let_go(JointCause::Stopped);
@@ -206,7 +206,8 @@ impl Motor {
         let body_stopped = self.buses.iter().any(Bus::is_lost);
         let is_emergency = self.stopping.is_some() || self.letting_go == Some(JointCause::Emergency);
         for joint in &mut self.joints {
-            let others = self.carriers.of(joint.group()).iter().filter_map(|group| self.failing.get(*group));
+            let others =
+                self.group_dependencies.of(joint.group()).iter().filter_map(|group| self.failing.get(*group));
             let group_stopped = others.sum::<u32>() > u32::from(joint.stops_group());
             let group_stopped = group_stopped.then_some(JointCause::GroupStopped);
             let halt = body_stopped.then_some(JointCause::BodyStopped).or(group_stopped);
@@ -215,7 +216,7 @@ impl Motor {
             } else if self.stopping.is_some() {
                 joint.end_by_emergency();
             }
-            joint.step(now, dt_s, Orders { live: self.live, halt, body_stopped, limp, is_emergency });
+            joint.step(now, dt_s, BodyState { live: self.live, halt, body_stopped, limp, is_emergency });
             if let Some(until) = self.order_until.filter(|until| now < *until) {
                 if let Some(locks) = self.acknowledged {
                     joint.acknowledge(now, locks, false);
@@ -246,7 +247,7 @@ impl Motor {
     /// group by group.
     ///
     /// A locked joint is unlocked if the cause is gone and the operator has seen its lock: it is among the first
-    /// `acknowledged_locks` of [`Counts::locks`]. A joint whose servo does not answer needs a new order: plugging in
+    /// `acknowledged_locks` of [`MotorCounters::locks`]. A joint whose servo does not answer needs a new order: plugging in
     /// a cable starts nothing.
     pub fn arm(&mut self, now: Instant, acknowledged_locks: Option<u64>) {
         if self.letting_go.is_some() || self.stopping.is_some() {
@@ -288,14 +289,14 @@ impl Motor {
     /// Test helper for an operator's complete recovery: releases the emergency stop, acknowledges all locks, and
     /// arms.
     #[cfg(test)]
-    pub(crate) fn start_anew(&mut self) {
+    pub(crate) fn recover(&mut self) {
         self.end_emergency();
         self.joints.iter_mut().for_each(Joint::trust);
         self.arm(self.stepped_at.unwrap_or(Instant::EPOCH), Some(self.counts.locks));
     }
 
     /// Switches torque off on every bus from the next request on. Goals have no effect until
-    /// [`end_emergency`](Self::end_emergency). For an emergency stop; the orderly end is [`dismiss`](Self::dismiss).
+    /// [`end_emergency`](Self::end_emergency). For an emergency stop; the orderly end is [`begin_shutdown`](Self::begin_shutdown).
     pub fn let_go(&mut self, cause: JointCause) {
         // An orderly end must not replace the emergency as the cause.
         if self.letting_go != Some(JointCause::Emergency) {
@@ -321,12 +322,12 @@ impl Motor {
             let is_simulated = self.is_simulated.get(joint.bus()).is_some_and(|is_simulated| *is_simulated);
             self.let_go_at.is_some() && is_simulated && self.is_lost(joint.bus())
         };
-        self.joints.iter().filter(|joint| !joint.has_let_go() && !is_gone(joint)).count()
+        self.joints.iter().filter(|joint| !joint.has_confirmed_torque_off() && !is_gone(joint)).count()
     }
 
     /// Starts the orderly end: goals are ignored and the joints slow down and hold. Torque goes off when nothing
     /// moves, or at `let_go_at` at the latest.
-    pub fn dismiss(&mut self, let_go_at: Instant) {
+    pub fn begin_shutdown(&mut self, let_go_at: Instant) {
         self.let_go_at = Some(let_go_at);
     }
 
@@ -339,9 +340,9 @@ impl Motor {
     /// Writes the request of a bus for this cycle. Torque comes on one group after the other, and only while commands
     /// arrive.
     pub fn request(&mut self, bus: usize, now: Instant, request: &mut Request) {
-        let rising = self.joints.iter().filter(|joint| joint.is_rising()).map(Joint::group).min();
+        let rising = self.joints.iter().filter(|joint| joint.is_powering_up()).map(Joint::group).min();
         let purpose = match self.letting_go {
-            Some(_) => Purpose::LetGo,
+            Some(_) => Purpose::TorqueOff,
             None => {
                 let may_arm = self.live && !self.buses.iter().any(Bus::is_lost);
                 Purpose::Drive { arm_up_to: if may_arm { rising } else { None } }
@@ -355,7 +356,7 @@ impl Motor {
     /// Processes the replies of a bus to its last request.
     pub fn replies(&mut self, bus: usize, now: Instant, replies: &Replies) {
         if let Some(bus) = self.buses.get_mut(bus) {
-            bus.digest(now, &mut self.joints, replies);
+            bus.process_replies(now, &mut self.joints, replies);
         }
         self.refuse_swapped(bus, now);
     }
@@ -394,7 +395,7 @@ impl Motor {
 
     /// Why a joint failed, if it did.
     #[must_use]
-    pub fn trouble(&self, joint: usize) -> Option<Trouble> {
+    pub fn trouble(&self, joint: usize) -> Option<JointFault> {
         self.joints.get(joint).and_then(Joint::trouble)
     }
 
@@ -406,8 +407,8 @@ impl Motor {
 
     /// Counters since [`new`](Self::new).
     #[must_use]
-    pub fn counts(&self) -> Counts {
-        Counts {
+    pub fn counts(&self) -> MotorCounters {
+        MotorCounters {
             stale: self.buses.iter().map(|bus| bus.counts().stale).sum(),
             violations: self.joints.iter().map(Joint::violations).sum(),
             ..self.counts
@@ -416,7 +417,7 @@ impl Motor {
 
     /// Counters of a bus since [`new`](Self::new).
     #[must_use]
-    pub fn bus_counts(&self, bus: usize) -> BusCounts {
+    pub fn bus_counts(&self, bus: usize) -> BusCounters {
         self.buses.get(bus).map(Bus::counts).unwrap_or_default()
     }
 

@@ -3,7 +3,7 @@ use std::fmt;
 use servo::table::Item;
 
 /// Maximum number of notices of one inspection.
-const NOTICES_MOST: usize = 12;
+const MAX_NOTICES: usize = 12;
 
 /// A finding about the setup of a servo, for the operator. Values are raw values of the item.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -40,7 +40,7 @@ pub enum Notice {
 /// The notices of one inspection.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Notices {
-    all: [Option<Notice>; NOTICES_MOST],
+    all: [Option<Notice>; MAX_NOTICES],
 }
 
 impl Notices {

@@ -9,19 +9,25 @@ const EXCHANGES: u32 = 50;
 /// short stall of the machine must not slow the bus for good, because a silent servo costs one timeout. So where all
 /// answers come far sooner, it shrinks to the time needed and a quarter more.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Patience {
-    least: Duration,
-    most: Duration,
+pub(crate) struct ReplyTimeout {
+    min_timeout: Duration,
+    max_timeout: Duration,
     now: Duration,
     /// Longest time that the counted exchanges needed.
     needed: Duration,
     count: u32,
 }
 
-impl Patience {
-    /// Creates a timeout that varies between `least` and `most`.
-    pub(crate) fn new(least: Duration, most: Duration) -> Self {
-        Self { least, most: most.max(least), now: least, needed: Duration::ZERO, count: 0 }
+impl ReplyTimeout {
+    /// Creates a timeout that varies between `min_timeout` and `max_timeout`.
+    pub(crate) fn new(min_timeout: Duration, max_timeout: Duration) -> Self {
+        Self {
+            min_timeout,
+            max_timeout: max_timeout.max(min_timeout),
+            now: min_timeout,
+            needed: Duration::ZERO,
+            count: 0,
+        }
     }
 
     /// The timeout of the next exchange.
@@ -30,22 +36,22 @@ impl Patience {
     }
 
     /// The shortest timeout, for bytes that are already on their way.
-    pub(crate) const fn least(&self) -> Duration {
-        self.least
+    pub(crate) const fn min_timeout(&self) -> Duration {
+        self.min_timeout
     }
 
     /// Records an exchange. `late`: whether bytes of the previous exchange arrived late. `needed`: the time beyond
     /// the time on the wire until the answers that were in time.
-    pub(crate) fn note(&mut self, late: bool, needed: Duration) {
+    pub(crate) fn record(&mut self, late: bool, needed: Duration) {
         if late {
-            self.now = (2 * self.now).min(self.most);
+            self.now = (2 * self.now).min(self.max_timeout);
             (self.needed, self.count) = (Duration::ZERO, 0);
             return;
         }
         self.needed = self.needed.max(needed);
         self.count += 1;
         if self.count >= EXCHANGES {
-            self.now = (self.needed + self.needed / 4).clamp(self.least, self.now);
+            self.now = (self.needed + self.needed / 4).clamp(self.min_timeout, self.now);
             (self.needed, self.count) = (Duration::ZERO, 0);
         }
     }
@@ -57,19 +63,19 @@ mod tests {
 
     const MS: Duration = Duration::from_millis(1);
 
-    fn grown() -> Patience {
-        let mut patience = Patience::new(MS, 5 * MS);
+    fn grown() -> ReplyTimeout {
+        let mut patience = ReplyTimeout::new(MS, 5 * MS);
         let grown = [(); 4].map(|()| {
-            patience.note(true, MS);
+            patience.record(true, MS);
             patience.get()
         });
         assert_eq!(grown, [2 * MS, 4 * MS, 5 * MS, 5 * MS]);
         patience
     }
 
-    fn note_all(patience: &mut Patience, needed: Duration) {
+    fn note_all(patience: &mut ReplyTimeout, needed: Duration) {
         for _ in 0..EXCHANGES {
-            patience.note(false, needed);
+            patience.record(false, needed);
         }
     }
 
@@ -77,10 +83,10 @@ mod tests {
     fn patience_grows_where_answers_are_late_and_shrinks_when_they_no_longer_are() {
         let mut patience = grown();
         for _ in 0..EXCHANGES - 1 {
-            patience.note(false, Duration::ZERO);
+            patience.record(false, Duration::ZERO);
         }
         assert_eq!(patience.get(), 5 * MS);
-        patience.note(false, Duration::ZERO);
+        patience.record(false, Duration::ZERO);
         assert_eq!(patience.get(), MS);
     }
 

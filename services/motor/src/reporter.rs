@@ -5,7 +5,7 @@ use config::Robot;
 use config::motor::{Bus, Device};
 use message::{JointCause, JointLicence, JointLink, JointMode, JointState};
 
-use crate::{Counts, Motor, Notice, Trouble};
+use crate::{JointFault, Motor, MotorCounters, Notice};
 
 /// Period of the checks.
 const EVERY: Duration = Duration::from_millis(100);
@@ -27,7 +27,7 @@ pub(crate) struct Reporter {
     /// Numbers of refused and clamped goals that were logged last, and when they may be logged again.
     told_goals: (u64, u64),
     tell_goals_at: Instant,
-    look_at: Instant,
+    next_update_at: Instant,
     /// Whether all servos are simulated.
     is_simulated: bool,
 }
@@ -43,7 +43,7 @@ struct Joints {
 struct Known {
     state: Option<(JointMode, JointCause)>,
     is_new: bool,
-    trouble: Option<Trouble>,
+    trouble: Option<JointFault>,
     bus: usize,
 }
 
@@ -66,16 +66,16 @@ impl Reporter {
             disarmed: 0,
             told_goals: (0, 0),
             tell_goals_at: Instant::EPOCH,
-            look_at: Instant::EPOCH,
+            next_update_at: Instant::EPOCH,
             is_simulated: robot.motor.buses.iter().all(|bus| bus.device == Device::Mock),
         }
     }
 
-    pub(crate) fn look(&mut self, motor: &mut Motor, now: Instant) {
-        if now < self.look_at {
+    pub(crate) fn update(&mut self, motor: &mut Motor, now: Instant) {
+        if now < self.next_update_at {
             return;
         }
-        self.look_at = now + EVERY;
+        self.next_update_at = now + EVERY;
         let (names, is_simulated) = (&self.names, self.is_simulated);
         motor.take_notices(|joint, notice| {
             let name = names.get(joint).map_or("?", String::as_str);
@@ -109,7 +109,7 @@ impl Reporter {
 
     /// Logs the number of goals that were refused or clamped since the last message.
     fn tell_goals(&mut self, motor: &Motor, now: Instant) {
-        let Counts { refused, limited, .. } = motor.counts();
+        let MotorCounters { refused, limited, .. } = motor.counts();
         let (more_refused, more_limited) = (refused - self.told_goals.0, limited - self.told_goals.1);
         if (more_refused, more_limited) == (0, 0) || now < self.tell_goals_at {
             return;
@@ -152,7 +152,7 @@ impl Reporter {
     fn tell_joints(
         &mut self,
         states: impl Iterator<Item = JointState>,
-        trouble: impl Fn(usize) -> Option<Trouble>,
+        trouble: impl Fn(usize) -> Option<JointFault>,
         mut tell: impl FnMut(fmt::Arguments<'_>),
     ) {
         for (known, state) in self.known.iter_mut().zip(states) {
@@ -178,8 +178,8 @@ impl Reporter {
                 // The same fault in another state, for example after its torque went off.
                 Some(trouble) if told == Some(trouble) => {}
                 // A duplicate affects the whole bus, and is logged once.
-                Some(Trouble::Duplicate(id)) if duplicates.contains(&Some((known.bus, id))) => {}
-                Some(trouble @ Trouble::Duplicate(id)) => {
+                Some(JointFault::Duplicate(id)) if duplicates.contains(&Some((known.bus, id))) => {}
+                Some(trouble @ JointFault::Duplicate(id)) => {
                     if let Some(place) = duplicates.iter_mut().find(|place| place.is_none()) {
                         *place = Some((known.bus, id));
                     }
@@ -283,16 +283,16 @@ mod tests {
     fn a_trouble_is_told_once_and_not_again_when_the_torque_has_gone_off() {
         let mut reporter = Reporter::new(&Robot::load(None).unwrap());
         let mut told = 0;
-        let mut look = |mode, trouble: Option<Trouble>| {
+        let mut update = |mode, trouble: Option<JointFault>| {
             let state = std::iter::once(JointState::unread(0, mode, JointCause::DuplicateId));
             reporter.tell_joints(state, |index| trouble.filter(|_| index == 0), |_| told += 1);
         };
-        look(JointMode::Following, None);
-        look(JointMode::Releasing, Some(Trouble::Duplicate(7)));
-        look(JointMode::Limp, Some(Trouble::Duplicate(7)));
+        update(JointMode::Following, None);
+        update(JointMode::Releasing, Some(JointFault::Duplicate(7)));
+        update(JointMode::Limp, Some(JointFault::Duplicate(7)));
         // It was repaired, and fails again.
-        look(JointMode::Following, None);
-        look(JointMode::Releasing, Some(Trouble::Duplicate(7)));
+        update(JointMode::Following, None);
+        update(JointMode::Releasing, Some(JointFault::Duplicate(7)));
         assert_eq!(told, 2);
     }
 
@@ -301,7 +301,7 @@ mod tests {
         let robot = Robot::load(None).unwrap();
         let mut reporter = Reporter::new(&robot);
         let bus_of = |index: usize| robot.motor.joints[index].bus;
-        let mut look = |is_away: &dyn Fn(usize) -> Option<JointCause>| {
+        let mut update = |is_away: &dyn Fn(usize) -> Option<JointCause>| {
             let state = |index| match is_away(index) {
                 Some(cause) => JointState::unread(0, JointMode::Quarantined, cause),
                 None => JointState::unread(0, JointMode::Following, JointCause::None),
@@ -312,18 +312,18 @@ mod tests {
             told
         };
         let silent = |is_away: bool| is_away.then_some(JointCause::Silent);
-        assert!(look(&|_| None).is_empty());
-        let one = look(&|index| silent(index == 0));
+        assert!(update(&|_| None).is_empty());
+        let one = update(&|index| silent(index == 0));
         assert!(one.len() == 1 && one[0].starts_with("torso_yaw_joint is quarantined"), "{one:?}");
         // The others of its bus too: now the bus is named.
-        let all = look(&|index| silent(bus_of(index) == bus_of(0)));
+        let all = update(&|index| silent(bus_of(index) == bus_of(0)));
         let bus = &robot.motor.buses[bus_of(0)].name;
         assert!(all.len() == 1 && all[0].starts_with(&format!("bus `{bus}`: none of its servos")), "{all:?}");
-        assert!(look(&|index| silent(bus_of(index) == bus_of(0))).is_empty(), "once");
-        let every = look(&|_| Some(JointCause::BusLost));
+        assert!(update(&|index| silent(bus_of(index) == bus_of(0))).is_empty(), "once");
+        let every = update(&|_| Some(JointCause::BusLost));
         assert_eq!(every.len(), robot.motor.buses.len(), "{every:?}");
         // All but one are back.
-        assert!(look(&|index| (index == 0).then_some(JointCause::BusLost)).is_empty());
-        assert!(look(&|_| None).is_empty());
+        assert!(update(&|index| (index == 0).then_some(JointCause::BusLost)).is_empty());
+        assert!(update(&|_| None).is_empty());
     }
 }

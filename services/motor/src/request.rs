@@ -1,5 +1,5 @@
 use clock::{Duration, Instant};
-use serial::Lost;
+use serial::LineLostError;
 use servo::{Id, Status};
 
 /// Maximum number of servos on one bus.
@@ -19,24 +19,24 @@ const ANSWERS: usize = 3 * SERVOS_MOST;
 
 /// Kind of a part of a request, and of the answers to it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Topic {
+pub enum PartKind {
     /// Goals of the cycle, and the measurements of the servos that support fast sync read.
-    Chain,
+    FastRead,
     /// The measurements of the other servos (sync read).
-    Each,
+    PlainRead,
     /// Repeated read of servos that did not answer in this cycle (sync read).
-    Again,
+    Reread,
     /// Torque enable, after torque was switched off.
     Torque,
     /// The job of one servo.
     Job,
     /// The condition of one servo; skipped if the servo has not answered the measurements.
-    Look,
+    ReadCondition,
     /// The condition of servos that have just reported an alert.
-    Alarm,
+    AlertCondition,
 }
 
-impl Topic {
+impl PartKind {
     const COUNT: usize = 7;
 }
 
@@ -44,7 +44,7 @@ impl Topic {
 #[derive(Clone, Copy, Debug)]
 pub struct Part {
     /// Kind of the part.
-    pub topic: Topic,
+    pub topic: PartKind,
     /// Bytes sent.
     pub sent: usize,
     /// Data bytes expected in each answer.
@@ -54,7 +54,7 @@ pub struct Part {
 }
 
 impl Part {
-    pub(crate) fn new(topic: Topic, sent: usize, data: usize, who: impl IntoIterator<Item = Id>) -> Self {
+    pub(crate) fn new(topic: PartKind, sent: usize, data: usize, who: impl IntoIterator<Item = Id>) -> Self {
         let (mut ids, mut count) = ([0; SERVOS_MOST], 0);
         for (place, id) in ids.iter_mut().zip(who) {
             *place = id.get();
@@ -72,14 +72,14 @@ impl Part {
     /// Bytes of one answer.
     #[must_use]
     pub const fn bytes_of_answer(&self) -> usize {
-        let around = if matches!(self.topic, Topic::Chain) { LINK_BYTES } else { STATUS_BYTES };
+        let around = if matches!(self.topic, PartKind::FastRead) { LINK_BYTES } else { STATUS_BYTES };
         around + self.data
     }
 
     /// Bytes of all answers together.
     #[must_use]
     pub const fn bytes_of_answers(&self) -> usize {
-        let before = if matches!(self.topic, Topic::Chain) { CHAIN_BYTES } else { 0 };
+        let before = if matches!(self.topic, PartKind::FastRead) { CHAIN_BYTES } else { 0 };
         before + self.count * self.bytes_of_answer()
     }
 
@@ -126,7 +126,7 @@ impl Request {
     /// Adds a part. `write` writes its bytes to the buffer and returns their number; an empty part is left out.
     pub(crate) fn add(
         &mut self,
-        topic: Topic,
+        topic: PartKind,
         who: impl IntoIterator<Item = Id>,
         data: usize,
         write: impl FnOnce(&mut [u8]) -> usize,
@@ -152,7 +152,7 @@ impl Request {
 /// One answer.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Answer {
-    pub(crate) topic: Topic,
+    pub(crate) topic: PartKind,
     data: [u8; DATA],
     length: usize,
     id: Id,
@@ -172,11 +172,11 @@ impl Answer {
 pub struct Replies {
     answers: Vec<Answer>,
     /// When each kind of part was sent.
-    sent_at: [Instant; Topic::COUNT],
+    sent_at: [Instant; PartKind::COUNT],
     /// Bytes received by kind of part.
-    bytes: [usize; Topic::COUNT],
+    bytes: [usize; PartKind::COUNT],
     /// Corrupt answers by kind of part.
-    spoilt: [u32; Topic::COUNT],
+    corrupt_replies: [u32; PartKind::COUNT],
     /// Bytes that arrived too late and were discarded.
     pub(crate) late: usize,
     /// Longest silence before received bytes, beyond the time of one answer on the wire.
@@ -184,16 +184,16 @@ pub struct Replies {
     /// Whether bytes were received that belong to no answer.
     pub(crate) noisy: bool,
     /// Why the replies are incomplete: the line was lost.
-    pub(crate) lost: Option<Lost>,
+    pub(crate) lost: Option<LineLostError>,
 }
 
 impl Default for Replies {
     fn default() -> Self {
         Self {
             answers: Vec::with_capacity(ANSWERS),
-            sent_at: [Instant::EPOCH; Topic::COUNT],
-            bytes: [0; Topic::COUNT],
-            spoilt: [0; Topic::COUNT],
+            sent_at: [Instant::EPOCH; PartKind::COUNT],
+            bytes: [0; PartKind::COUNT],
+            corrupt_replies: [0; PartKind::COUNT],
             late: 0,
             slow: Duration::ZERO,
             noisy: false,
@@ -206,8 +206,8 @@ impl Replies {
     /// Clears the replies for a new request.
     pub fn clear(&mut self) {
         self.answers.clear();
-        self.bytes = [0; Topic::COUNT];
-        self.spoilt = [0; Topic::COUNT];
+        self.bytes = [0; PartKind::COUNT];
+        self.corrupt_replies = [0; PartKind::COUNT];
         self.late = 0;
         self.slow = Duration::ZERO;
         self.noisy = false;
@@ -215,7 +215,7 @@ impl Replies {
     }
 
     /// Records when a part was sent.
-    pub(crate) fn asked(&mut self, topic: Topic, at: Instant) {
+    pub(crate) fn asked(&mut self, topic: PartKind, at: Instant) {
         if let Some(place) = self.sent_at.get_mut(topic as usize) {
             *place = at;
         }
@@ -223,41 +223,41 @@ impl Replies {
 
     /// Sets all send times to `now`: simulated time does not advance during an exchange.
     pub(crate) fn stamp(&mut self, now: Instant) {
-        self.sent_at = [now; Topic::COUNT];
+        self.sent_at = [now; PartKind::COUNT];
     }
 
     /// When a part was sent.
-    pub(crate) fn asked_at(&self, topic: Topic) -> Instant {
+    pub(crate) fn asked_at(&self, topic: PartKind) -> Instant {
         self.sent_at.get(topic as usize).copied().unwrap_or(Instant::EPOCH)
     }
 
     /// Records received bytes of a part.
-    pub(crate) fn hear(&mut self, topic: Topic, bytes: usize) {
+    pub(crate) fn hear(&mut self, topic: PartKind, bytes: usize) {
         if let Some(place) = self.bytes.get_mut(topic as usize) {
             *place += bytes;
         }
     }
 
     /// Bytes received for a part.
-    pub(crate) fn heard(&self, topic: Topic) -> usize {
+    pub(crate) fn heard(&self, topic: PartKind) -> usize {
         self.bytes.get(topic as usize).copied().unwrap_or(0)
     }
 
     /// Records corrupt answers to a part.
-    pub(crate) fn spoil(&mut self, topic: Topic, count: u32) {
-        if let Some(place) = self.spoilt.get_mut(topic as usize) {
+    pub(crate) fn record_corrupt(&mut self, topic: PartKind, count: u32) {
+        if let Some(place) = self.corrupt_replies.get_mut(topic as usize) {
             *place += count;
         }
     }
 
     /// Corrupt answers to a part.
-    pub(crate) fn spoilt(&self, topic: Topic) -> u32 {
-        self.spoilt.get(topic as usize).copied().unwrap_or(0)
+    pub(crate) fn corrupt_replies(&self, topic: PartKind) -> u32 {
+        self.corrupt_replies.get(topic as usize).copied().unwrap_or(0)
     }
 
     /// Adds an answer to a part of the request. An answer that is longer than any expected one, or exceeds the
     /// capacity, is dropped.
-    pub fn add(&mut self, topic: Topic, status: &Status<'_>) {
+    pub fn add(&mut self, topic: PartKind, status: &Status<'_>) {
         let mut data = [0; DATA];
         let Some(place) = data.get_mut(..status.params.len()) else { return };
         place.copy_from_slice(status.params);
@@ -268,7 +268,7 @@ impl Replies {
     }
 
     /// Records that the line was lost.
-    pub fn lose(&mut self, why: Lost) {
+    pub fn lose(&mut self, why: LineLostError) {
         self.lost = Some(why);
     }
 
@@ -276,7 +276,7 @@ impl Replies {
         &self.answers
     }
 
-    pub(crate) fn about(&self, topic: Topic) -> impl Iterator<Item = Status<'_>> {
+    pub(crate) fn about(&self, topic: PartKind) -> impl Iterator<Item = Status<'_>> {
         self.answers.iter().filter(move |answer| answer.topic == topic).map(Answer::status)
     }
 

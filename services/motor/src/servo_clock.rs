@@ -27,7 +27,7 @@ pub(crate) enum Age {
 
 /// A reading that later readings are compared with.
 #[derive(Clone, Copy, Debug)]
-struct Anchor {
+struct Reference {
     tick_ms: f64,
     asked_at: Instant,
     /// Time from the request to the arrival, the upper bound of the delay until it was sampled.
@@ -46,15 +46,15 @@ struct Anchor {
 /// second one agrees with it.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct ServoClock {
-    anchor: Option<Anchor>,
+    reference: Option<Reference>,
     /// The last reading whose tick was far off.
-    other: Option<Anchor>,
+    other: Option<Reference>,
 }
 
 impl ServoClock {
     /// Whether there is a reference since the last [`forget`](Self::forget).
     pub(crate) const fn is_known(&self) -> bool {
-        self.anchor.is_some()
+        self.reference.is_some()
     }
 
     /// Resets the clock, because the servo is restarted or identified again.
@@ -63,23 +63,23 @@ impl ServoClock {
     }
 
     /// Classifies a reading with this `tick`, requested at `asked_at` and arrived at `there_at`.
-    pub(crate) fn judge(&mut self, tick: u16, asked_at: Instant, there_at: Instant) -> Age {
+    pub(crate) fn evaluate(&mut self, tick: u16, asked_at: Instant, there_at: Instant) -> Age {
         let within_ms = there_at.since(asked_at).as_secs_f64() * 1e3;
-        let new = Anchor { tick_ms: f64::from(tick), asked_at, within_ms };
-        match self.anchor.and_then(|anchor| anchor.judge(new)) {
-            Some((Age::Fresh, sharper)) => (self.anchor, self.other) = (Some(sharper), None),
-            None if self.anchor.is_none_or(|anchor| anchor.is_old(new)) => {
-                self.anchor = Some(new);
+        let new = Reference { tick_ms: f64::from(tick), asked_at, within_ms };
+        match self.reference.and_then(|reference| reference.evaluate(new)) {
+            Some((Age::Fresh, sharper)) => (self.reference, self.other) = (Some(sharper), None),
+            None if self.reference.is_none_or(|reference| reference.is_old(new)) => {
+                self.reference = Some(new);
                 return Age::Unproven;
             }
             Some((age, _)) => return age,
             None => {
-                let agrees = self.other.and_then(|other| other.judge(new));
+                let agrees = self.other.and_then(|other| other.evaluate(new));
                 if !matches!(agrees, Some((Age::Fresh, _))) {
                     self.other = Some(new);
                     return Age::Stale;
                 }
-                (self.anchor, self.other) = (Some(new), None);
+                (self.reference, self.other) = (Some(new), None);
                 return Age::Restarted;
             }
         }
@@ -87,7 +87,7 @@ impl ServoClock {
     }
 }
 
-impl Anchor {
+impl Reference {
     /// Whether the tick may have wrapped around unnoticed since this reading.
     fn is_old(self, new: Self) -> bool {
         self.passed_ms(new) > FORGET_MS
@@ -99,7 +99,7 @@ impl Anchor {
 
     /// Compares a later reading with this one. Returns its age, and the better reference of the two. `None` if their
     /// clocks do not match, or this one is too old.
-    fn judge(self, new: Self) -> Option<(Age, Self)> {
+    fn evaluate(self, new: Self) -> Option<(Age, Self)> {
         let passed_ms = self.passed_ms(new);
         let ahead_ms =
             (new.tick_ms - self.tick_ms - passed_ms + WRAP_MS / 2.0).rem_euclid(WRAP_MS) - WRAP_MS / 2.0;
@@ -145,11 +145,11 @@ mod tests {
             for (index, (delay, carried)) in delays.into_iter().enumerate() {
                 let sampled = tick(asked_ms + delay, rate, start_ms);
                 let there_ms = asked_ms + delay + carried;
-                let age = servo.judge(sampled, ms(asked_ms), ms(there_ms));
+                let age = servo.evaluate(sampled, ms(asked_ms), ms(there_ms));
                 prop_assert_eq!(age, if index == 0 { Age::Unproven } else { Age::Fresh });
                 // The same answer, in place of the next one with data of that length.
                 let next = asked_ms + 12.0;
-                prop_assert_eq!(servo.clone().judge(sampled, ms(next), ms(next + 1.0)), Age::Stale);
+                prop_assert_eq!(servo.clone().evaluate(sampled, ms(next), ms(next + 1.0)), Age::Stale);
                 asked_ms += 4.0;
             }
         }
@@ -158,17 +158,17 @@ mod tests {
         fn a_clock_that_began_anew_is_noticed(start_ms in 0.0..30_000.0f64, again_ms in 600.0..31_000.0f64) {
             let mut servo = ServoClock::default();
             let asked_ms = 40_000.0;
-            servo.judge(tick(asked_ms, 1.0, start_ms), ms(asked_ms), ms(asked_ms + 1.0));
+            servo.evaluate(tick(asked_ms, 1.0, start_ms), ms(asked_ms), ms(asked_ms + 1.0));
             let off = (asked_ms + 4.0 - start_ms - again_ms).rem_euclid(WRAP_MS);
             prop_assume!(off > 600.0 && off < WRAP_MS - 600.0);
             let anew = tick(again_ms, 1.0, 0.0);
             // A single one may be noise.
-            prop_assert_eq!(servo.judge(anew, ms(asked_ms + 4.0), ms(asked_ms + 5.0)), Age::Stale);
+            prop_assert_eq!(servo.evaluate(anew, ms(asked_ms + 4.0), ms(asked_ms + 5.0)), Age::Stale);
             let mut noise = servo;
             let old = tick(asked_ms + 8.0, 1.0, start_ms);
-            prop_assert_eq!(noise.judge(old, ms(asked_ms + 8.0), ms(asked_ms + 9.0)), Age::Fresh);
-            prop_assert_eq!(servo.judge(anew + 4, ms(asked_ms + 8.0), ms(asked_ms + 9.0)), Age::Restarted);
-            prop_assert_eq!(servo.judge(anew + 8, ms(asked_ms + 12.0), ms(asked_ms + 13.0)), Age::Fresh);
+            prop_assert_eq!(noise.evaluate(old, ms(asked_ms + 8.0), ms(asked_ms + 9.0)), Age::Fresh);
+            prop_assert_eq!(servo.evaluate(anew + 4, ms(asked_ms + 8.0), ms(asked_ms + 9.0)), Age::Restarted);
+            prop_assert_eq!(servo.evaluate(anew + 8, ms(asked_ms + 12.0), ms(asked_ms + 13.0)), Age::Fresh);
         }
     }
 }

@@ -5,8 +5,8 @@ use rand_chacha::rand_core::{Rng as _, SeedableRng as _};
 
 use clock::{Duration, Instant};
 use message::{JointCause, JointGoal, JointMode, JointState};
-use serial::Lost;
-use servo::mock::{Injection, Line, Servo};
+use serial::LineLostError;
+use servo::mock::{FaultSpec, Line, Servo};
 use servo::{Id, Model, table};
 
 use super::*;
@@ -117,7 +117,7 @@ fn spoil(bytes: &mut Vec<u8>, noise: &mut ChaCha8Rng) {
 }
 
 impl Port for Wire<'_> {
-    fn send(&mut self, bytes: &[u8], _within: Duration) -> Result<Sent, Lost> {
+    fn send(&mut self, bytes: &[u8], _within: Duration) -> Result<Sent, LineLostError> {
         self.answers.clear();
         let mut bytes = bytes.to_vec();
         if let Some(noise) = &mut self.noise {
@@ -132,10 +132,15 @@ impl Port for Wire<'_> {
         let mute: Vec<Servo> = mute;
         self.line.servos_mut().extend(mute);
         self.line.servos_mut().sort_by_key(Servo::id);
-        if self.lost { Err(Lost::HangUp) } else { Ok(Sent { at: self.now, late: 0 }) }
+        if self.lost { Err(LineLostError::HangUp) } else { Ok(Sent { at: self.now, late: 0 }) }
     }
 
-    fn receive(&mut self, into: &mut [u8], _within: Duration, _until: Instant) -> Result<Received, Lost> {
+    fn receive(
+        &mut self,
+        into: &mut [u8],
+        _within: Duration,
+        _until: Instant,
+    ) -> Result<Received, LineLostError> {
         let mut heard = std::mem::take(&mut self.answers);
         if let Some(noise) = &mut self.noise {
             spoil(&mut heard, noise);
@@ -187,8 +192,10 @@ impl Rig {
         self.jobs.clear();
         for bus in 0..self.motor.buses() {
             self.motor.request(bus, self.now, &mut self.request);
-            let jobs =
-                self.request.parts().filter(|(part, _)| matches!(part.topic, Topic::Job | Topic::Look));
+            let jobs = self
+                .request
+                .parts()
+                .filter(|(part, _)| matches!(part.topic, PartKind::Job | PartKind::ReadCondition));
             self.jobs.extend(jobs.map(|(part, bytes)| (bus, part.ids()[0], bytes[7])));
             let mute = self.mute.iter().filter(|mute| mute.0 == bus).map(|mute| mute.1).collect();
             let mut wire = Wire {
@@ -232,7 +239,7 @@ impl Rig {
 
     /// Injects faults, in the syntax of the mock servo bus.
     fn inject(&mut self, bus: usize, words: &str) {
-        let faults: Vec<Injection> = words.lines().map(|line| line.parse().unwrap()).collect();
+        let faults: Vec<FaultSpec> = words.lines().map(|line| line.parse().unwrap()).collect();
         self.lines[bus].inject(self.now, &faults);
     }
 
@@ -336,7 +343,7 @@ fn a_goal_beyond_a_limit_becomes_the_limit_and_one_that_is_no_number_is_refused(
     let nonsense = [goal(0, f64::NAN, rig.now), goal(3, 0.0, rig.now), goal(u32::MAX, 0.0, rig.now)];
     rig.motor.goals(rig.now, &nonsense);
     rig.cycle();
-    assert_eq!(rig.motor.counts(), Counts { refused: 3, limited: 1200, ..Counts::default() });
+    assert_eq!(rig.motor.counts(), MotorCounters { refused: 3, limited: 1200, ..MotorCounters::default() });
     assert!((rig.position(0) - held).abs() < 1e-9);
     // Refused goals are no sign of life.
     for _ in 0..60 {

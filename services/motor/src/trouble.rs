@@ -2,7 +2,7 @@ use servo::HardwareErrors;
 
 /// Why a joint failed, as a message to the operator.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
-pub enum Trouble {
+pub enum JointFault {
     /// The servo is of another model than configured.
     #[error(
         "a servo of model number {found} answers, and {expected} is configured: correct motor.toml or the id"

@@ -33,7 +33,7 @@ fn thousands_of_cycles_of_65_joints_allocate_nothing() {
     let place = wires[first.bus].line.servos().iter().position(|servo| servo.id() == first.id).unwrap();
     let first_servo = &mut wires[first.bus].line.servos_mut()[place];
     let beyond_rad = first.servo_rad(first.max_rad + 0.15) - first_servo.position_rad();
-    first_servo.push_by(beyond_rad);
+    first_servo.displace(beyond_rad);
     let mut seen = [0; JointMode::ALL.len()];
     let allocations = allocations_in(|| {
         for cycle in 0..4000 {

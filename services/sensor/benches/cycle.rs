@@ -60,7 +60,7 @@ fn main() {
                 header.pass(Hop::Observed, now.as_nanos());
                 let started = clock::now();
                 sensor.begin(now);
-                if sensor.note(0, &header) {
+                if sensor.record_header(0, &header) {
                     sensor.take(0, &header, black_box(&seen));
                 }
                 black_box(sensor.end());

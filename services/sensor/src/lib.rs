@@ -3,13 +3,13 @@
 //! The core is [`Sensor`]: it validates the sources' reports, transforms them into the robot's base frame,
 //! and perceives. It reads no clock, does no I/O, and allocates only in `new`.
 
-mod disturbance;
+mod fault_injector;
 mod io;
 mod recordings;
 mod sensor;
 mod source;
 
-pub use disturbance::Disturbance;
+pub use fault_injector::FaultInjector;
 pub use io::run::run;
-pub use recordings::{Reason, Unplayable, check_traces};
-pub use sensor::{News, Sensor, Unsensing};
+pub use recordings::{Reason, TraceSourceError, check_traces};
+pub use sensor::{Sensor, SensorError, SourceEvent};

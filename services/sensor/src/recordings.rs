@@ -7,15 +7,15 @@ use trace::{Playback, PlaybackError};
 use crate::Sensor;
 
 /// Minimum mean interval of a trace's frames: `rate_hz` in `leo.toml` is at most 10 kHz.
-const GAP_LEAST: Duration = Duration::from_micros(100);
+const MIN_MEAN_INTERVAL: Duration = Duration::from_micros(100);
 /// Maximum number of a trace's frames examined in one cycle. With more, only the newest is used and the rest
 /// is counted.
-const FRAMES_MOST: usize = 100;
+const MAX_FRAMES_PER_CYCLE: usize = 100;
 
 /// A source of kind `"trace"` cannot be played.
 #[derive(Debug, thiserror::Error)]
 #[error("the source `{name}` cannot be played: {reason}")]
-pub struct Unplayable {
+pub struct TraceSourceError {
     /// Name of the source.
     pub name: String,
     /// The cause.
@@ -46,8 +46,8 @@ pub enum Reason {
 ///
 /// # Errors
 ///
-/// [`Unplayable`] for the first source that cannot be played.
-pub fn check_traces(sources: &[Source]) -> Result<(), Unplayable> {
+/// [`TraceSourceError`] for the first source that cannot be played.
+pub fn check_traces(sources: &[Source]) -> Result<(), TraceSourceError> {
     Recordings::open(sources).map(drop)
 }
 
@@ -63,14 +63,14 @@ struct Recording {
 }
 
 impl Recordings {
-    pub(crate) fn open(sources: &[Source]) -> Result<Self, Unplayable> {
+    pub(crate) fn open(sources: &[Source]) -> Result<Self, TraceSourceError> {
         let traces = sources.iter().enumerate().filter(|(_, source)| source.kind == SourceKind::Trace);
         let open = |(number, source): (usize, &Source)| {
             let file = source.file.as_deref().unwrap_or(Path::new(""));
-            let refused = |reason| Unplayable { name: source.name.clone(), reason };
+            let refused = |reason| TraceSourceError { name: source.name.clone(), reason };
             let playback = Playback::open(file, source.recorded_source, source.repeat.unwrap_or(false))
                 .map_err(|error| refused(Reason::Playback(error)))?;
-            if let Some(gap) = playback.gap().filter(|gap| *gap < GAP_LEAST) {
+            if let Some(gap) = playback.gap().filter(|gap| *gap < MIN_MEAN_INTERVAL) {
                 return Err(refused(Reason::TooDense { file: file.to_owned(), gap }));
             }
             Ok(Recording { source: number, playback, has_started: false, end_is_told: false })
@@ -102,9 +102,9 @@ impl Recordings {
             }
             let (mut waits, mut frames) = (false, 0);
             while playback.advance(now) {
-                waits = sensor.note(*source, playback.header());
+                waits = sensor.record_header(*source, playback.header());
                 frames += 1;
-                if frames == FRAMES_MOST {
+                if frames == MAX_FRAMES_PER_CYCLE {
                     playback.skip(now);
                 }
             }

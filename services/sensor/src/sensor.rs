@@ -3,17 +3,17 @@ use config::leo;
 use config::percepts::Percepts;
 use geometry::Pose;
 use message::{Header, LOSSES, Loss, MAX_SOURCES, Observation, Perceived, PerceptHead, SourceSet, Sources};
-use perception::{Frame, Own, Perception, Unperceivable};
+use perception::{Frame, Own, Perception, PerceptionError};
 use quantity::number::{saturating_u32, single};
 
 use crate::source::Source;
 
 /// The sensor cannot be created.
 #[derive(Debug, thiserror::Error)]
-pub enum Unsensing {
+pub enum SensorError {
     /// The percepts cannot be evaluated.
     #[error(transparent)]
-    Percepts(#[from] Unperceivable),
+    Percepts(#[from] PerceptionError),
     /// A source's frame is no valid pose.
     #[error("the frame of the source `{name}` is no pose")]
     Frame {
@@ -30,7 +30,7 @@ pub enum Unsensing {
 
 /// A change of a source's state that should be reported.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum News {
+pub enum SourceEvent {
     /// The first loss for this reason.
     Lost(Loss),
     /// No frame for longer than the configured rate allows.
@@ -59,7 +59,7 @@ pub enum News {
 /// let nowhere = Observation { position_m: [f32::NAN; 3], ..sound };
 ///
 /// sensor.begin(Instant::from_nanos(2_000));
-/// assert!(sensor.note(0, &header));
+/// assert!(sensor.record_header(0, &header));
 /// sensor.take(0, &header, &[nowhere, sound]);
 /// let head = sensor.end();
 ///
@@ -82,10 +82,10 @@ impl Sensor {
     ///
     /// # Errors
     ///
-    /// [`Unsensing`] if the percepts cannot be evaluated, a source's frame is no pose, or there are too many
+    /// [`SensorError`] if the percepts cannot be evaluated, a source's frame is no pose, or there are too many
     /// sources.
-    pub fn new(percepts: &Percepts, sources: &[leo::Source], capacity: usize) -> Result<Self, Unsensing> {
-        Self::with_own(percepts, &Own::new(), sources, capacity)
+    pub fn new(percepts: &Percepts, sources: &[leo::Source], capacity: usize) -> Result<Self, SensorError> {
+        Self::with_plugins(percepts, &Own::new(), sources, capacity)
     }
 
     /// As [`Self::new`], with plug-in percepts.
@@ -93,27 +93,27 @@ impl Sensor {
     /// # Errors
     ///
     /// As [`Self::new`].
-    pub fn with_own(
+    pub fn with_plugins(
         percepts: &Percepts,
         own: &Own,
         sources: &[leo::Source],
         capacity: usize,
-    ) -> Result<Self, Unsensing> {
+    ) -> Result<Self, SensorError> {
         if sources.len() > MAX_SOURCES {
-            return Err(Unsensing::Sources { sources: sources.len() });
+            return Err(SensorError::Sources { sources: sources.len() });
         }
         let make = |(number, source): (u16, &leo::Source)| {
             let x_base_source = source.frame.map(|frame| {
                 Pose::from_parts(frame.position_m, frame.orientation_xyzw)
-                    .ok_or_else(|| Unsensing::Frame { name: source.name.clone() })
+                    .ok_or_else(|| SensorError::Frame { name: source.name.clone() })
             });
             let confidence = single(source.confidence(percepts));
             let period = source.rate_hz.map(config::number::Hertz::period);
             Ok(Source::new(number, &source.name, x_base_source.transpose()?, confidence, period, capacity))
         };
         Ok(Self {
-            perception: Perception::with_own(percepts, own)?,
-            sources: (0..).zip(sources).map(make).collect::<Result<_, Unsensing>>()?,
+            perception: Perception::with_plugins(percepts, own)?,
+            sources: (0..).zip(sources).map(make).collect::<Result<_, SensorError>>()?,
             capacity,
             now: Instant::EPOCH,
         })
@@ -127,8 +127,8 @@ impl Sensor {
 
     /// Records the header of a received frame, in order of arrival. Returns whether the frame may be taken;
     /// only the newest of a cycle is used.
-    pub fn note(&mut self, source: usize, header: &Header) -> bool {
-        self.sources.get_mut(source).is_some_and(|source| source.note(header))
+    pub fn record_header(&mut self, source: usize, header: &Header) -> bool {
+        self.sources.get_mut(source).is_some_and(|source| source.record_header(header))
     }
 
     /// Takes the last recorded frame of a source. A frame with invalid timestamps is refused as a whole. Of
@@ -140,9 +140,9 @@ impl Sensor {
     }
 
     /// Counts a frame or observation that was lost before it reached the sensor.
-    pub fn lose(&mut self, source: usize, loss: Loss) {
+    pub fn count_loss(&mut self, source: usize, loss: Loss) {
         if let Some(source) = self.sources.get_mut(source) {
-            source.lose(loss, 1);
+            source.count_loss(loss, 1);
         }
     }
 
@@ -153,7 +153,7 @@ impl Sensor {
     /// sources that delivered a complete frame. A source with left-out observations does not count, since a
     /// missing observation may be one of them.
     pub fn end(&mut self) -> PerceptHead {
-        self.share_out();
+        self.distribute_capacity();
         for source in &mut self.sources {
             source.end(self.now);
         }
@@ -168,7 +168,7 @@ impl Sensor {
 
     /// Distributes the capacity if there are too many observations. Each source is guaranteed an equal share;
     /// what is left goes to the first ones. A flooding source cannot displace another's share.
-    fn share_out(&mut self) {
+    fn distribute_capacity(&mut self) {
         let share = self.capacity / self.sources.len().max(1);
         let claim = |source: &Source| source.observations().len().min(share);
         let mut claimed: usize = self.sources.iter().map(claim).sum();
@@ -225,10 +225,11 @@ impl Sensor {
     }
 
     /// The next unreported change of a source, with the source's number. Each kind of loss is reported once.
-    pub fn news(&mut self) -> Option<(usize, News)> {
+    pub fn news(&mut self) -> Option<(usize, SourceEvent)> {
         self.sources.iter_mut().enumerate().find_map(|(number, source)| {
-            let turned = source.turn().map(|silent| if silent { News::Silent } else { News::Heard });
-            Some((number, turned.or_else(|| source.first_loss().map(News::Lost))?))
+            let turned =
+                source.turn().map(|silent| if silent { SourceEvent::Silent } else { SourceEvent::Heard });
+            Some((number, turned.or_else(|| source.first_loss().map(SourceEvent::Lost))?))
         })
     }
 }

@@ -10,7 +10,7 @@ const AHEAD: Duration = Duration::from_millis(100);
 /// Maximum age of a timestamp.
 const BEHIND: Duration = Duration::from_secs(10);
 /// Maximum plausible gap between two sequence numbers.
-const GAP_MOST: u64 = 1 << 20;
+const MAX_SEQUENCE_GAP: u64 = 1 << 20;
 /// Periods without a frame after which a source is silent, and the minimum time.
 const SILENT_PERIODS: u32 = 3;
 const SILENT_LEAST: Duration = Duration::from_millis(100);
@@ -52,7 +52,7 @@ pub(crate) struct Source {
     capacity: usize,
     health: SourceHealth,
     /// Unreported first losses, one bit each.
-    untold: u32,
+    unreported: u32,
     told_silent: bool,
     turn: Option<bool>,
 }
@@ -82,7 +82,7 @@ impl Source {
             persons: Box::new([None; PERSONS]),
             capacity,
             health: SourceHealth { name: Text::new(name), ..SourceHealth::default() },
-            untold: 0,
+            unreported: 0,
             told_silent: false,
             turn: None,
         }
@@ -97,9 +97,9 @@ impl Source {
 
     /// Records the header of a received frame. Returns whether the frame may be taken unless a newer one
     /// follows.
-    pub(crate) fn note(&mut self, header: &Header) -> bool {
+    pub(crate) fn record_header(&mut self, header: &Header) -> bool {
         if std::mem::replace(&mut self.waits, false) {
-            self.lose(Loss::Overtaken, 1);
+            self.count_loss(Loss::Overtaken, 1);
         }
         let last = self.last.replace((header.incarnation, header.sequence));
         let missed = match last {
@@ -109,11 +109,11 @@ impl Source {
             Some(_) | None => Some(0),
         };
         match missed {
-            Some(missed) if missed <= GAP_MOST => {
-                self.lose(Loss::Missed, missed);
+            Some(missed) if missed <= MAX_SEQUENCE_GAP => {
+                self.count_loss(Loss::Missed, missed);
                 self.waits = true;
             }
-            Some(_) | None => self.lose(Loss::Misnumbered, 1),
+            Some(_) | None => self.count_loss(Loss::Misnumbered, 1),
         }
         self.waits
     }
@@ -124,12 +124,12 @@ impl Source {
         // Copied from the writer's memory, so that the validated value is the used one.
         let header = *header;
         let valid_at = Instant::from_nanos(header.valid_at_ns);
-        let stamped_at = header.passed(Hop::Observed).map(Instant::from_nanos);
+        let stamped_at = header.hop_time(Hop::Observed).map(Instant::from_nanos);
         let Some(stamped_at) = stamped_at.filter(|stamped_at| when(now, *stamped_at).is_ok()) else {
-            return self.lose(Loss::Unstamped, 1);
+            return self.count_loss(Loss::Unstamped, 1);
         };
         if when(now, valid_at).is_err() || self.valid_at.is_some_and(|newest| valid_at <= newest) {
-            return self.lose(Loss::Untimely, 1);
+            return self.count_loss(Loss::Untimely, 1);
         }
         self.valid_at = Some(valid_at);
         self.heard_at = Some(now);
@@ -139,21 +139,21 @@ impl Source {
         // At most `room` entries are examined, however many there are.
         let room = self.capacity.saturating_sub(self.observations.len());
         for entry in entries.iter().take(room) {
-            match self.judge(now, *entry) {
+            match self.validate(now, *entry) {
                 Ok(observation) => {
-                    if self.is_twice(&observation) {
-                        self.lose(Loss::Twice, 1);
+                    if self.is_duplicate(&observation) {
+                        self.count_loss(Loss::Twice, 1);
                         continue;
                     }
                     newest = newest.max(Some(Instant::from_nanos(observation.observed_at_ns)));
                     self.observations.push(observation);
                 }
-                Err(loss) => self.lose(loss, 1),
+                Err(loss) => self.count_loss(loss, 1),
             }
         }
         self.observed_at = newest;
         let beyond = u64::try_from(entries.len().saturating_sub(room)).unwrap_or(u64::MAX);
-        self.lose(Loss::LeftOut, beyond);
+        self.count_loss(Loss::LeftOut, beyond);
         let mut taken = Header::at(header.valid_at_ns);
         taken.pass(Hop::Observed, stamped_at.as_nanos());
         let before = self.header.map_or(0, |earlier| earlier.left_out);
@@ -163,19 +163,19 @@ impl Source {
 
     /// Whether the newest observation of this person has the same timestamp. Older observations are accepted
     /// and do not update the newest. Partner numbers beyond the last agent are ignored.
-    fn is_twice(&mut self, observation: &Observation) -> bool {
+    fn is_duplicate(&mut self, observation: &Observation) -> bool {
         let is_person = observation.kind() == Some(ObservationKind::Person);
         let newest = self.persons.get_mut(usize::from(observation.partner)).filter(|_| is_person);
         let at = Some(Instant::from_nanos(observation.observed_at_ns));
         newest.is_some_and(|newest| {
-            let is_twice = *newest == at;
+            let is_duplicate = *newest == at;
             *newest = at.max(*newest);
-            is_twice
+            is_duplicate
         })
     }
 
     /// Validates an observation of this source and transforms it into the robot's base frame.
-    fn judge(&self, now: Instant, alleged: Observation) -> Result<Observation, Loss> {
+    fn validate(&self, now: Instant, alleged: Observation) -> Result<Observation, Loss> {
         if let Some(loss) = alleged.fault() {
             return Err(loss);
         }
@@ -216,18 +216,18 @@ impl Source {
     }
 
     /// Counts losses.
-    pub(crate) fn lose(&mut self, loss: Loss, count: u64) {
+    pub(crate) fn count_loss(&mut self, loss: Loss, count: u64) {
         let Some(slot) = self.health.losses.get_mut(usize::from(loss.raw())) else { return };
         if *slot == 0 && count > 0 {
-            self.untold |= 1 << loss.raw();
+            self.unreported |= 1 << loss.raw();
         }
         *slot = slot.saturating_add(count);
     }
 
     /// A first loss that was not reported yet.
     pub(crate) fn first_loss(&mut self) -> Option<Loss> {
-        let loss = Loss::ALL.iter().copied().find(|loss| self.untold & (1 << loss.raw()) != 0)?;
-        self.untold &= !(1 << loss.raw());
+        let loss = Loss::ALL.iter().copied().find(|loss| self.unreported & (1 << loss.raw()) != 0)?;
+        self.unreported &= !(1 << loss.raw());
         Some(loss)
     }
 
@@ -249,7 +249,7 @@ impl Source {
         let beyond = self.observations.len().saturating_sub(room);
         self.observations.truncate(room);
         let beyond = u64::try_from(beyond).unwrap_or(u64::MAX);
-        self.lose(Loss::LeftOut, beyond);
+        self.count_loss(Loss::LeftOut, beyond);
         if let Some(header) = &mut self.header {
             header.left_out = header.left_out.saturating_add(beyond);
         }

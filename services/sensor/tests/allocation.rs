@@ -33,7 +33,7 @@ fn three_sources_of_which_one_bursts_and_one_falls_silent_allocate_nothing() {
                 let mut header = Header { sequence: cycle, ..Header::at(now.as_nanos()) };
                 header.pass(Hop::Observed, now.as_nanos());
                 let speaks = number != 2 || !(100..150).contains(&cycle);
-                if speaks && sensor.note(number, &header) {
+                if speaks && sensor.record_header(number, &header) {
                     sensor.take(number, &header, observations.get(..count).unwrap_or(&[]));
                 }
             }

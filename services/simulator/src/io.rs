@@ -1,5 +1,5 @@
 //! All input and output of this process: shared memory, files, devices, the clock and other processes.
 
-pub(crate) mod desk;
+pub(crate) mod lesson_controller;
 pub(crate) mod run;
 pub(crate) mod saving;

@@ -3,17 +3,17 @@
 //! [`World`] is the simulation core, without I/O: it plays a lesson's script, lets Leo's hands grasp and release, and
 //! provides the observations of the robot's eyes, the ground truth and the utterances.
 
-mod backlog;
-mod by_hand;
-mod cue;
-mod diary;
 mod gaussian;
 mod hand;
+mod hand_kinematics;
+mod interactive;
 mod io;
-mod limbs;
+mod layout;
 mod output;
 mod path;
-mod setting;
+mod recorder;
+mod script_event;
+mod send_queue;
 mod settle;
 mod teacher;
 #[cfg(test)]
@@ -21,7 +21,7 @@ mod tests;
 mod thing;
 mod world;
 
-pub use by_hand::Refusal;
 pub use hand::Hand;
+pub use interactive::Refusal;
 pub use io::run::run;
 pub use world::World;

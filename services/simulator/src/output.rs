@@ -9,7 +9,7 @@ use message::{
 use quantity::number::single;
 
 use crate::World;
-use crate::cue::Event;
+use crate::script_event::Event;
 use crate::settle;
 use crate::teacher::Teacher;
 use crate::thing::{Motion, SeatKind, Thing};
@@ -84,25 +84,25 @@ impl World {
             mode: if self.is_finished() { SceneMode::Over.raw() } else { self.state.mode.raw() },
             table,
             tables: count(self.lesson.tables().count()),
-            steps: count(self.state.diary.steps()),
+            steps: count(self.state.recorder.steps()),
             ..SceneHead::default()
         }
     }
 
     /// The utterances since the step before the last one, in order of time.
     pub fn utterances(&self) -> impl Iterator<Item = Utterance> {
-        let by_script = self.recent_cues().iter().filter_map(|cue| {
-            let Event::Step(index) = cue.event else { return None };
-            let step = self.lesson.tables().nth(cue.table)?.script.get(index)?;
+        let by_script = self.recent_cues().iter().filter_map(|script_event| {
+            let Event::Step(index) = script_event.event else { return None };
+            let step = self.lesson.tables().nth(script_event.table)?.script.get(index)?;
             let Act::Say(text) = &step.act else { return None };
             Some(Utterance { speaker: u32::from(step.who), text: Text::new(text) })
         });
         by_script.chain(self.state.said.iter().copied())
     }
 
-    fn truths(&self) -> impl Iterator<Item = Truth> {
-        let setting = self.state.setting.as_deref();
-        let occluders = setting.filter(|_| self.state.has_occluders).map_or(&[][..], |it| &it.occluders);
+    fn truths(&self) -> impl Iterator<Item = GroundTruth> {
+        let layout = self.state.layout.as_deref();
+        let occluders = layout.filter(|_| self.state.has_occluders).map_or(&[][..], |it| &it.occluders);
         let screens = occluders.iter().zip(&self.state.screens);
         let screens = screens.map(|(screen, at)| occluder(screen, at.point_m(self.state.now)));
         let things = &self.state.things;
@@ -115,7 +115,7 @@ impl World {
         things.chain(present.map(|teacher| self.person(teacher))).chain(screens)
     }
 
-    fn object(&self, index: usize, thing: &Thing, object: &Object) -> Truth {
+    fn object(&self, index: usize, thing: &Thing, object: &Object) -> GroundTruth {
         let things = &self.state.things;
         let mut states = [f32::NAN; STATES];
         let mut set = |state: State, holds: bool| {
@@ -132,7 +132,7 @@ impl World {
         if object.kind.role == Role::Peg {
             set(State::Inserted, thing.seat.is_some_and(|seat| seat.kind == SeatKind::Hole));
         }
-        Truth {
+        GroundTruth {
             pose: thing.pose,
             kind: ObservationKind::Object,
             partner: NOBODY,
@@ -158,9 +158,9 @@ impl World {
         })
     }
 
-    fn person(&self, teacher: &Teacher) -> Truth {
+    fn person(&self, teacher: &Teacher) -> GroundTruth {
         let eye = teacher.eye(self.state.now);
-        Truth {
+        GroundTruth {
             pose: Pose::from_isometry(*eye.isometry()),
             kind: ObservationKind::Person,
             partner: teacher.number,
@@ -175,8 +175,8 @@ impl World {
     }
 }
 
-fn occluder(occluder: &Occluder, [x, y, z]: [f64; 3]) -> Truth {
-    Truth {
+fn occluder(occluder: &Occluder, [x, y, z]: [f64; 3]) -> GroundTruth {
+    GroundTruth {
         pose: Pose::upright(x, y, z, 0.0),
         kind: ObservationKind::Occluder,
         partner: NOBODY,
@@ -191,7 +191,7 @@ fn occluder(occluder: &Occluder, [x, y, z]: [f64; 3]) -> Truth {
 }
 
 /// The ground truth about one thing, person or occluder.
-struct Truth {
+struct GroundTruth {
     pose: Pose<geometry::World, Frame>,
     kind: ObservationKind,
     partner: u16,

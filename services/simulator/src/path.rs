@@ -14,7 +14,7 @@ const VERTICAL: f64 = 0.15;
 
 /// The motion profile.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Manner {
+pub(crate) enum MotionProfile {
     /// Up, over and down with minimum jerk; it enters a hole vertically.
     Carry,
     /// Straight, with minimum jerk.
@@ -30,7 +30,7 @@ pub(crate) struct Path {
     pub(crate) to: Pose<World, Thing>,
     pub(crate) begins: Instant,
     pub(crate) takes: Duration,
-    pub(crate) manner: Manner,
+    pub(crate) manner: MotionProfile,
 }
 
 impl Path {
@@ -44,9 +44,9 @@ impl Path {
         }
         let share = share(now, self.begins, self.takes);
         match self.manner {
-            Manner::Glide => between(&self.from, &self.to, least_jerk(share)),
-            Manner::Fall => between(&self.from, &self.to, share * share),
-            Manner::Carry => {
+            MotionProfile::Glide => between(&self.from, &self.to, least_jerk(share)),
+            MotionProfile::Fall => between(&self.from, &self.to, share * share),
+            MotionProfile::Carry => {
                 let over = least_jerk((share - VERTICAL) / (1.0 - 2.0 * VERTICAL));
                 let [x, y, _] = between(&self.from, &self.to, over).position_m();
                 let ([.., low], [.., end]) = (self.from.position_m(), self.to.position_m());
@@ -120,7 +120,7 @@ fn between(from: &Pose<World, Thing>, to: &Pose<World, Thing>, share: f64) -> Po
 mod tests {
     use super::*;
 
-    fn path(manner: Manner) -> Path {
+    fn path(manner: MotionProfile) -> Path {
         Path {
             from: Pose::upright(0.0, 0.0, 0.025, 0.0),
             to: Pose::upright(0.4, 0.3, 0.06, 1.0),
@@ -132,7 +132,7 @@ mod tests {
 
     #[test]
     fn every_way_begins_and_ends_where_it_shall_and_has_no_jump() {
-        for manner in [Manner::Carry, Manner::Glide, Manner::Fall] {
+        for manner in [MotionProfile::Carry, MotionProfile::Glide, MotionProfile::Fall] {
             let path = path(manner);
             let at = |ms: u64| path.at(Instant::EPOCH + Duration::from_millis(ms));
             assert!(at(1000).difference(&path.from).0 < 1e-12);
@@ -144,7 +144,7 @@ mod tests {
 
     #[test]
     fn a_carried_peg_comes_to_its_hole_from_straight_above() {
-        let path = path(Manner::Carry);
+        let path = path(MotionProfile::Carry);
         let mut seen = 0;
         for ms in 1000..2000 {
             let [x, y, z] = path.at(Instant::EPOCH + Duration::from_millis(ms)).position_m();

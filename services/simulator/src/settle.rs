@@ -4,19 +4,19 @@ use clock::{Duration, Instant};
 use config::lesson::{Object, Role};
 use geometry::{Pose, Position, Thing as Frame, World};
 
-use crate::path::{Manner, Path};
+use crate::path::{MotionProfile, Path};
 use crate::thing::{Motion, Seat, SeatKind, Thing, above};
 
 /// A released peg slides into a hole whose axis is within this distance, in metres …
-const ASIDE_M: f64 = 0.02;
+const MAX_HOLE_OFFSET_M: f64 = 0.02;
 /// … if its lower end is this far below the hole's top, in metres.
 const DEPTH_M: std::ops::RangeInclusive<f64> = 0.005..=0.06;
 /// Duration of sliding down in a hole.
 const SLIDE: Duration = Duration::from_millis(150);
 /// Placement tolerance of lessons, in metres.
-const LAID_M: f64 = 0.001;
+const PLACEMENT_TOLERANCE_M: f64 = 0.001;
 /// Minimum duration of a fall, in seconds; within it the thing also turns upright.
-const FALL_LEAST_S: f64 = 0.1;
+const MIN_FALL_S: f64 = 0.1;
 /// Acceleration of free fall, in metres per second squared.
 const GRAVITY_M_S2: f64 = 9.81;
 
@@ -32,10 +32,10 @@ impl Rest {
         let ([.., high], [.., low]) = (from.position_m(), self.pose.position_m());
         let slides = self.seat.is_some_and(|seat| seat.kind == SeatKind::Hole);
         let (manner, takes) = if slides || high <= low {
-            (Manner::Glide, SLIDE)
+            (MotionProfile::Glide, SLIDE)
         } else {
-            let seconds = (2.0 * (high - low) / GRAVITY_M_S2).sqrt().max(FALL_LEAST_S);
-            (Manner::Fall, Duration::from_secs_f64(seconds))
+            let seconds = (2.0 * (high - low) / GRAVITY_M_S2).sqrt().max(MIN_FALL_S);
+            (MotionProfile::Fall, Duration::from_secs_f64(seconds))
         };
         Path { from, to: self.pose, begins, takes, manner }
     }
@@ -86,7 +86,7 @@ pub(crate) fn hole_below(
             let [hole_x, hole_y, top_m] = above(&thing.pose, self::half_height_m(object)).position_m();
             ((x - hole_x).hypot(y - hole_y), top_m - lower_end_m, index)
         })
-        .filter(|(aside_m, depth_m, _)| *aside_m <= ASIDE_M && DEPTH_M.contains(depth_m))
+        .filter(|(aside_m, depth_m, _)| *aside_m <= MAX_HOLE_OFFSET_M && DEPTH_M.contains(depth_m))
         .filter(|(.., index)| is_free(things, *index) && !is_kept(*index))
         .min_by(|a, b| a.0.total_cmp(&b.0))?;
     // The hole goes through the block. The peg slides down until half of it is inside. A deeper peg stays where it is,
@@ -96,19 +96,19 @@ pub(crate) fn hole_below(
 }
 
 /// Seats things that were laid in a hole or on top of another one.
-pub(crate) fn sit(things: &mut [Thing], objects: &[Object]) {
+pub(crate) fn seat_laid_things(things: &mut [Thing], objects: &[Object]) {
     for index in 0..things.len() {
         let Some(object) = objects.get(index) else { continue };
         let Some(pose) = things.get(index).map(|thing| thing.pose) else { continue };
         let [.., z] = pose.position_m();
         let underside_m = z - half_height_m(object);
-        if underside_m < LAID_M {
+        if underside_m < PLACEMENT_TOLERANCE_M {
             continue;
         }
-        let seat = if object.kind.role == Role::Peg { hole_round(things, objects, index) } else { None };
+        let seat = if object.kind.role == Role::Peg { enclosing_hole(things, objects, index) } else { None };
         let top = || {
             let rest = support_below(things, objects, index)?;
-            let is_there = (rest.pose.position_m()[2] - z).abs() < LAID_M;
+            let is_there = (rest.pose.position_m()[2] - z).abs() < PLACEMENT_TOLERANCE_M;
             rest.seat.filter(|_| is_there)
         };
         let seat = seat.or_else(top);
@@ -119,13 +119,14 @@ pub(crate) fn sit(things: &mut [Thing], objects: &[Object]) {
 }
 
 /// The hole that a peg was laid in.
-fn hole_round(things: &[Thing], objects: &[Object], peg: usize) -> Option<Seat> {
+fn enclosing_hole(things: &[Thing], objects: &[Object], peg: usize) -> Option<Seat> {
     let pose = things.get(peg)?.pose;
     let [x, y, z] = pose.position_m();
     let underside_m = z - half_height_m(objects.get(peg)?);
     let block = things.iter().zip(objects).enumerate().position(|(block, (thing, object))| {
         let [hole_x, hole_y, top_m] = above(&thing.pose, half_height_m(object)).position_m();
-        let is_round = (x - hole_x).hypot(y - hole_y) < LAID_M && underside_m < top_m - LAID_M;
+        let is_round = (x - hole_x).hypot(y - hole_y) < PLACEMENT_TOLERANCE_M
+            && underside_m < top_m - PLACEMENT_TOLERANCE_M;
         object.kind.hole && is_round && is_free(things, block)
     })?;
     let x_on_thing = things.get(block)?.pose.inverse() * pose;

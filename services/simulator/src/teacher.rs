@@ -3,8 +3,8 @@ use config::lesson;
 use geometry::{Eye, Pose, World};
 use message::Text;
 
-use crate::diary::Attitude;
 use crate::path::Glide;
+use crate::recorder::PersonState;
 
 /// The current state of a teacher.
 #[derive(Clone, Debug)]
@@ -38,9 +38,9 @@ impl Teacher {
     }
 
     /// The teacher's position, gaze and presence.
-    pub(crate) fn attitude(&self, now: Instant) -> Attitude {
+    pub(crate) fn person_state(&self, now: Instant) -> PersonState {
         let (eyes_m, looks_at_m) = self.looks(now);
-        Attitude { number: self.number, is_present: self.is_present, eyes_m, looks_at_m }
+        PersonState { number: self.number, is_present: self.is_present, eyes_m, looks_at_m }
     }
 
     /// The position of the eyes and the point looked at, in metres.

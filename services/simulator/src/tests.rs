@@ -224,7 +224,7 @@ fn a_hand_that_closes_on_a_peg_and_opens_over_a_hole_fills_it() {
 }
 
 #[test]
-fn a_hole_out_of_which_a_teacher_holds_the_peg_is_kept_for_it() {
+fn a_hole_is_reserved_for_the_peg_that_a_teacher_holds() {
     let mut world = laid("");
     let act = |world: &mut World, ms, kind, how: &dyn Fn(&mut TeacherAct)| {
         let mut act = TeacherAct::new(kind, 1);
@@ -311,7 +311,7 @@ fn a_hand_that_closes_beside_a_peg_or_was_always_closed_takes_nothing() {
 }
 
 #[test]
-fn a_hand_of_which_nothing_is_known_keeps_what_it_has() {
+fn a_hand_without_readings_keeps_its_grasp() {
     let mut world = laid("");
     world.step(at(400), hand([0.10, 0.40, 0.025], 0.1));
     world.step(at(405), hand([0.10, 0.40, 0.025], 1.0));

@@ -6,13 +6,13 @@ use geometry::{Base, Pose};
 
 use message::{SceneMode, Utterance};
 
-use crate::by_hand::{Taken, Undo};
-use crate::cue::{Cue, Event, timeline};
-use crate::diary::Diary;
 use crate::gaussian::Gaussian;
 use crate::hand::{self, Change, Grasp, Hand};
-use crate::path::{Glide, Manner, Path};
-use crate::setting::Setting;
+use crate::interactive::{HeldThing, Undo};
+use crate::layout::TableLayout;
+use crate::path::{Glide, MotionProfile, Path};
+use crate::recorder::DemonstrationRecorder;
+use crate::script_event::{Event, ScriptEvent, timeline};
 use crate::settle::{self, Rest, half_height_m};
 use crate::teacher::Teacher;
 use crate::thing::{Motion, SeatKind, Thing};
@@ -25,7 +25,7 @@ use crate::thing::{Motion, SeatKind, Thing};
 pub struct World {
     pub(crate) lesson: Lesson,
     /// The initial content of each of the lesson's tables.
-    settings: Vec<Arc<Setting>>,
+    settings: Vec<Arc<TableLayout>>,
     pub(crate) x_base_world: Pose<Base, geometry::World>,
     pub(crate) state: State,
 }
@@ -35,7 +35,7 @@ pub struct World {
 pub(crate) struct State {
     pub(crate) mode: SceneMode,
     /// The scheduled events: the lesson's script, or the laying of a table on request.
-    pub(crate) cues: Vec<Cue>,
+    pub(crate) script_events: Vec<ScriptEvent>,
     /// Duration of these events.
     pub(crate) lasts: Duration,
     /// When they began.
@@ -49,7 +49,7 @@ pub(crate) struct State {
     /// When its objects were laid.
     pub(crate) laid_at: Option<Instant>,
     /// Its content; the occluders are put up once `has_occluders`.
-    pub(crate) setting: Option<Arc<Setting>>,
+    pub(crate) layout: Option<Arc<TableLayout>>,
     pub(crate) has_occluders: bool,
     /// The centres of the occluders.
     pub(crate) screens: Vec<Glide>,
@@ -59,9 +59,9 @@ pub(crate) struct State {
     /// Interactive utterances of this step, and those of the next one.
     pub(crate) said: Vec<Utterance>,
     pub(crate) saying: Vec<Utterance>,
-    pub(crate) diary: Diary,
+    pub(crate) recorder: DemonstrationRecorder,
     /// The things in people's hands.
-    pub(crate) taken: Vec<Taken>,
+    pub(crate) taken: Vec<HeldThing>,
     pub(crate) undo: Vec<Undo>,
     /// The result of the interactive act that is being executed.
     pub(crate) outcome: Option<String>,
@@ -74,7 +74,7 @@ impl World {
     /// The world of a lesson before its script begins. `seed` is for the noise.
     #[must_use]
     pub fn new(lesson: &Lesson, seed: u64) -> Self {
-        let (cues, lasts) = timeline(lesson);
+        let (script_events, lasts) = timeline(lesson);
         let [x, y, z] = lesson.robot.position_m;
         let x_world_base = Pose::<geometry::World, Base>::upright(x, y, z, lesson.robot.heading_rad);
         let most = |count: fn(&Table) -> usize| lesson.tables().map(count).max().unwrap_or(0);
@@ -82,11 +82,11 @@ impl World {
         let occluders = most(|table| table.occluders.len());
         let observations = objects + occluders + lesson.teachers.len();
         Self {
-            settings: lesson.tables().map(|table| Arc::new(Setting::of(table))).collect(),
+            settings: lesson.tables().map(|table| Arc::new(TableLayout::of(table))).collect(),
             x_base_world: x_world_base.inverse(),
             state: State {
                 mode: SceneMode::Script,
-                cues,
+                script_events,
                 lasts,
                 began: None,
                 now: Instant::EPOCH,
@@ -94,7 +94,7 @@ impl World {
                 first_cue: 0,
                 table: None,
                 laid_at: None,
-                setting: None,
+                layout: None,
                 has_occluders: false,
                 screens: Vec::with_capacity(occluders),
                 things: Vec::with_capacity(objects),
@@ -102,7 +102,7 @@ impl World {
                 grasps: [Grasp::default(); 2],
                 said: Vec::new(),
                 saying: Vec::new(),
-                diary: Diary::new(lesson.teachers.len()),
+                recorder: DemonstrationRecorder::new(lesson.teachers.len()),
                 taken: Vec::new(),
                 undo: Vec::new(),
                 outcome: None,
@@ -129,7 +129,7 @@ impl World {
     pub fn is_finished(&self) -> bool {
         let is_over = |began| self.state.now >= began + self.state.lasts;
         self.state.mode == SceneMode::Script
-            && self.state.next_cue == self.state.cues.len()
+            && self.state.next_cue == self.state.script_events.len()
             && self.state.began.is_some_and(is_over)
     }
 
@@ -146,10 +146,15 @@ impl World {
         self.state.said.clear();
         std::mem::swap(&mut self.state.said, &mut self.state.saying);
         self.state.first_cue = self.state.next_cue;
-        while let Some(&cue) = self.state.cues.get(self.state.next_cue).filter(|cue| began + cue.at <= now) {
+        while let Some(&script_event) = self
+            .state
+            .script_events
+            .get(self.state.next_cue)
+            .filter(|script_event| began + script_event.at <= now)
+        {
             self.state.next_cue += 1;
-            self.advance(began + cue.at);
-            self.take(cue, began + cue.at);
+            self.advance(began + script_event.at);
+            self.take(script_event, began + script_event.at);
         }
         self.advance(now);
         self.state.now = now;
@@ -170,12 +175,12 @@ impl World {
 
     /// The objects, in the order of `state.things`.
     pub(crate) fn objects(&self) -> &[Object] {
-        self.state.setting.as_ref().map_or(&[][..], |setting| &setting.objects)
+        self.state.layout.as_ref().map_or(&[][..], |layout| &layout.objects)
     }
 
     /// The events of the last step.
-    pub(crate) fn recent_cues(&self) -> &[Cue] {
-        self.state.cues.get(self.state.first_cue..self.state.next_cue).unwrap_or(&[])
+    pub(crate) fn recent_cues(&self) -> &[ScriptEvent] {
+        self.state.script_events.get(self.state.first_cue..self.state.next_cue).unwrap_or(&[])
     }
 
     fn advance(&mut self, now: Instant) {
@@ -190,31 +195,31 @@ impl World {
         follow(&mut self.state.things);
     }
 
-    fn take(&mut self, cue: Cue, now: Instant) {
-        let Some(table) = self.lesson.tables().nth(cue.table) else { return };
+    fn take(&mut self, script_event: ScriptEvent, now: Instant) {
+        let Some(table) = self.lesson.tables().nth(script_event.table) else { return };
         let state = &mut self.state;
-        match cue.event {
+        match script_event.event {
             Event::Clear => {
                 state.things.clear();
                 state.screens.clear();
                 state.has_occluders = false;
-                state.setting = None;
+                state.layout = None;
                 state.table = None;
                 state.laid_at = None;
                 // Occluders pushed on the old table are gone.
                 state.undo.clear();
             }
             Event::Occlude => {
-                state.table = Some(cue.table);
-                state.setting = self.settings.get(cue.table).cloned();
+                state.table = Some(script_event.table);
+                state.layout = self.settings.get(script_event.table).cloned();
                 state.has_occluders = true;
                 state.screens.extend(table.occluders.iter().map(|screen| Glide::resting(screen.centre_m)));
             }
             Event::Lay => {
                 state.things.extend(table.objects.iter().map(Thing::laid));
-                settle::sit(&mut state.things, &table.objects);
+                settle::seat_laid_things(&mut state.things, &table.objects);
                 state.laid_at = Some(now);
-                state.diary.lay(state.teachers.iter().map(|teacher| teacher.attitude(now)));
+                state.recorder.lay(state.teachers.iter().map(|teacher| teacher.person_state(now)));
             }
             Event::Step(index) => {
                 let Some(step) = table.script.get(index) else { return };
@@ -244,7 +249,7 @@ impl World {
         let x_world_hand = self.x_base_world.inverse() * hand.pose;
         let change =
             self.state.grasps.get_mut(index).map_or(Change::None, |grasp| grasp.note(hand.closure_rad));
-        let Some(setting) = self.state.setting.clone() else { return };
+        let Some(layout) = self.state.layout.clone() else { return };
         let things = &mut self.state.things;
         for thing in things.iter_mut() {
             if let Motion::Grasped { hand, x_hand_thing } = thing.motion
@@ -259,7 +264,7 @@ impl World {
             Change::Opens => {
                 let taken = &self.state.taken;
                 let is_kept = |block| taken.iter().any(|taken| settle::is_in(taken.seat, block));
-                hand::release(things, &setting.objects, index, now, is_kept);
+                hand::release(things, &layout.objects, index, now, is_kept);
             }
         }
     }
@@ -291,7 +296,7 @@ pub(crate) fn begin_move(
         Motion::AtRest | Motion::Settling { .. } => {}
         Motion::Carried { .. } | Motion::Grasped { .. } | Motion::InHand { .. } => return,
     }
-    let path = Path { from: thing.pose, to: rest.pose, begins, takes, manner: Manner::Carry };
+    let path = Path { from: thing.pose, to: rest.pose, begins, takes, manner: MotionProfile::Carry };
     thing.seat = None;
     thing.motion = Motion::Carried { by, path, to: rest.seat };
 }
@@ -303,7 +308,7 @@ pub(crate) fn destination(
     to: Destination,
 ) -> Option<Rest> {
     match to {
-        Destination::Place(place) => {
+        Destination::UprightPose(place) => {
             let [x, y, z] = place.position_m;
             Some(Rest { pose: Pose::upright(x, y, z, place.heading_rad), seat: None })
         }

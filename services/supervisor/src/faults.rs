@@ -3,9 +3,9 @@ use config::campaign::{ProcessFault, ProcessFaultKind};
 use message::Process;
 
 /// Default duration of a fault.
-const LASTS: Duration = Duration::from_millis(500);
+const DEFAULT_DURATION: Duration = Duration::from_millis(500);
 /// A slowed process alternates between this long stopped and this long running.
-const TURN: Duration = Duration::from_millis(5);
+const SLOW_INTERVAL: Duration = Duration::from_millis(5);
 
 /// A fault names an unknown process.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
@@ -21,14 +21,14 @@ fn known() -> String {
 
 /// Effect of a fault on a process.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Deed {
+pub(crate) enum FaultAction {
     Kill,
     Freeze,
     Thaw,
 }
 
 #[derive(Clone, Debug)]
-struct Planned {
+struct ScheduledFault {
     process: Process,
     kind: ProcessFaultKind,
     until: Duration,
@@ -41,7 +41,7 @@ struct Planned {
 /// Injects faults into processes at given times. Pure: receives the time and returns the actions due.
 #[derive(Clone, Debug, Default)]
 pub struct ProcessFaults {
-    planned: Vec<Planned>,
+    planned: Vec<ScheduledFault>,
     begun_at: Option<Instant>,
 }
 
@@ -55,8 +55,8 @@ impl ProcessFaults {
         let planned = faults.iter().map(|fault| {
             let process = crate::ORDER.into_iter().find(|process| process.name() == fault.process.get_ref());
             let at = Duration::from_secs_f64(fault.at_s.get());
-            let lasts = fault.for_s.map_or(LASTS, |lasts| Duration::from_secs_f64(lasts.get()));
-            Ok(Planned {
+            let lasts = fault.for_s.map_or(DEFAULT_DURATION, |lasts| Duration::from_secs_f64(lasts.get()));
+            Ok(ScheduledFault {
                 process: process.ok_or_else(|| UnknownProcess { name: fault.process.get_ref().clone() })?,
                 kind: fault.kind,
                 until: at + lasts,
@@ -89,40 +89,40 @@ impl ProcessFaults {
     }
 
     /// The actions due now.
-    pub(crate) fn due(&mut self, now: Instant) -> Vec<(Process, Deed)> {
+    pub(crate) fn due(&mut self, now: Instant) -> Vec<(Process, FaultAction)> {
         let Some(begun_at) = self.begun_at else { return Vec::new() };
         let after = now.since(begun_at);
         self.planned.iter_mut().filter_map(|planned| planned.step(after)).collect()
     }
 }
 
-impl Planned {
-    fn step(&mut self, after: Duration) -> Option<(Process, Deed)> {
+impl ScheduledFault {
+    fn step(&mut self, after: Duration) -> Option<(Process, FaultAction)> {
         if after < self.next? {
             return None;
         }
         let over = after >= self.until;
-        let deed = match self.kind {
+        let action = match self.kind {
             ProcessFaultKind::Kill => {
                 self.next = None;
-                Some(Deed::Kill)
+                Some(FaultAction::Kill)
             }
             ProcessFaultKind::Stop | ProcessFaultKind::Slow if over => {
                 self.next = None;
-                self.still.then_some(Deed::Thaw)
+                self.still.then_some(FaultAction::Thaw)
             }
             ProcessFaultKind::Stop => {
                 self.still = true;
                 self.next = Some(self.until);
-                Some(Deed::Freeze)
+                Some(FaultAction::Freeze)
             }
             ProcessFaultKind::Slow => {
                 self.still = !self.still;
-                self.next = Some(after + TURN);
-                Some(if self.still { Deed::Freeze } else { Deed::Thaw })
+                self.next = Some(after + SLOW_INTERVAL);
+                Some(if self.still { FaultAction::Freeze } else { FaultAction::Thaw })
             }
         };
-        deed.map(|deed| (self.process, deed))
+        action.map(|action| (self.process, action))
     }
 }
 
@@ -136,7 +136,7 @@ mod tests {
     }
 
     /// The actions, with their times in milliseconds.
-    fn deeds(text: &str) -> Vec<(u64, &'static str, Deed)> {
+    fn deeds(text: &str) -> Vec<(u64, &'static str, FaultAction)> {
         let mut faults = faults(text).unwrap();
         let ms = Instant::from_nanos;
         assert!(faults.due(ms(0)).is_empty() && faults.next().is_none(), "not before all runs");
@@ -144,7 +144,7 @@ mod tests {
         let mut done = Vec::new();
         for at in 0..3000 {
             let due = faults.due(ms(at * 1_000_000));
-            done.extend(due.into_iter().map(|(process, deed)| (at, process.name(), deed)));
+            done.extend(due.into_iter().map(|(process, action)| (at, process.name(), action)));
         }
         assert_eq!(faults.next(), None);
         done
@@ -154,12 +154,19 @@ mod tests {
     fn a_process_is_killed_stopped_and_slowed_in_time() {
         let text = "[[processes]]\nkind = \"stop\"\nprocess = \"motor\"\nat_s = 0.2\nfor_s = 1\n\
                     [[processes]]\nkind = \"kill\"\nprocess = \"belief\"\nat_s = 0.5";
-        let expected =
-            [(200, "motor", Deed::Freeze), (500, "belief", Deed::Kill), (1200, "motor", Deed::Thaw)];
+        let expected = [
+            (200, "motor", FaultAction::Freeze),
+            (500, "belief", FaultAction::Kill),
+            (1200, "motor", FaultAction::Thaw),
+        ];
         assert_eq!(deeds(text), expected);
         let slow = deeds("[[processes]]\nkind = \"slow\"\nprocess = \"learner\"\nat_s = 1\nfor_s = 0.1");
         assert_eq!(slow.len(), 20);
-        assert_eq!(slow.last().map(|(_, _, deed)| *deed), Some(Deed::Thaw), "it is not left still");
+        assert_eq!(
+            slow.last().map(|(_, _, action)| *action),
+            Some(FaultAction::Thaw),
+            "it is not left still"
+        );
     }
 
     #[test]

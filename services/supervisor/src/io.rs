@@ -1,13 +1,13 @@
 //! All input and output of this process: shared memory, files, devices, the clock and other processes.
 
 pub mod bench;
-pub(crate) mod caretaker;
 pub(crate) mod check;
 pub(crate) mod children;
-pub(crate) mod class;
 pub mod conductor;
 pub(crate) mod guard;
+pub(crate) mod janitor_thread;
 pub(crate) mod lives;
+pub(crate) mod lockstep_processes;
 pub(crate) mod memory_watch;
 pub(crate) mod replay;
 pub(crate) mod run;

@@ -16,11 +16,11 @@ use clock::{Duration, Instant};
 use config::leo::Supervisor;
 use message::{Process, ProcessState};
 
-use life::{Life, Stage};
+use life::{ProcessLifecycle, Stage};
 
 /// Timeouts and limits of the policy.
 #[derive(Clone, Copy, Debug)]
-pub struct Terms {
+pub struct PolicySettings {
     /// Timeout from the start of a process until it is ready.
     pub ready_within: Duration,
     /// Heartbeat timeout of the processes of the hot path, the mock servo bus included.
@@ -39,7 +39,7 @@ pub struct Terms {
     pub stop_within: Duration,
 }
 
-impl From<&Supervisor> for Terms {
+impl From<&Supervisor> for PolicySettings {
     fn from(config: &Supervisor) -> Self {
         Self {
             ready_within: config.ready_within_ms.duration(),
@@ -54,9 +54,9 @@ impl From<&Supervisor> for Terms {
     }
 }
 
-impl Terms {
+impl PolicySettings {
     /// Heartbeat timeout of a process.
-    fn patience(&self, process: Process) -> Duration {
+    fn heartbeat_timeout_of(&self, process: Process) -> Duration {
         let is_hot = matches!(process, Process::Sensor | Process::Belief | Process::Motor | Process::MockBus);
         if is_hot { self.heartbeat_timeout } else { self.heartbeat_timeout_others }
     }
@@ -64,7 +64,7 @@ impl Terms {
 
 /// How a process ended.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Ended {
+pub enum ExitKind {
     /// Exit status 0: nothing left to do. For the motor process it means that torque is off, and never ends the run.
     Done,
     /// Exit status 2: the process refuses its configuration. A restart would not help.
@@ -77,9 +77,9 @@ pub enum Ended {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Event {
     /// A process has died.
-    Died(Process, Ended),
+    Died(Process, ExitKind),
     /// The health of a process, as read just now.
-    Pulse {
+    Heartbeat {
         /// The process.
         process: Process,
         /// Its state.
@@ -104,7 +104,7 @@ pub enum Event {
 
 /// Reason for killing a process.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Why {
+pub enum KillReason {
     /// It was not ready in time.
     NotReady,
     /// Its heartbeat timed out.
@@ -143,7 +143,7 @@ pub enum Action {
     /// Ask a process to stop.
     Terminate(Process),
     /// Kill a process.
-    Kill(Process, Why),
+    Kill(Process, KillReason),
     /// Clean up after dead processes, then report [`Event::CleanedUp`].
     CleanUp,
     /// All processes run for the first time.
@@ -157,7 +157,7 @@ pub enum Action {
 
 /// State of the robot as a whole.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Standing {
+pub struct RobotState {
     /// Number of processes that should run.
     pub of: usize,
     /// Number of processes that run with a current heartbeat.
@@ -168,7 +168,7 @@ pub struct Standing {
     pub is_ending: bool,
 }
 
-impl Standing {
+impl RobotState {
     /// Whether all processes run and none is being stopped; input of the service manager's watchdog.
     #[must_use]
     pub const fn is_well(&self) -> bool {
@@ -176,7 +176,7 @@ impl Standing {
     }
 }
 
-impl fmt::Display for Standing {
+impl fmt::Display for RobotState {
     fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
         let Self { of, run, were_ready, is_ending } = self;
         match (is_ending, were_ready, run == of) {
@@ -191,16 +191,16 @@ impl fmt::Display for Standing {
 /// State machine that makes the supervisor's decisions.
 #[derive(Clone, Debug)]
 pub struct Policy {
-    terms: Terms,
-    lives: Vec<Life>,
-    unclean: Unclean,
+    settings: PolicySettings,
+    lives: Vec<ProcessLifecycle>,
+    clean_up_state: CleanUpState,
     all_were_ready: bool,
     /// The outcome of the run, set by its first cause.
     ending: Option<Outcome>,
     /// Whether a stop was requested.
-    was_told: bool,
+    stop_requested: bool,
     /// Whether a second stop request skips the stop timeouts.
-    hurry: bool,
+    skips_stop_timeouts: bool,
     torque: Torque,
     looked_at: Instant,
 }
@@ -219,27 +219,27 @@ enum Torque {
 /// Whether dead processes have left files behind. Nothing starts before they are removed, because they may block a
 /// starting process.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Unclean {
+enum CleanUpState {
     No,
     Yes,
-    Asked,
+    Requested,
     /// Another process died while a clean-up was pending.
-    AskAgain,
+    RequestAgain,
 }
 
 impl Policy {
     /// No process runs yet; `order` is the start order.
     #[must_use]
-    pub fn new(terms: Terms, order: &[Process], now: Instant) -> Self {
-        let lives = order.iter().map(|&process| Life::new(process, now)).collect();
+    pub fn new(settings: PolicySettings, order: &[Process], now: Instant) -> Self {
+        let lives = order.iter().map(|&process| ProcessLifecycle::new(process, now)).collect();
         Self {
-            terms,
+            settings,
             lives,
-            unclean: Unclean::No,
+            clean_up_state: CleanUpState::No,
             all_were_ready: false,
             ending: None,
-            was_told: false,
-            hurry: false,
+            stop_requested: false,
+            skips_stop_timeouts: false,
             torque: Torque::Off,
             looked_at: now,
         }
@@ -248,12 +248,12 @@ impl Policy {
     /// Processes the events and returns the actions due `now`.
     pub fn step(&mut self, now: Instant, events: &[Event]) -> Vec<Action> {
         let mut actions = Vec::new();
-        self.forgive(now);
+        self.extend_deadline(now);
         for event in events {
-            self.take_in(now, *event, &mut actions);
+            self.handle_event(now, *event, &mut actions);
         }
         for life in &mut self.lives {
-            life.watch(&self.terms, now, &mut actions);
+            life.watch(&self.settings, now, &mut actions);
         }
         if self.ending.is_none() {
             self.start_next(now, &mut actions);
@@ -265,11 +265,11 @@ impl Policy {
 
     /// If the supervisor's step is late, the whole machine may have been paused. So between two steps at most half of
     /// the heartbeat timeout counts.
-    fn forgive(&mut self, now: Instant) {
-        let late = now.since(self.looked_at).saturating_sub(self.terms.heartbeat_timeout / 2);
+    fn extend_deadline(&mut self, now: Instant) {
+        let late = now.since(self.looked_at).saturating_sub(self.settings.heartbeat_timeout / 2);
         self.looked_at = now;
         if !late.is_zero() {
-            self.lives.iter_mut().for_each(|life| life.forgive(late));
+            self.lives.iter_mut().for_each(|life| life.extend_deadline(late));
         }
     }
 
@@ -277,15 +277,15 @@ impl Policy {
     #[must_use]
     pub fn is_busy(&self) -> bool {
         self.ending.is_some()
-            || self.unclean != Unclean::No
+            || self.clean_up_state != CleanUpState::No
             || !self.lives.iter().all(|life| matches!(life.stage, Stage::Running { .. }))
     }
 
     /// Number of processes, and number of those that run with a current heartbeat.
     #[must_use]
-    pub fn standing(&self) -> Standing {
-        let runs = |life: &&Life| matches!(life.stage, Stage::Running { .. });
-        Standing {
+    pub fn robot_state(&self) -> RobotState {
+        let runs = |life: &&ProcessLifecycle| matches!(life.stage, Stage::Running { .. });
+        RobotState {
             of: self.lives.len(),
             run: self.lives.iter().filter(runs).count(),
             were_ready: self.all_were_ready,
@@ -293,27 +293,31 @@ impl Policy {
         }
     }
 
-    fn take_in(&mut self, now: Instant, event: Event, actions: &mut Vec<Action>) {
+    fn handle_event(&mut self, now: Instant, event: Event, actions: &mut Vec<Action>) {
         match event {
-            Event::Died(process, ended) => self.bury(now, process, ended),
-            Event::Pulse { process, state, beat } => {
+            Event::Died(process, ended) => self.record_exit(now, process, ended),
+            Event::Heartbeat { process, state, beat } => {
                 if let Some(life) = self.lives.iter_mut().find(|life| life.process == process) {
-                    life.feel(state, beat, now);
+                    life.update_heartbeat(state, beat, now);
                 }
             }
             Event::CleanedUp => {
-                self.unclean = if self.unclean == Unclean::AskAgain { Unclean::Yes } else { Unclean::No };
+                self.clean_up_state = if self.clean_up_state == CleanUpState::RequestAgain {
+                    CleanUpState::Yes
+                } else {
+                    CleanUpState::No
+                };
             }
             Event::Stop => {
-                if std::mem::replace(&mut self.was_told, true) {
-                    self.hurry = true;
+                if std::mem::replace(&mut self.stop_requested, true) {
+                    self.skips_stop_timeouts = true;
                     let hurried = self.lives.iter_mut().filter(|life| !switches_torque_off(life.process));
-                    actions.extend(hurried.filter_map(|life| life.kill(Why::Hurry)));
+                    actions.extend(hurried.filter_map(|life| life.kill(KillReason::Hurry)));
                 }
                 self.ending.get_or_insert(Outcome::Stopped);
             }
             Event::HangUp => {
-                self.was_told = true;
+                self.stop_requested = true;
                 self.ending.get_or_insert(Outcome::Stopped);
             }
             Event::MemoryRemoved => {
@@ -326,36 +330,36 @@ impl Policy {
         }
     }
 
-    fn bury(&mut self, now: Instant, process: Process, ended: Ended) {
+    fn record_exit(&mut self, now: Instant, process: Process, ended: ExitKind) {
         let Some(life) = self.lives.iter_mut().find(|life| life.process == process) else { return };
         let asked = matches!(life.stage, Stage::Stopping { .. });
-        let too_often = life.die(&self.terms, now);
-        if process == Process::Motor && ended == Ended::Done {
+        let too_often = life.record_death(&self.settings, now);
+        if process == Process::Motor && ended == ExitKind::Done {
             self.torque = Torque::Off;
         }
-        self.unclean = match self.unclean {
-            Unclean::No | Unclean::Yes => Unclean::Yes,
-            Unclean::Asked | Unclean::AskAgain => Unclean::AskAgain,
+        self.clean_up_state = match self.clean_up_state {
+            CleanUpState::No | CleanUpState::Yes => CleanUpState::Yes,
+            CleanUpState::Requested | CleanUpState::RequestAgain => CleanUpState::RequestAgain,
         };
         if asked || self.ending.is_some() {
             return;
         }
         self.ending = match ended {
-            Ended::Done if process != Process::Motor => Some(Outcome::Done(process)),
-            Ended::Refused => Some(Outcome::Refused(process)),
+            ExitKind::Done if process != Process::Motor => Some(Outcome::Done(process)),
+            ExitKind::Refused => Some(Outcome::Refused(process)),
             // Without a link the robot keeps running; only its peers receive nothing.
-            Ended::Failed if process == Process::Link => None,
-            Ended::Done | Ended::Failed => too_often.then_some(Outcome::GaveUp(process)),
+            ExitKind::Failed if process == Process::Link => None,
+            ExitKind::Done | ExitKind::Failed => too_often.then_some(Outcome::GaveUp(process)),
         };
     }
 
     fn start_next(&mut self, now: Instant, actions: &mut Vec<Action>) {
         let starting = self.lives.iter().any(|life| matches!(life.stage, Stage::Starting { .. }));
-        if self.unclean == Unclean::Yes && !starting {
-            self.unclean = Unclean::Asked;
+        if self.clean_up_state == CleanUpState::Yes && !starting {
+            self.clean_up_state = CleanUpState::Requested;
             actions.push(Action::CleanUp);
         }
-        if self.unclean == Unclean::No {
+        if self.clean_up_state == CleanUpState::No {
             for life in &mut self.lives {
                 if let Stage::Waiting { until } = life.stage
                     && now >= until
@@ -393,7 +397,11 @@ impl Policy {
             if life.process == Process::MockBus && !is_off {
                 return;
             }
-            actions.extend(if self.hurry { life.kill(Why::Hurry) } else { life.stop(now) });
+            actions.extend(if self.skips_stop_timeouts {
+                life.kill(KillReason::Hurry)
+            } else {
+                life.stop(now)
+            });
             if !life.is_gone() {
                 return;
             }

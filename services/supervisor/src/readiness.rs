@@ -14,7 +14,7 @@ use serde::Serialize;
 
 pub use crate::io::system::System;
 pub use change::Change;
-pub use machine::{Carriers, Hot, Machine, Sleep};
+pub use machine::{HotProcess, IdleStatePolicy, Machine, SerialWorkerPriority};
 pub(crate) use memory::shared_memory;
 pub use memory::shared_memory_needed;
 pub use wakeup::{Wakeup, judge as judge_wakeup};
@@ -104,7 +104,7 @@ pub fn judge(system: &System, machine: &Machine) -> Vec<Finding> {
         serial::latency_timers(system),
         serial::carriers(machine.carriers),
         kernel::clock_source(system),
-        kernel::wall_clock(machine.is_wall_clock_kept),
+        kernel::wall_clock(machine.is_wall_clock_synchronised),
         memory::swap(system),
     ]
 }

@@ -8,16 +8,16 @@ use message::{Event, EventKind};
 use serde::Serialize;
 
 /// Number of hypotheses printed per perspective, in addition to those of high likelihood.
-const TOLD: usize = 3;
+const MAX_PRINTED_HYPOTHESES: usize = 3;
 
 /// Bounds of an account of the [newest](Account::newest): maximum number of tasks, ...
-const TASKS_MAX: usize = 1024;
+const MAX_TASKS: usize = 1024;
 /// ... of Leo's sentences, ...
-const SAID_MAX: usize = 64;
+const MAX_SENTENCES: usize = 64;
 /// ... of demonstrations and performances per task, ...
-const TIMES_MAX: usize = 32;
+const MAX_RUNS: usize = 32;
 /// ... and of actions or steps per demonstration or performance.
-const STEPS_MAX: usize = 256;
+const MAX_STEPS: usize = 256;
 
 /// The account of a lesson, built from its events in order.
 #[derive(Clone, Debug, Default, Serialize)]
@@ -31,10 +31,10 @@ pub struct Account {
     declined: usize,
     /// Whether only the newest entries are kept.
     #[serde(skip)]
-    is_of_newest: bool,
+    is_bounded: bool,
     /// Number of ended performances that were removed.
     #[serde(skip)]
-    ended_before: usize,
+    evicted_performances: usize,
 }
 
 /// The account of one task.
@@ -56,10 +56,10 @@ pub struct Task {
     pub performances: Vec<Performance>,
     /// Whether it was taught or performed in this run, and not only loaded from the memory.
     #[serde(skip)]
-    is_touched: bool,
+    is_active: bool,
     /// Number of demonstrations that were removed.
     #[serde(skip)]
-    demonstrated_before: usize,
+    evicted_demonstrations: usize,
 }
 
 /// One demonstration.
@@ -124,35 +124,35 @@ impl Account {
     /// An account of bounded size, which keeps the newest entries.
     #[must_use]
     pub fn newest() -> Self {
-        Self { is_of_newest: true, ..Self::default() }
+        Self { is_bounded: true, ..Self::default() }
     }
 
     /// Adds an event.
     pub fn note(&mut self, event: &Event) {
         self.add(event);
-        if self.is_of_newest {
+        if self.is_bounded {
             self.forget(event.task.as_str());
         }
     }
 
     /// Removes old entries: tasks and sentences overall, and the lists of one task by its name.
     fn forget(&mut self, task: &str) {
-        keep_newest(&mut self.said, SAID_MAX);
+        keep_newest(&mut self.said, MAX_SENTENCES);
         let ended = |task: &Task| task.performances.iter().filter(|done| done.result.is_some()).count();
-        if self.tasks.len() > TASKS_MAX {
-            self.ended_before += ended(&self.tasks.remove(0));
+        if self.tasks.len() > MAX_TASKS {
+            self.evicted_performances += ended(&self.tasks.remove(0));
         }
         let Some(task) = self.tasks.iter_mut().find(|known| known.name == task) else { return };
         let before = ended(task);
-        task.demonstrated_before += keep_newest(&mut task.demonstrations, TIMES_MAX);
-        keep_newest(&mut task.performances, TIMES_MAX);
-        self.ended_before += before - ended(task);
+        task.evicted_demonstrations += keep_newest(&mut task.demonstrations, MAX_RUNS);
+        keep_newest(&mut task.performances, MAX_RUNS);
+        self.evicted_performances += before - ended(task);
         if let Some(last) = task.demonstrations.last_mut() {
-            keep_newest(&mut last.actions, STEPS_MAX);
+            keep_newest(&mut last.actions, MAX_STEPS);
         }
         if let Some(last) = task.performances.last_mut() {
-            keep_newest(&mut last.done, STEPS_MAX);
-            keep_newest(&mut last.failed, STEPS_MAX);
+            keep_newest(&mut last.done, MAX_STEPS);
+            keep_newest(&mut last.failed, MAX_STEPS);
         }
     }
 
@@ -172,7 +172,7 @@ impl Account {
             return;
         }
         let task = self.task(event.task.as_str());
-        task.is_touched |= !matches!(
+        task.is_active |= !matches!(
             kind,
             EventKind::Remembered | EventKind::Hypothesis | EventKind::RuleChosen | EventKind::Explained
         );
@@ -187,9 +187,9 @@ impl Account {
             EventKind::ActionSeen => task.demonstration().actions.push(text),
             EventKind::DemonstrationEnded => {
                 task.demonstration().counts = true;
-                task.begin_anew(event.examples);
+                task.reset_results(event.examples);
             }
-            EventKind::Answered | EventKind::Remembered => task.begin_anew(event.examples),
+            EventKind::Answered | EventKind::Remembered => task.reset_results(event.examples),
             EventKind::Hypothesis => {
                 let hypothesis = Hypothesis {
                     name: text,
@@ -220,7 +220,7 @@ impl Account {
     #[must_use]
     pub fn performances_ended(&self) -> usize {
         let performances = self.tasks.iter().flat_map(|task| &task.performances);
-        performances.filter(|done| done.result.is_some()).count() + self.ended_before + self.declined
+        performances.filter(|done| done.result.is_some()).count() + self.evicted_performances + self.declined
     }
 
     /// The number of examples of a task; `None` if it was never mentioned.
@@ -231,8 +231,8 @@ impl Account {
 
     /// The account without tasks that were only loaded from the memory.
     #[must_use]
-    pub fn of_today(mut self) -> Self {
-        self.tasks.retain(|task| task.is_touched);
+    pub fn of_this_run(mut self) -> Self {
+        self.tasks.retain(|task| task.is_active);
         self
     }
 
@@ -259,7 +259,7 @@ impl Account {
 
 impl Task {
     /// Resets the results when a further example arrives; the learner reports them again.
-    fn begin_anew(&mut self, examples: u32) {
+    fn reset_results(&mut self, examples: u32) {
         self.examples = examples;
         self.hypotheses.clear();
         self.rule = None;
@@ -290,7 +290,7 @@ impl Task {
             1 => writeln!(out, "{}: 1 example", self.name)?,
             examples => writeln!(out, "{}: {examples} examples", self.name)?,
         }
-        for (number, demonstration) in (1 + self.demonstrated_before..).zip(&self.demonstrations) {
+        for (number, demonstration) in (1 + self.evicted_demonstrations..).zip(&self.demonstrations) {
             let remark = if demonstration.counts { "" } else { " (not finished, does not count)" };
             writeln!(out, "  demonstration {number}{remark}")?;
             for (perspective, things) in in_order(&demonstration.seen) {
@@ -331,7 +331,9 @@ impl Task {
     }
 
     fn write_hypotheses(&self, hypotheses: &[Hypothesis], out: &mut String) -> std::fmt::Result {
-        let is_told = |index: usize, hypothesis: &Hypothesis| index < TOLD || hypothesis.high_likelihood;
+        let is_told = |index: usize, hypothesis: &Hypothesis| {
+            index < MAX_PRINTED_HYPOTHESES || hypothesis.high_likelihood
+        };
         let (mut untold, mut most) = (0, 0.0_f64);
         for (index, hypothesis) in hypotheses.iter().enumerate() {
             if !is_told(index, hypothesis) {
@@ -394,7 +396,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_remembered_is_told_as_it_was_learned_and_is_no_part_of_today() {
+    fn remembered_tasks_are_excluded_from_this_run() {
         let mut account = Account::default();
         for _listener in 0..2 {
             let remembered = Event { examples: 2, ..Event::new(EventKind::Remembered, "task 1", "task 1") };
@@ -406,12 +408,12 @@ mod tests {
         assert_eq!((task.examples, task.hypotheses.get("robot").map(Vec::len)), (2, Some(1)));
         assert_eq!(task.rule.as_ref().map(|rule| rule.name.as_str()), Some("some"));
         account.note(&Event::new(EventKind::PerformanceStarted, "task 2", "task 2"));
-        let today: Vec<String> = account.of_today().tasks.into_iter().map(|task| task.name).collect();
+        let today: Vec<String> = account.of_this_run().tasks.into_iter().map(|task| task.name).collect();
         assert_eq!(today, ["task 2"]);
     }
 
     #[test]
-    fn what_is_about_no_task_makes_none() {
+    fn an_event_without_a_task_creates_none() {
         let mut account = Account::default();
         account.note(&Event::new(EventKind::ContinuityBroken, "", "the belief process began anew"));
         assert_eq!(account.tasks.len(), 0, "{account:?}");
@@ -445,7 +447,7 @@ mod tests {
                 account.note(&Event { examples: round, ..Event::new(kind, "task 1", text) });
             };
             note(EventKind::TeachingStarted, "task 1");
-            for _ in 0..if round.is_multiple_of(50) { 2 * STEPS_MAX } else { 3 } {
+            for _ in 0..if round.is_multiple_of(50) { 2 * MAX_STEPS } else { 3 } {
                 note(EventKind::ActionSeen, "the teacher: red square filled");
             }
             note(EventKind::DemonstrationEnded, "task 1");
@@ -461,10 +463,10 @@ mod tests {
         assert_eq!(sizes[1], sizes[2], "{sizes:?}");
         let text = account.to_text(&Names::default());
         assert!(text.contains("  demonstration 3000\n") && text.contains("  demonstration 2969\n"), "{text}");
-        for number in 0..2 * TASKS_MAX {
+        for number in 0..2 * MAX_TASKS {
             account.note(&Event::new(EventKind::PerformanceEnded, &format!("task {}", 2 + number), "5 of 5"));
         }
-        assert_eq!((account.tasks.len(), account.performances_ended()), (TASKS_MAX, 3000 + 2 * TASKS_MAX));
+        assert_eq!((account.tasks.len(), account.performances_ended()), (MAX_TASKS, 3000 + 2 * MAX_TASKS));
     }
 
     #[test]
@@ -479,7 +481,7 @@ mod tests {
     }
 
     #[test]
-    fn an_account_tells_what_was_seen_by_whom_and_not_every_hopeless_hypothesis() {
+    fn an_account_lists_observations_and_likely_hypotheses() {
         let mut account = Account::default();
         let mut note = |kind, perspective, text: &str, posterior| {
             let event = Event { perspective, posterior, examples: 2, ..Event::new(kind, "task 1", text) };

@@ -1,4 +1,4 @@
-mod arrivals;
+mod detections;
 mod step;
 #[cfg(test)]
 mod tests;
@@ -7,23 +7,23 @@ use clock::Instant;
 use config::percepts::Percepts;
 use message::{Feature, Perceived, PerceptValue, Snapshot, SourceSet};
 
-pub(crate) use arrivals::{Arrivals, Arriving};
+pub(crate) use detections::{Detections, FrameAssociation};
 pub(crate) use step::Step;
 
-use crate::Unbelievable;
-use crate::cluster::{AHEAD, Seen, Symbols};
+use crate::BeliefSystemError;
+use crate::cluster::{GateKeys, MemberSummary, PREFETCH_DISTANCE};
+use crate::detection_history::{DetectionHistory, Interval};
+use crate::free_list::FreeList;
 use crate::history::Histories;
 use crate::memory::Memory;
-use crate::metric::{Metric, Reach};
-use crate::own::Functions;
-use crate::room::Room;
-use crate::sightings::{Run, Sightings};
-use crate::vacancies::Vacancies;
+use crate::metric::{Gate, Metric};
+use crate::plugin::BeliefPlugins;
+use crate::room::BoundedVec;
 
 /// B, the current set of beliefs, in preallocated slots.
 ///
 /// Within a step a new belief is only a snapshot, because nearly all new beliefs merge into an older one at once. The
-/// remaining ones get histories in [`Self::settle`], which commits the step. There the older beliefs also append the
+/// remaining ones get histories in [`Self::commit`], which commits the step. There the older beliefs also append the
 /// snapshots to their histories, belief by belief in memory order. Association depends on the features alone, and its
 /// merge order would access memory at random.
 #[derive(Clone, Debug)]
@@ -31,7 +31,7 @@ pub(crate) struct Arena {
     memories: Box<[Memory]>,
     /// Where the percepts of each slot are. This array and the chains are separate from the rest: there may be many
     /// slots, and each pass over them should fetch little else than it reads.
-    holds: Box<[Holds]>,
+    storage: Box<[Storage]>,
     chains: Box<[Chain]>,
     /// Per slot, a counter that changes with every change or removal of its belief.
     versions: Box<[u32]>,
@@ -39,25 +39,25 @@ pub(crate) struct Arena {
     features: Box<[Option<Feature>]>,
     terms: Box<[u16]>,
     /// Per slot, those of its symbols that are gate keys.
-    symbols: Box<[Symbols]>,
+    gate_keys: Box<[GateKeys]>,
     /// Whether the new value of each compared feature can be predicted from the old value and the new snapshot. False
     /// if a plug-in history keeps one of them.
-    foreseen: bool,
+    predictable: bool,
     /// Slots of beliefs of earlier steps, in order of their identities.
-    live: Room<u32>,
+    live: BoundedVec<u32>,
     /// Slots of beliefs of this step, likewise. Their identities are higher than all in `live`.
-    fresh: Room<u32>,
-    vacancies: Vacancies,
+    fresh: BoundedVec<u32>,
+    free_list: FreeList,
     histories: Histories,
     metric: Metric,
-    reach: Option<Reach>,
+    gate: Option<Gate>,
     /// The cannot-link constraints; `None` if beliefs observed in the same frame may merge.
-    sightings: Option<Sightings>,
+    detection_history: Option<DetectionHistory>,
     /// No belief ever stored a sample later than this.
     latest: Instant,
     unsound: u64,
     /// Whether the caller has validated all input.
-    trusts: bool,
+    prevalidated: bool,
 }
 
 /// The snapshots of this step that were merged into a belief and are not in its histories yet, as a linked list.
@@ -73,11 +73,11 @@ struct Chain {
 
 /// The data of this many beliefs stays in the cache between steps. The samples are the exception; they are written
 /// before they could be fetched.
-const FEW: usize = 256;
+const CACHE_RESIDENT_BELIEFS: usize = 256;
 
 /// Where the percepts of a belief are.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Holds {
+enum Storage {
     /// There is no belief.
     Nothing,
     /// In the snapshot of one of the step's perceived things.
@@ -90,7 +90,7 @@ const NO_MEMORY: Memory = Memory {
     id: 0,
     born_at: Instant::EPOCH,
     perceived_at: Instant::EPOCH,
-    noticed_at: Instant::EPOCH,
+    updated_at: Instant::EPOCH,
     empty_since: None,
     observations: 0,
     held_by: message::NOBODY,
@@ -100,31 +100,35 @@ const NO_MEMORY: Memory = Memory {
 const NO_CHAIN: Chain = Chain { pending: None, next: 0, entry: 0, at: Instant::EPOCH };
 
 impl Arena {
-    pub(crate) fn new(percepts: &Percepts, own: &Functions, slots: u32) -> Result<Self, Unbelievable> {
+    pub(crate) fn new(
+        percepts: &Percepts,
+        plugin: &BeliefPlugins,
+        slots: u32,
+    ) -> Result<Self, BeliefSystemError> {
         let count = slots as usize;
-        let metric = Metric::new(&percepts.belief, own)?;
-        let histories = Histories::new(&percepts.percepts, own, count)?;
+        let metric = Metric::new(&percepts.belief, plugin)?;
+        let histories = Histories::new(&percepts.percepts, plugin, count)?;
         let terms: Box<[u16]> = metric.percepts().collect();
         let cannot_link = percepts.belief.cannot_link_same_source_instant;
         Ok(Self {
-            foreseen: !terms.iter().any(|percept| histories.is_own(*percept)),
+            predictable: !terms.iter().any(|percept| histories.is_plugin(*percept)),
             memories: vec![NO_MEMORY; count].into_boxed_slice(),
-            holds: vec![Holds::Nothing; count].into_boxed_slice(),
+            storage: vec![Storage::Nothing; count].into_boxed_slice(),
             chains: vec![NO_CHAIN; count].into_boxed_slice(),
             versions: vec![0; count].into_boxed_slice(),
             features: vec![None; count * terms.len()].into_boxed_slice(),
-            symbols: vec![Symbols::NONE; count].into_boxed_slice(),
+            gate_keys: vec![GateKeys::NONE; count].into_boxed_slice(),
             terms,
-            live: Room::for_most(count),
-            fresh: Room::for_most(count),
-            vacancies: Vacancies::all(count),
+            live: BoundedVec::with_bound(count),
+            fresh: BoundedVec::with_bound(count),
+            free_list: FreeList::all(count),
             histories,
-            reach: metric.reach(percepts.place()),
+            gate: metric.gate(percepts.place()),
             metric,
-            sightings: cannot_link.then(|| Sightings::new(count)),
+            detection_history: cannot_link.then(|| DetectionHistory::new(count)),
             latest: Instant::EPOCH,
             unsound: 0,
-            trusts: false,
+            prevalidated: false,
         })
     }
 
@@ -133,8 +137,8 @@ impl Arena {
     }
 
     /// The gate radius: the largest distance in metres between two beliefs that are closer than the threshold.
-    pub(crate) fn reach_m(&self) -> Option<f64> {
-        self.reach.map(|reach| reach.metres)
+    pub(crate) fn gate_radius_m(&self) -> Option<f64> {
+        self.gate.map(|gate| gate.metres)
     }
 
     /// Slots of the beliefs of earlier steps in order of their identities. Those merged or freed since the last commit
@@ -149,17 +153,17 @@ impl Arena {
     }
 
     /// Disables the validation of input from now on.
-    pub(crate) fn trust(&mut self) {
-        self.trusts = true;
+    pub(crate) fn set_prevalidated(&mut self) {
+        self.prevalidated = true;
     }
 
-    pub(crate) fn trusts(&self) -> bool {
-        self.trusts
+    pub(crate) fn prevalidated(&self) -> bool {
+        self.prevalidated
     }
 
     /// Whether beliefs observed in the same frame cannot be linked.
-    pub(crate) fn keeps_apart(&self) -> bool {
-        self.sightings.is_some()
+    pub(crate) fn has_cannot_link(&self) -> bool {
+        self.detection_history.is_some()
     }
 
     #[inline]
@@ -172,20 +176,20 @@ impl Arena {
     }
 
     #[inline]
-    fn holds(&self, slot: u32) -> Holds {
-        self.holds.get(slot as usize).copied().unwrap_or(Holds::Nothing)
+    fn storage(&self, slot: u32) -> Storage {
+        self.storage.get(slot as usize).copied().unwrap_or(Storage::Nothing)
     }
 
     #[inline]
-    fn lives(&self, slot: u32) -> bool {
-        self.holds(slot) != Holds::Nothing
+    fn is_live(&self, slot: u32) -> bool {
+        self.storage(slot) != Storage::Nothing
     }
 
     /// Whether the belief in `newer` is a snapshot newer than every sample of the one in `older`.
     #[inline]
     fn appends(&self, older: u32, newer: u32) -> bool {
         let histories =
-            matches!(self.holds(older), Holds::Histories(_)) && self.holds(newer) == Holds::Snapshot;
+            matches!(self.storage(older), Storage::Histories(_)) && self.storage(newer) == Storage::Snapshot;
         let at = |slot: u32| self.memory(slot).map(|memory| memory.perceived_at);
         histories && at(newer) > at(older)
     }
@@ -200,15 +204,15 @@ impl Arena {
     /// Whether the gate keys of the belief in `older` remain valid when it merges with another one. `newer` are the
     /// other's gate keys; `features` returns its features and is called only if needed.
     #[inline]
-    fn keeps_symbols<F: AsRef<[Option<Feature>]>>(
+    fn keeps_gate_keys<F: AsRef<[Option<Feature>]>>(
         &self,
         older: u32,
-        newer: Symbols,
+        newer: GateKeys,
         features: impl FnOnce() -> Option<F>,
     ) -> bool {
         // If the position is the only other term, no other feature is a symbol: both members were found by position.
         if self.metric.weight_of_place().is_some()
-            && self.symbols.get(older as usize).is_some_and(|older| older.are_among(newer))
+            && self.gate_keys.get(older as usize).is_some_and(|older| older.is_subset_of(newer))
         {
             return true;
         }
@@ -224,17 +228,17 @@ impl Arena {
     /// `Some(d)` if the distance can be computed from position and symbols alone (`d` is `None` when above the
     /// threshold); `None` if the full feature rows are needed.
     #[inline]
-    fn distance_at_a_glance(&self, a: &Seen, b: &Seen) -> Option<Option<f64>> {
+    fn distance_from_summaries(&self, a: &MemberSummary, b: &MemberSummary) -> Option<Option<f64>> {
         let weight = self.metric.weight_of_place()?;
-        let are_all = a.symbols.are_all() && b.symbols.are_all();
-        are_all.then(|| self.metric.below_threshold_of(weight, a.place_m, b.place_m))
+        let are_complete = a.gate_keys.are_complete() && b.gate_keys.are_complete();
+        are_complete.then(|| self.metric.below_threshold_of(weight, a.place_m, b.place_m))
     }
 
     /// The feature of a percept in a snapshot.
     #[inline(always)]
     fn feature_in(&self, snapshot: &Snapshot, percept: u16) -> Option<Feature> {
-        let value = evaluation(snapshot, percept, self.trusts)?;
-        Some(self.histories.remains(percept, value.sound_feature()))
+        let value = evaluation(snapshot, percept, self.prevalidated)?;
+        Some(self.histories.representable(percept, value.sound_feature()))
     }
 
     /// Creates a belief (N, Eq. 6) from entry `entry` of the perceived things. `at` is the sample's time, `now` the
@@ -246,51 +250,51 @@ impl Arena {
         entry: u32,
         perceived: &Perceived,
     ) -> Option<u32> {
-        let number = self.vacancies.take()?;
+        let number = self.free_list.take()?;
         self.latest = self.latest.max(at);
-        if let (Some(memory), Some(holds), Some(chain)) = (
+        if let (Some(memory), Some(storage), Some(chain)) = (
             self.memories.get_mut(number as usize),
-            self.holds.get_mut(number as usize),
+            self.storage.get_mut(number as usize),
             self.chains.get_mut(number as usize),
         ) {
             *memory = Memory::new(id, at, now, &perceived.observation);
-            *holds = Holds::Snapshot;
+            *storage = Storage::Snapshot;
             *chain = Chain { entry, at, ..NO_CHAIN };
         }
         let (start, terms) = (number as usize * self.terms.len(), self.terms.len());
-        if let (Some(features), Some(symbols)) =
-            (self.features.get_mut(start..start + terms), self.symbols.get_mut(number as usize))
+        if let (Some(features), Some(gate_keys)) =
+            (self.features.get_mut(start..start + terms), self.gate_keys.get_mut(number as usize))
         {
             for (feature, percept) in features.iter_mut().zip(&self.terms) {
-                let value = evaluation(&perceived.snapshot, *percept, self.trusts);
-                *feature = value.map(|value| self.histories.remains(*percept, value.sound_feature()));
+                let value = evaluation(&perceived.snapshot, *percept, self.prevalidated);
+                *feature = value.map(|value| self.histories.representable(*percept, value.sound_feature()));
             }
-            *symbols = self.metric.symbols_of(features);
+            *gate_keys = self.metric.gate_keys_of(features);
         }
-        if let Some(sightings) = &mut self.sightings {
+        if let Some(detection_history) = &mut self.detection_history {
             let Perceived { observation, .. } = perceived;
             let observed_at = Instant::from_nanos(observation.observed_at_ns);
-            sightings.begin(number as usize, Run::of(observation.source, observed_at));
+            detection_history.begin(number as usize, Interval::of(observation.source, observed_at));
         }
         self.fresh.push(number);
         Some(number)
     }
 
     /// Removes the beliefs of a step that was not finished; returns their number.
-    pub(crate) fn forsake(&mut self) -> u64 {
-        let mut forsaken = 0;
+    pub(crate) fn rollback(&mut self) -> u64 {
+        let mut dropped_things = 0;
         while let Some(slot) = self.fresh.pop() {
-            self.release(slot);
-            forsaken += 1;
+            self.free_slot(slot);
+            dropped_things += 1;
         }
-        forsaken
+        dropped_things
     }
 
     /// Called once all beliefs of the step are created. `before` returns the instant of a source's frame that precedes
     /// the given one.
-    pub(crate) fn follow(&mut self, before: impl Fn(u16, Instant) -> Option<Instant>) {
-        if let Some(sightings) = &mut self.sightings {
-            sightings.follow(&self.fresh, before);
+    pub(crate) fn set_previous_frame(&mut self, before: impl Fn(u16, Instant) -> Option<Instant>) {
+        if let Some(detection_history) = &mut self.detection_history {
+            detection_history.set_previous_frame(&self.fresh, before);
         }
     }
 
@@ -300,16 +304,16 @@ impl Arena {
             self.unite(kept, gone, perceived);
         }
         self.change(kept);
-        if let Some(sightings) = &mut self.sightings {
-            sightings.merge(kept as usize, gone as usize);
+        if let Some(detection_history) = &mut self.detection_history {
+            detection_history.merge(kept as usize, gone as usize);
         }
-        self.release(gone);
+        self.free_slot(gone);
     }
 
     /// Fast path of the merge: the other belief is a snapshot newer than everything in `kept`. The new features are
     /// predicted; the histories are updated on commit. Returns `false`, with nothing changed, in any other case.
     fn append(&mut self, kept: u32, gone: u32) -> bool {
-        if !self.foreseen || !self.appends(kept, gone) {
+        if !self.predictable || !self.appends(kept, gone) {
             return false;
         }
         if let Ok([older, newer]) = self.memories.get_disjoint_mut([kept as usize, gone as usize]) {
@@ -328,14 +332,14 @@ impl Arena {
             for ((feature, newer), percept) in features.iter_mut().zip(newer).zip(&self.terms) {
                 if let Some(newer) = newer {
                     let newer = PerceptValue::new(*percept, 1.0, 1.0, *newer);
-                    self.histories.foresee(*percept, feature, &newer);
+                    self.histories.predict_feature(*percept, feature, &newer);
                 }
             }
             // The symbols are usually equal.
-            if let Ok([symbols, newer]) = self.symbols.get_disjoint_mut([kept as usize, gone as usize])
-                && (symbols != newer || !newer.are_all())
+            if let Ok([gate_keys, newer]) = self.gate_keys.get_disjoint_mut([kept as usize, gone as usize])
+                && (gate_keys != newer || !newer.are_complete())
             {
-                *symbols = self.metric.symbols_of(features);
+                *gate_keys = self.metric.gate_keys_of(features);
             }
         }
         true
@@ -360,44 +364,44 @@ impl Arena {
     }
 
     /// Frees the slot and its row of histories.
-    pub(crate) fn release(&mut self, number: u32) {
-        let Some(holds) = self.holds.get_mut(number as usize) else { return };
-        match std::mem::replace(holds, Holds::Nothing) {
-            Holds::Nothing => return,
-            Holds::Snapshot => {}
-            Holds::Histories(row) => self.histories.free_row(row),
+    pub(crate) fn free_slot(&mut self, number: u32) {
+        let Some(storage) = self.storage.get_mut(number as usize) else { return };
+        match std::mem::replace(storage, Storage::Nothing) {
+            Storage::Nothing => return,
+            Storage::Snapshot => {}
+            Storage::Histories(row) => self.histories.free_row(row),
         }
         self.change(number);
-        if let Some(sightings) = &mut self.sightings {
-            sightings.clear(number as usize);
+        if let Some(detection_history) = &mut self.detection_history {
+            detection_history.clear(number as usize);
         }
-        self.vacancies.put(number);
+        self.free_list.put(number);
     }
 
     /// Commits the step after merging: updates the histories of the older beliefs, gives histories to the remaining new
     /// ones and appends them to the list. Returns the number of those.
-    pub(crate) fn settle(&mut self, perceived: &[Perceived]) -> usize {
-        self.bury();
+    pub(crate) fn commit(&mut self, perceived: &[Perceived]) -> usize {
+        self.compact();
         let old = self.live.len();
         for index in 0..old {
             let Some(&slot) = self.live.get(index) else { break };
-            if let Some(&slot) = self.live.get(index + 2 * AHEAD) {
+            if let Some(&slot) = self.live.get(index + 2 * PREFETCH_DISTANCE) {
                 self.prefetch(slot, false);
             }
-            if let Some(&slot) = self.live.get(index + AHEAD) {
+            if let Some(&slot) = self.live.get(index + PREFETCH_DISTANCE) {
                 self.prefetch(slot, true);
             }
             self.remember(slot, perceived);
         }
-        self.settle_fresh(perceived)
+        self.commit_new(perceived)
     }
 
-    /// Like [`Self::settle`], when all detections that merged are already in the histories of the older beliefs.
-    pub(crate) fn settle_fresh(&mut self, perceived: &[Perceived]) -> usize {
+    /// Like [`Self::commit`], when all detections that merged are already in the histories of the older beliefs.
+    pub(crate) fn commit_new(&mut self, perceived: &[Perceived]) -> usize {
         let old = self.live.len();
         for index in 0..self.fresh.len() {
             let Some(&slot) = self.fresh.get(index) else { break };
-            if self.lives(slot) && self.remember(slot, perceived).is_some() {
+            if self.is_live(slot) && self.remember(slot, perceived).is_some() {
                 self.live.push(slot);
             }
         }
@@ -407,15 +411,15 @@ impl Arena {
 
     /// Whether there are too many beliefs for their data to stay in the cache.
     #[inline]
-    fn are_many(&self) -> bool {
-        self.live.len() > FEW
+    fn exceeds_cache(&self) -> bool {
+        self.live.len() > CACHE_RESIDENT_BELIEFS
     }
 
     /// If there are many beliefs, prefetches the headers of a belief's histories, or, if `soon`, the cells that it will
     /// write.
     #[inline(always)]
     fn prefetch(&self, slot: u32, soon: bool) {
-        if self.are_many()
+        if self.exceeds_cache()
             && let Some(row) = self.row(slot)
         {
             if soon { self.histories.prefetch_cells(row) } else { self.histories.prefetch(row) }
@@ -423,9 +427,10 @@ impl Arena {
     }
 
     /// Removes the freed slots from the list.
-    pub(crate) fn bury(&mut self) {
-        let holds = &self.holds;
-        self.live.retain(|&slot| holds.get(slot as usize).is_some_and(|holds| *holds != Holds::Nothing));
+    pub(crate) fn compact(&mut self) {
+        let storage = &self.storage;
+        self.live
+            .retain(|&slot| storage.get(slot as usize).is_some_and(|storage| *storage != Storage::Nothing));
     }
 
     /// The histories of a committed belief.
@@ -456,28 +461,28 @@ impl Arena {
         for (feature, percept) in features.zip(&self.terms) {
             *feature = self.histories.newest(row, *percept).map(|sample| sample.feature);
         }
-        let symbols = self.metric.symbols_of(self.features(slot));
-        if let Some(held) = self.symbols.get_mut(slot as usize) {
-            *held = symbols;
+        let gate_keys = self.metric.gate_keys_of(self.features(slot));
+        if let Some(held) = self.gate_keys.get_mut(slot as usize) {
+            *held = gate_keys;
         }
     }
 
     fn row(&self, slot: u32) -> Option<u32> {
-        match self.holds(slot) {
-            Holds::Histories(row) => Some(row),
-            Holds::Nothing | Holds::Snapshot => None,
+        match self.storage(slot) {
+            Storage::Histories(row) => Some(row),
+            Storage::Nothing | Storage::Snapshot => None,
         }
     }
 
     /// The row of histories of a belief, with all pending snapshots appended. A belief that was only a snapshot gets
     /// its row here.
     fn remember(&mut self, number: u32, perceived: &[Perceived]) -> Option<u32> {
-        let (row, mut pending) = match self.holds(number) {
-            Holds::Nothing => return None,
-            Holds::Histories(row) => (row, self.chains.get_mut(number as usize)?.pending.take()),
-            Holds::Snapshot => {
-                let row = self.histories.take_row()?;
-                *self.holds.get_mut(number as usize)? = Holds::Histories(row);
+        let (row, mut pending) = match self.storage(number) {
+            Storage::Nothing => return None,
+            Storage::Histories(row) => (row, self.chains.get_mut(number as usize)?.pending.take()),
+            Storage::Snapshot => {
+                let row = self.histories.allocate_row()?;
+                *self.storage.get_mut(number as usize)? = Storage::Histories(row);
                 (row, Some((number, number)))
             }
         };
@@ -487,7 +492,7 @@ impl Arena {
             if let Some(perceived) = perceived.get(entry as usize) {
                 let id = self.memories.get(number as usize)?.id;
                 self.unsound +=
-                    self.histories.take_all(row, perceived.snapshot.values(), self.trusts, at, id);
+                    self.histories.add_snapshot(row, perceived.snapshot.values(), self.prevalidated, at, id);
             }
         }
         Some(row)
@@ -501,14 +506,17 @@ impl Arena {
             let newest = histories.newest(row, *percept).map(|sample| sample.feature);
             assert_eq!(*feature, newest, "what was clustered by is what is remembered");
         }
-        assert_eq!(self.symbols[slot as usize], self.metric.symbols_of(self.features(slot)));
-        let sightings = self.sightings.as_ref().map(|sightings| sightings.runs(slot as usize));
-        format!("{:?}\n{sightings:?}\n{}", self.memory(slot).unwrap(), histories.contents(row))
+        assert_eq!(self.gate_keys[slot as usize], self.metric.gate_keys_of(self.features(slot)));
+        let detection_history = self
+            .detection_history
+            .as_ref()
+            .map(|detection_history| detection_history.intervals(slot as usize));
+        format!("{:?}\n{detection_history:?}\n{}", self.memory(slot).unwrap(), histories.contents(row))
     }
 }
 
-/// The evaluation of a percept in a snapshot, if it is valid. `trusts`: the caller has validated the snapshot.
+/// The evaluation of a percept in a snapshot, if it is valid. `prevalidated`: the caller has validated the snapshot.
 #[inline(always)]
-fn evaluation(snapshot: &Snapshot, percept: u16, trusts: bool) -> Option<&PerceptValue> {
-    snapshot.value(percept).filter(|value| trusts || value.is_sound())
+fn evaluation(snapshot: &Snapshot, percept: u16, prevalidated: bool) -> Option<&PerceptValue> {
+    snapshot.value(percept).filter(|value| prevalidated || value.is_sound())
 }

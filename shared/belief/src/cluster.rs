@@ -4,23 +4,23 @@
 mod grouping;
 mod matching;
 mod naive;
-mod neighbourhood;
-mod population;
+mod problem;
 mod queue;
+mod spatial_hash;
 #[cfg(test)]
 mod tests;
 
 use grouping::Grouping;
 use matching::Matching;
 pub use naive::cluster as cluster_naively;
-use neighbourhood::Neighbourhood;
-pub(crate) use population::Places;
-pub use population::{Population, Seen, Symbols};
+pub(crate) use problem::KeyPositions;
+pub use problem::{AssociationProblem, GateKeys, MemberSummary};
 use quantity::number::saturating_u32;
 use queue::{Pair, Queue};
+use spatial_hash::SpatialHash;
 
 /// Prefetch distance, in members: the time to process this many covers the memory latency.
-pub(crate) const AHEAD: usize = 4;
+pub(crate) const PREFETCH_DISTANCE: usize = 4;
 
 /// Agglomerative clustering that does not compare all pairs, with bit for bit the result of [the naive
 /// loop](cluster_naively).
@@ -32,14 +32,14 @@ pub(crate) const AHEAD: usize = 4;
 /// logarithm of the queue's length.
 ///
 /// Two common cases need no queue. The first: no two new members can be linked, and neither can the old ones
-/// ([`Population::is_companion`]). Then each new member searches only as far as needed to find the nearest old one. The
+/// ([`AssociationProblem::co_detected`]). Then each new member searches only as far as needed to find the nearest old one. The
 /// second: several frames come at once, and the things in each are farther apart than they moved. Then the detections
 /// of each thing are merged as a separate group.
 ///
 /// Only [`Clustering::new`] allocates.
 #[derive(Clone, Debug)]
 pub struct Clustering {
-    neighbourhood: Neighbourhood,
+    spatial_hash: SpatialHash,
     queue: Queue,
     matching: Matching,
     grouping: Grouping,
@@ -48,13 +48,13 @@ pub struct Clustering {
 }
 
 impl Clustering {
-    /// For at most `slots` members. The positions ([`Population::place`]) of two members closer than the threshold are
-    /// at most `reach_m` metres apart, the gate radius. With `None` there is no gate: every member is a neighbour of
+    /// For at most `slots` members. The positions ([`AssociationProblem::place`]) of two members closer than the threshold are
+    /// at most `gate_radius_m` metres apart, the gate radius. With `None` there is no gate: every member is a neighbour of
     /// every other.
     #[must_use]
-    pub fn new(slots: usize, reach_m: Option<f64>) -> Self {
+    pub fn new(slots: usize, gate_radius_m: Option<f64>) -> Self {
         Self {
-            neighbourhood: Neighbourhood::new(slots, reach_m),
+            spatial_hash: SpatialHash::new(slots, gate_radius_m),
             queue: Queue::new(slots),
             matching: Matching::new(slots),
             grouping: Grouping::new(slots),
@@ -63,46 +63,51 @@ impl Clustering {
     }
 
     /// Adds a member that remains to the spatial hash, or updates its position there.
-    pub fn place(&mut self, population: &impl Population, slot: u32) {
-        self.neighbourhood.insert(population, slot);
+    pub fn place(&mut self, problem: &impl AssociationProblem, slot: u32) {
+        self.spatial_hash.insert(problem, slot);
     }
 
     /// Removes a member from the spatial hash.
-    pub fn forget(&mut self, slot: u32) {
-        self.neighbourhood.remove(slot);
+    pub fn remove_member(&mut self, slot: u32) {
+        self.spatial_hash.remove(slot);
     }
 
     /// Merges until no pair is closer than the threshold; returns the number of merges. All old members must be
     /// [placed](Self::place), and no new one.
     ///
-    /// - `settled`: no two old members are closer than the threshold.
-    /// - `fresh_apart`: no two new members can be linked, nor a new member with any that merged with another new one.
-    pub fn run(&mut self, population: &mut impl Population, settled: bool, fresh_apart: bool) -> u64 {
-        if settled
-            && fresh_apart
-            && let Some(merged) = self.run_matched(population)
+    /// - `is_clustered`: no two old members are closer than the threshold.
+    /// - `detections_cannot_link`: no two new members can be linked, nor a new member with any that merged with another new one.
+    pub fn run(
+        &mut self,
+        problem: &mut impl AssociationProblem,
+        is_clustered: bool,
+        detections_cannot_link: bool,
+    ) -> u64 {
+        if is_clustered
+            && detections_cannot_link
+            && let Some(merged) = self.run_matched(problem)
         {
             return merged;
         }
-        self.run_unmatched(population, settled, fresh_apart)
+        self.run_unmatched(problem, is_clustered, detections_cannot_link)
     }
 
     /// Like [`Self::run`], where no two old members are closer than the threshold and no two new ones can be linked.
     /// `None`, with nothing changed, if the result could differ from the loop's.
-    pub(crate) fn run_matched(&mut self, population: &mut impl Population) -> Option<u64> {
-        if !self.matching.find(&self.neighbourhood, population) {
+    pub(crate) fn run_matched(&mut self, problem: &mut impl AssociationProblem) -> Option<u64> {
+        if !self.matching.find(&self.spatial_hash, problem) {
             return None;
         }
         let mut merged = 0;
-        let are_expected = population.are_expected();
+        let wants_prefetch = problem.wants_prefetch();
         while let Some((old, fresh)) = self.matching.pair(merged) {
-            for (ahead, soon) in [(2 * AHEAD, false), (AHEAD, true)] {
-                if are_expected && let Some((old, fresh)) = self.matching.pair(merged + ahead) {
-                    population.expect(old, fresh, soon);
+            for (ahead, soon) in [(2 * PREFETCH_DISTANCE, false), (PREFETCH_DISTANCE, true)] {
+                if wants_prefetch && let Some((old, fresh)) = self.matching.pair(merged + ahead) {
+                    problem.expect(old, fresh, soon);
                 }
             }
-            population.merge(old, fresh);
-            self.neighbourhood.insert(population, old);
+            problem.merge(old, fresh);
+            self.spatial_hash.insert(problem, old);
             merged += 1;
         }
         Some(u64::from(saturating_u32(merged)))
@@ -111,50 +116,50 @@ impl Clustering {
     /// Like [`Self::run`], without the matching.
     pub(crate) fn run_unmatched(
         &mut self,
-        population: &mut impl Population,
-        settled: bool,
-        fresh_apart: bool,
+        problem: &mut impl AssociationProblem,
+        is_clustered: bool,
+        detections_cannot_link: bool,
     ) -> u64 {
-        if settled && !fresh_apart && self.grouping.find(&mut self.neighbourhood, population) {
-            return self.grouping.merge(&mut self.neighbourhood, population);
+        if is_clustered && !detections_cannot_link && self.grouping.find(&mut self.spatial_hash, problem) {
+            return self.grouping.merge(&mut self.spatial_hash, problem);
         }
         self.fresh_inserted = false;
         // In that case the new members need no search among each other.
-        if !(settled && fresh_apart) {
-            self.insert_fresh(population);
+        if !(is_clustered && detections_cannot_link) {
+            self.insert_fresh(problem);
         }
-        let Self { neighbourhood, queue, .. } = self;
-        let old = if settled { &[] } else { population.old() };
-        for &slot in old.iter().chain(population.fresh()) {
-            neighbourhood.each_near(population, slot, |other| {
-                if let Some(pair) = pair(population, slot, other) {
+        let Self { spatial_hash, queue, .. } = self;
+        let old = if is_clustered { &[] } else { problem.old() };
+        for &slot in old.iter().chain(problem.fresh()) {
+            spatial_hash.for_each_neighbour(problem, slot, |other| {
+                if let Some(pair) = pair(problem, slot, other) {
                     queue.propose(pair);
                 }
             });
         }
-        queue.order();
+        queue.heapify();
         let mut merged = 0;
         while let Some(pair) = self.queue.first() {
-            if population.version(pair.younger_slot) == pair.younger_version {
-                self.merge(population, pair.older_slot, pair.younger_slot);
+            if problem.version(pair.younger_slot) == pair.younger_version {
+                self.merge(problem, pair.older_slot, pair.younger_slot);
                 merged += 1;
             } else {
-                self.insert_fresh(population);
-                self.choose(population, pair.older_slot);
+                self.insert_fresh(problem);
+                self.choose(problem, pair.older_slot);
             }
         }
         merged
     }
 
-    fn merge(&mut self, population: &mut impl Population, kept: u32, gone: u32) {
+    fn merge(&mut self, problem: &mut impl AssociationProblem, kept: u32, gone: u32) {
         self.queue.set(gone, None);
-        self.neighbourhood.remove(gone);
-        population.merge(kept, gone);
-        self.neighbourhood.insert(population, kept);
-        let Self { neighbourhood, queue, .. } = self;
+        self.spatial_hash.remove(gone);
+        problem.merge(kept, gone);
+        self.spatial_hash.insert(problem, kept);
+        let Self { spatial_hash, queue, .. } = self;
         let mut nearest: Option<Pair> = None;
-        neighbourhood.each_near(population, kept, |other| {
-            let Some(pair) = pair(population, kept, other) else { return };
+        spatial_hash.for_each_neighbour(problem, kept, |other| {
+            let Some(pair) = pair(problem, kept, other) else { return };
             if pair.older_slot == kept {
                 if nearest.is_none_or(|nearest| pair.is_before(&nearest)) {
                     nearest = Some(pair);
@@ -167,10 +172,10 @@ impl Clustering {
     }
 
     /// The member in the slot chooses the nearest younger one.
-    fn choose(&mut self, population: &impl Population, slot: u32) {
+    fn choose(&mut self, problem: &impl AssociationProblem, slot: u32) {
         let mut nearest: Option<Pair> = None;
-        self.neighbourhood.each_near(population, slot, |other| {
-            if let Some(pair) = pair(population, slot, other)
+        self.spatial_hash.for_each_neighbour(problem, slot, |other| {
+            if let Some(pair) = pair(problem, slot, other)
                 && pair.older_slot == slot
                 && nearest.is_none_or(|nearest| pair.is_before(&nearest))
             {
@@ -180,21 +185,21 @@ impl Clustering {
         self.queue.set(slot, nearest);
     }
 
-    fn insert_fresh(&mut self, population: &impl Population) {
+    fn insert_fresh(&mut self, problem: &impl AssociationProblem) {
         if !std::mem::replace(&mut self.fresh_inserted, true) {
-            for &slot in population.fresh().iter().filter(|&&slot| population.lives(slot)) {
-                self.neighbourhood.insert(population, slot);
+            for &slot in problem.fresh().iter().filter(|&&slot| problem.is_live(slot)) {
+                self.spatial_hash.insert(problem, slot);
             }
         }
     }
 }
 
 /// The pair of two members, ordered by identity; `None` if they are not below the threshold.
-fn pair(population: &impl Population, a: u32, b: u32) -> Option<Pair> {
-    let distance = population.distance(a, b)?;
-    let (id_a, id_b) = (population.id(a), population.id(b));
+fn pair(problem: &impl AssociationProblem, a: u32, b: u32) -> Option<Pair> {
+    let distance = problem.distance(a, b)?;
+    let (id_a, id_b) = (problem.id(a), problem.id(b));
     let (older, younger, older_slot, younger_slot) =
         if id_a < id_b { (id_a, id_b, a, b) } else { (id_b, id_a, b, a) };
-    let younger_version = population.version(younger_slot);
+    let younger_version = problem.version(younger_slot);
     Some(Pair { distance, older, younger, older_slot, younger_slot, younger_version })
 }

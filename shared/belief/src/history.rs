@@ -2,8 +2,8 @@
 
 mod cells;
 mod low_pass;
-mod rings;
 mod series;
+mod series_table;
 mod table;
 #[cfg(test)]
 mod tests;
@@ -14,14 +14,14 @@ use clock::Instant;
 use config::percepts::{self, Kernel, Percept, WhenFull};
 use low_pass::LowPass;
 use message::{Feature, PerceptValue};
-use rings::{Ring, Rings};
 use series::Thinning;
+use series_table::{SeriesLayout, SeriesTable};
 use table::Table;
 
-use crate::Unbelievable;
-use crate::own::{Functions, History, Samples, Supplied};
-use crate::room::Room;
-use crate::sample::{Kept, Narrow, Sample, Taken};
+use crate::BeliefSystemError;
+use crate::plugin::{BeliefPlugins, History, PluginHandle, Samples};
+use crate::room::BoundedVec;
+use crate::sample::{Sample, SampleRef, Scalar, StoredSample};
 
 /// The histories of all beliefs of a system: one row per belief, and in each row one history per percept of the set P.
 /// An empty history means that the belief does not map the percept.
@@ -36,18 +36,18 @@ pub(crate) struct Histories {
     generators: Box<[Generator]>,
     rows: usize,
     used: usize,
-    free: Room<u32>,
+    free: BoundedVec<u32>,
     low_passes: Table<LowPass>,
-    /// Histories of percepts that derive at most one number (`narrow`), and of all others (`wide`).
-    narrow: Rings<Narrow>,
-    wide: Rings<Kept>,
+    /// Histories of percepts that derive at most one number (`scalars`), and of all others (`generals`).
+    scalars: SeriesTable<Scalar>,
+    generals: SeriesTable<StoredSample>,
     /// Number of samples in each plug-in history.
     kept: Table<u32>,
-    own_cells: Table<Sample>,
+    plugin_cells: Table<Sample>,
 }
 
 /// Largest number of samples that a plug-in history may keep.
-const OWN_MOST: usize = 4096;
+const MAX_PLUGIN_SAMPLES: usize = 4096;
 
 /// The generator g of a percept, and where in a row its history is.
 #[derive(Clone, Debug)]
@@ -56,24 +56,29 @@ enum Generator {
     LowPass { index: usize, share: f64 },
     /// Unfiltered samples, lossless or thinned on a logarithmic time scale, of a percept that derives at most one
     /// number.
-    Narrow(Ring),
+    Scalar(SeriesLayout),
     /// The same for a percept that derives several numbers.
-    Wide(Ring),
+    General(SeriesLayout),
     /// A plug-in generator, with the cells that store its samples.
-    Own { index: usize, cells: Range<usize>, history: Supplied<dyn History> },
+    Own { index: usize, cells: Range<usize>, history: PluginHandle<dyn History> },
 }
 
 impl Histories {
     /// Preallocates `rows` beliefs.
-    pub(crate) fn new(percepts: &[Percept], own: &Functions, rows: usize) -> Result<Self, Unbelievable> {
+    pub(crate) fn new(
+        percepts: &[Percept],
+        plugin: &BeliefPlugins,
+        rows: usize,
+    ) -> Result<Self, BeliefSystemError> {
         let of = |is_narrow| -> Vec<_> {
             let all = percepts.iter().filter(|percept| derives_one_number(&percept.kernel) == is_narrow);
             all.filter_map(|percept| keeps(&percept.history)).collect()
         };
-        let (narrow, narrow_rings) = Rings::new(&of(true), rows);
-        let (wide, wide_rings) = Rings::new(&of(false), rows);
-        let (mut narrow_rings, mut wide_rings) = (narrow_rings.into_iter(), wide_rings.into_iter());
-        let (mut low_passes, mut kept, mut own_cells) = (0, 0, 0);
+        let (scalars, scalar_layouts) = SeriesTable::new(&of(true), rows);
+        let (generals, general_layouts) = SeriesTable::new(&of(false), rows);
+        let (mut scalar_layouts, mut general_layouts) =
+            (scalar_layouts.into_iter(), general_layouts.into_iter());
+        let (mut low_passes, mut kept, mut plugin_cells) = (0, 0, 0);
         let mut generators = Vec::with_capacity(percepts.len());
         for percept in percepts {
             generators.extend(match &percept.history {
@@ -82,21 +87,21 @@ impl Histories {
                     Some(Generator::LowPass { index: low_passes - 1, share: share.get() })
                 }
                 percepts::History::Own(name) => {
-                    let history = own.history(name)?;
+                    let history = plugin.history(name)?;
                     let samples = history.samples();
-                    if !(1..=OWN_MOST).contains(&samples) {
-                        return Err(Unbelievable::Samples { name: name.clone(), samples });
+                    if !(1..=MAX_PLUGIN_SAMPLES).contains(&samples) {
+                        return Err(BeliefSystemError::Samples { name: name.clone(), samples });
                     }
-                    let cells = own_cells..own_cells + samples;
+                    let cells = plugin_cells..plugin_cells + samples;
                     kept += 1;
-                    own_cells += samples;
+                    plugin_cells += samples;
                     Some(Generator::Own { index: kept - 1, cells, history })
                 }
                 percepts::History::Lossless { .. } | percepts::History::LogTimescale { .. } => {
                     if derives_one_number(&percept.kernel) {
-                        narrow_rings.next().map(Generator::Narrow)
+                        scalar_layouts.next().map(Generator::Scalar)
                     } else {
-                        wide_rings.next().map(Generator::Wide)
+                        general_layouts.next().map(Generator::General)
                     }
                 }
             });
@@ -105,36 +110,36 @@ impl Histories {
             generators: generators.into_boxed_slice(),
             rows,
             used: 0,
-            free: Room::for_most(rows),
+            free: BoundedVec::with_bound(rows),
             low_passes: Table::new(low_passes, rows),
-            narrow,
-            wide,
+            scalars,
+            generals,
             kept: Table::new(kept, rows),
-            own_cells: Table::new(own_cells, rows),
+            plugin_cells: Table::new(plugin_cells, rows),
         })
     }
 
     /// Whether a percept has a plug-in generator, whose next answer cannot be predicted.
-    pub(crate) fn is_own(&self, percept: u16) -> bool {
+    pub(crate) fn is_plugin(&self, percept: u16) -> bool {
         matches!(self.generators.get(usize::from(percept)), Some(Generator::Own { .. }))
     }
 
     /// Allocates a row of empty histories; `None` if all are in use.
-    pub(crate) fn take_row(&mut self) -> Option<u32> {
+    pub(crate) fn allocate_row(&mut self) -> Option<u32> {
         if let Some(row) = self.free.pop() {
             self.low_passes.reset(row as usize);
-            self.narrow.reset(row as usize);
-            self.wide.reset(row as usize);
+            self.scalars.reset(row as usize);
+            self.generals.reset(row as usize);
             self.kept.reset(row as usize);
             return Some(row);
         }
         let row = u32::try_from(self.used).ok().filter(|_| self.used < self.rows)?;
         self.used += 1;
         self.low_passes.grow();
-        self.narrow.grow(row);
-        self.wide.grow(row);
+        self.scalars.grow(row);
+        self.generals.grow(row);
         self.kept.grow();
-        self.own_cells.grow_with(Sample::NONE);
+        self.plugin_cells.grow_with(Sample::NONE);
         Some(row)
     }
 
@@ -148,27 +153,27 @@ impl Histories {
     pub(crate) fn take(&mut self, row: u32, percept: u16, sample: Sample, phase: u64) {
         let Sample { at, matching, confidence, feature } = sample;
         let value = PerceptValue::new(percept, matching, confidence, feature);
-        self.take_all(row, &[value], true, at, phase);
+        self.add_snapshot(row, &[value], true, at, phase);
     }
 
     /// Prefetches the headers of a row's histories.
     #[inline]
     pub(crate) fn prefetch(&self, row: u32) {
-        self.narrow.prefetch(row);
-        self.wide.prefetch(row);
+        self.scalars.prefetch(row);
+        self.generals.prefetch(row);
         self.low_passes.prefetch(row);
     }
 
     /// Prefetches the cells that the next snapshot of a row will be written to.
     #[inline]
     pub(crate) fn prefetch_cells(&self, row: u32) {
-        self.narrow.prefetch_cells(row);
-        self.wide.prefetch_cells(row);
+        self.scalars.prefetch_cells(row);
+        self.generals.prefetch_cells(row);
     }
 
     /// Adds the evaluations of one snapshot, made at `at`. Skips invalid ones, unless `are_sound`, and returns their
     /// number.
-    pub(crate) fn take_all(
+    pub(crate) fn add_snapshot(
         &mut self,
         row: u32,
         values: &[PerceptValue],
@@ -182,16 +187,16 @@ impl Histories {
                 unsound += 1;
                 continue;
             }
-            let sample = Taken { at, value };
+            let sample = SampleRef { at, value };
             // Most percepts are of these two kinds.
             match self.generators.get(usize::from(value.percept)) {
-                Some(Generator::Narrow(ring)) => self.narrow.take(row, ring, sample, phase),
+                Some(Generator::Scalar(layout)) => self.scalars.take(row, layout, sample, phase),
                 Some(Generator::LowPass { index, share }) => {
                     if let Some(low_pass) = self.low_passes.get_mut(row, *index) {
                         low_pass.take(sample, *share);
                     }
                 }
-                _ => self.take_otherwise(row, sample, phase),
+                _ => self.add_other(row, sample, phase),
             }
         }
         unsound
@@ -199,44 +204,45 @@ impl Histories {
 
     /// Adds a sound sample to a history of another kind.
     #[inline(never)]
-    fn take_otherwise(&mut self, row: u32, sample: Taken<'_>, phase: u64) {
-        let Self { generators, wide, kept, own_cells, .. } = self;
+    fn add_other(&mut self, row: u32, sample: SampleRef<'_>, phase: u64) {
+        let Self { generators, generals, kept, plugin_cells, .. } = self;
         match generators.get(usize::from(sample.value.percept)) {
-            Some(Generator::Wide(ring)) => wide.take(row, ring, sample, phase),
+            Some(Generator::General(layout)) => generals.take(row, layout, sample, phase),
             Some(Generator::Own { index, cells, history }) => {
-                if let (Some(len), Some(cells)) = (kept.get_mut(row, *index), own_cells.range_mut(row, cells))
+                if let (Some(len), Some(cells)) =
+                    (kept.get_mut(row, *index), plugin_cells.range_mut(row, cells))
                 {
                     history.take(&mut Samples { cells, len }, &sample.kept().sample());
                 }
             }
-            Some(Generator::Narrow(_) | Generator::LowPass { .. }) | None => {}
+            Some(Generator::Scalar(_) | Generator::LowPass { .. }) | None => {}
         }
     }
 
     /// Updates `newest` to the value that it will have once a sound sample newer than all others is added.
     #[inline(always)]
-    pub(crate) fn foresee(&self, percept: u16, newest: &mut Option<Feature>, sample: &PerceptValue) {
+    pub(crate) fn predict_feature(&self, percept: u16, newest: &mut Option<Feature>, sample: &PerceptValue) {
         match (self.generators.get(usize::from(percept)), &mut *newest) {
             (Some(Generator::LowPass { share, .. }), Some(newest)) => {
                 low_pass::mix_into(sample, *share, newest, 1.0 - *share);
             }
-            _ => *newest = Some(self.remains(percept, sample.sound_feature())),
+            _ => *newest = Some(self.representable(percept, sample.sound_feature())),
         }
     }
 
     /// The part of a feature that the history of a percept can represent; `Feature::None` for a feature that the
     /// percept cannot derive.
     #[inline(always)]
-    pub(crate) fn remains(&self, percept: u16, feature: Feature) -> Feature {
+    pub(crate) fn representable(&self, percept: u16, feature: Feature) -> Feature {
         match self.generators.get(usize::from(percept)) {
-            Some(Generator::Narrow(_)) => Narrow::remains(feature),
+            Some(Generator::Scalar(_)) => Scalar::representable(feature),
             _ => feature,
         }
     }
 
     /// Merges the histories of one row with those of another; `phase` as for [`Self::take`].
     pub(crate) fn merge(&mut self, kept: u32, gone: u32, phase: u64) {
-        let Self { generators, low_passes, narrow, wide, kept: lens, own_cells, .. } = self;
+        let Self { generators, low_passes, scalars, generals, kept: lens, plugin_cells, .. } = self;
         for generator in generators.iter() {
             match generator {
                 Generator::LowPass { index, share } => {
@@ -245,12 +251,12 @@ impl Histories {
                         mine.merge(&other, *share);
                     }
                 }
-                Generator::Narrow(ring) => narrow.merge(ring, kept, gone, phase),
-                Generator::Wide(ring) => wide.merge(ring, kept, gone, phase),
+                Generator::Scalar(layout) => scalars.merge(layout, kept, gone, phase),
+                Generator::General(layout) => generals.merge(layout, kept, gone, phase),
                 Generator::Own { index, cells: range, history } => {
                     let others = lens.get(gone, *index).map_or(0, |len| *len as usize);
                     if let (Some(len), Some((cells, of_other))) =
-                        (lens.get_mut(kept, *index), own_cells.two_rows_mut(kept, gone))
+                        (lens.get_mut(kept, *index), plugin_cells.two_rows_mut(kept, gone))
                     {
                         let others = of_other.get(range.start..range.start + others).unwrap_or(&[]);
                         let Some(cells) = cells.get_mut(range.clone()) else { continue };
@@ -265,8 +271,8 @@ impl Histories {
     pub(crate) fn newest(&self, row: u32, percept: u16) -> Option<Sample> {
         match self.generators.get(usize::from(percept))? {
             Generator::LowPass { index, .. } => self.low_passes.get(row, *index)?.newest(),
-            Generator::Narrow(ring) => self.narrow.newest(row, ring),
-            Generator::Wide(ring) => self.wide.newest(row, ring),
+            Generator::Scalar(layout) => self.scalars.newest(row, layout),
+            Generator::General(layout) => self.generals.newest(row, layout),
             Generator::Own { index, cells, history } => {
                 let end = Instant::from_nanos(u64::MAX);
                 history.at(self.kept(row, *index, cells)?, end).filter(Sample::is_sound)
@@ -276,7 +282,7 @@ impl Histories {
 
     /// The samples of a plug-in history.
     fn kept(&self, row: u32, index: usize, cells: &Range<usize>) -> Option<&[Sample]> {
-        self.own_cells.range(row, cells)?.get(..*self.kept.get(row, index)? as usize)
+        self.plugin_cells.range(row, cells)?.get(..*self.kept.get(row, index)? as usize)
     }
 
     /// h(t), with the time of its sample. Inlined, so that the result is not first assembled in memory.
@@ -284,8 +290,8 @@ impl Histories {
     pub(crate) fn at(&self, row: u32, percept: u16, instant: Instant, decay_per_s: f64) -> Option<Sample> {
         match self.generators.get(usize::from(percept))? {
             Generator::LowPass { index, .. } => self.low_passes.get(row, *index)?.at(instant, decay_per_s),
-            Generator::Narrow(ring) => self.narrow.at(row, ring, instant, decay_per_s),
-            Generator::Wide(ring) => self.wide.at(row, ring, instant, decay_per_s),
+            Generator::Scalar(layout) => self.scalars.at(row, layout, instant, decay_per_s),
+            Generator::General(layout) => self.generals.at(row, layout, instant, decay_per_s),
             Generator::Own { index, cells, history } => {
                 let kept = self.kept(row, *index, cells)?;
                 let sample = history.at(kept, instant).filter(Sample::is_sound)?;
@@ -297,17 +303,18 @@ impl Histories {
 
     /// Replaces every stored feature of a percept.
     pub(crate) fn map(&mut self, row: u32, percept: u16, change: impl Fn(Feature) -> Feature) {
-        let Self { generators, low_passes, narrow, wide, kept, own_cells, .. } = self;
+        let Self { generators, low_passes, scalars, generals, kept, plugin_cells, .. } = self;
         match generators.get(usize::from(percept)) {
             Some(Generator::LowPass { index, .. }) => {
                 if let Some(low_pass) = low_passes.get_mut(row, *index) {
                     low_pass.map(change);
                 }
             }
-            Some(Generator::Narrow(ring)) => narrow.map(row, ring, change),
-            Some(Generator::Wide(ring)) => wide.map(row, ring, change),
+            Some(Generator::Scalar(layout)) => scalars.map(row, layout, change),
+            Some(Generator::General(layout)) => generals.map(row, layout, change),
             Some(Generator::Own { index, cells: range, .. }) => {
-                if let (Some(len), Some(cells)) = (kept.get_mut(row, *index), own_cells.range_mut(row, range))
+                if let (Some(len), Some(cells)) =
+                    (kept.get_mut(row, *index), plugin_cells.range_mut(row, range))
                 {
                     for sample in (Samples { cells, len }).as_mut_slice() {
                         sample.feature = change(sample.feature);
@@ -326,8 +333,8 @@ impl Histories {
                     *low_pass = LowPass::default();
                 }
             }
-            Some(Generator::Narrow(ring)) => self.narrow.forget(row, ring),
-            Some(Generator::Wide(ring)) => self.wide.forget(row, ring),
+            Some(Generator::Scalar(layout)) => self.scalars.clear_series(row, layout),
+            Some(Generator::General(layout)) => self.generals.clear_series(row, layout),
             Some(Generator::Own { index, .. }) => {
                 if let Some(len) = self.kept.get_mut(row, *index) {
                     *len = 0;
@@ -345,8 +352,8 @@ impl Histories {
     pub(crate) fn samples(&self, row: u32, percept: u16) -> Vec<Sample> {
         match &self.generators[usize::from(percept)] {
             Generator::LowPass { .. } => self.newest(row, percept).into_iter().collect(),
-            Generator::Narrow(ring) => self.narrow.samples(row, ring),
-            Generator::Wide(ring) => self.wide.samples(row, ring),
+            Generator::Scalar(layout) => self.scalars.samples(row, layout),
+            Generator::General(layout) => self.generals.samples(row, layout),
             Generator::Own { index, cells, .. } => self.kept(row, *index, cells).unwrap().to_vec(),
         }
     }
@@ -355,8 +362,8 @@ impl Histories {
     #[cfg(test)]
     pub(crate) fn len(&self, row: u32, percept: u16) -> usize {
         match &self.generators[usize::from(percept)] {
-            Generator::Narrow(ring) => self.narrow.len(row, ring),
-            Generator::Wide(ring) => self.wide.len(row, ring),
+            Generator::Scalar(layout) => self.scalars.len(row, layout),
+            Generator::General(layout) => self.generals.len(row, layout),
             Generator::LowPass { .. } | Generator::Own { .. } => self.samples(row, percept).len(),
         }
     }
@@ -367,11 +374,11 @@ impl Histories {
         let percepts = 0..u16::try_from(self.generators.len()).unwrap();
         let histories = percepts.map(|percept| match &self.generators[usize::from(percept)] {
             Generator::LowPass { index, .. } => format!("{:?}", self.low_passes.get(row, *index)),
-            Generator::Narrow(ring) => {
-                format!("{} {:?}", self.narrow.taken(row, ring), self.samples(row, percept))
+            Generator::Scalar(layout) => {
+                format!("{} {:?}", self.scalars.total_added(row, layout), self.samples(row, percept))
             }
-            Generator::Wide(ring) => {
-                format!("{} {:?}", self.wide.taken(row, ring), self.samples(row, percept))
+            Generator::General(layout) => {
+                format!("{} {:?}", self.generals.total_added(row, layout), self.samples(row, percept))
             }
             Generator::Own { .. } => format!("{:?}", self.samples(row, percept)),
         });

@@ -14,7 +14,7 @@
 //! | c, Eq. 5 | C(b) = Π cⱼ(b) | [`BeliefSystem::step`], `[[belief.cull]]` |
 //!
 //! The clustering loop is "while some pair has D < threshold, merge the pair of globally minimal D". [`Clustering`]
-//! implements it over any [`Population`]; its result equals that of the [naive loop](cluster_naively) bit for bit.
+//! implements it over any [`AssociationProblem`]; its result equals that of the [naive loop](cluster_naively) bit for bit.
 //!
 //! # Example
 //!
@@ -103,8 +103,8 @@
 //! # Plug-in functions
 //!
 //! A program can supply its own distance d with its applicability q ([`Distance`]), culling function c ([`Cull`]) and
-//! history generator g ([`History`]). It registers them under names ([`Functions`]), and the configuration refers to
-//! these names: `measure = { own = "NAME" }`, `when = { own = "NAME" }`, `history = { own = "NAME" }`. Plug-in percepts
+//! history generator g ([`History`]). It registers them under names ([`BeliefPlugins`]), and the configuration refers to
+//! these names: `measure = { plugin = "NAME" }`, `when = { plugin = "NAME" }`, `history = { plugin = "NAME" }`. Plug-in percepts
 //! are [`perception::Classify`]. The weights w are in the configuration; M follows from the unions that the histories
 //! define. The built-in functions cost the same whether or not plug-ins exist.
 //!
@@ -117,18 +117,18 @@
 
 mod arena;
 mod cluster;
+mod detection_history;
+mod free_list;
 mod history;
 mod memory;
 mod metric;
-mod own;
+mod plugin;
 mod room;
 mod sample;
-mod sightings;
 mod sources;
 mod system;
-mod vacancies;
 
-pub use cluster::{Clustering, Population, Seen, Symbols, cluster_naively};
-pub use own::{Cull, Distance, Doubtful, Functions, History, Samples};
+pub use cluster::{AssociationProblem, Clustering, GateKeys, MemberSummary, cluster_naively};
+pub use plugin::{BeliefPlugins, Cull, CullContext, Distance, History, Samples};
 pub use sample::Sample;
-pub use system::{BeliefSystem, Counts, Intake, Unbelievable};
+pub use system::{BeliefSystem, BeliefSystemError, Counts, StepBuilder};

@@ -8,7 +8,7 @@ pub(crate) struct Memory {
     pub(crate) born_at: Instant,
     pub(crate) perceived_at: Instant,
     /// The last step that added an observation. It is later than `perceived_at` by the processing delay of the source.
-    pub(crate) noticed_at: Instant,
+    pub(crate) updated_at: Instant,
     /// Since when its position is observed to be empty, if it is.
     pub(crate) empty_since: Option<Instant>,
     pub(crate) observations: u64,
@@ -24,7 +24,7 @@ impl Memory {
             id,
             born_at: at,
             perceived_at: at,
-            noticed_at: now,
+            updated_at: now,
             empty_since: None,
             observations: 1,
             held_by: observation.held_by,
@@ -34,10 +34,10 @@ impl Memory {
 
     /// Like [`Self::merge`] with a single observation, made at `at`, later than all of these, and added at `now`.
     #[inline]
-    pub(crate) fn take_in(&mut self, at: Instant, now: Instant, held_by: u16, seen_by: SourceSet) {
+    pub(crate) fn add_observation(&mut self, at: Instant, now: Instant, held_by: u16, seen_by: SourceSet) {
         self.held_by = held_by;
         self.perceived_at = at;
-        self.noticed_at = self.noticed_at.max(now);
+        self.updated_at = self.updated_at.max(now);
         // A thing that is observed is not missing.
         self.empty_since = None;
         self.observations = self.observations.saturating_add(1);
@@ -55,7 +55,7 @@ impl Memory {
         self.id = self.id.min(other.id);
         self.born_at = self.born_at.min(other.born_at);
         self.perceived_at = self.perceived_at.max(other.perceived_at);
-        self.noticed_at = self.noticed_at.max(other.noticed_at);
+        self.updated_at = self.updated_at.max(other.updated_at);
         // A thing that is observed is not missing.
         self.empty_since = self.empty_since.zip(other.empty_since).map(|(mine, others)| mine.max(others));
         self.observations = self.observations.saturating_add(other.observations);

@@ -2,15 +2,15 @@ use std::ops::{Deref, DerefMut};
 
 /// A vector of fixed capacity. A clone has the same capacity, unlike that of a plain vector.
 #[derive(Debug)]
-pub(crate) struct Room<T>(Vec<T>);
+pub(crate) struct BoundedVec<T>(Vec<T>);
 
-impl<T> Room<T> {
-    pub(crate) fn for_most(most: usize) -> Self {
+impl<T> BoundedVec<T> {
+    pub(crate) fn with_bound(most: usize) -> Self {
         Self(Vec::with_capacity(most))
     }
 }
 
-impl<T: Clone> Clone for Room<T> {
+impl<T: Clone> Clone for BoundedVec<T> {
     fn clone(&self) -> Self {
         let mut copy = Vec::with_capacity(self.0.capacity());
         copy.extend(self.0.iter().cloned());
@@ -18,7 +18,7 @@ impl<T: Clone> Clone for Room<T> {
     }
 }
 
-impl<T> Deref for Room<T> {
+impl<T> Deref for BoundedVec<T> {
     type Target = Vec<T>;
 
     fn deref(&self) -> &Vec<T> {
@@ -26,7 +26,7 @@ impl<T> Deref for Room<T> {
     }
 }
 
-impl<T> DerefMut for Room<T> {
+impl<T> DerefMut for BoundedVec<T> {
     fn deref_mut(&mut self) -> &mut Vec<T> {
         &mut self.0
     }

@@ -2,7 +2,7 @@ mod cell;
 
 use std::cmp::Ordering;
 
-pub(crate) use cell::{Cell, Narrow};
+pub(crate) use cell::{CellFormat, Scalar};
 use clock::Instant;
 use message::{Feature, PerceptValue};
 use quantity::number::{saturating_u16, single};
@@ -55,7 +55,7 @@ impl Sample {
 
 /// Compact form of a sample in a history. There are many, and each step writes one or two per history.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Kept {
+pub(crate) struct StoredSample {
     pub(crate) at: Instant,
     /// The match, and in the top two bits the lower two bits of the feature's kind. Numbers from 0 to 1 leave these
     /// bits free.
@@ -69,7 +69,7 @@ pub(crate) struct Kept {
 const KIND_AT: u32 = 30;
 const SHARE: u32 = (1 << KIND_AT) - 1;
 
-impl Kept {
+impl StoredSample {
     /// Initial content of an unused cell.
     pub(crate) const NONE: Self = Self { at: Instant::EPOCH, matching: 0, confidence: 0, numbers: [0.0; 4] };
 
@@ -107,7 +107,7 @@ impl Kept {
     }
 }
 
-impl From<Sample> for Kept {
+impl From<Sample> for StoredSample {
     fn from(sample: Sample) -> Self {
         let Sample { at, matching, confidence, feature } = sample;
         Self::new(at, matching, confidence, feature.to_raw())
@@ -116,17 +116,17 @@ impl From<Sample> for Kept {
 
 /// A sample by reference, because it is large and copied only once.
 #[derive(Clone, Copy)]
-pub(crate) struct Taken<'a> {
+pub(crate) struct SampleRef<'a> {
     pub(crate) at: Instant,
     /// A sound evaluation.
     pub(crate) value: &'a PerceptValue,
 }
 
-impl Taken<'_> {
+impl SampleRef<'_> {
     #[inline(always)]
-    pub(crate) fn kept(self) -> Kept {
+    pub(crate) fn kept(self) -> StoredSample {
         let PerceptValue { matching, confidence, .. } = *self.value;
-        Kept::new(self.at, matching, confidence, self.value.raw_feature())
+        StoredSample::new(self.at, matching, confidence, self.value.raw_feature())
     }
 }
 

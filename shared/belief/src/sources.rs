@@ -1,6 +1,6 @@
 use clock::Instant;
 
-use crate::room::Room;
+use crate::room::BoundedVec;
 
 /// The sources of observations, with the newest time stamp of each.
 ///
@@ -8,9 +8,9 @@ use crate::room::Room;
 /// rejected: it is a duplicate, or cannot be distinguished from one.
 #[derive(Clone, Debug)]
 pub(crate) struct Sources {
-    known: Room<Source>,
+    known: BoundedVec<Source>,
     /// The frames of this step: source and time stamp.
-    frames: Room<(u16, Instant)>,
+    frames: BoundedVec<(u16, Instant)>,
 }
 
 #[derive(Clone, Copy, Debug)]
@@ -33,7 +33,7 @@ const FRAMES: usize = 64;
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Admission {
     /// Accepted.
-    Enters,
+    Accepted,
     /// It is not newer than what its source reported in an earlier step.
     Stale,
     /// There are too many sources.
@@ -42,7 +42,7 @@ pub(crate) enum Admission {
 
 impl Sources {
     pub(crate) fn new() -> Self {
-        Self { known: Room::for_most(SOURCES), frames: Room::for_most(FRAMES) }
+        Self { known: BoundedVec::with_bound(SOURCES), frames: BoundedVec::with_bound(FRAMES) }
     }
 
     /// Begins a step.
@@ -61,7 +61,7 @@ impl Sources {
     pub(crate) fn admit(&mut self, number: u16, at: Instant) -> Admission {
         // Observations are grouped by frame.
         if self.frames.last() == Some(&(number, at)) {
-            return Admission::Enters;
+            return Admission::Accepted;
         }
         let known = self.known.iter().position(|source| source.number == number);
         let earlier = known.and_then(|index| self.known.get(index)).and_then(|source| source.earlier);
@@ -78,7 +78,7 @@ impl Sources {
             Some(source) => source.newest = source.newest.max(at),
             None => self.known.push(Source { number, earlier: None, newest: at }),
         }
-        Admission::Enters
+        Admission::Accepted
     }
 
     /// The frame of a source that precedes one of this step.

@@ -1,5 +1,5 @@
-mod intake;
 mod reanchor;
+mod step_builder;
 #[cfg(test)]
 mod tests;
 
@@ -8,20 +8,20 @@ use config::percepts::{self, Percept, Percepts};
 use message::{Belief, Perceived, PerceptValue, Remembered, SourceSet};
 use quantity::number::saturating_u32;
 
-use crate::arena::{Arena, Arrivals, Step};
+use crate::arena::{Arena, Detections, Step};
 use crate::cluster::Clustering;
-use crate::own::{self, Doubtful, Functions, Supplied};
+use crate::plugin::{self, BeliefPlugins, CullContext, PluginHandle};
 use crate::sample::Sample;
 use crate::sources::{Admission, Sources};
 
-pub use intake::Intake;
+pub use step_builder::StepBuilder;
 
 /// Largest amount by which an observation's time stamp may be later than the step's instant. The sensor process
 /// continues while a frame is in transit. A larger amount means that the source's clock is wrong.
-const AHEAD: Duration = Duration::from_secs(1);
+const MAX_CLOCK_AHEAD: Duration = Duration::from_secs(1);
 
 /// Largest capacity of a belief system, in beliefs.
-const MOST: usize = 1_000_000;
+const MAX_CAPACITY: usize = 1_000_000;
 
 /// The belief system of one perspective: (B, G, M, d, q, w, c).
 ///
@@ -57,17 +57,17 @@ pub struct BeliefSystem {
     cull: Vec<Cull>,
     capacity: usize,
     arena: Arena,
-    arrivals: Arrivals,
+    detections: Detections,
     /// Whether this step collects its observations first and creates beliefs only when it finishes.
-    notes: bool,
+    defers_creation: bool,
     clustering: Clustering,
     /// Whether no two beliefs are closer than the threshold, because none has changed since the last clustering.
-    settled: bool,
+    is_clustered: bool,
     sources: Sources,
     next_id: u64,
     now: Instant,
     /// Start of the uninterrupted period in which the perspective has been observing.
-    looks_since: Instant,
+    observing_since: Instant,
     counts: Counts,
 }
 
@@ -110,25 +110,25 @@ enum Cull {
     UnseenLongerThan(u64),
     ConfidenceBelow { percept: u16, floor: f64 },
     PlaceEmptyFor(Duration),
-    Own(Supplied<dyn own::Cull>),
+    Own(PluginHandle<dyn plugin::Cull>),
 }
 
 impl Cull {
-    fn new(config: &percepts::Cull, own: &Functions) -> Result<Self, Unbelievable> {
+    fn new(config: &percepts::Cull, plugin: &BeliefPlugins) -> Result<Self, BeliefSystemError> {
         Ok(match config {
             percepts::Cull::UnseenLongerThan(limit) => Self::UnseenLongerThan(clock::nanos(*limit)),
             percepts::Cull::ConfidenceBelow { percept, floor } => {
                 Self::ConfidenceBelow { percept: *percept, floor: *floor }
             }
             percepts::Cull::PlaceEmptyFor(time) => Self::PlaceEmptyFor(*time),
-            percepts::Cull::Own(name) => Self::Own(own.cull(name)?),
+            percepts::Cull::Own(name) => Self::Own(plugin.cull(name)?),
         })
     }
 }
 
 /// Reasons why a belief system cannot be created.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-pub enum Unbelievable {
+pub enum BeliefSystemError {
     /// The capacity is out of range.
     #[error("a belief system for {capacity} beliefs: the capacity must be from 1 to 1000000")]
     Capacity {
@@ -159,37 +159,46 @@ impl BeliefSystem {
     ///
     /// # Errors
     ///
-    /// The capacity is zero or above a million, or the configuration names a plug-in function: see [`Self::with_own`].
-    pub fn new(percepts: &Percepts, capacity: usize) -> Result<Self, Unbelievable> {
-        Self::with_own(percepts, &Functions::default(), capacity)
+    /// The capacity is zero or above a million, or the configuration names a plug-in function: see [`Self::with_plugins`].
+    pub fn new(percepts: &Percepts, capacity: usize) -> Result<Self, BeliefSystemError> {
+        Self::with_plugins(percepts, &BeliefPlugins::default(), capacity)
     }
 
     /// Like [`Self::new`], with plug-in functions.
     ///
     /// # Errors
     ///
-    /// The capacity is zero or above a million. Or the configuration names a function that `own` lacks. Or a plug-in
+    /// The capacity is zero or above a million. Or the configuration names a function that `plugin` lacks. Or a plug-in
     /// history keeps too many samples or none.
-    pub fn with_own(percepts: &Percepts, own: &Functions, capacity: usize) -> Result<Self, Unbelievable> {
-        if !(1..=MOST).contains(&capacity) {
-            return Err(Unbelievable::Capacity { capacity });
+    pub fn with_plugins(
+        percepts: &Percepts,
+        plugin: &BeliefPlugins,
+        capacity: usize,
+    ) -> Result<Self, BeliefSystemError> {
+        if !(1..=MAX_CAPACITY).contains(&capacity) {
+            return Err(BeliefSystemError::Capacity { capacity });
         }
-        let arena = Arena::new(percepts, own, saturating_u32(2 * capacity))?;
+        let arena = Arena::new(percepts, plugin, saturating_u32(2 * capacity))?;
         Ok(Self {
             percepts: percepts.percepts.clone(),
             threshold: percepts.threshold,
             place: percepts.place(),
-            cull: percepts.belief.cull.iter().map(|cull| Cull::new(cull, own)).collect::<Result<_, _>>()?,
+            cull: percepts
+                .belief
+                .cull
+                .iter()
+                .map(|cull| Cull::new(cull, plugin))
+                .collect::<Result<_, _>>()?,
             capacity,
-            arrivals: Arrivals::new(arena.slots()),
-            notes: false,
-            clustering: Clustering::new(arena.slots(), arena.reach_m()),
+            detections: Detections::new(arena.slots()),
+            defers_creation: false,
+            clustering: Clustering::new(arena.slots(), arena.gate_radius_m()),
             arena,
-            settled: true,
+            is_clustered: true,
             sources: Sources::new(),
             next_id: 1,
             now: Instant::EPOCH,
-            looks_since: Instant::EPOCH,
+            observing_since: Instant::EPOCH,
             counts: Counts::default(),
         })
     }
@@ -197,8 +206,8 @@ impl BeliefSystem {
     /// Skips validation. The caller guarantees that all inputs are [sound](Perceived::is_sound); invalid input is
     /// stored as it is.
     #[must_use]
-    pub fn trusting(mut self) -> Self {
-        self.arena.trust();
+    pub fn assume_validated(mut self) -> Self {
+        self.arena.set_prevalidated();
         self
     }
 
@@ -219,13 +228,13 @@ impl BeliefSystem {
         looked: SourceSet,
         in_view: impl Fn([f32; 3]) -> bool,
     ) {
-        let mut intake = self.begin(now);
+        let mut step_builder = self.begin(now);
         for index in which {
             if let Some(perceived) = perceived.get(index) {
-                intake.take_in(index, perceived);
+                step_builder.add_observation(index, perceived);
             }
         }
-        intake.finish(perceived, looked, in_view);
+        step_builder.finish(perceived, looked, in_view);
     }
 
     /// Number of beliefs.
@@ -302,7 +311,7 @@ impl BeliefSystem {
     }
 
     /// Validates an observation; counts it if it is not sound.
-    fn look_through(&mut self, perceived: &Perceived) -> bool {
+    fn validate(&mut self, perceived: &Perceived) -> bool {
         let values = perceived.snapshot.values();
         let in_order = values.is_sorted_by(|a, b| a.percept < b.percept);
         let is_some = in_order && values.iter().any(PerceptValue::is_sound);
@@ -314,7 +323,7 @@ impl BeliefSystem {
     fn create(&mut self, entry: u32, perceived: &Perceived) {
         let Perceived { observation, snapshot } = perceived;
         let observed_at = Instant::from_nanos(observation.observed_at_ns);
-        if observed_at > self.now + AHEAD {
+        if observed_at > self.now + MAX_CLOCK_AHEAD {
             self.counts.ahead += 1;
             return;
         }
@@ -324,7 +333,7 @@ impl BeliefSystem {
         // A remembered sample is not later than now; otherwise h(now) would not contain it.
         let at = observed_at.min(self.now);
         match self.sources.admit(observation.source, observed_at) {
-            Admission::Enters => {}
+            Admission::Accepted => {}
             Admission::Stale => {
                 self.counts.stale += 1;
                 return;
@@ -334,8 +343,8 @@ impl BeliefSystem {
                 return;
             }
         }
-        let is_created = if self.notes {
-            self.arrivals.note(&self.arena, at, entry, perceived)
+        let is_created = if self.defers_creation {
+            self.detections.record(&self.arena, at, entry, perceived)
         } else {
             self.arena.create(self.next_id, [at, self.now], entry, perceived).is_some()
         };
@@ -350,7 +359,7 @@ impl BeliefSystem {
     /// Tells the system that the perspective observes again after an interruption. Absence found before `now` no longer
     /// counts.
     pub fn look_anew(&mut self, now: Instant) {
-        self.looks_since = self.looks_since.max(now);
+        self.observing_since = self.observing_since.max(now);
     }
 
     /// C: removes the beliefs on which all culling functions agree (Eq. 5).
@@ -363,30 +372,30 @@ impl BeliefSystem {
         for index in 0..self.len() {
             let Some(&slot) = self.arena.live().get(index) else { break };
             if watches {
-                self.watch(slot, looked, &in_view);
+                self.update_empty_since(slot, looked, &in_view);
             }
             if self.cull.iter().all(|cull| self.agrees(cull, slot, looked, &in_view)) {
-                self.release(slot);
+                self.free_slot(slot);
                 self.counts.culled += 1;
             }
         }
         if self.counts.culled > culled {
-            self.arena.bury();
+            self.arena.compact();
         }
     }
 
     /// Updates since when the position of a belief is empty. If no source that ever saw the thing delivered a frame in
     /// this step, the state is unchanged, as between two images of a slow camera.
-    fn watch(&mut self, slot: u32, looked: SourceSet, in_view: impl Fn([f32; 3]) -> bool) {
-        let (now, looks_since) = (self.now, self.looks_since);
+    fn update_empty_since(&mut self, slot: u32, looked: SourceSet, in_view: impl Fn([f32; 3]) -> bool) {
+        let (now, observing_since) = (self.now, self.observing_since);
         let Some(memory) = self.arena.memory(slot) else { return };
         // Whatever is at that position now was not associated with this belief, so the position counts as empty.
-        if memory.noticed_at >= now || !looked.intersects(memory.seen_by) {
+        if memory.updated_at >= now || !looked.intersects(memory.seen_by) {
             return;
         }
         let is_empty = self.place_of(slot).is_some_and(in_view);
         if let Some(memory) = self.arena.memory_mut(slot) {
-            let since = memory.empty_since.filter(|since| *since >= looks_since).unwrap_or(now);
+            let since = memory.empty_since.filter(|since| *since >= observing_since).unwrap_or(now);
             memory.empty_since = is_empty.then_some(since);
         }
     }
@@ -397,7 +406,7 @@ impl BeliefSystem {
         match cull {
             // In nanoseconds, because this is evaluated for every belief in every step.
             Cull::UnseenLongerThan(limit_ns) => {
-                self.now.as_nanos().saturating_sub(memory.noticed_at.as_nanos()) > *limit_ns
+                self.now.as_nanos().saturating_sub(memory.updated_at.as_nanos()) > *limit_ns
             }
             Cull::ConfidenceBelow { percept, floor } => {
                 let decay =
@@ -412,13 +421,13 @@ impl BeliefSystem {
                 let is_empty_for = |since| self.now.since(since) >= *time;
                 looked.intersects(memory.seen_by) && memory.empty_since.is_some_and(is_empty_for)
             }
-            Cull::Own(own) => {
+            Cull::Own(plugin) => {
                 let remembered = |number: u16| {
                     let decay = self.percepts.get(usize::from(number))?.decay_per_s;
                     let (histories, row) = self.arena.histories(slot)?;
                     histories.at(row, number, self.now, decay)
                 };
-                own.agrees(&Doubtful {
+                plugin.agrees(&CullContext {
                     now: self.now,
                     memory,
                     place: self.place_of(slot),
@@ -435,16 +444,16 @@ impl BeliefSystem {
             let Some(&slot) = self.arena.live().get(index) else { break };
             self.counts.evicted += 1;
             self.counts.overflowed += self.arena.memory(slot).map_or(0, |memory| memory.observations);
-            self.release(slot);
+            self.free_slot(slot);
         }
         if self.len() > self.capacity {
-            self.arena.bury();
+            self.arena.compact();
         }
     }
 
-    fn release(&mut self, slot: u32) {
-        self.clustering.forget(slot);
-        self.arena.release(slot);
+    fn free_slot(&mut self, slot: u32) {
+        self.clustering.remove_member(slot);
+        self.arena.free_slot(slot);
     }
 
     /// Renumbers the new beliefs without gaps, because most of them merged into older ones.

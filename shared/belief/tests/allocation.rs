@@ -5,7 +5,7 @@
 use std::hint::black_box;
 use std::sync::Arc;
 
-use belief::{BeliefSystem, Cull, Distance, Doubtful, Functions, History, Sample, Samples};
+use belief::{BeliefPlugins, BeliefSystem, Cull, CullContext, Distance, History, Sample, Samples};
 use clock::Instant;
 use config::percepts::Percepts;
 use geometry::{Base, Person, Pose};
@@ -43,7 +43,7 @@ impl Distance for Own {
 }
 
 impl Cull for Own {
-    fn agrees(&self, belief: &Doubtful<'_>) -> bool {
+    fn agrees(&self, belief: &CullContext<'_>) -> bool {
         belief.percept(6).is_some() && belief.is_in_view() == Some(true)
     }
 }
@@ -87,12 +87,12 @@ fn with_functions_of_the_programs_own_it_allocates_nothing_either() {
             percept.history = config::percepts::History::Own(name());
         }
     }
-    let functions = Functions {
+    let functions = BeliefPlugins {
         distances: vec![(name(), Arc::new(Own))],
         culls: vec![(name(), Arc::new(Own))],
         histories: vec![(name(), Arc::new(Own))],
     };
-    let system = BeliefSystem::with_own(&percepts, &functions, 64).expect("all are supplied");
+    let system = BeliefSystem::with_plugins(&percepts, &functions, 64).expect("all are supplied");
     allocates_nothing(&percepts, system);
 }
 

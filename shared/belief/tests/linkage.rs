@@ -1,6 +1,6 @@
 //! The clustering under average and complete linkage, compared with an independent library.
 //!
-//! The belief distance is not a linkage, but the clustering only asks a [`Population`] for distances. Over fixed
+//! The belief distance is not a linkage, but the clustering only asks a [`AssociationProblem`] for distances. Over fixed
 //! points, with the linkage of two point sets as their distance, the loop of the paper is agglomerative clustering cut
 //! at the threshold.
 
@@ -12,7 +12,7 @@
 
 use std::collections::BTreeSet;
 
-use belief::{Clustering, Population, cluster_naively};
+use belief::{AssociationProblem, Clustering, cluster_naively};
 use kodama::Method;
 use proptest::prelude::*;
 
@@ -52,7 +52,7 @@ impl Sets {
     }
 }
 
-impl Population for Sets {
+impl AssociationProblem for Sets {
     fn old(&self) -> &[u32] {
         &[]
     }
@@ -61,7 +61,7 @@ impl Population for Sets {
         &self.slots
     }
 
-    fn lives(&self, slot: u32) -> bool {
+    fn is_live(&self, slot: u32) -> bool {
         !self.members[slot as usize].is_empty()
     }
 

@@ -108,7 +108,7 @@ proptest! {
         let perception = Perception::new(&percepts).unwrap();
         let mut system = BeliefSystem::new(&percepts, capacity).unwrap();
         // For sound input the result is the same with and without validation.
-        let [mut looks, mut trusts] = [system.clone(), system.clone().trusting()];
+        let [mut looks, mut prevalidated] = [system.clone(), system.clone().assume_validated()];
         let mut now = Instant::from_nanos(3_600_000_000_000);
         for (entries, jump, in_view) in frames {
             now += Duration::from_millis(5);
@@ -134,10 +134,10 @@ proptest! {
             assert_sound(&system, capacity)?;
             let sound = || (0..perceived.len()).filter(|index| perceived[*index].is_sound());
             looks.step(at, &perceived, sound(), SourceSet::ALL, |_| in_view);
-            trusts.step(at, &perceived, sound(), SourceSet::ALL, |_| in_view);
-            assert_sound(&trusts, capacity)?;
-            prop_assert!(trusts.beliefs().eq(looks.beliefs()));
-            prop_assert_eq!(trusts.counts(), looks.counts());
+            prevalidated.step(at, &perceived, sound(), SourceSet::ALL, |_| in_view);
+            assert_sound(&prevalidated, capacity)?;
+            prop_assert!(prevalidated.beliefs().eq(looks.beliefs()));
+            prop_assert_eq!(prevalidated.counts(), looks.counts());
 
             let after = system.counts();
             let came = u64::try_from(perceived.len()).unwrap();

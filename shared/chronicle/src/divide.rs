@@ -4,44 +4,44 @@ use clock::{Duration, Instant};
 use config::percepts::Percepts;
 use message::{Belief, Difference};
 
-use crate::words::Words;
+use crate::words::PerceptPhrases;
 
 /// A change is reported once it has lasted this long. So a thing that is being carried, or that one agent sees a moment
 /// later than the other, is not reported.
-const LASTS: Duration = Duration::from_millis(500);
+const MIN_DURATION: Duration = Duration::from_millis(500);
 
 /// Reports in sentences when a partner's beliefs begin or cease to diverge from the robot's.
 #[derive(Clone, Debug)]
-pub struct Divide {
-    words: Words,
+pub struct DivergenceReporter {
+    words: PerceptPhrases,
     /// Display name of the partner.
     partner: String,
-    things: BTreeMap<Thing, Account>,
+    things: BTreeMap<ThingKey, ReportedThing>,
 }
 
 /// A thing, identified by the robot's belief, or if it has none, by the partner's.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-enum Thing {
-    Robots(u64),
-    His(u64),
+enum ThingKey {
+    OfRobot(u64),
+    OfPartner(u64),
 }
 
 /// The state of the report about a thing.
 #[derive(Clone, Debug)]
-struct Account {
+struct ReportedThing {
     name: String,
     /// The sentence reported last; `None` if none was, or if it was that they agree.
-    told: Option<String>,
+    reported: Option<String>,
     /// The sentence that applies now, and since when.
     now: Option<String>,
     since: Instant,
 }
 
-impl Divide {
+impl DivergenceReporter {
     /// A reporter for the partner of this name.
     #[must_use]
     pub fn new(percepts: &Percepts, partner: &str) -> Self {
-        Self { words: Words::of(percepts), partner: partner.to_owned(), things: BTreeMap::new() }
+        Self { words: PerceptPhrases::of(percepts), partner: partner.to_owned(), things: BTreeMap::new() }
     }
 
     /// Processes the differences between partner and robot at an instant, with the current beliefs of both, and passes
@@ -56,7 +56,7 @@ impl Divide {
     ) {
         let at = Instant::from_nanos(at_ns);
         let who = self.partner.clone();
-        let mut now: BTreeMap<Thing, (String, String)> = differences
+        let mut now: BTreeMap<ThingKey, (String, String)> = differences
             .iter()
             .filter_map(|difference| {
                 let (thing, belief) = thing(difference, robots, his)?;
@@ -70,17 +70,17 @@ impl Divide {
             if account.now != sentence {
                 (account.now, account.since) = (sentence, at);
             }
-            if account.now != account.told && at.since(account.since) >= LASTS {
-                let settled = || thing.settled(&who, &account.name, robots, his);
-                if let Some(news) = account.now.clone().or_else(settled) {
+            if account.now != account.reported && at.since(account.since) >= MIN_DURATION {
+                let resolved = || thing.resolved(&who, &account.name, robots, his);
+                if let Some(news) = account.now.clone().or_else(resolved) {
                     tell(&news);
                 }
-                account.told.clone_from(&account.now);
+                account.reported.clone_from(&account.now);
             }
-            account.now.is_some() || account.told.is_some()
+            account.now.is_some() || account.reported.is_some()
         });
         self.things.extend(now.into_iter().map(|(thing, (name, sentence))| {
-            (thing, Account { name, told: None, now: Some(sentence), since: at })
+            (thing, ReportedThing { name, reported: None, now: Some(sentence), since: at })
         }));
     }
 
@@ -90,15 +90,15 @@ impl Divide {
     }
 }
 
-impl Thing {
+impl ThingKey {
     /// The sentence for a difference that has ended; `None` if the robot no longer has the belief.
-    fn settled(self, who: &str, name: &str, robots: &[Belief], his: &[Belief]) -> Option<String> {
+    fn resolved(self, who: &str, name: &str, robots: &[Belief], his: &[Belief]) -> Option<String> {
         let agree = || format!("{who} and Leo agree about the {name}");
         let lives = |beliefs: &[Belief], id| beliefs.iter().any(|belief| belief.id == id);
         match self {
-            Self::Robots(id) => lives(robots, id).then(agree),
-            Self::His(id) if lives(his, id) => Some(agree()),
-            Self::His(_) => Some(format!("{who} no longer believes in that {name}")),
+            Self::OfRobot(id) => lives(robots, id).then(agree),
+            Self::OfPartner(id) if lives(his, id) => Some(agree()),
+            Self::OfPartner(_) => Some(format!("{who} no longer believes in that {name}")),
         }
     }
 }
@@ -108,11 +108,11 @@ fn thing<'a>(
     difference: &Difference,
     robots: &'a [Belief],
     his: &'a [Belief],
-) -> Option<(Thing, &'a Belief)> {
+) -> Option<(ThingKey, &'a Belief)> {
     let find = |beliefs: &'a [Belief], id: u64| beliefs.iter().find(|belief| belief.id == id);
     match (difference.one(), difference.other()) {
-        (Some(id), _) => Some((Thing::Robots(id), find(robots, id)?)),
-        (None, Some(id)) => Some((Thing::His(id), find(his, id)?)),
+        (Some(id), _) => Some((ThingKey::OfRobot(id), find(robots, id)?)),
+        (None, Some(id)) => Some((ThingKey::OfPartner(id), find(his, id)?)),
         (None, None) => None,
     }
 }
@@ -137,8 +137,8 @@ mod tests {
     }
 
     /// The reports for these differences, each with the time in milliseconds at which it is processed.
-    fn told(story: &[(u64, &[Difference])]) -> Vec<String> {
-        let mut divide = Divide::new(&Percepts::builtin(), "partner 1");
+    fn reported(story: &[(u64, &[Difference])]) -> Vec<String> {
+        let mut divide = DivergenceReporter::new(&Percepts::builtin(), "partner 1");
         let mut lines = Vec::new();
         let alone = story
             .iter()
@@ -170,13 +170,13 @@ mod tests {
     fn a_difference_is_told_once_when_it_has_lasted_and_when_it_has_ended() {
         let moved = [about(&["position"])];
         assert_eq!(
-            told(&[(0, &moved), (400, &moved), (600, &moved), (900, &moved), (1000, &[]), (1600, &[])]),
+            reported(&[(0, &moved), (400, &moved), (600, &moved), (900, &moved), (1000, &[]), (1600, &[])]),
             [
                 "600 partner 1 does not know that the blue square moved",
                 "1600 partner 1 and Leo agree about the blue square"
             ]
         );
-        assert!(told(&[(0, &moved), (400, &[]), (1000, &[]), (2000, &moved)]).is_empty());
+        assert!(reported(&[(0, &moved), (400, &[]), (1000, &[]), (2000, &moved)]).is_empty());
     }
 
     #[test]
@@ -184,12 +184,12 @@ mod tests {
         let hidden = [Difference::new(Some(3), None)];
         // When the robot no longer has the belief either, nothing is reported.
         assert_eq!(
-            told(&[(0, &hidden), (500, &hidden), (600, &[]), (1100, &[])]),
+            reported(&[(0, &hidden), (500, &hidden), (600, &[]), (1100, &[])]),
             ["500 partner 1 does not know of the blue square"]
         );
         let gone = [Difference::new(None, Some(8))];
         assert_eq!(
-            told(&[(0, &gone), (500, &gone), (600, &[]), (1100, &[])]),
+            reported(&[(0, &gone), (500, &gone), (600, &[]), (1100, &[])]),
             [
                 "500 partner 1 believes in a blue square in which Leo does not",
                 "1100 partner 1 no longer believes in that blue square"
@@ -201,7 +201,7 @@ mod tests {
     fn a_difference_of_another_kind_is_told_anew() {
         let (hidden, known) = ([Difference::new(Some(3), None)], [about(&["position", "filled"])]);
         assert_eq!(
-            told(&[(0, &hidden), (500, &hidden), (600, &known), (1100, &known)]),
+            reported(&[(0, &hidden), (500, &hidden), (600, &known), (1100, &known)]),
             [
                 "500 partner 1 does not know of the blue square",
                 "1100 partner 1 is mistaken about the blue square: position, filled"

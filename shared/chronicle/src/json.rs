@@ -3,8 +3,8 @@ use message::{Aspect, Belief, Difference, Feature, NOBODY};
 use serde::ser::SerializeMap as _;
 use serde::{Serialize, Serializer};
 
-use crate::words::Words;
-use crate::{Mind, Summary};
+use crate::words::PerceptPhrases;
+use crate::{PerspectiveRecord, Summary};
 
 /// Writes the beliefs of every perspective for programs, one JSON object per line.
 ///
@@ -16,7 +16,7 @@ use crate::{Mind, Summary};
 /// - `summary`: one at the end.
 #[derive(Clone, Debug)]
 pub struct JsonLines {
-    words: Words,
+    words: PerceptPhrases,
 }
 
 /// Final counters of a perspective.
@@ -81,7 +81,7 @@ struct SummaryLine<'a> {
 }
 
 /// The percepts of a belief, by name.
-struct Remembered<'a>(&'a Words, &'a Belief);
+struct Remembered<'a>(&'a PerceptPhrases, &'a Belief);
 
 #[derive(Serialize)]
 struct RememberedPercept<'a> {
@@ -92,7 +92,7 @@ struct RememberedPercept<'a> {
 }
 
 /// The percepts in which two beliefs differ, by name.
-struct Differing<'a>(&'a Words, &'a [Aspect]);
+struct Differing<'a>(&'a PerceptPhrases, &'a [Aspect]);
 
 #[derive(Serialize)]
 struct DifferingPercept<'a> {
@@ -115,11 +115,11 @@ impl JsonLines {
     /// A writer with the names of these percepts.
     #[must_use]
     pub fn new(percepts: &Percepts) -> Self {
-        Self { words: Words::of(percepts) }
+        Self { words: PerceptPhrases::of(percepts) }
     }
 
     /// Appends the beliefs at an instant to `out`.
-    pub fn note(&self, at_ns: u64, minds: &[Mind<'_>], out: &mut String) {
+    pub fn note(&self, at_ns: u64, minds: &[PerspectiveRecord<'_>], out: &mut String) {
         for mind in minds {
             line(&PerspectiveLine::new(at_ns, mind), out);
             for belief in mind.beliefs {
@@ -132,7 +132,7 @@ impl JsonLines {
     }
 
     /// Appends the summary to `out`.
-    pub fn close(&self, minds: &[Mind<'_>], summary: &Summary, out: &mut String) {
+    pub fn close(&self, minds: &[PerspectiveRecord<'_>], summary: &Summary, out: &mut String) {
         let perspectives = minds.iter().map(End::of).collect();
         line(&SummaryLine { record: "summary", summary, perspectives }, out);
     }
@@ -145,7 +145,7 @@ fn line(value: &impl Serialize, out: &mut String) {
 }
 
 impl End {
-    fn of(mind: &Mind<'_>) -> Self {
+    fn of(mind: &PerspectiveRecord<'_>) -> Self {
         let head = mind.head;
         Self {
             perspective: head.perspective,
@@ -160,7 +160,7 @@ impl End {
 }
 
 impl<'a> PerspectiveLine<'a> {
-    fn new(at_ns: u64, mind: &Mind<'a>) -> Self {
+    fn new(at_ns: u64, mind: &PerspectiveRecord<'a>) -> Self {
         let head = mind.head;
         Self {
             record: "perspective",
@@ -180,7 +180,7 @@ impl<'a> PerspectiveLine<'a> {
 }
 
 impl<'a> BeliefLine<'a> {
-    fn new(words: &'a Words, at_ns: u64, mind: &Mind<'_>, belief: &'a Belief) -> Self {
+    fn new(words: &'a PerceptPhrases, at_ns: u64, mind: &PerspectiveRecord<'_>, belief: &'a Belief) -> Self {
         Self {
             record: "belief",
             at_ns,
@@ -198,7 +198,12 @@ impl<'a> BeliefLine<'a> {
 }
 
 impl<'a> DifferenceLine<'a> {
-    fn new(words: &'a Words, at_ns: u64, mind: &Mind<'_>, difference: &'a Difference) -> Self {
+    fn new(
+        words: &'a PerceptPhrases,
+        at_ns: u64,
+        mind: &PerspectiveRecord<'_>,
+        difference: &'a Difference,
+    ) -> Self {
         Self {
             record: "difference",
             at_ns,
@@ -247,7 +252,7 @@ impl Serialize for Differing<'_> {
     }
 }
 
-fn value(words: &Words, percept: u16, feature: Option<Feature>) -> Option<Value<'_>> {
+fn value(words: &PerceptPhrases, percept: u16, feature: Option<Feature>) -> Option<Value<'_>> {
     match feature? {
         Feature::None => None,
         // A symbol without a name is written as its number.

@@ -4,7 +4,7 @@ use geometry::Position;
 
 /// A perspective at one instant: its beliefs, and how they differ from the robot's.
 #[derive(Clone, Copy, Debug)]
-pub struct Mind<'a> {
+pub struct PerspectiveRecord<'a> {
     /// The head of its belief buffer.
     pub head: &'a BeliefHead,
     /// Its beliefs, in order of their identities.
@@ -15,9 +15,9 @@ pub struct Mind<'a> {
     pub differences: &'a [Difference],
 }
 
-impl Mind<'_> {
+impl PerspectiveRecord<'_> {
     /// Whether its partner has not been observed yet.
-    pub(crate) fn was_never_there(&self) -> bool {
+    pub(crate) fn was_never_observed(&self) -> bool {
         self.head.perspective != 0 && self.head.present == 0 && self.head.created == 0
     }
 

@@ -5,11 +5,16 @@ use std::fmt::{self, Write as _};
 use clock::Instant;
 use message::{Belief, BeliefHead, Difference, NOBODY};
 
-use crate::words::{Words, agent, place, whose};
-use crate::{Mind, Summary};
+use crate::words::{PerceptPhrases, agent_name, perspective_name, place};
+use crate::{PerspectiveRecord, Summary};
 
 /// Writes the final beliefs of every perspective, its differences from the robot's, and the summary.
-pub(crate) fn write(words: &Words, minds: &[Mind<'_>], summary: &Summary, out: &mut String) -> fmt::Result {
+pub(crate) fn write(
+    words: &PerceptPhrases,
+    minds: &[PerspectiveRecord<'_>],
+    summary: &Summary,
+    out: &mut String,
+) -> fmt::Result {
     if let (Some(first), Some(last)) = (summary.first_at_ns, summary.last_at_ns) {
         let since = Instant::from_nanos(last).since(Instant::from_nanos(first)).as_secs_f64();
         writeln!(out, "\nWhat is believed at the end, at {since:.2} s\n")?;
@@ -22,7 +27,7 @@ pub(crate) fn write(words: &Words, minds: &[Mind<'_>], summary: &Summary, out: &
 }
 
 /// A belief in words, without its identity.
-pub(crate) fn describe(words: &Words, mind: &Mind<'_>, belief: &Belief) -> String {
+pub(crate) fn describe(words: &PerceptPhrases, mind: &PerspectiveRecord<'_>, belief: &Belief) -> String {
     let mut parts = vec![words.thing(belief)];
     if let Some(place_m) = mind.place_m(belief, words.position) {
         parts.push(format!("at {}", place(place_m)));
@@ -32,15 +37,15 @@ pub(crate) fn describe(words: &Words, mind: &Mind<'_>, belief: &Belief) -> Strin
         text += &format!(", {state}");
     }
     if belief.held_by != NOBODY {
-        text += &format!(", held by {}", agent(belief.held_by));
+        text += &format!(", held by {}", agent_name(belief.held_by));
     }
     text
 }
 
-fn write_mind(words: &Words, mind: &Mind<'_>, out: &mut String) -> fmt::Result {
+fn write_mind(words: &PerceptPhrases, mind: &PerspectiveRecord<'_>, out: &mut String) -> fmt::Result {
     let head = mind.head;
-    if mind.was_never_there() {
-        return writeln!(out, "{} was never there", whose(head));
+    if mind.was_never_observed() {
+        return writeln!(out, "{} was never there", perspective_name(head));
     }
     let things = match mind.beliefs.len() {
         0 => "believes in nothing".to_owned(),
@@ -48,7 +53,7 @@ fn write_mind(words: &Words, mind: &Mind<'_>, out: &mut String) -> fmt::Result {
         count => format!("believes in {count} things"),
     };
     let away = if head.present == 0 { " (away)" } else { "" };
-    writeln!(out, "{}{away} {things}", whose(head))?;
+    writeln!(out, "{}{away} {things}", perspective_name(head))?;
     for belief in mind.beliefs {
         let age =
             Instant::from_nanos(head.header.valid_at_ns).since(Instant::from_nanos(belief.perceived_at_ns));
@@ -80,12 +85,12 @@ fn write_mind(words: &Words, mind: &Mind<'_>, out: &mut String) -> fmt::Result {
 }
 
 fn write_difference(
-    words: &Words,
+    words: &PerceptPhrases,
     head: &BeliefHead,
     difference: &Difference,
     out: &mut String,
 ) -> fmt::Result {
-    let who = whose(head);
+    let who = perspective_name(head);
     match (difference.one(), difference.other()) {
         (Some(robots), None) => writeln!(out, "  only Leo believes in Leo's {robots}"),
         (None, Some(his)) => writeln!(out, "  only {who} believes in {his}"),
@@ -120,7 +125,7 @@ fn write_summary(summary: &Summary, out: &mut String) -> fmt::Result {
         writeln!(out, "{left_out} observations found no room: raise buffers.objects in leo.toml")?;
     }
     if let Some(most) = not_simulated.last() {
-        let partners: Vec<String> = not_simulated.iter().map(|partner| agent(*partner)).collect();
+        let partners: Vec<String> = not_simulated.iter().map(|partner| agent_name(*partner)).collect();
         let partners = partners.join(", ");
         writeln!(
             out,

@@ -1,8 +1,8 @@
 use config::percepts::Percepts;
 use message::{Belief, BeliefHead, Difference, Feature, Header, NOBODY, Remembered};
-use perspective::{Divergence, Side};
+use perspective::{Divergence, PerspectiveBeliefs};
 
-use crate::{JsonLines, Mind, Refusal, Summary, Timeline};
+use crate::{JsonLines, PerspectiveRecord, Refusal, Summary, Timeline};
 
 /// Builds the perspectives of a test, instant by instant.
 struct Story {
@@ -55,11 +55,13 @@ impl Story {
             ..BeliefHead::of(1, Header::at(at_ns))
         };
         let (robots, his) = (self.beliefs(at_ns, robots), self.beliefs(at_ns, his.unwrap_or(&[])));
-        self.divergence
-            .compare(Side { head: &robot, beliefs: &robots }, Side { head: &partner, beliefs: &his });
+        self.divergence.compare(
+            PerspectiveBeliefs { head: &robot, beliefs: &robots },
+            PerspectiveBeliefs { head: &partner, beliefs: &his },
+        );
         let minds = [
-            Mind { head: &robot, beliefs: &robots, pairs: &[], differences: &[] },
-            Mind {
+            PerspectiveRecord { head: &robot, beliefs: &robots, pairs: &[], differences: &[] },
+            PerspectiveRecord {
                 head: &partner,
                 beliefs: &his,
                 pairs: self.divergence.pairs(),
@@ -151,9 +153,9 @@ fn the_table_at_the_end_says_what_differs_and_what_went_in() {
         refused: 13,
         ..BeliefHead::of(1, Header::at(2_000_000_000))
     };
-    let mind = Mind { head: &head, beliefs: &beliefs, pairs: &[], differences: &differences };
+    let mind = PerspectiveRecord { head: &head, beliefs: &beliefs, pairs: &[], differences: &differences };
     let away = BeliefHead::of(2, Header::at(2_000_000_000));
-    let nobody = Mind { head: &away, beliefs: &[], pairs: &[], differences: &[] };
+    let nobody = PerspectiveRecord { head: &away, beliefs: &[], pairs: &[], differences: &[] };
     let refused = Refusal { reason: "no number".to_owned(), observations: 3, first: "line 4".to_owned() };
     let summary = Summary {
         first_at_ns: Some(0),
@@ -186,7 +188,7 @@ fn the_table_at_the_end_says_what_differs_and_what_went_in() {
     }
     let path = head.path.within(0).and_then(|path| path.within(2)).unwrap();
     let nested = BeliefHead { path, present: 1, ..BeliefHead::of(5, Header::at(2_000_000_000)) };
-    let nested = Mind { head: &nested, beliefs: &[], pairs: &[], differences: &[] };
+    let nested = PerspectiveRecord { head: &nested, beliefs: &[], pairs: &[], differences: &[] };
     let mut out = String::new();
     Timeline::new(&percepts).close(&[nested], &summary, &mut out);
     assert!(out.contains("\npartner 1's Leo's partner 2 believes in nothing\n"), "{out}");

@@ -5,42 +5,42 @@ use clock::{Duration, Instant};
 use config::percepts::Percepts;
 use message::{Belief, BeliefHead, NOBODY};
 
-use crate::words::{Words, agent, place, whose};
-use crate::{Mind, Summary, table};
+use crate::words::{PerceptPhrases, agent_name, perspective_name, place};
+use crate::{PerspectiveRecord, Summary, table};
 
 /// A thing has moved when it is farther than this from its last reported position.
-const MOVED_M: f64 = 0.03;
-/// A thing is at rest when it has stayed within [`REST_M`] for this long.
-const REST: Duration = Duration::from_millis(200);
-const REST_M: f64 = 0.01;
+const MIN_MOTION_M: f64 = 0.03;
+/// A thing is at rest when it has stayed within [`MAX_REST_MOTION_M`] for this long.
+const MIN_REST: Duration = Duration::from_millis(200);
+const MAX_REST_MOTION_M: f64 = 0.01;
 /// A state has changed when its degree has changed by more than this.
-const CHANGED: f32 = 0.25;
+const MIN_DEGREE_CHANGE: f32 = 0.25;
 
 /// Reports the events in all perspectives for people: beliefs that are created, removed or changed, and differences
 /// between a partner and the robot that begin or end. Times are relative to the first instant. The motion of a thing is
 /// reported once it is at rest.
 #[derive(Clone, Debug)]
 pub struct Timeline {
-    words: Words,
+    words: PerceptPhrases,
     first: Option<Instant>,
-    minds: BTreeMap<u32, Told>,
+    minds: BTreeMap<u32, ReportedPerspective>,
 }
 
 /// The reported state of a perspective.
 #[derive(Clone, Debug, Default)]
-struct Told {
+struct ReportedPerspective {
     present: bool,
-    beliefs: BTreeMap<u64, Account>,
+    beliefs: BTreeMap<u64, ReportedBelief>,
     differences: BTreeMap<(Option<u64>, Option<u64>), Vec<u16>>,
 }
 
 /// The reported state of a belief.
 #[derive(Clone, Debug)]
-struct Account {
+struct ReportedBelief {
     thing: String,
     place_m: Option<[f64; 3]>,
     /// Its recent position, and since when it has been there.
-    stays: Option<([f64; 3], Instant)>,
+    recent_place: Option<([f64; 3], Instant)>,
     states: Vec<Option<f32>>,
     class: Vec<Option<u16>>,
     held_by: u16,
@@ -50,11 +50,11 @@ impl Timeline {
     /// An empty timeline.
     #[must_use]
     pub fn new(percepts: &Percepts) -> Self {
-        Self { words: Words::of(percepts), first: None, minds: BTreeMap::new() }
+        Self { words: PerceptPhrases::of(percepts), first: None, minds: BTreeMap::new() }
     }
 
     /// Processes an instant and appends the new events to `out`.
-    pub fn note(&mut self, at_ns: u64, minds: &[Mind<'_>], out: &mut String) {
+    pub fn note(&mut self, at_ns: u64, minds: &[PerspectiveRecord<'_>], out: &mut String) {
         let at = Instant::from_nanos(at_ns);
         let first = *self.first.get_or_insert(at);
         let mut lines = Lines { since: at.since(first), out };
@@ -67,7 +67,7 @@ impl Timeline {
     }
 
     /// Appends the final beliefs and the summary to `out`.
-    pub fn close(&self, minds: &[Mind<'_>], summary: &Summary, out: &mut String) {
+    pub fn close(&self, minds: &[PerspectiveRecord<'_>], summary: &Summary, out: &mut String) {
         // Writing to a string cannot fail.
         let _ = table::write(&self.words, minds, summary, out);
     }
@@ -80,27 +80,34 @@ struct Lines<'a> {
 }
 
 impl Lines<'_> {
-    fn say(&mut self, who: &BeliefHead, words: &str) {
+    fn write_line(&mut self, who: &BeliefHead, words: &str) {
         // Writing to a string cannot fail.
-        let _ = writeln!(self.out, "[{:7.2} s] {:<10} {words}", self.since.as_secs_f64(), whose(who));
+        let _ =
+            writeln!(self.out, "[{:7.2} s] {:<10} {words}", self.since.as_secs_f64(), perspective_name(who));
     }
 }
 
-impl Told {
-    fn presence(&mut self, mind: &Mind<'_>, lines: &mut Lines<'_>) {
+impl ReportedPerspective {
+    fn presence(&mut self, mind: &PerspectiveRecord<'_>, lines: &mut Lines<'_>) {
         let present = mind.head.present != 0;
         if self.present != present && mind.head.perspective != 0 {
-            lines.say(mind.head, if present { "is there" } else { "is away: his beliefs freeze" });
+            lines.write_line(mind.head, if present { "is there" } else { "is away: his beliefs freeze" });
         }
         self.present = present;
     }
 
-    fn beliefs(&mut self, words: &Words, at: Instant, mind: &Mind<'_>, lines: &mut Lines<'_>) {
+    fn beliefs(
+        &mut self,
+        words: &PerceptPhrases,
+        at: Instant,
+        mind: &PerspectiveRecord<'_>,
+        lines: &mut Lines<'_>,
+    ) {
         let who = mind.head;
         self.beliefs.retain(|id, account| {
             let lives = mind.belief(*id).is_some();
             if !lives {
-                lines.say(who, &format!("no longer believes in {id}: {}", account.thing));
+                lines.write_line(who, &format!("no longer believes in {id}: {}", account.thing));
             }
             lives
         });
@@ -108,20 +115,20 @@ impl Told {
             match self.beliefs.get_mut(&belief.id) {
                 Some(account) => {
                     account.update(words, at, mind, belief, |change| {
-                        lines.say(who, &format!("{}: {change}", belief.id));
+                        lines.write_line(who, &format!("{}: {change}", belief.id));
                     });
                 }
                 None => {
-                    let account = Account::new(words, at, mind, belief);
+                    let account = ReportedBelief::new(words, at, mind, belief);
                     let text = table::describe(words, mind, belief);
-                    lines.say(who, &format!("believes in {}: {text}", belief.id));
+                    lines.write_line(who, &format!("believes in {}: {text}", belief.id));
                     self.beliefs.insert(belief.id, account);
                 }
             }
         }
     }
 
-    fn differences(&mut self, words: &Words, mind: &Mind<'_>, lines: &mut Lines<'_>) {
+    fn differences(&mut self, words: &PerceptPhrases, mind: &PerspectiveRecord<'_>, lines: &mut Lines<'_>) {
         let now: BTreeMap<_, Vec<u16>> = mind
             .differences
             .iter()
@@ -137,7 +144,7 @@ impl Told {
             }
             let names: Vec<&str> = about.iter().map(|percept| words.name(*percept)).collect();
             let names = names.join(", ");
-            lines.say(
+            lines.write_line(
                 who,
                 &match pair {
                     (Some(robots), Some(his)) => format!("{his} differs from Leo's {robots}: {names}"),
@@ -154,19 +161,19 @@ impl Told {
         let over = self.differences.keys().filter(|pair| !now.contains_key(*pair));
         let agreed: BTreeSet<_> = over.filter_map(settled).collect();
         for (robots, his) in agreed {
-            lines.say(who, &format!("{his} agrees with Leo's {robots}"));
+            lines.write_line(who, &format!("{his} agrees with Leo's {robots}"));
         }
         self.differences = now;
     }
 }
 
-impl Account {
-    fn new(words: &Words, at: Instant, mind: &Mind<'_>, belief: &Belief) -> Self {
+impl ReportedBelief {
+    fn new(words: &PerceptPhrases, at: Instant, mind: &PerspectiveRecord<'_>, belief: &Belief) -> Self {
         let place_m = mind.place_m(belief, words.position);
         Self {
             thing: words.thing(belief),
             place_m,
-            stays: place_m.map(|place| (place, at)),
+            recent_place: place_m.map(|place| (place, at)),
             states: words.states().iter().map(|percept| belief.number(*percept)).collect(),
             class: words.class().iter().map(|percept| belief.symbol(*percept)).collect(),
             held_by: belief.held_by,
@@ -176,9 +183,9 @@ impl Account {
     /// Reports the changes of a belief.
     fn update(
         &mut self,
-        words: &Words,
+        words: &PerceptPhrases,
         at: Instant,
-        mind: &Mind<'_>,
+        mind: &PerspectiveRecord<'_>,
         belief: &Belief,
         mut tell: impl FnMut(&str),
     ) {
@@ -195,7 +202,7 @@ impl Account {
         for (told, percept) in self.states.iter_mut().zip(words.states()) {
             let now = belief.number(*percept);
             let changed = match (*told, now) {
-                (Some(told), Some(now)) => (told - now).abs() > CHANGED,
+                (Some(told), Some(now)) => (told - now).abs() > MIN_DEGREE_CHANGE,
                 (None, Some(_)) => true,
                 (_, None) => false,
             };
@@ -208,7 +215,7 @@ impl Account {
             self.held_by = belief.held_by;
             tell(&match belief.held_by {
                 NOBODY => "nobody holds it".to_owned(),
-                holder => format!("{} holds it", agent(holder)),
+                holder => format!("{} holds it", agent_name(holder)),
             });
         }
     }
@@ -218,15 +225,15 @@ impl Account {
         let place_m = place_m?;
         let far =
             |from: &[f64; 3]| from.iter().zip(&place_m).map(|(a, b)| (a - b).powi(2)).sum::<f64>().sqrt();
-        let since = match self.stays {
-            Some((place, since)) if far(&place) <= REST_M => since,
+        let since = match self.recent_place {
+            Some((place, since)) if far(&place) <= MAX_REST_MOTION_M => since,
             _ => {
-                self.stays = Some((place_m, at));
+                self.recent_place = Some((place_m, at));
                 at
             }
         };
-        let rests = at.since(since) >= REST;
-        if rests && self.place_m.is_none_or(|told| far(&told) > MOVED_M) {
+        let rests = at.since(since) >= MIN_REST;
+        if rests && self.place_m.is_none_or(|told| far(&told) > MIN_MOTION_M) {
             self.place_m = Some(place_m);
             return Some(place_m);
         }

@@ -3,7 +3,7 @@ use message::{Belief, BeliefHead, Difference, Feature};
 
 /// The names of the percepts and symbols, and the phrases about them.
 #[derive(Clone, Debug)]
-pub struct Words {
+pub struct PerceptPhrases {
     percepts: Vec<Word>,
     /// The percept that gives a thing's position.
     pub position: Option<u16>,
@@ -19,7 +19,7 @@ struct Word {
     symbols: Vec<String>,
 }
 
-impl Words {
+impl PerceptPhrases {
     /// The names of a robot's percepts.
     #[must_use]
     pub fn of(percepts: &Percepts) -> Self {
@@ -122,15 +122,15 @@ impl Words {
 }
 
 /// The display name of a perspective: "Leo", "partner 1", or for a nested one "partner 1's Leo".
-pub(crate) fn whose(head: &BeliefHead) -> String {
+pub(crate) fn perspective_name(head: &BeliefHead) -> String {
     match head.path.agents() {
-        None | Some([]) => agent(0),
-        Some(agents) => agents.iter().map(|number| agent(*number)).collect::<Vec<_>>().join("'s "),
+        None | Some([]) => agent_name(0),
+        Some(agents) => agents.iter().map(|number| agent_name(*number)).collect::<Vec<_>>().join("'s "),
     }
 }
 
 /// The display name of an agent.
-pub(crate) fn agent(number: u16) -> String {
+pub(crate) fn agent_name(number: u16) -> String {
     match number {
         0 => "Leo".to_owned(),
         partner => format!("partner {partner}"),

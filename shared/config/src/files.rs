@@ -85,7 +85,7 @@ impl Files {
 
     fn place(&self, name: &str) -> Option<PathBuf> {
         let leo = self.leo.as_deref()?;
-        if name == "leo.toml" { Some(leo.to_owned()) } else { crate::Robot::neighbour(Some(leo), name) }
+        if name == "leo.toml" { Some(leo.to_owned()) } else { crate::Robot::sibling_file(Some(leo), name) }
     }
 }
 

@@ -8,13 +8,13 @@ use std::net::SocketAddr;
 
 use serde::Deserialize;
 
-pub(crate) use link::fault as fault_of_link;
+pub(crate) use link::fault as link_error;
 pub use link::{Endpoint, Link, OffBoard, RobotName, Side};
-pub(crate) use source::fault as fault_of_sources;
+pub(crate) use source::fault as sources_error;
 pub use source::{Source, SourceFrame, SourceKind};
 
 use crate::Names;
-use crate::number::{Capacity, Hertz, Milliseconds, NotNegative, Positive, Seconds, Slips, Unit};
+use crate::number::{Capacity, Hertz, LabelNoise, Milliseconds, NotNegative, Positive, Seconds, Unit};
 
 /// The content of `leo.toml`.
 #[derive(Clone, Debug, Deserialize)]
@@ -163,7 +163,7 @@ impl Depth {
 #[serde(deny_unknown_fields)]
 pub struct Learner {
     /// The hypothesis language.
-    pub language: Hypotheses,
+    pub language: HypothesisLanguage,
     /// λ: the cost of each further class, in nats (paper's language).
     pub lambda: NotNegative,
     /// μ: the reward of each further feature, in nats (paper's language).
@@ -171,7 +171,7 @@ pub struct Learner {
     /// The cost of a number or a relation, in nats (extended language).
     pub selection_nats: NotNegative,
     /// Label noise: the probability that a teacher errs with one object.
-    pub noise: Slips,
+    pub noise: LabelNoise,
     /// What decides where the schemas from the robot's view and from the teacher's perspective differ.
     pub on_conflict: OnConflict,
     /// Hypotheses are reported if their posterior is at least this share of the best one's.
@@ -185,14 +185,14 @@ pub struct Learner {
 /// A hypothesis language.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
 #[serde(rename_all = "lowercase")]
-pub enum Hypotheses {
+pub enum HypothesisLanguage {
     /// The language of the paper's robot: simple disjunctions of classes.
     Paper,
     /// Adds negations, mixed templates, numbers and relations.
     Extended,
 }
 
-impl Hypotheses {
+impl HypothesisLanguage {
     /// Its value in `leo.toml`.
     #[must_use]
     pub const fn word(self) -> &'static str {

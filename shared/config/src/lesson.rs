@@ -36,15 +36,15 @@ pub struct Lesson {
     /// Seed of the sensor noise.
     pub seed: u64,
     /// The pose of the robot's base.
-    pub robot: Place,
+    pub robot: UprightPose,
     /// The teachers, in the order of the file.
     pub teachers: Vec<Teacher>,
     /// The noise of the robot's sensors.
     pub noise: Noise,
     /// The timing of setting the table.
-    pub laying: Laying,
+    pub laying: TableTiming,
     /// The named kinds of objects.
-    pub kinds: BTreeMap<String, Kind>,
+    pub kinds: BTreeMap<String, ObjectKind>,
     /// The named colours, linear red, green and blue in [0, 1].
     pub colours: BTreeMap<String, [f64; 3]>,
     /// The demonstrations.
@@ -55,7 +55,7 @@ pub struct Lesson {
 
 /// A position and a heading in the world frame.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Place {
+pub struct UprightPose {
     /// Position, in metres.
     pub position_m: [f64; 3],
     /// Heading, anticlockwise from the world's x axis, in radians.
@@ -84,7 +84,7 @@ pub struct Noise {
 
 /// The timing of setting the table before each demonstration and before the novel set.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Laying {
+pub struct TableTiming {
     /// How long the table is empty between two tables, at least `occluders_first`.
     pub empty: Duration,
     /// How long the occluders stand before the objects appear.
@@ -112,16 +112,16 @@ pub struct Object {
     /// Its name, unique within the table.
     pub name: String,
     /// Its kind.
-    pub kind: Kind,
+    pub kind: ObjectKind,
     /// Colour, linear red, green and blue in [0, 1].
     pub colour_rgb: [f64; 3],
     /// Its initial pose; the position is that of its centre.
-    pub place: Place,
+    pub place: UprightPose,
 }
 
 /// A kind of object.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Kind {
+pub struct ObjectKind {
     /// Its role.
     pub role: Role,
     /// How elongated, flat, round and tapered it is, each in [0, 1].
@@ -256,7 +256,7 @@ pub enum Destination {
     /// Onto the top of an object, given by its index in the table. A marker marks it.
     Top(usize),
     /// To a pose of its centre.
-    Place(Place),
+    UprightPose(UprightPose),
 }
 
 impl Lesson {

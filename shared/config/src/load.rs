@@ -6,7 +6,7 @@ use serde::de::DeserializeOwned;
 use crate::ConfigError;
 
 /// Minimum similarity (Jaro-Winkler, 0 to 1) at which a known key is suggested for an unknown one.
-const ALIKE: f64 = 0.75;
+const MIN_SIMILARITY: f64 = 0.75;
 
 /// Reads and checks a TOML file.
 ///
@@ -75,7 +75,7 @@ pub fn suggest(message: &str) -> String {
     let Some(unknown) = quoted.next() else { return message };
     let closest = quoted
         .map(|known| (strsim::jaro_winkler(unknown, known), known))
-        .filter(|(likeness, _)| *likeness >= ALIKE)
+        .filter(|(similarity, _)| *similarity >= MIN_SIMILARITY)
         .max_by(|a, b| a.0.total_cmp(&b.0));
     match closest {
         Some((_, known)) => format!("{message}; did you mean `{known}`?"),

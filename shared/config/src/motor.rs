@@ -144,7 +144,7 @@ impl Model {
 
     /// The maximum baud rate, in bits per second.
     #[must_use]
-    pub const fn baud_most(self) -> u32 {
+    pub const fn max_baud(self) -> u32 {
         match self {
             Self::Xm430W350 => 4_500_000,
             Self::Xl330M288 => 4_000_000,
@@ -154,7 +154,7 @@ impl Model {
     /// The maximum velocity, in radians per second: the default of Velocity Limit (address 44 of the control table),
     /// 200 and 445 times 0.229 rev/min.
     #[must_use]
-    pub fn velocity_most_rad_s(self) -> f64 {
+    pub fn max_velocity_rad_s(self) -> f64 {
         let counts = match self {
             Self::Xm430W350 => 200.0,
             Self::Xl330M288 => 445.0,
@@ -248,7 +248,7 @@ impl Limit {
 /// An error about a joint limit, for checks against another file. `text` is that of `motor.toml`; the error names it as
 /// `file`.
 #[must_use]
-pub fn wrong_limit(text: &str, file: &Path, joint: &str, limit: Limit, reason: String) -> ConfigError {
+pub fn limit_error(text: &str, file: &Path, joint: &str, limit: Limit, reason: String) -> ConfigError {
     let raw: RawMotor = match parse_toml(text, file) {
         Ok(raw) => raw,
         Err(error) => return error,
@@ -312,19 +312,19 @@ pub fn load(file: &Path) -> Result<Motor, ConfigError> {
 /// As [`load`].
 pub fn parse(text: &str, file: &Path) -> Result<Motor, ConfigError> {
     let raw: RawMotor = parse_toml(text, file)?;
-    check(raw).map_err(|Wrong { span, reason }| invalid(text, file, span, reason))
+    check(raw).map_err(|SpannedError { span, reason }| invalid(text, file, span, reason))
 }
 
-struct Wrong {
+struct SpannedError {
     span: Range<usize>,
     reason: String,
 }
 
-fn wrong<T>(at: &Spanned<T>, reason: String) -> Wrong {
-    Wrong { span: at.span(), reason }
+fn wrong<T>(at: &Spanned<T>, reason: String) -> SpannedError {
+    SpannedError { span: at.span(), reason }
 }
 
-fn check(raw: RawMotor) -> Result<Motor, Wrong> {
+fn check(raw: RawMotor) -> Result<Motor, SpannedError> {
     let mut motor = Motor { buses: Vec::new(), joints: Vec::new(), groups: Vec::new() };
     for bus in raw.bus {
         let (name, baud) = (bus.name.get_ref(), *bus.baud.get_ref());
@@ -348,7 +348,7 @@ fn check(raw: RawMotor) -> Result<Motor, Wrong> {
     Ok(motor)
 }
 
-fn check_joint(raw: RawJoint, motor: &mut Motor) -> Result<Joint, Wrong> {
+fn check_joint(raw: RawJoint, motor: &mut Motor) -> Result<Joint, SpannedError> {
     let name = raw.name.get_ref();
     if motor.joints.iter().any(|other| other.name == *name) {
         return Err(wrong(&raw.name, format!("there are two joints named `{name}`; rename one")));
@@ -358,8 +358,8 @@ fn check_joint(raw: RawJoint, motor: &mut Motor) -> Result<Joint, Wrong> {
         let reason = format!("there is no bus `{}`; there are {}", raw.bus.get_ref(), known.join(", "));
         return Err(wrong(&raw.bus, reason));
     };
-    if motor.buses.get(bus).is_some_and(|bus| bus.baud > raw.model.baud_most()) {
-        let reason = format!("this servo speaks at no more than {} baud", raw.model.baud_most());
+    if motor.buses.get(bus).is_some_and(|bus| bus.baud > raw.model.max_baud()) {
+        let reason = format!("this servo speaks at no more than {} baud", raw.model.max_baud());
         return Err(wrong(&raw.bus, reason));
     }
     let id = *raw.id.get_ref();
@@ -380,7 +380,7 @@ fn check_joint(raw: RawJoint, motor: &mut Motor) -> Result<Joint, Wrong> {
         let reason = format!("the limits are crossed: min_rad {min_rad} must be below max_rad {max_rad}");
         return Err(wrong(&raw.max_rad, reason));
     }
-    let (velocity_rad_s, most) = (raw.velocity_rad_s.get_ref().get(), raw.model.velocity_most_rad_s());
+    let (velocity_rad_s, most) = (raw.velocity_rad_s.get_ref().get(), raw.model.max_velocity_rad_s());
     if velocity_rad_s > most {
         let reason =
             format!("{velocity_rad_s} rad/s is faster than the servo, which turns at {most:.2} rad/s");
@@ -469,7 +469,7 @@ mod tests {
                 line.starts_with(limit.key()) && line.contains(&format!("{:?}", limit.of(joint)))
             });
             let reason = format!("`{}` is wrong", joint.name);
-            let error = wrong_limit(TWO, Path::new("m.toml"), &joint.name, limit, reason).to_string();
+            let error = limit_error(TWO, Path::new("m.toml"), &joint.name, limit, reason).to_string();
             let expected = format!("m.toml:{}:", line.expect("it is in the file") + 1);
             assert!(
                 error.starts_with(&expected) && error.ends_with("` is wrong"),

@@ -54,7 +54,7 @@ ranged!(
 );
 ranged!(
     /// A probability of label noise. At 0.5 an example would carry no information.
-    Slips: "from 0 to below 0.5", |value| (0.0..0.5).contains(&value)
+    LabelNoise: "from 0 to below 0.5", |value| (0.0..0.5).contains(&value)
 );
 ranged!(
     /// A number that is zero or positive.

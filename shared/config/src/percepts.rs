@@ -38,7 +38,7 @@ pub struct Percept {
     /// Its unique name.
     pub name: String,
     /// The earlier percept that gates this one: it must have passed and, if it is a region or a range, evaluated to
-    /// inside ([`Kernel::opens`]). Its feature is this percept's input if the kernel [reads](Kernel::reads) it.
+    /// inside ([`Kernel::admits`]). Its feature is this percept's input if the kernel [reads](Kernel::reads) it.
     pub parent: Option<u16>,
     /// Its role in a goal belief.
     pub role: Role,
@@ -336,7 +336,7 @@ impl Percepts {
     /// Association distance: how far apart two otherwise equal observations may be and still be of one object, in
     /// metres (Eq. 4). Infinite if the belief distance has no position term.
     #[must_use]
-    pub fn same_place_m(&self) -> f64 {
+    pub fn association_distance_m(&self) -> f64 {
         let belief = &self.belief;
         let is_place = |term: &&Distance| {
             let kernel = self.get(term.percept).map(|percept| &percept.kernel);

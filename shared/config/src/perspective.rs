@@ -119,7 +119,7 @@ pub enum Field {
 #[serde(deny_unknown_fields)]
 pub struct Resource {
     /// The rule.
-    pub by: Owning,
+    pub by: OwnershipRule,
     /// For `territory`: the minimum ratio of the gap between two clusters to the longest link within them.
     pub gap_ratio: Positive,
     /// For `told`: the owned regions.
@@ -129,7 +129,7 @@ pub struct Resource {
 /// The rule by which an object's owner is estimated.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
 #[serde(rename_all = "lowercase")]
-pub enum Owning {
+pub enum OwnershipRule {
     /// No ownership: every object is common.
     None,
     /// By position: the two groups of objects that a gap separates.
@@ -142,7 +142,7 @@ pub enum Owning {
 
 /// A region of the table and its owner.
 #[derive(Clone, Copy, Debug, PartialEq, Deserialize)]
-#[serde(try_from = "WrittenRegion")]
+#[serde(try_from = "RawRegion")]
 pub struct Region {
     /// The owner: 0 for the robot, n for partner n.
     pub owner: u16,
@@ -153,16 +153,16 @@ pub struct Region {
 /// A region in the file: the owner, and two corners by x and y of the base frame, in metres.
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
-struct WrittenRegion {
+struct RawRegion {
     owner: u16,
     from_m: [Coordinate; 2],
     to_m: [Coordinate; 2],
 }
 
-impl TryFrom<WrittenRegion> for Region {
+impl TryFrom<RawRegion> for Region {
     type Error = String;
 
-    fn try_from(WrittenRegion { owner, from_m, to_m }: WrittenRegion) -> Result<Self, String> {
+    fn try_from(RawRegion { owner, from_m, to_m }: RawRegion) -> Result<Self, String> {
         if from_m.iter().zip(&to_m).all(|(from, to)| from < to) {
             Ok(Self { owner, from_m, to_m })
         } else {

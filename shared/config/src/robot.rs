@@ -2,9 +2,9 @@ use std::path::{Path, PathBuf};
 
 use message::PERSPECTIVES_MOST;
 
-use crate::forward::{Forward, forward};
-use crate::leo::{Leo, fault_of_link, fault_of_sources};
+use crate::leo::{Leo, link_error, sources_error};
 use crate::load::{invalid, text};
+use crate::migrated::{Migration, migrated};
 use crate::motor::{Limit, Motor};
 use crate::percepts::Percepts;
 use crate::perspective::Perspective;
@@ -54,18 +54,18 @@ impl Robot {
         let [leo, percepts, perspective, motor] =
             ["leo.toml", "percepts.toml", "perspective.toml", "motor.toml"].map(|name| files.file(name));
         let (leo_text, leo_file) = leo;
-        let mut leo = consistent(leo_text, &leo_file)?;
+        let mut leo = parse_and_validate(leo_text, &leo_file)?;
         if let Some(folder) = files.leo().and_then(Path::parent) {
             leo.sensor.source.iter_mut().for_each(|source| source.relative_to(folder));
             leo.link.relative_to(folder);
         }
         let percepts = Percepts::parse(percepts.0, &percepts.1)?;
-        perceivable(&leo, &percepts, leo_text, &leo_file)?;
+        check_perceivable(&leo, &percepts, leo_text, &leo_file)?;
         Ok(Self {
             leo,
             percepts,
             perspective: parse(perspective.0, &perspective.1)
-                .map_err(|error| or_older(error, files.leo().unwrap_or(&leo_file)))?,
+                .map_err(|error| with_migration_hint(error, files.leo().unwrap_or(&leo_file)))?,
             motor: motor::parse(motor.0, &motor.1)?,
             urdf: files.file("leo.urdf").0.to_owned(),
         })
@@ -73,17 +73,17 @@ impl Robot {
 
     /// The path of a sibling file of `leo` (a `leo.toml`); `None` if the built-in file is used instead.
     #[must_use]
-    pub fn neighbour(leo: Option<&Path>, name: &str) -> Option<PathBuf> {
+    pub fn sibling_file(leo: Option<&Path>, name: &str) -> Option<PathBuf> {
         leo.and_then(Path::parent).map(|folder| folder.join(name)).filter(|file| file.exists())
     }
 
     /// An error about a joint limit in the `motor.toml` beside `leo` (a `leo.toml`), for checks against another file.
     #[must_use]
-    pub fn wrong_limit(leo: Option<&Path>, joint: &str, limit: Limit, reason: String) -> ConfigError {
+    pub fn limit_error(leo: Option<&Path>, joint: &str, limit: Limit, reason: String) -> ConfigError {
         match Files::read(leo) {
             Ok(files) => {
                 let (text, file) = files.file("motor.toml");
-                motor::wrong_limit(text, &file, joint, limit, reason)
+                motor::limit_error(text, &file, joint, limit, reason)
             }
             Err(error) => error,
         }
@@ -94,13 +94,13 @@ impl Robot {
     /// # Errors
     ///
     /// A file cannot be read, or has an error that no migration fixes.
-    pub fn forward(leo: &Path) -> Result<Vec<Forward>, ConfigError> {
+    pub fn migrated(leo: &Path) -> Result<Vec<Migration>, ConfigError> {
         let parse_leo = |text: &str| parse::<Leo>(text, leo).map(drop);
-        let mut all = vec![forward(text(leo)?, leo, builtin::LEO, parse_leo)?];
+        let mut all = vec![migrated(text(leo)?, leo, builtin::LEO, parse_leo)?];
         let beside = leo.with_file_name("perspective.toml");
         if beside.exists() {
             let parse_perspective = |text: &str| parse::<Perspective>(text, &beside).map(drop);
-            all.push(forward(text(&beside)?, &beside, builtin::PERSPECTIVE, parse_perspective)?);
+            all.push(migrated(text(&beside)?, &beside, builtin::PERSPECTIVE, parse_perspective)?);
         }
         Ok(all)
     }
@@ -126,8 +126,8 @@ impl Robot {
     }
 }
 
-/// Adds a hint to an error about a missing key: the command that migrates the file, see [`Robot::forward`].
-fn or_older(mut error: ConfigError, leo: &Path) -> ConfigError {
+/// Adds a hint to an error about a missing key: the command that migrates the file, see [`Robot::migrated`].
+fn with_migration_hint(mut error: ConfigError, leo: &Path) -> ConfigError {
     if let ConfigError::Invalid { reason, .. } = &mut error
         && reason.starts_with("missing field")
     {
@@ -137,8 +137,8 @@ fn or_older(mut error: ConfigError, leo: &Path) -> ConfigError {
 }
 
 /// Parses a `leo.toml` and checks the constraints between its values.
-fn consistent(text: &str, file: &Path) -> Result<Leo, ConfigError> {
-    let leo: Leo = parse(text, file).map_err(|error| or_older(error, file))?;
+fn parse_and_validate(text: &str, file: &Path) -> Result<Leo, ConfigError> {
+    let leo: Leo = parse(text, file).map_err(|error| with_migration_hint(error, file))?;
     let (goals, patience) = (leo.learner.goal_rate_hz.period(), leo.motor.command_timeout_ms.duration());
     if 2 * goals > patience {
         let at = text.find("command_timeout_ms").unwrap_or(0);
@@ -160,11 +160,11 @@ fn consistent(text: &str, file: &Path) -> Result<Leo, ConfigError> {
         );
         return Err(invalid(text, file, at..at, reason));
     }
-    if let Some((index, reason)) = fault_of_sources(&leo.sensor.source) {
-        let at = place_of_source(text, index);
+    if let Some((index, reason)) = sources_error(&leo.sensor.source) {
+        let at = source_offset(text, index);
         return Err(invalid(text, file, at..at, reason));
     }
-    if let Some((key, reason)) = fault_of_link(&leo.link) {
+    if let Some((key, reason)) = link_error(&leo.link) {
         let table = text.find("\n[link]").unwrap_or(0);
         let at =
             text.get(table..).and_then(|rest| rest.find(&format!("\n{key} "))).map_or(0, |at| table + at + 1);
@@ -174,11 +174,11 @@ fn consistent(text: &str, file: &Path) -> Result<Leo, ConfigError> {
 }
 
 /// Rejects a source whose observations could never pass the percept threshold.
-fn perceivable(leo: &Leo, percepts: &Percepts, text: &str, file: &Path) -> Result<(), ConfigError> {
+fn check_perceivable(leo: &Leo, percepts: &Percepts, text: &str, file: &Path) -> Result<(), ConfigError> {
     for (index, source) in leo.sensor.source.iter().enumerate() {
         let confidence = source.confidence(percepts);
         if confidence <= percepts.threshold {
-            let at = place_of_source(text, index);
+            let at = source_offset(text, index);
             let reason = format!(
                 "nothing of `{}` would be perceived: with so large a `position_sd_m` its confidence is at most \
                  {confidence:.2}, and the threshold in percepts.toml is {}",
@@ -191,7 +191,7 @@ fn perceivable(leo: &Leo, percepts: &Percepts, text: &str, file: &Path) -> Resul
 }
 
 /// The byte offset at which a source of the list begins.
-fn place_of_source(text: &str, index: usize) -> usize {
+fn source_offset(text: &str, index: usize) -> usize {
     text.match_indices("\n[[sensor.source]]").nth(index).map_or(0, |(at, _)| at + 1)
 }
 
@@ -210,7 +210,7 @@ mod tests {
     #[test]
     fn goals_that_come_too_seldom_are_refused() {
         let text = Robot::leo_text_with(&[("learner.goal_rate_hz", 5.0)]);
-        let error = consistent(&text, Path::new("leo.toml")).unwrap_err().to_string();
+        let error = parse_and_validate(&text, Path::new("leo.toml")).unwrap_err().to_string();
         assert!(error.contains("200 ms is less than two periods"), "{error}");
     }
 
@@ -218,7 +218,7 @@ mod tests {
     fn more_perspectives_than_a_robot_can_keep_are_refused_with_the_line() {
         let with = |partners, depth| {
             let text = Robot::leo_text_with(&[("belief.partners", partners), ("belief.depth", depth)]);
-            consistent(&text, Path::new("leo.toml"))
+            parse_and_validate(&text, Path::new("leo.toml"))
         };
         assert_eq!(with(2.0, 3.0).unwrap().belief.perspectives(2), 15);
         assert_eq!(with(255.0, 1.0).unwrap().belief.perspectives(255), 256);

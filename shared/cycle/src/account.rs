@@ -23,13 +23,13 @@ impl Account {
     /// Records in `health` that the cycle ended `now` and missed `skipped` further releases. One or more count as an
     /// overrun.
     pub fn close(self, health: &mut Health, skipped: u64, now: Instant) {
-        self.close_woken(health, now);
+        self.close_event_driven(health, now);
         health.overruns += u64::from(skipped > 0);
         health.skipped += skipped;
     }
 
     /// Records in `health` that the cycle of an event-driven process, which has no deadline, ended `now`.
-    pub fn close_woken(self, health: &mut Health, now: Instant) {
+    pub fn close_event_driven(self, health: &mut Health, now: Instant) {
         health.execution.record(nanos(now.since(self.started_at)));
     }
 }
@@ -63,7 +63,7 @@ mod tests {
     fn a_woken_cycle_has_no_overruns() {
         let mut health = Health::default();
         let account = Account::open(&mut health, Instant::from_nanos(5), Instant::from_nanos(9));
-        account.close_woken(&mut health, Instant::from_nanos(90_000_000));
+        account.close_event_driven(&mut health, Instant::from_nanos(90_000_000));
         assert_eq!((health.cycles, health.overruns, health.execution.count()), (1, 0, 1));
     }
 }

@@ -23,4 +23,4 @@ mod account;
 mod schedule;
 
 pub use account::Account;
-pub use schedule::{Schedule, ZeroPeriod};
+pub use schedule::{Schedule, ZeroPeriodError};

@@ -3,7 +3,7 @@ use clock::{Duration, Instant, nanos};
 /// The period of a cycle is zero.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("the period of a cycle is zero: it must be at least a nanosecond")]
-pub struct ZeroPeriod;
+pub struct ZeroPeriodError;
 
 /// Release times of a cycle: `first_release + n * period`, without end.
 ///
@@ -21,9 +21,9 @@ impl Schedule {
     /// # Errors
     ///
     /// The period is zero.
-    pub fn new(period: Duration, first_release: Instant) -> Result<Self, ZeroPeriod> {
+    pub fn new(period: Duration, first_release: Instant) -> Result<Self, ZeroPeriodError> {
         if period.is_zero() {
-            return Err(ZeroPeriod);
+            return Err(ZeroPeriodError);
         }
         Ok(Self { period: nanos(period), release: first_release })
     }
@@ -61,7 +61,7 @@ mod tests {
 
     #[test]
     fn a_period_of_zero_is_refused() {
-        assert_eq!(Schedule::new(Duration::ZERO, Instant::EPOCH).unwrap_err(), ZeroPeriod);
+        assert_eq!(Schedule::new(Duration::ZERO, Instant::EPOCH).unwrap_err(), ZeroPeriodError);
     }
 
     #[test]

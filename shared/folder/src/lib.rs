@@ -30,7 +30,7 @@ const WRITTEN_BY_OTHERS: u32 = 0o022;
 const OWN_FOLDER: Mode = Mode::RWXU;
 const OWN_FILE: Mode = Mode::RUSR.union(Mode::WUSR);
 /// Maximum depth of [`Folder::clear`], larger than any folder tree of Leo or its middleware.
-const DEEP: u32 = 16;
+const MAX_DEPTH: u32 = 16;
 
 /// An open folder of this user.
 #[derive(Debug)]
@@ -300,7 +300,7 @@ impl Folder {
     /// Removes all its content except the entries named in `keep`, without following symbolic links. Entries that
     /// cannot be removed stay.
     pub fn clear(&self, keep: &[&str]) {
-        clear(&self.descriptor, keep, DEEP);
+        clear(&self.descriptor, keep, MAX_DEPTH);
     }
 }
 

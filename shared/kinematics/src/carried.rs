@@ -6,7 +6,7 @@ use crate::BodyError;
 /// # Errors
 ///
 /// [`BodyError::Urdf`] if the text is no URDF.
-pub fn carried_by(urdf: &str, names: &[&str]) -> Result<Vec<Option<usize>>, BodyError> {
+pub fn nearest_ancestors(urdf: &str, names: &[&str]) -> Result<Vec<Option<usize>>, BodyError> {
     let robot = urdf_rs::read_from_string(urdf).map_err(|source| BodyError::Urdf { source })?;
     let above = |link: &str| robot.joints.iter().find(|joint| joint.child.link == link);
     let nearest = |name: &&str| {
@@ -38,7 +38,7 @@ mod tests {
             "none",
         ];
         // The pitch of the torso and the roll of the shoulder are left out.
-        assert_eq!(carried_by(urdf, &names).unwrap(), [None, Some(0), Some(1), Some(2), None]);
-        assert!(carried_by("<robot>", &names).is_err());
+        assert_eq!(nearest_ancestors(urdf, &names).unwrap(), [None, Some(0), Some(1), Some(2), None]);
+        assert!(nearest_ancestors("<robot>", &names).is_err());
     }
 }

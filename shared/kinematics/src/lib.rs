@@ -6,10 +6,10 @@
 
 mod body;
 mod carried;
-mod reach;
+mod inverse_kinematics;
 mod tree;
 
 pub use body::{ARM_JOINTS, Body, BodyError, Joint, Side};
-pub use carried::carried_by;
-pub use reach::{Aim, Jacobian, Unreachable};
+pub use carried::nearest_ancestors;
+pub use inverse_kinematics::{HandGoal, Jacobian, Unreachable};
 pub use tree::Link;

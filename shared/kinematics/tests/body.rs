@@ -4,7 +4,7 @@
 use std::sync::LazyLock;
 
 use geometry::Position;
-use kinematics::{ARM_JOINTS, Aim, Body, Side};
+use kinematics::{ARM_JOINTS, Body, HandGoal, Side};
 use proptest::prelude::*;
 
 const URDF: &str = include_str!("../../../config/leo.urdf");
@@ -83,7 +83,7 @@ fn every_point_of_the_table_is_in_reach_from_above() {
                     }
                     seen += 1;
                     let goal = Position::new(x, y, z);
-                    match body.reach(side, &Aim::Down(goal), &seed) {
+                    match body.inverse_kinematics(side, &HandGoal::Down(goal), &seed) {
                         Ok(arm) => {
                             assert_within_limits(body, side, arm);
                             let hand = body.hand(side, &with_arm(body, side, &seed, arm));
@@ -119,7 +119,7 @@ proptest! {
             })
         };
         let goal = body.hand(side, &with_arm(body, side, &seed, arm));
-        let found = body.reach(side, &Aim::Pose(goal), &seed);
+        let found = body.inverse_kinematics(side, &HandGoal::Pose(goal), &seed);
         prop_assert!(found.is_ok(), "{:?}", found);
         let found = found.expect("just checked");
         assert_within_limits(body, side, found);
@@ -150,16 +150,17 @@ proptest! {
 #[test]
 fn a_point_out_of_reach_says_how_far_away_the_hand_stays() {
     let body = leo();
-    let error =
-        body.reach(Side::Left, &Aim::Down(Position::new(2.0, 0.0, 0.2)), &seed(body)).expect_err("2 m away");
+    let error = body
+        .inverse_kinematics(Side::Left, &HandGoal::Down(Position::new(2.0, 0.0, 0.2)), &seed(body))
+        .expect_err("2 m away");
     assert!(error.distance_m > 1.0, "{error}");
 }
 
 #[test]
 fn the_same_question_gets_the_same_answer() {
     let body = leo();
-    let goal = Aim::Down(Position::new(0.3, -0.3, 0.3));
-    let ask = || body.reach(Side::Right, &goal, &vec![0.0; 65]).map(|arm| arm.map(f64::to_bits));
+    let goal = HandGoal::Down(Position::new(0.3, -0.3, 0.3));
+    let ask = || body.inverse_kinematics(Side::Right, &goal, &vec![0.0; 65]).map(|arm| arm.map(f64::to_bits));
     assert_eq!(ask(), ask());
 }
 

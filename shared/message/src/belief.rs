@@ -1,7 +1,7 @@
 use iceoryx2_bb_derive_macros::ZeroCopySend;
 use iceoryx2_bb_elementary_traits::zero_copy_send::ZeroCopySend;
 
-use crate::bytes::laid_out;
+use crate::bytes::impl_bytes;
 use crate::{Feature, Header, MAX_PERCEPTS, NOBODY, Path};
 
 /// Head of a belief buffer: the perspective and its coordinate frame.
@@ -206,13 +206,13 @@ impl Belief {
     }
 }
 
-laid_out!(BeliefHead = "leo/BeliefHead/2" {
+impl_bytes!(BeliefHead = "leo/BeliefHead/2" {
     header, perspective, present, frame_position_m, frame_orientation_xyzw, eye_position_m,
     eye_orientation_xyzw, perceivable, hidden, refused, created, merged, culled, overflowed, path
 });
-laid_out!(Remembered = "leo/Remembered/1" {
+impl_bytes!(Remembered = "leo/Remembered/1" {
     sampled_at_ns, percept, feature_kind, matching, confidence, feature
 });
-laid_out!(Belief = "leo/Belief/2" {
+impl_bytes!(Belief = "leo/Belief/2" {
     id, born_at_ns, perceived_at_ns, observations, held_by, owner, count, percepts
 });

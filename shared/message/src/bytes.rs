@@ -259,7 +259,7 @@ pub(crate) fn kind_of<T, F: Bytes>(_field: impl Fn(&T) -> &F) -> Kind {
 }
 
 /// Implements [`Bytes`] for a `repr(C)` struct. A missing field is a compile error.
-macro_rules! laid_out {
+macro_rules! impl_bytes {
     ($type:ident = $name:literal { $($field:ident),+ $(,)? }) => {
         impl $crate::bytes::Bytes for $type {
             fn kind() -> $crate::bytes::Kind {
@@ -296,7 +296,7 @@ macro_rules! laid_out {
         }
     };
 }
-pub(crate) use laid_out;
+pub(crate) use impl_bytes;
 
 #[cfg(test)]
 mod tests {

@@ -1,7 +1,7 @@
 use iceoryx2_bb_derive_macros::ZeroCopySend;
 use iceoryx2_bb_elementary_traits::zero_copy_send::ZeroCopySend;
 
-use crate::bytes::laid_out;
+use crate::bytes::impl_bytes;
 use crate::{Feature, Header, MAX_PERCEPTS, Path};
 
 /// Head of a divergence buffer: the two perspectives compared. Has the same time stamp and sequence number as their
@@ -128,13 +128,13 @@ impl Difference {
     }
 }
 
-laid_out!(DivergenceHead = "leo/DivergenceHead/1" {
+impl_bytes!(DivergenceHead = "leo/DivergenceHead/1" {
     header, perspective, within, agreed, compared, path
 });
-laid_out!(Aspect = "leo/Aspect/1" {
+impl_bytes!(Aspect = "leo/Aspect/1" {
     apart, percept, one_kind, other_kind, reserved, one, other
 });
-laid_out!(Difference = "leo/Difference/1" {
+impl_bytes!(Difference = "leo/Difference/1" {
     one, other, count, reserved, aspects
 });
 

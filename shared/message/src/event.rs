@@ -1,7 +1,7 @@
 use iceoryx2_bb_derive_macros::ZeroCopySend;
 use iceoryx2_bb_elementary_traits::zero_copy_send::ZeroCopySend;
 
-use crate::bytes::laid_out;
+use crate::bytes::impl_bytes;
 use crate::{Text, numbered};
 
 numbered! {
@@ -98,6 +98,6 @@ impl Event {
     }
 }
 
-laid_out!(Event = "leo/Event/1" {
+impl_bytes!(Event = "leo/Event/1" {
     posterior, kind, perspective, rank, tally, examples, high_likelihood, succeeded, task, text
 });

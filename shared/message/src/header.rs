@@ -1,7 +1,7 @@
 use iceoryx2_bb_derive_macros::ZeroCopySend;
 use iceoryx2_bb_elementary_traits::zero_copy_send::ZeroCopySend;
 
-use crate::bytes::laid_out;
+use crate::bytes::impl_bytes;
 use crate::{BeliefHead, DivergenceHead, PerceptHead, SceneHead, numbered};
 
 numbered! {
@@ -52,7 +52,7 @@ impl Header {
 
     /// A header for a frame derived from this one: keeps time stamp, hop times and number of left out entries.
     #[must_use]
-    pub fn onwards(&self) -> Self {
+    pub fn header_for_derived(&self) -> Self {
         Self {
             valid_at_ns: self.valid_at_ns,
             hops_ns: self.hops_ns,
@@ -70,7 +70,7 @@ impl Header {
 
     /// When the frame passed a hop; `None` if it did not.
     #[must_use]
-    pub fn passed(&self, hop: Hop) -> Option<u64> {
+    pub fn hop_time(&self, hop: Hop) -> Option<u64> {
         self.hops_ns.get(usize::from(hop.raw())).copied().filter(|&stamp| stamp != 0)
     }
 }
@@ -94,7 +94,7 @@ impl Head for Header {
 }
 
 /// Implements [`Head`] for heads with a `header` field.
-macro_rules! headed {
+macro_rules! impl_head {
     ($($head:ty),*) => {$(
         impl Head for $head {
             fn header(&self) -> &Header {
@@ -108,8 +108,8 @@ macro_rules! headed {
     )*};
 }
 
-headed!(BeliefHead, DivergenceHead, PerceptHead, SceneHead);
+impl_head!(BeliefHead, DivergenceHead, PerceptHead, SceneHead);
 
-laid_out!(Header = "leo/Header/1" {
+impl_bytes!(Header = "leo/Header/1" {
     valid_at_ns, sequence, incarnation, hops_ns, left_out
 });

@@ -1,7 +1,7 @@
 use iceoryx2_bb_derive_macros::ZeroCopySend;
 use iceoryx2_bb_elementary_traits::zero_copy_send::ZeroCopySend;
 
-use crate::bytes::laid_out;
+use crate::bytes::impl_bytes;
 use crate::numbered;
 
 numbered! {
@@ -435,10 +435,10 @@ fn finite(number: f64) -> Option<f64> {
     Some(number).filter(|number| number.is_finite())
 }
 
-laid_out!(JointGoal = "leo/JointGoal/1" {
+impl_bytes!(JointGoal = "leo/JointGoal/1" {
     joint, reserved, goal_position_rad, arrive_at_ns
 });
-laid_out!(JointState = "leo/JointState/3" {
+impl_bytes!(JointState = "leo/JointState/3" {
     joint, mode, cause, sampled_at_ns, present_position_rad, present_velocity_rad_s, present_current_a,
     command_position_rad, present_temperature_c, present_input_v, link, power, licence, motion, licence_cause,
     reserved

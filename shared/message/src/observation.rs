@@ -1,7 +1,7 @@
 use iceoryx2_bb_derive_macros::ZeroCopySend;
 use iceoryx2_bb_elementary_traits::zero_copy_send::ZeroCopySend;
 
-use crate::bytes::laid_out;
+use crate::bytes::impl_bytes;
 use crate::{Loss, numbered};
 
 /// Number of discrete states of an observation.
@@ -234,7 +234,7 @@ fn is_unit(quaternion: [f32; 4]) -> bool {
     (norm_squared - 1.0).abs() < 0.0198
 }
 
-laid_out!(Observation = "leo/Observation/1" {
+impl_bytes!(Observation = "leo/Observation/1" {
     observed_at_ns, source, modality, kind, partner, held_by, reserved, confidence, position_m,
     orientation_xyzw, half_extents_m, colour_rgb, shape, states
 });

@@ -1,7 +1,7 @@
 use iceoryx2_bb_derive_macros::ZeroCopySend;
 use iceoryx2_bb_elementary_traits::zero_copy_send::ZeroCopySend;
 
-use crate::bytes::laid_out;
+use crate::bytes::impl_bytes;
 
 /// Maximum nesting depth of perspectives.
 pub const DEPTH_MOST: usize = 6;
@@ -75,7 +75,7 @@ pub fn perspectives(partners: u32, depth: u32) -> u32 {
     layers.fold(0, u32::saturating_add)
 }
 
-laid_out!(Path = "leo/Path/1" {
+impl_bytes!(Path = "leo/Path/1" {
     depth, agents
 });
 

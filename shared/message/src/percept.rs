@@ -1,7 +1,7 @@
 use iceoryx2_bb_derive_macros::ZeroCopySend;
 use iceoryx2_bb_elementary_traits::zero_copy_send::ZeroCopySend;
 
-use crate::bytes::laid_out;
+use crate::bytes::impl_bytes;
 use crate::observation::is_share;
 use crate::{Header, Observation, SourceSet};
 
@@ -260,16 +260,16 @@ impl Perceived {
     }
 }
 
-laid_out!(PerceptHead = "leo/PerceptHead/1" {
+impl_bytes!(PerceptHead = "leo/PerceptHead/1" {
     header, looked
 });
-laid_out!(PerceptValue = "leo/PerceptValue/1" {
+impl_bytes!(PerceptValue = "leo/PerceptValue/1" {
     percept, feature_kind, matching, confidence, feature
 });
-laid_out!(Snapshot = "leo/Snapshot/1" {
+impl_bytes!(Snapshot = "leo/Snapshot/1" {
     count, values
 });
-laid_out!(Perceived = "leo/Perceived/1" {
+impl_bytes!(Perceived = "leo/Perceived/1" {
     observation, snapshot
 });
 

@@ -1,7 +1,7 @@
 use iceoryx2_bb_derive_macros::ZeroCopySend;
 use iceoryx2_bb_elementary_traits::zero_copy_send::ZeroCopySend;
 
-use crate::bytes::laid_out;
+use crate::bytes::impl_bytes;
 use crate::{Header, NOBODY, STATES, Text, numbered};
 
 numbered! {
@@ -139,9 +139,9 @@ impl SceneObject {
     }
 }
 
-laid_out!(SceneHead = "leo/SceneHead/1" {
+impl_bytes!(SceneHead = "leo/SceneHead/1" {
     header, base_position_m, base_orientation_xyzw, began_at_ns, mode, table, tables, steps, lesson
 });
-laid_out!(SceneObject = "leo/SceneObject/2" {
+impl_bytes!(SceneObject = "leo/SceneObject/2" {
     position_m, orientation_xyzw, half_extents_m, colour_rgb, shape, states, kind, held_by, partner, role, name
 });

@@ -1,7 +1,7 @@
 use iceoryx2_bb_derive_macros::ZeroCopySend;
 use iceoryx2_bb_elementary_traits::zero_copy_send::ZeroCopySend;
 
-use crate::bytes::laid_out;
+use crate::bytes::impl_bytes;
 use crate::{Text, numbered};
 
 numbered! {
@@ -113,10 +113,10 @@ pub struct ActAnswer {
     pub text: Text,
 }
 
-laid_out!(TeacherAct = "leo/TeacherAct/1" {
+impl_bytes!(TeacherAct = "leo/TeacherAct/1" {
     serial, position_m, also_m, heading_rad, kind, teacher, hand, reserved, table, text, colour
 });
 
-laid_out!(ActAnswer = "leo/ActAnswer/1" {
+impl_bytes!(ActAnswer = "leo/ActAnswer/1" {
     serial, refused, text
 });

@@ -3,7 +3,7 @@ use std::fmt;
 use iceoryx2_bb_derive_macros::ZeroCopySend;
 use iceoryx2_bb_elementary_traits::zero_copy_send::ZeroCopySend;
 
-use crate::bytes::laid_out;
+use crate::bytes::impl_bytes;
 
 /// Capacity of a [`Text`] in bytes.
 pub const TEXT_CAPACITY: usize = 252;
@@ -56,7 +56,7 @@ impl fmt::Debug for Text {
     }
 }
 
-laid_out!(Text = "leo/Text/1" {
+impl_bytes!(Text = "leo/Text/1" {
     length, bytes
 });
 

@@ -1,7 +1,7 @@
 use iceoryx2_bb_derive_macros::ZeroCopySend;
 use iceoryx2_bb_elementary_traits::zero_copy_send::ZeroCopySend;
 
-use crate::bytes::laid_out;
+use crate::bytes::impl_bytes;
 use crate::{
     ActAnswer, Belief, BeliefHead, Difference, DivergenceHead, Event, Head, Header, JointGoal, JointState,
     Observation, Perceived, PerceptHead, Process, SceneHead, SceneObject, TeacherAct, Text,
@@ -96,6 +96,6 @@ pub struct Utterance {
     pub text: Text,
 }
 
-laid_out!(Utterance = "leo/Utterance/1" {
+impl_bytes!(Utterance = "leo/Utterance/1" {
     speaker, text
 });

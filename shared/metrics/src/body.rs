@@ -5,7 +5,7 @@ use message::{
 };
 use quantity::number::{float, float_of_count};
 
-use crate::page::{Kind, Page};
+use crate::page::{Kind, MetricsText};
 use crate::processes::distribution;
 use crate::readings::Readings;
 
@@ -37,12 +37,12 @@ const INCIDENTS: [Fault; 6] = [
     ("hang_up", |bus| bus.hang_ups),
 ];
 
-pub(crate) fn write(readings: &Readings, page: &mut Page) {
+pub(crate) fn write(readings: &Readings, page: &mut MetricsText) {
     buses(&readings.buses, page);
     joints(readings, page);
 }
 
-fn buses(buses: &[BusHealth], page: &mut Page) {
+fn buses(buses: &[BusHealth], page: &mut MetricsText) {
     type Gauge = (&'static str, &'static str, fn(&BusHealth) -> u64);
     let gauges: [Gauge; 3] = [
         ("leo_bus_lost", "1 while the line is lost.", |bus| u64::from(bus.lost != 0)),
@@ -87,7 +87,7 @@ fn buses(buses: &[BusHealth], page: &mut Page) {
     distribution(page, "leo_bus_exchange", "How long a request took", "bus", &told);
 }
 
-fn joints(readings: &Readings, page: &mut Page) {
+fn joints(readings: &Readings, page: &mut MetricsText) {
     if readings.joints.is_empty() {
         return;
     }
@@ -144,7 +144,7 @@ fn joints(readings: &Readings, page: &mut Page) {
 }
 
 /// Metrics of the joints' state machines and goals, and of the joints in trouble.
-fn machines(readings: &Readings, page: &mut Page) {
+fn machines(readings: &Readings, page: &mut MetricsText) {
     let machines: Vec<JointMachines> =
         readings.joints.iter().filter_map(message::JointState::machines).collect();
     let mut gauge = |name, label, help, states: &[(&str, usize)]| {

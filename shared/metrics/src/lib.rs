@@ -8,15 +8,15 @@
 //! assert!(metrics::openmetrics(&readings).contains("leo_store_bytes 4096\n"));
 //! ```
 
+mod belief_metrics;
 mod body;
 mod link;
-mod mind;
 mod page;
 mod processes;
 mod quantiles;
 mod readings;
 
-use page::{Kind, Page};
+use page::{Kind, MetricsText};
 pub use quantiles::Quantiles;
 pub use readings::{Readings, TaskReading};
 
@@ -29,13 +29,13 @@ pub const CONTENT_TYPE: &str = "application/openmetrics-text; version=1.0.0; cha
 /// incarnation of their process.
 #[must_use]
 pub fn openmetrics(readings: &Readings) -> String {
-    let mut page = Page::default();
+    let mut page = MetricsText::default();
     page.family("leo_build", Kind::Info, None, "The program that was read.");
     page.sample("_info", &[("version", env!("CARGO_PKG_VERSION"))], 1.0);
     processes::write(readings, &mut page);
     body::write(readings, &mut page);
     link::write(readings, &mut page);
-    mind::write(readings, &mut page);
+    belief_metrics::write(readings, &mut page);
     page.end()
 }
 

@@ -3,7 +3,7 @@
 use message::LinkHealth;
 use quantity::number::float;
 
-use crate::page::{Kind, Page, seconds};
+use crate::page::{Kind, MetricsText, seconds};
 use crate::processes::distribution;
 use crate::readings::Readings;
 
@@ -33,7 +33,7 @@ const COUNTS: [Count; 10] = [
     ("leo_link_received_bytes", Some("bytes"), "What came.", |link| link.bytes_received),
 ];
 
-pub(crate) fn write(readings: &Readings, page: &mut Page) {
+pub(crate) fn write(readings: &Readings, page: &mut MetricsText) {
     let Some(link) = &readings.link else { return };
     page.family("leo_link_heard", Kind::Gauge, None, "1 while the other machine is heard.");
     page.gauge(&[], float(link.is_heard));

@@ -36,7 +36,7 @@ impl Kind {
 
 /// The text under construction. The header of a family is written with its first sample, so that no family is empty.
 #[derive(Debug, Default)]
-pub(crate) struct Page {
+pub(crate) struct MetricsText {
     text: String,
     family: String,
     announcement: String,
@@ -45,7 +45,7 @@ pub(crate) struct Page {
 /// The labels of a sample.
 pub(crate) type Labels<'a> = &'a [(&'a str, &'a str)];
 
-impl Page {
+impl MetricsText {
     /// Starts a family. The unit must be the last word of the name.
     pub(crate) fn family(&mut self, name: &str, kind: Kind, unit: Option<&str>, help: &str) {
         name.clone_into(&mut self.family);

@@ -3,7 +3,7 @@
 use message::{Health, Histogram, ProcessState};
 use quantity::number::float;
 
-use crate::page::{Kind, Page, seconds};
+use crate::page::{Kind, MetricsText, seconds};
 use crate::readings::Readings;
 
 /// A counter of a process: family name, help text, field.
@@ -42,7 +42,7 @@ const DISTRIBUTIONS: [Distribution; 3] = [
 /// Names of the missing rights, by bit.
 const RIGHTS: [(u64, &str); 3] = [(1, "priority"), (2, "cores"), (4, "memory")];
 
-pub(crate) fn write(readings: &Readings, page: &mut Page) {
+pub(crate) fn write(readings: &Readings, page: &mut MetricsText) {
     let each = || readings.processes.iter().map(|(process, health)| (process.name(), health));
 
     page.family("leo_process_running", Kind::Gauge, None, "1 while the process is in its loop.");
@@ -81,7 +81,7 @@ pub(crate) fn write(readings: &Readings, page: &mut Page) {
 /// Writes a histogram in three forms: buckets, from which the collector computes quantiles of any period; quantiles
 /// over the whole incarnation; and the exact maximum.
 pub(crate) fn distribution(
-    page: &mut Page,
+    page: &mut MetricsText,
     stem: &str,
     help: &str,
     label: &str,

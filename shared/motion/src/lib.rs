@@ -4,7 +4,6 @@
 //! ahead of the present time, and monitors the arrival of the joints. It is pure: time and joint positions in, goals
 //! out. Nothing is allocated after `new`.
 
-mod draft;
 mod face;
 mod gaze;
 mod mirror;
@@ -12,11 +11,12 @@ mod model;
 mod parts;
 mod performer;
 mod plan;
+mod plan_builder;
 mod routes;
 mod skill;
 
 pub use face::Face;
-pub use mirror::{Handled, Mirror, Movement};
+pub use mirror::{Handled, Mirror, PartnerMovement};
 pub use parts::MissingJoint;
 pub use performer::Performer;
-pub use skill::{Phase, Progress, Refusal, Skill, Turn, Why};
+pub use skill::{FailureReason, Phase, Progress, Skill, SkillError, Turn};

@@ -27,7 +27,7 @@ pub struct Handled {
 
 /// A movement of a partner that matches one of the robot's own.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Movement {
+pub struct PartnerMovement {
     /// The actor: partner 1, 2, …
     pub actor: u16,
     /// Identifier of the moved object.
@@ -66,12 +66,12 @@ pub struct Movement {
 /// ```
 #[derive(Clone, Debug, Default)]
 pub struct Mirror {
-    ways: BTreeMap<u64, Way>,
+    ways: BTreeMap<u64, ObjectPath>,
 }
 
 /// Path of one object in one hand.
 #[derive(Clone, Copy, Debug)]
-struct Way {
+struct ObjectPath {
     actor: u16,
     from: Position<Base>,
     /// Start of the stretch over which the direction is determined.
@@ -85,27 +85,27 @@ struct Way {
 impl Mirror {
     /// Updates the positions and holders of objects. Returns a movement that has just been recognised. If there are
     /// two at once, the other is returned by the next step.
-    pub fn step(&mut self, things: impl IntoIterator<Item = Handled>) -> Option<Movement> {
+    pub fn step(&mut self, things: impl IntoIterator<Item = Handled>) -> Option<PartnerMovement> {
         let mut told = None;
         for Handled { id, centre, held_by } in things {
-            let way = self.ways.entry(id).or_insert_with(|| Way::begun(held_by, centre));
+            let way = self.ways.entry(id).or_insert_with(|| ObjectPath::begun(held_by, centre));
             if way.actor != held_by {
                 // An object at rest was taken where it was last seen. Taking an object from another hand starts a new
                 // movement.
                 let from = if way.actor == NOBODY { way.from } else { centre };
-                *way = Way::begun(held_by, from);
+                *way = ObjectPath::begun(held_by, from);
             }
             if held_by == NOBODY || held_by == 0 {
                 way.from = centre;
             } else if told.is_none() && way.comes_down_at(centre) {
-                told = Some(Movement { actor: held_by, thing: id, from: way.from, above: centre });
+                told = Some(PartnerMovement { actor: held_by, thing: id, from: way.from, above: centre });
             }
         }
         told
     }
 }
 
-impl Way {
+impl ObjectPath {
     fn begun(actor: u16, from: Position<Base>) -> Self {
         Self { actor, from, stretch: from, phase: Some(Phase::Close), told: None }
     }
@@ -194,7 +194,7 @@ mod tests {
         way
     }
 
-    fn seen(way: &[[f64; 3]], held_by: u16) -> Vec<Movement> {
+    fn seen(way: &[[f64; 3]], held_by: u16) -> Vec<PartnerMovement> {
         let mut mirror = Mirror::default();
         way.iter().filter_map(|place| mirror.step([Handled { id: 7, centre: at(*place), held_by }])).collect()
     }
@@ -207,7 +207,7 @@ mod tests {
     fn what_is_lifted_carried_and_lowered_is_told_once_as_it_comes_down() {
         for step_m in [0.001, 0.004, 0.02, 0.05] {
             let movements = seen(&carried(step_m), 2);
-            let [Movement { actor: 2, thing: 7, from, above }] = movements[..] else {
+            let [PartnerMovement { actor: 2, thing: 7, from, above }] = movements[..] else {
                 panic!("{step_m}: {movements:?}");
             };
             assert_eq!(from, at(TAKEN));

@@ -1,5 +1,5 @@
 use geometry::Position;
-use kinematics::{ARM_JOINTS, Aim, Body, Side};
+use kinematics::{ARM_JOINTS, Body, HandGoal, Side};
 
 use crate::parts::{MissingJoint, Parts, set};
 
@@ -57,7 +57,7 @@ impl Model {
             let (sine, cosine) = yaw_rad.sin_cos();
             let y = y * sign;
             let ready = Position::new(x * cosine - y * sine, x * sine + y * cosine, z);
-            self.body.reach(side, &Aim::Down(ready), &at).ok()
+            self.body.inverse_kinematics(side, &HandGoal::Down(ready), &at).ok()
         });
         stance
     }

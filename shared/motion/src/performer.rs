@@ -4,14 +4,14 @@ use clock::{Duration, Instant};
 use kinematics::Body;
 use message::JointGoal;
 
-use crate::draft::Draft;
 use crate::model::Model;
 use crate::parts::MissingJoint;
-use crate::plan::{Await, Leg, Plan};
-use crate::{Phase, Progress, Refusal, Skill, Why};
+use crate::plan::{Leg, Plan, WaitFor};
+use crate::plan_builder::PlanBuilder;
+use crate::{FailureReason, Phase, Progress, Skill, SkillError};
 
 /// A joint that has not arrived this long after the end of its leg has failed.
-const PATIENCE: Duration = Duration::from_secs(3);
+const ARRIVAL_TIMEOUT: Duration = Duration::from_secs(3);
 
 /// Performs skills: plans each when it begins, streams joint goals, and monitors the arrival of the joints.
 #[derive(Clone, Debug)]
@@ -39,7 +39,7 @@ enum State {
     Done,
     Failed {
         phase: Phase,
-        why: Why,
+        why: FailureReason,
     },
 }
 
@@ -71,14 +71,19 @@ impl Performer {
     /// # Errors
     ///
     /// The skill is not possible. The current skill continues.
-    pub fn begin(&mut self, now: Instant, skill: &Skill, present_rad: &[Option<f64>]) -> Result<(), Refusal> {
+    pub fn begin(
+        &mut self,
+        now: Instant,
+        skill: &Skill,
+        present_rad: &[Option<f64>],
+    ) -> Result<(), SkillError> {
         for (joint, (start, rest)) in self.start.iter_mut().zip(&self.model.rest_rad).enumerate() {
             let present = present_rad.get(joint).copied().flatten().filter(|position| position.is_finite());
             let sent = self.goals.get(joint).map(|goal| goal.goal_position_rad);
             *start = self.model.limited(joint, present.or(sent).unwrap_or(*rest));
         }
         let (model, plan) = (&self.model, &mut self.next_plan);
-        Draft { model, plan, start: &self.start, at: &mut self.at }.skill(skill)?;
+        PlanBuilder { model, plan, start: &self.start, at: &mut self.at }.skill(skill)?;
         mem::swap(&mut self.plan, &mut self.next_plan);
         self.state = State::Running { leg: 0, since: now, is_sent: false };
         Ok(())
@@ -92,7 +97,7 @@ impl Performer {
             && let Some(current) = self.plan.leg(leg)
         {
             match self.unready(current, present_rad) {
-                Some(why) if now.since(since) > current.duration + PATIENCE => {
+                Some(why) if now.since(since) > current.duration + ARRIVAL_TIMEOUT => {
                     self.state = State::Failed { phase: current.phase, why };
                 }
                 Some(_) => {}
@@ -126,22 +131,22 @@ impl Performer {
     }
 
     /// The first joint of a leg that must arrive and has not, and why.
-    fn unready(&self, leg: &Leg, present_rad: &[Option<f64>]) -> Option<Why> {
+    fn unready(&self, leg: &Leg, present_rad: &[Option<f64>]) -> Option<FailureReason> {
         let parts = &self.model.parts;
         let (from, to) = self.plan.ends(leg);
         let gaze = parts.gaze();
         let awaited = |joint: usize| match leg.awaits {
-            Await::Moved => true,
-            Await::MovedButGaze => !gaze.contains(&joint),
-            Await::Nothing => false,
+            WaitFor::Moved => true,
+            WaitFor::MovedButGaze => !gaze.contains(&joint),
+            WaitFor::Nothing => false,
         };
         let ways = from.iter().zip(to).zip(&parts.tolerance_rad).enumerate();
         ways.filter(|(joint, ((from, to), _))| (*to - *from).abs() > 1e-9 && awaited(*joint)).find_map(
             |(joint, ((_, to), tolerance))| match present_rad.get(joint).copied().flatten() {
-                None => Some(Why::Silent { joint }),
+                None => Some(FailureReason::Silent { joint }),
                 // Written so that NaN does not count as arrived.
                 Some(present) if (present - to).abs() <= *tolerance => None,
-                Some(present) => Some(Why::Late { joint, away_rad: (present - to).abs() }),
+                Some(present) => Some(FailureReason::Late { joint, away_rad: (present - to).abs() }),
             },
         )
     }

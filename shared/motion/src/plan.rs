@@ -2,11 +2,11 @@ use clock::{Duration, nanos};
 use kinematics::Body;
 use quantity::number::float;
 
-use crate::{Phase, Refusal};
+use crate::{Phase, SkillError};
 
 /// Maximum number of waypoints. The longest path across the table and back needs about half of it.
-pub(crate) const WAYPOINTS_MOST: usize = 256;
-const LEGS_MOST: usize = 32;
+pub(crate) const MAX_WAYPOINTS: usize = 256;
+const MAX_LEGS: usize = 32;
 /// Share of a joint's maximum velocity and acceleration that a plan uses. The motor process needs the rest to catch
 /// up.
 const LIMIT_SHARE: f64 = 0.8;
@@ -16,11 +16,11 @@ const SMOOTH_PEAK: f64 = 1.5;
 const SMOOTH_ACCELERATION: f64 = 6.0;
 /// Time of the slowest joint from rest to maximum velocity at maximum acceleration: 3 rad/s at 20 rad/s².
 const RAMP_S: f64 = 0.15;
-const LEG_LEAST_S: f64 = 0.2;
+const MIN_LEG_S: f64 = 0.2;
 
 /// Which joints must have arrived before a leg ends.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Await {
+pub(crate) enum WaitFor {
     /// Every joint that the leg moves.
     Moved,
     /// The same without neck and eyes, so that a hand does not wait for the gaze.
@@ -33,7 +33,7 @@ pub(crate) enum Await {
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Leg {
     pub(crate) phase: Phase,
-    pub(crate) awaits: Await,
+    pub(crate) awaits: WaitFor,
     /// Its first waypoint, which is the last one of the previous leg.
     first: usize,
     last: usize,
@@ -54,9 +54,9 @@ impl Plan {
     pub(crate) fn new(joints: usize) -> Self {
         Self {
             joints,
-            rows: Vec::with_capacity(joints * WAYPOINTS_MOST),
-            reached_s: Vec::with_capacity(WAYPOINTS_MOST),
-            legs: Vec::with_capacity(LEGS_MOST),
+            rows: Vec::with_capacity(joints * MAX_WAYPOINTS),
+            reached_s: Vec::with_capacity(MAX_WAYPOINTS),
+            legs: Vec::with_capacity(MAX_LEGS),
         }
     }
 
@@ -78,12 +78,12 @@ impl Plan {
         &mut self,
         body: &Body,
         phase: Phase,
-        awaits: Await,
+        awaits: WaitFor,
         to_rad: &[f64],
-    ) -> Result<(), Refusal> {
+    ) -> Result<(), SkillError> {
         let here = self.reached_s.len();
-        if here >= WAYPOINTS_MOST || self.legs.len() >= LEGS_MOST {
-            return Err(Refusal::TooLong { most: WAYPOINTS_MOST });
+        if here >= MAX_WAYPOINTS || self.legs.len() >= MAX_LEGS {
+            return Err(SkillError::TooLong { most: MAX_WAYPOINTS });
         }
         let from = here.saturating_sub(1);
         let seconds = seconds_between(body, self.row(from), to_rad);
@@ -138,7 +138,7 @@ impl Plan {
 fn duration_of(seconds: f64) -> Duration {
     let within_speed = seconds * SMOOTH_PEAK;
     let within_acceleration = (SMOOTH_ACCELERATION * seconds * RAMP_S).sqrt();
-    Duration::from_secs_f64(within_speed.max(within_acceleration).max(LEG_LEAST_S))
+    Duration::from_secs_f64(within_speed.max(within_acceleration).max(MIN_LEG_S))
 }
 
 /// Time of the slowest joint at constant speed, in seconds.

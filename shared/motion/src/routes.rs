@@ -3,11 +3,11 @@
 use geometry::{Base, Position};
 use kinematics::Side;
 
-use crate::draft::Draft;
 use crate::model::Stance;
 use crate::parts::set;
-use crate::plan::Await;
-use crate::{Face, Phase, Refusal, Skill, Turn};
+use crate::plan::WaitFor;
+use crate::plan_builder::PlanBuilder;
+use crate::{Face, Phase, Skill, SkillError, Turn};
 
 /// Minimum height of an empty hand above the table, in metres: blocks are up to 0.10 m tall.
 const SAFE_M: f64 = 0.22;
@@ -18,9 +18,9 @@ const CLEAR_M: f64 = 0.12;
 /// A hand below this height, in metres, is raised out of the blocks first.
 const LOW_M: f64 = 0.18;
 /// Rotations of the hand before grasping, in radians, smallest first.
-const TAKES_RAD: [f64; 9] = [0.0, -0.35, 0.35, -0.7, 0.7, -1.05, 1.05, -1.4, 1.4];
+const GRASP_ROTATIONS_RAD: [f64; 9] = [0.0, -0.35, 0.35, -0.7, 0.7, -1.05, 1.05, -1.4, 1.4];
 /// Maximum insertion depth of a long peg, in metres.
-const DEPTH_MOST_M: f64 = 0.05;
+const MAX_DEPTH_M: f64 = 0.05;
 
 /// An object to be carried.
 struct Load {
@@ -34,18 +34,20 @@ struct Load {
 
 /// Rotations of a hand about the vertical, in radians: before grasping, and with the object.
 #[derive(Clone, Copy)]
-struct Wrist {
-    takes_rad: f64,
-    turns_rad: f64,
+struct WristRotation {
+    grasp_rotation_rad: f64,
+    carry_rotation_rad: f64,
 }
 
 impl Load {
     /// The possible rotations, simplest first. If the wrist cannot rotate far enough with the object, it can grasp
     /// with another rotation.
-    fn wrists(&self) -> impl Iterator<Item = Option<Wrist>> {
+    fn wrists(&self) -> impl Iterator<Item = Option<WristRotation>> {
         let turned = self.turn.into_iter().flat_map(|turn| {
-            TAKES_RAD.into_iter().flat_map(move |takes_rad| {
-                turn.equivalents().map(move |turns_rad| Some(Wrist { takes_rad, turns_rad }))
+            GRASP_ROTATIONS_RAD.into_iter().flat_map(move |grasp_rotation_rad| {
+                turn.equivalents().map(move |carry_rotation_rad| {
+                    Some(WristRotation { grasp_rotation_rad, carry_rotation_rad })
+                })
             })
         });
         let free = if self.turn.is_none() { Some(None) } else { None };
@@ -53,20 +55,20 @@ impl Load {
     }
 }
 
-impl Draft<'_> {
+impl PlanBuilder<'_> {
     /// Writes a skill into the plan.
-    pub(crate) fn skill(&mut self, skill: &Skill) -> Result<(), Refusal> {
+    pub(crate) fn skill(&mut self, skill: &Skill) -> Result<(), SkillError> {
         match skill {
             Skill::Insert { thing, half_height_m, hole } => {
                 check(&[*thing, *hole], *half_height_m)?;
-                let lower_end_m = hole.point().z - half_height_m.min(DEPTH_MOST_M);
+                let lower_end_m = hole.point().z - half_height_m.min(MAX_DEPTH_M);
                 let to = at_height(hole, lower_end_m + half_height_m);
                 self.carry(&Load { thing: *thing, half_height_m: *half_height_m, to, turn: None })
             }
             Skill::Place { thing, half_height_m, to, turn } => {
                 check(&[*thing, *to], *half_height_m)?;
                 if turn.is_some_and(|turn| !(turn.by_rad.is_finite() && turn.period_rad > 0.0)) {
-                    return Err(Refusal::NoNumber);
+                    return Err(SkillError::NotFinite);
                 }
                 self.carry(&Load { thing: *thing, half_height_m: *half_height_m, to: *to, turn: *turn })
             }
@@ -74,16 +76,16 @@ impl Draft<'_> {
                 check(&[*target], 0.0)?;
                 self.restart();
                 self.look(target);
-                self.push(Phase::Look, Await::Moved)
+                self.push(Phase::Look, WaitFor::Moved)
             }
             Skill::Hold => {
                 self.restart();
-                self.push(Phase::Rest, Await::Nothing)
+                self.push(Phase::Rest, WaitFor::Nothing)
             }
             Skill::Rest => {
                 self.restart();
                 self.raise_low_hands()?;
-                self.rest(Await::Moved)
+                self.rest(WaitFor::Moved)
             }
             Skill::Show(face) => self.show(*face),
         }
@@ -91,7 +93,7 @@ impl Draft<'_> {
 
     /// Grasps an object at its centre and puts it down elsewhere. It uses the nearer arm if possible, otherwise the
     /// other arm or the torso's help.
-    fn carry(&mut self, load: &Load) -> Result<(), Refusal> {
+    fn carry(&mut self, load: &Load) -> Result<(), SkillError> {
         let leftness = load.thing.point().y + load.to.point().y;
         let sides = if leftness >= 0.0 { [Side::Left, Side::Right] } else { [Side::Right, Side::Left] };
         let mut first = None;
@@ -114,8 +116,8 @@ impl Draft<'_> {
         side: Side,
         stance: &Stance,
         load: &Load,
-        wrist: Option<Wrist>,
-    ) -> Result<(), Refusal> {
+        wrist: Option<WristRotation>,
+    ) -> Result<(), SkillError> {
         let Load { thing, half_height_m, to, .. } = load;
         let higher = thing.point().z.max(to.point().z);
         let over_m = SAFE_M.max(higher + half_height_m + OVER_M);
@@ -123,35 +125,35 @@ impl Draft<'_> {
         let carried_m = over_m.max(CLEAR_M + half_height_m);
         self.restart();
         self.look(thing);
-        self.push(Phase::Look, Await::Nothing)?;
+        self.push(Phase::Look, WaitFor::Nothing)?;
         self.raise_low_hands()?;
         self.rest_arms();
         stance.stand(&self.model.parts, self.at);
-        let ready = stance.ready(side).ok_or(Refusal::NotReady { side })?;
+        let ready = stance.ready(side).ok_or(SkillError::NotReady { side })?;
         self.set_arm(side, ready);
         self.open(side);
         self.look(thing);
-        self.push(Phase::Ready, Await::MovedButGaze)?;
+        self.push(Phase::Ready, WaitFor::MovedButGaze)?;
         let ready = self.model.body.hand(side, self.at).origin();
         self.line(side, Phase::Hover, &at_height(thing, over_m))?;
-        if let Some(Wrist { takes_rad, .. }) = wrist {
-            self.turned_line(side, Phase::Hover, &at_height(thing, over_m), takes_rad)?;
+        if let Some(WristRotation { grasp_rotation_rad, .. }) = wrist {
+            self.turned_line(side, Phase::Hover, &at_height(thing, over_m), grasp_rotation_rad)?;
         }
         // From grasp to release the hand rotates like the object.
         let still = wrist.map(|_| 0.0);
         self.line_with(side, Phase::Descend, thing, still)?;
         self.close(side);
-        self.push(Phase::Close, Await::MovedButGaze)?;
+        self.push(Phase::Close, WaitFor::MovedButGaze)?;
         self.line_with(side, Phase::Lift, &at_height(thing, carried_m), still)?;
         self.look(to);
-        let turns = wrist.map(|wrist| wrist.turns_rad);
+        let turns = wrist.map(|wrist| wrist.carry_rotation_rad);
         self.line_with(side, Phase::Carry, &at_height(to, carried_m), turns)?;
         self.line_with(side, Phase::Lower, to, still)?;
         self.open(side);
-        self.push(Phase::Open, Await::MovedButGaze)?;
+        self.push(Phase::Open, WaitFor::MovedButGaze)?;
         self.line_with(side, Phase::Retreat, &at_height(to, over_m), still)?;
         self.line(side, Phase::Rest, &ready)?;
-        self.rest(Await::MovedButGaze)
+        self.rest(WaitFor::MovedButGaze)
     }
 
     /// Moves along a line, with a given rotation or a free one.
@@ -161,7 +163,7 @@ impl Draft<'_> {
         phase: Phase,
         to: &Position<Base>,
         by_rad: Option<f64>,
-    ) -> Result<(), Refusal> {
+    ) -> Result<(), SkillError> {
         match by_rad {
             Some(by_rad) => self.turned_line(side, phase, to, by_rad),
             None => self.line(side, phase, to),
@@ -169,7 +171,7 @@ impl Draft<'_> {
     }
 
     /// Moves everything except the face to rest.
-    fn rest(&mut self, awaits: Await) -> Result<(), Refusal> {
+    fn rest(&mut self, awaits: WaitFor) -> Result<(), SkillError> {
         self.rest_arms();
         for joint in self.model.parts.gaze().into_iter().chain(self.model.parts.torso()) {
             self.rest_joint(joint);
@@ -192,7 +194,7 @@ impl Draft<'_> {
     }
 
     /// Raises hands out of the blocks, where an aborted skill may have left them.
-    fn raise_low_hands(&mut self) -> Result<(), Refusal> {
+    fn raise_low_hands(&mut self) -> Result<(), SkillError> {
         for side in Side::BOTH {
             if self.model.body.hand(side, self.at).origin().point().z < LOW_M {
                 self.raise(side, SAFE_M)?;
@@ -201,12 +203,12 @@ impl Draft<'_> {
         Ok(())
     }
 
-    fn show(&mut self, face: Face) -> Result<(), Refusal> {
+    fn show(&mut self, face: Face) -> Result<(), SkillError> {
         self.restart();
         for (joint, position_rad) in self.model.parts.face.iter().zip(face.positions_rad()) {
             set(self.at, *joint, self.model.limited(*joint, position_rad));
         }
-        self.push(Phase::Face, Await::Moved)
+        self.push(Phase::Face, WaitFor::Moved)
     }
 }
 
@@ -215,8 +217,12 @@ fn at_height(point: &Position<Base>, height_m: f64) -> Position<Base> {
     Position::new(x, y, height_m)
 }
 
-fn check(points: &[Position<Base>], half_height_m: f64) -> Result<(), Refusal> {
+fn check(points: &[Position<Base>], half_height_m: f64) -> Result<(), SkillError> {
     let finite = points.iter().flat_map(Position::to_array).all(f64::is_finite);
     // Written so that NaN fails.
-    if finite && half_height_m >= 0.0 && half_height_m.is_finite() { Ok(()) } else { Err(Refusal::NoNumber) }
+    if finite && half_height_m >= 0.0 && half_height_m.is_finite() {
+        Ok(())
+    } else {
+        Err(SkillError::NotFinite)
+    }
 }

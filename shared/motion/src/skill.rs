@@ -51,7 +51,7 @@ pub struct Turn {
 impl Turn {
     /// All equivalent rotations up to half a turn either way, shortest first.
     pub(crate) fn equivalents(self) -> impl Iterator<Item = f64> + Clone {
-        let period_rad = self.period_rad.clamp(PERIOD_LEAST_RAD, TAU);
+        let period_rad = self.period_rad.clamp(MIN_PERIOD_RAD, TAU);
         let rest = self.by_rad.rem_euclid(period_rad);
         let shortest = if rest > period_rad / 2.0 { rest - period_rad } else { rest };
         let sign = if shortest > 0.0 { -1.0 } else { 1.0 };
@@ -64,7 +64,7 @@ impl Turn {
 }
 
 /// Minimum symmetry angle: an eighth of a turn. Only round objects have a smaller one.
-const PERIOD_LEAST_RAD: f64 = FRAC_PI_4;
+const MIN_PERIOD_RAD: f64 = FRAC_PI_4;
 
 /// A part of a skill, which ends when the joints have arrived.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -114,13 +114,13 @@ pub enum Progress {
         /// The phase that failed.
         phase: Phase,
         /// Why it failed.
-        why: Why,
+        why: FailureReason,
     },
 }
 
 /// Why a phase failed.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
-pub enum Why {
+pub enum FailureReason {
     /// A joint did not arrive in time.
     #[error("joint {joint} stays {away_rad:.3} rad away from its goal")]
     Late {
@@ -139,10 +139,10 @@ pub enum Why {
 
 /// Why a skill was not begun.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
-pub enum Refusal {
+pub enum SkillError {
     /// A coordinate or a height is not finite, or a height is negative.
     #[error("the skill's coordinates are no numbers")]
-    NoNumber,
+    NotFinite,
     /// No arm can follow the whole path.
     #[error("no way in phase {phase:?}: {why}")]
     Unreachable {

@@ -16,7 +16,7 @@ use config::lesson::{Lesson, Object, Role, Table};
 use geometry::{Base, Pose, Position, World};
 use kinematics::Side;
 use leo::{LEO, MOTOR};
-use motion::{Face, Performer, Phase, Progress, Refusal, Skill, Turn, Why};
+use motion::{Face, FailureReason, Performer, Phase, Progress, Skill, SkillError, Turn};
 use servo::{Limits, Motion};
 
 const PERIOD: Duration = Duration::from_millis(20);
@@ -353,9 +353,9 @@ fn what_is_out_of_reach_is_refused_and_nothing_begins() {
     let mut stand = Stand::new(Position::new(0.0, 0.0, 0.0));
     let peg = Position::new(0.4, 0.1, HALF_HEIGHT_M);
     let far = stand.performer.begin(stand.now, &insert(peg, Position::new(1.5, 0.0, 0.05)), &stand.present);
-    assert!(matches!(far, Err(Refusal::Unreachable { phase: Phase::Carry, .. })), "{far:?}");
+    assert!(matches!(far, Err(SkillError::Unreachable { phase: Phase::Carry, .. })), "{far:?}");
     let nonsense = insert(peg, Position::new(f64::NAN, 0.0, 0.05));
-    assert_eq!(stand.performer.begin(stand.now, &nonsense, &stand.present), Err(Refusal::NoNumber));
+    assert_eq!(stand.performer.begin(stand.now, &nonsense, &stand.present), Err(SkillError::NotFinite));
     assert_eq!(stand.step(), Progress::Idle);
     assert!(stand.performer.goals().is_empty());
 }
@@ -384,12 +384,12 @@ fn a_joint_that_stays_behind_fails_the_phase_and_a_silent_neck_does_not() {
     };
     let stuck = outcome(elbow, Some(LEO.rest_rad[elbow]));
     assert!(
-        matches!(stuck, Progress::Failed { phase: Phase::Ready, why: Why::Late { joint, .. } } if joint == elbow)
+        matches!(stuck, Progress::Failed { phase: Phase::Ready, why: FailureReason::Late { joint, .. } } if joint == elbow)
     );
     let nan = outcome(elbow, Some(f64::NAN));
-    assert!(matches!(nan, Progress::Failed { why: Why::Late { joint, .. }, .. } if joint == elbow));
+    assert!(matches!(nan, Progress::Failed { why: FailureReason::Late { joint, .. }, .. } if joint == elbow));
     let silent = outcome(elbow, None);
-    assert_eq!(silent, Progress::Failed { phase: Phase::Ready, why: Why::Silent { joint: elbow } });
+    assert_eq!(silent, Progress::Failed { phase: Phase::Ready, why: FailureReason::Silent { joint: elbow } });
     assert_eq!(outcome(neck, None), Progress::Done);
 }
 

@@ -4,7 +4,7 @@ use config::percepts::{self, Range, Region};
 use message::{Feature, State};
 
 use crate::prototypes::Prototypes;
-use crate::{Classify, Evaluation, Given, Own, Unperceivable};
+use crate::{ClassifierInput, Classify, Evaluation, Own, PerceptionError};
 
 /// The classification function of a percept.
 #[derive(Clone)]
@@ -21,7 +21,7 @@ pub(crate) enum Kernel {
 }
 
 impl Kernel {
-    pub(crate) fn new(percept: &percepts::Percept, own: &Own) -> Result<Self, Unperceivable> {
+    pub(crate) fn new(percept: &percepts::Percept, own: &Own) -> Result<Self, PerceptionError> {
         Ok(match &percept.kernel {
             percepts::Kernel::Position => Self::Position,
             percepts::Kernel::Orientation => Self::Orientation,
@@ -33,7 +33,7 @@ impl Kernel {
             percepts::Kernel::Range(range) => Self::Range(*range),
             percepts::Kernel::Own(name) => {
                 let found = own.iter().find(|(known, _)| known == name);
-                let (_, classifier) = found.ok_or_else(|| Unperceivable::NoSuchClassifier {
+                let (_, classifier) = found.ok_or_else(|| PerceptionError::NoSuchClassifier {
                     percept: percept.name.clone(),
                     classifier: name.clone(),
                 })?;
@@ -44,7 +44,7 @@ impl Kernel {
 
     /// Whether it depends on the frame: on the position or orientation of a thing, or on the perspective. A plug-in
     /// may. A range depends on what its parent depends on.
-    pub(crate) fn is_indexical(&self) -> bool {
+    pub(crate) fn is_frame_dependent(&self) -> bool {
         match self {
             Self::Position | Self::Orientation | Self::Region(_) | Self::Own(_) => true,
             Self::Extents | Self::Source | Self::State(_) | Self::Nearest(_) | Self::Range(_) => false,
@@ -53,8 +53,8 @@ impl Kernel {
 
     /// Classifies the observation.
     #[inline]
-    pub(crate) fn classify(&self, given: &Given<'_>) -> Evaluation {
-        let observation = given.observation;
+    pub(crate) fn classify(&self, input: &ClassifierInput<'_>) -> Evaluation {
+        let observation = input.observation;
         match self {
             Self::Position => Evaluation::certain(Feature::Vector(observation.position_m)),
             Self::Orientation => Evaluation::certain(Feature::Orientation(observation.orientation_xyzw)),
@@ -67,7 +67,7 @@ impl Kernel {
             Self::Region(region) => within(region, observation.position_m),
             // A range needs a parent, which selects the number to test.
             Self::Range(_) => Evaluation::NONE,
-            Self::Own(classifier) => classifier.classify(given),
+            Self::Own(classifier) => classifier.classify(input),
         }
     }
 

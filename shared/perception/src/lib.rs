@@ -32,7 +32,7 @@
 //! let snapshot = perception.perceive(&seen, &Frame { agent: 0 });
 //! assert!(snapshot.value(colour).is_none());
 //! assert_eq!(snapshot.value(position).unwrap().feature(), Some(Feature::Vector([0.75, 0.35, 0.03])));
-//! # Ok::<(), perception::Unperceivable>(())
+//! # Ok::<(), perception::PerceptionError>(())
 //! ```
 
 mod kernel;
@@ -76,7 +76,7 @@ impl Evaluation {
 /// The input of a classifier.
 #[derive(Clone, Copy, Debug)]
 #[non_exhaustive]
-pub struct Given<'a> {
+pub struct ClassifierInput<'a> {
     /// A sound observation, in the perspective's frame.
     pub observation: &'a Observation,
     /// The perspective.
@@ -86,7 +86,7 @@ pub struct Given<'a> {
     pub parent: Option<Evaluation>,
 }
 
-impl<'a> Given<'a> {
+impl<'a> ClassifierInput<'a> {
     /// The input of a percept without a parent.
     #[must_use]
     pub const fn new(observation: &'a Observation, frame: Frame) -> Self {
@@ -104,22 +104,22 @@ impl<'a> Given<'a> {
 ///
 /// ```
 /// use message::{Feature, Observation};
-/// use perception::{Classify, Evaluation, Frame, Given};
+/// use perception::{Classify, Evaluation, Frame, ClassifierInput};
 ///
 /// /// Whether the perspective's agent holds the thing: the result depends on the perspective.
 /// struct Mine;
 ///
 /// impl Classify for Mine {
-///     fn classify(&self, given: &Given<'_>) -> Evaluation {
-///         let mine = given.observation.held_by == given.frame.agent;
+///     fn classify(&self, input: &ClassifierInput<'_>) -> Evaluation {
+///         let mine = input.observation.held_by == input.frame.agent;
 ///         Evaluation::certain(Feature::Number(if mine { 1.0 } else { 0.0 }))
 ///     }
 /// }
 ///
 /// let mut held = Observation::object(0, 1);
 /// held.held_by = 1;
-/// assert_eq!(Mine.classify(&Given::new(&held, Frame { agent: 1 })).feature, Feature::Number(1.0));
-/// assert_eq!(Mine.classify(&Given::new(&held, Frame { agent: 0 })).feature, Feature::Number(0.0));
+/// assert_eq!(Mine.classify(&ClassifierInput::new(&held, Frame { agent: 1 })).feature, Feature::Number(1.0));
+/// assert_eq!(Mine.classify(&ClassifierInput::new(&held, Frame { agent: 0 })).feature, Feature::Number(0.0));
 /// ```
 ///
 /// A child percept gets the evaluation of its parent. Its own derived feature is passed to its children in turn: a
@@ -127,31 +127,31 @@ impl<'a> Given<'a> {
 ///
 /// ```
 /// use message::{Feature, Observation};
-/// use perception::{Classify, Evaluation, Frame, Given};
+/// use perception::{Classify, Evaluation, Frame, ClassifierInput};
 ///
 /// /// The top of a thing, from the position that its parent derived.
 /// struct Top;
 ///
 /// impl Classify for Top {
-///     fn classify(&self, given: &Given<'_>) -> Evaluation {
-///         let Some(Evaluation { feature: Feature::Vector([x, y, z]), .. }) = given.parent else {
+///     fn classify(&self, input: &ClassifierInput<'_>) -> Evaluation {
+///         let Some(Evaluation { feature: Feature::Vector([x, y, z]), .. }) = input.parent else {
 ///             return Evaluation::NONE;
 ///         };
-///         let [_, _, half] = given.observation.half_extents_m;
+///         let [_, _, half] = input.observation.half_extents_m;
 ///         Evaluation::certain(Feature::Vector([x, y, z + half]))
 ///     }
 /// }
 ///
 /// let thing = Observation { half_extents_m: [0.25; 3], ..Observation::object(0, 1) };
-/// let given = Given::new(&thing, Frame { agent: 0 });
-/// assert_eq!(Top.classify(&given), Evaluation::NONE);
+/// let input = ClassifierInput::new(&thing, Frame { agent: 0 });
+/// assert_eq!(Top.classify(&input), Evaluation::NONE);
 /// let position = Evaluation::certain(Feature::Vector([0.5, 0.0, 0.5]));
-/// assert_eq!(Top.classify(&given.under(position)).feature, Feature::Vector([0.5, 0.0, 0.75]));
+/// assert_eq!(Top.classify(&input.under(position)).feature, Feature::Vector([0.5, 0.0, 0.75]));
 /// ```
 pub trait Classify: Send + Sync {
     /// Evaluates an observation; the result's confidence is multiplied by that of the observation. A match or
     /// confidence outside [0, 1], including NaN, or a feature that is not finite counts as no match.
-    fn classify(&self, given: &Given<'_>) -> Evaluation;
+    fn classify(&self, input: &ClassifierInput<'_>) -> Evaluation;
 }
 
 /// A program's plug-in percepts, with the names that the configuration uses.
@@ -159,7 +159,7 @@ pub type Own = Vec<(String, Arc<dyn Classify>)>;
 
 /// Reasons why a [`Perception`] cannot be created from a percept set.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-pub enum Unperceivable {
+pub enum PerceptionError {
     /// The configuration names a classifier that the program does not supply.
     #[error(
         "percept `{percept}` wants the program's own classifier `{classifier}`, which this program lacks"
@@ -178,7 +178,7 @@ pub struct Perception {
     threshold: f64,
     percepts: Vec<Percept>,
     /// A copy of those that depend on the frame.
-    indexical: Vec<Percept>,
+    frame_dependent: Vec<Percept>,
 }
 
 #[derive(Clone)]
@@ -186,12 +186,12 @@ struct Percept {
     number: u16,
     parent: Option<u16>,
     /// Whether its parent is a region or a range; then it is evaluated only if the parent's result is "inside".
-    is_asked_inside: bool,
+    requires_inside: bool,
     /// Whether it classifies the feature derived by its parent instead of the observation.
     reads_parent: bool,
     kernel: Kernel,
     /// Whether it, or an ancestor, depends on the frame; then the result may differ between perspectives.
-    is_indexical: bool,
+    is_frame_dependent: bool,
 }
 
 impl Perception {
@@ -199,9 +199,9 @@ impl Perception {
     ///
     /// # Errors
     ///
-    /// A percept has a plug-in kernel: see [`Self::with_own`].
-    pub fn new(percepts: &Percepts) -> Result<Self, Unperceivable> {
-        Self::with_own(percepts, &Own::new())
+    /// A percept has a plug-in kernel: see [`Self::with_plugins`].
+    pub fn new(percepts: &Percepts) -> Result<Self, PerceptionError> {
+        Self::with_plugins(percepts, &Own::new())
     }
 
     /// Creates the configured percepts, with plug-in classifiers.
@@ -209,24 +209,25 @@ impl Perception {
     /// # Errors
     ///
     /// The configuration names a classifier that `own` lacks.
-    pub fn with_own(percepts: &Percepts, own: &Own) -> Result<Self, Unperceivable> {
+    pub fn with_plugins(percepts: &Percepts, own: &Own) -> Result<Self, PerceptionError> {
         let mut ready: Vec<Percept> = Vec::with_capacity(percepts.percepts.len());
         for (number, percept) in (0..).zip(&percepts.percepts) {
             let kernel = Kernel::new(percept, own)?;
             let parent = percept.parent.and_then(|parent| ready.get(usize::from(parent)));
-            let is_indexical = kernel.is_indexical() || parent.is_some_and(|parent| parent.is_indexical);
+            let is_frame_dependent =
+                kernel.is_frame_dependent() || parent.is_some_and(|parent| parent.is_frame_dependent);
             let above = percept.parent.and_then(|parent| percepts.get(parent)).map(|parent| &parent.kernel);
             ready.push(Percept {
                 number,
                 parent: percept.parent,
-                is_asked_inside: above.is_some_and(config::percepts::Kernel::is_gate),
+                requires_inside: above.is_some_and(config::percepts::Kernel::is_gate),
                 reads_parent: above.is_some_and(|above| percept.kernel.reads(above)),
                 kernel,
-                is_indexical,
+                is_frame_dependent,
             });
         }
-        let indexical = ready.iter().filter(|percept| percept.is_indexical).cloned().collect();
-        Ok(Self { threshold: percepts.threshold, percepts: ready, indexical })
+        let frame_dependent = ready.iter().filter(|percept| percept.is_frame_dependent).cloned().collect();
+        Ok(Self { threshold: percepts.threshold, percepts: ready, frame_dependent })
     }
 
     /// The percept snapshot of an observation in the perspective's frame (Eq. 2): the evaluations with m·c > k, in
@@ -237,10 +238,10 @@ impl Perception {
     /// confidence, multiplied by its own, instead of the observation's.
     #[must_use]
     pub fn perceive(&self, observation: &Observation, frame: &Frame) -> Snapshot {
-        let given = Given::new(observation, *frame);
+        let input = ClassifierInput::new(observation, *frame);
         let mut snapshot = Snapshot::default();
         if observation.is_sound() {
-            self.fill(&mut snapshot, |percept, snapshot| self.ask(percept, &given, snapshot));
+            self.fill(&mut snapshot, |percept, snapshot| self.evaluate(percept, &input, snapshot));
         }
         snapshot
     }
@@ -264,68 +265,74 @@ impl Perception {
     /// let known = perception.perceive(&mine, &Frame { agent: 0 });
     /// // The same thing in the frame of partner 1, who stands opposite.
     /// let his = Observation { position_m: [1.0, -0.2, 0.0], ..mine };
-    /// let again = perception.perceive_again(&his, &known, &Frame { agent: 1 });
+    /// let again = perception.reperceive(&his, &known, &Frame { agent: 1 });
     /// assert_eq!(again, perception.perceive(&his, &Frame { agent: 1 }));
     /// assert_ne!(again, known);
-    /// # Ok::<(), perception::Unperceivable>(())
+    /// # Ok::<(), perception::PerceptionError>(())
     /// ```
     #[must_use]
-    pub fn perceive_again(&self, observation: &Observation, known: &Snapshot, frame: &Frame) -> Snapshot {
+    pub fn reperceive(&self, observation: &Observation, known: &Snapshot, frame: &Frame) -> Snapshot {
         let mut snapshot = Snapshot::default();
         if observation.is_sound() {
-            self.sift(&Given::new(observation, *frame), known.values(), &mut snapshot);
+            self.rebuild(&ClassifierInput::new(observation, *frame), known.values(), &mut snapshot);
         }
         snapshot
     }
 
-    /// Like [`Self::perceive_again`], in place. The caller guarantees that `snapshot` is the result of
+    /// Like [`Self::reperceive`], in place. The caller guarantees that `snapshot` is the result of
     /// [`Self::perceive`] for another perspective, and that the observation is sound. Neither is validated.
     #[inline]
-    pub fn perceive_again_in(&self, observation: &Observation, frame: &Frame, snapshot: &mut Snapshot) {
-        let given = Given::new(observation, *frame);
+    pub fn reperceive_in_place(&self, observation: &Observation, frame: &Frame, snapshot: &mut Snapshot) {
+        let input = ClassifierInput::new(observation, *frame);
         // Usually the same percepts pass.
-        if !self.revise(&given, snapshot) {
+        if !self.reevaluate(&input, snapshot) {
             // Percepts that were already revised are evaluated a second time.
             let known = *snapshot;
             *snapshot = Snapshot::default();
-            self.sift(&given, known.values(), snapshot);
+            self.rebuild(&input, known.values(), snapshot);
         }
     }
 
     /// Re-evaluates the percepts that depend on the frame, in place; `false` if a different set of percepts passes.
     #[inline]
-    fn revise(&self, given: &Given<'_>, snapshot: &mut Snapshot) -> bool {
-        self.indexical.iter().all(|percept| {
-            let sure = given.observation.confidence;
+    fn reevaluate(&self, input: &ClassifierInput<'_>, snapshot: &mut Snapshot) -> bool {
+        self.frame_dependent.iter().all(|percept| {
+            let sure = input.observation.confidence;
             // The common cases, written directly to their destination.
             match (&percept.kernel, percept.parent) {
                 (Kernel::Position, None) => {
-                    let said = Evaluation::certain(Feature::Vector(given.observation.position_m));
-                    put(percept, self.said(percept, said, sure), snapshot)
+                    let evaluation = Evaluation::certain(Feature::Vector(input.observation.position_m));
+                    replace_value(percept, self.evaluation(percept, evaluation, sure), snapshot)
                 }
                 (Kernel::Orientation, None) => {
-                    let said = Evaluation::certain(Feature::Orientation(given.observation.orientation_xyzw));
-                    put(percept, self.said(percept, said, sure), snapshot)
+                    let evaluation =
+                        Evaluation::certain(Feature::Orientation(input.observation.orientation_xyzw));
+                    replace_value(percept, self.evaluation(percept, evaluation, sure), snapshot)
                 }
-                _ => self.revise_other(percept, given, snapshot),
+                _ => self.reevaluate_other(percept, input, snapshot),
             }
         })
     }
 
     #[inline(never)]
-    fn revise_other(&self, percept: &Percept, given: &Given<'_>, snapshot: &mut Snapshot) -> bool {
-        put(percept, self.ask(percept, given, snapshot), snapshot)
+    fn reevaluate_other(
+        &self,
+        percept: &Percept,
+        input: &ClassifierInput<'_>,
+        snapshot: &mut Snapshot,
+    ) -> bool {
+        replace_value(percept, self.evaluate(percept, input, snapshot), snapshot)
     }
 
     /// Builds a snapshot from the re-evaluated percepts and from those values of `known` that are valid.
     #[inline(never)]
-    fn sift(&self, given: &Given<'_>, known: &[PerceptValue], snapshot: &mut Snapshot) {
+    fn rebuild(&self, input: &ClassifierInput<'_>, known: &[PerceptValue], snapshot: &mut Snapshot) {
         let mut rest = known;
         self.fill(snapshot, |percept, snapshot| {
-            if percept.is_indexical {
-                return self.ask(percept, given, snapshot);
+            if percept.is_frame_dependent {
+                return self.evaluate(percept, input, snapshot);
             }
-            if percept.parent.is_some_and(|parent| percept.parent_says(parent, snapshot).is_none()) {
+            if percept.parent.is_some_and(|parent| percept.parent_evaluation(parent, snapshot).is_none()) {
                 return None;
             }
             while let [first, after @ ..] = rest {
@@ -358,36 +365,46 @@ impl Perception {
 
     /// The evaluation of a percept, if it passes. Most have no parent, so that case is inlined.
     #[inline]
-    fn ask(&self, percept: &Percept, given: &Given<'_>, snapshot: &Snapshot) -> Option<PerceptValue> {
+    fn evaluate(
+        &self,
+        percept: &Percept,
+        input: &ClassifierInput<'_>,
+        snapshot: &Snapshot,
+    ) -> Option<PerceptValue> {
         match percept.parent {
-            None => self.said(percept, percept.kernel.classify(given), given.observation.confidence),
-            Some(parent) => self.ask_child(percept, given, parent, snapshot),
+            None => self.evaluation(percept, percept.kernel.classify(input), input.observation.confidence),
+            Some(parent) => self.evaluate_child(percept, input, parent, snapshot),
         }
     }
 
     #[inline(never)]
-    fn ask_child(
+    fn evaluate_child(
         &self,
         percept: &Percept,
-        given: &Given<'_>,
+        input: &ClassifierInput<'_>,
         parent: u16,
         snapshot: &Snapshot,
     ) -> Option<PerceptValue> {
-        let parent = percept.parent_says(parent, snapshot)?;
+        let parent = percept.parent_evaluation(parent, snapshot)?;
         let read = if percept.reads_parent { percept.kernel.read(parent.feature) } else { None };
         match read {
-            Some(read) => self.said(percept, read, parent.confidence),
+            Some(read) => self.evaluation(percept, read, parent.confidence),
             None => {
-                let said = percept.kernel.classify(&given.under(parent));
-                self.said(percept, said, given.observation.confidence)
+                let evaluation = percept.kernel.classify(&input.under(parent));
+                self.evaluation(percept, evaluation, input.observation.confidence)
             }
         }
     }
 
     /// An evaluation combined with the confidence of its input, if it passes.
     #[inline]
-    fn said(&self, percept: &Percept, said: Evaluation, of_confidence: f32) -> Option<PerceptValue> {
-        let Evaluation { matching, confidence, feature } = said;
+    fn evaluation(
+        &self,
+        percept: &Percept,
+        evaluation: Evaluation,
+        of_confidence: f32,
+    ) -> Option<PerceptValue> {
+        let Evaluation { matching, confidence, feature } = evaluation;
         let is_confidence = (0.0..=1.0).contains(&confidence);
         let value = PerceptValue::new(percept.number, matching, of_confidence * confidence, feature);
         (is_confidence && self.passes(&value)).then_some(value)
@@ -402,7 +419,7 @@ impl Perception {
 
 /// Replaces a percept's value in a snapshot; `false` if the percept passed before and does not now, or the reverse.
 #[inline(always)]
-fn put(percept: &Percept, again: Option<PerceptValue>, snapshot: &mut Snapshot) -> bool {
+fn replace_value(percept: &Percept, again: Option<PerceptValue>, snapshot: &mut Snapshot) -> bool {
     match (snapshot.value_mut(percept.number), again) {
         (Some(known), Some(again)) => {
             *known = again;
@@ -416,11 +433,11 @@ impl Percept {
     /// The parent's evaluation in a snapshot. `None` if this percept is not to be evaluated: the parent did not pass,
     /// or is a region or a range with the result "outside".
     #[inline]
-    fn parent_says(&self, parent: u16, snapshot: &Snapshot) -> Option<Evaluation> {
+    fn parent_evaluation(&self, parent: u16, snapshot: &Snapshot) -> Option<Evaluation> {
         let value = snapshot.value(parent)?;
         let PerceptValue { matching, confidence, .. } = *value;
-        let said = Evaluation { matching, confidence, feature: value.feature()? };
-        (!self.is_asked_inside || is_inside(said.feature)).then_some(said)
+        let evaluation = Evaluation { matching, confidence, feature: value.feature()? };
+        (!self.requires_inside || is_inside(evaluation.feature)).then_some(evaluation)
     }
 }
 

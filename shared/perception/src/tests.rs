@@ -27,22 +27,22 @@ fn cube() -> Observation {
 struct Always(Evaluation);
 
 impl Classify for Always {
-    fn classify(&self, _given: &Given<'_>) -> Evaluation {
+    fn classify(&self, _given: &ClassifierInput<'_>) -> Evaluation {
         self.0
     }
 }
 
-fn with_own(evaluation: Evaluation) -> Perception {
+fn with_plugins(evaluation: Evaluation) -> Perception {
     let own: Own = vec![("mine".to_owned(), Arc::new(Always(evaluation)))];
-    Perception::with_own(&percepts(&percept("p", "kernel = { own = \"mine\" }")), &own).unwrap()
+    Perception::with_plugins(&percepts(&percept("p", "kernel = { own = \"mine\" }")), &own).unwrap()
 }
 
 #[test]
 fn match_times_confidence_equal_to_the_threshold_does_not_pass() {
     let half = Evaluation { matching: 1.0, confidence: 0.5, feature: Feature::None };
-    assert!(with_own(half).perceive(&cube(), &ROBOT).values().is_empty());
+    assert!(with_plugins(half).perceive(&cube(), &ROBOT).values().is_empty());
     let more = Evaluation { confidence: 0.501, ..half };
-    assert_eq!(with_own(more).perceive(&cube(), &ROBOT).values().len(), 1);
+    assert_eq!(with_plugins(more).perceive(&cube(), &ROBOT).values().len(), 1);
 }
 
 #[test]
@@ -53,7 +53,7 @@ fn the_source_is_a_symbol_and_the_same_for_everybody() {
     assert_eq!(known.value(0).and_then(PerceptValue::feature), Some(Feature::Symbol(7)));
     // The percept does not depend on the frame, so it is not re-evaluated.
     let elsewhere = Observation { source: 8, ..seen };
-    assert_eq!(perception.perceive_again(&elsewhere, &known, &Frame { agent: 1 }), known);
+    assert_eq!(perception.reperceive(&elsewhere, &known, &Frame { agent: 1 }), known);
 }
 
 #[test]
@@ -66,7 +66,7 @@ fn an_own_percept_that_lies_matches_nothing() {
         Evaluation { feature: Feature::Number(f32::NAN), ..sure },
         Evaluation { feature: Feature::Vector([f32::INFINITY, 0.0, 0.0]), ..sure },
     ] {
-        assert!(with_own(lie).perceive(&cube(), &ROBOT).values().is_empty(), "{lie:?}");
+        assert!(with_plugins(lie).perceive(&cube(), &ROBOT).values().is_empty(), "{lie:?}");
     }
 }
 
@@ -171,12 +171,12 @@ proptest! {
 struct Near;
 
 impl Classify for Near {
-    fn classify(&self, given: &Given<'_>) -> Evaluation {
-        let [x, y, _] = given.observation.position_m;
+    fn classify(&self, input: &ClassifierInput<'_>) -> Evaluation {
+        let [x, y, _] = input.observation.position_m;
         let degree = (1.0 - x.hypot(y) / 2.0).clamp(0.0, 1.0);
         Evaluation {
             confidence: degree,
-            ..Evaluation::certain(Feature::Number(f32::from(given.frame.agent)))
+            ..Evaluation::certain(Feature::Number(f32::from(input.frame.agent)))
         }
     }
 }
@@ -185,9 +185,9 @@ impl Classify for Near {
 struct Told;
 
 impl Classify for Told {
-    fn classify(&self, given: &Given<'_>) -> Evaluation {
-        let [x, y, z] = given.observation.position_m;
-        given.parent.unwrap_or(Evaluation {
+    fn classify(&self, input: &ClassifierInput<'_>) -> Evaluation {
+        let [x, y, z] = input.observation.position_m;
+        input.parent.unwrap_or(Evaluation {
             confidence: 0.9,
             ..Evaluation::certain(Feature::Vector([x, y + 0.5, z]))
         })
@@ -241,7 +241,7 @@ fn tree() -> impl Strategy<Value = Percepts> {
 
 fn perceiving(percepts: &Percepts) -> Perception {
     let own: Own = vec![("near".to_owned(), Arc::new(Near)), ("told".to_owned(), Arc::new(Told))];
-    Perception::with_own(percepts, &own).unwrap()
+    Perception::with_plugins(percepts, &own).unwrap()
 }
 
 fn thing() -> impl Strategy<Value = Observation> {
@@ -286,9 +286,9 @@ proptest! {
         let his = Observation { position_m: his_m, orientation_xyzw: [0.6, 0.0, 0.0, 0.8], ..mine };
         let frame = Frame { agent };
         let anew = perception.perceive(&his, &frame);
-        prop_assert_eq!(perception.perceive_again(&his, &known, &frame), anew);
+        prop_assert_eq!(perception.reperceive(&his, &known, &frame), anew);
         let mut in_place = known;
-        perception.perceive_again_in(&his, &frame, &mut in_place);
+        perception.reperceive_in_place(&his, &frame, &mut in_place);
         prop_assert_eq!(in_place.values(), anew.values());
     }
 
@@ -297,7 +297,7 @@ proptest! {
         tree in tree(), his in thing(), known in nonsense(),
     ) {
         let perception = perceiving(&tree);
-        let snapshot = perception.perceive_again(&his, &known, &ROBOT);
+        let snapshot = perception.reperceive(&his, &known, &ROBOT);
         let honest = perception.perceive(&his, &ROBOT);
         prop_assert!(snapshot.values().is_sorted_by(|a, b| a.percept < b.percept));
         for value in snapshot.values() {
@@ -305,7 +305,7 @@ proptest! {
             prop_assert!(value.matching <= 1.0 && value.confidence <= 1.0 && value.feature().is_some());
             let percept = &perception.percepts[usize::from(value.percept)];
             // Percepts that depend on the frame are re-evaluated, whatever the known snapshot contains.
-            if percept.is_indexical && percept.parent.is_none() {
+            if percept.is_frame_dependent && percept.parent.is_none() {
                 prop_assert_eq!(honest.value(value.percept), Some(value));
             }
             prop_assert!(percept.parent.is_none_or(|parent| snapshot.value(parent).is_some()));
@@ -319,8 +319,8 @@ fn what_does_not_see_the_frame_is_taken_over_and_not_evaluated() {
     let mut known = Snapshot::default();
     let alleged = PerceptValue::new(0, 1.0, 0.75, Feature::Vector([9.0; 3]));
     assert!(known.push(alleged));
-    assert_eq!(perception.perceive_again(&cube(), &known, &ROBOT).values(), [alleged]);
-    assert!(perception.perceive_again(&cube(), &Snapshot::default(), &ROBOT).values().is_empty());
+    assert_eq!(perception.reperceive(&cube(), &known, &ROBOT).values(), [alleged]);
+    assert!(perception.reperceive(&cube(), &Snapshot::default(), &ROBOT).values().is_empty());
 }
 
 /// The evaluation of a thing by the named percept of a set with plug-ins.

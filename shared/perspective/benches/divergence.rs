@@ -17,7 +17,7 @@ use std::hint::black_box;
 use config::percepts::Percepts;
 use geometry::{Base, Person, Pose, Position};
 use message::{Belief, BeliefHead, Feature, Header, NOBODY, Remembered};
-use perspective::{Divergence, Side};
+use perspective::{Divergence, PerspectiveBeliefs};
 use quantity::number::{float, single};
 
 const ROUNDS: u64 = 200;
@@ -83,8 +83,8 @@ fn main() {
                 };
                 let started = clock::now();
                 let found = divergence.compare(
-                    Side { head: &robot, beliefs: &robots },
-                    Side { head: &partner, beliefs: &partners },
+                    PerspectiveBeliefs { head: &robot, beliefs: &robots },
+                    PerspectiveBeliefs { head: &partner, beliefs: &partners },
                 );
                 black_box(found.len());
                 nanos.push(clock::nanos(clock::now().since(started)));

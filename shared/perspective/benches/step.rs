@@ -74,7 +74,7 @@ fn main() {
         let mut robot = Robot::new(&percepts, &config, 2, capacity).expect("it is in range");
         let mut partner =
             Partner::new(1, perception.clone(), &percepts, &config, capacity).expect("it is in range");
-        let mut share = Share::new(&config, robot.awareness().occluders(), capacity);
+        let mut share = Share::new(&config, robot.perceptual_context().occluders(), capacity);
         let mut costs: [Vec<u64>; 3] = [Vec::new(), Vec::new(), Vec::new()];
         for frame in 0..FRAMES {
             let now = Instant::from_nanos(1_000_000_000 + frame * 5_000_000);
@@ -93,10 +93,10 @@ fn main() {
             let started = clock::now();
             robot.step(now, SourceSet::of(0), &entries);
             let own = clock::now();
-            partner.step(now, &entries, robot.awareness(), |place| robot.surveys(place));
+            partner.step(now, &entries, robot.perceptual_context(), |place| robot.is_fully_in_view(place));
             let his = clock::now();
             let ready = clock::now();
-            share.perceive(&entries, &perception, robot.awareness().occluders());
+            share.perceive(&entries, &perception, robot.perceptual_context().occluders());
             let [robots, partners, shares] = &mut costs;
             robots.push(clock::nanos(own.since(started)));
             partners.push(clock::nanos(his.since(own)));
@@ -132,13 +132,13 @@ impl Share {
     }
 
     fn perceive(&mut self, entries: &[Perceived], perception: &Perception, occluders: &Occluders) {
-        self.sight.look(&self.eye, occluders);
+        self.sight.update_view(&self.eye, occluders);
         self.perceived.clear();
         for Perceived { observation, snapshot } in entries {
             let Some((place, half)) = place_of_thing(observation) else { continue };
             if self.sight.visible_share(&place, half, Samples::Corners) > 0.5 {
                 let observation = observed_from(&self.x_person_base, &place, observation);
-                let snapshot = perception.perceive_again(&observation, snapshot, &Frame { agent: 1 });
+                let snapshot = perception.reperceive(&observation, snapshot, &Frame { agent: 1 });
                 self.perceived.push(Perceived { observation, snapshot });
             }
         }

@@ -8,12 +8,12 @@ mod thing;
 use config::percepts::{Kernel, Percept, Percepts, origin};
 use message::{Belief, BeliefHead, Difference};
 
-use pairing::{Measure, Pairing};
-use thing::{Aspects, Thing};
+use pairing::{BeliefDistance, Pairing};
+use thing::{ComparedPercepts, Thing};
 
 /// The beliefs of a perspective at one instant, as its belief topic carries them.
 #[derive(Clone, Copy, Debug)]
-pub struct Side<'a> {
+pub struct PerspectiveBeliefs<'a> {
     /// The head: agent and frame of the beliefs.
     pub head: &'a BeliefHead,
     /// The beliefs, in the order of their identities.
@@ -55,8 +55,8 @@ pub struct Side<'a> {
 /// instant is linear in the number of things, whatever their arrangement.
 #[derive(Clone, Debug)]
 pub struct Divergence {
-    aspects: Aspects,
-    measure: Measure,
+    aspects: ComparedPercepts,
+    measure: BeliefDistance,
     pairing: Pairing,
     one: Vec<Thing>,
     other: Vec<Thing>,
@@ -74,9 +74,9 @@ impl Divergence {
     /// are ignored.
     #[must_use]
     pub fn new(percepts: &Percepts, capacity: usize) -> Self {
-        let aspects = Aspects::of(percepts);
+        let aspects = ComparedPercepts::of(percepts);
         Self {
-            measure: Measure::new(&percepts.belief, &aspects),
+            measure: BeliefDistance::new(&percepts.belief, &aspects),
             aspects,
             pairing: Pairing::new(capacity),
             one: Vec::with_capacity(capacity),
@@ -91,7 +91,7 @@ impl Divergence {
 
     /// Compares both sides at one instant and returns the differences. Those of the beliefs in `one` come
     /// first, in the order of identities; then the beliefs that only `other` has.
-    pub fn compare(&mut self, one: Side<'_>, other: Side<'_>) -> &[Difference] {
+    pub fn compare(&mut self, one: PerspectiveBeliefs<'_>, other: PerspectiveBeliefs<'_>) -> &[Difference] {
         let at_ns = one.head.header.valid_at_ns.min(other.head.header.valid_at_ns);
         let began_at_ns = *self.began_at_ns.get_or_insert(at_ns);
         for (things, side) in [(&mut self.one, one), (&mut self.other, other)] {

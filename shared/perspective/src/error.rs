@@ -2,14 +2,14 @@ use message::{DEPTH_MOST, PERSPECTIVES_MOST};
 
 /// A perspective cannot be created.
 #[derive(Debug, thiserror::Error)]
-pub enum NoPerspective {
+pub enum PerspectiveError {
     /// The belief system cannot be created.
     #[error("the belief system of perspective {agent} cannot be made: {source}")]
     Belief {
         /// The agent: 0 the robot, n partner n.
         agent: u16,
         /// The cause.
-        source: belief::Unbelievable,
+        source: belief::BeliefSystemError,
     },
     /// The configured field of view is invalid.
     #[error("the cone of sight of perspective {agent} is none: {source}")]
@@ -17,7 +17,7 @@ pub enum NoPerspective {
         /// The agent: 0 the robot, n partner n.
         agent: u16,
         /// The cause.
-        source: scene::NoCone,
+        source: scene::ConeError,
     },
     /// The number of perspectives exceeds [`PERSPECTIVES_MOST`].
     #[error(

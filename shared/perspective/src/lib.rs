@@ -59,7 +59,7 @@
 //! let mut robot = Robot::new(&percepts, &config, 1, 8)?;
 //! let mut partner = Partner::new(1, perception, &percepts, &config, 8)?;
 //! robot.step(now, SourceSet::of(0), &entries);
-//! partner.step(now, &entries, robot.awareness(), |place| robot.surveys(place));
+//! partner.step(now, &entries, robot.perceptual_context(), |place| robot.is_fully_in_view(place));
 //! let head = partner.head(Header::at(now.as_nanos()));
 //! assert_eq!((robot.beliefs().len(), head.perceivable, head.hidden), (3, 1, 2));
 //! assert_eq!(partner.beliefs().position(0), Some([1.0, -0.25, 0.05]));
@@ -71,10 +71,10 @@
 //!
 //! # Nesting
 //!
-//! A perspective is computed from its parent's [`Awareness`]: the perceived observations, the known eyes and
+//! A perspective is computed from its parent's [`PerceptualContext`]: the perceived observations, the known eyes and
 //! the remembered occluders. All of these stay in the base frame, since V is the same in every frame. P is
 //! applied once, at the end. So a nested perspective is a chain of filters and one transform, to any depth:
-//! what I think that you think that I see ([`Nested`]).
+//! what I think that you think that I see ([`NestedPerspective`]).
 //!
 //! - A child depends only on its parent's awareness. It is bit-identical whether that is a partner's or the
 //!   robot's.
@@ -86,7 +86,6 @@
 //! - All agents see with the same cone, including the robot as others model it.
 
 mod anchor;
-mod awareness;
 mod divergence;
 mod error;
 mod field;
@@ -94,17 +93,18 @@ mod nested;
 mod occluders;
 mod owners;
 mod partner;
+mod perceptual_context;
 mod robot;
 mod senses;
 mod transform;
 
 pub use anchor::Anchor;
-pub use awareness::Awareness;
-pub use divergence::{Divergence, Side};
-pub use error::NoPerspective;
-pub use nested::Nested;
-pub use owners::{Claim, Owners, TERRITORY_MOST};
+pub use divergence::{Divergence, PerspectiveBeliefs};
+pub use error::PerspectiveError;
+pub use nested::NestedPerspective;
+pub use owners::{OwnershipClaim, OwnershipEstimator, TERRITORY_MOST};
 pub use partner::Partner;
+pub use perceptual_context::PerceptualContext;
 pub use robot::Robot;
 pub use transform::{observed_from, place_of, place_of_thing};
 

@@ -1,43 +1,43 @@
 use message::{DEPTH_MOST, PERSPECTIVES_MOST, Path, perspectives};
 use quantity::number::saturating_u16;
 
-use crate::NoPerspective;
+use crate::PerspectiveError;
 
 /// A perspective's path and parent. Perspectives are numbered from 0.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Nested {
+pub struct NestedPerspective {
     /// The path: the agent, and the agents within whose perspectives it is.
     pub path: Path,
     /// The number of the parent perspective, always a lower one. The robot's own perspective names itself.
     pub within: usize,
 }
 
-impl Nested {
+impl NestedPerspective {
     /// All perspectives for `partners` partners and `depth` levels, in the order of their numbers: 0 is the
     /// robot's, then the partners', then the nested ones. Shorter paths come first, paths of one length in
     /// lexicographic order.
     ///
     /// # Errors
     ///
-    /// [`NoPerspective::Depth`] if the depth is not from 1 to [`DEPTH_MOST`]; [`NoPerspective::TooMany`] if
+    /// [`PerspectiveError::Depth`] if the depth is not from 1 to [`DEPTH_MOST`]; [`PerspectiveError::TooMany`] if
     /// there would be more than [`PERSPECTIVES_MOST`] perspectives.
     ///
     /// ```
-    /// use perspective::Nested;
+    /// use perspective::NestedPerspective;
     ///
-    /// let all = Nested::all(2, 2)?;
+    /// let all = NestedPerspective::all(2, 2)?;
     /// let paths: Vec<_> = all.iter().map(|nested| nested.path.agents().unwrap()).collect();
     /// assert_eq!(paths, [&[][..], &[1], &[2], &[1, 0], &[1, 2], &[2, 0], &[2, 1]]);
     /// assert_eq!(all[4].within, 1);
-    /// # Ok::<(), perspective::NoPerspective>(())
+    /// # Ok::<(), perspective::PerspectiveError>(())
     /// ```
-    pub fn all(partners: u32, depth: u32) -> Result<Vec<Self>, NoPerspective> {
+    pub fn all(partners: u32, depth: u32) -> Result<Vec<Self>, PerspectiveError> {
         if depth < 1 || usize::try_from(depth).map_or(true, |depth| depth > DEPTH_MOST) {
-            return Err(NoPerspective::Depth { depth });
+            return Err(PerspectiveError::Depth { depth });
         }
         let count = perspectives(partners, depth);
         if count > PERSPECTIVES_MOST {
-            return Err(NoPerspective::TooMany { partners, depth, perspectives: count });
+            return Err(PerspectiveError::TooMany { partners, depth, perspectives: count });
         }
         // The number of partners is below the number of perspectives.
         let partners = usize::try_from(partners).map_or(u16::MAX, saturating_u16);
@@ -63,7 +63,7 @@ mod tests {
     fn there_are_as_many_as_are_counted_each_made_from_an_earlier_one_and_none_twice() {
         let mut seen = 0;
         for (partners, depth) in [(0, 1), (0, 6), (1, 1), (1, 6), (2, 4), (3, 4), (6, 2), (255, 1)] {
-            let all = Nested::all(partners, depth).unwrap();
+            let all = NestedPerspective::all(partners, depth).unwrap();
             assert_eq!(all.len(), usize::try_from(perspectives(partners, depth)).unwrap());
             for (number, nested) in all.iter().enumerate().skip(1) {
                 let parent = all[nested.within].path;
@@ -71,8 +71,9 @@ mod tests {
                 assert!(nested.within < number);
                 seen += 1;
             }
-            let order =
-                |nested: &Nested| nested.path.agents().map(|agents| (agents.len(), agents.to_vec())).unwrap();
+            let order = |nested: &NestedPerspective| {
+                nested.path.agents().map(|agents| (agents.len(), agents.to_vec())).unwrap()
+            };
             assert!(all.is_sorted_by(|one, next| order(one) < order(next)));
         }
         assert!(seen > 400, "only {seen} were seen");
@@ -80,9 +81,12 @@ mod tests {
 
     #[test]
     fn more_or_deeper_ones_than_there_can_be_are_refused() {
-        assert!(matches!(Nested::all(4, 4), Err(NoPerspective::TooMany { perspectives: 341, .. })));
-        assert!(matches!(Nested::all(u32::MAX, 6), Err(NoPerspective::TooMany { .. })));
-        assert!(matches!(Nested::all(1, 0), Err(NoPerspective::Depth { depth: 0 })));
-        assert!(matches!(Nested::all(0, 7), Err(NoPerspective::Depth { depth: 7 })));
+        assert!(matches!(
+            NestedPerspective::all(4, 4),
+            Err(PerspectiveError::TooMany { perspectives: 341, .. })
+        ));
+        assert!(matches!(NestedPerspective::all(u32::MAX, 6), Err(PerspectiveError::TooMany { .. })));
+        assert!(matches!(NestedPerspective::all(1, 0), Err(PerspectiveError::Depth { depth: 0 })));
+        assert!(matches!(NestedPerspective::all(0, 7), Err(PerspectiveError::Depth { depth: 7 })));
     }
 }

@@ -11,7 +11,7 @@ struct Remembered {
     x_base_box: Pose<Base, Thing>,
     half_extents_m: [f64; 3],
     /// Arrival time of the last frame with it: observation time plus the latency of the source.
-    noticed_at: Instant,
+    received_at: Instant,
     /// Since when its place has been seen empty.
     empty_since: Option<Instant>,
     /// The source that observed it in the current frame.
@@ -73,8 +73,8 @@ impl RememberedOccluders {
         let Some((x_base_box, half_extents_m)) = place_of_thing(observation) else { return };
         let taken_by = Some(observation.source);
         let seen_by = SourceSet::of(observation.source);
-        let (noticed_at, empty_since) = (at, None);
-        let new = Remembered { x_base_box, half_extents_m, noticed_at, empty_since, taken_by, seen_by };
+        let (received_at, empty_since) = (at, None);
+        let new = Remembered { x_base_box, half_extents_m, received_at, empty_since, taken_by, seen_by };
         let nearest = self
             .remembered
             .iter_mut()
@@ -88,7 +88,7 @@ impl RememberedOccluders {
             self.remembered.push(new);
         } else {
             let not_taken = self.remembered.iter_mut().filter(|old| old.taken_by.is_none());
-            match not_taken.min_by_key(|old| old.noticed_at) {
+            match not_taken.min_by_key(|old| old.received_at) {
                 Some(old) => *old = new,
                 None => self.left_out += 1,
             }
@@ -106,29 +106,29 @@ impl RememberedOccluders {
     }
 
     /// Restarts the empty-place timers after an absence of the agent.
-    pub(crate) fn look_anew(&mut self) {
+    pub(crate) fn restart_absence_timers(&mut self) {
         for remembered in &mut self.remembered {
             remembered.empty_since = None;
         }
     }
 
     /// Removes occluders that stayed unobserved for `gone_after`, although a source that saw them before
-    /// `looked` and `glimpses` reported part of the box in view all the time.
+    /// `looked` and `is_partly_visible` reported part of the box in view all the time.
     ///
     /// An occluder for which `stands` is true stays. Returns whether any was removed.
     pub(crate) fn forget(
         &mut self,
         at: Instant,
         looked: SourceSet,
-        glimpses: impl Fn(&Pose<Base, Thing>, [f64; 3]) -> bool,
+        is_partly_visible: impl Fn(&Pose<Base, Thing>, [f64; 3]) -> bool,
         stands: impl Fn(&Pose<Base, Thing>) -> bool,
     ) -> bool {
         let gone_after = self.gone_after;
         self.remembered.retain_mut(|old| {
-            if old.noticed_at >= at || !looked.intersects(old.seen_by) {
+            if old.received_at >= at || !looked.intersects(old.seen_by) {
                 return true;
             }
-            let is_empty = glimpses(&old.x_base_box, old.half_extents_m);
+            let is_empty = is_partly_visible(&old.x_base_box, old.half_extents_m);
             old.empty_since = is_empty.then_some(old.empty_since.unwrap_or(at));
             old.empty_since.is_none_or(|since| at.since(since) < gone_after) || stands(&old.x_base_box)
         });

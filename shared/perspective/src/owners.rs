@@ -2,7 +2,7 @@ mod tree;
 
 use belief::BeliefSystem;
 use clock::{Duration, Instant};
-use config::perspective::{Owning, Resource};
+use config::perspective::{OwnershipRule, Resource};
 use geometry::{Base, Pose, Position};
 use message::NOBODY;
 use quantity::number::float_of_count;
@@ -21,36 +21,36 @@ use tree::Tree;
 ///
 /// ```
 /// use geometry::Position;
-/// use perspective::{Claim, Owners};
+/// use perspective::{OwnershipClaim, OwnershipEstimator};
 ///
 /// let mut config = config::perspective::Perspective::builtin().resource;
-/// config.by = config::perspective::Owning::Territory;
-/// let mut owners = Owners::new(&config, 16);
+/// config.by = config::perspective::OwnershipRule::Territory;
+/// let mut owners = OwnershipEstimator::new(&config, 16);
 /// // Two things in front of the robot, two in front of a partner on the other side of the table.
 /// let places = [(0.35, 0.1), (0.40, 0.2), (1.0, 0.1), (1.05, 0.2)];
-/// let claims = (1..).zip(places).map(|(id, (x, y))| Claim {
+/// let claims = (1..).zip(places).map(|(id, (x, y))| OwnershipClaim {
 ///     id,
 ///     place: Position::new(x, y, 0.0),
 ///     held_by: 0xffff,
 /// });
-/// owners.judge(claims, [(0, Position::new(0.0, 0.0, 0.6)), (1, Position::new(1.5, 0.0, 0.55))]);
+/// owners.update(claims, [(0, Position::new(0.0, 0.0, 0.6)), (1, Position::new(1.5, 0.0, 0.55))]);
 /// assert_eq!(owners.all(), [0, 0, 1, 1]);
 /// ```
 #[derive(Clone, Debug)]
-pub struct Owners {
+pub struct OwnershipEstimator {
     config: Resource,
     capacity: usize,
     /// The claims of the last completed update, and their owners.
-    claims: Vec<Claim>,
+    claims: Vec<OwnershipClaim>,
     owners: Vec<u16>,
     /// The claims of the update in progress.
-    asked: Vec<Claim>,
+    pending: Vec<OwnershipClaim>,
     /// The last holder of each thing, in the order of identities; and that of the previous update.
     held: Vec<(u64, u16)>,
     held_before: Vec<(u64, u16)>,
     /// The minimum spanning tree that separates territories.
     tree: Tree,
-    judged: Option<Judged>,
+    judged: Option<LastUpdate>,
     /// Offset of this perspective's updates within the update period.
     phase: Duration,
     /// Number of steps by which it delays an update after a thing came or went.
@@ -61,17 +61,17 @@ pub struct Owners {
 
 /// Time of the last update of a belief system, the number of its beliefs, and the youngest identity.
 #[derive(Clone, Copy, Debug, PartialEq)]
-struct Judged {
+struct LastUpdate {
     at: Instant,
     count: usize,
     youngest: u64,
 }
 
 /// Period of updates while no thing comes or goes.
-const JUDGED_EVERY: Duration = Duration::from_millis(100);
+const UPDATE_PERIOD: Duration = Duration::from_millis(100);
 
 /// Upper bound of the steps by which an update after a change is delayed.
-const WAITS_MOST: u32 = 5;
+const MAX_DELAY_STEPS: u32 = 5;
 
 /// Maximum number of things for which territories are computed.
 pub const TERRITORY_MOST: usize = 256;
@@ -83,7 +83,7 @@ const STEPS: usize = 8;
 
 /// The input for one belief.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Claim {
+pub struct OwnershipClaim {
     /// Identity of the belief. Claims are sorted by it.
     pub id: u64,
     /// Remembered position of the thing.
@@ -92,18 +92,18 @@ pub struct Claim {
     pub held_by: u16,
 }
 
-impl Owners {
+impl OwnershipEstimator {
     /// Returns an estimator without owners, for up to `capacity` beliefs.
     #[must_use]
     pub fn new(config: &Resource, capacity: usize) -> Self {
         // Without a rule, no memory is needed.
-        let capacity = if config.by == Owning::None { 0 } else { capacity };
+        let capacity = if config.by == OwnershipRule::None { 0 } else { capacity };
         Self {
             config: config.clone(),
             capacity,
             claims: Vec::with_capacity(capacity),
             owners: Vec::with_capacity(capacity),
-            asked: Vec::with_capacity(capacity),
+            pending: Vec::with_capacity(capacity),
             held: Vec::with_capacity(capacity),
             held_before: Vec::with_capacity(capacity),
             tree: Tree::new(capacity.min(TERRITORY_MOST)),
@@ -117,90 +117,92 @@ impl Owners {
     /// Sets the phase of an agent's updates, so that those of different agents fall into different steps.
     pub(crate) fn of(mut self, agent: u16) -> Self {
         // Multiples of the golden section are well spread.
-        self.phase = JUDGED_EVERY.mul_f64(f64::from(agent) * 0.618 % 1.0);
+        self.phase = UPDATE_PERIOD.mul_f64(f64::from(agent) * 0.618 % 1.0);
         // Possession and configured regions are cheap and need no delay.
-        self.waits = if self.config.by == Owning::Territory { u32::from(agent) % WAITS_MOST } else { 0 };
+        self.waits =
+            if self.config.by == OwnershipRule::Territory { u32::from(agent) % MAX_DELAY_STEPS } else { 0 };
         self
     }
 
     /// Updates the owners of all beliefs at once. `agents` are the known agents and their positions. Beliefs
     /// beyond the capacity have no owner.
-    pub fn judge(
+    pub fn update(
         &mut self,
-        claims: impl IntoIterator<Item = Claim>,
+        claims: impl IntoIterator<Item = OwnershipClaim>,
         agents: impl IntoIterator<Item = (u16, Position<Base>), IntoIter: Clone>,
     ) {
-        self.ask(claims);
+        self.begin_update(claims);
         self.tree.grow(usize::MAX);
-        self.answer(agents);
+        self.finish_update(agents);
     }
 
     /// Updates the owners of a system's beliefs, whose frame is `x_base_frame`, if an update is due or in
     /// progress. Until it is complete, the previous owners are returned.
-    pub(crate) fn judge_system<F>(
+    pub(crate) fn update_from_beliefs<F>(
         &mut self,
         system: &BeliefSystem,
         at: Instant,
         x_base_frame: &Pose<Base, F>,
         agents: impl IntoIterator<Item = (u16, Position<Base>), IntoIter: Clone>,
     ) {
-        if self.config.by == Owning::None {
+        if self.config.by == OwnershipRule::None {
             return;
         }
         if self.tree.is_grown() {
             if !self.is_due(system, at) {
                 return;
             }
-            self.ask((0..system.len()).filter_map(|index| {
+            self.begin_update((0..system.len()).filter_map(|index| {
                 let (id, held_by) = (system.id(index)?, system.held_by(index)?);
                 // A thing without a position is in no region. It also prevents territories, since it may lie
                 // between them.
                 let place_m = system.position(index).map_or([f64::NAN; 3], |place_m| place_m.map(f64::from));
                 let [x, y, z] = place_m;
                 let place = *x_base_frame * Position::new(x, y, z);
-                Some(Claim { id, place, held_by })
+                Some(OwnershipClaim { id, place, held_by })
             }));
             // With many things, the update continues in the next step.
-            if !self.tree.is_grown() && self.asked.len() > COMPARED {
+            if !self.tree.is_grown() && self.pending.len() > COMPARED {
                 return;
             }
         }
-        if self.tree.grow(COMPARED.max(self.asked.len().div_ceil(STEPS))) {
-            self.answer(agents);
+        if self.tree.grow(COMPARED.max(self.pending.len().div_ceil(STEPS))) {
+            self.finish_update(agents);
         }
     }
 
     /// Begins an update. By territory, the tree is rebuilt only if its cut may have changed.
-    fn ask(&mut self, claims: impl IntoIterator<Item = Claim>) {
-        self.asked.clear();
-        self.asked.extend(claims.into_iter().take(self.capacity));
-        if self.config.by != Owning::Territory {
+    fn begin_update(&mut self, claims: impl IntoIterator<Item = OwnershipClaim>) {
+        self.pending.clear();
+        self.pending.extend(claims.into_iter().take(self.capacity));
+        if self.config.by != OwnershipRule::Territory {
             return;
         }
-        let is_placed = |claim: &Claim| claim.place.to_array().iter().all(|metres| metres.is_finite());
-        if self.asked.len() > TERRITORY_MOST || !self.asked.iter().all(is_placed) {
+        let is_placed =
+            |claim: &OwnershipClaim| claim.place.to_array().iter().all(|metres| metres.is_finite());
+        if self.pending.len() > TERRITORY_MOST || !self.pending.iter().all(is_placed) {
             self.tree.clear();
-        } else if !self.tree.stays(self.config.gap_ratio.get(), &self.asked) {
-            self.tree.begin(&self.asked);
+        } else if !self.tree.keeps_cut(self.config.gap_ratio.get(), &self.pending) {
+            self.tree.begin(&self.pending);
         }
     }
 
     /// Completes an update. By territory, the tree must be complete.
-    fn answer(&mut self, agents: impl IntoIterator<Item = (u16, Position<Base>), IntoIter: Clone>) {
-        std::mem::swap(&mut self.claims, &mut self.asked);
+    fn finish_update(&mut self, agents: impl IntoIterator<Item = (u16, Position<Base>), IntoIter: Clone>) {
+        std::mem::swap(&mut self.claims, &mut self.pending);
         self.owners.clear();
         match self.config.by {
-            Owning::None => {}
-            Owning::Possession => self.by_possession(),
-            Owning::Told => {
-                let told = |claim: &Claim| {
+            OwnershipRule::None => {}
+            OwnershipRule::Possession => self.by_possession(),
+            OwnershipRule::Told => {
+                let told = |claim: &OwnershipClaim| {
                     let [x, y, _] = claim.place.to_array();
                     let holds = self.config.told.iter().find(|region| region.holds([x, y]));
                     holds.map_or(NOBODY, |region| region.owner)
                 };
                 self.owners.extend(self.claims.iter().map(told));
             }
-            Owning::Territory => self.by_territory(&agents.into_iter()),
+            OwnershipRule::Territory => self.by_territory(&agents.into_iter()),
         }
     }
 
@@ -209,12 +211,12 @@ impl Owners {
         let count = system.len();
         // Identities increase: an arrival raises the youngest, and without one a removal lowers the count.
         let youngest = count.checked_sub(1).and_then(|last| system.id(last)).unwrap_or(0);
-        let time = |at: Instant| (at + self.phase).as_nanos() / clock::nanos(JUDGED_EVERY);
+        let time = |at: Instant| (at + self.phase).as_nanos() / clock::nanos(UPDATE_PERIOD);
         let is_known = self.judged.is_some_and(|judged| (judged.count, judged.youngest) == (count, youngest));
         if is_known {
             // A short hold already transfers possession, so every step counts.
             let in_time = self.judged.is_some_and(|judged| time(judged.at) == time(at));
-            if in_time && self.config.by != Owning::Possession {
+            if in_time && self.config.by != OwnershipRule::Possession {
                 return false;
             }
         } else if self.judged.is_some() && self.waited < self.waits {
@@ -222,7 +224,7 @@ impl Owners {
             return false;
         }
         self.waited = 0;
-        self.judged = Some(Judged { at, count, youngest });
+        self.judged = Some(LastUpdate { at, count, youngest });
         true
     }
 
@@ -253,7 +255,7 @@ impl Owners {
         std::mem::swap(&mut self.held, &mut self.held_before);
         self.held.clear();
         let mut before = self.held_before.iter().peekable();
-        for Claim { id, held_by, .. } in &self.claims {
+        for OwnershipClaim { id, held_by, .. } in &self.claims {
             while before.next_if(|(earlier, _)| earlier < id).is_some() {}
             let last = before.next_if(|(same, _)| same == id).map_or(NOBODY, |(_, owner)| *owner);
             let owner = if *held_by == NOBODY { last } else { *held_by };
@@ -271,16 +273,16 @@ impl Owners {
         if !self.tree.is_parted(self.config.gap_ratio.get()) {
             return;
         }
-        let sides = || self.claims.iter().zip(self.tree.beyond());
+        let sides = || self.claims.iter().zip(self.tree.beyond_gap());
         let side = |wanted: bool| {
-            let members = sides().filter(move |(_, beyond)| **beyond == wanted);
+            let members = sides().filter(move |(_, beyond_gap)| **beyond_gap == wanted);
             nearest(members.map(|(claim, _)| claim.place), agents.clone())
         };
         if let (Some(here), Some(there)) = (side(false), side(true))
             && here != there
         {
-            for (owner, beyond) in self.owners.iter_mut().zip(self.tree.beyond()) {
-                *owner = if *beyond { there } else { here };
+            for (owner, beyond_gap) in self.owners.iter_mut().zip(self.tree.beyond_gap()) {
+                *owner = if *beyond_gap { there } else { here };
             }
         }
     }

@@ -1,4 +1,4 @@
-use belief::{BeliefSystem, Functions};
+use belief::{BeliefPlugins, BeliefSystem};
 use clock::Instant;
 use config::percepts::Percepts;
 use config::perspective::Perspective;
@@ -8,28 +8,28 @@ use perception::{Frame, Perception};
 use quantity::number::saturating_u32;
 use scene::{Cone, Occluders, Samples, Sight};
 
-use crate::field::{glimpses, surveys};
+use crate::field::{is_fully_in_view, is_partly_visible};
 use crate::robot::is_object;
 use crate::senses::Senses;
 use crate::transform::place_in_base;
-use crate::{Anchor, Awareness, NoPerspective, Owners};
+use crate::{Anchor, OwnershipEstimator, PerceptualContext, PerspectiveError};
 
 /// A model of what a partner perceives and believes, as the robot or another partner sees it.
 ///
-/// Allocates only in `new` and [`Self::with_awareness`].
+/// Allocates only in `new` and [`Self::with_perceptual_context`].
 #[derive(Clone)]
 pub struct Partner {
     senses: Senses,
     system: BeliefSystem,
     empty_margin_m: f64,
     anchor: Anchor,
-    owners: Owners,
+    owners: OwnershipEstimator,
     eye: Option<Pose<Base, Eye>>,
     present: bool,
     /// The last instant at which the partner was present; their beliefs are frozen at it.
     at: Instant,
     /// The input for perspectives nested in this one, if any.
-    awareness: Option<Awareness>,
+    perceptual_context: Option<PerceptualContext>,
 }
 
 impl Partner {
@@ -38,15 +38,15 @@ impl Partner {
     ///
     /// # Errors
     ///
-    /// [`NoPerspective`] if the configured belief system or cone is invalid.
+    /// [`PerspectiveError`] if the configured belief system or cone is invalid.
     pub fn new(
         agent: u16,
         perception: Perception,
         percepts: &Percepts,
         config: &Perspective,
         capacity: usize,
-    ) -> Result<Self, NoPerspective> {
-        Self::with_own(agent, perception, percepts, &Functions::default(), config, capacity)
+    ) -> Result<Self, PerspectiveError> {
+        Self::with_plugins(agent, perception, percepts, &BeliefPlugins::default(), config, capacity)
     }
 
     /// As [`Self::new`], with plug-in functions in the belief system.
@@ -54,17 +54,17 @@ impl Partner {
     /// # Errors
     ///
     /// As [`Self::new`].
-    pub fn with_own(
+    pub fn with_plugins(
         agent: u16,
         perception: Perception,
         percepts: &Percepts,
-        functions: &Functions,
+        functions: &BeliefPlugins,
         config: &Perspective,
         capacity: usize,
-    ) -> Result<Self, NoPerspective> {
+    ) -> Result<Self, PerspectiveError> {
         let sight = &config.sight;
         let cone = Cone::new(sight.cone_half_angle_deg.radians(), sight.range_m.get())
-            .map_err(|source| NoPerspective::Cone { agent, source })?;
+            .map_err(|source| PerspectiveError::Cone { agent, source })?;
         Ok(Self {
             senses: Senses {
                 frame: Frame { agent },
@@ -76,45 +76,45 @@ impl Partner {
                     config::perspective::Samples::Corners => Samples::Corners,
                 },
                 hearing_range_m: sight.hearing_range_m.get(),
-                of_occluders: false,
+                sees_occluders: false,
                 visible: Vec::with_capacity(capacity),
                 perceived: Vec::with_capacity(capacity),
                 hidden: 0,
                 refused: 0,
             },
-            system: BeliefSystem::with_own(percepts, functions, capacity)
-                .map_err(|source| NoPerspective::Belief { agent, source })?
-                .trusting(),
+            system: BeliefSystem::with_plugins(percepts, functions, capacity)
+                .map_err(|source| PerspectiveError::Belief { agent, source })?
+                .assume_validated(),
             empty_margin_m: sight.empty_margin_m.get(),
             anchor: Anchor::new(config.frame.reanchor_m.get(), config.frame.reanchor_deg.radians()),
-            owners: Owners::new(&config.resource, capacity).of(agent),
+            owners: OwnershipEstimator::new(&config.resource, capacity).of(agent),
             eye: None,
             present: false,
             at: Instant::EPOCH,
-            awareness: None,
+            perceptual_context: None,
         })
     }
 
     /// Enables nesting: records the awareness for perspectives within this one. The partner then also
     /// perceives occluders and the eyes of the robot and of up to `partners` partners.
     #[must_use]
-    pub fn with_awareness(mut self, config: &Perspective, partners: u16, capacity: usize) -> Self {
-        self.senses.of_occluders = true;
-        self.awareness = Some(Awareness::new(self.agent(), config, partners, capacity));
+    pub fn with_perceptual_context(mut self, config: &Perspective, partners: u16, capacity: usize) -> Self {
+        self.senses.sees_occluders = true;
+        self.perceptual_context = Some(PerceptualContext::new(self.agent(), config, partners, capacity));
         self
     }
 
-    /// The recorded awareness; `None` unless enabled by [`Self::with_awareness`].
+    /// The recorded awareness; `None` unless enabled by [`Self::with_perceptual_context`].
     #[must_use]
-    pub fn awareness(&self) -> Option<&Awareness> {
-        self.awareness.as_ref()
+    pub fn perceptual_context(&self) -> Option<&PerceptualContext> {
+        self.perceptual_context.as_ref()
     }
 
     /// Advances by one instant, from the awareness of the parent perspective. `entries` must be those that
     /// `parent` recorded.
     ///
-    /// `surveyed` returns whether every ancestor, from the robot ([`crate::Robot::surveys`]) to the parent
-    /// ([`Self::surveys`]), would notice a missing thing at a place. A place outside the parent's view gives
+    /// `surveyed` returns whether every ancestor, from the robot ([`crate::Robot::is_fully_in_view`]) to the parent
+    /// ([`Self::is_fully_in_view`]), would notice a missing thing at a place. A place outside the parent's view gives
     /// no evidence of absence.
     ///
     /// While the partner is absent or their pose is unknown, their beliefs and all nested ones stay
@@ -123,7 +123,7 @@ impl Partner {
         &mut self,
         at: Instant,
         entries: &[Perceived],
-        parent: &Awareness,
+        parent: &PerceptualContext,
         surveyed: impl Fn(&Position<Base>) -> bool,
     ) {
         let eye = parent.eye(self.agent(), at);
@@ -132,8 +132,8 @@ impl Partner {
             let aware = entries.iter().zip(parent.perceives());
             self.senses.perceived.clear();
             self.senses.hidden = aware.filter(|(entry, perceives)| **perceives && is_object(entry)).count();
-            if let Some(awareness) = &mut self.awareness {
-                awareness.lose();
+            if let Some(perceptual_context) = &mut self.perceptual_context {
+                perceptual_context.set_absent();
             }
             return;
         };
@@ -146,23 +146,23 @@ impl Partner {
         if let Some(x_new_old) = anew {
             self.system.reanchor(&x_new_old);
         }
-        self.senses.sight.look(&x_base_eye, parent.occluders());
-        let mut intake = self.system.begin(at);
+        self.senses.sight.update_view(&x_base_eye, parent.occluders());
+        let mut step_builder = self.system.begin(at);
         self.senses.perceive(entries, parent, &x_base_person, |index, perceived| {
-            intake.take_in(index, perceived);
+            step_builder.add_observation(index, perceived);
         });
         let Senses { sight, perceived, visible, .. } = &self.senses;
-        if let Some(awareness) = &mut self.awareness {
-            awareness.note(at, parent.looked(), entries, visible.iter().copied());
-            know(awareness, sight, at, parent, x_base_eye);
+        if let Some(perceptual_context) = &mut self.perceptual_context {
+            perceptual_context.record_frame(at, parent.looked(), entries, visible.iter().copied());
+            update_nested_context(perceptual_context, sight, at, parent, x_base_eye);
         }
         let margin_m = self.empty_margin_m;
-        intake.finish(perceived, parent.looked(), |place_m| {
+        step_builder.finish(perceived, parent.looked(), |place_m| {
             let place = place_in_base(&x_base_person, place_m);
-            surveys(sight, &place, margin_m) && surveyed(&place)
+            is_fully_in_view(sight, &place, margin_m) && surveyed(&place)
         });
         let agents = parent.eyes(at).map(|(agent, met)| (agent, met.x_base_eye.origin()));
-        self.owners.judge_system(&self.system, at, &x_base_person, agents);
+        self.owners.update_from_beliefs(&self.system, at, &x_base_person, agents);
     }
 
     /// The agent: 1, 2, …, or 0 the robot.
@@ -179,8 +179,8 @@ impl Partner {
 
     /// Whether the partner, as they look now, would notice a missing thing at a place.
     #[must_use]
-    pub fn surveys(&self, place: &Position<Base>) -> bool {
-        self.present && surveys(&self.senses.sight, place, self.empty_margin_m)
+    pub fn is_fully_in_view(&self, place: &Position<Base>) -> bool {
+        self.present && is_fully_in_view(&self.senses.sight, place, self.empty_margin_m)
     }
 
     /// The partner's frame; `None` if they were never perceived.
@@ -216,7 +216,8 @@ impl Partner {
         head.created = counts.created;
         head.merged = counts.merged;
         head.culled = counts.culled;
-        head.overflowed = counts.overflowed + self.awareness.as_ref().map_or(0, Awareness::left_out);
+        head.overflowed =
+            counts.overflowed + self.perceptual_context.as_ref().map_or(0, PerceptualContext::left_out);
         head
     }
 
@@ -234,20 +235,21 @@ impl Partner {
 /// occluders.
 ///
 /// The parent's own eye is among them: your model of me has my eye only while you see me.
-fn know(
-    awareness: &mut Awareness,
+fn update_nested_context(
+    perceptual_context: &mut PerceptualContext,
     sight: &Sight,
     at: Instant,
-    parent: &Awareness,
+    parent: &PerceptualContext,
     x_base_eye: Pose<Base, Eye>,
 ) {
-    awareness.have_eye(x_base_eye);
+    perceptual_context.set_own_eye(x_base_eye);
     for (agent, met) in parent.eyes(at) {
         if sight.sees(&met.x_base_eye.origin()) {
-            awareness.meet(agent, met);
+            perceptual_context.update_agent(agent, met);
         }
     }
     // Occluders that the parent remembers stay in the nested context.
-    let glimpses = |x_base_box: &_, half_extents_m| glimpses(sight, x_base_box, half_extents_m);
-    awareness.forget(at, glimpses, |x_base_box| parent.remembers(x_base_box));
+    let is_partly_visible =
+        |x_base_box: &_, half_extents_m| is_partly_visible(sight, x_base_box, half_extents_m);
+    perceptual_context.forget(at, is_partly_visible, |x_base_box| parent.has_occluder_at(x_base_box));
 }

@@ -1,4 +1,4 @@
-use belief::{BeliefSystem, Functions};
+use belief::{BeliefPlugins, BeliefSystem};
 use clock::Instant;
 use config::number::Coordinate;
 use config::percepts::Percepts;
@@ -10,7 +10,7 @@ use scene::{Cone, Sight};
 
 use crate::field::Field;
 use crate::transform::place_in_base;
-use crate::{Awareness, NoPerspective, Owners};
+use crate::{OwnershipEstimator, PerceptualContext, PerspectiveError};
 
 /// Prefetch distance, in entries.
 const AHEAD: usize = 4;
@@ -22,10 +22,10 @@ const AHEAD: usize = 4;
 #[derive(Clone, Debug)]
 pub struct Robot {
     system: BeliefSystem,
-    awareness: Awareness,
+    perceptual_context: PerceptualContext,
     field: Field,
     x_base_rest: Pose<Base, Eye>,
-    owners: Owners,
+    owners: OwnershipEstimator,
     empty_margin_m: f64,
     at: Instant,
     perceivable: usize,
@@ -39,14 +39,14 @@ impl Robot {
     ///
     /// # Errors
     ///
-    /// [`NoPerspective`] if the configured belief system or field of view is invalid.
+    /// [`PerspectiveError`] if the configured belief system or field of view is invalid.
     pub fn new(
         percepts: &Percepts,
         config: &Perspective,
         partners: u16,
         capacity: usize,
-    ) -> Result<Self, NoPerspective> {
-        Self::with_own(percepts, &Functions::default(), config, partners, capacity)
+    ) -> Result<Self, PerspectiveError> {
+        Self::with_plugins(percepts, &BeliefPlugins::default(), config, partners, capacity)
     }
 
     /// As [`Self::new`], with plug-in functions in the belief system.
@@ -54,16 +54,16 @@ impl Robot {
     /// # Errors
     ///
     /// As [`Self::new`].
-    pub fn with_own(
+    pub fn with_plugins(
         percepts: &Percepts,
-        functions: &Functions,
+        functions: &BeliefPlugins,
         config: &Perspective,
         partners: u16,
         capacity: usize,
-    ) -> Result<Self, NoPerspective> {
-        let system = BeliefSystem::with_own(percepts, functions, capacity)
-            .map_err(|source| NoPerspective::Belief { agent: 0, source })?;
-        let awareness = Awareness::new(0, config, partners, capacity);
+    ) -> Result<Self, PerspectiveError> {
+        let system = BeliefSystem::with_plugins(percepts, functions, capacity)
+            .map_err(|source| PerspectiveError::Belief { agent: 0, source })?;
+        let perceptual_context = PerceptualContext::new(0, config, partners, capacity);
         let position = |coordinates: [Coordinate; 3]| {
             let [x, y, z] = coordinates.map(Coordinate::get);
             Position::<Base>::new(x, y, z)
@@ -73,16 +73,16 @@ impl Robot {
             config::perspective::Field::Everything => Field::Everything,
             config::perspective::Field::Cone { half_angle_deg, range_m } => {
                 let cone = Cone::new(half_angle_deg.radians(), range_m.get())
-                    .map_err(|source| NoPerspective::Cone { agent: 0, source })?;
-                Field::Cone(Sight::new(x_base_rest, cone, awareness.occluders()))
+                    .map_err(|source| PerspectiveError::Cone { agent: 0, source })?;
+                Field::Cone(Sight::new(x_base_rest, cone, perceptual_context.occluders()))
             }
         };
         Ok(Self {
-            system: system.trusting(),
-            awareness,
+            system: system.assume_validated(),
+            perceptual_context,
             field,
             x_base_rest,
-            owners: Owners::new(&config.resource, capacity).of(0),
+            owners: OwnershipEstimator::new(&config.resource, capacity).of(0),
             empty_margin_m: config.sight.empty_margin_m.get(),
             at: Instant::EPOCH,
             perceivable: 0,
@@ -100,7 +100,7 @@ impl Robot {
         self.at = at;
         self.perceivable = 0;
         // One pass over the entries, for cache locality.
-        let mut intake = self.system.begin(at);
+        let mut step_builder = self.system.begin(at);
         let noted = entries.iter().enumerate().map(|(index, entry)| {
             if let Some(later) = entries.get(index + AHEAD) {
                 prefetch::prefetch_whole(later);
@@ -108,41 +108,41 @@ impl Robot {
             let is_sound = entry.is_sound();
             if is_sound && is_object(entry) {
                 self.perceivable += 1;
-                intake.take_in(index, entry);
+                step_builder.add_observation(index, entry);
             }
             is_sound
         });
-        self.awareness.note(at, looked, entries, noted);
-        let x_base_eye = self.awareness.perceived_eye(0, at).unwrap_or(self.x_base_rest);
-        self.awareness.have_eye(x_base_eye);
-        self.field.look(&x_base_eye, self.awareness.occluders());
-        let glimpses = |x_base_box: &_, half| self.field.glimpses(x_base_box, half);
-        if self.awareness.forget(at, glimpses, |_| false) {
-            self.field.look(&x_base_eye, self.awareness.occluders());
+        self.perceptual_context.record_frame(at, looked, entries, noted);
+        let x_base_eye = self.perceptual_context.perceived_eye(0, at).unwrap_or(self.x_base_rest);
+        self.perceptual_context.set_own_eye(x_base_eye);
+        self.field.update_view(&x_base_eye, self.perceptual_context.occluders());
+        let is_partly_visible = |x_base_box: &_, half| self.field.is_partly_visible(x_base_box, half);
+        if self.perceptual_context.forget(at, is_partly_visible, |_| false) {
+            self.field.update_view(&x_base_eye, self.perceptual_context.occluders());
         }
-        let noted = self.awareness.perceives();
+        let noted = self.perceptual_context.perceives();
         let refused = noted.iter().filter(|perceives| !**perceives).count();
         let left_out = entries.len().saturating_sub(noted.len());
         self.refused = self.refused.saturating_add(u64::from(saturating_u32(refused)));
         self.left_out = self.left_out.saturating_add(u64::from(saturating_u32(left_out)));
         let (field, margin_m) = (&self.field, self.empty_margin_m);
-        intake.finish(entries, looked, |place_m| {
-            field.surveys(&place_in_base(&Pose::identity(), place_m), margin_m)
+        step_builder.finish(entries, looked, |place_m| {
+            field.is_fully_in_view(&place_in_base(&Pose::identity(), place_m), margin_m)
         });
-        let agents = self.awareness.eyes(at).map(|(agent, met)| (agent, met.x_base_eye.origin()));
-        self.owners.judge_system(&self.system, at, &Pose::<Base, Base>::identity(), agents);
+        let agents = self.perceptual_context.eyes(at).map(|(agent, met)| (agent, met.x_base_eye.origin()));
+        self.owners.update_from_beliefs(&self.system, at, &Pose::<Base, Base>::identity(), agents);
     }
 
     /// Whether the robot, as it looks now, would notice a missing thing at a place.
     #[must_use]
-    pub fn surveys(&self, place: &Position<Base>) -> bool {
-        self.field.surveys(place, self.empty_margin_m)
+    pub fn is_fully_in_view(&self, place: &Position<Base>) -> bool {
+        self.field.is_fully_in_view(place, self.empty_margin_m)
     }
 
     /// The input for the partners' perspectives.
     #[must_use]
-    pub fn awareness(&self) -> &Awareness {
-        &self.awareness
+    pub fn perceptual_context(&self) -> &PerceptualContext {
+        &self.perceptual_context
     }
 
     /// The robot's beliefs.
@@ -162,7 +162,7 @@ impl Robot {
     pub fn head(&self, header: Header) -> BeliefHead {
         let counts = self.system.counts();
         let mut head = BeliefHead::of(0, header);
-        let x_base_eye = self.awareness.eye(0, self.at).unwrap_or(self.x_base_rest);
+        let x_base_eye = self.perceptual_context.eye(0, self.at).unwrap_or(self.x_base_rest);
         head.eye_position_m = x_base_eye.position_m();
         head.eye_orientation_xyzw = x_base_eye.orientation_xyzw();
         head.present = 1;
@@ -171,7 +171,7 @@ impl Robot {
         head.created = counts.created;
         head.merged = counts.merged;
         head.culled = counts.culled;
-        head.overflowed = self.left_out + self.awareness.left_out() + counts.overflowed;
+        head.overflowed = self.left_out + self.perceptual_context.left_out() + counts.overflowed;
         head
     }
 

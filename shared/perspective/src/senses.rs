@@ -3,8 +3,8 @@ use message::{Modality, Observation, ObservationKind, Perceived};
 use perception::{Frame, Perception};
 use scene::{Samples, Sight};
 
-use crate::Awareness;
-use crate::field::glimpses;
+use crate::PerceptualContext;
+use crate::field::is_partly_visible;
 use crate::robot::is_object;
 use crate::transform::{observe_from, place_of_thing};
 
@@ -24,7 +24,7 @@ pub(crate) struct Senses {
     pub(crate) samples: Samples,
     pub(crate) hearing_range_m: f64,
     /// Whether occluders are perceived too.
-    pub(crate) of_occluders: bool,
+    pub(crate) sees_occluders: bool,
     /// V (Eq. 8) of each observation.
     pub(crate) visible: Vec<bool>,
     /// O' (Eq. 7).
@@ -41,7 +41,7 @@ impl Senses {
     pub(crate) fn perceive(
         &mut self,
         entries: &[Perceived],
-        parent: &Awareness,
+        parent: &PerceptualContext,
         x_base_person: &Pose<Base, Person>,
         mut tell: impl FnMut(usize, &Perceived),
     ) {
@@ -56,7 +56,7 @@ impl Senses {
             }
             let perceived = self.perceived.get_mut(first..).unwrap_or(&mut []);
             for Perceived { observation, snapshot } in &mut *perceived {
-                self.perception.perceive_again_in(observation, &self.frame, snapshot);
+                self.perception.reperceive_in_place(observation, &self.frame, snapshot);
             }
             (first..).zip(perceived).for_each(|(index, perceived)| tell(index, perceived));
         }
@@ -65,7 +65,7 @@ impl Senses {
     /// Evaluates V of one observation and, for a perceived object, transforms it into the agent's frame.
     fn look_at(&mut self, entry: &Perceived, aware: bool, x_person_base: &Pose<Person, Base>) {
         let Perceived { observation, .. } = entry;
-        let is_asked = aware && (is_object(entry) || self.of_occluders && is_occluder(observation));
+        let is_asked = aware && (is_object(entry) || self.sees_occluders && is_occluder(observation));
         let place = if is_asked { place_of_thing(observation) } else { None };
         let seen = place.filter(|(place, half)| self.perceives(observation, place, *half));
         self.visible.push(seen.is_some());
@@ -101,7 +101,7 @@ impl Senses {
         }
         match observation.modality() {
             Some(Modality::Vision) if is_occluder(observation) => {
-                glimpses(&self.sight, x_base_thing, half_extents_m)
+                is_partly_visible(&self.sight, x_base_thing, half_extents_m)
             }
             Some(Modality::Vision) => {
                 self.sight.visible_share(x_base_thing, half_extents_m, self.samples) > MAJORITY

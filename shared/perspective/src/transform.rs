@@ -47,11 +47,11 @@ pub fn place_of_thing(observation: &Observation) -> Option<(Pose<Base, Thing>, [
 /// let left = percepts.index("left").unwrap();
 /// let perception = Perception::new(&percepts)?;
 /// let known = perception.perceive(&mine, &Frame { agent: 0 });
-/// let again = perception.perceive_again(&his, &known, &Frame { agent: 1 });
+/// let again = perception.reperceive(&his, &known, &Frame { agent: 1 });
 /// let degree = |snapshot: &message::Snapshot| snapshot.value(left).unwrap().feature();
 /// assert_eq!(degree(&known), Some(message::Feature::Number(1.0)));
 /// assert_eq!(degree(&again), Some(message::Feature::Number(0.0)));
-/// # Ok::<(), perception::Unperceivable>(())
+/// # Ok::<(), perception::PerceptionError>(())
 /// ```
 #[must_use]
 pub fn observed_from(

@@ -4,7 +4,7 @@
 
 use config::percepts::Percepts;
 use message::{Belief, BeliefHead, Feature, Header, NOBODY, Remembered};
-use perspective::{Divergence, Side};
+use perspective::{Divergence, PerspectiveBeliefs};
 use testkit::allocations_in;
 
 const CAPACITY: usize = 40;
@@ -33,7 +33,10 @@ fn comparing_allocates_nothing() {
         let head = |perspective| BeliefHead::of(perspective, Header::at(round));
         let (one, other) = (head(0), head(1));
         let (ones, others) = (beliefs(0, round), beliefs(1, round));
-        let sides = (Side { head: &one, beliefs: &ones }, Side { head: &other, beliefs: &others });
+        let sides = (
+            PerspectiveBeliefs { head: &one, beliefs: &ones },
+            PerspectiveBeliefs { head: &other, beliefs: &others },
+        );
         let allocations = allocations_in(|| most = most.max(divergence.compare(sides.0, sides.1).len()));
         assert_eq!(allocations, 0, "in round {round}");
         agreed = agreed.max(divergence.agreed());

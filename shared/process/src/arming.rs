@@ -18,10 +18,10 @@ use crate::Failure;
 const EVERY: Duration = Duration::from_millis(20);
 /// Stack size of the watching thread; small, because a process may lock all its memory.
 const STACK: usize = 128 << 10;
-/// Encoding of an order in a `u64`: none, without acknowledgement, or from [`FIRST`] the acknowledged locks.
-const NONE: u64 = 0;
-const WITHOUT: u64 = 1;
-const FIRST: u64 = 2;
+/// Encoding of an order in a `u64`: none, without acknowledgement, or from [`FIRST_ACKNOWLEDGEMENT`] the acknowledged locks.
+const NO_ORDER: u64 = 0;
+const WITHOUT_ACKNOWLEDGEMENT: u64 = 1;
+const FIRST_ACKNOWLEDGEMENT: u64 = 2;
 
 /// An operator's order to arm the joints.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -85,13 +85,13 @@ impl Arming {
     /// The thread cannot be started.
     pub fn watch(domain: &Path) -> Result<Self, Failure> {
         let _stale = Folder::open(domain).map(|folder| folder.remove(Domain::ARM_ORDER));
-        let (ordered, stop) = (Arc::new(AtomicU64::new(NONE)), Arc::new(AtomicBool::new(false)));
+        let (ordered, stop) = (Arc::new(AtomicU64::new(NO_ORDER)), Arc::new(AtomicBool::new(false)));
         let thread = thread::Builder::new()
             .name("arming".to_owned())
             .stack_size(STACK)
             .spawn({
                 let (domain, ordered, stop) = (domain.to_owned(), Arc::clone(&ordered), Arc::clone(&stop));
-                move || look(&domain, &ordered, &stop)
+                move || watch_loop(&domain, &ordered, &stop)
             })
             .map_err(|error| Failure::own(format!("cannot watch for orders to arm: {error}")))?;
         Ok(Self { ordered, stop, thread: Some(thread) })
@@ -100,10 +100,10 @@ impl Arming {
     /// The newest order since the last call, if any.
     #[must_use]
     pub fn ordered(&self) -> Option<ArmOrder> {
-        match self.ordered.swap(NONE, Ordering::AcqRel) {
-            NONE => None,
-            WITHOUT => Some(ArmOrder { acknowledged_locks: None }),
-            locks => Some(ArmOrder { acknowledged_locks: Some(locks - FIRST) }),
+        match self.ordered.swap(NO_ORDER, Ordering::AcqRel) {
+            NO_ORDER => None,
+            WITHOUT_ACKNOWLEDGEMENT => Some(ArmOrder { acknowledged_locks: None }),
+            locks => Some(ArmOrder { acknowledged_locks: Some(locks - FIRST_ACKNOWLEDGEMENT) }),
         }
     }
 }
@@ -118,11 +118,12 @@ impl Drop for Arming {
     }
 }
 
-fn look(domain: &Path, ordered: &AtomicU64, stop: &AtomicBool) {
+fn watch_loop(domain: &Path, ordered: &AtomicU64, stop: &AtomicBool) {
     while !stop.load(Ordering::Relaxed) {
         // An unreadable file is no order. `leo arm` reports that no joint was armed.
         if let Ok(Some(ArmOrder { acknowledged_locks })) = take(domain) {
-            let code = acknowledged_locks.map_or(WITHOUT, |locks| locks.saturating_add(FIRST));
+            let code = acknowledged_locks
+                .map_or(WITHOUT_ACKNOWLEDGEMENT, |locks| locks.saturating_add(FIRST_ACKNOWLEDGEMENT));
             ordered.store(code, Ordering::Release);
         }
         clock::sleep_until(clock::now() + EVERY);

@@ -13,50 +13,50 @@ const LINES: usize = 256;
 /// Stack size of the writing thread; small, because a process may lock all its memory.
 const STACK: usize = 128 << 10;
 /// Timeout for writing the queued lines at the end of the program.
-const PATIENCE: Duration = Duration::from_millis(500);
+const FLUSH_TIMEOUT: Duration = Duration::from_millis(500);
 
 /// A writer that queues lines and never blocks.
 #[derive(Clone, Debug)]
-pub struct Aside {
-    to: SyncSender<Word>,
-    unsaid: Arc<AtomicU64>,
+pub struct NonBlockingWriter {
+    to: SyncSender<Message>,
+    dropped_lines: Arc<AtomicU64>,
 }
 
 #[derive(Debug)]
-enum Word {
+enum Message {
     Line(Vec<u8>),
     /// A request for a notification once everything before it is written.
     Mark(SyncSender<()>),
 }
 
-impl Aside {
+impl NonBlockingWriter {
     /// Writes everything to `out`, with `mark` before a report of dropped lines. If the thread cannot be started,
     /// nothing is written.
     #[must_use]
     pub fn over(mut out: impl Write + Send + 'static, mark: &'static str) -> Self {
         let (to, words) = sync_channel(LINES);
-        let unsaid = Arc::new(AtomicU64::new(0));
-        let left_out = Arc::clone(&unsaid);
+        let dropped_lines = Arc::new(AtomicU64::new(0));
+        let left_out = Arc::clone(&dropped_lines);
         let _thread = thread::Builder::new()
             .name("aside".to_owned())
             .stack_size(STACK)
             .spawn(move || say(&words, &left_out, mark, &mut out));
-        Self { to, unsaid }
+        Self { to, dropped_lines }
     }
 
     /// Waits until everything is written, up to a short timeout.
     pub fn finish(&self) {
         let (done, is_done) = sync_channel(1);
-        if self.to.try_send(Word::Mark(done)).is_ok() {
-            let _in_time = is_done.recv_timeout(PATIENCE);
+        if self.to.try_send(Message::Mark(done)).is_ok() {
+            let _in_time = is_done.recv_timeout(FLUSH_TIMEOUT);
         }
     }
 }
 
-impl Write for Aside {
+impl Write for NonBlockingWriter {
     fn write(&mut self, line: &[u8]) -> io::Result<usize> {
-        if self.to.try_send(Word::Line(line.to_vec())).is_err() {
-            self.unsaid.fetch_add(1, Ordering::Relaxed);
+        if self.to.try_send(Message::Line(line.to_vec())).is_err() {
+            self.dropped_lines.fetch_add(1, Ordering::Relaxed);
         }
         Ok(line.len())
     }
@@ -66,17 +66,17 @@ impl Write for Aside {
     }
 }
 
-fn say(words: &Receiver<Word>, unsaid: &AtomicU64, mark: &str, out: &mut impl Write) {
+fn say(words: &Receiver<Message>, dropped_lines: &AtomicU64, mark: &str, out: &mut impl Write) {
     while let Ok(word) = words.recv() {
         // Write errors are ignored: the reader has closed its end.
         let _written = match word {
-            Word::Line(line) => out.write_all(&line),
-            Word::Mark(done) => {
+            Message::Line(line) => out.write_all(&line),
+            Message::Mark(done) => {
                 let _heard = done.try_send(());
                 Ok(())
             }
         };
-        let left_out = unsaid.swap(0, Ordering::Relaxed);
+        let left_out = dropped_lines.swap(0, Ordering::Relaxed);
         if left_out > 0 {
             let line = format!("{mark}({left_out} lines were left out here: nobody read them)\n");
             // As one write call, because other processes write to the same pipe.
@@ -115,7 +115,7 @@ mod tests {
     fn a_terminal_that_stands_still_holds_nobody_up_and_hears_what_it_missed() {
         let (release, go) = sync_channel(1);
         let (shown, screen) = sync_channel(10 * LINES);
-        let mut aside = Aside::over(Terminal { go, went: false, shown }, "<4>");
+        let mut aside = NonBlockingWriter::over(Terminal { go, went: false, shown }, "<4>");
         for line in 0..2 * LINES {
             aside.write_all(format!("{line}\n").as_bytes()).unwrap();
         }
@@ -136,7 +136,7 @@ mod tests {
     fn what_was_said_is_written_before_the_end() {
         let (release, go) = sync_channel(1);
         let (shown, screen) = sync_channel(10);
-        let mut aside = Aside::over(Terminal { go, went: false, shown }, "");
+        let mut aside = NonBlockingWriter::over(Terminal { go, went: false, shown }, "");
         release.send(()).unwrap();
         aside.write_all(b"last words\n").unwrap();
         aside.finish();

@@ -6,9 +6,9 @@ use std::io::{self, Write as _};
 use std::path::Path;
 
 /// The request file, which contains a token of the requester.
-const ASKED: &str = "black-box-asked";
+const REQUEST_FILE: &str = "black-box-asked";
 /// The answer file: the token, then the result.
-const ANSWERED: &str = "black-box-answered";
+const ANSWER_FILE: &str = "black-box-answered";
 
 /// Requests a dump from the robot in a domain's folder; the answer will contain the token `word`.
 ///
@@ -16,14 +16,14 @@ const ANSWERED: &str = "black-box-answered";
 ///
 /// Another request is pending, the folder does not exist, or this user may not write to it.
 pub fn ask(domain: &Path, word: &str) -> io::Result<()> {
-    let mut file = OpenOptions::new().write(true).create_new(true).open(domain.join(ASKED))?;
+    let mut file = OpenOptions::new().write(true).create_new(true).open(domain.join(REQUEST_FILE))?;
     writeln!(file, "{word}")
 }
 
 /// Removes the pending request, if any, and returns its token.
 #[must_use]
 pub fn asked(domain: &Path) -> Option<String> {
-    let file = domain.join(ASKED);
+    let file = domain.join(REQUEST_FILE);
     let text = fs::read_to_string(&file).ok()?;
     // An incomplete request is processed at the next poll.
     let word = text.strip_suffix('\n')?.to_owned();
@@ -44,13 +44,13 @@ pub fn answer(domain: &Path, word: &str, said: Result<&str, &str>) -> io::Result
     // Renamed into place, so that a reader never sees a part of it.
     let new = domain.join("black-box-answering");
     fs::write(&new, format!("{word}\n{outcome}\n{text}"))?;
-    fs::rename(new, domain.join(ANSWERED))
+    fs::rename(new, domain.join(ANSWER_FILE))
 }
 
 /// The answer to the request with this token, if there is one yet.
 #[must_use]
 pub fn answered(domain: &Path, word: &str) -> Option<Result<String, String>> {
-    let text = fs::read_to_string(domain.join(ANSWERED)).ok()?;
+    let text = fs::read_to_string(domain.join(ANSWER_FILE)).ok()?;
     let (to, rest) = text.split_once('\n')?;
     let (outcome, said) = rest.split_once('\n')?;
     (to == word).then(|| if outcome == "file" { Ok(said.to_owned()) } else { Err(said.to_owned()) })
@@ -76,7 +76,7 @@ mod tests {
         assert_eq!(answered(domain, "2"), None);
         answer(domain, "2", Err("the disk is full")).unwrap();
         assert_eq!(answered(domain, "2"), Some(Err("the disk is full".to_owned())));
-        fs::write(domain.join(ASKED), "half a wo").unwrap();
+        fs::write(domain.join(REQUEST_FILE), "half a wo").unwrap();
         assert_eq!(asked(domain), None);
     }
 }

@@ -18,11 +18,11 @@ use crate::{Failure, MotorProcess};
 /// The file's name.
 const NAME: &str = Domain::EMERGENCY_STOP;
 /// How long [`raise`] retries while its folder is being removed.
-const FOLDER_WITHIN: Duration = Duration::from_millis(500);
+const FOLDER_TIMEOUT: Duration = Duration::from_millis(500);
 /// Polling interval for the file.
 const EVERY: Duration = Duration::from_millis(2);
 /// How long to wait for the file with the reason after the signal.
-const REASON_WITHIN: Duration = Duration::from_millis(50);
+const REASON_TIMEOUT: Duration = Duration::from_millis(50);
 /// Stack size of the watching thread; small, because a process may lock all its memory.
 const STACK: usize = 128 << 10;
 
@@ -35,7 +35,7 @@ const STACK: usize = 128 << 10;
 ///
 /// This user may not write to the folder.
 pub fn raise(domain: &Path, why: &str) -> io::Result<()> {
-    let until = clock::now() + FOLDER_WITHIN;
+    let until = clock::now() + FOLDER_TIMEOUT;
     loop {
         match raise_once(domain, why) {
             // A robot that ends at this moment removes its folder.
@@ -71,14 +71,14 @@ fn raise_once(domain: &Path, why: &str) -> io::Result<()> {
 
 /// Result of raising the emergency stop of a robot.
 #[derive(Debug)]
-pub struct Reached {
+pub struct StopResult {
     /// The motor processes that were signalled, with the operating system's results.
     pub motors: Vec<(MotorProcess, io::Result<()>)>,
     /// Whether the file could be written.
     pub file: io::Result<()>,
 }
 
-impl Reached {
+impl StopResult {
     /// Whether the signal or the file took effect.
     #[must_use]
     pub fn is_stopped(&self) -> bool {
@@ -89,10 +89,10 @@ impl Reached {
 /// Raises the emergency stop of the robot in a domain's folder twice: first by signal, which needs no file, then [by
 /// the file](raise) with the reason.
 #[must_use]
-pub fn stop(domain: &Path, why: &str) -> Reached {
+pub fn stop(domain: &Path, why: &str) -> StopResult {
     let motors = MotorProcess::all().into_iter().filter(|motor| motor.domain == domain);
     let motors = motors.map(|motor| (motor.clone(), motor.stop())).collect();
-    Reached { motors, file: raise(domain, why) }
+    StopResult { motors, file: raise(domain, why) }
 }
 
 /// Releases the emergency stop; returns whether it was raised. If no robot runs, its folder is removed too.
@@ -119,11 +119,11 @@ pub fn release(domain: &Path) -> io::Result<bool> {
 /// Whether the emergency stop is raised, for occasional checks.
 #[must_use]
 pub fn is_raised(domain: &Path) -> bool {
-    look_for(domain).unwrap_or(false)
+    file_exists(domain).unwrap_or(false)
 }
 
 /// Whether an entry of the file's name exists. A dangling symbolic link raises the stop too.
-fn look_for(domain: &Path) -> io::Result<bool> {
+fn file_exists(domain: &Path) -> io::Result<bool> {
     match fs::symlink_metadata(Domain::emergency_stop(domain)) {
         Ok(_there) => Ok(true),
         Err(error) if error.kind() == io::ErrorKind::NotFound => Ok(false),
@@ -145,7 +145,7 @@ fn said(domain: &Path) -> String {
 /// Watches for the emergency stop: for the file, and for the signal `SIGUSR1`, on which it writes the file.
 #[derive(Debug)]
 pub struct Emergency {
-    lookout: Lookout,
+    emergency_flag: EmergencyFlag,
     stop: Arc<AtomicBool>,
     thread: Option<JoinHandle<()>>,
 }
@@ -161,7 +161,7 @@ impl Emergency {
         signal_hook::flag::register(signal_hook::consts::SIGUSR1, Arc::clone(&signalled))
             .map_err(|error| Failure::own(format!("cannot watch for the emergency stop: {error}")))?;
         // If the file's state cannot be determined, start stopped.
-        let raised = Arc::new(AtomicBool::new(look_for(domain).unwrap_or(true)));
+        let raised = Arc::new(AtomicBool::new(file_exists(domain).unwrap_or(true)));
         let stop = Arc::new(AtomicBool::new(false));
         let thread = thread::Builder::new()
             .name("emergency".to_owned())
@@ -170,27 +170,27 @@ impl Emergency {
                 let (signalled, raised, stop) =
                     (Arc::clone(&signalled), Arc::clone(&raised), Arc::clone(&stop));
                 let domain = domain.to_owned();
-                move || look(&domain, &signalled, &raised, &stop)
+                move || watch_loop(&domain, &signalled, &raised, &stop)
             })
             .map_err(|error| Failure::own(format!("cannot watch for the emergency stop: {error}")))?;
-        Ok(Self { lookout: Lookout { signalled, raised }, stop, thread: Some(thread) })
+        Ok(Self { emergency_flag: EmergencyFlag { signalled, raised }, stop, thread: Some(thread) })
     }
 
     /// A handle to query the state from any thread.
     #[must_use]
-    pub fn lookout(&self) -> Lookout {
-        self.lookout.clone()
+    pub fn emergency_flag(&self) -> EmergencyFlag {
+        self.emergency_flag.clone()
     }
 }
 
 /// Handle to query the emergency stop from any thread; costs at most two atomic loads.
 #[derive(Clone, Debug, Default)]
-pub struct Lookout {
+pub struct EmergencyFlag {
     signalled: Arc<AtomicBool>,
     raised: Arc<AtomicBool>,
 }
 
-impl Lookout {
+impl EmergencyFlag {
     /// Whether it is raised.
     #[must_use]
     pub fn is_raised(&self) -> bool {
@@ -208,7 +208,7 @@ impl Drop for Emergency {
     }
 }
 
-fn look(domain: &Path, signalled: &AtomicBool, raised: &AtomicBool, stop: &AtomicBool) {
+fn watch_loop(domain: &Path, signalled: &AtomicBool, raised: &AtomicBool, stop: &AtomicBool) {
     let folder = || fs::metadata(domain).map(|folder| (folder.dev(), folder.ino())).ok();
     // Identity of the folder in which the file was last seen.
     let mut stood_in = folder();
@@ -217,8 +217,8 @@ fn look(domain: &Path, signalled: &AtomicBool, raised: &AtomicBool, stop: &Atomi
     while !stop.load(Ordering::Relaxed) {
         if signalled.load(Ordering::Relaxed) {
             let since = *signalled_at.get_or_insert_with(clock::now);
-            let is_said = look_for(domain).unwrap_or(false);
-            if is_said || clock::now() >= since + REASON_WITHIN {
+            let is_said = file_exists(domain).unwrap_or(false);
+            if is_said || clock::now() >= since + REASON_TIMEOUT {
                 // In this order it is raised at every moment, and a signal that arrives meanwhile is kept.
                 raised.store(true, Ordering::Relaxed);
                 signalled.store(false, Ordering::Relaxed);
@@ -241,7 +241,7 @@ fn look(domain: &Path, signalled: &AtomicBool, raised: &AtomicBool, stop: &Atomi
         // was not released by the operator: shared memory was removed under the robot.
         let was = raised.load(Ordering::Relaxed);
         let before = folder();
-        let is_there = look_for(domain);
+        let is_there = file_exists(domain);
         let is = is_there.as_ref().map_or(was, |there| *there) || (was && folder() != stood_in);
         // Accept the folder only if it was not replaced while the file was checked.
         if is_there.unwrap_or(false) && folder() == before {
@@ -297,23 +297,23 @@ mod tests {
         assert!(raise(&domain.path().join("supervisor.lock"), "x").is_err());
         raise(domain.path(), "before anybody watched").unwrap();
         let emergency = Emergency::watch(domain.path()).unwrap();
-        let lookout = emergency.lookout();
-        assert!(lookout.is_raised());
+        let emergency_flag = emergency.emergency_flag();
+        assert!(emergency_flag.is_raised());
         raise(domain.path(), "again").unwrap();
         let why = || fs::read_to_string(Domain::emergency_stop(domain.path())).unwrap_or_default();
         assert_eq!(why(), "before anybody watched\n");
         assert!(is_raised(domain.path()));
         assert!(release(domain.path()).unwrap());
         assert!(!release(domain.path()).unwrap());
-        until(|| !lookout.is_raised());
+        until(|| !emergency_flag.is_raised());
 
         signal_hook::low_level::raise(signal_hook::consts::SIGUSR1).unwrap();
-        assert!(lookout.is_raised(), "at once");
+        assert!(emergency_flag.is_raised(), "at once");
         until(|| Domain::emergency_stop(domain.path()).exists());
-        assert!(lookout.is_raised());
+        assert!(emergency_flag.is_raised());
         until(|| why() == "raised by the signal SIGUSR1\n");
         release(domain.path()).unwrap();
-        until(|| !lookout.is_raised());
+        until(|| !emergency_flag.is_raised());
     }
 
     #[test]
@@ -325,7 +325,7 @@ mod tests {
         let (signalled, raised) = (AtomicBool::new(true), AtomicBool::new(false));
         thread::scope(|scope| {
             let _ends = EndsWith(&stop);
-            scope.spawn(|| look(&domain, &signalled, &raised, &stop));
+            scope.spawn(|| watch_loop(&domain, &signalled, &raised, &stop));
             until(|| is_raised(&domain));
             let removed = Domain::emergency_stop(&domain);
             // Immediately, because the raising thread may still work in it.
@@ -370,11 +370,11 @@ mod tests {
         let elsewhere = domain.path().join("elsewhere");
         std::os::unix::fs::symlink(&elsewhere, Domain::emergency_stop(domain.path())).unwrap();
         let emergency = Emergency::watch(domain.path()).unwrap();
-        assert!(emergency.lookout().is_raised() && is_raised(domain.path()));
+        assert!(emergency.emergency_flag().is_raised() && is_raised(domain.path()));
         raise(domain.path(), "a hand is in the arm").unwrap();
         assert!(!elsewhere.exists(), "the link was followed");
         assert!(release(domain.path()).unwrap());
-        until(|| !emergency.lookout().is_raised());
+        until(|| !emergency.emergency_flag().is_raised());
     }
 
     #[test]
@@ -387,8 +387,8 @@ mod tests {
         let (signalled, raised) = (AtomicBool::new(true), AtomicBool::new(false));
         thread::scope(|scope| {
             let _ends = EndsWith(&stop);
-            scope.spawn(|| look(&domain, &signalled, &raised, &stop));
-            let looks = clock::now() + REASON_WITHIN + 10 * EVERY;
+            scope.spawn(|| watch_loop(&domain, &signalled, &raised, &stop));
+            let looks = clock::now() + REASON_TIMEOUT + 10 * EVERY;
             while clock::now() < looks {
                 assert!(raised.load(Ordering::Relaxed) || signalled.load(Ordering::Relaxed));
             }
@@ -410,7 +410,7 @@ mod tests {
         let (signalled, raised) = (AtomicBool::new(true), AtomicBool::new(false));
         thread::scope(|scope| {
             let _ends = EndsWith(&stop);
-            scope.spawn(|| look(&domain, &signalled, &raised, &stop));
+            scope.spawn(|| watch_loop(&domain, &signalled, &raised, &stop));
             until(|| is_raised(&domain) && !signalled.load(Ordering::Relaxed));
             // Kept, so that the new folder gets another inode number.
             fs::rename(&domain, parent.path().join("removed")).unwrap();

@@ -26,7 +26,7 @@ pub enum Failure {
     Parent(#[from] realtime::ParentError),
     /// The period of the cycle is zero.
     #[error(transparent)]
-    Schedule(#[from] cycle::ZeroPeriod),
+    Schedule(#[from] cycle::ZeroPeriodError),
     /// An error specific to one process.
     #[error("{0}")]
     Own(String),

@@ -3,7 +3,7 @@
 //! A process's shell is a loop around its core, the same in wall time and in lockstep time:
 //!
 //! ```text
-//! let mut member = Member::join(launch, Process::Sensor, &config.buffers, &config.sensor.realtime)?;
+//! let mut member = ProcessNode::join(launch, Process::Sensor, &config.buffers, &config.sensor.realtime)?;
 //! let mut observations = member.inlet::<Observations>(Some(0))?;
 //! let mut percepts = member.outlet::<Percepts>(None, capacity)?;
 //! member.begin(Some(config.sensor.rate_hz.period()))?;
@@ -18,7 +18,6 @@ mod aside;
 pub mod black_box;
 pub mod emergency;
 mod failure;
-mod last_word;
 mod launch;
 mod member;
 mod motor_processes;
@@ -26,15 +25,16 @@ mod pace;
 pub mod state;
 mod stop;
 mod stop_socket;
+mod torque_off_report;
 mod umask;
 
-pub use aside::Aside;
-pub use emergency::{Emergency, Lookout};
+pub use aside::NonBlockingWriter;
+pub use emergency::{Emergency, EmergencyFlag};
 pub use failure::Failure;
-pub use last_word::{TORQUE_IS_OFF, tell_torque_is_off};
 pub use launch::Launch;
-pub use member::{Member, Progress, queues};
+pub use member::{ProcessNode, Progress, queues};
 pub use motor_processes::MotorProcess;
 pub use stop::stop_flag;
 pub use stop_socket::{StopAnswer, StopSocket, StoppedRobot};
+pub use torque_off_report::{TORQUE_OFF_MESSAGE, report_torque_off};
 pub use umask::restrict_umask;

@@ -7,11 +7,11 @@ use config::leo::{Buffers, Rights};
 use cycle::{Account, Schedule};
 use message::{Health, Process, ProcessState, Topic};
 use transport::{
-    BusesWriter, Delivery, Domain, HealthWriter, Inlet, JointsWriter, LinkWriter, Node, Outlet,
-    PerspectivesWriter, Queues, SourcesWriter,
+    BusesWriter, Domain, FramePublisher, FrameSubscriber, HealthWriter, JointsWriter, LinkWriter, Node,
+    OverflowPolicy, PerspectivesWriter, Queues, SourcesWriter,
 };
 
-use crate::pace::{Lockstep, Pace, Wait, wait_for_call};
+use crate::pace::{Lockstep, LoopTiming, Wait, wait_for_call};
 use crate::{Failure, Launch, stop_flag};
 
 /// Interval at which health is published; short enough for a heartbeat, long enough to cost nothing.
@@ -31,10 +31,10 @@ pub enum Progress {
 }
 
 /// A process that has joined its domain.
-pub struct Member {
+pub struct ProcessNode {
     process: Process,
     node: Node,
-    pace: Pace,
+    pace: LoopTiming,
     stop: Arc<AtomicBool>,
     board: HealthWriter,
     health: Health,
@@ -45,7 +45,7 @@ pub struct Member {
     account: Option<Account>,
 }
 
-impl Member {
+impl ProcessNode {
     /// Joins the domain, requests real-time rights and creates the health board.
     ///
     /// In lockstep no rights are requested, because time is simulated.
@@ -69,7 +69,7 @@ impl Member {
         // First of all, because the parent's death may send a signal.
         let stop = stop_flag()?;
         if let Some(parent) = launch.parent {
-            realtime::take_name();
+            realtime::set_process_name();
             if process == Process::Motor && !launch.lockstep {
                 realtime::stop_with_parent(parent)?;
             } else {
@@ -93,9 +93,9 @@ impl Member {
         health.set_state(ProcessState::Starting);
         board.write(&health);
         let pace = if launch.lockstep {
-            Pace::Lockstep(Box::new(Lockstep::open(&node, process)?))
+            LoopTiming::Lockstep(Box::new(Lockstep::open(&node, process)?))
         } else {
-            Pace::Wall { schedule: None }
+            LoopTiming::Wall { schedule: None }
         };
         Ok(Self {
             process,
@@ -121,9 +121,13 @@ impl Member {
     ///
     /// # Errors
     ///
-    /// As [`Node::outlet`].
-    pub fn outlet<T: Topic>(&self, number: Option<u32>, capacity: usize) -> Result<Outlet<T>, Failure> {
-        Ok(self.node.outlet(number, capacity)?)
+    /// As [`Node::publisher`].
+    pub fn publisher<T: Topic>(
+        &self,
+        number: Option<u32>,
+        capacity: usize,
+    ) -> Result<FramePublisher<T>, Failure> {
+        Ok(self.node.publisher(number, capacity)?)
     }
 
     /// Opens a subscriber to a topic. Under a supervisor, it accepts frames only from the topic's writer on the
@@ -131,23 +135,23 @@ impl Member {
     ///
     /// # Errors
     ///
-    /// As [`Node::inlet`].
-    pub fn inlet<T: Topic>(&self, number: Option<u32>) -> Result<Inlet<T>, Failure> {
-        Ok(self.node.inlet(number)?)
+    /// As [`Node::subscriber`].
+    pub fn subscriber<T: Topic>(&self, number: Option<u32>) -> Result<FrameSubscriber<T>, Failure> {
+        Ok(self.node.subscriber(number)?)
     }
 
-    /// Like [`Self::inlet`], for a topic whose writer the configuration defines, such as a source in the
+    /// Like [`Self::subscriber`], for a topic whose writer the configuration defines, such as a source in the
     /// simulator. Without an owner, every process of this user may publish on it.
     ///
     /// # Errors
     ///
-    /// As [`Node::inlet_from`].
-    pub fn inlet_from<T: Topic>(
+    /// As [`Node::subscriber_from`].
+    pub fn subscriber_from<T: Topic>(
         &self,
         number: Option<u32>,
         owner: Option<Process>,
-    ) -> Result<Inlet<T>, Failure> {
-        Ok(self.node.inlet_from(number, owner)?)
+    ) -> Result<FrameSubscriber<T>, Failure> {
+        Ok(self.node.subscriber_from(number, owner)?)
     }
 
     /// Opens a subscriber whose frames wake this process. In lockstep, turns wake the process, so the writer sends no
@@ -155,11 +159,11 @@ impl Member {
     ///
     /// # Errors
     ///
-    /// As [`Node::waking_inlet`].
-    pub fn waking_inlet<T: Topic>(&self, number: Option<u32>) -> Result<Inlet<T>, Failure> {
+    /// As [`Node::waking_subscriber`].
+    pub fn waking_subscriber<T: Topic>(&self, number: Option<u32>) -> Result<FrameSubscriber<T>, Failure> {
         match self.pace {
-            Pace::Wall { .. } => Ok(self.node.waking_inlet(number)?),
-            Pace::Lockstep(_) => Ok(self.node.inlet(number)?),
+            LoopTiming::Wall { .. } => Ok(self.node.waking_subscriber(number)?),
+            LoopTiming::Lockstep(_) => Ok(self.node.subscriber(number)?),
         }
     }
 
@@ -212,15 +216,15 @@ impl Member {
     #[must_use]
     pub fn now(&self) -> Instant {
         match &self.pace {
-            Pace::Wall { .. } => clock::now(),
-            Pace::Lockstep(lockstep) => lockstep.now(),
+            LoopTiming::Wall { .. } => clock::now(),
+            LoopTiming::Lockstep(lockstep) => lockstep.now(),
         }
     }
 
     /// Whether time is simulated.
     #[must_use]
     pub fn is_lockstep(&self) -> bool {
-        matches!(self.pace, Pace::Lockstep(_))
+        matches!(self.pace, LoopTiming::Lockstep(_))
     }
 
     /// The health counters, for the process's own counts.
@@ -234,7 +238,7 @@ impl Member {
     ///
     /// The period is zero.
     pub fn begin(&mut self, period: Option<Duration>) -> Result<(), Failure> {
-        if let Pace::Wall { schedule } = &mut self.pace {
+        if let LoopTiming::Wall { schedule } = &mut self.pace {
             *schedule = match period {
                 Some(period) => Some(Schedule::new(period, clock::now() + period)?),
                 None => None,
@@ -263,12 +267,12 @@ impl Member {
                 return Ok(self.stopped());
             }
             let wait = match &mut self.pace {
-                Pace::Lockstep(lockstep) => lockstep.wait()?,
-                Pace::Wall { schedule: Some(schedule) } => {
+                LoopTiming::Lockstep(lockstep) => lockstep.wait()?,
+                LoopTiming::Wall { schedule: Some(schedule) } => {
                     clock::sleep_until(schedule.release());
                     Wait::Go(schedule.release())
                 }
-                Pace::Wall { schedule: None } => Wait::Stop,
+                LoopTiming::Wall { schedule: None } => Wait::Stop,
             };
             match wait {
                 Wait::Go(release) => {
@@ -282,20 +286,23 @@ impl Member {
         }
     }
 
-    /// Waits for a notification of the writer of `inlet`, or in lockstep for a turn. On return there may be no frame
+    /// Waits for a notification of the writer of `subscriber`, or in lockstep for a turn. On return there may be no frame
     /// or several. `None` if the process has to stop.
     ///
     /// # Errors
     ///
     /// The subscriber has no notifications, or the middleware failed.
-    pub fn next_call<T: Topic>(&mut self, inlet: &mut Inlet<T>) -> Result<Option<Instant>, Failure> {
+    pub fn next_call<T: Topic>(
+        &mut self,
+        subscriber: &mut FrameSubscriber<T>,
+    ) -> Result<Option<Instant>, Failure> {
         loop {
             if self.stop.load(Ordering::Relaxed) {
                 return Ok(self.stopped());
             }
             let wait = match &mut self.pace {
-                Pace::Lockstep(lockstep) => lockstep.wait()?,
-                Pace::Wall { .. } => wait_for_call(inlet)?,
+                LoopTiming::Lockstep(lockstep) => lockstep.wait()?,
+                LoopTiming::Wall { .. } => wait_for_call(subscriber)?,
             };
             match wait {
                 Wait::Go(_) => return Ok(Some(self.now())),
@@ -319,7 +326,7 @@ impl Member {
     pub fn end_step(&mut self) {
         let now = self.now();
         if let Some(account) = self.account.take() {
-            account.close_woken(&mut self.health, now);
+            account.close_event_driven(&mut self.health, now);
         }
         self.beat();
     }
@@ -327,7 +334,7 @@ impl Member {
     /// Whether the process received a stop request. For loops over the frames of one call, which may not end by
     /// themselves.
     #[must_use]
-    pub fn shall_stop(&self) -> bool {
+    pub fn is_stop_requested(&self) -> bool {
         self.stop.load(Ordering::Relaxed)
     }
 
@@ -338,7 +345,7 @@ impl Member {
     /// The middleware failed.
     pub fn end_call(&mut self, progress: Progress) -> Result<(), Failure> {
         self.beat();
-        self.give_back(progress)
+        self.complete_turn(progress)
     }
 
     /// Ends the cycle: checks its deadline, publishes the health, and in lockstep completes the turn.
@@ -350,27 +357,27 @@ impl Member {
         let now = self.now();
         if let Some(account) = self.account.take() {
             match &mut self.pace {
-                Pace::Wall { schedule: Some(schedule) } => {
+                LoopTiming::Wall { schedule: Some(schedule) } => {
                     account.close(&mut self.health, schedule.finish(now), now);
                 }
-                Pace::Wall { schedule: None } | Pace::Lockstep(_) => {
-                    account.close_woken(&mut self.health, now);
+                LoopTiming::Wall { schedule: None } | LoopTiming::Lockstep(_) => {
+                    account.close_event_driven(&mut self.health, now);
                 }
             }
         }
         self.beat();
-        self.give_back(progress)
+        self.complete_turn(progress)
     }
 
-    fn give_back(&mut self, progress: Progress) -> Result<(), Failure> {
+    fn complete_turn(&mut self, progress: Progress) -> Result<(), Failure> {
         match &mut self.pace {
-            Pace::Lockstep(lockstep) => lockstep.done(progress == Progress::Finished),
-            Pace::Wall { .. } => Ok(()),
+            LoopTiming::Lockstep(lockstep) => lockstep.done(progress == Progress::Finished),
+            LoopTiming::Wall { .. } => Ok(()),
         }
     }
 
     /// Runs long work in a separate thread while the heartbeat continues, for example during shutdown.
-    pub fn beat_while<T: Send>(&mut self, work: impl FnOnce() -> T + Send) -> T {
+    pub fn run_with_heartbeat<T: Send>(&mut self, work: impl FnOnce() -> T + Send) -> T {
         std::thread::scope(|scope| {
             let work = scope.spawn(work);
             while !work.is_finished() {
@@ -408,7 +415,7 @@ impl Member {
     }
 }
 
-impl std::fmt::Debug for Member {
+impl std::fmt::Debug for ProcessNode {
     fn fmt(&self, out: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         write!(out, "Member({})", self.process)
     }
@@ -425,7 +432,7 @@ fn follow_roster(
     let followed = node.follow_roster();
     if is_supervised {
         followed?;
-        while !node.is_listed(process) {
+        while !node.is_on_roster(process) {
             if stop.load(Ordering::Relaxed) {
                 return Err(Failure::own("told to stop before the supervisor's roster named this process"));
             }
@@ -433,7 +440,7 @@ fn follow_roster(
         }
     } else if followed.is_err() {
         tracing::warn!(%process, "no supervisor runs here: frames are taken from every process of this user");
-    } else if !node.is_listed(process) {
+    } else if !node.is_on_roster(process) {
         tracing::warn!(%process, "the supervisor did not start this process: the robot refuses what it publishes");
     }
     Ok(())
@@ -443,8 +450,8 @@ fn follow_roster(
 #[must_use]
 pub fn queues(buffers: &Buffers, lockstep: bool) -> Queues {
     if lockstep {
-        Queues { frames: buffers.frames.get().max(LOCKSTEP_FRAMES), delivery: Delivery::Every }
+        Queues { frames: buffers.frames.get().max(LOCKSTEP_FRAMES), overflow_policy: OverflowPolicy::Fail }
     } else {
-        Queues { frames: buffers.frames.get(), delivery: Delivery::Newest }
+        Queues { frames: buffers.frames.get(), overflow_policy: OverflowPolicy::DropOldest }
     }
 }

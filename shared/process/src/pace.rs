@@ -3,7 +3,7 @@ use std::time::Duration;
 use clock::Instant;
 use cycle::Schedule;
 use message::{Done, Head as _, Header, Topic, TurnKind, Turns, TurnsDone};
-use transport::{Inlet, Node, Outlet};
+use transport::{FramePublisher, FrameSubscriber, Node};
 
 use crate::Failure;
 
@@ -11,7 +11,7 @@ use crate::Failure;
 pub(crate) const IDLE: Duration = Duration::from_millis(50);
 
 /// What triggers the iterations of the main loop.
-pub(crate) enum Pace {
+pub(crate) enum LoopTiming {
     /// The machine's clock.
     Wall {
         /// Release times; `None` for an event-driven process.
@@ -22,8 +22,8 @@ pub(crate) enum Pace {
 }
 
 pub(crate) struct Lockstep {
-    turns: Inlet<Turns>,
-    done: Outlet<TurnsDone>,
+    turns: FrameSubscriber<Turns>,
+    done: FramePublisher<TurnsDone>,
     round: u64,
     now: Instant,
 }
@@ -42,8 +42,8 @@ impl Lockstep {
     pub(crate) fn open(node: &Node, process: message::Process) -> Result<Self, Failure> {
         let number = Some(u32::from(process.raw()));
         Ok(Self {
-            turns: node.waking_inlet(number)?,
-            done: node.outlet(number, 1)?,
+            turns: node.waking_subscriber(number)?,
+            done: node.publisher(number, 1)?,
             round: 0,
             now: Instant::EPOCH,
         })
@@ -73,7 +73,7 @@ impl Lockstep {
 }
 
 /// Waits for a notification of the subscriber that wakes the process.
-pub(crate) fn wait_for_call<T: Topic>(inlet: &mut Inlet<T>) -> Result<Wait, Failure> {
-    inlet.wait(IDLE)?;
+pub(crate) fn wait_for_call<T: Topic>(subscriber: &mut FrameSubscriber<T>) -> Result<Wait, Failure> {
+    subscriber.wait(IDLE)?;
     Ok(Wait::Go(clock::now()))
 }

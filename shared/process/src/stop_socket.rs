@@ -32,11 +32,11 @@ const PREFIX: &str = "leo-emergency-stop:";
 /// The kernel's list of sockets, which every user may read.
 const LIST: &str = "/proc/net/unix";
 /// Maximum number of concurrent answers. A further client stops the robot too, but gets no details.
-const ANSWERED_AT_ONCE: usize = 8;
+const MAX_CONCURRENT_ANSWERS: usize = 8;
 /// Timeout for writing the answer to a client that does not read.
-const WRITE_WITHIN: Duration = Duration::from_secs(1);
+const WRITE_TIMEOUT: Duration = Duration::from_secs(1);
 /// Maximum length of an answer in bytes: one line for each of the maximum number of servos.
-const LONGEST_ANSWER: usize = 64 << 10;
+const MAX_ANSWER_BYTES: usize = 64 << 10;
 
 /// Answer to a stop.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -62,7 +62,7 @@ impl StoppedRobot {
     #[must_use]
     pub fn all() -> Vec<PathBuf> {
         let list = fs::read(LIST).unwrap_or_default();
-        let mut all: Vec<PathBuf> = list.split(|byte| *byte == b'\n').filter_map(domain_in).collect();
+        let mut all: Vec<PathBuf> = list.split(|byte| *byte == b'\n').filter_map(parse_domain).collect();
         all.sort();
         // An open connection is listed too, under its listener's name.
         all.dedup();
@@ -98,7 +98,7 @@ impl StoppedRobot {
         let mut text = Vec::new();
         let mut part = [0; 4096];
         // The deadline also holds for a peer that sends single bytes at intervals.
-        while text.len() < LONGEST_ANSWER {
+        while text.len() < MAX_ANSWER_BYTES {
             let left = until.since(clock::now());
             if left.is_zero() {
                 return Err(io::ErrorKind::TimedOut.into());
@@ -123,7 +123,7 @@ impl StoppedRobot {
 }
 
 /// The folder in a line of the kernel's list, if it is that of a stop socket.
-fn domain_in(line: &[u8]) -> Option<PathBuf> {
+fn parse_domain(line: &[u8]) -> Option<PathBuf> {
     // In the list, an abstract socket's name follows this character.
     let name = line.splitn(2, |byte| *byte == b'@').nth(1)?.strip_prefix(PREFIX.as_bytes())?;
     Some(PathBuf::from(OsStr::from_bytes(name)))
@@ -216,7 +216,7 @@ fn accept(
         };
         let Ok(user) = socket_peercred(&stream).map(|peer| peer.uid.as_raw()) else { continue };
         stop(user);
-        if answered.load(Ordering::Relaxed) >= ANSWERED_AT_ONCE {
+        if answered.load(Ordering::Relaxed) >= MAX_CONCURRENT_ANSWERS {
             say(
                 stream,
                 &StopAnswer { status: 1, text: "raised, but NOT CONFIRMED: too many ask\n".to_owned() },
@@ -238,7 +238,8 @@ fn accept(
 fn say(mut stream: UnixStream, answer: &StopAnswer) {
     let text = format!("{}\n{}", answer.status, answer.text);
     // A client need not wait for the answer, so ignore write errors.
-    let _told = stream.set_write_timeout(Some(WRITE_WITHIN)).and_then(|()| stream.write_all(text.as_bytes()));
+    let _told =
+        stream.set_write_timeout(Some(WRITE_TIMEOUT)).and_then(|()| stream.write_all(text.as_bytes()));
 }
 
 #[cfg(test)]
@@ -288,7 +289,7 @@ mod tests {
         };
         let socket = StopSocket::listen(&domain, move |user| stopped.send(user).unwrap(), answer).unwrap();
         let robots: Vec<_> =
-            (0..3 * ANSWERED_AT_ONCE).map(|_| StoppedRobot::stop(&domain, soon()).unwrap()).collect();
+            (0..3 * MAX_CONCURRENT_ANSWERS).map(|_| StoppedRobot::stop(&domain, soon()).unwrap()).collect();
         for _ in &robots {
             stops.recv().unwrap();
         }
@@ -318,7 +319,7 @@ mod tests {
     #[test]
     fn the_kernels_list_is_read_for_stop_sockets_alone() {
         let line = b"ffff9c: 00000002 00000000 00010000 0001 01 31337 @leo-emergency-stop:/dev/shm/leo-7";
-        assert_eq!(domain_in(line).as_deref(), Some(Path::new("/dev/shm/leo-7")));
+        assert_eq!(parse_domain(line).as_deref(), Some(Path::new("/dev/shm/leo-7")));
         let others = [
             "Num RefCount Protocol Flags Type St Inode Path",
             "f: 2 0 0 1 1 3 /run/x",
@@ -326,7 +327,7 @@ mod tests {
             "",
         ];
         for other in others {
-            assert_eq!(domain_in(other.as_bytes()), None, "{other}");
+            assert_eq!(parse_domain(other.as_bytes()), None, "{other}");
         }
     }
 }

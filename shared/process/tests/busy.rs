@@ -3,7 +3,7 @@
 use clock::Duration;
 use config::Robot;
 use message::{Percepts, Process};
-use process::{Launch, Member, queues};
+use process::{Launch, ProcessNode, queues};
 use transport::janitor::{Janitor, claim};
 use transport::{Domain, HealthReader, Node};
 
@@ -29,8 +29,8 @@ fn the_heart_beats_while_one_call_goes_on_and_on_and_while_the_end_takes_its_tim
     };
     let node = Node::join(&domain, "test", 1, queues(&leo.buffers, false)).expect("the domain was made");
     let rights = &leo.console.realtime;
-    let mut member = Member::join(&launch, Process::Belief, &leo.buffers, rights).expect("joins");
-    let mut percepts = member.waking_inlet::<Percepts>(None).expect("a free reader");
+    let mut member = ProcessNode::join(&launch, Process::Belief, &leo.buffers, rights).expect("joins");
+    let mut percepts = member.waking_subscriber::<Percepts>(None).expect("a free reader");
     let board = HealthReader::open(&node, Process::Belief, 1).expect("the board stands");
     member.begin(None).expect("no period");
     member.next_call(&mut percepts).expect("works").expect("nobody said stop");
@@ -44,7 +44,7 @@ fn the_heart_beats_while_one_call_goes_on_and_on_and_while_the_end_takes_its_tim
         beats.push(board.read().beat);
     }
     // Also during the work at shutdown.
-    let beats_on = member.beat_while(|| {
+    let beats_on = member.run_with_heartbeat(|| {
         let node = Node::join(&domain, "onlooker", 1, queues(&leo.buffers, false)).expect("joins");
         let board = HealthReader::open(&node, Process::Belief, 1).expect("the board stands");
         let (first, give_up) = (board.read().beat, clock::now() + Duration::from_secs(30));

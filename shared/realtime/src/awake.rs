@@ -9,12 +9,12 @@ const CPU_LATENCY: &str = "/dev/cpu_dma_latency";
 /// Keeps all cores out of idle states while it lives. Leaving an idle state takes 2 to 200 µs on most machines, and
 /// 50 µs and more in a virtual machine. It increases power consumption.
 #[derive(Debug)]
-pub struct Awake {
+pub struct IdleStateGuard {
     /// The kernel drops the request when the file is closed, however the process ends.
     _request: File,
 }
 
-impl Awake {
+impl IdleStateGuard {
     /// Requests it from the kernel.
     ///
     /// # Errors
@@ -41,9 +41,9 @@ mod tests {
     fn a_latency_of_zero_is_asked_for_in_the_kernels_form_and_nowhere_else() {
         let folder = tempfile::tempdir().unwrap();
         let file = folder.path().join("latency");
-        assert_eq!(Awake::ask_at(&file).unwrap_err().kind(), io::ErrorKind::NotFound);
+        assert_eq!(IdleStateGuard::ask_at(&file).unwrap_err().kind(), io::ErrorKind::NotFound);
         std::fs::write(&file, []).unwrap();
-        let _awake = Awake::ask_at(&file).unwrap();
+        let _awake = IdleStateGuard::ask_at(&file).unwrap();
         assert_eq!(std::fs::read(&file).unwrap(), [0; 4]);
     }
 }

@@ -7,18 +7,18 @@ use crate::schedule::{policy, schedule};
 const PRIORITY: i32 = 1;
 /// Maximum number of scans for threads, because new threads may start during a scan. A process that has started
 /// creates few.
-const LOOKS: usize = 8;
+const MAX_SCANS: usize = 8;
 
 /// Raised priority of a process until it is ready.
 ///
 /// Starting takes some tenths of a second of processor time. On a machine with twenty busy programs, an ordinary
 /// process needs several seconds for it, and the robot waits.
 #[derive(Debug)]
-pub struct HeadStart {
+pub struct StartupPriority {
     pid: i32,
 }
 
-impl HeadStart {
+impl StartupPriority {
     /// Raises the priority of a process that was just started. Its threads inherit it.
     ///
     /// # Errors
@@ -30,10 +30,10 @@ impl HeadStart {
 
     /// Restores the default policy. Threads that the process has rescheduled since keep their policy.
     pub fn end(self) {
-        for _ in 0..LOOKS {
+        for _ in 0..MAX_SCANS {
             let tasks = fs::read_dir(format!("/proc/{}/task", self.pid)).into_iter().flatten().flatten();
             let tasks = tasks.filter_map(|task| task.file_name().to_str()?.parse().ok());
-            let ahead: Vec<i32> = tasks.filter(|&task| is_ahead(task)).collect();
+            let ahead: Vec<i32> = tasks.filter(|&task| has_startup_policy(task)).collect();
             if ahead.is_empty() {
                 return;
             }
@@ -45,7 +45,7 @@ impl HeadStart {
     }
 }
 
-fn is_ahead(task: i32) -> bool {
+fn has_startup_policy(task: i32) -> bool {
     policy(task) == libc::SCHED_RR
 }
 
@@ -78,7 +78,7 @@ mod tests {
                 !is_first || policy(0) == libc::SCHED_FIFO
             });
             let before: Vec<i32> = ready.iter().take(2).collect();
-            HeadStart { pid: own }.end();
+            StartupPriority { pid: own }.end();
             drop((go, go_first));
             (granted.is_ok(), before, policy(0), inherits.join().unwrap(), first.join().unwrap())
         });
@@ -89,6 +89,6 @@ mod tests {
 
     #[test]
     fn a_process_that_has_ended_is_an_error() {
-        assert!(HeadStart::give(i32::MAX).is_err());
+        assert!(StartupPriority::give(i32::MAX).is_err());
     }
 }

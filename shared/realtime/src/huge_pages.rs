@@ -26,7 +26,7 @@ pub fn use_huge_pages() -> u64 {
 
 /// Makes the allocator use one heap and never return memory. Separate mappings for large blocks would be too small
 /// for whole huge pages, and returned memory would come back as new pages. Applies to the GNU C library only.
-pub(crate) fn keep_one_heap() {
+pub(crate) fn disable_heap_trimming() {
     #[cfg(target_env = "gnu")]
     for (parameter, value) in [(libc::M_MMAP_MAX, 0), (libc::M_TRIM_THRESHOLD, -1)] {
         // SAFETY: mallopt(3) takes plain numbers, and a heap that never returns memory is as sound as any other.

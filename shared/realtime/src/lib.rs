@@ -20,14 +20,14 @@ mod schedule;
 mod serial_workers;
 mod wall_clock;
 
-pub use awake::Awake;
+pub use awake::IdleStateGuard;
 pub use faults::page_faults;
-pub use head_start::HeadStart;
+pub use head_start::StartupPriority;
 pub use huge_pages::use_huge_pages;
 pub use parent::{
-    ParentError, die_with_parent, is_parent, prefer_out_of_memory_kill, stop_with_parent, take_name,
+    ParentError, die_with_parent, is_parent, prefer_out_of_memory_kill, set_process_name, stop_with_parent,
 };
 pub use report::{MEMORY, Refusal, Report, advice, grants};
 pub use rights::apply;
 pub use serial_workers::{SerialWorkers, SerialWorkersError};
-pub use wall_clock::is_wall_clock_kept;
+pub use wall_clock::is_wall_clock_synchronised;

@@ -69,7 +69,7 @@ pub fn prefer_out_of_memory_kill() {
 /// kernel uses the name `exe`.
 ///
 /// To be called in the main thread.
-pub fn take_name() {
+pub fn set_process_name() {
     let program = std::env::args_os().next().unwrap_or_default();
     let name = Path::new(&program).file_name().unwrap_or_default();
     // The name only informs people, so ignore errors.

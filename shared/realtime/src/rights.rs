@@ -4,7 +4,7 @@ use rustix::mm::{MlockAllFlags, mlockall};
 use rustix::process::{Resource, getrlimit};
 use rustix::thread::{CapabilitySet, CpuSet, capabilities, sched_setaffinity};
 
-use crate::huge_pages::keep_one_heap;
+use crate::huge_pages::disable_heap_trimming;
 use crate::schedule::schedule;
 use crate::{Refusal, Report};
 
@@ -51,7 +51,7 @@ fn lock_memory() -> Result<(), Errno> {
         return Err(Errno::NOMEM);
     }
     mlockall(MlockAllFlags::CURRENT | MlockAllFlags::FUTURE)?;
-    keep_one_heap();
+    disable_heap_trimming();
     Ok(())
 }
 

@@ -24,7 +24,7 @@ pub struct SerialWorkers {
     /// Running processes that are known not to be workers.
     others: BTreeSet<i32>,
     /// Workers with raised priority.
-    prompt: BTreeSet<i32>,
+    raised: BTreeSet<i32>,
 }
 
 /// Reason why the priority of the workers cannot be raised.
@@ -46,7 +46,7 @@ impl Default for SerialWorkers {
 
 impl SerialWorkers {
     fn seen_in(proc: &Path) -> Self {
-        Self { proc: proc.to_owned(), others: BTreeSet::new(), prompt: BTreeSet::new() }
+        Self { proc: proc.to_owned(), others: BTreeSet::new(), raised: BTreeSet::new() }
     }
 
     /// Checks whether the priority can be raised; changes nothing.
@@ -54,10 +54,11 @@ impl SerialWorkers {
     /// # Errors
     ///
     /// It cannot be raised.
-    pub fn may(&mut self) -> Result<(), SerialWorkersError> {
+    pub fn permission(&mut self) -> Result<(), SerialWorkersError> {
         self.find().map(drop)?;
-        let may = capabilities(None).is_ok_and(|sets| sets.effective.contains(CapabilitySet::SYS_NICE));
-        if may { Ok(()) } else { Err(SerialWorkersError::Forbidden) }
+        let permission =
+            capabilities(None).is_ok_and(|sets| sets.effective.contains(CapabilitySet::SYS_NICE));
+        if permission { Ok(()) } else { Err(SerialWorkersError::Forbidden) }
     }
 
     /// Raises the priority of all workers that have the default one. To be called a few times per second. It reads
@@ -66,14 +67,14 @@ impl SerialWorkers {
     /// # Errors
     ///
     /// The priority cannot be raised.
-    pub fn look(&mut self) -> Result<(), SerialWorkersError> {
+    pub fn raise_priorities(&mut self) -> Result<(), SerialWorkersError> {
         let found = self.find()?;
         // Includes workers left behind by a killed robot.
-        self.prompt = found.iter().filter(|worker| worker.is_ours).map(|worker| worker.pid).collect();
+        self.raised = found.iter().filter(|worker| worker.is_ours).map(|worker| worker.pid).collect();
         for worker in found.into_iter().filter(|worker| worker.is_ordinary) {
             match schedule(worker.pid, libc::SCHED_FIFO, PRIORITY) {
                 Ok(()) => {
-                    self.prompt.insert(worker.pid);
+                    self.raised.insert(worker.pid);
                 }
                 Err(error) if error.kind() == io::ErrorKind::PermissionDenied => {
                     return Err(SerialWorkersError::Forbidden);
@@ -111,7 +112,7 @@ impl Drop for SerialWorkers {
     /// Restores the default priority. After a robot was killed, the workers keep it until they end, or until the next
     /// robot ends.
     fn drop(&mut self) {
-        let ours = std::mem::take(&mut self.prompt);
+        let ours = std::mem::take(&mut self.raised);
         for pid in ours.into_iter().filter(|&pid| self.read(pid).is_some_and(|worker| worker.is_ours)) {
             // The worker may have ended meanwhile.
             let _done = schedule(pid, libc::SCHED_OTHER, 0);

@@ -3,7 +3,7 @@ use std::mem::MaybeUninit;
 /// Whether a time service synchronises the wall clock, according to the kernel (adjtimex(2)); `None` if it cannot be
 /// queried.
 #[must_use]
-pub fn is_wall_clock_kept() -> Option<bool> {
+pub fn is_wall_clock_synchronised() -> Option<bool> {
     let mut state = MaybeUninit::<libc::timex>::zeroed();
     // SAFETY: `state` is valid for reads and writes of one `timex`, and its mode of zero changes nothing.
     if unsafe { libc::adjtimex(state.as_mut_ptr()) } < 0 {
@@ -18,6 +18,6 @@ pub fn is_wall_clock_kept() -> Option<bool> {
 mod tests {
     #[test]
     fn the_kernel_knows_whether_the_clock_is_kept() {
-        assert!(super::is_wall_clock_kept().is_some());
+        assert!(super::is_wall_clock_synchronised().is_some());
     }
 }

@@ -81,7 +81,7 @@ impl Subject {
 
 /// Pose of the robot in the room of a lesson.
 #[must_use]
-pub fn stands(lesson: &Lesson) -> Pose<World, Base> {
+pub fn robot_pose(lesson: &Lesson) -> Pose<World, Base> {
     let [x, y, z] = lesson.robot.position_m;
     Pose::upright(x, y, z, lesson.robot.heading_rad)
 }
@@ -99,7 +99,7 @@ pub struct About {
     /// The recording program, with its version.
     pub program: String,
     /// Pose of the robot in the room: position in metres, then a quaternion `[x, y, z, w]`.
-    stood: [f64; 7],
+    base_in_world: [f64; 7],
 }
 
 impl About {
@@ -107,23 +107,23 @@ impl About {
         let [x, y, z] = subject.x_world_base.position_m();
         let [i, j, k, w] = subject.x_world_base.orientation_xyzw();
         let Subject { time, partners, .. } = *subject;
-        Self { time, partners, program: subject.program.clone(), stood: [x, y, z, i, j, k, w] }
+        Self { time, partners, program: subject.program.clone(), base_in_world: [x, y, z, i, j, k, w] }
     }
 
     /// Pose of the robot's base in the room; identity if the stored numbers are no valid pose.
     #[must_use]
     pub fn x_world_base(&self) -> Pose<World, Base> {
-        let [x, y, z, i, j, k, w] = self.stood;
+        let [x, y, z, i, j, k, w] = self.base_in_world;
         Pose::from_parts([x, y, z], [i, j, k, w]).unwrap_or_else(Pose::identity)
     }
 
     pub(crate) fn written(&self) -> BTreeMap<String, String> {
-        let stood: Vec<String> = self.stood.iter().map(ToString::to_string).collect();
+        let base_in_world: Vec<String> = self.base_in_world.iter().map(ToString::to_string).collect();
         let entries = [
             ("time", self.time.name().to_owned()),
             ("partners", self.partners.to_string()),
             ("program", self.program.clone()),
-            ("base_in_world", stood.join(" ")),
+            ("base_in_world", base_in_world.join(" ")),
         ];
         entries.into_iter().map(|(key, value)| (key.to_owned(), value)).collect()
     }
@@ -136,9 +136,10 @@ impl About {
         let time = Time::ALL.into_iter().find(|known| known.name() == time);
         let time = time.ok_or("its `time` is neither `lockstep` nor `wall`")?;
         let partners = get("partners")?.parse().map_err(|_no_number| "its `partners` are no number")?;
-        let stood: Vec<f64> =
+        let base_in_world: Vec<f64> =
             get("base_in_world")?.split(' ').filter_map(|number| number.parse().ok()).collect();
-        let stood = stood.try_into().map_err(|_other| "its `base_in_world` are not seven numbers")?;
-        Ok(Self { time, partners, program: get("program")?.clone(), stood })
+        let base_in_world =
+            base_in_world.try_into().map_err(|_other| "its `base_in_world` are not seven numbers")?;
+        Ok(Self { time, partners, program: get("program")?.clone(), base_in_world })
     }
 }

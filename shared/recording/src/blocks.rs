@@ -9,12 +9,12 @@ const BLOCK: usize = 16 << 10;
 /// The ring allocates and frees parts for days. With allocations of varying sizes the heap fragments and grows without
 /// bound. With blocks of one size every freed block is reused.
 #[derive(Debug, Default)]
-pub(crate) struct Blocks {
+pub(crate) struct BlockBuffer {
     /// Each has a capacity of [`BLOCK`] bytes and never more; all but the last one are full.
     blocks: Vec<Vec<u8>>,
 }
 
-impl Blocks {
+impl BlockBuffer {
     /// Number of bytes written.
     pub(crate) fn bytes(&self) -> usize {
         self.blocks.iter().map(Vec::len).sum()
@@ -31,7 +31,7 @@ impl Blocks {
     }
 }
 
-impl Write for Blocks {
+impl Write for BlockBuffer {
     fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
         let mut left = bytes;
         while !left.is_empty() {
@@ -51,7 +51,7 @@ impl Write for Blocks {
     }
 }
 
-/// Reads [`Blocks`].
+/// Reads [`BlockBuffer`].
 #[derive(Clone, Debug)]
 pub(crate) struct Reading<'a> {
     /// The rest of the current block.
@@ -75,7 +75,7 @@ mod tests {
     use super::*;
 
     /// The bytes that come back, read `at_once` at a time at most.
-    fn read(blocks: &Blocks, at_once: usize) -> Vec<u8> {
+    fn read(blocks: &BlockBuffer, at_once: usize) -> Vec<u8> {
         let (mut reading, mut found, mut some) = (blocks.reading(), Vec::new(), vec![0; at_once]);
         loop {
             match reading.read(&mut some).unwrap() {
@@ -86,16 +86,16 @@ mod tests {
     }
 
     #[test]
-    fn where_nothing_was_written_nothing_is_held() {
-        let mut blocks = Blocks::default();
+    fn an_empty_buffer_holds_no_memory() {
+        let mut blocks = BlockBuffer::default();
         assert_eq!(blocks.write(&[]).unwrap(), 0);
         assert_eq!((blocks.bytes(), blocks.held()), (0, 0));
         assert!(read(&blocks, 10).is_empty());
     }
 
     #[test]
-    fn a_block_is_taken_when_a_byte_needs_it_and_not_before() {
-        let mut blocks = Blocks::default();
+    fn a_block_is_allocated_only_when_needed() {
+        let mut blocks = BlockBuffer::default();
         for (more, held) in [(1, 1), (BLOCK - 1, 1), (0, 1), (1, 2), (3 * BLOCK, 5), (BLOCK - 1, 5)] {
             blocks.write_all(&vec![7; more]).unwrap();
             assert_eq!(blocks.held(), held * BLOCK, "with {} bytes", blocks.bytes());
@@ -105,12 +105,12 @@ mod tests {
 
     proptest! {
         #[test]
-        fn what_was_written_comes_back_however_it_was_cut(
+        fn blocks_return_what_was_written_for_any_read_size(
             sizes in prop::collection::vec(prop_oneof![0..20_usize, 0..3 * BLOCK, Just(BLOCK)], 0..12),
             at_once in 1..2 * BLOCK,
         ) {
             let mut written = Vec::new();
-            let mut blocks = Blocks::default();
+            let mut blocks = BlockBuffer::default();
             for (number, size) in (0_u8..).zip(sizes) {
                 let bytes: Vec<u8> = (0..=250).cycle().skip(usize::from(number)).take(size).collect();
                 prop_assert_eq!(blocks.write(&bytes).unwrap(), size);

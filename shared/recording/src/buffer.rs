@@ -41,7 +41,7 @@ impl Buffer {
 
     /// Whether the belief process or the learner computes it from other buffers.
     #[must_use]
-    pub const fn is_made_of_others(self) -> bool {
+    pub const fn is_derived(self) -> bool {
         match self {
             Self::Beliefs(_) | Self::Divergences(_) | Self::Events | Self::JointGoals => true,
             Self::Scene | Self::Utterances | Self::Percepts | Self::JointStates => false,

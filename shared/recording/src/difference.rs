@@ -24,7 +24,7 @@ impl fmt::Display for Difference {
 impl Difference {
     /// The difference for a frame that is missing on one side.
     #[must_use]
-    pub fn of_presence(is_in_one: bool) -> Self {
+    pub fn missing_frame(is_in_one: bool) -> Self {
         let said = |is_there| if is_there { "there" } else { "not there" }.to_owned();
         Self { field: "the frame".to_owned(), one: said(is_in_one), other: said(!is_in_one) }
     }

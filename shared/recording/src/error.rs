@@ -97,7 +97,7 @@ pub enum RecordError {
         file.display(),
         bytes.div_ceil(1_000_000)
     )]
-    Room {
+    DiskFull {
         /// The file.
         file: std::path::PathBuf,
         /// The free space to leave, in bytes.
@@ -110,7 +110,7 @@ pub enum RecordError {
         file.display(),
         bytes.div_ceil(1_000_000)
     )]
-    Unsaved {
+    SnapshotTooLarge {
         /// The file.
         file: std::path::PathBuf,
         /// The free space to leave, in bytes.

@@ -1,6 +1,6 @@
 //! Recordings of the robot's buffers as MCAP files: the raw frames, and messages for common viewers.
 //!
-//! A [`Writer`] writes [`Frame`]s that [`Inlets`] deliver in lockstep time, or that a [`Recorder`] takes from a running
+//! A [`Writer`] writes [`Frame`]s that [`BufferSubscribers`] deliver in lockstep time, or that a [`Recorder`] takes from a running
 //! robot. A [`Reader`] reads them, and a [`Difference`] describes where two differ. `docs/recording.md` describes the
 //! file format.
 
@@ -10,26 +10,26 @@ mod buffer;
 mod cdr;
 mod counts;
 mod difference;
+mod disk_space;
 mod error;
+mod fail_fast_writer;
 mod frame;
-mod fused;
-mod inlets;
 mod marker;
 mod reader;
 mod recorder;
 mod ring;
-mod room;
+mod subscribers;
 mod views;
 mod writer;
 
-pub use about::{About, Subject, Time, stands};
+pub use about::{About, Subject, Time, robot_pose};
 pub use buffer::Buffer;
 pub use counts::{Count, Counts};
 pub use difference::Difference;
 pub use error::{ReadError, RecordError};
 pub use frame::Frame;
-pub use inlets::Inlets;
 pub use reader::Reader;
 pub use recorder::Recorder;
-pub use ring::{Last, NotSaved, Ring};
-pub use writer::{NotBegun, Writer};
+pub use ring::{Ring, RingSnapshot, SaveError};
+pub use subscribers::BufferSubscribers;
+pub use writer::{StartError, Writer};

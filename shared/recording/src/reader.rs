@@ -5,7 +5,7 @@ use std::path::Path;
 
 use budget::Budget;
 use mcap::records::Record;
-use records::{Records, RecordsError, Unchecked, Wanted};
+use records::{RecordFilter, Records, RecordsError, Unchecked};
 
 use crate::about::{ABOUT, About};
 use crate::writer::ENCODING;
@@ -64,7 +64,8 @@ impl<R: Read> Reader<R> {
     ///
     /// It cannot be read, or is no recording.
     pub fn new(source: R, name: &str) -> Result<Self, ReadError> {
-        let wanted = Wanted { schemas: true, metadata: true, attachments: true, ..Wanted::default() };
+        let wanted =
+            RecordFilter { schemas: true, metadata: true, attachments: true, ..RecordFilter::default() };
         let mut reader = Self {
             name: name.to_owned(),
             records: Records::new(source, wanted),
@@ -136,7 +137,7 @@ impl<R: Read> Reader<R> {
 
     fn read(&mut self) -> Result<Option<Frame>, ReadError> {
         loop {
-            let record = self.records.next_record().map_err(|error| self.unread(error))?;
+            let record = self.records.next_record().map_err(|error| self.read_error(error))?;
             let Some(record) = record else { return Ok(None) };
             if let Some(frame) = self.take(record)? {
                 return Ok(Some(frame));
@@ -144,7 +145,7 @@ impl<R: Read> Reader<R> {
         }
     }
 
-    fn unread(&self, error: RecordsError) -> ReadError {
+    fn read_error(&self, error: RecordsError) -> ReadError {
         let (name, after) = (self.name.clone(), self.frames);
         match error {
             RecordsError::Read(source) => ReadError::Read { name, source },
@@ -168,7 +169,7 @@ impl<R: Read> Reader<R> {
             if channel.message_encoding == ENCODING
                 && let Some(buffer) = Buffer::of_topic(&channel.topic)
             {
-                self.is_ours(buffer, channel.schema_id)?;
+                self.check_layout(buffer, channel.schema_id)?;
                 let [head, entry] = buffer.kinds().map(|kind| kind.size());
                 self.channels.insert(channel.id, Channel { buffer, head, entry });
             }
@@ -190,11 +191,11 @@ impl<R: Read> Reader<R> {
     /// Charges `bytes` to the memory budget.
     fn keep(&mut self, bytes: usize) -> Result<(), ReadError> {
         let spent = self.memory.spend(u64::try_from(bytes).unwrap_or(u64::MAX));
-        spent.map_err(|source| self.unread(source.into()))
+        spent.map_err(|source| self.read_error(source.into()))
     }
 
     /// Checks that a buffer was recorded with this program's layout.
-    fn is_ours(&self, buffer: Buffer, schema: u16) -> Result<(), ReadError> {
+    fn check_layout(&self, buffer: Buffer, schema: u16) -> Result<(), ReadError> {
         let (found, text) = match self.schemas.get(&schema) {
             Some((name, text)) => (name.as_str(), text.as_slice()),
             None => ("a schema that is not there", &[][..]),

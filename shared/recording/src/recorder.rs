@@ -10,19 +10,19 @@ use clock::Duration;
 use crossbeam::channel::{Receiver, RecvTimeoutError, Sender, TrySendError, bounded};
 use folder::Output;
 use transport::janitor::is_claimed;
-use transport::{Delivery, Domain, Node, Queues};
+use transport::{Domain, Node, OverflowPolicy, Queues};
 
-use crate::room::lacking;
-use crate::{Buffer, Counts, Frame, Inlets, Last, RecordError, Ring, Subject, Writer};
+use crate::disk_space::missing_space;
+use crate::{Buffer, BufferSubscribers, Counts, Frame, RecordError, Ring, RingSnapshot, Subject, Writer};
 
 /// Polling interval of the topics; a queue of four frames at 1 kHz does not fill within it.
-const LOOK_EVERY: Duration = Duration::from_millis(2);
+const POLL_INTERVAL: Duration = Duration::from_millis(2);
 /// Polling interval for new topics, and for the end of the robot.
-const FIND_EVERY: Duration = Duration::from_millis(250);
+const DISCOVERY_INTERVAL: Duration = Duration::from_millis(250);
 /// Flush interval of the file.
-const FLUSH_EVERY: Duration = Duration::from_millis(500);
+const FLUSH_INTERVAL: Duration = Duration::from_millis(500);
 /// Capacity of the queue between the threads, in frames: two seconds of a robot with one partner.
-const WAITING: usize = 4096;
+const QUEUE_FRAMES: usize = 4096;
 
 /// Records a running robot until stopped: into a file, or the most recent frames into memory.
 ///
@@ -49,10 +49,10 @@ const WAITING: usize = 4096;
 #[derive(Debug)]
 pub struct Recorder {
     shared: Arc<Shared>,
-    taker: Option<Joined>,
-    keeper: Option<Joined>,
+    taker: Option<WorkerHandle>,
+    keeper: Option<WorkerHandle>,
     /// Requests the frames kept in memory; `None` when recording into a file.
-    asks: Option<Sender<Asker>>,
+    asks: Option<Sender<SnapshotRequest>>,
 }
 
 #[derive(Debug, Default)]
@@ -63,10 +63,10 @@ struct Shared {
 }
 
 /// The requester of the frames kept in memory.
-type Asker = Sender<io::Result<Last>>;
+type SnapshotRequest = Sender<io::Result<RingSnapshot>>;
 
 /// A thread and its result.
-type Joined = JoinHandle<Result<(), RecordError>>;
+type WorkerHandle = JoinHandle<Result<(), RecordError>>;
 
 impl Shared {
     /// Runs a thread's body and marks its end.
@@ -91,8 +91,8 @@ impl Recorder {
     /// no file is left.
     pub fn start(domain: &Domain, subject: Subject, output: &Output) -> Result<Self, RecordError> {
         let file = output.path().to_owned();
-        if let Some(bytes) = lacking(&file, 0) {
-            return Err(RecordError::Room { file, bytes });
+        if let Some(bytes) = missing_space(&file, 0) {
+            return Err(RecordError::DiskFull { file, bytes });
         }
         let out = match output.create() {
             Ok(out) => out,
@@ -129,18 +129,18 @@ impl Recorder {
 
     fn begin(
         domain: &Domain,
-        asks: Option<Sender<Asker>>,
-        keep: impl FnOnce(Arc<Shared>, Receiver<Frame>, Sender<()>) -> Result<Joined, RecordError>,
+        asks: Option<Sender<SnapshotRequest>>,
+        keep: impl FnOnce(Arc<Shared>, Receiver<Frame>, Sender<()>) -> Result<WorkerHandle, RecordError>,
     ) -> Result<Self, RecordError> {
         let shared = Arc::new(Shared::default());
-        let (to, from) = bounded(WAITING);
+        let (to, from) = bounded(QUEUE_FRAMES);
         let (ready, began) = bounded(1);
         let keeper = keep(Arc::clone(&shared), from, ready)?;
         let mut recorder = Self { shared: Arc::clone(&shared), taker: None, keeper: Some(keeper), asks };
         recorder.await_begin(&began)?;
         let (ready, began) = bounded(1);
         let domain = domain.clone();
-        let taking = Taking { shared, to };
+        let taking = FrameTaker { shared, to };
         recorder.taker = Some(thread("recorder", move || taking.run(&domain, &ready))?);
         recorder.await_begin(&began)?;
         Ok(recorder)
@@ -161,7 +161,7 @@ impl Recorder {
     /// # Errors
     ///
     /// It records into a file ([`Self::start`]), or has ended.
-    pub fn last(&self) -> Result<Last, RecordError> {
+    pub fn last(&self) -> Result<RingSnapshot, RecordError> {
         let gone = || RecordError::Thread("it keeps nothing in memory (any more)".to_owned());
         let asks = self.asks.as_ref().ok_or_else(gone)?;
         let (to, answer) = bounded(1);
@@ -196,7 +196,7 @@ impl Recorder {
     fn end(&mut self) -> Result<(), RecordError> {
         self.shared.stop.store(true, Ordering::Release);
         self.asks = None;
-        let joined = |thread: Option<Joined>| match thread.map(JoinHandle::join) {
+        let joined = |thread: Option<WorkerHandle>| match thread.map(JoinHandle::join) {
             Some(Ok(outcome)) => outcome,
             Some(Err(_panicked)) => Err(RecordError::Thread("it panicked".to_owned())),
             None => Ok(()),
@@ -223,39 +223,39 @@ fn thread<T: Send + 'static>(
 }
 
 /// The thread that takes frames from shared memory.
-struct Taking {
+struct FrameTaker {
     shared: Arc<Shared>,
     to: Sender<Frame>,
 }
 
-impl Taking {
+impl FrameTaker {
     fn run(self, domain: &Domain, ready: &Sender<()>) -> Result<(), RecordError> {
         self.shared.ending(|| self.take(domain, ready))
     }
 
     fn take(&self, domain: &Domain, ready: &Sender<()>) -> Result<(), RecordError> {
         // Each topic has its own queue size; these are only the defaults.
-        let queues = Queues { frames: 1, delivery: Delivery::Newest };
+        let queues = Queues { frames: 1, overflow_policy: OverflowPolicy::DropOldest };
         let mut node = Node::join(domain, "recorder", 1, queues)?;
         // Refuse publishers that the roster does not list. Without a supervisor nothing is refused.
         let _no_supervisor = node.follow_roster();
-        let mut inlets = Inlets::none();
-        inlets.find(&node)?;
+        let mut subscribers = BufferSubscribers::none();
+        subscribers.find(&node)?;
         let _waits = ready.send(());
-        let mut find_at = clock::now() + FIND_EVERY;
+        let mut find_at = clock::now() + DISCOVERY_INTERVAL;
         let mut is_refused = false;
         // Frames dropped because the queue to the file was full, by buffer.
         let mut lost = BTreeMap::<Buffer, u64>::new();
         loop {
             let is_last = self.shared.stop.load(Ordering::Acquire);
             let mut is_gone = false;
-            inlets.take(|frame| match self.to.try_send(frame) {
+            subscribers.take(|frame| match self.to.try_send(frame) {
                 Ok(()) => {}
                 Err(TrySendError::Full(frame)) => *lost.entry(frame.buffer).or_default() += 1,
                 Err(TrySendError::Disconnected(_)) => is_gone = true,
             })?;
             self.shared.count(|counts| {
-                for (buffer, drops) in inlets.drops() {
+                for (buffer, drops) in subscribers.drops() {
                     counts.set_dropped(buffer, drops + lost.get(&buffer).copied().unwrap_or(0));
                 }
             });
@@ -264,18 +264,18 @@ impl Taking {
                 return Ok(());
             }
             if now >= find_at {
-                find_at = now + FIND_EVERY;
+                find_at = now + DISCOVERY_INTERVAL;
                 if !is_claimed(domain) {
                     return Ok(());
                 }
                 // While a robot ends its topics disappear one by one, so an error counts only the second time.
-                match inlets.find(&node) {
+                match subscribers.find(&node) {
                     Err(error) if is_refused => return Err(error.into()),
                     found => is_refused = found.is_err(),
                 }
             }
             // Polling needs no fixed phase.
-            clock::sleep_until(now + LOOK_EVERY);
+            clock::sleep_until(now + POLL_INTERVAL);
         }
     }
 }
@@ -292,10 +292,10 @@ fn keep_in_file(
     let failed = |source: io::Error| RecordError::Write { file: file.to_owned(), source };
     let mut writer = Writer::new(out, subject).map_err(|error| error.of(file))?;
     let _waits = ready.send(());
-    let mut flush_at = clock::now() + FLUSH_EVERY;
+    let mut flush_at = clock::now() + FLUSH_INTERVAL;
     let mut left = None;
     while left.is_none() {
-        match from.recv_timeout(FLUSH_EVERY) {
+        match from.recv_timeout(FLUSH_INTERVAL) {
             Ok(frame) => {
                 writer.write(&frame).map_err(failed)?;
                 shared.count(|counts| counts.written(frame.buffer));
@@ -306,15 +306,15 @@ fn keep_in_file(
         let now = clock::now();
         if now >= flush_at {
             writer.flush().map_err(failed)?;
-            left = lacking(file, 0);
-            flush_at = now + FLUSH_EVERY;
+            left = missing_space(file, 0);
+            flush_at = now + FLUSH_INTERVAL;
         }
     }
     shared.count(|counts| {
         counts.iter().for_each(|(buffer, count)| writer.set_dropped(buffer, count.dropped));
     });
     writer.finish().map_err(failed)?;
-    left.map_or(Ok(()), |bytes| Err(RecordError::Room { file: file.to_owned(), bytes }))
+    left.map_or(Ok(()), |bytes| Err(RecordError::DiskFull { file: file.to_owned(), bytes }))
 }
 
 /// Keeps frames in memory until no request can come any more. It outlives the sender, because a request after the end
@@ -323,7 +323,7 @@ fn keep_in_memory(
     shared: &Shared,
     from: &Receiver<Frame>,
     mut ring: Ring,
-    asked: &Receiver<Asker>,
+    asked: &Receiver<SnapshotRequest>,
     ready: &Sender<()>,
 ) -> Result<(), RecordError> {
     let failed = |source| RecordError::Write { file: "memory".into(), source };

@@ -7,9 +7,9 @@ use std::sync::Arc;
 use clock::Duration;
 use folder::Output;
 
-use crate::blocks::Blocks;
-use crate::room::lacking;
-use crate::{Frame, NotBegun, ReadError, Reader, RecordError, Subject, Writer};
+use crate::blocks::BlockBuffer;
+use crate::disk_space::missing_space;
+use crate::{Frame, ReadError, Reader, RecordError, StartError, Subject, Writer};
 
 /// Duration of one part, the unit of eviction.
 const PART_NS: u64 = 2_000_000_000;
@@ -23,26 +23,26 @@ pub struct Ring {
     span_ns: u64,
     bytes_most: usize,
     parts: VecDeque<Part>,
-    present: Option<Present>,
+    present: Option<OpenPart>,
 }
 
 /// A completed part: a small recording of raw frames.
 #[derive(Clone, Debug)]
 struct Part {
     newest_ns: u64,
-    bytes: Arc<Blocks>,
+    bytes: Arc<BlockBuffer>,
 }
 
 /// The part being written.
-struct Present {
+struct OpenPart {
     began_ns: u64,
     newest_ns: u64,
-    writer: Writer<Blocks>,
+    writer: Writer<BlockBuffer>,
 }
 
 /// A snapshot of a ring.
 #[derive(Clone, Debug)]
-pub struct Last {
+pub struct RingSnapshot {
     subject: Subject,
     parts: Vec<Part>,
 }
@@ -62,7 +62,7 @@ impl Ring {
     ///
     /// Compression failed.
     pub fn push(&mut self, frame: &Frame) -> io::Result<()> {
-        let is_over = |present: &Present| frame.at_ns.abs_diff(present.began_ns) >= PART_NS;
+        let is_over = |present: &OpenPart| frame.at_ns.abs_diff(present.began_ns) >= PART_NS;
         if self.present.as_ref().is_some_and(is_over) {
             self.close()?;
         }
@@ -70,10 +70,10 @@ impl Ring {
         self.forget(frame.at_ns);
         let present = match &mut self.present {
             Some(present) => present,
-            empty => empty.insert(Present {
+            empty => empty.insert(OpenPart {
                 began_ns: frame.at_ns,
                 newest_ns: frame.at_ns,
-                writer: Writer::raw(Blocks::default(), &self.subject)?,
+                writer: Writer::raw(BlockBuffer::default(), &self.subject)?,
             }),
         };
         present.newest_ns = present.newest_ns.max(frame.at_ns);
@@ -88,7 +88,7 @@ impl Ring {
     }
 
     fn close(&mut self) -> io::Result<()> {
-        if let Some(Present { newest_ns, writer, .. }) = self.present.take() {
+        if let Some(OpenPart { newest_ns, writer, .. }) = self.present.take() {
             let bytes = Arc::new(writer.finish()?);
             self.parts.push_back(Part { newest_ns, bytes });
             while self.bytes() > self.bytes_most {
@@ -103,9 +103,9 @@ impl Ring {
     /// # Errors
     ///
     /// Compression failed.
-    pub fn last(&mut self) -> io::Result<Last> {
+    pub fn last(&mut self) -> io::Result<RingSnapshot> {
         self.close()?;
-        Ok(Last { subject: self.subject.clone(), parts: self.parts.iter().cloned().collect() })
+        Ok(RingSnapshot { subject: self.subject.clone(), parts: self.parts.iter().cloned().collect() })
     }
 
     /// Allocated memory in bytes, without the newest two seconds.
@@ -123,10 +123,10 @@ impl std::fmt::Debug for Ring {
 
 /// Why a snapshot was not written.
 #[derive(Debug, thiserror::Error)]
-pub enum NotSaved {
+pub enum SaveError {
     /// The recording was not begun.
     #[error(transparent)]
-    Begin(#[from] NotBegun),
+    Begin(#[from] StartError),
     /// It cannot be written.
     #[error(transparent)]
     Write(#[from] io::Error),
@@ -135,7 +135,7 @@ pub enum NotSaved {
     Read(#[from] ReadError),
 }
 
-impl Last {
+impl RingSnapshot {
     /// Only the newest `span` of it, and up to two seconds more.
     #[must_use]
     pub fn newest(mut self, span: Duration) -> Self {
@@ -158,37 +158,39 @@ impl Last {
     ///
     /// The file cannot be created or written, or its disk has no space for all of it. No file is left then.
     pub fn write(&self, output: &Output) -> Result<u64, RecordError> {
-        self.write_sparing(output, lacking)
+        self.write_sparing(output, missing_space)
     }
 
-    /// The same, with `lacking` as the check for disk space for a number of bytes. Messages for viewers are generated
+    /// The same, with `missing_space` as the check for disk space for a number of bytes. Messages for viewers are generated
     /// only while writing, so the final size is not known in advance.
     fn write_sparing(
         &self,
         output: &Output,
-        lacking: impl Fn(&Path, u64) -> Option<u64>,
+        missing_space: impl Fn(&Path, u64) -> Option<u64>,
     ) -> Result<u64, RecordError> {
         let file = output.path().to_owned();
         // The file will be larger than the raw parts. Refuse early, so that an existing file is not overwritten in
         // vain.
         let size: usize = self.parts.iter().map(|part| part.bytes.bytes()).sum();
-        if let Some(bytes) = lacking(&file, u64::try_from(size).unwrap_or(u64::MAX)) {
-            return Err(RecordError::Unsaved { file, bytes });
+        if let Some(bytes) = missing_space(&file, u64::try_from(size).unwrap_or(u64::MAX)) {
+            return Err(RecordError::SnapshotTooLarge { file, bytes });
         }
         let out = match output.create() {
             Ok(out) => out,
             Err(source) => return Err(RecordError::Create { file, source }),
         };
-        let mut sparing = Sparing { out, lacks: |more| lacking(&file, more), left: None };
+        let mut sparing = SpaceLimitedFile { out, lacks: |more| missing_space(&file, more), left: None };
         let saved = self.save(&mut sparing).map(|(_, frames)| frames);
         let left = sparing.left;
         saved.map_err(|error| {
             output.remove();
             match (error, left) {
-                (_, Some(bytes)) => RecordError::Unsaved { file, bytes },
-                (NotSaved::Begin(error), None) => error.of(&file),
-                (NotSaved::Write(source), None) => RecordError::Write { file, source },
-                (NotSaved::Read(error), None) => RecordError::Write { file, source: io::Error::other(error) },
+                (_, Some(bytes)) => RecordError::SnapshotTooLarge { file, bytes },
+                (SaveError::Begin(error), None) => error.of(&file),
+                (SaveError::Write(source), None) => RecordError::Write { file, source },
+                (SaveError::Read(error), None) => {
+                    RecordError::Write { file, source: io::Error::other(error) }
+                }
             }
         })
     }
@@ -199,7 +201,7 @@ impl Last {
     /// # Errors
     ///
     /// It cannot be written.
-    pub fn save<W: Write>(&self, out: W) -> Result<(W, u64), NotSaved> {
+    pub fn save<W: Write>(&self, out: W) -> Result<(W, u64), SaveError> {
         let mut writer = Writer::new(out, &self.subject)?;
         for part in &self.parts {
             for frame in Reader::new(part.bytes.reading(), "what was kept")? {
@@ -212,14 +214,14 @@ impl Last {
 }
 
 /// A file that fails once its disk would have less free space than it must leave.
-struct Sparing<L> {
+struct SpaceLimitedFile<L> {
     out: File,
     lacks: L,
     /// The free space that must be left, set once there is no more to spare.
     left: Option<u64>,
 }
 
-impl<L: Fn(u64) -> Option<u64>> Write for Sparing<L> {
+impl<L: Fn(u64) -> Option<u64>> Write for SpaceLimitedFile<L> {
     fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
         self.left = self.left.or_else(|| (self.lacks)(u64::try_from(bytes.len()).unwrap_or(u64::MAX)));
         if self.left.is_some() { Err(io::ErrorKind::StorageFull.into()) } else { self.out.write(bytes) }
@@ -242,7 +244,7 @@ mod tests {
     use crate::{Buffer, Time};
 
     #[test]
-    fn what_was_kept_is_written_whole_with_all_that_viewers_are_shown_or_not_at_all() {
+    fn a_snapshot_is_written_completely_or_not_at_all() {
         const LEFT: u64 = 7_000_000;
         let subject = Subject::load(None, Time::Wall, None, Pose::identity(), "a test").unwrap();
         let mut ring = Ring::new(subject, Duration::from_secs(60), usize::MAX);
@@ -271,7 +273,7 @@ mod tests {
         assert_eq!(on(whole).unwrap(), 2000);
         fs::remove_file(&file).unwrap();
         let error = on(whole - 1).unwrap_err();
-        assert!(matches!(error, RecordError::Unsaved { bytes: LEFT, .. }), "{error}");
+        assert!(matches!(error, RecordError::SnapshotTooLarge { bytes: LEFT, .. }), "{error}");
         assert!(!file.exists(), "a part of it lies about");
         // A shortage known in advance does not destroy an existing file.
         fs::write(&file, "").unwrap();

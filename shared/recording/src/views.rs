@@ -16,7 +16,7 @@ use crate::marker::{Form, Marker, markers, pose};
 use crate::{Buffer, Frame};
 
 /// Minimum interval between pictures of a buffer, in nanoseconds; the raw channels contain every frame.
-const PICTURE_EVERY_NS: u64 = 20_000_000;
+const MIN_PICTURE_INTERVAL_NS: u64 = 20_000_000;
 /// The frame of the room.
 const WORLD: &str = "world";
 /// The severity of log messages.
@@ -130,7 +130,7 @@ impl Views {
     fn is_due(&mut self, frame: &Frame) -> bool {
         let known = self.pictured_ns.iter_mut().find(|(buffer, _)| *buffer == frame.buffer);
         match known {
-            Some((_, last)) if frame.at_ns.abs_diff(*last) < PICTURE_EVERY_NS => false,
+            Some((_, last)) if frame.at_ns.abs_diff(*last) < MIN_PICTURE_INTERVAL_NS => false,
             Some((_, last)) => {
                 *last = frame.at_ns;
                 true

@@ -8,7 +8,7 @@ use mcap::write::NoSeek;
 use mcap::{Attachment, Compression, McapResult, WriteOptions};
 
 use crate::about::{ABOUT, About};
-use crate::fused::Fused;
+use crate::fail_fast_writer::FailFastWriter;
 use crate::views::Views;
 use crate::{Buffer, Counts, Frame, RecordError, Subject};
 
@@ -25,7 +25,7 @@ const CHUNK_BYTES: u64 = 4 << 20;
 
 /// Writes a recording frame by frame. Deterministic: equal frames give equal bytes.
 pub struct Writer<W: Write> {
-    out: mcap::Writer<NoSeek<Fused<W>>>,
+    out: mcap::Writer<NoSeek<FailFastWriter<W>>>,
     /// `None` for the parts of a ring, which no viewer opens.
     views: Option<Views>,
     raw: BTreeMap<Buffer, u16>,
@@ -40,7 +40,7 @@ impl<W: Write> Writer<W> {
     /// # Errors
     ///
     /// It cannot be written.
-    pub fn new(out: W, subject: &Subject) -> Result<Self, NotBegun> {
+    pub fn new(out: W, subject: &Subject) -> Result<Self, StartError> {
         let views = Views::new(&subject.robot, &subject.x_world_base)?;
         let mut writer = Self::over(out, Some(views))?;
         writer.begin(subject).map_err(failed)?;
@@ -71,7 +71,7 @@ impl<W: Write> Writer<W> {
             }
         };
         Ok(Self {
-            out: options.create(NoSeek::new(Fused::new(out))).map_err(failed)?,
+            out: options.create(NoSeek::new(FailFastWriter::new(out))).map_err(failed)?,
             views,
             raw: BTreeMap::new(),
             shown: BTreeMap::new(),
@@ -202,7 +202,7 @@ impl<W: Write> std::fmt::Debug for Writer<W> {
 
 /// Why a recording could not be started.
 #[derive(Debug, thiserror::Error)]
-pub enum NotBegun {
+pub enum StartError {
     /// The body for viewers is invalid.
     #[error(transparent)]
     Body(#[from] BodyError),
@@ -211,7 +211,7 @@ pub enum NotBegun {
     Write(#[from] io::Error),
 }
 
-impl NotBegun {
+impl StartError {
     /// The error for a file.
     #[must_use]
     pub fn of(self, file: &Path) -> RecordError {

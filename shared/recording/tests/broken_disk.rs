@@ -13,7 +13,7 @@ use std::rc::Rc;
 use clock::Duration;
 use geometry::Pose;
 use message::{Header, JointCause, JointMode, JointState, JointStates};
-use recording::{Buffer, Frame, NotBegun, NotSaved, ReadError, Reader, Ring, Subject, Time, Writer};
+use recording::{Buffer, Frame, ReadError, Reader, Ring, SaveError, StartError, Subject, Time, Writer};
 
 /// How a disk fails.
 #[derive(Clone, Copy, Debug)]
@@ -98,8 +98,8 @@ fn frames() -> Vec<Frame> {
 /// Writes a whole recording to a disk.
 fn written(disk: Disk, frames: &[Frame]) -> Result<(), io::Error> {
     let writer = Writer::new(disk, &subject()).map_err(|error| match error {
-        NotBegun::Write(error) => error,
-        NotBegun::Body(error) => io::Error::other(error),
+        StartError::Write(error) => error,
+        StartError::Body(error) => io::Error::other(error),
     });
     let mut writer = writer?;
     frames.iter().try_for_each(|frame| writer.write(frame).and_then(|()| writer.flush()))?;
@@ -120,7 +120,7 @@ fn assert_prefix(bytes: &[u8], frames: &[Frame], what: &str) -> usize {
 }
 
 #[test]
-fn a_disk_that_fails_at_any_call_is_told_and_what_was_flushed_before_can_be_read() {
+fn a_write_error_is_reported_and_flushed_frames_stay_readable() {
     let frames = frames();
     for fault in [
         Fault::Lasting(ErrorKind::StorageFull),
@@ -161,7 +161,7 @@ fn a_disk_that_fails_at_any_call_is_told_and_what_was_flushed_before_can_be_read
 }
 
 #[test]
-fn what_the_black_box_holds_outlives_a_disk_that_fails_at_any_call() {
+fn a_ring_survives_a_failing_disk() {
     let frames = frames();
     let mut ring = Ring::new(subject(), Duration::from_secs(60), usize::MAX);
     frames.iter().for_each(|frame| ring.push(frame).expect("compresses"));
@@ -174,7 +174,7 @@ fn what_the_black_box_holds_outlives_a_disk_that_fails_at_any_call() {
             break;
         }
         let error = saved.map(drop).expect_err("it failed");
-        assert!(matches!(error, NotSaved::Write(_) | NotSaved::Begin(NotBegun::Write(_))), "{error}");
+        assert!(matches!(error, SaveError::Write(_) | SaveError::Begin(StartError::Write(_))), "{error}");
         assert_prefix(&disk.bytes.borrow(), &frames, &format!("call {fails_at}"));
     }
     // The snapshot is kept, and can be written elsewhere.
@@ -184,7 +184,7 @@ fn what_the_black_box_holds_outlives_a_disk_that_fails_at_any_call() {
 }
 
 #[test]
-fn a_disk_that_fails_while_it_is_read_is_told_after_what_was_read() {
+fn a_read_error_is_reported_after_the_frames_read() {
     let frames = frames();
     let disk = Disk::new(usize::MAX, Fault::Short);
     written(disk.clone(), &frames).expect("writes");

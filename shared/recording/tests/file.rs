@@ -68,7 +68,7 @@ fn read(bytes: &[u8]) -> (Vec<Frame>, bool, Option<ReadError>) {
 }
 
 #[test]
-fn what_was_written_is_read_and_the_same_frames_are_the_same_bytes() {
+fn recordings_round_trip_and_are_deterministic() {
     let frames = frames();
     let bytes = written(&frames, Time::Lockstep);
     assert!(bytes == written(&frames, Time::Lockstep));
@@ -110,7 +110,7 @@ fn a_file_cut_at_any_byte_is_an_error_or_a_prefix() {
 }
 
 #[test]
-fn what_is_no_recording_is_one_error() {
+fn a_file_that_is_no_recording_is_refused() {
     let said = |bytes: &[u8]| read(bytes).2.expect("is refused").to_string();
     assert!(said(b"").starts_with("x.mcap is no recording of Leo: it ends after 0 bytes"));
     assert!(said(b"[leo]\nrate = 5\nand more of this").contains("is no recording of Leo"));
@@ -162,7 +162,7 @@ fn frames_of_another_layout_are_refused_with_both_versions() {
 }
 
 #[test]
-fn a_schema_says_every_field_with_its_place() {
+fn a_schema_lists_every_field_with_its_offset() {
     let schema = Buffer::Beliefs(0).schema();
     for line in [
         "head: leo/BeliefHead/2",

@@ -52,7 +52,7 @@ impl Watched {
             Frame { buffer: Buffer::Scene, at_ns, sequence: self.sequence, bytes }
         };
         let part: Vec<Frame> = (0..FRAMES).map(frame).collect();
-        let (pushed, pieces) = testkit::by_size_in(|| {
+        let (pushed, pieces) = testkit::blocks_by_size_in(|| {
             part.iter().try_for_each(|frame| self.ring.push(frame))?;
             self.ring.last().map(drop)
         });
@@ -82,7 +82,7 @@ fn bytes(pieces: &BTreeMap<usize, i64>) -> usize {
 }
 
 #[test]
-fn a_ring_takes_for_what_comes_what_it_gives_back_of_what_it_forgets() {
+fn a_ring_reuses_the_memory_of_evicted_parts() {
     let mut watched = Watched::new(usize::MAX);
     // A little more than a minute of incompressible frames.
     (0..40).for_each(|_| watched.push(BYTES));
@@ -102,7 +102,7 @@ fn a_ring_takes_for_what_comes_what_it_gives_back_of_what_it_forgets() {
 }
 
 #[test]
-fn a_ring_takes_no_more_than_it_may() {
+fn a_ring_respects_its_memory_limit() {
     const MOST: usize = 3_000_000;
     let mut watched = Watched::new(MOST);
     let mut most = 0;

@@ -3,7 +3,7 @@ use mcap::McapError;
 use mcap::records::{ChunkHeader, Record, op};
 use mcap::sans_io::{LinearReadEvent, LinearReader, LinearReaderOptions};
 
-use crate::{LONGEST, RecordsError, Wanted};
+use crate::{MAX_RECORD_BYTES, RecordFilter, RecordsError};
 
 /// Minimum cost of a record in bytes, because millions of empty records take time.
 const RECORD_COST: u64 = 256;
@@ -21,9 +21,9 @@ pub(crate) struct OpenChunk {
 }
 
 /// Result of reading from a chunk.
-pub(crate) enum Next {
+pub(crate) enum ChunkEvent {
     Record(Record<'static>),
-    Passed,
+    Skipped,
     End,
 }
 
@@ -33,7 +33,7 @@ impl OpenChunk {
             .with_skip_start_magic(true)
             .with_skip_end_magic(true)
             .with_prevalidate_chunk_crcs(true)
-            .with_record_length_limit(LONGEST);
+            .with_record_length_limit(MAX_RECORD_BYTES);
         Self { records: LinearReader::new_with_options(options), left: None }
     }
 
@@ -49,7 +49,7 @@ impl OpenChunk {
             budget.spend(uncompressed_size)?;
             uncompressed_size
         };
-        if usize::try_from(expanded).map_or(true, |expanded| expanded > LONGEST) {
+        if usize::try_from(expanded).map_or(true, |expanded| expanded > MAX_RECORD_BYTES) {
             return Err(McapError::ChunkTooLarge(expanded).into());
         }
         // A later version of the format may add fields after the records. They are cut off, so that no record
@@ -66,9 +66,13 @@ impl OpenChunk {
         Ok(uncompressed_crc != 0 || expanded == 0)
     }
 
-    /// The next record; [`Next::End`] if no chunk is open.
-    pub(crate) fn next(&mut self, wanted: Wanted, budget: &mut Budget) -> Result<Next, RecordsError> {
-        let Some(left) = self.left else { return Ok(Next::End) };
+    /// The next record; [`ChunkEvent::End`] if no chunk is open.
+    pub(crate) fn next(
+        &mut self,
+        wanted: RecordFilter,
+        budget: &mut Budget,
+    ) -> Result<ChunkEvent, RecordsError> {
+        let Some(left) = self.left else { return Ok(ChunkEvent::End) };
         match self.records.next_event() {
             Some(Ok(LinearReadEvent::Record { opcode, data })) => {
                 let length = u64::try_from(OPCODE + LENGTH + data.len()).unwrap_or(u64::MAX);
@@ -78,12 +82,12 @@ impl OpenChunk {
                 if opcode == op::CHUNK {
                     return Err(McapError::UnexpectedEoc.into());
                 }
-                Ok(wanted.parse(opcode, data)?.map_or(Next::Passed, Next::Record))
+                Ok(wanted.parse(opcode, data)?.map_or(ChunkEvent::Skipped, ChunkEvent::Record))
             }
             // The reader asks for the next chunk.
             Some(Ok(LinearReadEvent::ReadRequest(_))) if left == 0 => {
                 self.left = None;
-                Ok(Next::End)
+                Ok(ChunkEvent::End)
             }
             Some(Ok(LinearReadEvent::ReadRequest(_))) | None => Err(McapError::UnexpectedEoc.into()),
             Some(Err(error)) => Err(error.into()),

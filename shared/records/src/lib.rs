@@ -10,8 +10,8 @@ mod parse;
 mod reader;
 
 pub use error::{RecordsError, Unchecked};
-pub use parse::Wanted;
+pub use parse::RecordFilter;
 pub use reader::Records;
 
 /// Maximum length of a record or a decompressed chunk in bytes. A longer one counts as damaged.
-pub const LONGEST: usize = 64 << 20;
+pub const MAX_RECORD_BYTES: usize = 64 << 20;

@@ -11,7 +11,7 @@ const LONGEST_TEXT: usize = 4 << 20;
 
 /// The kinds of records to return; all others are skipped. Channels and messages are always returned.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Wanted {
+pub struct RecordFilter {
     /// The header.
     pub header: bool,
     /// Schemas.
@@ -22,7 +22,7 @@ pub struct Wanted {
     pub attachments: bool,
 }
 
-impl Wanted {
+impl RecordFilter {
     /// Parses a record; `None` if it is not wanted.
     pub(crate) fn parse(self, opcode: u8, data: &[u8]) -> Result<Option<Record<'static>>, RecordsError> {
         let (is_wanted, longest) = match opcode {
@@ -78,11 +78,11 @@ mod tests {
         }
         whole.extend(0_u64.to_le_bytes());
         whole.extend([0; 4]);
-        let wanted = Wanted { attachments: true, ..Wanted::default() };
+        let wanted = RecordFilter { attachments: true, ..RecordFilter::default() };
         assert!(wanted.parse(op::ATTACHMENT, &whole).unwrap().is_some());
         for length in 0..whole.len() {
             assert!(wanted.parse(op::ATTACHMENT, &whole[..length]).is_err(), "{length}");
         }
-        assert!(Wanted::default().parse(op::ATTACHMENT, &whole).unwrap().is_none());
+        assert!(RecordFilter::default().parse(op::ATTACHMENT, &whole).unwrap().is_none());
     }
 }

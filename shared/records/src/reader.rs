@@ -5,8 +5,8 @@ use mcap::McapError;
 use mcap::records::{Record, op};
 use mcap::sans_io::{LinearReadEvent, LinearReader, LinearReaderOptions};
 
-use crate::chunk::{Next, OpenChunk};
-use crate::{LONGEST, RecordsError, Unchecked, Wanted};
+use crate::chunk::{ChunkEvent, OpenChunk};
+use crate::{MAX_RECORD_BYTES, RecordFilter, RecordsError, Unchecked};
 
 /// Read size in bytes: memory for a record grows with the data read, not with the declared length.
 const PIECE: usize = 256 << 10;
@@ -14,7 +14,7 @@ const PIECE: usize = 256 << 10;
 /// Reads the records of an MCAP file from its beginning to its end.
 pub struct Records<R> {
     source: R,
-    wanted: Wanted,
+    wanted: RecordFilter,
     /// Returns chunks as a whole.
     file: LinearReader,
     chunk: OpenChunk,
@@ -27,14 +27,15 @@ pub struct Records<R> {
 /// Result of one step.
 enum Step {
     Record(Record<'static>),
-    Passed,
+    Skipped,
     End,
 }
 
 impl<R: Read> Records<R> {
     /// The records of `source`: messages, channels, and the kinds in `wanted`.
-    pub fn new(source: R, wanted: Wanted) -> Self {
-        let options = LinearReaderOptions::default().with_emit_chunks(true).with_record_length_limit(LONGEST);
+    pub fn new(source: R, wanted: RecordFilter) -> Self {
+        let options =
+            LinearReaderOptions::default().with_emit_chunks(true).with_record_length_limit(MAX_RECORD_BYTES);
         Self {
             source,
             wanted,
@@ -56,7 +57,7 @@ impl<R: Read> Records<R> {
         while !self.has_ended {
             match self.step() {
                 Ok(Step::Record(record)) => return Ok(Some(record)),
-                Ok(Step::Passed) => {}
+                Ok(Step::Skipped) => {}
                 Ok(Step::End) => self.has_ended = true,
                 Err(error) => {
                     self.has_ended = true;
@@ -87,22 +88,22 @@ impl<R: Read> Records<R> {
 
     fn step(&mut self) -> Result<Step, RecordsError> {
         match self.chunk.next(self.wanted, &mut self.budget)? {
-            Next::Record(record) => return Ok(Step::Record(record)),
-            Next::Passed => return Ok(Step::Passed),
-            Next::End => {}
+            ChunkEvent::Record(record) => return Ok(Step::Record(record)),
+            ChunkEvent::Skipped => return Ok(Step::Skipped),
+            ChunkEvent::End => {}
         }
         match self.file.next_event() {
             None => Ok(Step::End),
-            Some(Ok(LinearReadEvent::ReadRequest(wanted))) => self.read(wanted).map(|()| Step::Passed),
+            Some(Ok(LinearReadEvent::ReadRequest(wanted))) => self.read(wanted).map(|()| Step::Skipped),
             Some(Ok(LinearReadEvent::Record { opcode: op::CHUNK, data })) => {
                 let is_checked = self.chunk.open(data, &mut self.budget)?;
                 self.count(is_checked);
-                Ok(Step::Passed)
+                Ok(Step::Skipped)
             }
             Some(Ok(LinearReadEvent::Record { opcode, data })) => {
                 let record = self.wanted.parse(opcode, data)?;
                 self.count(opcode != op::MESSAGE);
-                Ok(record.map_or(Step::Passed, Step::Record))
+                Ok(record.map_or(Step::Skipped, Step::Record))
             }
             Some(Err(McapError::UnexpectedEof)) => {
                 self.is_cut = true;

@@ -70,7 +70,7 @@ fn compare(things: &[Box3], walls: &[Box3]) {
     let mut sight = Sight::new(Pose::identity(), cone, &occluders);
     for _ in 0..looks.clamp(50, 4000) {
         let started = clock::now();
-        sight.look(&x_base_eye, &occluders);
+        sight.update_view(&x_base_eye, &occluders);
         seen = things
             .iter()
             .map(|(pose, half)| black_box(&sight).visible_share(pose, *half, Samples::Corners))

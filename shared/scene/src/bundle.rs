@@ -4,7 +4,7 @@ use nalgebra::Vector3;
 use quantity::number::single;
 
 use crate::Samples;
-use crate::occluders::{Occluder, TOUCHING_M};
+use crate::occluders::{CONTACT_MARGIN_M, Occluder};
 use crate::samples::Fours;
 
 /// Margin for rounding, in metres and as a share of the distances. Rays that pass the sides of a box more closely are
@@ -13,10 +13,10 @@ use crate::samples::Fours;
 const MARGIN_M: f32 = 1e-4;
 const MARGIN: f32 = 4e-6;
 /// Smallest extent of a ray along an axis, in metres, to avoid a division by zero.
-const LEAST_M: f32 = 1e-9;
+const MIN_EXTENT_M: f32 = 1e-9;
 
 /// The rays from an eye to the sample points of a thing, in single precision.
-pub(crate) struct Bundle {
+pub(crate) struct RayBundle {
     /// From the eye to the centre, along the axes of the base frame.
     centre: Vec3,
     /// From the centre to the middles of three faces.
@@ -27,7 +27,7 @@ pub(crate) struct Bundle {
 
 /// A box, prepared for the test against a bundle of rays.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Target {
+pub(crate) struct BoxTarget {
     /// The axes of the base frame in the frame of the box.
     turn: Mat3,
     /// The eye in the frame of the box.
@@ -37,13 +37,13 @@ pub(crate) struct Target {
 
 /// The rays of a bundle that a box stops, one bit each.
 #[derive(Clone, Copy, Debug, Default)]
-pub(crate) struct Stopped {
-    pub(crate) surely: u32,
-    /// A superset of `surely`. The others pass a side too closely for single precision to decide.
-    pub(crate) perhaps: u32,
+pub(crate) struct StoppedRays {
+    pub(crate) certain: u32,
+    /// A superset of `certain`. The others pass a side too closely for single precision to decide.
+    pub(crate) possible: u32,
 }
 
-impl Bundle {
+impl RayBundle {
     pub(crate) fn new(
         eye: &Position<Base>,
         x_base_thing: &Pose<Base, Thing>,
@@ -63,7 +63,7 @@ impl Bundle {
     }
 }
 
-impl Target {
+impl BoxTarget {
     pub(crate) fn new(occluder: &Occluder, eye: &Position<Thing>) -> Self {
         let turn = occluder.x_box_base().isometry().rotation.to_rotation_matrix();
         let axis = |axis: Vector3<f64>| vec3((turn * axis).into());
@@ -76,7 +76,7 @@ impl Target {
 
     /// The slab test of all rays against the box grown and shrunk by a margin. A ray that misses the grown box misses
     /// the box; a ray that hits the shrunk box hits the box.
-    pub(crate) fn stops(&self, bundle: &Bundle) -> Stopped {
+    pub(crate) fn stopped_rays(&self, bundle: &RayBundle) -> StoppedRays {
         let centre = self.turn * bundle.centre;
         let axes = bundle.axes.map(|axis| self.turn * axis);
         let distance_m = centre.length();
@@ -84,9 +84,9 @@ impl Target {
         let (grown, shrunk) = (self.half + margin, self.half - margin);
         // Near the thing's surface the exact test decides whether the box is in front.
         let nearest_m = distance_m - bundle.radius_m;
-        let reach = 1.0 - (4.0 * single(TOUCHING_M) + margin) / nearest_m;
+        let reach = 1.0 - (4.0 * single(CONTACT_MARGIN_M) + margin) / nearest_m;
         let may_stop_surely = nearest_m > 0.0 && shrunk.min_element() >= 0.0;
-        let mut stopped = Stopped::default();
+        let mut stopped = StoppedRays::default();
         for (signs, shift) in bundle.fours.iter().zip((0..).step_by(4)) {
             let mut outer = Slabs { enter: Vec4::ZERO, leave: Vec4::ONE };
             let mut inner = Slabs { enter: Vec4::ZERO, leave: Vec4::splat(reach) };
@@ -98,9 +98,9 @@ impl Target {
                 outer.cut(self.eye[axis], grown[axis], per_along);
                 inner.cut(self.eye[axis], shrunk[axis], per_along);
             }
-            stopped.perhaps |= outer.are_crossed().bitmask() << shift;
+            stopped.possible |= outer.are_crossed().bitmask() << shift;
             if may_stop_surely {
-                stopped.surely |= inner.are_crossed().bitmask() << shift;
+                stopped.certain |= inner.are_crossed().bitmask() << shift;
             }
         }
         stopped
@@ -126,7 +126,7 @@ impl Slabs {
 }
 
 fn away_from_zero(along: Vec4) -> Vec4 {
-    Vec4::select(along.abs().cmplt(Vec4::splat(LEAST_M)), Vec4::splat(LEAST_M), along)
+    Vec4::select(along.abs().cmplt(Vec4::splat(MIN_EXTENT_M)), Vec4::splat(MIN_EXTENT_M), along)
 }
 
 fn vec3(numbers: [f64; 3]) -> Vec3 {

@@ -2,7 +2,7 @@ use geometry::{Eye, Position};
 
 /// Reasons why a [`Cone`] cannot be created.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
-pub enum NoCone {
+pub enum ConeError {
     /// The half angle is not above 0 or is above pi.
     #[error("a cone of sight needs a half angle above 0 and at most pi radians, not {half_angle_rad}")]
     HalfAngle {
@@ -19,11 +19,11 @@ pub enum NoCone {
 
 /// How a ball lies relative to a cone.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Within {
-    Wholly,
-    Not,
+pub(crate) enum BallInCone {
+    Inside,
+    Outside,
     /// Partly inside, or undecided by the cheap test.
-    Partly,
+    Undecided,
 }
 
 /// Margin for rounding when a ball decides for the points in it.
@@ -42,12 +42,12 @@ impl Cone {
     /// # Errors
     ///
     /// The half angle is not in (0, pi], or the range is not finite and above zero.
-    pub fn new(half_angle_rad: f64, range_m: f64) -> Result<Self, NoCone> {
+    pub fn new(half_angle_rad: f64, range_m: f64) -> Result<Self, ConeError> {
         if !(half_angle_rad > 0.0 && half_angle_rad <= std::f64::consts::PI) {
-            return Err(NoCone::HalfAngle { half_angle_rad });
+            return Err(ConeError::HalfAngle { half_angle_rad });
         }
         if !(range_m > 0.0 && range_m.is_finite()) {
-            return Err(NoCone::Range { range_m });
+            return Err(ConeError::Range { range_m });
         }
         Ok(Self { cos_half_angle: half_angle_rad.cos(), range_m })
     }
@@ -60,9 +60,9 @@ impl Cone {
         distance <= self.range_m && forward >= self.cos_half_angle * distance
     }
 
-    /// Whether the ball around a point lies in the cone. `Wholly` and `Not` are certain.
+    /// Whether the ball around a point lies in the cone. `Inside` and `Outside` are certain.
     #[inline]
-    pub(crate) fn holds(&self, p_eye: &Position<Eye>, radius_m: f64) -> Within {
+    pub(crate) fn classify_ball(&self, p_eye: &Position<Eye>, radius_m: f64) -> BallInCone {
         let [forward, _, _] = p_eye.to_array();
         let distance = p_eye.distance(&Position::new(0.0, 0.0, 0.0));
         let radius = radius_m + SLACK_M;
@@ -74,11 +74,11 @@ impl Cone {
             (self.cos_half_angle * (distance - radius).max(0.0), self.cos_half_angle * (distance + radius))
         };
         if distance + radius <= self.range_m && forward - radius >= asked_most {
-            Within::Wholly
+            BallInCone::Inside
         } else if distance - radius > self.range_m || forward + radius < asked_least {
-            Within::Not
+            BallInCone::Outside
         } else {
-            Within::Partly
+            BallInCone::Undecided
         }
     }
 

@@ -37,7 +37,7 @@
 //! assert!(sight.sees(&Position::new(1.0, 1.7, 0.0)) && !sight.sees(&Position::new(1.0, 1.8, 0.0)));
 //!
 //! walls.add(&Pose::upright(1.0, 0.5, 0.0, 0.0), [0.01, 0.5, 1.0])?;
-//! sight.look(&Pose::identity(), &walls);
+//! sight.update_view(&Pose::identity(), &walls);
 //! let seen = |y| sight.visible_share(&Pose::upright(2.0, y, 0.0, 0.0), [0.1; 3], Samples::Corners);
 //! assert_eq!([seen(0.05), seen(-0.05)], [4.0 / 9.0, 5.0 / 9.0]);
 //! # Ok::<(), Box<dyn std::error::Error>>(())
@@ -45,13 +45,13 @@
 
 mod bundle;
 mod cone;
+mod occluder_cones;
 mod occluders;
 mod samples;
-mod shades;
 mod sight;
 
-pub use cone::{Cone, NoCone};
-pub use occluders::{NoOccluder, Occluders};
+pub use cone::{Cone, ConeError};
+pub use occluders::{OccluderError, Occluders};
 pub use samples::Samples;
 pub use sight::Sight;
 

@@ -6,11 +6,11 @@ use quantity::number::single;
 
 /// Length at the end of a line of sight that is not tested. So a block that leans on a wall is not hidden by the face
 /// that it touches.
-pub(crate) const TOUCHING_M: f64 = 1e-4;
+pub(crate) const CONTACT_MARGIN_M: f64 = 1e-4;
 
 /// Reasons why a box is not accepted as an occluder.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
-pub enum NoOccluder {
+pub enum OccluderError {
     /// The set is full.
     #[error("the set of occluders is full at {capacity}; raise its capacity")]
     Full {
@@ -75,12 +75,12 @@ impl Occluders {
         &mut self,
         x_base_box: &Pose<Base, Thing>,
         half_extents_m: [f64; 3],
-    ) -> Result<(), NoOccluder> {
+    ) -> Result<(), OccluderError> {
         if self.boxes.len() >= self.capacity {
-            return Err(NoOccluder::Full { capacity: self.capacity });
+            return Err(OccluderError::Full { capacity: self.capacity });
         }
         if !half_extents_m.iter().all(|half| *half >= 0.0 && half.is_finite()) {
-            return Err(NoOccluder::Extents { half_extents_m });
+            return Err(OccluderError::Extents { half_extents_m });
         }
         self.boxes.push(Occluder {
             x_box_base: x_base_box.inverse(),
@@ -136,7 +136,7 @@ impl Occluder {
     /// Whether the box lies between an eye and a point, both in its frame.
     pub(crate) fn hides(&self, eye: &Position<Thing>, point: &Position<Thing>) -> bool {
         let distance = eye.distance(point);
-        let reach = single(1.0 - (TOUCHING_M / distance.max(TOUCHING_M)));
+        let reach = single(1.0 - (CONTACT_MARGIN_M / distance.max(CONTACT_MARGIN_M)));
         let (from, to) = (eye.to_array(), point.to_array());
         // Subtracting in double precision keeps a point behind a thin wall behind it.
         let along = Vector::new(single(to[0] - from[0]), single(to[1] - from[1]), single(to[2] - from[2]));

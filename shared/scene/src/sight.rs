@@ -1,39 +1,40 @@
 use geometry::{Base, Eye, Pose, Position, Thing};
 use quantity::number::{float, float_of_count};
 
-use crate::bundle::Bundle;
-use crate::cone::Within;
+use crate::bundle::RayBundle;
+use crate::cone::BallInCone;
+use crate::occluder_cones::OccluderCones;
 use crate::occluders::norm;
-use crate::shades::Shades;
 use crate::{Cone, Occluders, Samples};
 
 /// The view of an eye: its pose, its view cone, and the occluders.
 ///
-/// Data that depends only on the eye and the occluders is precomputed by [`Self::look`]. Only `new` allocates, as long
+/// Data that depends only on the eye and the occluders is precomputed by [`Self::update_view`]. Only `new` allocates, as long
 /// as later sets of occluders have no larger capacity than the first one.
 #[derive(Clone, Debug)]
 pub struct Sight {
     eye: Position<Base>,
     x_eye_base: Pose<Eye, Base>,
     cone: Cone,
-    shades: Shades,
+    occluder_cones: OccluderCones,
 }
 
 impl Sight {
     /// The view of an eye whose x axis is the line of sight.
     #[must_use]
     pub fn new(x_base_eye: Pose<Base, Eye>, cone: Cone, occluders: &Occluders) -> Self {
-        let shades = Shades::with_room_for(occluders);
-        let mut sight = Self { eye: x_base_eye.origin(), x_eye_base: x_base_eye.inverse(), cone, shades };
-        sight.look(&x_base_eye, occluders);
+        let occluder_cones = OccluderCones::with_capacity_of(occluders);
+        let mut sight =
+            Self { eye: x_base_eye.origin(), x_eye_base: x_base_eye.inverse(), cone, occluder_cones };
+        sight.update_view(&x_base_eye, occluders);
         sight
     }
 
     /// Updates the pose of the eye and the occluders. Boxes added to the set later are not considered.
-    pub fn look(&mut self, x_base_eye: &Pose<Base, Eye>, occluders: &Occluders) {
+    pub fn update_view(&mut self, x_base_eye: &Pose<Base, Eye>, occluders: &Occluders) {
         self.eye = x_base_eye.origin();
         self.x_eye_base = x_base_eye.inverse();
-        self.shades.cast(&self.eye, occluders);
+        self.occluder_cones.update(&self.eye, occluders);
     }
 
     /// The position of the eye.
@@ -46,7 +47,11 @@ impl Sight {
     #[must_use]
     pub fn sees(&self, point: &Position<Base>) -> bool {
         self.cone.contains(&(self.x_eye_base * *point))
-            && !self.shades.all().iter().any(|shade| shade.hides(&(shade.x_box_base() * *point)))
+            && !self
+                .occluder_cones
+                .all()
+                .iter()
+                .any(|occluder_view| occluder_view.hides(&(occluder_view.x_box_base() * *point)))
     }
 
     /// The share of a box's sample points that are visible, from 0 to 1.
@@ -64,8 +69,8 @@ impl Sight {
     ) -> f64 {
         let points = samples.points();
         let mut seen = self.in_cone(x_base_thing, half_extents_m, points);
-        if seen != 0 && !self.shades.all().is_empty() {
-            seen = self.past_boxes(seen, x_base_thing, half_extents_m, samples);
+        if seen != 0 && !self.occluder_cones.all().is_empty() {
+            seen = self.unoccluded(seen, x_base_thing, half_extents_m, samples);
         }
         float(u64::from(seen.count_ones())) / float_of_count(points.len())
     }
@@ -78,10 +83,10 @@ impl Sight {
         half_extents_m: [f64; 3],
         points: &[[f64; 3]],
     ) -> u32 {
-        match self.cone.holds(&(self.x_eye_base * x_base_thing.origin()), norm(half_extents_m)) {
-            Within::Wholly => (1 << points.len()) - 1,
-            Within::Not => 0,
-            Within::Partly => {
+        match self.cone.classify_ball(&(self.x_eye_base * x_base_thing.origin()), norm(half_extents_m)) {
+            BallInCone::Inside => (1 << points.len()) - 1,
+            BallInCone::Outside => 0,
+            BallInCone::Undecided => {
                 let x_eye_thing = self.x_eye_base * *x_base_thing;
                 let contains = |p_thing| self.cone.contains(&(x_eye_thing * p_thing));
                 filter(points, half_extents_m, u32::MAX, contains)
@@ -91,7 +96,7 @@ impl Sight {
 
     /// The subset of the points in `seen` that no occluder hides.
     #[inline(never)]
-    fn past_boxes(
+    fn unoccluded(
         &self,
         mut seen: u32,
         x_base_thing: &Pose<Base, Thing>,
@@ -100,17 +105,17 @@ impl Sight {
     ) -> u32 {
         let radius_m = norm(half_extents_m);
         let mut bundle = None;
-        for shade in self.shades.upon(&self.eye, &x_base_thing.origin(), radius_m) {
+        for occluder_view in self.occluder_cones.candidates(&self.eye, &x_base_thing.origin(), radius_m) {
             let bundle = bundle.get_or_insert_with(|| {
-                Bundle::new(&self.eye, x_base_thing, half_extents_m, radius_m, samples)
+                RayBundle::new(&self.eye, x_base_thing, half_extents_m, radius_m, samples)
             });
-            let stopped = shade.stops(bundle);
-            let doubtful = seen & stopped.perhaps & !stopped.surely;
-            seen &= !(stopped.surely | stopped.perhaps);
-            if doubtful != 0 {
-                let x_box_thing = shade.x_box_base() * *x_base_thing;
-                let shows = |p_thing| !shade.hides(&(x_box_thing * p_thing));
-                seen |= filter(samples.points(), half_extents_m, doubtful, shows);
+            let stopped = occluder_view.stopped_rays(bundle);
+            let undecided = seen & stopped.possible & !stopped.certain;
+            seen &= !(stopped.certain | stopped.possible);
+            if undecided != 0 {
+                let x_box_thing = occluder_view.x_box_base() * *x_base_thing;
+                let shows = |p_thing| !occluder_view.hides(&(x_box_thing * p_thing));
+                seen |= filter(samples.points(), half_extents_m, undecided, shows);
             }
             if seen == 0 {
                 break;

@@ -93,7 +93,7 @@ proptest! {
             occluders.add(wall, *half).unwrap();
         }
         let points = points(samples);
-        let (mut seen, mut doubtful) = (0_u8, 0_u8);
+        let (mut seen, mut undecided) = (0_u8, 0_u8);
         for [i, j, k] in &points {
             let at = thing.isometry() * Point3::new(x * i, y * j, z * k);
             let to = at - from.point();
@@ -102,16 +102,16 @@ proptest! {
                 Some(hidden) if (off - half_angle).abs() > 1e-6 && (to.norm() - range_m).abs() > 1e-6 => {
                     seen += u8::from(!hidden && off < half_angle && to.norm() < range_m);
                 }
-                _ => doubtful += 1,
+                _ => undecided += 1,
             }
         }
         let cone = Cone::new(half_angle, range_m).unwrap();
         // Views from an earlier pose must not affect the result.
         let mut sight = Sight::new(Pose::identity(), cone, &occluders);
-        sight.look(&eye, &occluders);
+        sight.update_view(&eye, &occluders);
         let count = sight.visible_share(&thing, [x, y, z], samples) * quantity::number::float_of_count(points.len());
-        prop_assert!(count >= f64::from(seen) - 1e-9 && count <= f64::from(seen + doubtful) + 1e-9,
-            "{} of {}, expected {} to {}", count, points.len(), seen, seen + doubtful);
+        prop_assert!(count >= f64::from(seen) - 1e-9 && count <= f64::from(seen + undecided) + 1e-9,
+            "{} of {}, expected {} to {}", count, points.len(), seen, seen + undecided);
         prop_assert_eq!(sight.sees(&thing.origin()), cone.contains(&(eye.inverse() * thing.origin()))
             && !occluders.occluded(&from, &thing.origin()));
     }
@@ -184,20 +184,20 @@ fn a_full_set_and_extents_that_are_none_are_refused() {
     let mut occluders = Occluders::new(1);
     assert!(matches!(
         occluders.add(&Pose::identity(), [f64::NAN, 1.0, 1.0]),
-        Err(NoOccluder::Extents { .. })
+        Err(OccluderError::Extents { .. })
     ));
     assert!(occluders.is_empty());
     occluders.add(&Pose::identity(), [1.0, 1.0, 1.0]).unwrap();
-    assert_eq!(occluders.add(&Pose::identity(), [1.0, 1.0, 1.0]), Err(NoOccluder::Full { capacity: 1 }));
+    assert_eq!(occluders.add(&Pose::identity(), [1.0, 1.0, 1.0]), Err(OccluderError::Full { capacity: 1 }));
     occluders.clear();
     assert_eq!(occluders.len(), 0);
 }
 
 #[test]
 fn numbers_that_are_no_cone_are_refused() {
-    assert!(matches!(Cone::new(f64::NAN, 1.0), Err(NoCone::HalfAngle { .. })));
-    assert!(matches!(Cone::new(0.0, 1.0), Err(NoCone::HalfAngle { .. })));
-    assert!(matches!(Cone::new(1.0, f64::INFINITY), Err(NoCone::Range { .. })));
+    assert!(matches!(Cone::new(f64::NAN, 1.0), Err(ConeError::HalfAngle { .. })));
+    assert!(matches!(Cone::new(0.0, 1.0), Err(ConeError::HalfAngle { .. })));
+    assert!(matches!(Cone::new(1.0, f64::INFINITY), Err(ConeError::Range { .. })));
 }
 
 #[test]

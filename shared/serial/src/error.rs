@@ -42,13 +42,13 @@ pub enum OpenError {
 
 /// The line was lost.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
-pub enum Lost {
+pub enum LineLostError {
     /// The other end hung up.
     #[error("the other end of the line hung up")]
     HangUp,
     /// It accepted no bytes before the deadline.
     #[error("the line took no bytes before the deadline")]
-    Stuck,
+    WriteTimeout,
     /// A system call failed.
     #[error("the line failed: {0}")]
     Failed(Errno),

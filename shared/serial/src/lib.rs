@@ -8,6 +8,6 @@ mod port;
 mod pty;
 mod tty;
 
-pub use error::{Lost, OpenError};
+pub use error::{LineLostError, OpenError};
 pub use pty::Pty;
 pub use tty::Tty;

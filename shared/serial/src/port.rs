@@ -5,12 +5,12 @@ use rustix::event::{PollFd, PollFlags, Timespec, poll};
 use rustix::fd::{AsFd, BorrowedFd};
 use rustix::io::{Errno, read, write};
 
-use crate::Lost;
+use crate::LineLostError;
 
 const NANOS_PER_SECOND: u64 = 1_000_000_000;
 
 /// Reads the available bytes, or waits for the first ones until `until`. Returns 0 if none arrived.
-pub(crate) fn read_until(fd: impl AsFd, into: &mut [u8], until: Instant) -> Result<usize, Lost> {
+pub(crate) fn read_until(fd: impl AsFd, into: &mut [u8], until: Instant) -> Result<usize, LineLostError> {
     loop {
         if let Some(count) = read_now(fd.as_fd(), into)? {
             return Ok(count);
@@ -22,29 +22,29 @@ pub(crate) fn read_until(fd: impl AsFd, into: &mut [u8], until: Instant) -> Resu
 }
 
 /// Reads the available bytes; `None` if there are none.
-fn read_now(fd: BorrowedFd<'_>, into: &mut [u8]) -> Result<Option<usize>, Lost> {
+fn read_now(fd: BorrowedFd<'_>, into: &mut [u8]) -> Result<Option<usize>, LineLostError> {
     match read(fd, &mut *into) {
-        Ok(0) if !into.is_empty() => Err(Lost::HangUp),
+        Ok(0) if !into.is_empty() => Err(LineLostError::HangUp),
         Ok(count) => Ok(Some(count)),
         Err(Errno::AGAIN | Errno::INTR) => Ok(None),
-        Err(Errno::IO) => Err(Lost::HangUp),
-        Err(error) => Err(Lost::Failed(error)),
+        Err(Errno::IO) => Err(LineLostError::HangUp),
+        Err(error) => Err(LineLostError::Failed(error)),
     }
 }
 
 /// Writes all of `bytes`. Waits for space until `until`.
-pub(crate) fn write_until(fd: impl AsFd, mut bytes: &[u8], until: Instant) -> Result<(), Lost> {
+pub(crate) fn write_until(fd: impl AsFd, mut bytes: &[u8], until: Instant) -> Result<(), LineLostError> {
     while !bytes.is_empty() {
         match write(fd.as_fd(), bytes) {
             Ok(count) => bytes = bytes.get(count..).unwrap_or_default(),
             Err(Errno::AGAIN) => {
                 if !ready(fd.as_fd(), PollFlags::OUT, until)? {
-                    return Err(Lost::Stuck);
+                    return Err(LineLostError::WriteTimeout);
                 }
             }
             Err(Errno::INTR) => {}
-            Err(Errno::IO) => return Err(Lost::HangUp),
-            Err(error) => return Err(Lost::Failed(error)),
+            Err(Errno::IO) => return Err(LineLostError::HangUp),
+            Err(error) => return Err(LineLostError::Failed(error)),
         }
     }
     Ok(())
@@ -52,7 +52,7 @@ pub(crate) fn write_until(fd: impl AsFd, mut bytes: &[u8], until: Instant) -> Re
 
 /// Discards received bytes with at most `reads` reads, so that a line that never falls silent cannot hold the cycle.
 /// Returns the number of bytes.
-pub(crate) fn drain(fd: impl AsFd, reads: u32) -> Result<usize, Lost> {
+pub(crate) fn drain(fd: impl AsFd, reads: u32) -> Result<usize, LineLostError> {
     let mut thrown = 0;
     let mut bin = [0; 512];
     for _ in 0..reads {
@@ -65,7 +65,7 @@ pub(crate) fn drain(fd: impl AsFd, reads: u32) -> Result<usize, Lost> {
 }
 
 /// Whether the line became ready before `until`.
-fn ready(fd: BorrowedFd<'_>, flags: PollFlags, until: Instant) -> Result<bool, Lost> {
+fn ready(fd: BorrowedFd<'_>, flags: PollFlags, until: Instant) -> Result<bool, LineLostError> {
     let left = until.since(clock::now());
     let nanos = clock::nanos(left);
     let timeout = Timespec {
@@ -79,10 +79,10 @@ fn ready(fd: BorrowedFd<'_>, flags: PollFlags, until: Instant) -> Result<bool, L
             let [asked] = &fds;
             // Bytes received before the hang-up must still be read.
             let hung_up = asked.revents().intersects(PollFlags::HUP | PollFlags::ERR);
-            if hung_up && !asked.revents().contains(flags) { Err(Lost::HangUp) } else { Ok(true) }
+            if hung_up && !asked.revents().contains(flags) { Err(LineLostError::HangUp) } else { Ok(true) }
         }
         // The caller retries; a deadline in the past ends the next wait at once.
         Err(Errno::INTR) => Ok(true),
-        Err(error) => Err(Lost::Failed(error)),
+        Err(error) => Err(LineLostError::Failed(error)),
     }
 }

@@ -11,7 +11,7 @@ use rustix::termios::tcgetattr;
 
 use crate::port::{read_until, write_until};
 use crate::tty::make_raw;
-use crate::{Lost, OpenError};
+use crate::{LineLostError, OpenError};
 
 /// A pseudo-terminal: a serial line whose other end is this process.
 #[derive(Debug)]
@@ -55,8 +55,8 @@ impl Pty {
     /// # Errors
     ///
     /// The line was lost.
-    pub fn baud(&self) -> Result<u32, Lost> {
-        tcgetattr(&self.master).map(|mode| mode.output_speed()).map_err(Lost::Failed)
+    pub fn baud(&self) -> Result<u32, LineLostError> {
+        tcgetattr(&self.master).map(|mode| mode.output_speed()).map_err(LineLostError::Failed)
     }
 
     /// Reads the available bytes, or waits for the first ones until `until`. Returns 0 if none arrived.
@@ -64,7 +64,7 @@ impl Pty {
     /// # Errors
     ///
     /// The line was lost.
-    pub fn read(&self, into: &mut [u8], until: Instant) -> Result<usize, Lost> {
+    pub fn read(&self, into: &mut [u8], until: Instant) -> Result<usize, LineLostError> {
         read_until(&self.master, into, until)
     }
 
@@ -73,7 +73,7 @@ impl Pty {
     /// # Errors
     ///
     /// The line was lost, or the other end did not read in time.
-    pub fn write(&self, bytes: &[u8], until: Instant) -> Result<(), Lost> {
+    pub fn write(&self, bytes: &[u8], until: Instant) -> Result<(), LineLostError> {
         write_until(&self.master, bytes, until)
     }
 }
@@ -133,7 +133,7 @@ mod tests {
         assert_eq!(pty.read(&mut [0; 8], Instant::EPOCH), Ok(0));
         let tty = Tty::open(pty.path(), 1_000_000).unwrap();
         drop(pty);
-        assert_eq!(tty.read(&mut [0; 8], soon()), Err(Lost::HangUp));
+        assert_eq!(tty.read(&mut [0; 8], soon()), Err(LineLostError::HangUp));
     }
 
     #[test]

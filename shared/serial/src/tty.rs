@@ -8,7 +8,7 @@ use rustix::io::Errno;
 use rustix::termios::{ControlModes, OptionalActions, SpecialCodeIndex, tcgetattr, tcsetattr};
 
 use crate::port::{drain, read_until, write_until};
-use crate::{Lost, OpenError};
+use crate::{LineLostError, OpenError};
 
 /// A raw serial line: eight data bits, no parity, one stop bit, no flow control, no echo.
 #[derive(Debug)]
@@ -48,7 +48,7 @@ impl Tty {
     /// # Errors
     ///
     /// The line was lost.
-    pub fn read(&self, into: &mut [u8], until: Instant) -> Result<usize, Lost> {
+    pub fn read(&self, into: &mut [u8], until: Instant) -> Result<usize, LineLostError> {
         read_until(&self.fd, into, until)
     }
 
@@ -57,7 +57,7 @@ impl Tty {
     /// # Errors
     ///
     /// The line was lost, or had no space in time.
-    pub fn write(&self, bytes: &[u8], until: Instant) -> Result<(), Lost> {
+    pub fn write(&self, bytes: &[u8], until: Instant) -> Result<(), LineLostError> {
         write_until(&self.fd, bytes, until)
     }
 
@@ -66,7 +66,7 @@ impl Tty {
     /// # Errors
     ///
     /// The line was lost.
-    pub fn drain(&self, reads: u32) -> Result<usize, Lost> {
+    pub fn drain(&self, reads: u32) -> Result<usize, LineLostError> {
         drain(&self.fd, reads)
     }
 }

@@ -1,7 +1,7 @@
 use crate::crc::extend;
 use crate::frame::{HEADER, PREFIX, SUFFIX};
 use crate::status::STATUS;
-use crate::{Address, Status, TooLong};
+use crate::{Address, BufferTooShortError, Status};
 
 /// Writes the single packet with which several servos reply to a fast read. The first servo writes the header and its
 /// own block; every other servo appends its block.
@@ -9,11 +9,11 @@ use crate::{Address, Status, TooLong};
 /// `FF FF FD 00 FE length 55`, and for each servo `error id data crc`. Each CRC covers everything before it, earlier
 /// CRCs included. There is no byte stuffing.
 #[derive(Clone, Copy, Debug)]
-pub struct Chain {
+pub struct FastReplyWriter {
     sum: u16,
 }
 
-impl Chain {
+impl FastReplyWriter {
     /// Length of a block without its data, in bytes.
     pub(crate) const PART: usize = 2 + SUFFIX;
 
@@ -22,8 +22,11 @@ impl Chain {
     /// # Errors
     ///
     /// `out` is too short for the header, or the total exceeds the length field.
-    pub fn begin(lengths: impl IntoIterator<Item = u16>, out: &mut [u8]) -> Result<(Self, usize), TooLong> {
-        let too_long = TooLong { capacity: out.len() };
+    pub fn begin(
+        lengths: impl IntoIterator<Item = u16>,
+        out: &mut [u8],
+    ) -> Result<(Self, usize), BufferTooShortError> {
+        let too_long = BufferTooShortError { capacity: out.len() };
         let length = length_field(lengths).ok_or(too_long)?;
         let header = head(length);
         out.get_mut(..header.len()).ok_or(too_long)?.copy_from_slice(&header);
@@ -35,8 +38,8 @@ impl Chain {
     /// # Errors
     ///
     /// `out` is too short.
-    pub fn add(&mut self, status: &Status<'_>, out: &mut [u8]) -> Result<usize, TooLong> {
-        let too_long = TooLong { capacity: out.len() };
+    pub fn add(&mut self, status: &Status<'_>, out: &mut [u8]) -> Result<usize, BufferTooShortError> {
+        let too_long = BufferTooShortError { capacity: out.len() };
         let summed = 2 + status.params.len();
         let part = out.get_mut(..summed + SUFFIX).ok_or(too_long)?;
         let (body, sum) = part.split_at_mut_checked(summed).ok_or(too_long)?;
@@ -59,7 +62,7 @@ pub(crate) fn after(field: [u8; SUFFIX]) -> u16 {
 
 /// The length field of a reply whose blocks have these data lengths.
 pub(crate) fn length_field(lengths: impl IntoIterator<Item = u16>) -> Option<u16> {
-    let parts: usize = lengths.into_iter().map(|length| Chain::PART + usize::from(length)).sum();
+    let parts: usize = lengths.into_iter().map(|length| FastReplyWriter::PART + usize::from(length)).sum();
     u16::try_from(1 + parts).ok()
 }
 

@@ -1,4 +1,4 @@
-use crate::chain::{Chain, after, head, length_field};
+use crate::chain::{FastReplyWriter, after, head, length_field};
 use crate::crc::extend;
 use crate::frame::{HEADER, PREFIX, SUFFIX};
 use crate::parser::number;
@@ -9,7 +9,7 @@ const BYTES_MOST: usize = 4096;
 /// Maximum number of servos: the number of valid IDs.
 const SERVOS_MOST: usize = 253;
 /// Maximum number of noise bytes before a block that are skipped.
-const NOISE_MOST: usize = 8;
+const MAX_NOISE_BYTES: usize = 8;
 
 /// Parses the single packet with which several servos reply to a [fast sync read](crate::Instruction::FastSyncRead) or
 /// a [fast bulk read](crate::Instruction::FastBulkRead).
@@ -37,22 +37,22 @@ const NOISE_MOST: usize = 8;
 /// assert_eq!((status.id, status.params), (id(3), &[0x19][..]));
 /// assert!(parser.next_part(&mut reply).is_none());
 /// assert_eq!(reply.missing().collect::<Vec<_>>(), [id(7)]);
-/// # Ok::<(), servo::TooMuch>(())
+/// # Ok::<(), servo::ReplyTooLongError>(())
 /// ```
 #[derive(Clone, Debug)]
 pub struct FastReply {
-    awaited: [Awaited; SERVOS_MOST],
+    awaited: [ExpectedServo; SERVOS_MOST],
     count: usize,
     /// The expected length field; the reply to another request has a different one.
     length: u16,
     /// The packet being parsed.
-    frame: Option<Walk>,
+    frame: Option<ParsePosition>,
     /// Whether a packet was parsed to its end.
     over: bool,
 }
 
 #[derive(Clone, Copy, Debug)]
-struct Awaited {
+struct ExpectedServo {
     id: u8,
     length: u16,
     told: bool,
@@ -60,7 +60,7 @@ struct Awaited {
 
 /// The parsing position within a packet.
 #[derive(Clone, Copy, Debug)]
-struct Walk {
+struct ParsePosition {
     /// The stream position of the packet's first byte.
     origin: u64,
     /// Offset of the next block from the packet's first byte.
@@ -82,7 +82,7 @@ struct Walk {
 #[error(
     "{servos} servos would answer with {bytes} bytes, and a frame has at most {BYTES_MOST} from {SERVOS_MOST}: ask for less, or in parts"
 )]
-pub struct TooMuch {
+pub struct ReplyTooLongError {
     /// Number of requested servos.
     pub servos: usize,
     /// Length of the reply, in bytes.
@@ -108,10 +108,10 @@ pub(crate) enum Step {
 
 /// Whether the available bytes are a prefix of the expected packet.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Begin {
+pub(crate) enum HeaderMatch {
     Yes,
     No,
-    Perhaps,
+    Partial,
 }
 
 impl Default for FastReply {
@@ -124,7 +124,7 @@ impl FastReply {
     /// A reply that expects no servo.
     #[must_use]
     pub const fn new() -> Self {
-        let nobody = Awaited { id: 0, length: 0, told: true };
+        let nobody = ExpectedServo { id: 0, length: 0, told: true };
         Self { awaited: [nobody; SERVOS_MOST], count: 0, length: 0, frame: None, over: false }
     }
 
@@ -134,15 +134,15 @@ impl FastReply {
     /// # Errors
     ///
     /// The reply would not fit into one packet. Then no servo is expected.
-    pub fn expect(&mut self, servos: impl IntoIterator<Item = (Id, u16)>) -> Result<(), TooMuch> {
+    pub fn expect(&mut self, servos: impl IntoIterator<Item = (Id, u16)>) -> Result<(), ReplyTooLongError> {
         (self.count, self.frame, self.over) = (0, None, false);
         let (mut count, mut bytes) = (0, PREFIX + 1);
         for (id, length) in servos {
             if let Some(place) = self.awaited.get_mut(count) {
-                *place = Awaited { id: id.get(), length, told: false };
+                *place = ExpectedServo { id: id.get(), length, told: false };
             }
             count += 1;
-            bytes += Chain::PART + usize::from(length);
+            bytes += FastReplyWriter::PART + usize::from(length);
         }
         let lengths = self.awaited.iter().take(count).map(|awaited| awaited.length);
         match length_field(lengths) {
@@ -150,7 +150,7 @@ impl FastReply {
                 (self.count, self.length) = (count, length);
                 Ok(())
             }
-            _ => Err(TooMuch { servos: count, bytes }),
+            _ => Err(ReplyTooLongError { servos: count, bytes }),
         }
     }
 
@@ -173,13 +173,13 @@ impl FastReply {
     }
 
     /// Whether `bytes` begin the expected packet.
-    pub(crate) fn begins(&self, bytes: &[u8]) -> Begin {
+    pub(crate) fn begins(&self, bytes: &[u8]) -> HeaderMatch {
         let head = head(self.length);
         let there = bytes.len().min(head.len());
         match bytes.get(..there) == head.get(..there) {
-            false => Begin::No,
-            true if there == head.len() => Begin::Yes,
-            true => Begin::Perhaps,
+            false => HeaderMatch::No,
+            true if there == head.len() => HeaderMatch::Yes,
+            true => HeaderMatch::Partial,
         }
     }
 
@@ -187,7 +187,7 @@ impl FastReply {
     pub(crate) fn enter(&mut self, origin: u64) {
         let head = head(self.length);
         let sum = extend(0, &head);
-        self.frame = Some(Walk {
+        self.frame = Some(ParsePosition {
             origin,
             at: head.len(),
             place: 0,
@@ -221,7 +221,7 @@ impl FastReply {
         step
     }
 
-    fn walk(&mut self, walk: &mut Walk, bytes: &[u8]) -> Step {
+    fn walk(&mut self, walk: &mut ParsePosition, bytes: &[u8]) -> Step {
         loop {
             let Some(own) = self.awaited.get(walk.place).filter(|_| walk.place < self.count).copied() else {
                 // After a corrupt block another packet may begin anywhere.
@@ -235,7 +235,7 @@ impl FastReply {
                 let Some((summed, field)) = split(part, claimed.length) else { return Step::Wait };
                 if extend(walk.sum, summed).to_le_bytes() == field {
                     let (data, length) = (walk.at + 2, usize::from(claimed.length));
-                    walk.at += length + Chain::PART;
+                    walk.at += length + FastReplyWriter::PART;
                     walk.sum_before = Some(walk.sum);
                     (walk.place, walk.sum, walk.resume) = (place + 1, after(field), walk.at);
                     match Id::new(id) {
@@ -252,7 +252,7 @@ impl FastReply {
                 walk.at += bytes;
                 return Step::Noise(bytes);
             }
-            walk.at += usize::from(own.length) + Chain::PART;
+            walk.at += usize::from(own.length) + FastReplyWriter::PART;
             walk.sum_before = None;
             (walk.place, walk.sum, walk.broken) = (walk.place + 1, after(field), true);
             return Step::Broken;
@@ -260,10 +260,10 @@ impl FastReply {
     }
 
     /// The number of extra bytes before the expected block at the beginning of `part`: a repetition of the previous
-    /// block, or at most `NOISE_MOST` noise bytes. `None` if the expected block is not found in the available bytes. It
+    /// block, or at most `MAX_NOISE_BYTES` noise bytes. `None` if the expected block is not found in the available bytes. It
     /// never waits for more bytes: otherwise a servo that sends garbage would look silent. It also gives up after a
     /// corrupt block, because each CRC tried may match by chance.
-    fn too_many(&self, walk: &Walk, part: &[u8], own: Awaited) -> Option<usize> {
+    fn too_many(&self, walk: &ParsePosition, part: &[u8], own: ExpectedServo) -> Option<usize> {
         let sum = walk.sum_before?;
         let before = *self.awaited.get(walk.place.checked_sub(1)?)?;
         let header = head(self.length);
@@ -272,12 +272,12 @@ impl FastReply {
         let again = again.and_then(|again| Some(part.len() - again.len() + verified(sum, again, before)?));
         let noise =
             |bytes: &usize| part.get(*bytes..).is_some_and(|part| verified(walk.sum, part, own).is_some());
-        again.or_else(|| (1..=NOISE_MOST).find(noise))
+        again.or_else(|| (1..=MAX_NOISE_BYTES).find(noise))
     }
 }
 
 /// The length of a servo's valid block at the beginning of `part`, given the CRC before it.
-fn verified(sum: u16, part: &[u8], whose: Awaited) -> Option<usize> {
+fn verified(sum: u16, part: &[u8], whose: ExpectedServo) -> Option<usize> {
     let (summed, field) = split(part, whose.length).filter(|(summed, _)| summed.get(1) == Some(&whose.id))?;
     (extend(sum, summed).to_le_bytes() == field).then_some(summed.len() + SUFFIX)
 }

@@ -24,7 +24,7 @@ pub struct Frame<'a> {
 /// The packet does not fit into the output buffer.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("the frame does not fit into {capacity} bytes: give it more, or send fewer parameters")]
-pub struct TooLong {
+pub struct BufferTooShortError {
     /// Size of the output buffer, in bytes.
     pub capacity: usize,
 }
@@ -35,8 +35,8 @@ pub(crate) fn encode(
     address: Address,
     instruction: u8,
     params: impl IntoIterator<Item = u8>,
-) -> Result<usize, TooLong> {
-    let too_long = TooLong { capacity: out.len() };
+) -> Result<usize, BufferTooShortError> {
+    let too_long = BufferTooShortError { capacity: out.len() };
     let mut end = PREFIX;
     let mut last = [0; 3];
     for byte in std::iter::once(instruction).chain(params) {

@@ -1,5 +1,5 @@
 use crate::frame::encode;
-use crate::{Address, Fault, Frame, TooLong};
+use crate::{Address, BufferTooShortError, Fault, Frame};
 
 mod span;
 
@@ -155,7 +155,7 @@ impl<'a> Instruction<'a> {
     /// # Errors
     ///
     /// `out` is too short.
-    pub fn encode(&self, to: Address, out: &mut [u8]) -> Result<usize, TooLong> {
+    pub fn encode(&self, to: Address, out: &mut [u8]) -> Result<usize, BufferTooShortError> {
         // The instruction number, its leading parameters, how many of them are used, and the remaining parameters.
         let (number, head, length, tail): (u8, [u8; 5], usize, &[u8]) = match *self {
             Self::Ping => (Self::PING, [0; 5], 0, &[]),

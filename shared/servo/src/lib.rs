@@ -14,7 +14,7 @@
 //! parser.push(b"noise");
 //! parser.push(&bytes[..length]);
 //! assert_eq!(Instruction::parse(&parser.next_frame().unwrap()), Ok(Instruction::Ping));
-//! # Ok::<(), servo::TooLong>(())
+//! # Ok::<(), servo::BufferTooShortError>(())
 //! ```
 
 mod chain;
@@ -32,9 +32,9 @@ mod reading;
 mod status;
 pub mod table;
 
-pub use chain::Chain;
-pub use fast::{FastReply, TooMuch};
-pub use frame::{Frame, TooLong};
+pub use chain::FastReplyWriter;
+pub use fast::{FastReply, ReplyTooLongError};
+pub use frame::{BufferTooShortError, Frame};
 pub use hardware::HardwareErrors;
 pub use id::{Address, Id};
 pub use instruction::{Backup, Instruction, Reset, Span, spans, writes};

@@ -5,19 +5,19 @@
 //! bytes at the same instants give bit-identical results.
 
 mod answer;
+mod corrupt;
 mod dynamics;
 mod exchange;
-mod hearing;
 mod indirect;
 mod injection;
 mod injector;
 mod line;
 mod memory;
+mod reception;
 mod servo;
-mod spoil;
 
-pub use answer::{Answer, Answers};
-pub use injection::{BadInjection, Injection, Kind};
-pub use injector::{Injected, Injector};
-pub use line::{Followers, Line};
+pub use answer::{Replies, Reply};
+pub use injection::{FaultKind, FaultSpec, FaultSpecError};
+pub use injector::{FaultCounts, Injector};
+pub use line::{FollowerBehaviour, Line};
 pub use servo::{HardwareError, Servo};

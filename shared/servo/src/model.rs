@@ -47,7 +47,7 @@ impl Model {
 
     /// Whether this firmware version supports Fast Sync Read and Fast Bulk Read.
     #[must_use]
-    pub const fn knows_fast_reads(self, firmware: u8) -> bool {
+    pub const fn supports_fast_reads(self, firmware: u8) -> bool {
         match self {
             Self::Xm430W350 => firmware >= 45,
             Self::Xl330M288 => firmware >= 46,

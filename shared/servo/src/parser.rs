@@ -1,5 +1,5 @@
 use crate::crc::crc;
-use crate::fast::{Begin, Step};
+use crate::fast::{HeaderMatch, Step};
 use crate::frame::{HEADER, PREFIX, SUFFIX, is_stuffed, unstuff};
 use crate::status::STATUS;
 use crate::{Address, FastReply, Frame, Status};
@@ -8,7 +8,7 @@ use crate::{Address, FastReply, Frame, Status};
 const CAPACITY: usize = 4096;
 /// Maximum accepted length field. A servo's whole control table is shorter, and a corrupt length must not swallow the
 /// packets after it.
-const LENGTH_MOST: usize = 1024;
+const MAX_LENGTH: usize = 1024;
 
 /// Statistics of lost bytes and packets.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -38,15 +38,15 @@ pub struct Parser {
     losses: Losses,
 }
 
-enum Found {
+enum ScanResult {
     /// More bytes are needed.
     Part,
     /// A complete packet of this many bytes.
     Whole(Address, usize),
-    Lost(Lost),
+    ScanLoss(ScanLoss),
 }
 
-enum Lost {
+enum ScanLoss {
     /// No packet can begin within this many bytes.
     Noise(usize),
     Malformed,
@@ -115,17 +115,17 @@ impl Parser {
                 Step::Over(length) => self.skip(length),
                 Step::Search if reply.is_complete() => return None,
                 Step::Search => match reply.begins(self.waiting()) {
-                    Begin::Yes => reply.enter(self.origin),
-                    Begin::Perhaps => return None,
-                    Begin::No => match examine(self.waiting()) {
-                        Found::Whole(_, length) => {
+                    HeaderMatch::Yes => reply.enter(self.origin),
+                    HeaderMatch::Partial => return None,
+                    HeaderMatch::No => match scan(self.waiting()) {
+                        ScanResult::Whole(_, length) => {
                             if self.waiting().get(PREFIX) == Some(&STATUS) {
                                 self.losses.stray += number(length);
                             }
                             self.skip(length);
                         }
-                        Found::Part => return None,
-                        Found::Lost(lost) => self.lose(&lost),
+                        ScanResult::Part => return None,
+                        ScanResult::ScanLoss(lost) => self.count_loss(&lost),
                     },
                 },
             }
@@ -147,25 +147,25 @@ impl Parser {
 
     fn find(&mut self) -> Option<(Address, usize)> {
         loop {
-            match examine(self.waiting()) {
-                Found::Part => return None,
-                Found::Whole(address, length) => return Some((address, length)),
-                Found::Lost(lost) => self.lose(&lost),
+            match scan(self.waiting()) {
+                ScanResult::Part => return None,
+                ScanResult::Whole(address, length) => return Some((address, length)),
+                ScanResult::ScanLoss(lost) => self.count_loss(&lost),
             }
         }
     }
 
     /// Counts a loss and skips its bytes.
-    fn lose(&mut self, lost: &Lost) {
+    fn count_loss(&mut self, lost: &ScanLoss) {
         let (count, skip) = match lost {
-            Lost::Noise(bytes) => {
+            ScanLoss::Noise(bytes) => {
                 self.losses.noise += number(*bytes);
                 return self.skip(*bytes);
             }
-            Lost::Malformed => (&mut self.losses.malformed, HEADER.len()),
+            ScanLoss::Malformed => (&mut self.losses.malformed, HEADER.len()),
             // A corrupt length cannot be trusted, so the search resumes after the header.
-            Lost::Corrupt => (&mut self.losses.corrupt, HEADER.len()),
-            Lost::Cut => (&mut self.losses.cut, HEADER.len()),
+            ScanLoss::Corrupt => (&mut self.losses.corrupt, HEADER.len()),
+            ScanLoss::Cut => (&mut self.losses.cut, HEADER.len()),
         };
         *count += 1;
         self.skip(skip);
@@ -185,31 +185,33 @@ pub(crate) fn number(bytes: usize) -> u64 {
     u64::try_from(bytes).unwrap_or(u64::MAX)
 }
 
-fn examine(bytes: &[u8]) -> Found {
+fn scan(bytes: &[u8]) -> ScanResult {
     let noise =
         (0..bytes.len()).find(|&at| begins(bytes.get(at..).unwrap_or_default())).unwrap_or(bytes.len());
     if noise > 0 {
-        return Found::Lost(Lost::Noise(noise));
+        return ScanResult::ScanLoss(ScanLoss::Noise(noise));
     }
     if bytes.is_empty() {
-        return Found::Part;
+        return ScanResult::Part;
     }
-    let Some(&[_, _, _, _, address, low, high]) = bytes.first_chunk::<PREFIX>() else { return Found::Part };
+    let Some(&[_, _, _, _, address, low, high]) = bytes.first_chunk::<PREFIX>() else {
+        return ScanResult::Part;
+    };
     let length = usize::from(u16::from_le_bytes([low, high]));
-    let Some(address) = Address::from_byte(address) else { return Found::Lost(Lost::Malformed) };
-    if !(SUFFIX + 1..=LENGTH_MOST).contains(&length) {
-        return Found::Lost(Lost::Malformed);
+    let Some(address) = Address::from_byte(address) else { return ScanResult::ScanLoss(ScanLoss::Malformed) };
+    if !(SUFFIX + 1..=MAX_LENGTH).contains(&length) {
+        return ScanResult::ScanLoss(ScanLoss::Malformed);
     }
     let body = length - SUFFIX;
     let begun = bytes.get(PREFIX..bytes.len().min(PREFIX + body)).unwrap_or_default();
     if !is_stuffed(begun, body) {
-        return Found::Lost(Lost::Cut);
+        return ScanResult::ScanLoss(ScanLoss::Cut);
     }
     let whole = PREFIX + length;
     match (bytes.get(..whole - SUFFIX), bytes.get(whole - SUFFIX..whole)) {
-        (Some(summed), Some(sum)) if crc(summed).to_le_bytes() == sum => Found::Whole(address, whole),
-        (Some(_), Some(_)) => Found::Lost(Lost::Corrupt),
-        (_, _) => Found::Part,
+        (Some(summed), Some(sum)) if crc(summed).to_le_bytes() == sum => ScanResult::Whole(address, whole),
+        (Some(_), Some(_)) => ScanResult::ScanLoss(ScanLoss::Corrupt),
+        (_, _) => ScanResult::Part,
     }
 }
 
@@ -321,13 +323,13 @@ mod tests {
             // A false header in the garbage delays parsing for at most the longest packet.
             let good = status(9, &[1, 2, 3]);
             let mut found = 0;
-            for _ in 0..LENGTH_MOST / good.len() + 2 {
+            for _ in 0..MAX_LENGTH / good.len() + 2 {
                 parser.push(&good);
                 while parser.next_frame().is_some() {
                     found += 1;
                 }
             }
-            prop_assert!(found >= LENGTH_MOST / good.len(), "{found}");
+            prop_assert!(found >= MAX_LENGTH / good.len(), "{found}");
         }
     }
 

@@ -1,5 +1,5 @@
 use crate::frame::encode;
-use crate::{Address, Frame, Id, TooLong};
+use crate::{Address, BufferTooShortError, Frame, Id};
 
 /// The instruction byte of every status packet.
 pub(crate) const STATUS: u8 = 0x55;
@@ -100,7 +100,7 @@ impl<'a> Status<'a> {
     /// # Errors
     ///
     /// `out` is too short.
-    pub fn encode(&self, out: &mut [u8]) -> Result<usize, TooLong> {
+    pub fn encode(&self, out: &mut [u8]) -> Result<usize, BufferTooShortError> {
         let body = std::iter::once(self.error_byte()).chain(self.params.iter().copied());
         encode(out, self.id.into(), STATUS, body)
     }

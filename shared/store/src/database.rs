@@ -20,11 +20,11 @@ const ENTRIES: TableDefinition<'_, &str, &[u8]> = TableDefinition::new("tasks");
 const ITEMS: TableDefinition<'_, (&str, u64), &[u8]> = TableDefinition::new("examples");
 const VERSION_KEY: &str = "version";
 /// Additional size that the library may need to repair a database.
-const ROOM: u64 = 16 << 20;
+const REPAIR_RESERVE: u64 = 16 << 20;
 
 /// The result of reading a database.
 #[derive(Debug)]
-pub(crate) enum Found {
+pub(crate) enum DatabaseState {
     /// Valid, of this version. A database has no version and no contents if its writer was killed before the first
     /// commit.
     Sound { version: Option<u64>, contents: Contents },
@@ -33,19 +33,19 @@ pub(crate) enum Found {
 }
 
 /// Reads a database. A panic of the library on damaged data counts as damage.
-pub(crate) fn read(bytes: &[u8]) -> Found {
+pub(crate) fn read(bytes: &[u8]) -> DatabaseState {
     if bytes.is_empty() {
-        return Found::Damaged("is empty".to_owned());
+        return DatabaseState::Damaged("is empty".to_owned());
     }
-    match quietly(|| read_with(bytes)) {
-        Ok(Ok((version, contents))) => Found::Sound { version, contents },
-        Ok(Err(error)) => Found::Damaged(format!("is damaged ({error})")),
-        Err(()) => Found::Damaged("is damaged (the database panicked)".to_owned()),
+    match catch_panic(|| read_with(bytes)) {
+        Ok(Ok((version, contents))) => DatabaseState::Sound { version, contents },
+        Ok(Err(error)) => DatabaseState::Damaged(format!("is damaged ({error})")),
+        Err(()) => DatabaseState::Damaged("is damaged (the database panicked)".to_owned()),
     }
 }
 
 fn read_with(bytes: &[u8]) -> Result<(Option<u64>, Contents), redb::Error> {
-    let memory = Memory::of(bytes)?;
+    let memory = LimitedMemory::of(bytes)?;
     let mut database = Database::builder().create_with_backend(memory)?;
     if !database.check_integrity()? {
         return Err(redb::Error::Corrupted("its check sums are wrong".to_owned()));
@@ -84,37 +84,38 @@ fn contents(transaction: &ReadTransaction) -> Result<Contents, redb::Error> {
 
 thread_local! {
     /// Whether panics of this thread are caught and reported as damage.
-    static IS_QUIET: Cell<bool> = const { Cell::new(false) };
+    static IS_PANIC_EXPECTED: Cell<bool> = const { Cell::new(false) };
 }
 
 /// Runs a closure that may panic, without the output of the panic hook.
-fn quietly<R>(act: impl FnOnce() -> R) -> Result<R, ()> {
+fn catch_panic<R>(act: impl FnOnce() -> R) -> Result<R, ()> {
     static HOOK: Once = Once::new();
     HOOK.call_once(|| {
         let told = panic::take_hook();
         panic::set_hook(Box::new(move |info| {
-            if !IS_QUIET.get() {
+            if !IS_PANIC_EXPECTED.get() {
                 told(info);
             }
         }));
     });
-    IS_QUIET.set(true);
+    IS_PANIC_EXPECTED.set(true);
     let result = panic::catch_unwind(AssertUnwindSafe(act)).map_err(drop);
-    IS_QUIET.set(false);
+    IS_PANIC_EXPECTED.set(false);
     result
 }
 
 /// A copy of the file with a size limit, since a damaged header may demand any size.
 #[derive(Debug)]
-struct Memory {
+struct LimitedMemory {
     bytes: InMemoryBackend,
     largest: u64,
 }
 
-impl Memory {
+impl LimitedMemory {
     fn of(bytes: &[u8]) -> io::Result<Self> {
         let length = u64::try_from(bytes.len()).map_err(io::Error::other)?;
-        let memory = Self { bytes: InMemoryBackend::new(), largest: length.saturating_mul(2) + ROOM };
+        let memory =
+            Self { bytes: InMemoryBackend::new(), largest: length.saturating_mul(2) + REPAIR_RESERVE };
         memory.bytes.set_len(length)?;
         memory.bytes.write(0, bytes)?;
         Ok(memory)
@@ -129,7 +130,7 @@ impl Memory {
     }
 }
 
-impl StorageBackend for Memory {
+impl StorageBackend for LimitedMemory {
     fn len(&self) -> io::Result<u64> {
         self.bytes.len()
     }

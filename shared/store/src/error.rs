@@ -128,7 +128,7 @@ pub enum WriteError {
     },
     /// The store must be repaired before a write, and the repair failed.
     #[error(transparent)]
-    Unmended(#[from] Box<OpenError>),
+    RepairFailed(#[from] Box<OpenError>),
     /// The current contents could not be read.
     #[error(transparent)]
     Unreadable(#[from] ReadError),

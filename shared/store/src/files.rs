@@ -7,7 +7,7 @@ use std::path::Path;
 use folder::{Folder, FolderError};
 
 /// Maximum size of a store file, in bytes. An example has about ten thousand bytes.
-const LARGEST: u64 = 1 << 30;
+const MAX_FILE_BYTES: u64 = 1 << 30;
 
 /// The file operations of a store in one directory. Tests implement it with disks that fail or lose power.
 pub(crate) trait Files: Debug + Send {
@@ -19,7 +19,7 @@ pub(crate) trait Files: Debug + Send {
     /// Appends to a file of exactly this length. Durable on return.
     fn append(&mut self, name: &str, length: u64, bytes: &[u8]) -> io::Result<()>;
     /// Truncates a file to this length. Durable on return.
-    fn cut(&mut self, name: &str, length: u64) -> io::Result<()>;
+    fn truncate_file(&mut self, name: &str, length: u64) -> io::Result<()>;
     /// Writes a whole file. On return its data are durable, but not its name.
     fn write(&mut self, name: &str, bytes: &[u8]) -> io::Result<()>;
     /// Renames a file and replaces an existing file of the new name.
@@ -55,7 +55,7 @@ impl Disk {
     }
 
     /// Opens the directory; `None` if there is none.
-    pub(crate) fn look(path: &Path) -> Result<Option<Self>, FolderError> {
+    pub(crate) fn inspect(path: &Path) -> Result<Option<Self>, FolderError> {
         match Folder::open_for_root(path) {
             Err(error) if error.is_missing() => Ok(None),
             opened => Ok(Some(Self { folder: opened?, locked: Vec::new() })),
@@ -113,13 +113,13 @@ impl Files for Disk {
     fn read(&mut self, name: &str) -> io::Result<Option<Vec<u8>>> {
         let Some(file) = self.folder.own(name)? else { return Ok(None) };
         let length = file.metadata()?.len();
-        if length > LARGEST {
+        if length > MAX_FILE_BYTES {
             let path = self.folder.path().join(name);
             let text = format!("{} has {length} bytes, which is more than any store has", path.display());
             return Err(io::Error::new(ErrorKind::FileTooLarge, text));
         }
         let mut bytes = Vec::new();
-        file.take(LARGEST).read_to_end(&mut bytes)?;
+        file.take(MAX_FILE_BYTES).read_to_end(&mut bytes)?;
         Ok(Some(bytes))
     }
 
@@ -133,7 +133,7 @@ impl Files for Disk {
         file.sync_data()
     }
 
-    fn cut(&mut self, name: &str, length: u64) -> io::Result<()> {
+    fn truncate_file(&mut self, name: &str, length: u64) -> io::Result<()> {
         let file = self.file(name)?;
         let found = file.metadata()?.len();
         match found.cmp(&length) {

@@ -11,7 +11,7 @@ pub struct Findings {
     /// What is lost in both copies.
     pub lost: Lost,
     /// Why the store could not be repaired yet. It is readable; the repair comes before the next write.
-    pub unmended: Option<String>,
+    pub repair_error: Option<String>,
 }
 
 /// A damaged file.
@@ -49,7 +49,7 @@ impl fmt::Display for Findings {
                 write!(to, ". {}", self.lost)?;
             }
         }
-        if let Some(why) = &self.unmended {
+        if let Some(why) = &self.repair_error {
             let and = if self.damaged.is_empty() { "" } else { ". " };
             write!(to, "{and}what was learned is readable, and cannot be added to: {why}")?;
         }

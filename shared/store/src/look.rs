@@ -1,11 +1,11 @@
 use std::io;
 use std::path::Path;
 
-use crate::database::{self, Found};
+use crate::database::{self, DatabaseState};
 use crate::files::{Disk, Files as _};
 use crate::migration::MIGRATIONS;
 use crate::names::Names;
-use crate::survey::{Standing, Survey};
+use crate::survey::{CopyComparison, CopyState};
 use crate::{OpenError, VERSION};
 
 /// The version of a store, determined without opening it for use.
@@ -32,41 +32,41 @@ impl Version {
     /// [`OpenError::Folder`] or [`OpenError::Unreadable`] if it cannot be read.
     pub fn of(path: &Path) -> Result<Self, OpenError> {
         let names = Names::of(path);
-        let Some(mut disk) = Disk::look(names.folder()).map_err(|source| OpenError::Folder { source })?
+        let Some(mut disk) = Disk::inspect(names.folder()).map_err(|source| OpenError::Folder { source })?
         else {
             return Ok(Self::NoFile);
         };
         let unreadable = |source| OpenError::Unreadable { path: path.to_owned(), source };
-        look(&mut disk, &names).map_err(unreadable)
+        inspect(&mut disk, &names).map_err(unreadable)
     }
 }
 
-fn look(disk: &mut Disk, names: &Names) -> io::Result<Version> {
+fn inspect(disk: &mut Disk, names: &Names) -> io::Result<Version> {
     if !disk.lock(&names.lock(), false)? || !disk.lock(&names.database(), false)? {
         return Ok(Version::InUse);
     }
     if let Some(bytes) = disk.read(&names.database())? {
         return Ok(match database::read(&bytes) {
-            Found::Damaged(what) => {
+            DatabaseState::Damaged(what) => {
                 Version::Damaged(format!("{} {what}", names.path(&names.database()).display()))
             }
-            Found::Sound { version: None, .. } => Version::This,
-            Found::Sound { version: Some(older), .. }
+            DatabaseState::Sound { version: None, .. } => Version::This,
+            DatabaseState::Sound { version: Some(older), .. }
                 if MIGRATIONS.iter().any(|migration| migration.from == older) =>
             {
                 Version::Older(older)
             }
-            Found::Sound { version: Some(other), .. } => Version::Unknown(other),
+            DatabaseState::Sound { version: Some(other), .. } => Version::Unknown(other),
         });
     }
     let [first, second] = names.copies();
     let (first, second) = (disk.read(&first)?, disk.read(&second)?);
-    let survey = match Survey::of([first.as_deref(), second.as_deref()]) {
+    let survey = match CopyComparison::of([first.as_deref(), second.as_deref()]) {
         Ok(survey) => survey,
         Err(version) => return Ok(Version::Unknown(version)),
     };
     let damaged = names.copies().into_iter().zip(survey.copies.clone()).filter_map(|(name, standing)| {
-        if let Standing::Damaged(what) = standing {
+        if let CopyState::Damaged(what) = standing {
             Some(format!("{} {what}", names.path(&name).display()))
         } else {
             None
@@ -74,7 +74,7 @@ fn look(disk: &mut Disk, names: &Names) -> io::Result<Version> {
     });
     let damaged: Vec<String> = damaged.collect();
     Ok(if damaged.is_empty() {
-        if survey.copies.contains(&Standing::Absent) { Version::NoFile } else { Version::This }
+        if survey.copies.contains(&CopyState::Absent) { Version::NoFile } else { Version::This }
     } else {
         Version::Damaged(damaged.join("; "))
     })

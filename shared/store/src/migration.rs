@@ -19,15 +19,15 @@ pub(crate) struct Migration {
 
 /// All migrations, in order. A new version appends one and leaves the others unchanged.
 pub(crate) const MIGRATIONS: [Migration; 3] = [
-    Migration { from: 1, apply: items_apart },
-    Migration { from: 2, apply: numbers_in_digits },
+    Migration { from: 1, apply: split_items },
+    Migration { from: 2, apply: convert_number_words },
     // The contents are the same. Version 3 is a database; version 4 has one checked record per item, in two files.
     Migration { from: 3, apply: Ok },
 ];
 
 /// Version 1 stored a task with all its examples in one value and rewrote it for each example. Version 2 stores the
 /// examples as separate items.
-fn items_apart(mut contents: Contents) -> Result<Contents, MigrationError> {
+fn split_items(mut contents: Contents) -> Result<Contents, MigrationError> {
     for (key, head) in &mut contents.heads {
         let wrong = |reason: String| MigrationError { key: key.clone(), reason };
         let mut value: Value = serde_json::from_slice(head).map_err(|error| wrong(error.to_string()))?;
@@ -45,7 +45,7 @@ fn items_apart(mut contents: Contents) -> Result<Contents, MigrationError> {
 
 /// In version 2 keys contain number words as spoken; in version 3 they are digits. "task one" and "task 1" become one
 /// task with the examples of both, those of "task 1" first.
-fn numbers_in_digits(contents: Contents) -> Result<Contents, MigrationError> {
+fn convert_number_words(contents: Contents) -> Result<Contents, MigrationError> {
     let Contents { heads, mut items } = contents;
     let stays = |key: &str| in_digits(key) == key;
     let (mut heads, renamed): (BTreeMap<_, _>, BTreeMap<_, _>) =
@@ -89,7 +89,7 @@ mod tests {
             "task 1".to_owned(),
             br#"{"name":"Task 1","examples":[{"x":0.1234567890123456789},{"x":-2e-300}]}"#.to_vec(),
         )]);
-        let migrated = items_apart(Contents { heads, ..Contents::default() }).unwrap();
+        let migrated = split_items(Contents { heads, ..Contents::default() }).unwrap();
         assert_eq!(migrated.heads["task 1"], br#"{"name":"Task 1"}"#);
         let items: Vec<Value> =
             migrated.items["task 1"].values().map(|item| serde_json::from_slice(item).unwrap()).collect();
@@ -119,15 +119,15 @@ mod tests {
             &[("someone", "s"), ("task 1", "digits"), ("2 of 10", "t")],
             &[("task 1", &[(0, "a"), (1, "b"), (2, "c")]), ("2 of 10", &[(0, "d"), (1, "e")])],
         );
-        assert_eq!(numbers_in_digits(before).unwrap(), after);
-        assert_eq!(numbers_in_digits(after.clone()).unwrap(), after);
+        assert_eq!(convert_number_words(before).unwrap(), after);
+        assert_eq!(convert_number_words(after.clone()).unwrap(), after);
     }
 
     #[test]
     fn what_is_no_task_is_named_and_not_migrated() {
         for nonsense in [&b"{"[..], b"[1]", br#"{"name":"x"}"#, br#"{"name":"x","examples":3}"#] {
             let heads = BTreeMap::from([("task 1".to_owned(), nonsense.to_vec())]);
-            let refused = items_apart(Contents { heads, ..Contents::default() }).unwrap_err();
+            let refused = split_items(Contents { heads, ..Contents::default() }).unwrap_err();
             assert!(refused.to_string().contains("\"task 1\""), "{refused}");
         }
     }

@@ -4,7 +4,7 @@ use crate::record::{Line, Record, decode};
 
 /// The parsed records of a copy.
 #[derive(Debug, Default)]
-pub(crate) struct Scan {
+pub(crate) struct ParsedCopy {
     pub(crate) records: Vec<Record>,
     /// Byte ranges without valid records.
     unreadable: Vec<Range<usize>>,
@@ -15,7 +15,7 @@ pub(crate) struct Scan {
     is_empty: bool,
 }
 
-impl Scan {
+impl ParsedCopy {
     pub(crate) fn of(bytes: &[u8]) -> Self {
         let mut scan = Self { is_empty: bytes.is_empty(), ..Self::default() };
         let mut start = 0;

@@ -18,14 +18,14 @@ pub struct Store {
     pub(crate) files: Box<dyn Files>,
     pub(crate) names: Names,
     pub(crate) path: PathBuf,
-    pub(crate) end: End,
+    pub(crate) end: JournalEnd,
     pub(crate) losses: Vec<String>,
     pub(crate) findings: Findings,
 }
 
 /// The position of the next record.
 #[derive(Clone, Copy, Debug, Default)]
-pub(crate) struct End {
+pub(crate) struct JournalEnd {
     pub(crate) generation: u64,
     pub(crate) number: u64,
     /// The length of each copy, in bytes.
@@ -59,7 +59,7 @@ impl Store {
             files,
             names,
             path: path.to_owned(),
-            end: End::default(),
+            end: JournalEnd::default(),
             losses: Vec::new(),
             findings: Findings::default(),
         };
@@ -68,10 +68,10 @@ impl Store {
         if !is_locked {
             return Err(OpenError::InUse { path: store.path });
         }
-        match store.mend(migrations) {
+        match store.repair(migrations) {
             // A full disk prevents the repair but not reading.
             Err(OpenError::Unwritable { source, .. }) if is_full(&source) && store.end.generation > 0 => {
-                store.findings.unmended = Some(format!("{source}: make room on its disk"));
+                store.findings.repair_error = Some(format!("{source}: make room on its disk"));
             }
             mended => mended?,
         }
@@ -174,9 +174,9 @@ impl Store {
             return Ok(());
         }
         if !self.end.is_whole {
-            self.mend(&MIGRATIONS).map_err(Box::new)?;
+            self.repair(&MIGRATIONS).map_err(Box::new)?;
         }
-        let End { generation, number, length, .. } = self.end;
+        let JournalEnd { generation, number, length, .. } = self.end;
         let (lines, next) = encode_all(generation, number, changes)
             .map_err(|source| WriteError::Entry { key: String::new(), source })?;
         let names = self.names.copies();
@@ -185,11 +185,11 @@ impl Store {
                 // Undo the append. If that fails, the copies are rewritten before the next change. The second copy is
                 // cut first, so it never holds more than the first.
                 let mut written = names.iter().take(index + 1).rev();
-                self.end.is_whole = written.all(|name| self.files.cut(name, length).is_ok());
+                self.end.is_whole = written.all(|name| self.files.truncate_file(name, length).is_ok());
                 return Err(WriteError::Unwritable { path: self.names.path(name), source });
             }
         }
-        self.end = End { number: next, length: length + size(&lines), ..self.end };
+        self.end = JournalEnd { number: next, length: length + size(&lines), ..self.end };
         Ok(())
     }
 

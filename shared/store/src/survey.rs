@@ -2,7 +2,7 @@ use std::collections::BTreeMap;
 
 use crate::contents::Contents;
 use crate::record::{Change, Record};
-use crate::scan::Scan;
+use crate::scan::ParsedCopy;
 
 /// A disk writes a block of this many bytes atomically.
 const SECTOR: usize = 512;
@@ -10,7 +10,7 @@ const SECTOR: usize = 512;
 /// The combined contents of the two copies. The first copy is written first, and is durable before the second one is
 /// touched.
 #[derive(Debug)]
-pub(crate) struct Survey {
+pub(crate) struct CopyComparison {
     pub(crate) contents: Contents,
     /// Earlier losses that were not reported yet.
     pub(crate) losses: Vec<String>,
@@ -18,13 +18,13 @@ pub(crate) struct Survey {
     pub(crate) generation: u64,
     /// The number of the next record.
     pub(crate) next: u64,
-    pub(crate) copies: [Standing; 2],
+    pub(crate) copies: [CopyState; 2],
     pub(crate) lost: Lost,
 }
 
 /// The state of one copy.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub(crate) enum Standing {
+pub(crate) enum CopyState {
     /// It is complete.
     Whole,
     /// Neither copy exists.
@@ -49,18 +49,18 @@ pub enum Lost {
     Everything,
 }
 
-impl Survey {
+impl CopyComparison {
     /// Compares both copies (`None` for a missing file). Returns the version as an error if a valid record has another
     /// version.
     pub(crate) fn of(copies: [Option<&[u8]>; 2]) -> Result<Self, u64> {
         let [first, second] = copies;
-        let scans = copies.map(|bytes| bytes.map(Scan::of).unwrap_or_default());
+        let scans = copies.map(|bytes| bytes.map(ParsedCopy::of).unwrap_or_default());
         if let Some(version) = scans.iter().find_map(|scan| scan.other_version) {
             return Err(version);
         }
         let [of_first, of_second] = &scans;
-        let Some(generation) = scans.iter().filter_map(Scan::generation).max() else {
-            return Ok(Self::of_nothing(copies, &scans));
+        let Some(generation) = scans.iter().filter_map(ParsedCopy::generation).max() else {
+            return Ok(Self::without_records(copies, &scans));
         };
         let mut records: BTreeMap<u64, &Record> = BTreeMap::new();
         for record in of_second.records.iter().chain(&of_first.records) {
@@ -100,37 +100,37 @@ impl Survey {
             }
         }
         let snapshot = records.get(&0).map_or(0, |begin| begin.last);
-        let is_whole = |scan: &Scan| scan.whole() == Some((generation, end));
-        let fault = |scan: &Scan, bytes: Option<&[u8]>| {
-            Standing::Damaged(bytes.map_or_else(|| "is missing".to_owned(), |_| scan.fault(generation)))
+        let is_whole = |scan: &ParsedCopy| scan.whole() == Some((generation, end));
+        let fault = |scan: &ParsedCopy, bytes: Option<&[u8]>| {
+            CopyState::Damaged(bytes.map_or_else(|| "is missing".to_owned(), |_| scan.fault(generation)))
         };
         let standing_of_first = if is_whole(of_first) {
-            Standing::Whole
+            CopyState::Whole
         } else if is_whole(of_second) && is_longer(first, second) {
-            Standing::Unfinished
+            CopyState::Unfinished
         } else {
             fault(of_first, first)
         };
         let was_written_whole = end == snapshot && is_whole(of_first);
         let standing_of_second = match (first, second) {
-            (Some(first), Some(second)) if is_whole(of_first) && first == second => Standing::Whole,
+            (Some(first), Some(second)) if is_whole(of_first) && first == second => CopyState::Whole,
             // A rewrite was interrupted between the copies. If this copy was damaged before, it was set aside earlier.
-            (_, None) if was_written_whole => Standing::Unfinished,
+            (_, None) if was_written_whole => CopyState::Unfinished,
             (_, Some(_)) if was_written_whole && of_second.generation().is_some_and(|of| of < generation) => {
-                Standing::Unfinished
+                CopyState::Unfinished
             }
             (Some(first), Some(second)) if is_whole(of_first) => {
                 let begun = last_group(first, of_first);
                 if end > snapshot && is_torn(second, first, begun) {
-                    Standing::Unfinished
+                    CopyState::Unfinished
                 } else {
                     fault(of_second, Some(second))
                 }
             }
-            _ if is_whole(of_second) => Standing::Whole,
+            _ if is_whole(of_second) => CopyState::Whole,
             _ => fault(of_second, second),
         };
-        let has_end = |scan: &Scan| {
+        let has_end = |scan: &ParsedCopy| {
             scan.ends_well
                 && scan
                     .records
@@ -149,14 +149,14 @@ impl Survey {
     }
 
     /// The result without any valid record.
-    fn of_nothing(copies: [Option<&[u8]>; 2], scans: &[Scan; 2]) -> Self {
+    fn without_records(copies: [Option<&[u8]>; 2], scans: &[ParsedCopy; 2]) -> Self {
         let is_new = copies.iter().all(Option::is_none);
         let [first, second] = copies.map(|bytes| bytes.is_some());
         let [of_first, of_second] = scans;
-        let standing = |is_there: bool, scan: &Scan| match (is_new, is_there) {
-            (true, _) => Standing::Absent,
-            (false, true) => Standing::Damaged(scan.fault(0)),
-            (false, false) => Standing::Damaged("is missing".to_owned()),
+        let standing = |is_there: bool, scan: &ParsedCopy| match (is_new, is_there) {
+            (true, _) => CopyState::Absent,
+            (false, true) => CopyState::Damaged(scan.fault(0)),
+            (false, false) => CopyState::Damaged("is missing".to_owned()),
         };
         Self {
             contents: Contents::default(),
@@ -185,7 +185,7 @@ fn is_longer(copy: Option<&[u8]>, other: Option<&[u8]>) -> bool {
 }
 
 /// The byte offset at which the last transaction begins, in a complete copy.
-fn last_group(bytes: &[u8], scan: &Scan) -> usize {
+fn last_group(bytes: &[u8], scan: &ParsedCopy) -> usize {
     let Some(last) = scan.records.last() else { return 0 };
     let count = scan.records.iter().rev().take_while(|record| record.last == last.last).count();
     let lines = bytes.split_inclusive(|byte| *byte == b'\n');

@@ -78,7 +78,7 @@ fn writer() {
         loop {
             match store.put(&key, &"head", *place, &item(*place)) {
                 Ok(()) => break,
-                Err(WriteError::Unwritable { .. } | WriteError::Unmended(_)) => say("full", &key, *place),
+                Err(WriteError::Unwritable { .. } | WriteError::RepairFailed(_)) => say("full", &key, *place),
                 Err(error) => panic!("{error}"),
             }
             drop(store);

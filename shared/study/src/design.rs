@@ -4,7 +4,8 @@ use std::f64::consts::FRAC_PI_2;
 use std::time::Duration;
 
 use config::lesson::{
-    Act, Destination, Kind, Laying, Lesson, Noise, Object, Occluder, Place, Role, Step, Table, Teacher,
+    Act, Destination, Lesson, Noise, Object, ObjectKind, Occluder, Role, Step, Table, TableTiming, Teacher,
+    UprightPose,
 };
 use quantity::number::float_of_count;
 use rand::RngExt as _;
@@ -14,7 +15,7 @@ use rand_chacha::rand_core::SeedableRng as _;
 
 /// A lesson without a novel set, and the rules that should be learned from it.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Design {
+pub struct TaskVariant {
     /// The task, 1 to 4.
     pub task: u32,
     /// The demonstrations.
@@ -55,15 +56,15 @@ const EYES_M: [f64; 3] = [0.0, 1.8, 0.8];
 const LOOKS_AT_M: [f64; 3] = [0.0, 0.75, 0.0];
 
 /// The duration of moving one object, and the time from one move to the next.
-const CARRIES: Duration = Duration::from_millis(700);
-const APART: Duration = Duration::from_millis(1_200);
+const CARRY_TIME: Duration = Duration::from_millis(700);
+const MOVE_INTERVAL: Duration = Duration::from_millis(1_200);
 
-impl Design {
+impl TaskVariant {
     /// The design of a task (1 to 4) for a seed; `None` for another task number.
     #[must_use]
     pub fn of(task: u32, seed: u64) -> Option<Self> {
         let mut chance =
-            Chance(ChaCha8Rng::seed_from_u64(seed.wrapping_mul(4).wrapping_add(u64::from(task))));
+            RandomDesign(ChaCha8Rng::seed_from_u64(seed.wrapping_mul(4).wrapping_add(u64::from(task))));
         let (demonstrations, with, without) = match task {
             1 => chance.filled(),
             2 => chance.marked(),
@@ -75,10 +76,10 @@ impl Design {
             watch: "What is learned?".to_owned(),
             needs: config::lesson::Needs::default(),
             seed,
-            robot: Place { position_m: [0.0; 3], heading_rad: FRAC_PI_2 },
+            robot: UprightPose { position_m: [0.0; 3], heading_rad: FRAC_PI_2 },
             teachers: vec![Teacher { number: 1, eyes_m: EYES_M, looks_at_m: LOOKS_AT_M }],
             noise: Noise { position_sigma_m: 0.003, confidence: 0.9 },
-            laying: Laying {
+            laying: TableTiming {
                 empty: Duration::from_secs(2),
                 occluders_first: Duration::from_millis(300),
                 keep: Duration::from_millis(300),
@@ -96,24 +97,25 @@ impl Design {
 struct Thing {
     name: String,
     colour: [f64; 3],
-    kind: Kind,
+    kind: ObjectKind,
     at_m: [f64; 2],
 }
 
 impl Thing {
     fn block(name: String, colour: [f64; 3], shape: [f64; 4], half_m: [f64; 3], at_m: [f64; 2]) -> Self {
-        let kind = Kind { role: Role::Block, shape, half_extents_m: half_m, hole: false, markable: false };
+        let kind =
+            ObjectKind { role: Role::Block, shape, half_extents_m: half_m, hole: false, markable: false };
         Self { name, colour, kind, at_m }
     }
 
-    fn lies(&self) -> Object {
+    fn to_object(&self) -> Object {
         let [x, y] = self.at_m;
         let [.., half_height_m] = self.kind.half_extents_m;
         Object {
             name: self.name.clone(),
             kind: self.kind,
             colour_rgb: self.colour,
-            place: Place { position_m: [x, y, half_height_m], heading_rad: 0.0 },
+            place: UprightPose { position_m: [x, y, half_height_m], heading_rad: 0.0 },
         }
     }
 }
@@ -130,11 +132,11 @@ fn demonstration(
         vec![Step { at, who: 1, act: Act::Say(format!("Leo, I can teach you to do task {task}")) }];
     at += Duration::from_millis(500);
     for (object, to) in moves {
-        script.push(Step { at, who: 1, act: Act::Move { object, to, takes: CARRIES } });
-        at += APART;
+        script.push(Step { at, who: 1, act: Act::Move { object, to, takes: CARRY_TIME } });
+        at += MOVE_INTERVAL;
     }
     script.push(Step { at, who: 1, act: Act::Say(format!("Task {task} is done")) });
-    let objects = things.iter().map(Thing::lies).collect();
+    let objects = things.iter().map(Thing::to_object).collect();
     Table { objects, occluders, territory: Vec::new(), script }
 }
 
@@ -159,11 +161,11 @@ struct Marked {
     size_m: f64,
 }
 
-type Shown = (Vec<Table>, String, String);
+type DesignParts = (Vec<Table>, String, String);
 
-struct Chance(ChaCha8Rng);
+struct RandomDesign(ChaCha8Rng);
 
-impl Chance {
+impl RandomDesign {
     fn between(&mut self, from: f64, to: f64) -> f64 {
         self.0.random_range(from..to)
     }
@@ -186,7 +188,7 @@ impl Chance {
     }
 
     /// Task 1: all holes that the teacher sees are filled. One block, with a unique colour, is hidden from the teacher.
-    fn filled(&mut self) -> Shown {
+    fn filled(&mut self) -> DesignParts {
         let mut colours: Vec<usize> = (0..COLOURS.len()).collect();
         colours.shuffle(&mut self.0);
         let (hidden, visible) = (colours.pop().unwrap_or(0), colours);
@@ -220,7 +222,8 @@ impl Chance {
         let pegs = things.len();
         let half_extents_m = [0.011, 0.011, 0.025];
         for (index, at_m) in self.row(7, 0.09, 1.15, 0.005).into_iter().enumerate() {
-            let kind = Kind { role: Role::Peg, shape: PEG, half_extents_m, hole: false, markable: false };
+            let kind =
+                ObjectKind { role: Role::Peg, shape: PEG, half_extents_m, hole: false, markable: false };
             things.push(Thing { name: format!("peg {index}"), colour: WOOD, kind, at_m });
         }
         // On the line from the teacher's eyes to the block, just before the block.
@@ -235,7 +238,7 @@ impl Chance {
 
     /// Task 2: the teacher's blocks of two colours, in three shapes, are marked. The robot's blocks of these colours
     /// have other shapes and are not marked.
-    fn marked(&mut self) -> Shown {
+    fn marked(&mut self) -> DesignParts {
         let mut colours: Vec<usize> = (0..COLOURS.len()).collect();
         colours.shuffle(&mut self.0);
         let mut marked: Vec<usize> = colours.drain(..2).collect();
@@ -295,8 +298,13 @@ impl Chance {
         let markers = things.len();
         let half_extents_m = [0.016, 0.016, 0.006];
         for (index, at_m) in self.row(6, 0.10, 1.25, 0.005).into_iter().enumerate() {
-            let kind =
-                Kind { role: Role::Marker, shape: MARKER, half_extents_m, hole: false, markable: false };
+            let kind = ObjectKind {
+                role: Role::Marker,
+                shape: MARKER,
+                half_extents_m,
+                hole: false,
+                markable: false,
+            };
             things.push(Thing { name: format!("marker {index}"), colour: WOOD, kind, at_m });
         }
         let mut order: Vec<usize> = (0..kinds.len()).collect();
@@ -307,7 +315,7 @@ impl Chance {
     }
 
     /// Tasks 3 and 4: a few objects are arranged in front of the teacher; in Task 3 some are stacked.
-    fn built(&mut self, task: u32) -> Shown {
+    fn built(&mut self, task: u32) -> DesignParts {
         let count = self.0.random_range(3..=6_usize);
         let mut cells: Vec<[f64; 2]> =
             [-0.21, -0.07, 0.07, 0.21].iter().flat_map(|x| [[*x, 0.68], [*x, 0.82]]).collect();
@@ -328,8 +336,8 @@ impl Chance {
             };
             below = (shape == SQUARE).then_some(([x, y], underside_m + 2.0 * half_height_m));
             let heading_rad = if self.0.random_bool(0.5) { FRAC_PI_2 } else { 0.0 };
-            let place = Place { position_m: [x, y, underside_m + half_height_m], heading_rad };
-            moves.push((index, Destination::Place(place)));
+            let place = UprightPose { position_m: [x, y, underside_m + half_height_m], heading_rad };
+            moves.push((index, Destination::UprightPose(place)));
         }
         let with = format!("{count} things turned by 180°, as they stood before you");
         let without = format!("{count} things as they stood before me");
@@ -342,18 +350,18 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_seed_has_one_design_and_others_have_others() {
+    fn design_is_a_function_of_the_seed() {
         for task in 1..=4 {
-            assert_eq!(Design::of(task, 7), Design::of(task, 7));
-            assert_ne!(Design::of(task, 7), Design::of(task, 8));
+            assert_eq!(TaskVariant::of(task, 7), TaskVariant::of(task, 7));
+            assert_ne!(TaskVariant::of(task, 7), TaskVariant::of(task, 8));
         }
-        assert_eq!(Design::of(5, 7), None);
+        assert_eq!(TaskVariant::of(5, 7), None);
     }
 
     #[test]
     fn things_lie_apart() {
         for (task, seed) in (1..=4).flat_map(|task| (0..200).map(move |seed| (task, seed))) {
-            for table in Design::of(task, seed).unwrap().lesson.demonstrations {
+            for table in TaskVariant::of(task, seed).unwrap().lesson.demonstrations {
                 for (index, object) in table.objects.iter().enumerate() {
                     for other in &table.objects[..index] {
                         let ([x, y, _], [u, v, _]) = (object.place.position_m, other.place.position_m);
@@ -370,7 +378,7 @@ mod tests {
     #[test]
     fn shapes_and_colours_are_marked_together() {
         for seed in 0..200 {
-            let design = Design::of(2, seed).unwrap();
+            let design = TaskVariant::of(2, seed).unwrap();
             let blocks = design.lesson.demonstrations.iter().flat_map(|table| {
                 let marked = table.script.iter().filter_map(|step| {
                     let Act::Move { to: Destination::Top(block), .. } = step.act else { return None };

@@ -2,7 +2,7 @@
 //! Principle for Learning in Human-Robot Interaction", AAAI 2006 (below: the paper).
 //!
 //! [`people`] contains the participants' results (Tables 1 and 3) and their statistics, [`robot`] those of the paper's
-//! robot (Table 2). A [`Comparison`] checks cell by cell whether Leo learns and does the same. A [`Design`] is a
+//! robot (Table 2). A [`Comparison`] checks cell by cell whether Leo learns and does the same. A [`TaskVariant`] is a
 //! variant of a task with other blocks and places.
 
 mod comparison;
@@ -11,4 +11,4 @@ pub mod people;
 pub mod robot;
 
 pub use comparison::{Cell, Comparison};
-pub use design::Design;
+pub use design::TaskVariant;

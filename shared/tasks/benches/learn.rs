@@ -14,13 +14,13 @@ use std::hint::black_box;
 
 use quantity::number::float;
 use tasks::{
-    FeatureWords, Hypotheses, Language, Learning, Noise, Object, Settings, Snapshot, StateWords, View,
+    FeatureWords, HypothesisLanguage, Language, Learning, Noise, Object, Settings, Snapshot, StateWords, View,
 };
 
 /// Number of values of each feature.
 const VALUES: u64 = 4;
 /// The enumeration is skipped above this size.
-const ENUMERATED_MOST: u64 = 3_000_000;
+const MAX_ENUMERATED: u64 = 3_000_000;
 
 /// Pseudo-random numbers from a fixed seed (splitmix64).
 struct Chance(u64);
@@ -123,7 +123,7 @@ fn learn(language: &Language, settings: &Settings, views: &[View], rounds: usize
     let mut nanos = Vec::with_capacity(rounds * views.len());
     let mut kept = 0;
     for _ in 0..rounds {
-        let (learning, bytes) = testkit::bytes_kept_by(|| {
+        let (learning, bytes) = testkit::bytes_retained_by(|| {
             let mut learning = Learning::new(language, settings);
             for view in views {
                 nanos.push(timed(|| {
@@ -158,7 +158,7 @@ fn main() {
             let paper = learn(&language, &Settings::default(), &views, rounds);
             let noisy = learn(&language, &Settings { noise: slips, ..Settings::default() }, &views, rounds);
             let size = (objects * examples * examples) << features;
-            let enumeration = if size <= ENUMERATED_MOST {
+            let enumeration = if size <= MAX_ENUMERATED {
                 told(vec![timed(|| {
                     black_box(enumerate(&views, features));
                 })])
@@ -173,7 +173,7 @@ fn main() {
     for objects in [10, 30, 100, 300] {
         let mut chance = Chance(objects);
         let views: Vec<View> = (0..20).map(|_| demonstration(&mut chance, objects, 3)).collect();
-        let extended = Settings { language: Hypotheses::Extended, ..Settings::default() };
+        let extended = Settings { language: HypothesisLanguage::Extended, ..Settings::default() };
         let exact = learn(&language(3), &extended, &views, 1);
         let noisy = learn(&language(3), &Settings { noise: slips, ..extended }, &views, 1);
         println!("{objects:7} {:8} {exact} {noisy}", views.len());
@@ -181,7 +181,7 @@ fn main() {
     println!("\n10000 examples of 7 objects with 3 features, one after the other; seconds, and the last ms");
     let mut chance = Chance(7);
     let views: Vec<View> = (0..10_000).map(|_| demonstration(&mut chance, 7, 3)).collect();
-    for language_of in [Hypotheses::Paper, Hypotheses::Extended] {
+    for language_of in [HypothesisLanguage::Paper, HypothesisLanguage::Extended] {
         for noise in [Noise::NONE, slips] {
             let settings = Settings { language: language_of, noise, ..Settings::default() };
             let mut learning = Learning::new(&language(3), &settings);

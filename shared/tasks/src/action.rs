@@ -6,12 +6,12 @@ use message::{Belief, Feature, NOBODY, Remembered};
 use crate::Language;
 use crate::snapshot::{is_on, position};
 
-/// Maximum difference, in metres, of an object's mean positions over two successive `GLANCE` windows at rest. Means
+/// Maximum difference, in metres, of an object's mean positions over two successive `MEAN_WINDOW` windows at rest. Means
 /// suppress the noise of single frames.
-const STILL_M: f64 = 0.01;
-const GLANCE: Duration = Duration::from_millis(100);
+const MAX_REST_DRIFT_M: f64 = 0.01;
+const MEAN_WINDOW: Duration = Duration::from_millis(100);
 /// An act is complete after everything has been at rest and unchanged for this long.
-const SETTLED: Duration = Duration::from_millis(200);
+const SETTLING_TIME: Duration = Duration::from_millis(200);
 
 /// A completed act: an object came to rest elsewhere or passed to another hand, or a state changed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -28,14 +28,14 @@ pub struct Act {
 /// that overlap in time are merged. [`crate::deeds`] classifies an act from the beliefs before and after it.
 #[derive(Clone, Debug, Default)]
 pub struct ActionParser {
-    things: BTreeMap<u64, Thing>,
+    things: BTreeMap<u64, ObjectTracker>,
     /// The time of the last change or movement, while an act is pending.
     pending: Option<Instant>,
     actor: Option<u16>,
 }
 
 #[derive(Clone, Debug)]
-struct Thing {
+struct ObjectTracker {
     rest_m: [f64; 3],
     moving: Option<Moving>,
     states: Vec<(u16, bool)>,
@@ -44,18 +44,18 @@ struct Thing {
 /// An object in motion.
 #[derive(Clone, Copy, Debug)]
 struct Moving {
-    glance: Glance,
+    window: PositionMean,
     /// Its mean position over the last complete window without a holder.
     was_m: Option<[f64; 3]>,
     /// The agent that carries it, once one was seen.
-    carrier: Option<u16>,
+    holder: Option<u16>,
     /// Another agent that holds it now, and since when.
-    taker: Option<(u16, Instant)>,
+    receiver: Option<(u16, Instant)>,
 }
 
 /// The mean position of an object since an instant.
 #[derive(Clone, Copy, Debug)]
-struct Glance {
+struct PositionMean {
     since: Instant,
     sum_m: [f64; 3],
     count: u32,
@@ -73,7 +73,7 @@ impl ActionParser {
         let mut handed = None;
         for belief in beliefs {
             let Some(place_m) = position(language, belief).map(|place| place.to_array()) else { continue };
-            let thing = self.things.entry(belief.id).or_insert_with(|| Thing {
+            let thing = self.things.entry(belief.id).or_insert_with(|| ObjectTracker {
                 rest_m: place_m,
                 moving: None,
                 states: Vec::new(),
@@ -98,7 +98,7 @@ impl ActionParser {
             // All objects are back in place: there was no act, and the next one may have another actor.
             self.actor = None;
         }
-        let settled = self.pending.is_some_and(|last| now.since(last) >= SETTLED);
+        let settled = self.pending.is_some_and(|last| now.since(last) >= SETTLING_TIME);
         if busy || !settled {
             return None;
         }
@@ -107,7 +107,7 @@ impl ActionParser {
     }
 }
 
-impl Thing {
+impl ObjectTracker {
     fn states_changed(&mut self, language: &Language, belief: &Belief) -> bool {
         let mut changed = false;
         for words in &language.states {
@@ -129,20 +129,20 @@ impl Thing {
     fn moved(&mut self, now: Instant, place_m: [f64; 3], held_by: u16, moved_m: f64) -> bool {
         let Some(moving) = &mut self.moving else {
             if distance(self.rest_m, place_m) > moved_m {
-                let glance = Glance::begin(now, place_m);
-                self.moving = Some(Moving { glance, was_m: None, carrier: None, taker: None });
+                let window = PositionMean::begin(now, place_m);
+                self.moving = Some(Moving { window, was_m: None, holder: None, receiver: None });
             }
             return false;
         };
         if held_by != NOBODY {
-            moving.glance = Glance::begin(now, place_m);
+            moving.window = PositionMean::begin(now, place_m);
             moving.was_m = None;
             return false;
         }
-        let Some(mean_m) = moving.glance.add(now, place_m) else { return false };
-        moving.glance = Glance::begin(now, place_m);
+        let Some(mean_m) = moving.window.add(now, place_m) else { return false };
+        moving.window = PositionMean::begin(now, place_m);
         let was_m = moving.was_m.replace(mean_m);
-        if was_m.is_none_or(|was_m| distance(was_m, mean_m) > STILL_M) {
+        if was_m.is_none_or(|was_m| distance(was_m, mean_m) > MAX_REST_DRIFT_M) {
             return false;
         }
         self.moving = None;
@@ -152,31 +152,31 @@ impl Thing {
     }
 
     /// Tracks the holder. Returns the giver once the object passed to another hand without coming to rest, and stayed
-    /// there for `SETTLED`.
+    /// there for `SETTLING_TIME`.
     fn handed(&mut self, now: Instant, place_m: [f64; 3], held_by: u16) -> Option<u16> {
         let moving = self.moving.as_mut()?;
         if held_by == NOBODY {
             return None;
         }
-        let giver = *moving.carrier.get_or_insert(held_by);
+        let giver = *moving.holder.get_or_insert(held_by);
         if giver == held_by {
-            moving.taker = None;
+            moving.receiver = None;
             return None;
         }
-        let taken_at = match moving.taker {
-            Some((taker, at)) if taker == held_by => at,
-            Some(_) | None => moving.taker.insert((held_by, now)).1,
+        let taken_at = match moving.receiver {
+            Some((receiver, at)) if receiver == held_by => at,
+            Some(_) | None => moving.receiver.insert((held_by, now)).1,
         };
-        if now.since(taken_at) < SETTLED {
+        if now.since(taken_at) < SETTLING_TIME {
             return None;
         }
-        (moving.carrier, moving.taker) = (Some(held_by), None);
+        (moving.holder, moving.receiver) = (Some(held_by), None);
         self.rest_m = place_m;
         Some(giver)
     }
 }
 
-impl Glance {
+impl PositionMean {
     fn begin(now: Instant, place_m: [f64; 3]) -> Self {
         Self { since: now, sum_m: place_m, count: 1 }
     }
@@ -187,7 +187,7 @@ impl Glance {
             *sum += part;
         }
         self.count += 1;
-        (now.since(self.since) >= GLANCE).then(|| self.sum_m.map(|sum| sum / f64::from(self.count)))
+        (now.since(self.since) >= MEAN_WINDOW).then(|| self.sum_m.map(|sum| sum / f64::from(self.count)))
     }
 }
 

@@ -1,10 +1,10 @@
 /// A set of small numbers. Equality depends on the members alone, not on the order of insertion.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Hash)]
-pub(crate) struct Bits(Vec<u64>);
+pub(crate) struct BitSet(Vec<u64>);
 
 const WORD: usize = 64;
 
-impl Bits {
+impl BitSet {
     pub(crate) fn insert(&mut self, number: usize) {
         let index = number / WORD;
         if self.0.len() <= index {
@@ -29,7 +29,7 @@ impl Bits {
     }
 
     /// Adds all numbers of another set; `true` if any of them is new.
-    pub(crate) fn unite(&mut self, other: &Self) -> bool {
+    pub(crate) fn union_with(&mut self, other: &Self) -> bool {
         if self.0.len() < other.0.len() {
             self.0.resize(other.0.len(), 0);
         }
@@ -55,8 +55,8 @@ pub(crate) fn numbers(row: &[u64]) -> Vec<usize> {
 mod tests {
     use super::*;
 
-    fn bits(numbers: &[usize]) -> Bits {
-        let mut bits = Bits::default();
+    fn bits(numbers: &[usize]) -> BitSet {
+        let mut bits = BitSet::default();
         numbers.iter().for_each(|&number| bits.insert(number));
         bits
     }
@@ -67,7 +67,7 @@ mod tests {
         assert_eq!((many.len(), numbers(&many.row(4))), (4, vec![3, 5, 70, 200]));
         assert_eq!(numbers(&few.row(9)), [3, 70]);
         let mut united = few.clone();
-        assert!(united.unite(&many) && !united.unite(&few));
+        assert!(united.union_with(&many) && !united.union_with(&few));
         assert_eq!(united, many);
     }
 }

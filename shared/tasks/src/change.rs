@@ -2,7 +2,7 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use serde::{Deserialize, Serialize};
 
-use crate::counterpart::nearest_first;
+use crate::counterpart::match_nearest_first;
 use crate::{Object, Snapshot};
 
 /// One difference between before and after: an expectation percept of a goal belief.
@@ -52,7 +52,7 @@ impl Change {
 /// objects do not vanish, so its identity was lost.
 #[must_use]
 pub fn changes(before: &Snapshot, after: &Snapshot, moved_m: f64) -> BTreeMap<u64, Change> {
-    let lost = found_again(before, after);
+    let lost = rematched(before, after);
     let mut changes = BTreeMap::new();
     for now in &after.objects {
         let then = before.object(now.id).or_else(|| before.object(*lost.get(&now.id)?));
@@ -67,14 +67,14 @@ pub fn changes(before: &Snapshot, after: &Snapshot, moved_m: f64) -> BTreeMap<u6
 /// states. Their loss is not a change, but the learner should report it.
 #[must_use]
 pub fn vanished<'a>(before: &'a Snapshot, after: &Snapshot) -> Vec<&'a Object> {
-    let found = found_again(before, after);
+    let found = rematched(before, after);
     let is_gone =
         |then: &&Object| after.object(then.id).is_none() && !found.values().any(|again| *again == then.id);
     before.objects.iter().filter(is_gone).collect()
 }
 
 /// New objects matched to lost ones of the same class features and set of states, nearest first.
-fn found_again(before: &Snapshot, after: &Snapshot) -> BTreeMap<u64, u64> {
+fn rematched(before: &Snapshot, after: &Snapshot) -> BTreeMap<u64, u64> {
     let gone = || before.objects.iter().filter(|then| after.object(then.id).is_none());
     let come = after.objects.iter().filter(|now| before.object(now.id).is_none());
     let pairs = come
@@ -84,7 +84,7 @@ fn found_again(before: &Snapshot, after: &Snapshot) -> BTreeMap<u64, u64> {
             same.filter_map(|then| Some((now.distance(then.position_m?)?, now.id, then.id)))
         })
         .collect();
-    nearest_first(pairs)
+    match_nearest_first(pairs)
 }
 
 fn change(then: &Object, now: &Object, moved_m: f64) -> Option<Change> {

@@ -10,16 +10,16 @@ use crate::{Effect, Language, Learned, Object, OnConflict, Rule, Selection, Sign
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Decision {
     /// None: no perspective explains anything.
-    Nobody,
+    NoRule,
     /// The rules of this perspective.
     Followed(u16),
     /// None yet: the teacher has to answer a question first.
-    Open(Doubt),
+    Open(OpenQuestion),
 }
 
 /// A kind of object that contradicts the teacher's rule, is known to the teacher, and was not asked about yet.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Doubt {
+pub struct OpenQuestion {
     /// The class features of such an object.
     pub kind: BTreeMap<String, String>,
     /// The expectation of the rule.
@@ -51,7 +51,7 @@ pub fn decide_with(
     teacher: u16,
     on_conflict: OnConflict,
 ) -> Decision {
-    let Some(followed) = decide(learned, teacher) else { return Decision::Nobody };
+    let Some(followed) = decide(learned, teacher) else { return Decision::NoRule };
     let (Some(theirs), Some(own)) = (learned.get(&followed), learned.get(&0)) else {
         return Decision::Followed(followed);
     };
@@ -78,8 +78,8 @@ pub fn decide_with(
 #[must_use]
 pub fn differ(one: &Learned, other: &Learned) -> bool {
     let has = |learned: &Learned, rule: &Rule| learned.primary().any(|other| other.agrees_with(rule));
-    let looks_otherwise = match (one.figures.first(), other.figures.first()) {
-        (Some(one), Some(other)) => !one.figure.looks_like(&other.figure),
+    let looks_otherwise = match (one.arrangements.first(), other.arrangements.first()) {
+        (Some(one), Some(other)) => !one.arrangement.looks_like(&other.arrangement),
         (None, None) => false,
         (Some(_), None) | (None, Some(_)) => true,
     };
@@ -89,7 +89,7 @@ pub fn differ(one: &Learned, other: &Learned) -> bool {
 }
 
 /// The first kind of object that contradicts the teacher's rules, is known to the teacher, and has no answer yet.
-fn doubt(language: &Language, task: &Task, simulated: &[u16], theirs: &Learned) -> Option<Doubt> {
+fn doubt(language: &Language, task: &Task, simulated: &[u16], theirs: &Learned) -> Option<OpenQuestion> {
     let can_be_asked =
         |rule: &&Rule| rule.selection == Selection::All && !rule.expectation.contains(&Effect::Moved);
     theirs.primary().filter(can_be_asked).find_map(|rule| {
@@ -99,7 +99,7 @@ fn doubt(language: &Language, task: &Task, simulated: &[u16], theirs: &Learned) 
         };
         let kinds = explain(language, task, simulated, rule).unexplained_kinds;
         let kind = kinds.into_iter().find(|kind| !is_answered(kind))?;
-        Some(Doubt { kind, goal: goal.clone() })
+        Some(OpenQuestion { kind, goal: goal.clone() })
     })
 }
 

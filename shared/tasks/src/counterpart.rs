@@ -31,11 +31,11 @@ pub fn counterparts<'a>(view: &Snapshot, theirs: &'a Snapshot) -> BTreeMap<u64, 
         }
     }
     let believed = |(object, believed)| Some((object, theirs.object(believed)?));
-    nearest_first(pairs).into_iter().filter_map(believed).collect()
+    match_nearest_first(pairs).into_iter().filter_map(believed).collect()
 }
 
 /// Greedy one-to-one matching of identities by ascending distance; ties are resolved by the lowest identities.
-pub(crate) fn nearest_first(mut pairs: Vec<(f64, u64, u64)>) -> BTreeMap<u64, u64> {
+pub(crate) fn match_nearest_first(mut pairs: Vec<(f64, u64, u64)>) -> BTreeMap<u64, u64> {
     pairs.sort_by(|a, b| a.0.total_cmp(&b.0).then((a.1, a.2).cmp(&(b.1, b.2))));
     let (mut found, mut taken) = (BTreeMap::new(), BTreeSet::new());
     for (_, one, other) in pairs {
@@ -56,7 +56,7 @@ mod tests {
     }
 
     #[test]
-    fn what_he_knows_stands_for_one_thing_alone_and_for_the_nearest() {
+    fn matching_is_one_to_one_and_nearest_first() {
         let own = view(&[(1, "blue", 0.0), (2, "blue", 0.06), (3, "red", 0.06)]);
         assert_eq!(pairs(&own, &view(&[(7, "blue", 0.05)])), [(2, 7)]);
         assert_eq!(pairs(&own, &view(&[(7, "blue", 0.01)])), [(1, 7)]);

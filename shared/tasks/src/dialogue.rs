@@ -33,10 +33,10 @@ const COURTESIES: [&str; 3] = ["leo", "hey", "please"];
 /// Words that mean [`Sentence::Stop`].
 const STOPS: [&str; 2] = ["stop", "halt"];
 /// In a sentence of at most this many words, a stop word counts at any position.
-const SHORT: usize = 4;
+const MAX_SHORT_WORDS: usize = 4;
 
 /// Sentences with a fixed wording.
-const FIXED: [(&[&str], Sentence); 13] = [
+const FIXED_SENTENCES: [(&[&str], Sentence); 13] = [
     (&["yes"], Sentence::Yes),
     (&["right"], Sentence::Yes),
     (&["no"], Sentence::No),
@@ -74,7 +74,7 @@ impl Sentence {
         let words = words(text);
         let begin = words.iter().take_while(|word| is_one_of(word, &COURTESIES)).count();
         let rest = words.get(begin..).unwrap_or(&[]);
-        let fixed = FIXED.iter().find(|(said, _)| without(rest, said).is_some_and(<[_]>::is_empty));
+        let fixed = FIXED_SENTENCES.iter().find(|(said, _)| without(rest, said).is_some_and(<[_]>::is_empty));
         if let Some((_, sentence)) = fixed {
             sentence.clone()
         } else if let Some(name) = without(rest, &["i", "can", "teach", "you", "to", "do"]) {
@@ -139,7 +139,7 @@ fn is_one_of(word: &str, words: &[&str]) -> bool {
 
 fn says_stop(words: &[&str]) -> bool {
     let is_stop = |word: &&str| is_one_of(word, &STOPS);
-    let is_short = words.len() <= SHORT && words.iter().any(is_stop);
+    let is_short = words.len() <= MAX_SHORT_WORDS && words.iter().any(is_stop);
     is_short || words.first().is_some_and(is_stop) || words.last().is_some_and(is_stop)
 }
 

@@ -4,11 +4,11 @@
 use rustc_hash::FxHashMap;
 
 use crate::Selection;
-use crate::bits::{Bits, numbers};
-use crate::case::{Case, Kind};
+use crate::bits::{BitSet, numbers};
+use crate::episode::{Episode, ObjectKind};
 use crate::hypothesis::{Hypothesis, Scored};
-use crate::lexicon::{FEATURES_MOST, Key, Mask, Seen, key_mask, present};
-use crate::log_sum::{LogSum, ROUNDING};
+use crate::lexicon::{Key, MAX_FEATURES, Mask, SeenKinds, key_mask, present};
+use crate::log_sum::{LogSum, ROUNDING_NATS};
 use crate::weight::Weight;
 
 /// For every template T ⊆ F the classes of the changed objects, of each demonstration and of all joined, with their
@@ -20,8 +20,8 @@ use crate::weight::Weight;
 /// A template processes new demonstrations lazily, when it is queried. A search by template size prunes: adding a
 /// feature never joins two classes. So a template with too many classes to matter excludes all its extensions.
 #[derive(Clone, Debug)]
-pub(crate) struct Disjunctions {
-    templates: Vec<Node>,
+pub(crate) struct EnumeratedDnf {
+    templates: Vec<TemplateNode>,
     /// Logarithms of whole numbers, by number.
     logs: Vec<f64>,
 }
@@ -31,7 +31,7 @@ pub(crate) struct Disjunctions {
 /// Sets of classes are bit sets in rows of `words` words, stored contiguously, since every demonstration and every
 /// query scans them.
 #[derive(Clone, Debug)]
-struct Node {
+struct TemplateNode {
     mask: Mask,
     key_mask: Key,
     features: usize,
@@ -44,20 +44,20 @@ struct Node {
     /// Distinct demonstrations under the template: a row of changed classes, then a row of left-out classes.
     patterns: Vec<u64>,
     pattern_counts: Vec<usize>,
-    pattern_numbers: FxHashMap<(Bits, Bits), usize>,
+    pattern_numbers: FxHashMap<(BitSet, BitSet), usize>,
     /// The classes of the changed objects of single demonstrations, distinct.
     disjunctions: Vec<u64>,
-    standings: Vec<Standing>,
-    disjunction_numbers: FxHashMap<Bits, usize>,
+    standings: Vec<DisjunctionStats>,
+    disjunction_numbers: FxHashMap<BitSet, usize>,
     /// The classes of the changed objects of all demonstrations.
-    joined: Bits,
-    joined_standing: Standing,
+    joined: BitSet,
+    joined_standing: DisjunctionStats,
     fewest_classes: usize,
 }
 
 /// The number of classes of a disjunction, and its tally.
 #[derive(Clone, Copy, Debug, Default)]
-struct Standing {
+struct DisjunctionStats {
     size: usize,
     tally: usize,
 }
@@ -69,7 +69,7 @@ fn is_consistent(classes: &[u64], changed: &[u64], left_out: &[u64]) -> bool {
         == 0
 }
 
-impl Node {
+impl TemplateNode {
     fn new(mask: Mask) -> Self {
         Self {
             mask,
@@ -85,15 +85,15 @@ impl Node {
             disjunctions: Vec::new(),
             standings: Vec::new(),
             disjunction_numbers: FxHashMap::default(),
-            joined: Bits::default(),
-            joined_standing: Standing::default(),
+            joined: BitSet::default(),
+            joined_standing: DisjunctionStats::default(),
             fewest_classes: usize::MAX,
         }
     }
 
     /// The classes of some kinds, and whether every kind has one.
-    fn classes_of(&mut self, kinds: &[Kind]) -> (Bits, bool) {
-        let mut bits = Bits::default();
+    fn classes_of(&mut self, kinds: &[ObjectKind]) -> (BitSet, bool) {
+        let mut bits = BitSet::default();
         let mut is_complete = true;
         for kind in kinds {
             if kind.present & self.mask != self.mask {
@@ -111,18 +111,18 @@ impl Node {
         (bits, is_complete)
     }
 
-    fn take(&mut self, cases: &[Case]) {
-        for case in cases.iter().skip(self.taken) {
-            let (changed, is_complete) = self.classes_of(&case.changed);
-            let (left_out, _) = self.classes_of(&case.left_out);
-            self.widen();
+    fn take(&mut self, episodes: &[Episode]) {
+        for episode in episodes.iter().skip(self.taken) {
+            let (changed, is_complete) = self.classes_of(&episode.changed);
+            let (left_out, _) = self.classes_of(&episode.left_out);
+            self.widen_rows();
             self.take_pattern(changed, left_out, is_complete);
         }
-        self.taken = cases.len();
+        self.taken = episodes.len();
     }
 
     /// Extends the rows to hold all classes.
-    fn widen(&mut self) {
+    fn widen_rows(&mut self) {
         let words = self.classes.len().div_ceil(64).max(1);
         if words > self.words {
             let wide = |rows: &[u64]| -> Vec<u64> {
@@ -139,10 +139,10 @@ impl Node {
 
     /// Adds a demonstration. If a changed object has no class, the demonstration is consistent with no disjunction, but
     /// its other classes are still a hypothesis.
-    fn take_pattern(&mut self, changed: Bits, left_out: Bits, is_complete: bool) {
+    fn take_pattern(&mut self, changed: BitSet, left_out: BitSet, is_complete: bool) {
         let words = self.words;
         let (changed_row, left_row) = (changed.row(words), left_out.row(words));
-        let grew = self.joined.unite(&changed);
+        let grew = self.joined.union_with(&changed);
         if is_complete {
             let rows = self.disjunctions.chunks_exact(words);
             for (standing, row) in self.standings.iter_mut().zip(rows) {
@@ -164,10 +164,10 @@ impl Node {
         }
         if grew {
             let tally = self.tally(&self.joined.row(words));
-            self.joined_standing = Standing { size: self.joined.len(), tally };
+            self.joined_standing = DisjunctionStats { size: self.joined.len(), tally };
         }
         if !changed.is_empty() && !self.disjunction_numbers.contains_key(&changed) {
-            let standing = Standing { size: changed.len(), tally: self.tally(&changed_row) };
+            let standing = DisjunctionStats { size: changed.len(), tally: self.tally(&changed_row) };
             self.fewest_classes = self.fewest_classes.min(standing.size);
             self.disjunction_numbers.insert(changed, self.standings.len());
             self.disjunctions.extend_from_slice(&changed_row);
@@ -186,13 +186,13 @@ impl Node {
     }
 
     /// The joined disjunction, unless it equals that of a single demonstration.
-    fn joined(&self) -> Option<Standing> {
+    fn joined(&self) -> Option<DisjunctionStats> {
         let is_own = self.disjunction_numbers.contains_key(&self.joined);
         (!is_own && !self.joined.is_empty()).then_some(self.joined_standing)
     }
 
     /// All disjunctions, the joined one last.
-    fn all(&self) -> impl Iterator<Item = Standing> {
+    fn all(&self) -> impl Iterator<Item = DisjunctionStats> {
         self.standings.iter().copied().chain(self.joined())
     }
 
@@ -227,17 +227,23 @@ impl Best {
     }
 }
 
-impl Disjunctions {
+impl EnumeratedDnf {
     pub(crate) fn new(features: usize) -> Self {
-        let mut masks: Vec<Mask> = (0..1 << features.min(FEATURES_MOST)).collect();
+        let mut masks: Vec<Mask> = (0..1 << features.min(MAX_FEATURES)).collect();
         masks.sort_by_key(|mask| (mask.count_ones(), *mask));
-        Self { templates: masks.into_iter().map(Node::new).collect(), logs: vec![f64::NEG_INFINITY] }
+        Self { templates: masks.into_iter().map(TemplateNode::new).collect(), logs: vec![f64::NEG_INFINITY] }
     }
 
     /// Processes the new demonstrations. Returns the templates that were not pruned, the best scores, and the logarithm
     /// of the sum over all hypotheses.
-    fn take(&mut self, cases: &[Case], seen: &Seen, weight: &Weight, within: f64) -> (Vec<usize>, Best, f64) {
-        while self.logs.len() <= cases.len() {
+    fn take(
+        &mut self,
+        episodes: &[Episode],
+        seen: &SeenKinds,
+        weight: &Weight,
+        within: f64,
+    ) -> (Vec<usize>, Best, f64) {
+        while self.logs.len() <= episodes.len() {
             self.logs.push(quantity::number::float_of_count(self.logs.len()).ln());
         }
         let Self { templates, logs } = self;
@@ -250,7 +256,7 @@ impl Disjunctions {
             if pruned.iter().any(|smaller| node.mask & smaller == *smaller) {
                 continue;
             }
-            node.take(cases);
+            node.take(episodes);
             // Sums of integers by number of classes, so the result does not depend on the order.
             let mut tallies: Vec<(usize, usize)> = Vec::new();
             for one in node.all().filter(|one| one.tally > 0) {
@@ -263,7 +269,7 @@ impl Disjunctions {
                 }
             }
             for (size, &(sum, most)) in tallies.iter().enumerate().filter(|(_, (sum, _))| *sum > 0) {
-                let log = weight.log(size, node.features) - log_of(logs, cases.len());
+                let log = weight.log(size, node.features) - log_of(logs, episodes.len());
                 if log == f64::NEG_INFINITY {
                     continue;
                 }
@@ -272,7 +278,8 @@ impl Disjunctions {
             }
             // If every object has every feature, an extension has at least as many classes.
             let bound = weight.bound(node.fewest_classes, node.features, seen.values().len());
-            let hopeless = best.tally == cases.len() && bound < best.score_of_tally - within.max(ROUNDING);
+            let hopeless =
+                best.tally == episodes.len() && bound < best.score_of_tally - within.max(ROUNDING_NATS);
             if hopeless && seen.is_complete() {
                 pruned.push(node.mask);
             }
@@ -285,19 +292,19 @@ impl Disjunctions {
     /// the best `most` meanings by tally, and at least as many by score.
     pub(crate) fn hypotheses(
         &mut self,
-        cases: &[Case],
-        seen: &Seen,
+        episodes: &[Episode],
+        seen: &SeenKinds,
         weight: &Weight,
         within: f64,
         most: usize,
     ) -> Scored {
-        let (asked, best, log_total) = self.take(cases, seen, weight, within);
+        let (asked, best, log_total) = self.take(episodes, seen, weight, within);
         let mut admitted: Vec<Admitted> = Vec::new();
         for (template, node) in
             asked.into_iter().filter_map(|index| Some((index, self.templates.get(index)?)))
         {
             for (number, one) in node.all().enumerate().filter(|(_, one)| one.tally > 0) {
-                let share = log_of(&self.logs, one.tally) - log_of(&self.logs, cases.len());
+                let share = log_of(&self.logs, one.tally) - log_of(&self.logs, episodes.len());
                 let score = share + weight.log(one.size, node.features);
                 if score > f64::NEG_INFINITY && best.admits(score, one.tally, within) {
                     admitted.push(Admitted { template, number, tally: one.tally, score });
@@ -327,13 +334,13 @@ impl Disjunctions {
     /// The logarithm of the sum over all hypotheses, and for each kind the share of those that apply to it.
     pub(crate) fn probabilities(
         &mut self,
-        cases: &[Case],
-        seen: &Seen,
+        episodes: &[Episode],
+        seen: &SeenKinds,
         weight: &Weight,
         asked: &[Key],
     ) -> (f64, Vec<f64>) {
-        let (templates, _, log_total) = self.take(cases, seen, weight, ROUNDING);
-        let log_none = log_total + log_of(&self.logs, cases.len());
+        let (templates, _, log_total) = self.take(episodes, seen, weight, ROUNDING_NATS);
+        let log_none = log_total + log_of(&self.logs, episodes.len());
         let mut about = vec![0.0; asked.len()];
         if log_total == f64::NEG_INFINITY {
             return (log_total, about);

@@ -3,12 +3,12 @@
 use rustc_hash::FxHashSet;
 
 use crate::hypothesis::Described;
-use crate::lexicon::{FEATURES_MOST, Key, Lexicon, Mask, Seen, field, has, key_mask, with_field};
+use crate::lexicon::{Key, Lexicon, MAX_FEATURES, Mask, SeenKinds, field, has, key_mask, with_field};
 
 /// Maximum cost of a description: one for each literal and one for each negation ...
-const COST_MOST: usize = 4;
+const MAX_COST: usize = 4;
 /// ... lowered further if there would be more descriptions than this.
-const SETS_MOST: u128 = 100_000;
+const MAX_DESCRIPTIONS: u128 = 100_000;
 
 /// "red", or "not red". Neither holds for an object that lacks the feature.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -42,7 +42,7 @@ pub(crate) struct Term {
 
 /// A disjunction of conjunctions: its parent disjunction plus one term.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Set {
+pub(crate) struct Description {
     /// The disjunction without the last term; the empty one is its own parent.
     pub(crate) parent: usize,
     pub(crate) term: usize,
@@ -56,13 +56,13 @@ pub(crate) struct Descriptions {
     /// The first is the empty conjunction, which always holds.
     pub(crate) terms: Vec<Term>,
     /// The first is the empty disjunction, which is not a hypothesis. The second covers everything.
-    pub(crate) sets: Vec<Set>,
+    pub(crate) sets: Vec<Description>,
     /// The maximum cost of a description.
     pub(crate) longest: usize,
 }
 
 impl Descriptions {
-    pub(crate) fn new(lexicon: &Lexicon, seen: &Seen) -> Self {
+    pub(crate) fn new(lexicon: &Lexicon, seen: &SeenKinds) -> Self {
         let mut literals = Vec::new();
         for (feature, values) in seen.values().iter().enumerate() {
             let mut values = values.clone();
@@ -73,24 +73,25 @@ impl Descriptions {
         let all = terms(&literals);
         let longest = longest(&all);
         let terms: Vec<Term> = all.into_iter().filter(|term| term.cost <= longest).collect();
-        let mut sets = vec![Set { parent: 0, term: 0, cost: 0 }, Set { parent: 0, term: 0, cost: 0 }];
-        let mut begun: Vec<usize> = vec![0];
-        while !begun.is_empty() {
+        let mut sets =
+            vec![Description { parent: 0, term: 0, cost: 0 }, Description { parent: 0, term: 0, cost: 0 }];
+        let mut frontier: Vec<usize> = vec![0];
+        while !frontier.is_empty() {
             let mut grown = Vec::new();
-            for parent in begun {
-                let Some(&Set { term: last, cost, .. }) = sets.get(parent) else { continue };
+            for parent in frontier {
+                let Some(&Description { term: last, cost, .. }) = sets.get(parent) else { continue };
                 for (term, new) in terms.iter().enumerate().skip(last + 1) {
                     if cost + new.cost > longest {
                         // The terms are sorted by cost.
                         break;
                     }
-                    if adds(&literals, &terms, &sets, parent, new) {
+                    if is_new_term(&literals, &terms, &sets, parent, new) {
                         grown.push(sets.len());
-                        sets.push(Set { parent, term, cost: cost + new.cost });
+                        sets.push(Description { parent, term, cost: cost + new.cost });
                     }
                 }
             }
-            begun = grown;
+            frontier = grown;
         }
         Self { literals, terms, sets, longest }
     }
@@ -111,12 +112,12 @@ impl Descriptions {
 
     /// The set as classes of a template, over all combinations of the values seen. Features that make no
     /// difference are removed, so equivalent sets yield equal results.
-    pub(crate) fn classes(&self, set: usize, seen: &Seen) -> (Mask, Vec<Key>) {
+    pub(crate) fn classes(&self, set: usize, seen: &SeenKinds) -> (Mask, Vec<Key>) {
         let terms = self.terms_of(set);
         let mask =
             terms.iter().filter_map(|&term| self.terms.get(term)).fold(0, |mask, term| mask | term.mask);
         let mut classes: Vec<Key> = vec![0];
-        for feature in (0..FEATURES_MOST).filter(|&feature| has(mask, feature)) {
+        for feature in (0..MAX_FEATURES).filter(|&feature| has(mask, feature)) {
             let values = seen.values().get(feature).map_or(&[][..], Vec::as_slice);
             let with = |key: Key| values.iter().map(move |&value| with_field(key, feature, value));
             classes = classes.into_iter().flat_map(with).collect();
@@ -152,7 +153,7 @@ impl Descriptions {
     }
 }
 
-fn terms_of(sets: &[Set], mut set: usize) -> Vec<usize> {
+fn terms_of(sets: &[Description], mut set: usize) -> Vec<usize> {
     // Set 1, everything, consists of the empty term.
     let mut terms = if set == 1 { vec![0] } else { Vec::new() };
     while let Some(one) = sets.get(set).filter(|one| one.term != 0) {
@@ -163,7 +164,7 @@ fn terms_of(sets: &[Set], mut set: usize) -> Vec<usize> {
 }
 
 /// Whether a term extends the set: the term neither implies a term of the set nor is implied by one.
-fn adds(literals: &[Literal], terms: &[Term], sets: &[Set], set: usize, new: &Term) -> bool {
+fn is_new_term(literals: &[Literal], terms: &[Term], sets: &[Description], set: usize, new: &Term) -> bool {
     let literal = |number: &usize| literals.get(*number).copied();
     let implies = |a: &Term, b: &Term| {
         b.literals
@@ -179,14 +180,14 @@ fn adds(literals: &[Literal], terms: &[Term], sets: &[Set], set: usize, new: &Te
 /// All conjunctions up to the maximum cost, sorted by cost.
 fn terms(literals: &[Literal]) -> Vec<Term> {
     let mut terms = vec![Term { literals: Vec::new(), cost: 0, mask: 0 }];
-    let mut begun = 0;
-    while begun < terms.len() {
-        let Some(term) = terms.get(begun).cloned() else { break };
-        begun += 1;
+    let mut frontier = 0;
+    while frontier < terms.len() {
+        let Some(term) = terms.get(frontier).cloned() else { break };
+        frontier += 1;
         let next = term.literals.last().map_or(0, |last| last + 1);
         for (number, literal) in literals.iter().enumerate().skip(next) {
             let cost = term.cost + 1 + usize::from(literal.negated);
-            if cost <= COST_MOST && !has(term.mask, literal.feature) {
+            if cost <= MAX_COST && !has(term.mask, literal.feature) {
                 let literals = term.literals.iter().copied().chain([number]).collect();
                 terms.push(Term { literals, cost, mask: term.mask | 1 << literal.feature });
             }
@@ -196,10 +197,10 @@ fn terms(literals: &[Literal]) -> Vec<Term> {
     terms
 }
 
-/// The largest cost for which the number of descriptions stays within [`SETS_MOST`].
+/// The largest cost for which the number of descriptions stays within [`MAX_DESCRIPTIONS`].
 fn longest(terms: &[Term]) -> usize {
     // Upper bound on the number of descriptions of each cost; implications among terms only reduce it.
-    let mut ways: [u128; COST_MOST + 1] = [1, 0, 0, 0, 0];
+    let mut ways: [u128; MAX_COST + 1] = [1, 0, 0, 0, 0];
     for term in terms.iter().filter(|term| term.cost > 0) {
         let before = ways;
         for (way, less) in ways.iter_mut().skip(term.cost).zip(before) {
@@ -209,16 +210,16 @@ fn longest(terms: &[Term]) -> usize {
     let mut sum = 0_u128;
     let fit = ways.iter().take_while(|&&way| {
         sum = sum.saturating_add(way);
-        sum <= SETS_MOST
+        sum <= MAX_DESCRIPTIONS
     });
     fit.count().saturating_sub(1).max(1)
 }
 
 /// Removes the features that make no difference: those for which the classes contain every value seen, whatever
 /// the other features.
-pub(crate) fn reduce(template: Mask, mut classes: Vec<Key>, seen: &Seen) -> (Mask, Vec<Key>) {
+pub(crate) fn reduce(template: Mask, mut classes: Vec<Key>, seen: &SeenKinds) -> (Mask, Vec<Key>) {
     let mut mask = template;
-    for feature in (0..FEATURES_MOST).filter(|&feature| has(template, feature)) {
+    for feature in (0..MAX_FEATURES).filter(|&feature| has(template, feature)) {
         let Some(values) = seen.all_values(feature).filter(|values| !values.is_empty()) else { continue };
         // The feature can only be redundant if the classes form whole rows of its values.
         if !classes.len().is_multiple_of(values.len()) {

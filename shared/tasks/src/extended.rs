@@ -4,21 +4,21 @@
 use quantity::number::{float, float_of_count};
 use rustc_hash::{FxBuildHasher, FxHashMap};
 
-use crate::case::{Case, Verdict, Witness};
 use crate::dnf::Descriptions;
+use crate::episode::{Episode, Label, LabeledObject};
 use crate::hypothesis::{Hypothesis, Scored};
-use crate::lexicon::{Key, Lexicon, Mask, Seen};
-use crate::log_sum::{LogSum, ROUNDING};
+use crate::lexicon::{Key, Lexicon, Mask, SeenKinds};
+use crate::log_sum::{LogSum, ROUNDING_NATS};
 use crate::selection::{Extent, Place};
-use crate::table::Table;
+use crate::table::ObjectBitSets;
 use crate::{Relation, Selection};
 
 /// Selections are only made from sets with at most this description cost.
-const SELECTED_FROM: usize = 2;
+const MAX_SELECTED_COST: usize = 2;
 /// Maximum number in "exactly n" (subitizing range of people).
-const EXACTLY_MOST: usize = 7;
+const MAX_EXACTLY: usize = 7;
 /// Maximum number in "all but n".
-const ALL_BUT_MOST: usize = 3;
+const MAX_ALL_BUT: usize = 3;
 
 /// All hypotheses of the extended language over the values seen, with their evidence.
 #[derive(Clone, Debug)]
@@ -33,7 +33,7 @@ pub(crate) struct Extended {
     numbers: FxHashMap<(Mask, Vec<Key>), usize>,
     taken: usize,
     /// Number of objects that were changed or left out.
-    witnesses: u64,
+    labeled_objects: u64,
 }
 
 /// The evidence about a description.
@@ -41,7 +41,7 @@ pub(crate) struct Extended {
 struct Standing {
     tally: usize,
     /// Number of objects that contradict it.
-    slips: u64,
+    label_errors: u64,
 }
 
 /// A selection from a described set, with its evidence.
@@ -59,18 +59,18 @@ pub(crate) struct Cost {
     /// The cost of a number or a relation, in nats.
     pub(crate) selection_nats: f64,
     /// ln ε and ln(1 - ε); `None` without label noise.
-    pub(crate) slips: Option<(f64, f64)>,
+    pub(crate) label_errors: Option<(f64, f64)>,
 }
 
 impl Extended {
-    pub(crate) fn new(lexicon: &Lexicon, seen: &Seen) -> Self {
+    pub(crate) fn new(lexicon: &Lexicon, seen: &SeenKinds) -> Self {
         let descriptions = Descriptions::new(lexicon, seen);
         let selected = descriptions
             .sets
             .iter()
             .enumerate()
             .skip(1)
-            .filter(|(_, set)| set.cost <= SELECTED_FROM)
+            .filter(|(_, set)| set.cost <= MAX_SELECTED_COST)
             .flat_map(|(set, _)| {
                 selections().map(move |selection| Selected { set, selection, tally: 0, log_likelihood: 0.0 })
             })
@@ -83,7 +83,7 @@ impl Extended {
             distinct: Vec::new(),
             numbers: FxHashMap::default(),
             taken: 0,
-            witnesses: 0,
+            labeled_objects: 0,
         }
     }
 
@@ -93,18 +93,19 @@ impl Extended {
     }
 
     /// Adds the evidence of new demonstrations.
-    pub(crate) fn take(&mut self, cases: &[Case], cost: &Cost) {
-        for case in cases.iter().skip(self.taken) {
-            let table = Table::new(&self.descriptions, &case.witnesses);
-            let bore = case.witnesses.iter().filter(|witness| witness.verdict != Verdict::AlreadySo);
-            self.witnesses += u64::try_from(bore.count()).unwrap_or(0);
+    pub(crate) fn take(&mut self, episodes: &[Episode], cost: &Cost) {
+        for episode in episodes.iter().skip(self.taken) {
+            let table = ObjectBitSets::new(&self.descriptions, &episode.labeled_objects);
+            let bore =
+                episode.labeled_objects.iter().filter(|labeled| labeled.label != Label::AlreadyAchieved);
+            self.labeled_objects += u64::try_from(bore.count()).unwrap_or(0);
             let members = table.members(&self.descriptions.sets);
             for (standing, members) in self.sets.iter_mut().zip(members.chunks(table.words)).skip(1) {
-                let slips = table.slips(members);
-                standing.slips += slips;
-                standing.tally += usize::from(slips == 0);
+                let label_errors = table.label_errors(members);
+                standing.label_errors += label_errors;
+                standing.tally += usize::from(label_errors == 0);
             }
-            if case.is_answer {
+            if episode.is_answer {
                 // An object without a position may or may not be among a number, or have a relation. Both answers are
                 // consistent and equally probable.
                 for one in &mut self.selected {
@@ -123,12 +124,12 @@ impl Extended {
                 };
                 extents = Some((one.set, extent));
                 let (is_consistent, log_likelihood) =
-                    table.judge(one.selection, members, &extent, cost.slips);
+                    table.evaluate(one.selection, members, &extent, cost.label_errors);
                 one.tally += usize::from(is_consistent);
                 one.log_likelihood += log_likelihood;
             }
         }
-        self.taken = cases.len();
+        self.taken = episodes.len();
     }
 
     /// log P(D|h) P(h) of every hypothesis with its description, selection and tally; hypotheses of probability 0 are
@@ -141,17 +142,20 @@ impl Extended {
         let share = |tally: usize| shares.get(tally).copied().unwrap_or(f64::NEG_INFINITY);
         let mut scores = Vec::with_capacity(self.sets.len() + self.selected.len());
         for (number, (set, standing)) in self.descriptions.sets.iter().zip(&self.sets).enumerate().skip(1) {
-            let log_likelihood = match cost.slips {
+            let log_likelihood = match cost.label_errors {
                 None => share(standing.tally),
-                Some((slip, right)) => float(standing.slips)
-                    .mul_add(slip, float(self.witnesses.saturating_sub(standing.slips)) * right),
+                Some((log_error, log_correct)) => float(standing.label_errors).mul_add(
+                    log_error,
+                    float(self.labeled_objects.saturating_sub(standing.label_errors)) * log_correct,
+                ),
             };
             let log = log_likelihood - float_of_count(set.cost);
             scores.push(Score { set: number, selection: Selection::All, tally: standing.tally, log });
         }
         for one in &self.selected {
             let described = self.descriptions.sets.get(one.set).map_or(0, |set| set.cost);
-            let log_likelihood = if cost.slips.is_none() { share(one.tally) } else { one.log_likelihood };
+            let log_likelihood =
+                if cost.label_errors.is_none() { share(one.tally) } else { one.log_likelihood };
             let log = log_likelihood - float_of_count(described) - cost.selection_nats;
             scores.push(Score { set: one.set, selection: one.selection, tally: one.tally, log });
         }
@@ -160,8 +164,14 @@ impl Extended {
     }
 
     /// The hypotheses, with equivalent ones merged. It keeps those at most `within` nats below the best one, or below
-    /// the best one of the highest tally. Of these it keeps the best `most` by tally and the best `most` by score.
-    pub(crate) fn hypotheses(&mut self, seen: &Seen, cost: &Cost, within: f64, most: usize) -> Scored {
+    /// the best one of the highest tally. Of these it keeps the best `max_count` by tally and the best `max_count` by score.
+    pub(crate) fn hypotheses(
+        &mut self,
+        seen: &SeenKinds,
+        cost: &Cost,
+        within: f64,
+        max_count: usize,
+    ) -> Scored {
         let scores = self.scores(cost);
         let best_of = |of: &dyn Fn(&&Score) -> bool| {
             scores.iter().filter(of).map(|score| score.log).fold(f64::NEG_INFINITY, f64::max)
@@ -180,7 +190,7 @@ impl Extended {
         for Score { set, selection, tally, log } in scores {
             total.add(log);
             // Terms that are lost in the rounding of the sum are skipped.
-            if is_within(log, tally, within.max(ROUNDING)) {
+            if is_within(log, tally, within.max(ROUNDING_NATS)) {
                 let meaning = self.meaning(set, seen);
                 if selection != Selection::All {
                     merged.entry((meaning, selection)).or_default().take(log, tally, set);
@@ -199,7 +209,10 @@ impl Extended {
         let mut merged: Vec<((usize, Selection), Merged)> =
             whole.chain(merged).filter(|(_, one)| is_within(one.sum.value(), one.tally, within)).collect();
         // Keeps the best ones by either measure; ties with the last one stay.
-        let kept = [last_kept(&merged, most, Merged::by_score), last_kept(&merged, most, Merged::by_tally)];
+        let kept = [
+            last_kept(&merged, max_count, Merged::by_score),
+            last_kept(&merged, max_count, Merged::by_tally),
+        ];
         merged.retain(|(_, one)| one.by_score() >= kept[0] || one.by_tally() >= kept[1]);
         let hypotheses = merged.into_iter().filter_map(|((meaning, selection), merged)| {
             // A description that covers nothing is not a hypothesis.
@@ -222,7 +235,7 @@ impl Extended {
     }
 
     /// The index of the distinct set that a description denotes.
-    fn meaning(&mut self, set: usize, seen: &Seen) -> usize {
+    fn meaning(&mut self, set: usize, seen: &SeenKinds) -> usize {
         let next = self.distinct.len();
         let Some(slot) = self.meanings.get_mut(set) else { return next };
         if let Some(known) = *slot {
@@ -240,15 +253,15 @@ impl Extended {
     /// The logarithm of the sum of P(D|h) P(h), and the probability for each object of a scene that the rule applies to
     /// it. With a number, every choice of objects is equally probable.
     pub(crate) fn probabilities(&self, cost: &Cost, asked: &[(Key, Option<Place>)]) -> (f64, Vec<f64>) {
-        let witnesses: Vec<Witness> =
-            asked.iter().map(|&(key, place)| Witness { key, verdict: Verdict::LeftOut, place }).collect();
-        let table = Table::new(&self.descriptions, &witnesses);
+        let labeled_objects: Vec<LabeledObject> =
+            asked.iter().map(|&(key, place)| LabeledObject { key, label: Label::LeftOut, place }).collect();
+        let table = ObjectBitSets::new(&self.descriptions, &labeled_objects);
         let members = table.members(&self.descriptions.sets);
         let scores = self.scores(cost);
         let best = scores.iter().map(|score| score.log).fold(f64::NEG_INFINITY, f64::max);
         let mut total = 0.0;
         let mut about = vec![0.0; asked.len()];
-        for score in scores.iter().filter(|score| score.log >= best - ROUNDING) {
+        for score in scores.iter().filter(|score| score.log >= best - ROUNDING_NATS) {
             let weight = (score.log - best).exp();
             total += weight;
             let begin = score.set * table.words;
@@ -299,22 +312,22 @@ impl Merged {
     }
 }
 
-/// The measure of the `most`-th best, less the tolerance of a tie.
+/// The measure of the `max_count`-th best, less the tolerance of a tie.
 fn last_kept<K>(
     merged: &[(K, Merged)],
-    most: usize,
+    max_count: usize,
     measure: impl Fn(&Merged) -> (usize, f64),
 ) -> (usize, f64) {
     let mut measures: Vec<(usize, f64)> = merged.iter().map(|(_, one)| measure(one)).collect();
     let downwards = |a: &(usize, f64), b: &(usize, f64)| b.0.cmp(&a.0).then(b.1.total_cmp(&a.1));
     // Only the cut is needed, not the order on either side of it.
-    let last = most.checked_sub(1).filter(|last| *last < measures.len());
+    let last = max_count.checked_sub(1).filter(|last| *last < measures.len());
     let last = last.map(|last| *measures.select_nth_unstable_by(last, downwards).1);
     last.map_or((0, f64::NEG_INFINITY), |(tally, score)| (tally, score - 1e-9))
 }
 
 fn selections() -> impl Iterator<Item = Selection> {
-    let exactly = (1..=EXACTLY_MOST).map(Selection::Exactly);
-    let all_but = (1..=ALL_BUT_MOST).map(Selection::AllBut);
+    let exactly = (1..=MAX_EXACTLY).map(Selection::Exactly);
+    let all_but = (1..=MAX_ALL_BUT).map(Selection::AllBut);
     exactly.chain(all_but).chain(Relation::ALL.map(Selection::Standing))
 }

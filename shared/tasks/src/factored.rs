@@ -6,21 +6,21 @@ use std::cmp::Ordering;
 use std::collections::{BTreeMap, BinaryHeap};
 
 use rustc_hash::FxHashMap;
-use scale::{LOST, Scale, Total, net, softplus};
+use scale::{ClassTotals, NEGLIGIBLE_NATS, PriorScale, net, softplus};
 
 use crate::Selection;
-use crate::case::{Case, Verdict};
+use crate::episode::{Episode, Label};
 use crate::hypothesis::{Hypothesis, Prior, Scored, TIE};
 use crate::lexicon::{Key, Mask, key_mask, present};
 use crate::log_sum::LogSum;
-use crate::partition::{Classes, Count, Member, each_template};
+use crate::partition::{Classes, EvidenceCount, Member, each_template};
 
 /// Templates with at most this many features are visited first.
-const FIRST: u32 = 2;
+const FIRST_PASS_FEATURES: u32 = 2;
 /// Maximum number of hypotheses returned.
-const MOST: usize = 1024;
+const MAX_HYPOTHESES: usize = 1024;
 /// Maximum number of cached tallies.
-const TALLIES: usize = 4096;
+const MAX_CACHED_TALLIES: usize = 4096;
 
 /// All simple disjunctions C of the classes seen, under every template T, in closed form.
 ///
@@ -37,7 +37,7 @@ const TALLIES: usize = 4096;
 /// class with one changed object. This bounds all refinements of a template. Refinements below the rounding error
 /// of the sum are pruned.
 #[derive(Clone, Debug, Default)]
-pub(crate) struct Factored {
+pub(crate) struct MarginalizedDisjunctions {
     /// By kind, the numbers of changed and left-out objects.
     counts: BTreeMap<Key, (u64, u64)>,
     taken: usize,
@@ -45,7 +45,7 @@ pub(crate) struct Factored {
 }
 
 /// The classes of one template, by ln g.
-struct Table {
+struct TemplateClasses {
     mask: Mask,
     /// Ascending by |ln g|: the cost of flipping the membership of a class.
     classes: Vec<(Key, f64)>,
@@ -53,7 +53,7 @@ struct Table {
     log_root: f64,
 }
 
-impl Table {
+impl TemplateClasses {
     /// The classes of the best disjunction, with the membership of some classes flipped.
     fn chosen(&self, changed: &[usize]) -> Vec<Key> {
         let chosen = self.classes.iter().enumerate();
@@ -88,20 +88,20 @@ impl Ord for Candidate {
     }
 }
 
-impl Factored {
-    fn take(&mut self, cases: &[Case]) {
-        for witness in cases.iter().skip(self.taken).flat_map(|case| &case.witnesses) {
-            let count = self.counts.entry(witness.key).or_default();
-            match witness.verdict {
-                Verdict::Changed => count.0 += 1,
-                Verdict::LeftOut => count.1 += 1,
-                Verdict::AlreadySo => {}
+impl MarginalizedDisjunctions {
+    fn take(&mut self, episodes: &[Episode]) {
+        for labeled in episodes.iter().skip(self.taken).flat_map(|episode| &episode.labeled_objects) {
+            let count = self.counts.entry(labeled.key).or_default();
+            match labeled.label {
+                Label::Changed => count.0 += 1,
+                Label::LeftOut => count.1 += 1,
+                Label::AlreadyAchieved => {}
             }
         }
-        self.taken = cases.len();
+        self.taken = episodes.len();
     }
 
-    fn table(&self, mask: Mask, scale: &Scale) -> Table {
+    fn table(&self, mask: Mask, scale: &PriorScale) -> TemplateClasses {
         let bits = key_mask(mask);
         let mut nets: FxHashMap<Key, i64> = FxHashMap::default();
         for (&key, &count) in self.counts.iter().filter(|(key, _)| present(**key) & mask == mask) {
@@ -111,56 +111,60 @@ impl Factored {
             nets.into_iter().map(|(class, net)| (class, scale.gain(net).0)).collect();
         classes.sort_unstable_by(|a, b| a.1.abs().total_cmp(&b.1.abs()).then(a.0.cmp(&b.0)));
         let above: f64 = classes.iter().map(|(_, gain)| gain.max(0.0)).sum();
-        Table { mask, classes, log_root: scale.log_empty(mask) + above }
+        TemplateClasses { mask, classes, log_root: scale.log_empty(mask) + above }
     }
 
     /// Visits the templates, except those that are `within` nats below the best and lost in the rounding of the sum.
     /// Returns the log weight of the best. In the classes, queried kinds come after the kinds seen.
     fn each<'a>(
         &self,
-        scale: &'a Scale,
+        scale: &'a PriorScale,
         asked: &[Key],
         within: f64,
-        mut visit: impl FnMut(Mask, &Total<'a>, &Classes),
+        mut visit: impl FnMut(Mask, &ClassTotals<'a>, &Classes),
     ) -> f64 {
         let mut members: Vec<Member> = self
             .counts
             .iter()
             .map(|(&key, &count)| {
-                let count = Count { net: net(count), is_changed: count.0 > 0 };
+                let count = EvidenceCount { net: net(count), is_changed: count.0 > 0 };
                 Member { key, count, is_seen: true }
             })
             .collect();
         let mut best = f64::NEG_INFINITY;
-        let mut improve = |mask: Mask, total: &Total<'_>| {
+        let mut improve = |mask: Mask, total: &ClassTotals<'_>| {
             best = best.max(scale.log_empty(mask) + total.log_best());
             best
         };
         // The best is nearly always a small template; it is found first to make the bound effective.
-        each_template(&members, scale.features, Total::nothing(scale), |mask, total, _| {
+        each_template(&members, scale.features, ClassTotals::nothing(scale), |mask, total, _| {
             improve(mask, &total);
-            mask.count_ones() < FIRST
+            mask.count_ones() < FIRST_PASS_FEATURES
         });
-        members.extend(asked.iter().map(|&key| Member { key, count: Count::default(), is_seen: false }));
-        each_template(&members, scale.features, Total::nothing(scale), |mask, total, classes| {
+        members.extend(asked.iter().map(|&key| Member {
+            key,
+            count: EvidenceCount::default(),
+            is_seen: false,
+        }));
+        each_template(&members, scale.features, ClassTotals::nothing(scale), |mask, total, classes| {
             visit(mask, &total, classes);
-            scale.bound(mask, &total) >= improve(mask, &total) - within.max(LOST)
+            scale.bound(mask, &total) >= improve(mask, &total) - within.max(NEGLIGIBLE_NATS)
         });
         best
     }
 
-    /// The hypotheses at most `within` nats below the best, at most `MOST`.
+    /// The hypotheses at most `within` nats below the best, at most `MAX_HYPOTHESES`.
     pub(crate) fn hypotheses(
         &mut self,
-        cases: &[Case],
+        episodes: &[Episode],
         features: usize,
         prior: &Prior,
         expected: usize,
-        slips: (f64, f64),
+        label_errors: (f64, f64),
         within: f64,
     ) -> Scored {
-        self.take(cases);
-        let scale = Scale::new(&self.counts, features, prior, expected, slips);
+        self.take(episodes);
+        let scale = PriorScale::new(&self.counts, features, prior, expected, label_errors);
         let mut sum = LogSum::default();
         let mut bests: Vec<(Mask, f64)> = Vec::new();
         let best = self.each(&scale, &[], within, |mask, total, _| {
@@ -170,7 +174,7 @@ impl Factored {
         });
         bests.retain(|(_, log_best)| *log_best >= best - within);
         bests.sort_unstable_by_key(|(mask, _)| *mask);
-        let tables: Vec<Table> = bests.iter().map(|(mask, _)| self.table(*mask, &scale)).collect();
+        let tables: Vec<TemplateClasses> = bests.iter().map(|(mask, _)| self.table(*mask, &scale)).collect();
         let mut queue: BinaryHeap<Candidate> = BinaryHeap::new();
         for (index, table) in tables.iter().enumerate() {
             queue.push(Candidate { log_weight: table.log_root, table: index, changed: Vec::new() });
@@ -182,7 +186,7 @@ impl Factored {
             if is_far {
                 break;
             }
-            if hypotheses.len() >= MOST {
+            if hypotheses.len() >= MAX_HYPOTHESES {
                 leave_out_ties(&mut hypotheses, candidate.log_weight);
                 break;
             }
@@ -193,7 +197,7 @@ impl Factored {
                 best_given.get_or_insert(candidate.log_weight);
                 hypotheses.push(Hypothesis {
                     mask: table.mask,
-                    tally: self.tally(cases, table.mask, &classes),
+                    tally: self.tally(episodes, table.mask, &classes),
                     classes,
                     selection: Selection::All,
                     log_score: candidate.log_weight,
@@ -208,14 +212,14 @@ impl Factored {
     /// class contains a kind of unseen values.
     pub(crate) fn probabilities(
         &mut self,
-        cases: &[Case],
+        episodes: &[Episode],
         features: usize,
         prior: &Prior,
-        slips: (f64, f64),
+        label_errors: (f64, f64),
         asked: &[Key],
     ) -> Vec<f64> {
-        self.take(cases);
-        let scale = Scale::new(&self.counts, features, prior, 0, slips);
+        self.take(episodes);
+        let scale = PriorScale::new(&self.counts, features, prior, 0, label_errors);
         let seen = self.counts.len();
         let mut sum = LogSum::default();
         let mut about = vec![LogSum::default(); asked.len()];
@@ -235,19 +239,19 @@ impl Factored {
         about.iter().map(|about| (about.value() - sum.value()).exp().clamp(0.0, 1.0)).collect()
     }
 
-    fn tally(&mut self, cases: &[Case], mask: Mask, classes: &[Key]) -> usize {
-        if self.tallies.len() > TALLIES {
+    fn tally(&mut self, episodes: &[Episode], mask: Mask, classes: &[Key]) -> usize {
+        if self.tallies.len() > MAX_CACHED_TALLIES {
             self.tallies.clear();
         }
         let bits = key_mask(mask);
         let known = self.tallies.entry((mask, classes.to_vec())).or_default();
-        let consistent = |case: &&Case| {
-            case.is_consistent(|kind| {
+        let consistent = |episode: &&Episode| {
+            episode.is_consistent(|kind| {
                 kind.present & mask == mask && classes.binary_search(&(kind.key & bits)).is_ok()
             })
         };
-        known.1 += cases.iter().skip(known.0).filter(consistent).count();
-        known.0 = cases.len();
+        known.1 += episodes.iter().skip(known.0).filter(consistent).count();
+        known.0 = episodes.len();
         known.1
     }
 }
@@ -256,7 +260,7 @@ impl Factored {
 /// order of the values' first appearance, and the result must not. At least half of the limit is kept.
 fn leave_out_ties(hypotheses: &mut Vec<Hypothesis>, log_weight: f64) {
     let heavier = hypotheses.partition_point(|one| one.log_score > log_weight + TIE);
-    if heavier >= MOST / 2 {
+    if heavier >= MAX_HYPOTHESES / 2 {
         hypotheses.truncate(heavier);
     }
 }
@@ -264,7 +268,7 @@ fn leave_out_ties(hypotheses: &mut Vec<Hypothesis>, log_weight: f64) {
 impl Candidate {
     /// The two successors: one more class flipped, or the last flip moved to the next class. Every disjunction is the
     /// successor of exactly one other, and is never heavier than it.
-    fn next(&self, table: &Table) -> impl Iterator<Item = Self> {
+    fn next(&self, table: &TemplateClasses) -> impl Iterator<Item = Self> {
         let cost = |index: usize| table.classes.get(index).map(|(_, gain)| gain.abs());
         let last = self.changed.last().copied();
         let next = last.map_or(0, |last| last + 1);
@@ -289,7 +293,7 @@ mod tests {
     use proptest::prelude::*;
 
     use super::*;
-    use crate::case::Witness;
+    use crate::episode::LabeledObject;
     use crate::lexicon::with_field;
 
     const FEATURES: usize = 6;
@@ -300,43 +304,44 @@ mod tests {
     }
 
     /// Objects with up to three values for every feature; rarely a feature is missing.
-    fn case(objects: usize) -> impl Strategy<Value = Case> {
+    fn episode(objects: usize) -> impl Strategy<Value = Episode> {
         let value = prop_oneof![1 => 0..1_u32, 60 => 1..4_u32];
         let object = (prop::collection::vec(value, FEATURES), 0..3_u8);
         prop::collection::vec(object, 1..objects).prop_map(|objects| {
-            let witness = |(values, verdict): (Vec<u32>, u8)| {
+            let labeled = |(values, label): (Vec<u32>, u8)| {
                 let key =
                     (0..).zip(&values).fold(0, |key, (feature, value)| with_field(key, feature, *value));
                 let about = values[0] == 1;
-                let verdict = match (verdict, about) {
-                    (0, _) if values[1] == 2 => Verdict::AlreadySo,
-                    (_, true) => Verdict::Changed,
-                    (_, false) => Verdict::LeftOut,
+                let label = match (label, about) {
+                    (0, _) if values[1] == 2 => Label::AlreadyAchieved,
+                    (_, true) => Label::Changed,
+                    (_, false) => Label::LeftOut,
                 };
-                Witness { key, verdict, place: None }
+                LabeledObject { key, label, place: None }
             };
-            Case::new(objects.into_iter().map(witness).collect())
+            Episode::new(objects.into_iter().map(labeled).collect())
         })
     }
 
     /// ln of the sum over all disjunctions of all templates, and over those that contain a kind, by brute force without
     /// pruning.
-    fn log_totals(cases: &[Case], prior: &Prior, asked: Key) -> (f64, f64) {
-        let (slip, right) = logs();
-        let witnesses: Vec<&Witness> = cases.iter().flat_map(|case| &case.witnesses).collect();
+    fn log_totals(episodes: &[Episode], prior: &Prior, asked: Key) -> (f64, f64) {
+        let (log_error, log_correct) = logs();
+        let labeled_objects: Vec<&LabeledObject> =
+            episodes.iter().flat_map(|episode| &episode.labeled_objects).collect();
         let (mut total, mut about) = (LogSum::default(), LogSum::default());
         for mask in 0..1_u16 << FEATURES {
             let class = |key: Key| (present(key) & mask == mask).then_some(key & key_mask(mask));
-            let classes: BTreeSet<Key> = witnesses.iter().filter_map(|one| class(one.key)).collect();
-            let log = |one: &&&Witness, is_about: bool| match one.verdict {
-                Verdict::AlreadySo => 0.0,
-                Verdict::Changed if is_about => right,
-                Verdict::LeftOut if !is_about => right,
-                Verdict::Changed | Verdict::LeftOut => slip,
+            let classes: BTreeSet<Key> = labeled_objects.iter().filter_map(|one| class(one.key)).collect();
+            let log = |one: &&&LabeledObject, is_about: bool| match one.label {
+                Label::AlreadyAchieved => 0.0,
+                Label::Changed if is_about => log_correct,
+                Label::LeftOut if !is_about => log_correct,
+                Label::Changed | Label::LeftOut => log_error,
             };
-            let base: f64 = witnesses.iter().map(|one| log(&one, false)).sum();
+            let base: f64 = labeled_objects.iter().map(|one| log(&one, false)).sum();
             let gain = |wanted: Key| -> f64 {
-                let of_class = witnesses.iter().filter(|one| class(one.key) == Some(wanted));
+                let of_class = labeled_objects.iter().filter(|one| class(one.key) == Some(wanted));
                 of_class.map(|one| log(&one, true) - log(&one, false)).sum::<f64>() - prior.lambda
             };
             let weight = base + prior.mu * f64::from(mask.count_ones()) + prior.lambda;
@@ -355,16 +360,16 @@ mod tests {
         #![proptest_config(ProptestConfig::with_cases(200))]
 
         #[test]
-        fn what_is_left_alone_is_lost_in_the_rounding(cases in prop::collection::vec(case(60), 1..4), lambda in -1.0..6.0_f64) {
+        fn what_is_left_alone_is_lost_in_the_rounding(episodes in prop::collection::vec(episode(60), 1..4), lambda in -1.0..6.0_f64) {
             let prior = Prior { lambda, ..Prior::default() };
-            let asked = cases[0].witnesses[0].key;
-            let (log_total, log_about) = log_totals(&cases, &prior, asked);
-            let mut factored = Factored::default();
-            let scored = factored.hypotheses(&cases, FEATURES, &prior, 0, logs(), 10.0);
+            let asked = episodes[0].labeled_objects[0].key;
+            let (log_total, log_about) = log_totals(&episodes, &prior, asked);
+            let mut factored = MarginalizedDisjunctions::default();
+            let scored = factored.hypotheses(&episodes, FEATURES, &prior, 0, logs(), 10.0);
             prop_assert!((scored.log_total - log_total).abs() < 1e-6, "{} {log_total}", scored.log_total);
             let best = scored.hypotheses.first().map(|one| one.log_score);
             prop_assert!(best.is_some_and(|best| best <= scored.log_total));
-            let about = factored.probabilities(&cases, FEATURES, &prior, logs(), &[asked])[0];
+            let about = factored.probabilities(&episodes, FEATURES, &prior, logs(), &[asked])[0];
             prop_assert!((about - (log_about - log_total).exp()).abs() < 1e-6, "{about}");
         }
     }
@@ -376,14 +381,14 @@ mod tests {
             state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
             1 + u32::try_from(state >> 62).unwrap()
         };
-        let witnesses = (0..300).map(|_| {
+        let labeled_objects = (0..300).map(|_| {
             let key = (0..12).fold(0, |key, feature| with_field(key, feature, value()));
-            let verdict = if crate::lexicon::field(key, 0) < 3 { Verdict::Changed } else { Verdict::LeftOut };
-            Witness { key, verdict, place: None }
+            let label = if crate::lexicon::field(key, 0) < 3 { Label::Changed } else { Label::LeftOut };
+            LabeledObject { key, label, place: None }
         });
-        let mut factored = Factored::default();
-        factored.take(&[Case::new(witnesses.collect())]);
-        let scale = Scale::new(&factored.counts, 12, &Prior::default(), 1, logs());
+        let mut factored = MarginalizedDisjunctions::default();
+        factored.take(&[Episode::new(labeled_objects.collect())]);
+        let scale = PriorScale::new(&factored.counts, 12, &Prior::default(), 1, logs());
         let mut asked = 0;
         factored.each(&scale, &[], 10.0, |_, _, _| asked += 1);
         assert!(asked < 1_000, "{asked} of 4096");

@@ -1,16 +1,16 @@
 use std::collections::{BTreeMap, BTreeSet};
 
-use crate::case::{Case, Verdict, Witness};
 use crate::change::{has_percepts, is_achieved};
-use crate::disjunctions::Disjunctions;
+use crate::disjunctions::EnumeratedDnf;
+use crate::episode::{Episode, Label, LabeledObject};
 use crate::extended::{Cost, Extended};
-use crate::factored::Factored;
+use crate::factored::MarginalizedDisjunctions;
 use crate::hypothesis::Scored;
-use crate::lexicon::{Key, Lexicon, Seen};
+use crate::lexicon::{Key, Lexicon, SeenKinds};
 use crate::log_sum::LogSum;
 use crate::selection::Place;
 use crate::weight::Weight;
-use crate::{Change, Hypotheses, Language, Object, Settings, Signature};
+use crate::{Change, HypothesisLanguage, Language, Object, Settings, Signature};
 
 /// A demonstration as one perspective saw it.
 #[derive(Clone, Debug)]
@@ -39,28 +39,30 @@ pub(crate) struct Goal {
     pub(crate) is_displaced: bool,
     /// The class features of the objects with this change.
     pub(crate) kinds: BTreeSet<BTreeMap<String, String>>,
-    pub(crate) seen: Seen,
-    cases: Vec<Case>,
+    pub(crate) seen: SeenKinds,
+    episodes: Vec<Episode>,
     engine: Engine,
 }
 
 #[derive(Clone, Debug)]
 enum Engine {
-    Paper(Disjunctions),
-    PaperWithSlips(Factored),
+    Paper(EnumeratedDnf),
+    PaperWithNoise(MarginalizedDisjunctions),
     /// The enumerated short descriptions, and the longer disjunctions of the paper.
-    Extended(Box<Extended>, Disjunctions),
+    Extended(Box<Extended>, EnumeratedDnf),
 }
 
 impl Goal {
     pub(crate) fn new(signature: &Signature, lexicon: &Lexicon, settings: &Settings) -> Self {
-        let seen = Seen::new(lexicon.features());
+        let seen = SeenKinds::new(lexicon.features());
         let engine = match (settings.language, settings.noise.logs()) {
-            (Hypotheses::Paper, None) => Engine::Paper(Disjunctions::new(lexicon.features())),
-            (Hypotheses::Paper, Some(_)) => Engine::PaperWithSlips(Factored::default()),
-            (Hypotheses::Extended, _) => {
+            (HypothesisLanguage::Paper, None) => Engine::Paper(EnumeratedDnf::new(lexicon.features())),
+            (HypothesisLanguage::Paper, Some(_)) => {
+                Engine::PaperWithNoise(MarginalizedDisjunctions::default())
+            }
+            (HypothesisLanguage::Extended, _) => {
                 let short = Extended::new(lexicon, &seen);
-                Engine::Extended(Box::new(short), Disjunctions::new(lexicon.features()))
+                Engine::Extended(Box::new(short), EnumeratedDnf::new(lexicon.features()))
             }
         };
         Self {
@@ -68,33 +70,33 @@ impl Goal {
             is_displaced: true,
             kinds: BTreeSet::new(),
             seen,
-            cases: Vec::new(),
+            episodes: Vec::new(),
             engine,
         }
     }
 
     /// Adds a demonstration.
     pub(crate) fn add(&mut self, demonstration: &Demonstration, lexicon: &Lexicon) {
-        let mut witnesses = Vec::new();
+        let mut labeled_objects = Vec::new();
         let mut is_new = false;
         for Shown { object, key, change, place } in &demonstration.objects {
             if !has_percepts(object, &self.signature) {
                 continue;
             }
             let displaced = change.as_ref().is_some_and(|change| change.displaced);
-            let verdict = if change.as_ref().is_some_and(|change| change.signature == self.signature) {
+            let label = if change.as_ref().is_some_and(|change| change.signature == self.signature) {
                 self.is_displaced &= displaced;
                 self.kinds.insert(object.features.clone());
-                Verdict::Changed
+                Label::Changed
             } else if is_achieved(object, &self.signature, displaced) {
-                Verdict::AlreadySo
+                Label::AlreadyAchieved
             } else {
-                Verdict::LeftOut
+                Label::LeftOut
             };
-            is_new |= self.seen.note(*key);
-            witnesses.push(Witness { key: *key, verdict, place: *place });
+            is_new |= self.seen.register(*key);
+            labeled_objects.push(LabeledObject { key: *key, label, place: *place });
         }
-        self.cases.push(Case { is_answer: demonstration.is_answer, ..Case::new(witnesses) });
+        self.episodes.push(Episode { is_answer: demonstration.is_answer, ..Episode::new(labeled_objects) });
         if let Engine::Extended(short, _) = &mut self.engine
             && is_new
         {
@@ -104,31 +106,31 @@ impl Goal {
     }
 
     /// The hypotheses at most `within` nats below the best one, or below the best one of the highest tally; limited to
-    /// about `most`.
+    /// about `max_count`.
     pub(crate) fn hypotheses(
         &mut self,
         lexicon: &Lexicon,
         settings: &Settings,
         within: f64,
-        most: usize,
+        max_count: usize,
     ) -> Scored {
-        let Self { cases, seen, engine, signature, .. } = self;
-        let (prior, slips, expected) = (settings.prior, settings.noise.logs(), signature.len());
+        let Self { episodes, seen, engine, signature, .. } = self;
+        let (prior, label_errors, expected) = (settings.prior, settings.noise.logs(), signature.len());
         match engine {
             Engine::Paper(all) => {
-                all.hypotheses(cases, seen, &Weight::Prior { prior, expected }, within, most)
+                all.hypotheses(episodes, seen, &Weight::Prior { prior, expected }, within, max_count)
             }
-            Engine::PaperWithSlips(all) => {
-                let slips = slips.unwrap_or_default();
-                all.hypotheses(cases, lexicon.features(), &prior, expected, slips, within)
+            Engine::PaperWithNoise(all) => {
+                let label_errors = label_errors.unwrap_or_default();
+                all.hypotheses(episodes, lexicon.features(), &prior, expected, label_errors, within)
             }
             Engine::Extended(short, long) => {
-                let cost = Cost { selection_nats: settings.selection_nats, slips };
-                short.take(cases, &cost);
-                let mut scored = short.hypotheses(seen, &cost, within, most);
-                if slips.is_none() {
+                let cost = Cost { selection_nats: settings.selection_nats, label_errors };
+                short.take(episodes, &cost);
+                let mut scored = short.hypotheses(seen, &cost, within, max_count);
+                if label_errors.is_none() {
                     let weight = Weight::Length { beyond: short.longest() };
-                    let more = long.hypotheses(cases, seen, &weight, within, most);
+                    let more = long.hypotheses(episodes, seen, &weight, within, max_count);
                     let mut total = LogSum::default();
                     total.add(scored.log_total);
                     total.add(more.log_total);
@@ -146,20 +148,20 @@ impl Goal {
             Engine::Extended(short, _) => {
                 short.phrase(set, lexicon, |feature| language.feature_order(feature))
             }
-            Engine::Paper(_) | Engine::PaperWithSlips(_) => String::new(),
+            Engine::Paper(_) | Engine::PaperWithNoise(_) => String::new(),
         }
     }
 
     /// log P(D) if all changes were mistakes; `None` without label noise.
-    pub(crate) fn log_nothing_but_slips(&self, settings: &Settings) -> Option<f64> {
-        let (slip, right) = settings.noise.logs()?;
-        let witnesses = self.cases.iter().flat_map(|case| &case.witnesses);
-        let log = |verdict: Verdict| match verdict {
-            Verdict::Changed => slip,
-            Verdict::LeftOut => right,
-            Verdict::AlreadySo => 0.0,
+    pub(crate) fn log_likelihood_of_noise(&self, settings: &Settings) -> Option<f64> {
+        let (log_error, log_correct) = settings.noise.logs()?;
+        let labeled_objects = self.episodes.iter().flat_map(|episode| &episode.labeled_objects);
+        let log = |label: Label| match label {
+            Label::Changed => log_error,
+            Label::LeftOut => log_correct,
+            Label::AlreadyAchieved => 0.0,
         };
-        Some(witnesses.map(|witness| log(witness.verdict)).sum())
+        Some(labeled_objects.map(|labeled| log(labeled.label)).sum())
     }
 
     /// The probability that the rule applies to each of some objects.
@@ -169,23 +171,23 @@ impl Goal {
         settings: &Settings,
         asked: &[(Key, Option<Place>)],
     ) -> Vec<f64> {
-        let slips = settings.noise.logs();
+        let label_errors = settings.noise.logs();
         match &mut self.engine {
-            Engine::PaperWithSlips(all) => {
+            Engine::PaperWithNoise(all) => {
                 let keys: Vec<Key> = asked.iter().map(|(key, _)| *key).collect();
-                let slips = slips.unwrap_or_default();
-                all.probabilities(&self.cases, lexicon.features(), &settings.prior, slips, &keys)
+                let label_errors = label_errors.unwrap_or_default();
+                all.probabilities(&self.episodes, lexicon.features(), &settings.prior, label_errors, &keys)
             }
             Engine::Extended(short, long) => {
-                let cost = Cost { selection_nats: settings.selection_nats, slips };
-                short.take(&self.cases, &cost);
+                let cost = Cost { selection_nats: settings.selection_nats, label_errors };
+                short.take(&self.episodes, &cost);
                 let (log_total, answers) = short.probabilities(&cost, asked);
-                if slips.is_some() {
+                if label_errors.is_some() {
                     return answers;
                 }
                 let weight = Weight::Length { beyond: short.longest() };
                 let keys: Vec<Key> = asked.iter().map(|(key, _)| *key).collect();
-                let (log_long, long) = long.probabilities(&self.cases, &self.seen, &weight, &keys);
+                let (log_long, long) = long.probabilities(&self.episodes, &self.seen, &weight, &keys);
                 let mut total = LogSum::default();
                 total.add(log_total);
                 total.add(log_long);
@@ -196,7 +198,7 @@ impl Goal {
             Engine::Paper(all) => {
                 let weight = Weight::Prior { prior: settings.prior, expected: self.signature.len() };
                 let keys: Vec<Key> = asked.iter().map(|(key, _)| *key).collect();
-                let (_, about) = all.probabilities(&self.cases, &self.seen, &weight, &keys);
+                let (_, about) = all.probabilities(&self.episodes, &self.seen, &weight, &keys);
                 about.into_iter().map(|share| share.clamp(0.0, 1.0)).collect()
             }
         }

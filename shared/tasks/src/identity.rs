@@ -1,10 +1,10 @@
 use std::collections::BTreeMap;
 
 use crate::Snapshot;
-use crate::counterpart::nearest_first;
+use crate::counterpart::match_nearest_first;
 
 /// Belief identities are smaller than this; each incarnation of the belief process gets its own range.
-const LIFE: u64 = 1 << 40;
+const IDS_PER_INCARNATION: u64 = 1 << 40;
 
 /// Maps belief identities to stable object identities across restarts of the belief process.
 ///
@@ -14,35 +14,35 @@ const LIFE: u64 = 1 << 40;
 pub struct Identities {
     incarnation: Option<u64>,
     lives: u64,
-    found_again: BTreeMap<u64, u64>,
+    rematched: BTreeMap<u64, u64>,
 }
 
 /// Whether the writer of a frame was restarted.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Moment {
+pub enum WriterState {
     /// It is the first frame, or from the same incarnation as the one before.
     Continued,
     /// The writer restarted: its identities refer to other objects now.
-    Anew,
+    Restarted,
 }
 
 impl Identities {
     /// Registers the incarnation of a frame.
-    pub fn observe(&mut self, incarnation: u64) -> Moment {
+    pub fn observe(&mut self, incarnation: u64) -> WriterState {
         let before = self.incarnation.replace(incarnation);
         if before.is_none_or(|before| before == incarnation) {
-            return Moment::Continued;
+            return WriterState::Continued;
         }
         self.lives += 1;
-        self.found_again.clear();
-        Moment::Anew
+        self.rematched.clear();
+        WriterState::Restarted
     }
 
     /// The object identity of a belief of the current incarnation.
     #[must_use]
     pub fn object(&self, belief: u64) -> u64 {
-        let id = self.lives.wrapping_mul(LIFE).wrapping_add(belief);
-        self.found_again.get(&id).copied().unwrap_or(id)
+        let id = self.lives.wrapping_mul(IDS_PER_INCARNATION).wrapping_add(belief);
+        self.rematched.get(&id).copied().unwrap_or(id)
     }
 
     /// Matches the objects of an old snapshot to one of the current incarnation. Matching objects have the same
@@ -50,7 +50,7 @@ impl Identities {
     ///
     /// Returns `true` if all objects were matched; they keep their old identities from now on. Otherwise nothing
     /// changes, because a demonstration with a mismatched or missing object would be a wrong example.
-    pub fn find_again(&mut self, old: &Snapshot, new: &Snapshot, within_m: f64) -> bool {
+    pub fn rematch(&mut self, old: &Snapshot, new: &Snapshot, within_m: f64) -> bool {
         let mut pairs = Vec::new();
         for then in &old.objects {
             for now in &new.objects {
@@ -61,10 +61,10 @@ impl Identities {
                 }
             }
         }
-        let found = nearest_first(pairs);
+        let found = match_nearest_first(pairs);
         let complete = found.len() == old.objects.len();
         if complete {
-            self.found_again = found.into_iter().map(|(then, now)| (now, then)).collect();
+            self.rematched = found.into_iter().map(|(then, now)| (now, then)).collect();
         }
         complete
     }
@@ -89,12 +89,12 @@ pub(crate) mod tests {
     #[test]
     fn objects_keep_their_identity_when_all_are_found_again() {
         let mut identities = Identities::default();
-        assert_eq!(identities.observe(1), Moment::Continued);
+        assert_eq!(identities.observe(1), WriterState::Continued);
         let old = snapshot(&[(7, "red", 0.1), (8, "red", 0.3), (9, "blue", 0.2)]);
-        assert_eq!(identities.observe(2), Moment::Anew);
+        assert_eq!(identities.observe(2), WriterState::Restarted);
         let ids = [1, 2, 3].map(|belief| identities.object(belief));
         let new = snapshot(&[(ids[0], "red", 0.29), (ids[1], "blue", 0.2), (ids[2], "red", 0.11)]);
-        assert!(identities.find_again(&old, &new, 0.05));
+        assert!(identities.rematch(&old, &new, 0.05));
         assert_eq!([1, 2, 3].map(|belief| identities.object(belief)), [8, 9, 7]);
     }
 
@@ -105,7 +105,7 @@ pub(crate) mod tests {
         identities.observe(2);
         let old = snapshot(&[(7, "red", 0.1), (8, "red", 0.3)]);
         let new = snapshot(&[(identities.object(7), "red", 0.1)]);
-        assert!(!identities.find_again(&old, &new, f64::INFINITY));
+        assert!(!identities.rematch(&old, &new, f64::INFINITY));
         assert_ne!(identities.object(7), 7, "a belief of the new life is no object of the old one");
     }
 }

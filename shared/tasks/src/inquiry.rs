@@ -4,15 +4,17 @@ use std::collections::BTreeMap;
 
 use crate::describe::listed;
 use crate::hypothesis::{Hypothesis, Scored};
-use crate::lexicon::{FEATURES_MOST, Key, Lexicon, Mask, Seen, field, has, key_mask, present, with_field};
+use crate::lexicon::{
+    Key, Lexicon, MAX_FEATURES, Mask, SeenKinds, field, has, key_mask, present, with_field,
+};
 use crate::{Effect, Language, Noise, Selection, Signature};
 
 /// Maximum number of objects in an inquiry.
-const OBJECTS_MOST: usize = 6;
+const MAX_OBJECTS: usize = 6;
 /// Maximum number of candidate kinds.
-const KINDS_MOST: usize = 4096;
+const MAX_KINDS: usize = 4096;
 /// Minimum expected information gain of an object, in bits.
-const BITS_LEAST: f64 = 1e-3;
+const MIN_GAIN_BITS: f64 = 1e-3;
 
 /// A query: the objects whose treatment by the teacher discriminates best among the hypotheses.
 #[derive(Clone, Debug, PartialEq)]
@@ -29,11 +31,11 @@ pub struct Inquiry {
 }
 
 /// The context of a query.
-pub(crate) struct Asking<'a> {
+pub(crate) struct QueryContext<'a> {
     pub(crate) language: &'a Language,
     pub(crate) lexicon: &'a Lexicon,
     pub(crate) signature: &'a Signature,
-    pub(crate) seen: &'a Seen,
+    pub(crate) seen: &'a SeenKinds,
     pub(crate) noise: Noise,
 }
 
@@ -55,7 +57,7 @@ impl Weighed<'_> {
 ///
 /// Hypotheses about numbers and relations make no prediction for a single object. The gain is computed over the other
 /// hypotheses and scaled by their share of the posterior.
-pub(crate) fn inquire(asking: &Asking<'_>, scored: &Scored, most: usize) -> Option<Inquiry> {
+pub(crate) fn inquire(asking: &QueryContext<'_>, scored: &Scored, most: usize) -> Option<Inquiry> {
     let best = scored.hypotheses.iter().map(|one| one.log_score).fold(f64::NEG_INFINITY, f64::max);
     let all: f64 = scored.hypotheses.iter().map(|one| (one.log_score - best).exp()).sum();
     let about_all = scored.hypotheses.iter().filter(|one| one.selection == Selection::All);
@@ -76,7 +78,7 @@ pub(crate) fn inquire(asking: &Asking<'_>, scored: &Scored, most: usize) -> Opti
     // For each hypothesis, a bit mask of the chosen objects that it applies to.
     let mut labels = vec![0_usize; weighed.len()];
     let mut bits = 0.0;
-    while chosen.len() < most.min(OBJECTS_MOST) {
+    while chosen.len() < most.min(MAX_OBJECTS) {
         let bit = 1_usize << chosen.len();
         let with = |key: Key| -> Vec<usize> {
             let label = |(one, label): (&Weighed<'_>, &usize)| label | if one.covers(key) { bit } else { 0 };
@@ -86,11 +88,11 @@ pub(crate) fn inquire(asking: &Asking<'_>, scored: &Scored, most: usize) -> Opti
         for &key in kinds.iter().filter(|key| !chosen.contains(key)) {
             let gain = gain(&weighed, &with(key), bit << 1, asking.noise);
             // Among equal gains the first one wins, independent of rounding.
-            if found.is_none_or(|(most, _)| gain > most + BITS_LEAST) {
+            if found.is_none_or(|(most, _)| gain > most + MIN_GAIN_BITS) {
                 found = Some((gain, key));
             }
         }
-        let Some((gain, key)) = found.filter(|(gain, _)| *gain > bits + BITS_LEAST) else { break };
+        let Some((gain, key)) = found.filter(|(gain, _)| *gain > bits + MIN_GAIN_BITS) else { break };
         labels = with(key);
         bits = gain;
         chosen.push(key);
@@ -140,12 +142,12 @@ fn entropy(probabilities: &[f64]) -> f64 {
 
 /// All kinds of objects made of the values seen, or only the kinds seen if there are too many; in the order of the
 /// values' first appearance.
-fn kinds(seen: &Seen) -> Vec<Key> {
+fn kinds(seen: &SeenKinds) -> Vec<Key> {
     let count =
         seen.values().iter().try_fold(1_usize, |count, values| count.checked_mul(values.len().max(1)));
-    if count.is_none_or(|count| count > KINDS_MOST) {
+    if count.is_none_or(|count| count > MAX_KINDS) {
         let mut kinds = seen.kinds();
-        kinds.truncate(KINDS_MOST);
+        kinds.truncate(MAX_KINDS);
         return kinds;
     }
     let mut kinds: Vec<Key> = vec![0];
@@ -164,7 +166,7 @@ fn features(lexicon: &Lexicon, key: Key) -> BTreeMap<String, String> {
     .collect()
 }
 
-fn text(asking: &Asking<'_>, weighed: &[Weighed<'_>], chosen: &[Key]) -> String {
+fn text(asking: &QueryContext<'_>, weighed: &[Weighed<'_>], chosen: &[Key]) -> String {
     // The name contains only features that a plausible hypothesis tests.
     let most = weighed.iter().map(|one| one.weight).fold(0.0, f64::max);
     let heavy = weighed.iter().filter(|one| one.weight >= most * 0.05);
@@ -174,7 +176,7 @@ fn text(asking: &Asking<'_>, weighed: &[Weighed<'_>], chosen: &[Key]) -> String 
     let names: Vec<String> = chosen.iter().map(|&key| name(asking, mask, key)).collect();
     match names.as_slice() {
         [only] => ask_about(only, asking.signature),
-        several => format!("Which should {} of {}?", becoming(asking.signature), listed(several)),
+        several => format!("Which should {} of {}?", verb_phrase(asking.signature), listed(several)),
     }
 }
 
@@ -182,10 +184,10 @@ fn text(asking: &Asking<'_>, weighed: &[Weighed<'_>], chosen: &[Key]) -> String 
 /// the object with its article, "a blue one".
 #[must_use]
 pub fn ask_about(name: &str, goal: &Signature) -> String {
-    format!("Should {name} {}, too?", becoming(goal))
+    format!("Should {name} {}, too?", verb_phrase(goal))
 }
 
-fn becoming(goal: &Signature) -> String {
+fn verb_phrase(goal: &Signature) -> String {
     let effects = goal.iter().map(|effect| match effect {
         Effect::State { name, on: true } => format!("be {name}"),
         Effect::State { name, on: false } => format!("not be {name}"),
@@ -195,12 +197,12 @@ fn becoming(goal: &Signature) -> String {
 }
 
 /// "a blue one", "an old square".
-fn name(asking: &Asking<'_>, mask: Mask, key: Key) -> String {
+fn name(asking: &QueryContext<'_>, mask: Mask, key: Key) -> String {
     let last = asking.language.features.len().saturating_sub(1);
     let mut words: Vec<&str> = Vec::new();
     let mut has_noun = false;
     for (index, feature) in asking.language.features.iter().enumerate() {
-        let number = (0..FEATURES_MOST).find(|&number| asking.lexicon.feature(number) == feature.name);
+        let number = (0..MAX_FEATURES).find(|&number| asking.lexicon.feature(number) == feature.name);
         let Some(number) = number.filter(|&number| has(mask, number) && field(key, number) != 0) else {
             continue;
         };

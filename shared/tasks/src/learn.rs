@@ -1,21 +1,21 @@
 use std::collections::{BTreeMap, BTreeSet};
 
+use crate::arrangement::{Shown as ShownFigure, rank_arrangements};
 use crate::change::{changes, has_percepts};
-use crate::figure::{Shown as ShownFigure, rank_figures};
 use crate::goal::{Demonstration, Goal, Shown};
-use crate::inquiry::{Asking, Inquiry, inquire};
+use crate::inquiry::{Inquiry, QueryContext, inquire};
 use crate::lexicon::Lexicon;
-use crate::log_sum::ROUNDING;
-use crate::rank::{Subject, rank};
+use crate::log_sum::ROUNDING_NATS;
+use crate::rank::{RankingContext, rank};
 use crate::selection::{Place, frame_of};
+use crate::{ArrangementRule, Effect, Language, Object, Prior, Rule, Settings, Signature, Snapshot, View};
 #[cfg(test)]
 use crate::{Class, Template};
-use crate::{Effect, FigureRule, Language, Object, Prior, Rule, Settings, Signature, Snapshot, View};
 
 /// Maximum number of rules for each goal.
-const RULES_MOST: usize = 512;
+const MAX_RULES: usize = 512;
 /// Hypotheses this many nats below the best are ignored when a query is selected.
-const INQUIRING: f64 = 10.0;
+const QUERY_WITHIN_NATS: f64 = 10.0;
 
 /// The result of learning a task from the examples of one perspective.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -25,7 +25,7 @@ pub struct Learned {
     /// The rules of every goal belief of the task, best first; the first is the primary one.
     pub goals: Vec<Vec<Rule>>,
     /// Spatial configurations, best first, if the goal is an arrangement of objects.
-    pub figures: Vec<FigureRule>,
+    pub arrangements: Vec<ArrangementRule>,
     /// The remaining changes: the means to the goals.
     pub means: Vec<Means>,
 }
@@ -41,13 +41,13 @@ impl Learned {
     #[must_use]
     pub fn tally(&self) -> usize {
         let rules = self.primary().map(|rule| rule.standing.tally).min();
-        rules.or_else(|| self.figures.first().map(|figure| figure.standing.tally)).unwrap_or(0)
+        rules.or_else(|| self.arrangements.first().map(|arrangement| arrangement.standing.tally)).unwrap_or(0)
     }
 
     /// Whether anything was learned.
     #[must_use]
     pub fn explains(&self) -> bool {
-        !self.goals.is_empty() || !self.figures.is_empty()
+        !self.goals.is_empty() || !self.arrangements.is_empty()
     }
 }
 
@@ -89,7 +89,7 @@ pub fn learn_with(language: &Language, views: &[&View], settings: &Settings) -> 
 /// If only positions change, the goal is a spatial configuration ([`Figure`](crate::Figure)).
 ///
 /// Adding an example costs only what is new in it; earlier results are kept. Class features beyond
-/// [`FEATURES_MOST`](crate::FEATURES_MOST) are ignored.
+/// [`MAX_FEATURES`](crate::MAX_FEATURES) are ignored.
 #[derive(Clone, Debug)]
 pub struct Learning {
     language: Language,
@@ -98,7 +98,7 @@ pub struct Learning {
     demonstrations: Vec<Demonstration>,
     goals: BTreeMap<Signature, Goal>,
     /// The figure of each example; `None` once a change was more than a displacement.
-    figures: Option<Vec<ShownFigure>>,
+    arrangements: Option<Vec<ShownFigure>>,
 }
 
 impl Learning {
@@ -111,7 +111,7 @@ impl Learning {
             settings: *settings,
             demonstrations: Vec::new(),
             goals: BTreeMap::new(),
-            figures: Some(Vec::new()),
+            arrangements: Some(Vec::new()),
         }
     }
 
@@ -126,9 +126,9 @@ impl Learning {
         let mut changes = changes(&view.before, &view.after, self.language.moved_m);
         let moved = Signature::from([Effect::Moved]);
         if changes.values().any(|change| change.signature != moved) {
-            self.figures = None;
-        } else if let Some(figures) = &mut self.figures {
-            figures.push(ShownFigure::of(view, self.language.moved_m));
+            self.arrangements = None;
+        } else if let Some(arrangements) = &mut self.arrangements {
+            arrangements.push(ShownFigure::of(view, self.language.moved_m));
         }
         let (before, after) = (frame_of(&view.before), frame_of(&view.after));
         let objects = view.after.objects.iter().map(|object| Shown {
@@ -160,25 +160,25 @@ impl Learning {
 
     /// The result from the examples so far.
     pub fn learned(&mut self) -> Learned {
-        self.leading(RULES_MOST, ROUNDING)
+        self.leading(MAX_RULES, ROUNDING_NATS)
     }
 
-    /// As [`Learning::learned`], with at most `most` rules for each goal, from hypotheses at most `within_nats`
+    /// As [`Learning::learned`], with at most `max_count` rules for each goal, from hypotheses at most `within_nats`
     /// below the best. The posteriors omit the hypotheses beyond that.
-    pub fn leading(&mut self, most: usize, within_nats: f64) -> Learned {
-        let Self { language, settings, lexicon, demonstrations, goals, figures } = self;
+    pub fn leading(&mut self, max_count: usize, within_nats: f64) -> Learned {
+        let Self { language, settings, lexicon, demonstrations, goals, arrangements } = self;
         let examples = demonstrations.len();
-        if let Some(figures) = figures.as_deref().filter(|_| !goals.is_empty()) {
-            return Learned { examples, figures: rank_figures(figures), ..Learned::default() };
+        if let Some(arrangements) = arrangements.as_deref().filter(|_| !goals.is_empty()) {
+            return Learned { examples, arrangements: rank_arrangements(arrangements), ..Learned::default() };
         }
         let mut groups = Vec::new();
         for goal in goals.values_mut() {
-            let scored = goal.hypotheses(lexicon, settings, within_nats, most);
+            let scored = goal.hypotheses(lexicon, settings, within_nats, max_count);
             let best = scored.hypotheses.iter().map(|one| one.log_score).fold(f64::NEG_INFINITY, f64::max);
-            let subject = Subject { language, lexicon, goal, examples };
-            let rules = rank(&subject, scored, settings, most);
+            let subject = RankingContext { language, lexicon, goal, examples };
+            let rules = rank(&subject, scored, settings, max_count);
             // With label noise, a few stray changes do not make a goal.
-            let is_explained = match goal.log_nothing_but_slips(settings) {
+            let is_explained = match goal.log_likelihood_of_noise(settings) {
                 Some(nothing) => best > nothing,
                 None => rules.first().is_some_and(|rule| rule.standing.tally > 0),
             };
@@ -220,15 +220,19 @@ impl Learning {
         is_eligible.into_iter().map(|is_eligible| if is_eligible { answers.next() } else { None }).collect()
     }
 
-    /// Selects the objects, at most `most`, with the highest expected information gain about the teacher's goal.
+    /// Selects the objects, at most `max_count`, with the highest expected information gain about the teacher's goal.
     /// One object makes a question; several make a request for a demonstration. `None` if no object is
     /// informative.
-    pub fn inquire(&mut self, goal: &Signature, most: usize) -> Option<Inquiry> {
+    pub fn inquire(&mut self, goal: &Signature, max_count: usize) -> Option<Inquiry> {
         let Self { language, settings, lexicon, goals, .. } = self;
         let goal = goals.get_mut(goal)?;
-        let scored = goal.hypotheses(lexicon, settings, INQUIRING, RULES_MOST);
+        let scored = goal.hypotheses(lexicon, settings, QUERY_WITHIN_NATS, MAX_RULES);
         let Goal { signature, seen, .. } = goal;
-        inquire(&Asking { language, lexicon, signature, seen, noise: settings.noise }, &scored, most)
+        inquire(
+            &QueryContext { language, lexicon, signature, seen, noise: settings.noise },
+            &scored,
+            max_count,
+        )
     }
 }
 
@@ -238,8 +242,8 @@ impl Learning {
     pub(crate) fn rules(&mut self, goal: &Signature) -> Vec<Rule> {
         let Self { language, settings, lexicon, demonstrations, goals, .. } = self;
         let Some(goal) = goals.get_mut(goal) else { return Vec::new() };
-        let scored = goal.hypotheses(lexicon, settings, ROUNDING, usize::MAX);
-        let subject = Subject { language, lexicon, goal, examples: demonstrations.len() };
+        let scored = goal.hypotheses(lexicon, settings, ROUNDING_NATS, usize::MAX);
+        let subject = RankingContext { language, lexicon, goal, examples: demonstrations.len() };
         rank(&subject, scored, settings, usize::MAX)
     }
 
@@ -247,7 +251,7 @@ impl Learning {
     pub(crate) fn hypotheses(&mut self, goal: &Signature) -> Vec<(Template, BTreeSet<Class>, usize)> {
         let Self { settings, lexicon, goals, .. } = self;
         let Some(goal) = goals.get_mut(goal) else { return Vec::new() };
-        let scored = goal.hypotheses(lexicon, settings, ROUNDING, usize::MAX);
+        let scored = goal.hypotheses(lexicon, settings, ROUNDING_NATS, usize::MAX);
         let named = scored.hypotheses.into_iter().map(|one| {
             let classes = one.classes.into_iter().map(|key| lexicon.class(one.mask, key)).collect();
             (lexicon.template(one.mask), classes, one.tally)

@@ -3,9 +3,9 @@ use rustc_hash::{FxHashMap, FxHashSet};
 use crate::{Class, Object, Template};
 
 /// Maximum number of class features for learning; the number of templates is two to this power.
-pub const FEATURES_MOST: usize = 12;
+pub const MAX_FEATURES: usize = 12;
 /// Maximum number of distinct values of a class feature.
-pub const VALUES_MOST: usize = (1 << BITS) - 2;
+pub const MAX_VALUES: usize = (1 << BITS) - 2;
 
 /// Bits of a key for each feature: twelve features fit 128 bits.
 const BITS: u32 = 10;
@@ -21,24 +21,27 @@ pub(crate) type Mask = u16;
 /// Maps features and values to numbers and back. Features are numbered in alphabetical order.
 #[derive(Clone, Debug)]
 pub(crate) struct Lexicon {
-    features: Vec<Words>,
+    features: Vec<FeatureValues>,
 }
 
 #[derive(Clone, Debug)]
-struct Words {
+struct FeatureValues {
     name: String,
     values: Vec<String>,
     numbers: FxHashMap<String, u32>,
 }
 
 impl Lexicon {
-    /// A lexicon of the first [`FEATURES_MOST`] features.
+    /// A lexicon of the first [`MAX_FEATURES`] features.
     pub(crate) fn new<'a>(features: impl Iterator<Item = &'a str>) -> Self {
-        let mut names: Vec<&str> = features.take(FEATURES_MOST).collect();
+        let mut names: Vec<&str> = features.take(MAX_FEATURES).collect();
         names.sort_unstable();
         names.dedup();
-        let words =
-            |name: &str| Words { name: name.to_owned(), values: Vec::new(), numbers: FxHashMap::default() };
+        let words = |name: &str| FeatureValues {
+            name: name.to_owned(),
+            values: Vec::new(),
+            numbers: FxHashMap::default(),
+        };
         Self { features: names.into_iter().map(words).collect() }
     }
 
@@ -46,7 +49,7 @@ impl Lexicon {
         self.features.len()
     }
 
-    /// The key of an object; assigns numbers to new values. Values beyond [`VALUES_MOST`] count as missing.
+    /// The key of an object; assigns numbers to new values. Values beyond [`MAX_VALUES`] count as missing.
     pub(crate) fn key(&mut self, object: &Object) -> Key {
         let mut key = 0;
         for (index, words) in self.features.iter_mut().enumerate() {
@@ -86,7 +89,7 @@ impl Lexicon {
     }
 }
 
-impl Words {
+impl FeatureValues {
     fn number(&mut self, value: &str) -> u32 {
         if let Some(&number) = self.numbers.get(value) {
             return number;
@@ -130,21 +133,19 @@ fn field_mask(feature: usize) -> Key {
 
 /// The bits of a key that a template selects.
 pub(crate) fn key_mask(mask: Mask) -> Key {
-    (0..FEATURES_MOST)
+    (0..MAX_FEATURES)
         .filter(|&feature| has(mask, feature))
         .fold(0, |bits, feature| bits | field_mask(feature))
 }
 
 /// The features that have a value in a key.
 pub(crate) fn present(key: Key) -> Mask {
-    (0..FEATURES_MOST)
-        .filter(|&feature| field(key, feature) != 0)
-        .fold(0, |mask, feature| mask | 1 << feature)
+    (0..MAX_FEATURES).filter(|&feature| field(key, feature) != 0).fold(0, |mask, feature| mask | 1 << feature)
 }
 
 /// The kinds of objects that a goal could apply to, over all examples.
 #[derive(Clone, Debug, Default)]
-pub(crate) struct Seen {
+pub(crate) struct SeenKinds {
     kinds: FxHashSet<Key>,
     /// The values seen, by feature.
     values: Vec<Vec<u32>>,
@@ -152,13 +153,13 @@ pub(crate) struct Seen {
     lacking: Mask,
 }
 
-impl Seen {
+impl SeenKinds {
     pub(crate) fn new(features: usize) -> Self {
         Self { values: vec![Vec::new(); features], ..Self::default() }
     }
 
     /// Registers a kind of object. Returns `true` if it has a new value, or is the first to lack a feature.
-    pub(crate) fn note(&mut self, key: Key) -> bool {
+    pub(crate) fn register(&mut self, key: Key) -> bool {
         if !self.kinds.insert(key) {
             return false;
         }

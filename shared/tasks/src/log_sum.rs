@@ -1,5 +1,5 @@
 /// A term this many nats below the largest term of a sum is lost to floating-point rounding.
-pub(crate) const ROUNDING: f64 = 40.0;
+pub(crate) const ROUNDING_NATS: f64 = 40.0;
 
 /// Log-sum-exp accumulator: adds numbers given by their logarithms.
 #[derive(Clone, Copy, Debug)]

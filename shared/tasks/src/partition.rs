@@ -1,19 +1,19 @@
 //! Partitions the kinds seen into the classes of each template, one template after another.
 
-use crate::lexicon::{FEATURES_MOST, Key, Mask, field, present};
+use crate::lexicon::{Key, MAX_FEATURES, Mask, field, present};
 
 /// A kind of object to be classified.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Member {
     pub(crate) key: Key,
-    pub(crate) count: Count,
+    pub(crate) count: EvidenceCount,
     /// Whether any example contains it; a queried kind does not make a class of its own.
     pub(crate) is_seen: bool,
 }
 
 /// The evidence about a kind or a class.
 #[derive(Clone, Copy, Debug, Default)]
-pub(crate) struct Count {
+pub(crate) struct EvidenceCount {
     /// Number of changed objects minus number of left-out ones.
     pub(crate) net: i64,
     /// Whether any was changed.
@@ -21,9 +21,9 @@ pub(crate) struct Count {
 }
 
 /// An accumulator over the classes of one template.
-pub(crate) trait Sum: Copy {
+pub(crate) trait ClassSum: Copy {
     /// Adds one class.
-    fn with(self, class: Count) -> Self;
+    fn with(self, class: EvidenceCount) -> Self;
 }
 
 /// The classes of a template that a further feature can still divide. A class of a single kind that has every
@@ -33,12 +33,12 @@ pub(crate) struct Classes {
     /// Indices of the members, class by class.
     members: Vec<u32>,
     /// The end of each class in `members`, and its evidence.
-    ends: Vec<(usize, Count)>,
+    ends: Vec<(usize, EvidenceCount)>,
 }
 
 impl Classes {
     /// The member indices of each class, and its evidence.
-    pub(crate) fn iter(&self) -> impl Iterator<Item = (&[u32], Count)> {
+    pub(crate) fn iter(&self) -> impl Iterator<Item = (&[u32], EvidenceCount)> {
         let begins = std::iter::once(0).chain(self.ends.iter().map(|(end, _)| *end));
         let ranges = begins.zip(&self.ends);
         ranges.map(|(begin, &(end, count))| (self.members.get(begin..end).unwrap_or(&[]), count))
@@ -50,24 +50,24 @@ impl Classes {
 ///
 /// A template with one more feature refines the classes of its parent. So each step costs one pass over the kinds
 /// that are not alone in their class, and most kinds are alone after a few features.
-pub(crate) fn each_template<S: Sum>(
+pub(crate) fn each_template<S: ClassSum>(
     members: &[Member],
     features: usize,
     nothing: S,
     mut visit: impl FnMut(Mask, S, &Classes) -> bool,
 ) {
-    let features = features.min(FEATURES_MOST);
+    let features = features.min(MAX_FEATURES);
     let all: Mask = (0..features).fold(0, |mask, feature| mask | 1 << feature);
     let column = |feature| members.iter().map(|one| field(one.key, feature)).collect();
-    let mark = |one: &Member| Mark {
+    let mark = |one: &Member| MemberInfo {
         count: one.count,
         is_seen: one.is_seen,
         is_whole: present(one.key) & all == all,
     };
-    let mut walk = Walk {
+    let mut walk = TemplateWalk {
         columns: (0..features).map(column).collect(),
-        marks: members.iter().map(mark).collect(),
-        room: Vec::new(),
+        member_infos: members.iter().map(mark).collect(),
+        pool: Vec::new(),
         buckets: Buckets::default(),
         visit: &mut visit,
     };
@@ -77,21 +77,21 @@ pub(crate) fn each_template<S: Sum>(
     walk.go(0, 0, sums, classes);
 }
 
-struct Walk<V> {
+struct TemplateWalk<V> {
     /// The values, by feature and member.
     columns: Vec<Vec<u32>>,
     /// The precomputed properties, by member.
-    marks: Vec<Mark>,
+    member_infos: Vec<MemberInfo>,
     /// A pool of `Classes` buffers.
-    room: Vec<Classes>,
+    pool: Vec<Classes>,
     buckets: Buckets,
     visit: V,
 }
 
 /// Precomputed properties of a member.
 #[derive(Clone, Copy)]
-struct Mark {
-    count: Count,
+struct MemberInfo {
+    count: EvidenceCount,
     is_seen: bool,
     /// Whether it has every feature.
     is_whole: bool,
@@ -104,22 +104,22 @@ struct Sums<S> {
     all: S,
 }
 
-impl<V> Walk<V> {
-    fn go<S: Sum>(&mut self, mask: Mask, begin: usize, sums: Sums<S>, classes: Classes)
+impl<V> TemplateWalk<V> {
+    fn go<S: ClassSum>(&mut self, mask: Mask, begin: usize, sums: Sums<S>, classes: Classes)
     where
         V: FnMut(Mask, S, &Classes) -> bool,
     {
         let end = if (self.visit)(mask, sums.all, &classes) { self.columns.len() } else { begin };
         for feature in begin..end {
-            let mut divided = self.room.pop().unwrap_or_default();
+            let mut divided = self.pool.pop().unwrap_or_default();
             let sums = self.divide(&classes, feature, sums.settled, &mut divided);
             self.go(mask | 1 << feature, feature + 1, sums, divided);
         }
-        self.room.push(classes);
+        self.pool.push(classes);
     }
 
     /// Divides every class by a feature; members without the feature are dropped.
-    fn divide<S: Sum>(
+    fn divide<S: ClassSum>(
         &mut self,
         classes: &Classes,
         feature: usize,
@@ -143,9 +143,9 @@ impl<V> Walk<V> {
 
     /// Adds a class, unless no example contains a member of it.
     #[inline]
-    fn add<S: Sum>(&self, members: &[u32], sums: Sums<S>, into: &mut Classes) -> Sums<S> {
-        let (mut count, mut is_seen, mut is_whole) = (Count::default(), false, true);
-        for mark in members.iter().filter_map(|&number| self.marks.get(number as usize)) {
+    fn add<S: ClassSum>(&self, members: &[u32], sums: Sums<S>, into: &mut Classes) -> Sums<S> {
+        let (mut count, mut is_seen, mut is_whole) = (EvidenceCount::default(), false, true);
+        for mark in members.iter().filter_map(|&number| self.member_infos.get(number as usize)) {
             count.net += mark.count.net;
             count.is_changed |= mark.count.is_changed;
             is_seen |= mark.is_seen;
@@ -236,8 +236,8 @@ mod tests {
     #[derive(Clone, Copy, Debug, Default, PartialEq)]
     struct Tally(i64, i64, i64);
 
-    impl Sum for Tally {
-        fn with(self, class: Count) -> Self {
+    impl ClassSum for Tally {
+        fn with(self, class: EvidenceCount) -> Self {
             Self(self.0 + 1, self.1 + class.net.pow(2), self.2 + i64::from(class.is_changed))
         }
     }
@@ -251,13 +251,13 @@ mod tests {
                 .iter()
                 .map(|(values, net, is_seen)| Member {
                     key: (0..).zip(values).fold(0, |key, (feature, value)| with_field(key, feature, *value)),
-                    count: Count { net: if *is_seen { *net } else { 0 }, is_changed: *is_seen && *net > 0 },
+                    count: EvidenceCount { net: if *is_seen { *net } else { 0 }, is_changed: *is_seen && *net > 0 },
                     is_seen: *is_seen,
                 })
                 .collect();
             let mut visited = BTreeSet::new();
             each_template(&members, 4, Tally::default(), |mask, tally, classes| {
-                let mut expected: BTreeMap<Key, (Count, bool, usize)> = BTreeMap::new();
+                let mut expected: BTreeMap<Key, (EvidenceCount, bool, usize)> = BTreeMap::new();
                 for one in members.iter().filter(|one| present(one.key) & mask == mask) {
                     let (count, is_seen, size) = expected.entry(one.key & key_mask(mask)).or_default();
                     count.net += one.count.net;
@@ -280,7 +280,7 @@ mod tests {
 
         #[test]
         fn below_a_template_that_ends_it_none_is_visited(end in 0..16_u16) {
-            let member = Member { key: with_field(0, 0, 1), count: Count::default(), is_seen: true };
+            let member = Member { key: with_field(0, 0, 1), count: EvidenceCount::default(), is_seen: true };
             let mut visited = Vec::new();
             each_template(&[member], 4, Tally::default(), |mask, _, _| {
                 visited.push(mask);

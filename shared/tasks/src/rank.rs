@@ -14,14 +14,14 @@ use crate::{Language, Rule, Selection, Settings, Standing};
 
 /// A group of equivalent hypotheses.
 #[derive(Clone, Debug, Default)]
-struct Meaning {
+struct EquivalentHypotheses {
     tally: usize,
     sum: LogSum,
     description: Option<Described>,
 }
 
 /// A rule before it is named. It is kept in numeric form because only a few of many get a name.
-struct Contender {
+struct CandidateRule {
     log_posterior: f64,
     tally: usize,
     mask: Mask,
@@ -32,19 +32,24 @@ struct Contender {
 
 /// The context of a ranking: the goal, and the words for it.
 #[derive(Clone, Copy)]
-pub(crate) struct Subject<'a> {
+pub(crate) struct RankingContext<'a> {
     pub(crate) language: &'a Language,
     pub(crate) lexicon: &'a Lexicon,
     pub(crate) goal: &'a Goal,
     pub(crate) examples: usize,
 }
 
-/// Makes rules from hypotheses, best first, at most `most` of them.
+/// Makes rules from hypotheses, best first, at most `max_rules` of them.
 ///
 /// Without label noise they are ranked by tally first, then by posterior.
-pub(crate) fn rank(subject: &Subject<'_>, scored: Scored, settings: &Settings, most: usize) -> Vec<Rule> {
+pub(crate) fn rank(
+    subject: &RankingContext<'_>,
+    scored: Scored,
+    settings: &Settings,
+    max_rules: usize,
+) -> Vec<Rule> {
     let by_tally = settings.noise.logs().is_none();
-    let mut meanings: FxHashMap<(Selection, Mask, Vec<Key>), Meaning> =
+    let mut meanings: FxHashMap<(Selection, Mask, Vec<Key>), EquivalentHypotheses> =
         FxHashMap::with_capacity_and_hasher(scored.hypotheses.len(), FxBuildHasher);
     for hypothesis in scored.hypotheses {
         let (mask, classes) = reduce(hypothesis.mask, hypothesis.classes, &subject.goal.seen);
@@ -54,14 +59,14 @@ pub(crate) fn rank(subject: &Subject<'_>, scored: Scored, settings: &Settings, m
         // `None` means a listing of classes, whose cost is compared in `named`.
         meaning.description = meaning.description.into_iter().chain(hypothesis.description).min();
     }
-    let mut contenders: Vec<Contender> = meanings
+    let mut contenders: Vec<CandidateRule> = meanings
         .into_iter()
-        .map(|((selection, mask, classes), Meaning { tally, sum, description })| {
+        .map(|((selection, mask, classes), EquivalentHypotheses { tally, sum, description })| {
             let log_posterior = sum.value() - scored.log_total;
-            Contender { log_posterior, tally, mask, classes, selection, description }
+            CandidateRule { log_posterior, tally, mask, classes, selection, description }
         })
         .collect();
-    let by_merit = |a: &Contender, b: &Contender| {
+    let by_merit = |a: &CandidateRule, b: &CandidateRule| {
         let tally = if by_tally { b.tally.cmp(&a.tally) } else { Ordering::Equal };
         tally.then(b.log_posterior.total_cmp(&a.log_posterior))
     };
@@ -69,22 +74,25 @@ pub(crate) fn rank(subject: &Subject<'_>, scored: Scored, settings: &Settings, m
         by_merit(a, b).then_with(|| (a.mask, &a.classes).cmp(&(b.mask, &b.classes)))
     });
     // Rules that tie with the last one that fits are kept for now.
-    let last =
-        most.checked_sub(1).and_then(|last| contenders.get(last)).map(|one| (one.tally, one.log_posterior));
-    let ties = |one: &Contender| {
+    let last = max_rules
+        .checked_sub(1)
+        .and_then(|last| contenders.get(last))
+        .map(|one| (one.tally, one.log_posterior));
+    let ties = |one: &CandidateRule| {
         last.is_some_and(|(tally, log)| (!by_tally || tally == one.tally) && ties(log, one.log_posterior))
     };
-    let kept = contenders.iter().enumerate().take_while(|(index, one)| *index < most || ties(one)).count();
+    let kept =
+        contenders.iter().enumerate().take_while(|(index, one)| *index < max_rules || ties(one)).count();
     contenders.truncate(kept);
     let mut rules: Vec<(f64, Rule)> = contenders.into_iter().map(|one| named(subject, one)).collect();
     number(&mut rules, by_tally, settings.high_likelihood);
-    rules.truncate(most);
+    rules.truncate(max_rules);
     rules.into_iter().map(|(_, rule)| rule).collect()
 }
 
-fn named(subject: &Subject<'_>, contender: Contender) -> (f64, Rule) {
-    let Subject { language, lexicon, goal, examples } = subject;
-    let Contender { log_posterior, tally, mask, classes, selection, description } = contender;
+fn named(subject: &RankingContext<'_>, contender: CandidateRule) -> (f64, Rule) {
+    let RankingContext { language, lexicon, goal, examples } = subject;
+    let CandidateRule { log_posterior, tally, mask, classes, selection, description } = contender;
     let template = lexicon.template(mask);
     let seen_classes = goal.seen.classes(mask).into_iter().map(|key| lexicon.class(mask, key)).collect();
     let classes = classes.into_iter().map(|key| lexicon.class(mask, key)).collect();

@@ -2,7 +2,7 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use serde::{Deserialize, Serialize};
 
-use crate::{Change, Course, Deed, Effect, Object, Signature, Snapshot, changes, deeds};
+use crate::{ActContext, ActionEffect, Change, Effect, Object, Signature, Snapshot, changes, deeds};
 
 /// A task as taught so far: the schema S, whose hypotheses are computed from its examples.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -119,7 +119,7 @@ pub struct Executable {
     pub changes: BTreeMap<u64, Change>,
     /// Its effects in relation to other objects and agents (placed on, handed over), by object identity.
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
-    pub deeds: BTreeMap<u64, BTreeSet<Deed>>,
+    pub deeds: BTreeMap<u64, BTreeSet<ActionEffect>>,
 }
 
 /// The error for a demonstration without a change in any perspective; it is not an example.
@@ -134,11 +134,11 @@ pub struct Recording {
     pub task: String,
     /// The teacher.
     pub teacher: u16,
-    views: Vec<ViewUnderWay>,
+    views: Vec<ViewInProgress>,
 }
 
 #[derive(Clone, Debug)]
-struct ViewUnderWay {
+struct ViewInProgress {
     view: View,
     /// Snp(t_a, P): at the end of the last act.
     last: Snapshot,
@@ -150,7 +150,7 @@ impl Recording {
     pub fn new(task: &str, teacher: u16, snapshots: &BTreeMap<u16, Snapshot>) -> Self {
         let views = snapshots
             .iter()
-            .map(|(&perspective, snapshot)| ViewUnderWay {
+            .map(|(&perspective, snapshot)| ViewInProgress {
                 view: View {
                     perspective,
                     before: snapshot.clone(),
@@ -171,7 +171,7 @@ impl Recording {
 
     /// The beliefs of a perspective at the beginning of the demonstration, Snp(t0, P).
     #[must_use]
-    pub fn began(&self, perspective: u16) -> Option<&Snapshot> {
+    pub fn at_start(&self, perspective: u16) -> Option<&Snapshot> {
         self.views.iter().find(|under| under.view.perspective == perspective).map(|under| &under.view.before)
     }
 
@@ -185,10 +185,10 @@ impl Recording {
         snapshots: &BTreeMap<u16, Snapshot>,
         moved_m: f64,
     ) -> Option<Executable> {
-        let executable = |under: &ViewUnderWay| {
+        let executable = |under: &ViewInProgress| {
             let now = snapshots.get(&under.view.perspective);
             let changes = now.map(|now| changes(&under.last, now, moved_m)).unwrap_or_default();
-            let course = |after| Course { began: &under.view.before, before: &under.last, after };
+            let course = |after| ActContext { at_start: &under.view.before, before: &under.last, after };
             let deeds = now.map(|now| deeds(actor, &course(now), &changes, moved_m)).unwrap_or_default();
             Executable { actor, task: task.map(str::to_owned), changes, deeds }
         };

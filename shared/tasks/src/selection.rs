@@ -76,17 +76,17 @@ impl Relation {
     /// Whether an object at `place` has this relation within a set of this extent.
     pub(crate) fn holds(self, place: Place, extent: &Extent) -> bool {
         let Extent { left_m, distance_m } = extent;
-        let middle_m = f64::midpoint(distance_m.least, distance_m.most);
+        let middle_m = f64::midpoint(distance_m.lower, distance_m.upper);
         match self {
-            Self::Leftmost => place.left_m >= left_m.most - SAME_M,
-            Self::Rightmost => place.left_m <= left_m.least + SAME_M,
-            Self::Nearest => place.distance_m <= distance_m.least + SAME_M,
-            Self::Farthest => place.distance_m >= distance_m.most - SAME_M,
+            Self::Leftmost => place.left_m >= left_m.upper - SAME_M,
+            Self::Rightmost => place.left_m <= left_m.lower + SAME_M,
+            Self::Nearest => place.distance_m <= distance_m.lower + SAME_M,
+            Self::Farthest => place.distance_m >= distance_m.upper - SAME_M,
             Self::Left => place.left_m > SAME_M,
             Self::Right => place.left_m < -SAME_M,
             Self::Near => place.distance_m < middle_m - SAME_M,
             Self::Far => place.distance_m > middle_m + SAME_M,
-            Self::Between => place.left_m < left_m.most - SAME_M && place.left_m > left_m.least + SAME_M,
+            Self::Between => place.left_m < left_m.upper - SAME_M && place.left_m > left_m.lower + SAME_M,
         }
     }
 }
@@ -127,26 +127,26 @@ pub(crate) struct Extent {
 
 #[derive(Clone, Copy, Debug)]
 struct Range {
-    least: f64,
-    most: f64,
+    lower: f64,
+    upper: f64,
 }
 
 impl Extent {
     pub(crate) fn of(places: impl Iterator<Item = Place>) -> Self {
-        let nothing = Range { least: f64::INFINITY, most: f64::NEG_INFINITY };
+        let nothing = Range { lower: f64::INFINITY, upper: f64::NEG_INFINITY };
         let mut extent = Self { left_m: nothing, distance_m: nothing };
         for place in places {
-            extent.left_m.take(place.left_m);
-            extent.distance_m.take(place.distance_m);
+            extent.left_m.include(place.left_m);
+            extent.distance_m.include(place.distance_m);
         }
         extent
     }
 }
 
 impl Range {
-    fn take(&mut self, value: f64) {
-        self.least = self.least.min(value);
-        self.most = self.most.max(value);
+    fn include(&mut self, value: f64) {
+        self.lower = self.lower.min(value);
+        self.upper = self.upper.max(value);
     }
 }
 

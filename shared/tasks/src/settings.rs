@@ -2,7 +2,7 @@ use crate::Prior;
 
 /// The hypothesis language.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Hypotheses {
+pub enum HypothesisLanguage {
     /// The language of the paper: a template and a simple disjunction of its classes.
     #[default]
     Paper,
@@ -29,10 +29,10 @@ pub enum OnConflict {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Settings {
     /// The hypothesis language.
-    pub language: Hypotheses,
-    /// The prior over the hypotheses of [`Hypotheses::Paper`].
+    pub language: HypothesisLanguage,
+    /// The prior over the hypotheses of [`HypothesisLanguage::Paper`].
     pub prior: Prior,
-    /// [`Hypotheses::Extended`]: the cost of a number or a relation, in nats. A literal costs 1, and its
+    /// [`HypothesisLanguage::Extended`]: the cost of a number or a relation, in nats. A literal costs 1, and its
     /// negation 1 more.
     pub selection_nats: f64,
     /// The label noise: the rate of a teacher's mistakes.
@@ -47,7 +47,7 @@ impl Default for Settings {
     /// The settings of the paper.
     fn default() -> Self {
         Self {
-            language: Hypotheses::Paper,
+            language: HypothesisLanguage::Paper,
             prior: Prior::default(),
             selection_nats: 4.0,
             noise: Noise::NONE,
@@ -99,7 +99,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_teacher_who_slips_every_other_time_teaches_nothing_and_is_refused() {
+    fn label_noise_of_one_half_or_more_is_refused() {
         for value in [-0.1, 0.5, 1.0, f64::NAN, f64::INFINITY] {
             assert!(Noise::try_from(value).is_err(), "{value}");
         }

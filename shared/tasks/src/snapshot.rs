@@ -198,7 +198,7 @@ mod tests {
     }
 
     #[test]
-    fn places_are_in_the_base_frame_whoever_believes_them() {
+    fn positions_are_in_the_base_frame_for_every_perspective() {
         let language = Language {
             features: Vec::new(),
             states: Vec::new(),

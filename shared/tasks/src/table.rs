@@ -2,8 +2,8 @@
 
 use quantity::number::{float, float_of_count};
 
-use crate::case::{Verdict, Witness};
-use crate::dnf::{Descriptions, Set};
+use crate::dnf::{Description, Descriptions};
+use crate::episode::{Label, LabeledObject};
 use crate::log_sum::LogSum;
 use crate::selection::{Extent, Place};
 use crate::{Relation, Selection};
@@ -12,7 +12,7 @@ use crate::{Relation, Selection};
 pub(crate) type Members<'a> = &'a [u64];
 
 /// The objects of a demonstration, with a bit set for each property.
-pub(crate) struct Table {
+pub(crate) struct ObjectBitSets {
     pub(crate) words: usize,
     changed: Vec<u64>,
     left_out: Vec<u64>,
@@ -21,14 +21,14 @@ pub(crate) struct Table {
     terms: Vec<u64>,
 }
 
-impl Table {
-    pub(crate) fn new(descriptions: &Descriptions, witnesses: &[Witness]) -> Self {
-        let words = witnesses.len().div_ceil(64).max(1);
-        let set = |holds: &dyn Fn(&Witness) -> bool| {
+impl ObjectBitSets {
+    pub(crate) fn new(descriptions: &Descriptions, labeled_objects: &[LabeledObject]) -> Self {
+        let words = labeled_objects.len().div_ceil(64).max(1);
+        let set = |holds: &dyn Fn(&LabeledObject) -> bool| {
             let mut bits = vec![0_u64; words];
-            for (chunk, word) in witnesses.chunks(64).zip(&mut bits) {
-                for (bit, witness) in chunk.iter().enumerate() {
-                    *word |= u64::from(holds(witness)) << bit;
+            for (chunk, word) in labeled_objects.chunks(64).zip(&mut bits) {
+                for (bit, labeled) in chunk.iter().enumerate() {
+                    *word |= u64::from(holds(labeled)) << bit;
                 }
             }
             bits
@@ -36,7 +36,7 @@ impl Table {
         let literals: Vec<Vec<u64>> = descriptions
             .literals
             .iter()
-            .map(|literal| set(&|witness: &Witness| literal.holds(witness.key)))
+            .map(|literal| set(&|labeled: &LabeledObject| literal.holds(labeled.key)))
             .collect();
         let everything = set(&|_| true);
         let mut terms = Vec::with_capacity(descriptions.terms.len() * words);
@@ -50,15 +50,15 @@ impl Table {
         }
         Self {
             words,
-            changed: set(&|witness| witness.verdict == Verdict::Changed),
-            left_out: set(&|witness| witness.verdict == Verdict::LeftOut),
-            places: witnesses.iter().map(|witness| witness.place).collect(),
+            changed: set(&|labeled| labeled.label == Label::Changed),
+            left_out: set(&|labeled| labeled.label == Label::LeftOut),
+            places: labeled_objects.iter().map(|labeled| labeled.place).collect(),
             terms,
         }
     }
 
     /// A bit set for each description, concatenated.
-    pub(crate) fn members(&self, sets: &[Set]) -> Vec<u64> {
+    pub(crate) fn members(&self, sets: &[Description]) -> Vec<u64> {
         let words = self.words;
         let mut members: Vec<u64> = Vec::with_capacity(sets.len() * words);
         members.resize(words, 0);
@@ -73,7 +73,7 @@ impl Table {
     }
 
     /// The number of objects that contradict a rule about all objects of a set.
-    pub(crate) fn slips(&self, members: Members<'_>) -> u64 {
+    pub(crate) fn label_errors(&self, members: Members<'_>) -> u64 {
         let words = members.iter().zip(&self.changed).zip(&self.left_out);
         words
             .map(|((members, changed), left_out)| {
@@ -106,20 +106,20 @@ impl Table {
     }
 
     /// Whether the demonstration is consistent with a selection, and log P(demonstration|h).
-    pub(crate) fn judge(
+    pub(crate) fn evaluate(
         &self,
         selection: Selection,
         members: Members<'_>,
         extent: &Extent,
-        slips: Option<(f64, f64)>,
+        label_errors: Option<(f64, f64)>,
     ) -> (bool, f64) {
         if let Selection::Standing(relation) = selection {
             let standing = self.standing(relation, members, extent);
-            let wrong = self.slips(&standing);
-            let log = slips.map_or(0.0, |(slip, right)| {
+            let wrong = self.label_errors(&standing);
+            let log = label_errors.map_or(0.0, |(log_error, log_correct)| {
                 let both = self.changed.iter().chain(&self.left_out).map(|word| u64::from(word.count_ones()));
                 let all = both.sum::<u64>();
-                float(wrong).mul_add(slip, float(all - wrong) * right)
+                float(wrong).mul_add(log_error, float(all - wrong) * log_correct)
             });
             return (wrong == 0, log);
         }
@@ -135,7 +135,9 @@ impl Table {
         let need = wanted.saturating_sub(already).min(changed + left_out);
         let (strays, others) = (count(&self.changed, false), count(&self.left_out, false));
         let is_consistent = strays == 0 && changed == need;
-        let log = slips.map_or(0.0, |slips| log_any(changed, left_out, need, strays, others, slips));
+        let log = label_errors.map_or(0.0, |label_errors| {
+            log_random_choice(changed, left_out, need, strays, others, label_errors)
+        });
         (is_consistent, log)
     }
 
@@ -179,22 +181,22 @@ impl Table {
 /// mislabels each object independently. `strays` and `others` are the changed and left-out objects outside the set.
 ///
 /// Σk C(changed, k) C(left out, need - k) / C(all, need) · ε^slips (1 - ε)^others
-fn log_any(
+fn log_random_choice(
     changed: usize,
     left_out: usize,
     need: usize,
     strays: usize,
     others: usize,
-    (slip, right): (f64, f64),
+    (log_error, log_correct): (f64, f64),
 ) -> f64 {
     let all = changed + left_out;
     let mut sum = LogSum::default();
     for meant in need.saturating_sub(left_out)..=need.min(changed) {
         // Chosen but not changed, plus changed but not chosen.
-        let slips = need - meant + changed - meant + strays;
+        let label_errors = need - meant + changed - meant + strays;
         let ways = log_choose(changed, meant) + log_choose(left_out, need - meant) - log_choose(all, need);
-        let right_ones = float_of_count(all + strays + others - slips);
-        sum.add(float_of_count(slips).mul_add(slip, right_ones.mul_add(right, ways)));
+        let right_ones = float_of_count(all + strays + others - label_errors);
+        sum.add(float_of_count(label_errors).mul_add(log_error, right_ones.mul_add(log_correct, ways)));
     }
     sum.value()
 }

@@ -8,8 +8,8 @@
 //! let mut kept = Vec::new();
 //! assert_eq!(testkit::allocations_in(|| kept.push(7)), 1);
 //! assert_eq!(testkit::allocations_in(|| drop(kept.pop())), 0);
-//! assert_eq!(testkit::bytes_kept_by(|| Box::new(7_u64)).1, 8);
-//! assert_eq!(testkit::by_size_in(|| Box::new(7_u64)).1, [(8, 1)].into());
+//! assert_eq!(testkit::bytes_retained_by(|| Box::new(7_u64)).1, 8);
+//! assert_eq!(testkit::blocks_by_size_in(|| Box::new(7_u64)).1, [(8, 1)].into());
 //! ```
 
 #![expect(unsafe_code, reason = "an allocator that counts is a `GlobalAlloc`, whose methods are unsafe")]
@@ -19,7 +19,7 @@ mod sizes;
 use std::alloc::{GlobalAlloc, Layout, System};
 use std::cell::Cell;
 
-pub use sizes::by_size_in;
+pub use sizes::blocks_by_size_in;
 
 struct Counting;
 
@@ -82,7 +82,7 @@ pub fn allocations_in(work: impl FnOnce()) -> u64 {
 }
 
 /// The result of `work`, and the bytes that the calling thread allocated in it and did not free.
-pub fn bytes_kept_by<T>(work: impl FnOnce() -> T) -> (T, usize) {
+pub fn bytes_retained_by<T>(work: impl FnOnce() -> T) -> (T, usize) {
     let kept = || TAKEN.get().wrapping_sub(GIVEN_BACK.get());
     let before = kept();
     let made = work();
@@ -107,7 +107,7 @@ mod tests {
     #[test]
     fn what_is_kept_and_given_back_is_counted_by_its_size() {
         let old = black_box([vec![1_u8; 24], vec![1_u8; 40]]);
-        let (kept, pieces) = by_size_in(|| {
+        let (kept, pieces) = blocks_by_size_in(|| {
             let mut grown = black_box(vec![1_u8; 16]);
             grown.reserve_exact(48);
             drop(black_box(vec![0_u64; 100]));
@@ -116,14 +116,14 @@ mod tests {
         });
         // One block of 40 bytes is allocated and one freed.
         assert_eq!((kept.0.len(), pieces), (16, [(7, 1), (24, -1), (64, 1)].into()));
-        // Nothing is counted outside of `by_size_in`.
+        // Nothing is counted outside of `blocks_by_size_in`.
         drop(kept);
-        assert!(by_size_in(|| ()).1.is_empty());
+        assert!(blocks_by_size_in(|| ()).1.is_empty());
     }
 
     #[test]
     fn what_is_given_back_is_not_kept() {
-        let (kept, bytes) = bytes_kept_by(|| {
+        let (kept, bytes) = bytes_retained_by(|| {
             drop(black_box(vec![0_u8; 1_000]));
             let mut grown = black_box(vec![1_u8; 16]);
             grown.reserve_exact(48);

@@ -24,10 +24,10 @@ pub(crate) fn count(bytes: usize, more: i64) {
 ///
 /// ```
 /// let old = vec![0_u8; 100];
-/// let (kept, pieces) = testkit::by_size_in(|| (drop(old), [vec![0_u8; 64], vec![0_u8; 64]]));
+/// let (kept, pieces) = testkit::blocks_by_size_in(|| (drop(old), [vec![0_u8; 64], vec![0_u8; 64]]));
 /// assert_eq!((kept.1.len(), pieces), (2, [(64, 2), (100, -1)].into()));
 /// ```
-pub fn by_size_in<T>(work: impl FnOnce() -> T) -> (T, BTreeMap<usize, i64>) {
+pub fn blocks_by_size_in<T>(work: impl FnOnce() -> T) -> (T, BTreeMap<usize, i64>) {
     COUNTS.with_borrow_mut(|counts| counts.clear());
     IS_COUNTING.set(true);
     let made = work();

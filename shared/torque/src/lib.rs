@@ -12,7 +12,7 @@ mod report;
 
 pub use bus::{Bus, Servo, buses};
 pub use line::LineError;
-pub use report::{Cause, Report, Unconfirmed};
+pub use report::{Cause, Report, UnconfirmedServo};
 
 use std::thread;
 

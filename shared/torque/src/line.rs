@@ -1,5 +1,5 @@
 use clock::{Duration, Instant};
-use serial::{Lost, OpenError, Tty};
+use serial::{LineLostError, OpenError, Tty};
 use servo::{Address, Id, Instruction, Parser, Status, table};
 
 use crate::{Bus, Cause};
@@ -30,7 +30,7 @@ pub enum LineError {
     Open(String),
     /// The line was lost.
     #[error(transparent)]
-    Lost(#[from] Lost),
+    LineLostError(#[from] LineLostError),
 }
 
 /// Switches torque off on one bus. Returns for each of its servos why it has not confirmed, or `None` if it has.
@@ -43,7 +43,7 @@ pub(crate) fn switch_off(bus: &Bus, busy_timeout: Duration) -> Vec<Option<Cause>
             match Line::open(bus, busy_until) {
                 Ok(open) => line = Some(open),
                 Err(error) => {
-                    blame(&mut causes, &error);
+                    set_cause(&mut causes, &error);
                     // A device that is absent or in use stays so in the next round.
                     break;
                 }
@@ -51,7 +51,7 @@ pub(crate) fn switch_off(bus: &Bus, busy_timeout: Duration) -> Vec<Option<Cause>
         }
         let asked = line.as_mut().map(|line| line.round(bus, &mut causes));
         if let Some(Err(lost)) = asked {
-            blame(&mut causes, &lost.into());
+            set_cause(&mut causes, &lost.into());
             // It must be closed before it can be opened again.
             line = None;
         }
@@ -62,7 +62,7 @@ pub(crate) fn switch_off(bus: &Bus, busy_timeout: Duration) -> Vec<Option<Cause>
     causes
 }
 
-fn blame(causes: &mut [Option<Cause>], error: &LineError) {
+fn set_cause(causes: &mut [Option<Cause>], error: &LineError) {
     for cause in causes.iter_mut().flatten() {
         *cause = Cause::Line(error.clone());
     }
@@ -87,7 +87,7 @@ impl Line {
     }
 
     /// Broadcasts torque off, and reads every servo that has not confirmed yet.
-    fn round(&mut self, bus: &Bus, causes: &mut [Option<Cause>]) -> Result<(), Lost> {
+    fn round(&mut self, bus: &Bus, causes: &mut [Option<Cause>]) -> Result<(), LineLostError> {
         let off = Instruction::Write { address: table::TORQUE_ENABLE.address, data: &[0] };
         for _ in 0..BROADCASTS {
             self.send(Address::All, off)?;
@@ -108,7 +108,7 @@ impl Line {
     }
 
     /// Reads item 64 (torque enable) of a servo; `None` if it does not answer.
-    fn torque(&mut self, id: Id) -> Result<Option<u8>, Lost> {
+    fn torque(&mut self, id: Id) -> Result<Option<u8>, LineLostError> {
         let item = table::TORQUE_ENABLE;
         self.send(Address::One(id), Instruction::Read { address: item.address, length: item.length })?;
         let mut buffer = [0; 256];
@@ -129,7 +129,7 @@ impl Line {
         }
     }
 
-    fn send(&mut self, to: Address, instruction: Instruction<'_>) -> Result<(), Lost> {
+    fn send(&mut self, to: Address, instruction: Instruction<'_>) -> Result<(), LineLostError> {
         let mut bytes = [0; INSTRUCTION];
         // The buffer has room for each of the instructions above.
         let length = instruction.encode(to, &mut bytes).unwrap_or(0);

@@ -10,12 +10,12 @@ pub struct Report {
     /// Number of servos that confirmed torque off.
     pub confirmed: usize,
     /// Servos that did not confirm.
-    pub unconfirmed: Vec<Unconfirmed>,
+    pub unconfirmed: Vec<UnconfirmedServo>,
 }
 
 /// A servo that has not confirmed torque off.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Unconfirmed {
+pub struct UnconfirmedServo {
     /// The joint that it drives.
     pub joint: String,
     /// The bus it is on.
@@ -42,7 +42,7 @@ impl Report {
         for (servo, cause) in bus.servos.iter().zip(causes) {
             match cause {
                 None => self.confirmed += 1,
-                Some(cause) => self.unconfirmed.push(Unconfirmed {
+                Some(cause) => self.unconfirmed.push(UnconfirmedServo {
                     joint: servo.joint.clone(),
                     bus: bus.name.clone(),
                     id: servo.id,
@@ -88,7 +88,7 @@ impl fmt::Display for Report {
     }
 }
 
-impl fmt::Display for Unconfirmed {
+impl fmt::Display for UnconfirmedServo {
     fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
         let Self { joint, bus, id, cause } = self;
         write!(out, "torque may still be on of {joint} (bus {bus}, id {id}): {cause}")

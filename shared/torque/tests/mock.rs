@@ -5,7 +5,7 @@ use std::thread;
 
 use clock::Duration;
 use config::Robot;
-use mock_bus_process::{Faults, Ptys, parse};
+use mock_bus_process::{Faults, MockBuses, parse};
 use serial::{Pty, Tty};
 use torque::{Bus, Cause, Servo, buses, switch_off};
 
@@ -14,7 +14,7 @@ const SHORT: Duration = Duration::from_millis(50);
 struct Rig {
     robot: Robot,
     folder: tempfile::TempDir,
-    ptys: Ptys,
+    ptys: MockBuses,
 }
 
 /// The robot with torque on every servo, and with faults.
@@ -23,10 +23,12 @@ fn rig(faults: &[&str]) -> Rig {
     let folder = tempfile::tempdir().unwrap();
     let injections = faults.iter().map(|words| parse(words, &robot.motor).unwrap()).collect();
     let faults = Faults { injections, ..Faults::default() };
-    let ptys = Ptys::with_faults(&robot.motor, folder.path(), false, &faults).unwrap();
+    let ptys = MockBuses::with_faults(&robot.motor, folder.path(), false, &faults).unwrap();
     for bus in &robot.motor.buses {
-        ptys.tamper(&bus.name, |servos| servos.iter_mut().for_each(|servo| servo.write(64, &[1]).unwrap()))
-            .unwrap();
+        ptys.with_servos(&bus.name, |servos| {
+            servos.iter_mut().for_each(|servo| servo.write(64, &[1]).unwrap())
+        })
+        .unwrap();
     }
     Rig { robot, folder, ptys }
 }
@@ -40,7 +42,7 @@ impl Rig {
         let of = |servos: &mut [servo::mock::Servo]| {
             servos.iter().filter(|servo| servo.read(64, 1).unwrap() != [0]).count()
         };
-        self.robot.motor.buses.iter().map(|bus| self.ptys.tamper(&bus.name, of).unwrap()).sum()
+        self.robot.motor.buses.iter().map(|bus| self.ptys.with_servos(&bus.name, of).unwrap()).sum()
     }
 }
 

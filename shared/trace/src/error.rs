@@ -36,7 +36,7 @@ pub enum TraceError {
         "{name} is no trace: {found}; a trace begins with the line {{\"leo_trace\": 1}}, or is an MCAP file \
              of the profile `leo_trace/1`"
     )]
-    Foreign {
+    NotATrace {
         /// The file.
         name: String,
         /// What was found instead.
@@ -55,7 +55,7 @@ pub enum TraceError {
     },
     /// Its content is invalid.
     #[error("{name}: {place}, {field}{reason}")]
-    Wrong {
+    Invalid {
         /// The file.
         name: String,
         /// The position.

@@ -6,7 +6,7 @@ use crate::{Frame, Reader, TraceError};
 
 /// Groups the frames of a trace by instant: the input of a sensor process in one cycle, with at most one frame per
 /// source.
-pub struct Instants<R> {
+pub struct FramesByInstant<R> {
     reader: Reader<R>,
     /// The frame read ahead, which belongs to the next instant.
     next: Option<Result<Frame, TraceError>>,
@@ -18,7 +18,7 @@ pub struct Instants<R> {
 const ADVICE: &str =
     "its frames of one instant are too many: give each source's frames instants of their own";
 
-impl<R: Read> Instants<R> {
+impl<R: Read> FramesByInstant<R> {
     /// Continues reading with `reader`.
     pub fn new(reader: Reader<R>) -> Self {
         Self { reader, next: None, memory: Budget::memory(ADVICE) }

@@ -16,16 +16,16 @@ mod lines;
 mod playback;
 mod reader;
 mod records;
-mod refusal;
+mod rejection;
+mod serialized;
 #[cfg(test)]
 mod tests;
 mod writer;
-mod written;
 
 pub use error::{Place, TraceError};
 pub use frame::Frame;
-pub use instants::Instants;
+pub use instants::FramesByInstant;
 pub use playback::{Playback, PlaybackError};
 pub use reader::Reader;
-pub use refusal::{Reason, Refused};
+pub use rejection::{Rejections, TraceRejectReason};
 pub use writer::Writer;

@@ -3,7 +3,7 @@ use std::io::BufRead;
 use serde::Deserialize;
 use serde_json::Value;
 
-use crate::json::{self, LONGEST, Unread};
+use crate::json::{self, JsonError, MAX_LENGTH};
 use crate::{Frame, Place, TraceError};
 
 /// The trace version that this crate reads and writes.
@@ -28,9 +28,9 @@ pub(crate) struct Lines<R> {
 impl<R: BufRead> Lines<R> {
     /// Reads and checks the header.
     pub(crate) fn open(source: R, name: &str) -> Result<Self, TraceError> {
-        let mut lines = Self { lines: budget::Lines::new(source, "frame", LONGEST) };
+        let mut lines = Self { lines: budget::Lines::new(source, "frame", MAX_LENGTH) };
         if !lines.advance(name)? {
-            return Err(TraceError::Foreign { name: name.to_owned(), found: "it is empty".to_owned() });
+            return Err(TraceError::NotATrace { name: name.to_owned(), found: "it is empty".to_owned() });
         }
         let found = match json::read::<Value>(lines.lines.line()) {
             Ok(header) => header.get("leo_trace").map(Value::to_string),
@@ -41,10 +41,10 @@ impl<R: BufRead> Lines<R> {
             Some(found) => return Err(TraceError::Version { name: name.to_owned(), found }),
             None => {
                 let found = "its first line is no header".to_owned();
-                return Err(TraceError::Foreign { name: name.to_owned(), found });
+                return Err(TraceError::NotATrace { name: name.to_owned(), found });
             }
         }
-        let header: Result<Header, Unread> = json::read(lines.lines.line());
+        let header: Result<Header, JsonError> = json::read(lines.lines.line());
         header.map_err(|unread| unread.at(name, lines.place()))?;
         Ok(lines)
     }
@@ -56,7 +56,7 @@ impl<R: BufRead> Lines<R> {
         }
         match json::read_frame(self.lines.line()) {
             Ok(frame) => Ok(Some(frame)),
-            Err(Unread::Cut(_)) if !self.lines.line().ends_with(b"\n") => {
+            Err(JsonError::Cut(_)) if !self.lines.line().ends_with(b"\n") => {
                 *cut = true;
                 Ok(None)
             }

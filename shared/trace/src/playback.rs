@@ -6,7 +6,7 @@ use budget::Budget;
 use clock::{Duration, Instant};
 use message::{Header, Hop, Observation};
 
-use crate::{Reader, Refused, TraceError};
+use crate::{Reader, Rejections, TraceError};
 
 /// Pause before the repetition of a trace with a single instant.
 const PAUSE: Duration = Duration::from_secs(1);
@@ -55,10 +55,10 @@ pub enum PlaybackError {
 /// allocates, 128 bytes per observation. It reads no clock.
 #[derive(Clone, Debug)]
 pub struct Playback {
-    frames: Vec<Recorded>,
+    frames: Vec<RecordedFrame>,
     /// The observations of all frames.
     recorded: Vec<Observation>,
-    refused: Vec<Refused>,
+    refused: Vec<Rejections>,
     is_cut: bool,
     /// The first instant of the trace, over all its sources.
     begins_ns: u64,
@@ -73,7 +73,7 @@ pub struct Playback {
 }
 
 #[derive(Clone, Debug)]
-struct Recorded {
+struct RecordedFrame {
     at_ns: u64,
     observations: Range<usize>,
 }
@@ -100,7 +100,7 @@ impl Playback {
                 memory.spend(frame.kept_bytes()).map_err(|error| reader.exceeds(error))?;
                 let begins = recorded.len();
                 recorded.extend(frame.observations);
-                frames.push(Recorded { at_ns: frame.at_ns, observations: begins..recorded.len() });
+                frames.push(RecordedFrame { at_ns: frame.at_ns, observations: begins..recorded.len() });
             }
         }
         let all = || sources.iter().map(u16::to_string).collect::<Vec<_>>().join(", ");
@@ -220,7 +220,7 @@ impl Playback {
 
     /// The rejections while reading the trace, over all its sources.
     #[must_use]
-    pub fn refused(&self) -> &[Refused] {
+    pub fn refused(&self) -> &[Rejections] {
         &self.refused
     }
 
@@ -266,7 +266,7 @@ mod tests {
             while playback.advance(Instant::from_nanos(now)) {
                 let header = playback.header();
                 assert_eq!(header.sequence, u64::try_from(reached.len()).unwrap() + 1);
-                assert_eq!(header.passed(Hop::Observed), Some(header.valid_at_ns));
+                assert_eq!(header.hop_time(Hop::Observed), Some(header.valid_at_ns));
                 reached.push((now, header.valid_at_ns));
             }
         }

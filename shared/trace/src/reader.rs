@@ -8,16 +8,16 @@ use message::ObservationKind;
 
 use crate::lines::Lines;
 use crate::records::Records;
-use crate::refusal::Refusals;
-use crate::{Frame, Place, Reason, Refused, TraceError};
+use crate::rejection::RejectionCounts;
+use crate::{Frame, Place, Rejections, TraceError, TraceRejectReason};
 
 /// The magic bytes of an MCAP file.
 const MAGIC: &[u8] = mcap::MAGIC;
 /// The UTF-8 byte order mark that some editors write.
-const MARK: &[u8] = b"\xef\xbb\xbf";
+const BYTE_ORDER_MARK: &[u8] = b"\xef\xbb\xbf";
 
 /// The bytes used for format detection, followed by the rest of the source.
-type Whole<R> = BufReader<Chain<Cursor<Vec<u8>>, R>>;
+type DetectedSource<R> = BufReader<Chain<Cursor<Vec<u8>>, R>>;
 
 /// Reads a trace frame by frame. Only one frame is in memory at a time (of a compressed MCAP file, one chunk), whatever
 /// the length of the trace.
@@ -40,15 +40,15 @@ type Whole<R> = BufReader<Chain<Cursor<Vec<u8>>, R>>;
 /// ```
 pub struct Reader<R> {
     name: String,
-    form: Form<Whole<R>>,
+    form: Format<DetectedSource<R>>,
     /// The latest instant of each source.
     newest: BTreeMap<u16, u64>,
-    refusals: Refusals,
+    refusals: RejectionCounts,
     cut: bool,
     ended: bool,
 }
 
-enum Form<R> {
+enum Format<R> {
     Lines(Lines<R>),
     Records(Box<Records<R>>),
 }
@@ -78,20 +78,20 @@ impl<R: Read> Reader<R> {
         let read = source.by_ref().take(length).read_to_end(&mut first);
         read.map_err(|source| TraceError::Read { name: name.to_owned(), source })?;
         let is_mcap = first == MAGIC;
-        if first.starts_with(MARK) {
-            first.drain(..MARK.len());
+        if first.starts_with(BYTE_ORDER_MARK) {
+            first.drain(..BYTE_ORDER_MARK.len());
         }
         let whole = BufReader::new(Cursor::new(first).chain(source));
         let form = if is_mcap {
-            Form::Records(Box::new(Records::new(whole)))
+            Format::Records(Box::new(Records::new(whole)))
         } else {
-            Form::Lines(Lines::open(whole, name)?)
+            Format::Lines(Lines::open(whole, name)?)
         };
         Ok(Self {
             name: name.to_owned(),
             form,
             newest: BTreeMap::new(),
-            refusals: Refusals::default(),
+            refusals: RejectionCounts::default(),
             cut: false,
             ended: false,
         })
@@ -99,7 +99,7 @@ impl<R: Read> Reader<R> {
 
     /// The rejections so far, by reason, in the order of first occurrence.
     #[must_use]
-    pub fn refused(&self) -> &[Refused] {
+    pub fn refused(&self) -> &[Rejections] {
         self.refusals.as_slice()
     }
 
@@ -114,16 +114,16 @@ impl<R: Read> Reader<R> {
     #[must_use]
     pub fn unchecked(&self) -> Option<records::Unchecked> {
         match &self.form {
-            Form::Lines(_) => None,
-            Form::Records(records) => records.unchecked(),
+            Format::Lines(_) => None,
+            Format::Records(records) => records.unchecked(),
         }
     }
 
     /// Number of bytes read.
     pub(crate) fn read_bytes(&self) -> u64 {
         match &self.form {
-            Form::Lines(lines) => lines.read_bytes(),
-            Form::Records(records) => records.read_bytes(),
+            Format::Lines(lines) => lines.read_bytes(),
+            Format::Records(records) => records.read_bytes(),
         }
     }
 
@@ -135,13 +135,13 @@ impl<R: Read> Reader<R> {
     fn read(&mut self) -> Result<Option<Frame>, TraceError> {
         loop {
             let read = match &mut self.form {
-                Form::Lines(lines) => lines.next(&self.name, &mut self.cut)?,
-                Form::Records(records) => records.next(&self.name, &mut self.cut)?,
+                Format::Lines(lines) => lines.next(&self.name, &mut self.cut)?,
+                Format::Records(records) => records.next(&self.name, &mut self.cut)?,
             };
             let Some(mut frame) = read else { return Ok(None) };
             let place = self.place();
             if self.newest.get(&frame.source).is_some_and(|newest| frame.at_ns <= *newest) {
-                self.refusals.count(Reason::Stale, frame.observations.len(), place);
+                self.refusals.count(TraceRejectReason::Stale, frame.observations.len(), place);
                 continue;
             }
             self.newest.insert(frame.source, frame.at_ns);
@@ -149,10 +149,10 @@ impl<R: Read> Reader<R> {
             let mut persons = BTreeSet::new();
             frame.observations.retain(|observation| {
                 let is_person = observation.kind() == Some(ObservationKind::Person);
-                let reason = Reason::against(observation, at_ns).or_else(|| {
+                let reason = TraceRejectReason::against(observation, at_ns).or_else(|| {
                     let twice =
                         is_person && !persons.insert((observation.partner, observation.observed_at_ns));
-                    twice.then_some(Reason::Twice)
+                    twice.then_some(TraceRejectReason::Twice)
                 });
                 if let Some(reason) = reason {
                     refusals.count(reason, 1, place);
@@ -165,8 +165,8 @@ impl<R: Read> Reader<R> {
 
     fn place(&self) -> Place {
         match &self.form {
-            Form::Lines(lines) => lines.place(),
-            Form::Records(records) => records.place(),
+            Format::Lines(lines) => lines.place(),
+            Format::Records(records) => records.place(),
         }
     }
 }

@@ -2,9 +2,9 @@ use std::collections::BTreeSet;
 use std::io::Read;
 
 use mcap::records::Record;
-use records::{RecordsError, Unchecked, Wanted};
+use records::{RecordFilter, RecordsError, Unchecked};
 
-use crate::json::{self, LONGEST};
+use crate::json::{self, MAX_LENGTH};
 use crate::{Frame, Place, TraceError};
 
 /// The profile in the MCAP header of a trace of the known version.
@@ -27,7 +27,7 @@ pub(crate) struct Records<R> {
 
 impl<R: Read> Records<R> {
     pub(crate) fn new(source: R) -> Self {
-        let wanted = Wanted { header: true, ..Wanted::default() };
+        let wanted = RecordFilter { header: true, ..RecordFilter::default() };
         Self {
             records: records::Records::new(source, wanted),
             channels: BTreeSet::new(),
@@ -86,13 +86,13 @@ impl<R: Read> Records<R> {
         {
             if !self.profile {
                 let found = "its messages come before its header".to_owned();
-                return Err(TraceError::Foreign { name: name.to_owned(), found });
+                return Err(TraceError::NotATrace { name: name.to_owned(), found });
             }
             self.messages += 1;
             let place = Place::Message(self.messages);
-            if data.len() > LONGEST {
-                let reason = format!("longer than {} MiB: put one frame in a message", LONGEST >> 20);
-                return Err(json::Unread::Wrong(String::new(), reason).at(name, place));
+            if data.len() > MAX_LENGTH {
+                let reason = format!("longer than {} MiB: put one frame in a message", MAX_LENGTH >> 20);
+                return Err(json::JsonError::Invalid(String::new(), reason).at(name, place));
             }
             return json::read_frame(&data).map(Some).map_err(|unread| unread.at(name, place));
         }
@@ -107,7 +107,7 @@ fn is_readable(name: &str, channel: &mcap::records::Channel) -> Result<(), Trace
     }
     let found =
         format!("the messages of `{topic}` are encoded as `{message_encoding}` and not as `{ENCODING}`");
-    Err(TraceError::Foreign { name: name.to_owned(), found })
+    Err(TraceError::NotATrace { name: name.to_owned(), found })
 }
 
 fn is_trace(name: &str, profile: &str) -> Result<(), TraceError> {
@@ -115,8 +115,9 @@ fn is_trace(name: &str, profile: &str) -> Result<(), TraceError> {
     match profile.strip_prefix(PROFILES) {
         _ if profile == PROFILE => Ok(()),
         Some(found) => Err(TraceError::Version { name, found: found.to_owned() }),
-        None => {
-            Err(TraceError::Foreign { name, found: format!("it is an MCAP file of the profile `{profile}`") })
-        }
+        None => Err(TraceError::NotATrace {
+            name,
+            found: format!("it is an MCAP file of the profile `{profile}`"),
+        }),
     }
 }

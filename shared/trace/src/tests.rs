@@ -3,7 +3,7 @@ use std::io::Read;
 use message::{Loss, Modality, NOBODY, Observation, ObservationKind, State};
 use proptest::prelude::*;
 
-use crate::{Frame, Instants, Place, Reader, Reason, TraceError, Writer};
+use crate::{Frame, FramesByInstant, Place, Reader, TraceError, TraceRejectReason, Writer};
 
 fn read(bytes: &[u8]) -> (Vec<Frame>, Option<TraceError>, Reader<&[u8]>) {
     let mut reader = Reader::new(bytes, "t").unwrap();
@@ -11,7 +11,7 @@ fn read(bytes: &[u8]) -> (Vec<Frame>, Option<TraceError>, Reader<&[u8]>) {
     for frame in reader.by_ref() {
         match frame {
             Ok(frame) => frames.push(frame),
-            Err(refusal) => error = Some(refusal),
+            Err(rejection) => error = Some(rejection),
         }
     }
     (frames, error, reader)
@@ -192,7 +192,7 @@ proptest! {
             ..Observation::object(0, 1)
         };
         observation.set_state(State::On, s);
-        if Reason::against(&observation, 1).is_none() {
+        if TraceRejectReason::against(&observation, 1).is_none() {
             prop_assert!(observation.is_sound());
         }
     }
@@ -383,12 +383,12 @@ fn what_cannot_be_used_is_refused_with_its_reason_and_the_rest_goes_on() {
         assert_eq!(
             refused,
             [
-                (Reason::Unsound(Loss::Place), 2, Place::Line(2)),
-                (Reason::Unsound(Loss::Orientation), 1, Place::Line(4)),
-                (Reason::Stale, 2, Place::Line(5)),
-                (Reason::Unsound(Loss::State), 1, Place::Line(6)),
-                (Reason::Ahead, 1, Place::Line(8)),
-                (Reason::Twice, 1, Place::Line(9)),
+                (TraceRejectReason::Unusable(Loss::Place), 2, Place::Line(2)),
+                (TraceRejectReason::Unusable(Loss::Orientation), 1, Place::Line(4)),
+                (TraceRejectReason::Stale, 2, Place::Line(5)),
+                (TraceRejectReason::Unusable(Loss::State), 1, Place::Line(6)),
+                (TraceRejectReason::InFuture, 1, Place::Line(8)),
+                (TraceRejectReason::Twice, 1, Place::Line(9)),
             ]
         );
     }
@@ -413,18 +413,18 @@ fn viewers_are_told_of_every_key_and_of_no_other() {
     }
     let line = both(&[Frame { at_ns: 10, source: 3, observations: vec![person] }])[0].clone();
     let line = String::from_utf8(line).unwrap();
-    let written: serde_json::Value = serde_json::from_str(line.lines().nth(1).unwrap()).unwrap();
+    let serialized: serde_json::Value = serde_json::from_str(line.lines().nth(1).unwrap()).unwrap();
     let schema: serde_json::Value = serde_json::from_str(include_str!("schema.json")).unwrap();
     let keys = |value: &serde_json::Value| {
         value.as_object().unwrap().keys().cloned().collect::<std::collections::BTreeSet<_>>()
     };
     let item = "/properties/observations/items/properties";
-    for (written, told) in [
-        (Some(&written), "/properties"),
-        (written.pointer("/observations/0"), item),
-        (written.pointer("/observations/0/states"), &format!("{item}/states/properties")),
+    for (serialized, told) in [
+        (Some(&serialized), "/properties"),
+        (serialized.pointer("/observations/0"), item),
+        (serialized.pointer("/observations/0/states"), &format!("{item}/states/properties")),
     ] {
-        assert_eq!(keys(written.unwrap()), keys(schema.pointer(told).unwrap()));
+        assert_eq!(keys(serialized.unwrap()), keys(schema.pointer(told).unwrap()));
     }
     for (key, names) in [("kind", 3), ("modality", 3)] {
         for name in schema.pointer(&format!("{item}/{key}/enum")).unwrap().as_array().unwrap() {
@@ -452,7 +452,7 @@ fn frames_of_one_instant_come_together_and_a_mistake_after_all_before_it() {
         "{}".to_owned(),
     ];
     let text = lines.join("\n");
-    let mut instants = Instants::new(Reader::new(text.as_bytes(), "t").unwrap());
+    let mut instants = FramesByInstant::new(Reader::new(text.as_bytes(), "t").unwrap());
     let mut frames = vec![Frame { at_ns: 1, source: 1, observations: Vec::new() }];
     let mut found = Vec::new();
     let error = loop {

@@ -29,9 +29,9 @@ const CHUNK: u64 = 128 << 10;
 /// # Ok(())
 /// # }
 /// ```
-pub struct Writer<W: Write>(Form<W>);
+pub struct Writer<W: Write>(Format<W>);
 
-enum Form<W: Write> {
+enum Format<W: Write> {
     Lines(W),
     Mcap(Box<Mcap<W>>),
 }
@@ -51,7 +51,7 @@ impl<W: Write> Writer<W> {
     /// The header cannot be written.
     pub fn json_lines(mut out: W) -> io::Result<Self> {
         writeln!(out, "{{\"leo_trace\": {VERSION}}}")?;
-        Ok(Self(Form::Lines(out)))
+        Ok(Self(Format::Lines(out)))
     }
 
     /// A writer of an MCAP file, with the same JSON as messages and its schema.
@@ -68,7 +68,7 @@ impl<W: Write> Writer<W> {
             .disable_seeking(true);
         let mut out = options.create(NoSeek::new(out)).map_err(failed)?;
         let schema = out.add_schema("leo.Frame", "jsonschema", SCHEMA).map_err(failed)?;
-        Ok(Self(Form::Mcap(Box::new(Mcap { out, schema, channels: BTreeMap::new() }))))
+        Ok(Self(Format::Mcap(Box::new(Mcap { out, schema, channels: BTreeMap::new() }))))
     }
 
     /// Writes a frame. The `source` of its observations is not written; that of the frame applies to all.
@@ -79,11 +79,11 @@ impl<W: Write> Writer<W> {
     pub fn write(&mut self, frame: &Frame) -> io::Result<()> {
         let mut json = write_frame(frame)?;
         match &mut self.0 {
-            Form::Lines(out) => {
+            Format::Lines(out) => {
                 json.push(b'\n');
                 out.write_all(&json)
             }
-            Form::Mcap(mcap) => mcap.write(frame, &json).map_err(failed),
+            Format::Mcap(mcap) => mcap.write(frame, &json).map_err(failed),
         }
     }
 
@@ -94,11 +94,11 @@ impl<W: Write> Writer<W> {
     /// The remaining bytes cannot be written.
     pub fn finish(self) -> io::Result<W> {
         match self.0 {
-            Form::Lines(mut out) => {
+            Format::Lines(mut out) => {
                 out.flush()?;
                 Ok(out)
             }
-            Form::Mcap(mut mcap) => {
+            Format::Mcap(mut mcap) => {
                 mcap.out.finish().map_err(failed)?;
                 let mut out = mcap.out.into_inner().into_inner();
                 out.flush()?;

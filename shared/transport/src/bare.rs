@@ -13,18 +13,18 @@ use crate::service::service_name;
 use crate::{Node, PortError, ReceiveError, SendError};
 
 /// Publisher of bytes with a notification: one direction of a bare exchange between two processes.
-pub struct BareOutlet {
+pub struct BarePublisher {
     publisher: Publisher<Service, [u8], ()>,
-    bell: Notifier<Service>,
+    notifications: Notifier<Service>,
 }
 
-/// Subscriber to the bytes of a [`BareOutlet`].
-pub struct BareInlet {
+/// Subscriber to the bytes of a [`BarePublisher`].
+pub struct BareSubscriber {
     subscriber: Subscriber<Service, [u8], ()>,
-    bell: Listener<Service>,
+    notifications: Listener<Service>,
 }
 
-impl BareOutlet {
+impl BarePublisher {
     /// Opens the publisher of `name` for messages of up to `size` bytes.
     ///
     /// # Errors
@@ -43,7 +43,7 @@ impl BareOutlet {
             .initial_max_slice_len(size)
             .create()
             .map_err(|error| failed(&error))?;
-        let bell = node
+        let notifications = node
             .raw()
             .service_builder(&service_name(name, "writing")?)
             .event()
@@ -52,7 +52,7 @@ impl BareOutlet {
             .notifier_builder()
             .create()
             .map_err(|error| failed(&error))?;
-        Ok(Self { publisher, bell })
+        Ok(Self { publisher, notifications })
     }
 
     /// Copies the bytes into shared memory and wakes the subscriber.
@@ -67,12 +67,12 @@ impl BareOutlet {
         };
         let sample = self.publisher.loan_slice_uninit(bytes.len()).map_err(|error| failed(&error))?;
         sample.write_from_slice(bytes).send().map_err(|error| failed(&error))?;
-        self.bell.notify().map_err(|error| failed(&error))?;
+        self.notifications.notify().map_err(|error| failed(&error))?;
         Ok(())
     }
 }
 
-impl BareInlet {
+impl BareSubscriber {
     /// Opens the subscriber of `name`.
     ///
     /// # Errors
@@ -89,7 +89,7 @@ impl BareInlet {
             .subscriber_builder()
             .create()
             .map_err(|error| failed(&error))?;
-        let bell = node
+        let notifications = node
             .raw()
             .service_builder(&service_name(name, "reading")?)
             .event()
@@ -98,7 +98,7 @@ impl BareInlet {
             .listener_builder()
             .create()
             .map_err(|error| failed(&error))?;
-        Ok(Self { subscriber, bell })
+        Ok(Self { subscriber, notifications })
     }
 
     /// Waits up to `most` for a message, and reads every byte of it. Returns the sum of the bytes, or `None` if no
@@ -112,19 +112,19 @@ impl BareInlet {
             topic: "a bare exchange".to_owned(),
             reason: format!("{reason:?}"),
         };
-        self.bell.timed_wait(|_| {}, most).map_err(|error| failed(&error))?;
+        self.notifications.timed_wait(|_| {}, most).map_err(|error| failed(&error))?;
         let sample = self.subscriber.receive().map_err(|error| failed(&error))?;
         Ok(sample.map(|sample| sample.payload().iter().map(|&byte| u64::from(byte)).sum()))
     }
 }
 
-impl fmt::Debug for BareOutlet {
+impl fmt::Debug for BarePublisher {
     fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
         out.write_str("BareOutlet")
     }
 }
 
-impl fmt::Debug for BareInlet {
+impl fmt::Debug for BareSubscriber {
     fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
         out.write_str("BareInlet")
     }

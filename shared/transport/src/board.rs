@@ -17,7 +17,7 @@ use crate::{Node, PortError};
 /// Key of the only entry of a board.
 const KEY: u64 = 0;
 /// Maximum number of readers: supervisor, live table, metrics, tests; for the roster also every process of the robot.
-const READERS: usize = 32;
+const MAX_READERS: usize = 32;
 
 macro_rules! board {
     ($(#[$writer_doc:meta])* $writer:ident, $(#[$reader_doc:meta])* $reader:ident: $value:ty as $name:literal) => {
@@ -41,8 +41,8 @@ macro_rules! board {
                     .raw()
                     .service_builder(&service_name(&name, "writing")?)
                     .blackboard_creator::<u64>()
-                    .max_readers(READERS)
-                    .max_nodes(READERS)
+                    .max_readers(MAX_READERS)
+                    .max_nodes(MAX_READERS)
                     .add_with_default::<$value>(KEY)
                     .create()
                     .map_err(|error| failed(&error))?;

@@ -13,7 +13,7 @@ const PARENT: &str = "/dev/shm";
 const NAME: &str = "leo-";
 /// Maximum length of a root path in bytes. iceoryx2 creates Unix sockets below the root, whose paths are limited to
 /// 108 bytes.
-const ROOT_MOST: usize = 60;
+const MAX_ROOT_BYTES: usize = 60;
 
 /// Isolated communication domain of one robot's processes: a root directory for the files of iceoryx2, and a name
 /// prefix for its shared memory.
@@ -61,7 +61,7 @@ pub enum DomainError {
         root: PathBuf,
     },
     /// The path is too long for the sockets below it.
-    #[error("{} is too long for a domain: at most {ROOT_MOST} bytes", root.display())]
+    #[error("{} is too long for a domain: at most {MAX_ROOT_BYTES} bytes", root.display())]
     TooLong {
         /// The directory.
         root: PathBuf,
@@ -71,7 +71,7 @@ pub enum DomainError {
 /// The robot in a domain uses another version of the message layouts than this program.
 #[derive(Debug, thiserror::Error)]
 #[error("the robot in {} runs {runs} with other messages, and this is {THIS}: restart it, or use its own program", root.display())]
-pub struct OtherProgram {
+pub struct IncompatibleProgramError {
     root: PathBuf,
     runs: String,
 }
@@ -108,7 +108,7 @@ impl Domain {
     ///
     /// The directory is not a domain, is a symbolic link, or is accessible to other users.
     pub fn at(root: &Path) -> Result<Self, DomainError> {
-        if root.as_os_str().len() > ROOT_MOST {
+        if root.as_os_str().len() > MAX_ROOT_BYTES {
             return Err(DomainError::TooLong { root: root.to_owned() });
         }
         let domain = Self { root: root.to_owned() };
@@ -147,7 +147,7 @@ impl Domain {
     ///
     /// The directory belongs to another user, is a symbolic link, or cannot be written.
     pub fn make(&self) -> Result<(), DomainError> {
-        if self.root.as_os_str().len() > ROOT_MOST {
+        if self.root.as_os_str().len() > MAX_ROOT_BYTES {
             return Err(DomainError::TooLong { root: self.root.clone() });
         }
         let folder = Folder::make(&self.root)?;
@@ -168,8 +168,9 @@ impl Domain {
     /// # Errors
     ///
     /// The message layouts differ.
-    pub fn agrees(&self) -> Result<(), OtherProgram> {
-        let other = |runs: &str| Err(OtherProgram { root: self.root.clone(), runs: runs.to_owned() });
+    pub fn check_layouts(&self) -> Result<(), IncompatibleProgramError> {
+        let other =
+            |runs: &str| Err(IncompatibleProgramError { root: self.root.clone(), runs: runs.to_owned() });
         match fs::read_to_string(self.root.join(PROGRAM_FILE)) {
             Ok(text) if text == program() => Ok(()),
             Ok(text) => {
@@ -252,19 +253,19 @@ mod tests {
     #[test]
     fn a_domain_of_a_program_with_other_messages_says_whose_it_is_and_what_to_do() {
         let domain = Domain::named(&format!("other-program-{}", std::process::id())).unwrap();
-        assert!(domain.agrees().is_ok(), "there is none yet");
+        assert!(domain.check_layouts().is_ok(), "there is none yet");
         domain.make().unwrap();
         let file = domain.root().join(PROGRAM_FILE);
-        let made = domain.agrees();
+        let made = domain.check_layouts();
         let made_by = domain.made_by();
         fs::write(&file, format!("Leo 9.8.7\n{}\n", layouts_word())).unwrap();
-        let of_the_same_messages = domain.agrees();
+        let of_the_same_messages = domain.check_layouts();
         fs::write(&file, "Leo 9.8.7\n0123456789abcdef\n").unwrap();
-        let other = domain.agrees().unwrap_err().to_string();
+        let other = domain.check_layouts().unwrap_err().to_string();
         fs::write(&file, [0xff, 0xfe]).unwrap();
-        let garbage = domain.agrees();
+        let garbage = domain.check_layouts();
         fs::remove_file(&file).unwrap();
-        let older = domain.agrees().unwrap_err().to_string();
+        let older = domain.check_layouts().unwrap_err().to_string();
         fs::remove_dir_all(domain.root()).unwrap();
         assert_eq!((made_by.as_deref(), domain.made_by()), (Some(THIS), None));
         assert!(made.is_ok() && of_the_same_messages.is_ok() && garbage.is_ok(), "{made:?} {garbage:?}");

@@ -1,13 +1,13 @@
 use std::path::PathBuf;
 
-use crate::OtherProgram;
+use crate::IncompatibleProgramError;
 
 /// Error while joining a domain.
 #[derive(Debug, thiserror::Error)]
 pub enum JoinError {
     /// The robot uses other message layouts.
     #[error(transparent)]
-    OtherProgram(#[from] OtherProgram),
+    IncompatibleProgramError(#[from] IncompatibleProgramError),
     /// The domain's middleware configuration is missing or damaged.
     #[error("cannot read {}: {reason}; start the robot anew with `leo run`", file.display())]
     Configuration {

@@ -10,20 +10,20 @@ use iceoryx2::service::port_factory::PortFactory as _;
 use message::{Head as _, Topic};
 
 use crate::node::topic_name;
-use crate::service::{bell_service, frame_service, made_frame_service};
-use crate::writers::Writers;
+use crate::service::{event_service, existing_frame_service, frame_service};
+use crate::writers::PublisherFilter;
 use crate::{PortError, Queues, ReceiveError};
 
 /// Maximum number of frames refused in one call. It exceeds the number of frames that all refused publishers have in
 /// their queues.
-const REFUSED_MOST: usize = 256;
+const MAX_REFUSED: usize = 256;
 
 /// Subscriber to a topic.
-pub struct Inlet<T: Topic> {
+pub struct FrameSubscriber<T: Topic> {
     subscriber: Subscriber<Service, [T::Entry], T::Head>,
-    bell: Option<Listener<Service>>,
+    notifications: Option<Listener<Service>>,
     topic: String,
-    writers: Writers,
+    writers: PublisherFilter,
     last: Option<(u64, u64)>,
     drops: u64,
 }
@@ -53,13 +53,13 @@ impl<T: Topic> fmt::Debug for Frame<T> {
     }
 }
 
-impl<T: Topic> Inlet<T> {
+impl<T: Topic> FrameSubscriber<T> {
     pub(crate) fn open(
         node: &RawNode<Service>,
         number: Option<u32>,
         queues: Queues,
         waking: bool,
-        writers: Writers,
+        writers: PublisherFilter,
     ) -> Result<Self, PortError> {
         let (topic, purpose) = (topic_name::<T>(number), "reading");
         let failed = |reason: &dyn fmt::Debug| PortError::new(&topic, purpose, reason);
@@ -69,28 +69,28 @@ impl<T: Topic> Inlet<T> {
             .buffer_size(queues.frames)
             .create()
             .map_err(|error| failed(&error))?;
-        let bell = if waking {
-            let service = bell_service::<T>(node, (&topic, number), purpose)?;
+        let notifications = if waking {
+            let service = event_service::<T>(node, (&topic, number), purpose)?;
             Some(service.listener_builder().create().map_err(|error| failed(&error))?)
         } else {
             None
         };
-        Ok(Self { subscriber, bell, topic, writers, last: None, drops: 0 })
+        Ok(Self { subscriber, notifications, topic, writers, last: None, drops: 0 })
     }
 
     /// A subscriber to an existing topic, with the maximum queue length of the topic. `None` if the topic does not
     /// exist.
-    pub(crate) fn open_made(
+    pub(crate) fn open_existing(
         node: &RawNode<Service>,
         number: Option<u32>,
-        writers: Writers,
+        writers: PublisherFilter,
     ) -> Result<Option<Self>, PortError> {
         let topic = topic_name::<T>(number);
-        let Some(service) = made_frame_service::<T>(node, &topic)? else { return Ok(None) };
+        let Some(service) = existing_frame_service::<T>(node, &topic)? else { return Ok(None) };
         let frames = service.static_config().subscriber_max_buffer_size();
         let subscriber = service.subscriber_builder().buffer_size(frames).create();
         let subscriber = subscriber.map_err(|error| PortError::new(&topic, "reading", error))?;
-        Ok(Some(Self { subscriber, bell: None, topic, writers, last: None, drops: 0 }))
+        Ok(Some(Self { subscriber, notifications: None, topic, writers, last: None, drops: 0 }))
     }
 
     /// The oldest frame in the queue, if any. Skips frames of processes that may not publish.
@@ -99,7 +99,7 @@ impl<T: Topic> Inlet<T> {
     ///
     /// The middleware failed.
     pub fn receive(&mut self) -> Result<Option<Frame<T>>, ReceiveError> {
-        for _refused in 0..=REFUSED_MOST {
+        for _refused in 0..=MAX_REFUSED {
             let Some(sample) = self.subscriber.receive().map_err(|error| self.failed(&error))? else {
                 return Ok(None);
             };
@@ -132,10 +132,10 @@ impl<T: Topic> Inlet<T> {
     ///
     /// The subscriber was opened without notifications, or the middleware failed.
     pub fn wait(&mut self, most: Duration) -> Result<(), ReceiveError> {
-        let Some(bell) = &self.bell else {
+        let Some(notifications) = &self.notifications else {
             return Err(self.failed(&"the inlet was opened without a bell"));
         };
-        match bell.timed_wait(|_| {}, most) {
+        match notifications.timed_wait(|_| {}, most) {
             Ok(_) => Ok(()),
             // A signal arrived; the caller checks its stop flag.
             Err(iceoryx2::port::listener::ListenerWaitError::InterruptSignal) => Ok(()),
@@ -164,7 +164,7 @@ impl<T: Topic> Inlet<T> {
     }
 }
 
-impl<T: Topic> fmt::Debug for Inlet<T> {
+impl<T: Topic> fmt::Debug for FrameSubscriber<T> {
     fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(out, "Inlet({}, {:?})", self.topic, self.last)
     }

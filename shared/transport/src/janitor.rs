@@ -42,7 +42,7 @@ const FINISHED: u32 = 0o400;
 
 /// Repair of a half-created file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Remedy {
+enum Repair {
     Remove,
     RemoveDirectory,
     Finish,
@@ -57,9 +57,9 @@ struct Suspect {
 
 /// Result of one scan of a domain.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Look {
+pub struct ScanResult {
     /// Number of half-created files repaired.
-    pub mended: usize,
+    pub repaired: usize,
     /// Number of incomplete files too young to repair; scan again.
     pub suspects: usize,
 }
@@ -82,21 +82,21 @@ impl Janitor {
     ///
     /// After a death, repeat it while it finds suspects. Files that cannot be read or repaired are skipped: they are
     /// gone, or belong to another user.
-    pub fn look(&mut self, now: Instant) -> Look {
-        let mut look = Look::default();
+    pub fn scan(&mut self, now: Instant) -> ScanResult {
+        let mut scan = ScanResult::default();
         let mut seen = BTreeMap::new();
         for (path, inode, remedy) in unfinished(&self.domain) {
             let known = self.suspects.get(&path).filter(|suspect| suspect.inode == inode);
             let suspect = known.copied().unwrap_or(Suspect { inode, since: now });
             if now.since(suspect.since) >= ABANDONED_AFTER {
-                look.mended += usize::from(apply(remedy, &path).is_ok());
+                scan.repaired += usize::from(apply(remedy, &path).is_ok());
             } else {
                 seen.insert(path, suspect);
             }
         }
-        look.suspects = seen.len();
+        scan.suspects = seen.len();
         self.suspects = seen;
-        look
+        scan
     }
 
     /// Removes the whole domain except a raised emergency stop. To be called when the robot has ended.
@@ -107,19 +107,19 @@ impl Janitor {
     }
 }
 
-fn apply(remedy: Remedy, path: &Path) -> std::io::Result<()> {
+fn apply(remedy: Repair, path: &Path) -> std::io::Result<()> {
     match remedy {
-        Remedy::Remove => fs::remove_file(path),
-        Remedy::RemoveDirectory => fs::remove_dir_all(path),
-        Remedy::Finish => fs::set_permissions(path, Permissions::from_mode(FINISHED)),
+        Repair::Remove => fs::remove_file(path),
+        Repair::RemoveDirectory => fs::remove_dir_all(path),
+        Repair::Finish => fs::set_permissions(path, Permissions::from_mode(FINISHED)),
     }
 }
 
 /// All incomplete files of the domain, with their inodes.
-fn unfinished(domain: &Domain) -> Vec<(PathBuf, u64, Remedy)> {
+fn unfinished(domain: &Domain) -> Vec<(PathBuf, u64, Repair)> {
     let nodes = domain.root().join(NODES);
     let mut found = Vec::new();
-    let mut judge = |directory: &Path, verdict: &dyn Fn(&str, u64, u32) -> Option<Remedy>| {
+    let mut judge = |directory: &Path, verdict: &dyn Fn(&str, u64, u32) -> Option<Repair>| {
         for entry in entries(directory) {
             let name = entry.file_name();
             let (Some(name), Ok(meta)) = (name.to_str(), entry.metadata()) else { continue };
@@ -140,25 +140,25 @@ fn unfinished(domain: &Domain) -> Vec<(PathBuf, u64, Remedy)> {
     }
     judge(&nodes, &|name, _size, mode| {
         let monitored = || nodes.join(format!("{prefix}{name}.node_monitor")).exists();
-        (is_directory(mode) && !monitored()).then_some(Remedy::RemoveDirectory)
+        (is_directory(mode) && !monitored()).then_some(Repair::RemoveDirectory)
     });
     found
 }
 
 /// An empty shared memory file was created, but never given its size.
-fn shared_memory(size: u64, mode: u32) -> Option<Remedy> {
-    (is_file(mode) && size == 0).then_some(Remedy::Remove)
+fn shared_memory(size: u64, mode: u32) -> Option<Repair> {
+    (is_file(mode) && size == 0).then_some(Repair::Remove)
 }
 
 /// A service description is made readable when it is complete.
-fn service(name: &str, mode: u32) -> Option<Remedy> {
-    (name.ends_with(".service") && permissions(mode) == UNFINISHED).then_some(Remedy::Remove)
+fn service(name: &str, mode: u32) -> Option<Repair> {
+    (name.ends_with(".service") && permissions(mode) == UNFINISHED).then_some(Repair::Remove)
 }
 
 /// A tag in a node's directory marks a resource that the node uses. Only its name matters, so the janitor can
 /// complete it for its dead owner.
-fn tag(name: &str, mode: u32) -> Option<Remedy> {
-    (name.ends_with("_tag") && permissions(mode) == UNFINISHED).then_some(Remedy::Finish)
+fn tag(name: &str, mode: u32) -> Option<Repair> {
+    (name.ends_with("_tag") && permissions(mode) == UNFINISHED).then_some(Repair::Finish)
 }
 
 const fn permissions(mode: u32) -> u32 {

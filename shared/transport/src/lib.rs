@@ -1,7 +1,7 @@
 //! Publish-subscribe and boards in shared memory between Leo's processes, on top of iceoryx2.
 //!
 //! A [`Domain`] isolates the processes of one robot: two domains on a machine share nothing. A process
-//! [joins](Node::join) a domain, and opens [`Outlet`]s (publishers) and [`Inlet`]s (subscribers) on the topics of the
+//! [joins](Node::join) a domain, and opens [`FramePublisher`]s (publishers) and [`FrameSubscriber`]s (subscribers) on the topics of the
 //! `message` crate. Each topic has exactly one writer. Frames are written and read in place in shared memory, without
 //! copies or serialisation.
 //!
@@ -30,11 +30,11 @@ pub use board::{
     BusesReader, BusesWriter, HealthReader, HealthWriter, JointsReader, JointsWriter, LinkReader, LinkWriter,
     PerspectivesReader, PerspectivesWriter, RosterReader, RosterWriter, SourcesReader, SourcesWriter,
 };
-pub use domain::{Domain, DomainError, OtherProgram};
+pub use domain::{Domain, DomainError, IncompatibleProgramError};
 pub use error::{JoinError, PortError, ReceiveError, SendError};
-pub use inlet::{Frame, Inlet};
+pub use inlet::{Frame, FrameSubscriber};
 pub use node::Node;
-pub use outlet::Outlet;
-pub use queues::{Delivery, Queues};
+pub use outlet::FramePublisher;
+pub use queues::{OverflowPolicy, Queues};
 pub use segment::{Replaced, Segment};
-pub use writers::Unlisted;
+pub use writers::RefusedFrames;

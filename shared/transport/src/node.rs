@@ -10,8 +10,10 @@ use iceoryx2::prelude::{
 use iceoryx2::service::ipc::Service;
 use message::{Process, Topic};
 
-use crate::writers::{Listed, Writers, identity};
-use crate::{Domain, Inlet, JoinError, Outlet, PortError, Queues, RosterReader, Unlisted};
+use crate::writers::{PublisherFilter, RosterFilter, identity};
+use crate::{
+    Domain, FramePublisher, FrameSubscriber, JoinError, PortError, Queues, RefusedFrames, RosterReader,
+};
 
 /// A process's node in a domain, from which its ports are created.
 #[derive(Debug)]
@@ -20,7 +22,7 @@ pub struct Node {
     queues: Queues,
     incarnation: u64,
     /// The supervisor's roster, if it decides who may publish.
-    listed: Option<Rc<Listed>>,
+    listed: Option<Rc<RosterFilter>>,
 }
 
 impl Node {
@@ -31,7 +33,7 @@ impl Node {
     /// The robot uses other message layouts, the domain's configuration is damaged, this process already joined
     /// another domain, or shared memory is not available.
     pub fn join(domain: &Domain, name: &str, incarnation: u64, queues: Queues) -> Result<Self, JoinError> {
-        domain.agrees()?;
+        domain.check_layouts()?;
         Self::join_any(domain, name, incarnation, queues)
     }
 
@@ -67,14 +69,14 @@ impl Node {
     ///
     /// No supervisor runs in the domain.
     pub fn follow_roster(&mut self) -> Result<(), PortError> {
-        self.listed = Some(Listed::new(RosterReader::open(self, Process::Supervisor, 1)?));
+        self.listed = Some(RosterFilter::new(RosterReader::open(self, Process::Supervisor, 1)?));
         Ok(())
     }
 
     /// Whether the supervisor's roster lists this process as the newest incarnation of `process`; false without a
     /// roster.
     #[must_use]
-    pub fn is_listed(&self, process: Process) -> bool {
+    pub fn is_on_roster(&self, process: Process) -> bool {
         let (pid, made_at_ns) = identity(self.node.id().value());
         let roster = self.listed.as_ref().map(|listed| listed.roster());
         roster.is_some_and(|roster| roster.life(process).is_some_and(|life| life.made(pid, made_at_ns)))
@@ -82,7 +84,7 @@ impl Node {
 
     /// Frames that the subscribers of this node refused because their publisher is not on the supervisor's roster.
     #[must_use]
-    pub fn unlisted(&self) -> Unlisted {
+    pub fn unlisted(&self) -> RefusedFrames {
         self.listed.as_ref().map(|listed| listed.unlisted()).unwrap_or_default()
     }
 
@@ -92,8 +94,8 @@ impl Node {
         identity(self.node.id().value()).0
     }
 
-    fn writers(&self, owner: Option<Process>) -> Writers {
-        Writers::new(self.listed.clone(), owner)
+    fn writers(&self, owner: Option<Process>) -> PublisherFilter {
+        PublisherFilter::new(self.listed.clone(), owner)
     }
 
     /// Opens the publisher of a topic for frames of up to `capacity` entries.
@@ -104,9 +106,13 @@ impl Node {
     ///
     /// The topic already has a publisher and no roster decides, or it has other message types, or shared memory is
     /// exhausted.
-    pub fn outlet<T: Topic>(&self, number: Option<u32>, capacity: usize) -> Result<Outlet<T>, PortError> {
+    pub fn publisher<T: Topic>(
+        &self,
+        number: Option<u32>,
+        capacity: usize,
+    ) -> Result<FramePublisher<T>, PortError> {
         let is_supervised = self.listed.is_some();
-        Outlet::open(&self.node, number, capacity, self.queues, self.incarnation, is_supervised)
+        FramePublisher::open(&self.node, number, capacity, self.queues, self.incarnation, is_supervised)
     }
 
     /// Opens a subscriber to a topic.
@@ -114,22 +120,22 @@ impl Node {
     /// # Errors
     ///
     /// The topic has too many subscribers or other message types, or shared memory is exhausted.
-    pub fn inlet<T: Topic>(&self, number: Option<u32>) -> Result<Inlet<T>, PortError> {
-        Inlet::open(&self.node, number, self.queues, false, self.writers(T::writer(number)))
+    pub fn subscriber<T: Topic>(&self, number: Option<u32>) -> Result<FrameSubscriber<T>, PortError> {
+        FrameSubscriber::open(&self.node, number, self.queues, false, self.writers(T::writer(number)))
     }
 
-    /// Like [`Self::inlet`], for a topic whose writer the configuration defines, such as a source in the
+    /// Like [`Self::subscriber`], for a topic whose writer the configuration defines, such as a source in the
     /// simulator.
     ///
     /// # Errors
     ///
-    /// As [`Self::inlet`].
-    pub fn inlet_from<T: Topic>(
+    /// As [`Self::subscriber`].
+    pub fn subscriber_from<T: Topic>(
         &self,
         number: Option<u32>,
         owner: Option<Process>,
-    ) -> Result<Inlet<T>, PortError> {
-        Inlet::open(&self.node, number, self.queues, false, self.writers(owner))
+    ) -> Result<FrameSubscriber<T>, PortError> {
+        FrameSubscriber::open(&self.node, number, self.queues, false, self.writers(owner))
     }
 
     /// Opens a subscriber with notifications: its writer wakes it with every frame. Each such subscriber costs the
@@ -137,9 +143,9 @@ impl Node {
     ///
     /// # Errors
     ///
-    /// As [`Self::inlet`].
-    pub fn waking_inlet<T: Topic>(&self, number: Option<u32>) -> Result<Inlet<T>, PortError> {
-        Inlet::open(&self.node, number, self.queues, true, self.writers(T::writer(number)))
+    /// As [`Self::subscriber`].
+    pub fn waking_subscriber<T: Topic>(&self, number: Option<u32>) -> Result<FrameSubscriber<T>, PortError> {
+        FrameSubscriber::open(&self.node, number, self.queues, true, self.writers(T::writer(number)))
     }
 
     /// Opens a subscriber for an observer of a running robot; `None` if the topic does not exist (yet). In wall time
@@ -150,8 +156,11 @@ impl Node {
     /// # Errors
     ///
     /// The topic has too many subscribers, or other message types.
-    pub fn made_inlet<T: Topic>(&self, number: Option<u32>) -> Result<Option<Inlet<T>>, PortError> {
-        Inlet::open_made(&self.node, number, self.writers(T::writer(number)))
+    pub fn existing_subscriber<T: Topic>(
+        &self,
+        number: Option<u32>,
+    ) -> Result<Option<FrameSubscriber<T>>, PortError> {
+        FrameSubscriber::open_existing(&self.node, number, self.writers(T::writer(number)))
     }
 
     /// Cleans up after dead processes of the domain. It scans directories and allocates. So do not call it in a

@@ -13,31 +13,31 @@ use iceoryx2::service::port_factory::PortFactory as _;
 use message::{Head as _, Topic};
 
 use crate::node::topic_name;
-use crate::queues::{LOANED, READERS, alive};
-use crate::service::{Frames, bell_service, frame_service};
+use crate::queues::{MAX_LOANED, MAX_SUBSCRIBERS, max_frames};
+use crate::service::{Frames, event_service, frame_service};
 use crate::writers::identity;
-use crate::{Delivery, PortError, Queues, SendError};
+use crate::{OverflowPolicy, PortError, Queues, SendError};
 
 /// Uninitialised memory of a frame.
 type Loan<T> = SampleMutUninit<Service, [MaybeUninit<<T as Topic>::Entry>], <T as Topic>::Head>;
 
 /// Publisher of a topic.
-pub struct Outlet<T: Topic> {
+pub struct FramePublisher<T: Topic> {
     publisher: Publisher<Service, [T::Entry], T::Head>,
     service: Frames<T>,
-    bell: Notifier<Service>,
+    notifications: Notifier<Service>,
     topic: String,
     capacity: usize,
-    delivery: Delivery,
+    overflow_policy: OverflowPolicy,
     incarnation: u64,
     sequence: u64,
     undelivered: u64,
-    /// Subscribers at the last call of `has_newcomers`, and a buffer for the next call.
+    /// Subscribers at the last call of `has_new_subscribers`, and a buffer for the next call.
     known: Vec<u128>,
     spare: Vec<u128>,
 }
 
-impl<T: Topic> Outlet<T> {
+impl<T: Topic> FramePublisher<T> {
     pub(crate) fn open(
         node: &RawNode<Service>,
         number: Option<u32>,
@@ -58,14 +58,15 @@ impl<T: Topic> Outlet<T> {
         // The process that created the topic may have given it longer queues.
         let made = service.static_config();
         let (readers, borrowed) = (made.max_subscribers(), made.subscriber_max_borrowed_samples());
-        let alive = alive(queues.delivery, made.subscriber_max_buffer_size(), readers, borrowed);
+        let max_frames =
+            max_frames(queues.overflow_policy, made.subscriber_max_buffer_size(), readers, borrowed);
         let publisher = service
             .publisher_builder()
             .initial_max_slice_len(capacity)
             .allocation_strategy(AllocationStrategy::Static)
-            .max_loaned_samples(LOANED)
+            .max_loaned_samples(MAX_LOANED)
             // The middleware's default assumes that the queues share no frames.
-            .override_sample_preallocation(move |_| alive)
+            .override_sample_preallocation(move |_| max_frames)
             .backpressure_strategy(BackpressureStrategy::DiscardData)
             // A queue can be full only without overflow.
             .set_backpressure_handler(|_| BackpressureAction::DiscardDataAndFail)
@@ -77,23 +78,23 @@ impl<T: Topic> Outlet<T> {
                     failed(&error)
                 }
             })?;
-        let bell = bell_service::<T>(node, (&topic, number), purpose)?
+        let notifications = event_service::<T>(node, (&topic, number), purpose)?
             .notifier_builder()
             .create()
             .map_err(|error| failed(&error))?;
-        let delivery = queues.delivery;
+        let overflow_policy = queues.overflow_policy;
         Ok(Self {
             publisher,
             service,
-            bell,
+            notifications,
             topic,
             capacity,
-            delivery,
+            overflow_policy,
             incarnation,
             sequence: 0,
             undelivered: 0,
-            known: Vec::with_capacity(READERS),
-            spare: Vec::with_capacity(READERS),
+            known: Vec::with_capacity(MAX_SUBSCRIBERS),
+            spare: Vec::with_capacity(MAX_SUBSCRIBERS),
         })
     }
 
@@ -105,16 +106,16 @@ impl<T: Topic> Outlet<T> {
 
     /// Whether there are new subscribers since the last call. A subscriber that reconnected counts as new; so do all
     /// subscribers at the first call.
-    pub fn has_newcomers(&mut self) -> bool {
+    pub fn has_new_subscribers(&mut self) -> bool {
         let mut there = std::mem::take(&mut self.spare);
         there.clear();
         self.service.dynamic_config().list_subscribers(|reader| {
             there.push(reader.subscriber_id.value());
             CallbackProgression::Continue
         });
-        let has_newcomers = there.iter().any(|reader| !self.known.contains(reader));
+        let has_new_subscribers = there.iter().any(|reader| !self.known.contains(reader));
         self.spare = std::mem::replace(&mut self.known, there);
-        has_newcomers
+        has_new_subscribers
     }
 
     /// Frames that could not be delivered to some subscriber.
@@ -125,7 +126,7 @@ impl<T: Topic> Outlet<T> {
 
     /// Publishes a frame of `count` entries and notifies the subscribers; returns its sequence number.
     ///
-    /// `entry(index)` gives the entries, which are written in place in shared memory. Then `seal` can set time stamps
+    /// `entry(index)` gives the entries, which are written in place in shared memory. Then `finish_head` can set time stamps
     /// in the head. Entries beyond the capacity are left out and counted in the header.
     ///
     /// # Errors
@@ -136,11 +137,11 @@ impl<T: Topic> Outlet<T> {
         head: T::Head,
         count: usize,
         entry: impl FnMut(usize) -> T::Entry,
-        seal: impl FnOnce(&mut T::Head),
+        finish_head: impl FnOnce(&mut T::Head),
     ) -> Result<u64, SendError> {
         let mut sample = self.loan(count)?;
         *sample.user_header_mut() = head;
-        self.deliver(sample.write_from_fn(entry), count, seal)
+        self.deliver(sample.write_from_fn(entry), count, finish_head)
     }
 
     /// Publishes a frame with these entries, like [`Self::send`].
@@ -152,12 +153,12 @@ impl<T: Topic> Outlet<T> {
         &mut self,
         head: T::Head,
         entries: &[T::Entry],
-        seal: impl FnOnce(&mut T::Head),
+        finish_head: impl FnOnce(&mut T::Head),
     ) -> Result<u64, SendError> {
         let mut sample = self.loan(entries.len())?;
         *sample.user_header_mut() = head;
         let fitting = entries.get(..sample.payload().len()).unwrap_or(entries);
-        self.deliver(sample.write_from_slice(fitting), entries.len(), seal)
+        self.deliver(sample.write_from_slice(fitting), entries.len(), finish_head)
     }
 
     /// Memory for a frame of as many entries as fit.
@@ -169,7 +170,7 @@ impl<T: Topic> Outlet<T> {
         &mut self,
         mut sample: SampleMut<Service, [T::Entry], T::Head>,
         count: usize,
-        seal: impl FnOnce(&mut T::Head),
+        finish_head: impl FnOnce(&mut T::Head),
     ) -> Result<u64, SendError> {
         let left_out = count.saturating_sub(self.capacity);
         self.sequence += 1;
@@ -177,17 +178,17 @@ impl<T: Topic> Outlet<T> {
         header.sequence = self.sequence;
         header.incarnation = self.incarnation;
         header.left_out = header.left_out.saturating_add(u64::try_from(left_out).unwrap_or(u64::MAX));
-        seal(sample.user_header_mut());
+        finish_head(sample.user_header_mut());
         if let Err(error) = sample.send() {
             self.undelivered += 1;
             // In wall time, a broken connection affects only that subscriber: the others have received the frame.
-            if self.delivery == Delivery::Every {
+            if self.overflow_policy == OverflowPolicy::Fail {
                 tracing::debug!(topic = self.topic, ?error, "not delivered");
                 return Err(SendError::QueueFull { topic: self.topic.clone() });
             }
         }
         // A subscriber that died since the janitor's last scan cannot be notified. This affects no other subscriber.
-        if self.bell.notify().is_err() {
+        if self.notifications.notify().is_err() {
             self.undelivered += 1;
         }
         Ok(self.sequence)
@@ -208,7 +209,7 @@ fn publishers<T: Topic>(service: &Frames<T>) -> Vec<u32> {
     pids
 }
 
-impl<T: Topic> fmt::Debug for Outlet<T> {
+impl<T: Topic> fmt::Debug for FramePublisher<T> {
     fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(out, "Outlet({}, {} sent)", self.topic, self.sequence)
     }

@@ -28,7 +28,7 @@ const SUFFIX: &str = ".global_mgmt";
 /// The first bytes are the middleware's version, which never changes. The counter after them does.
 const VERSION_BYTES: usize = 8;
 /// Upper bound of the segment's size.
-const BYTES_MOST: u64 = 4096;
+const MAX_SEGMENT_BYTES: u64 = 4096;
 /// Names below the domain's directory: root of the middleware that creates the template, and its configuration.
 const TEMPLATE: &str = "template";
 const TEMPLATE_FILE: &str = "template.toml";
@@ -123,7 +123,7 @@ impl Segment {
     /// # Errors
     ///
     /// The fault cannot be repaired: the file belongs to another user, or shared memory is exhausted.
-    pub fn mend(&self) -> Result<Option<Replaced>, io::Error> {
+    pub fn repair(&self) -> Result<Option<Replaced>, io::Error> {
         let Some(what) = self.fault() else { return Ok(None) };
         let failed = |error: io::Error| {
             io::Error::new(error.kind(), format!("{}: {what}, and {error}", self.path.display()))
@@ -224,7 +224,7 @@ fn is_segment(path: &Path) -> bool {
 
 fn read(path: &Path) -> io::Result<Vec<u8>> {
     let mut bytes = Vec::new();
-    File::open(path)?.take(BYTES_MOST).read_to_end(&mut bytes)?;
+    File::open(path)?.take(MAX_SEGMENT_BYTES).read_to_end(&mut bytes)?;
     Ok(bytes)
 }
 
@@ -248,16 +248,16 @@ mod tests {
         let segment = Segment::of(&domain).unwrap();
         let made = mode(&segment.path);
         let left: Vec<_> = files(&domain.prefix()).collect();
-        let untouched = segment.mend().unwrap();
+        let untouched = segment.repair().unwrap();
         let mut told = Vec::new();
         fs::write(&segment.path, [0xA5; 16]).unwrap();
-        told.extend(segment.mend().unwrap());
+        told.extend(segment.repair().unwrap());
         fs::write(&segment.path, "").unwrap();
-        told.extend(segment.mend().unwrap());
+        told.extend(segment.repair().unwrap());
         fs::set_permissions(&segment.path, Permissions::from_mode(0o666)).unwrap();
-        told.extend(segment.mend().unwrap());
+        told.extend(segment.repair().unwrap());
         fs::remove_file(&segment.path).unwrap();
-        told.extend(segment.mend().unwrap());
+        told.extend(segment.repair().unwrap());
         let whole = Segment::of(&domain).is_some();
         Janitor::new(&domain).wipe(claimed);
         let after = files(&domain.prefix()).count();

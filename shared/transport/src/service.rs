@@ -9,8 +9,8 @@ use iceoryx2::service::ipc::Service;
 use iceoryx2::service::port_factory::{event, publish_subscribe};
 use message::Topic;
 
-use crate::queues::{BORROWED, READERS, WRITERS};
-use crate::{Delivery, PortError, Queues};
+use crate::queues::{MAX_BORROWED, MAX_PUBLISHERS, MAX_SUBSCRIBERS};
+use crate::{OverflowPolicy, PortError, Queues};
 
 /// Maximum number of nodes that use a topic, including dead ones not cleaned up yet.
 const NODES: usize = 16;
@@ -20,8 +20,8 @@ pub(crate) type Frames<T> =
     publish_subscribe::PortFactory<Service, [<T as Topic>::Entry], <T as Topic>::Head>;
 
 /// Maximum number of publishers. A configured source has one, because its subscribers cannot distinguish publishers.
-fn places<T: Topic>(number: Option<u32>) -> usize {
-    if T::writer(number).is_some() { WRITERS } else { 1 }
+fn publisher_slots<T: Topic>(number: Option<u32>) -> usize {
+    if T::writer(number).is_some() { MAX_PUBLISHERS } else { 1 }
 }
 
 /// Opens or creates the service for the frames of a topic.
@@ -35,13 +35,13 @@ pub(crate) fn frame_service<T: Topic>(
         .service_builder(&service_name(topic, purpose)?)
         .publish_subscribe::<[T::Entry]>()
         .user_header::<T::Head>()
-        .max_publishers(places::<T>(number))
-        .max_subscribers(READERS)
+        .max_publishers(publisher_slots::<T>(number))
+        .max_subscribers(MAX_SUBSCRIBERS)
         .max_nodes(NODES)
         .history_size(0)
-        .subscriber_max_buffer_size(queues.longest())
-        .subscriber_max_borrowed_samples(BORROWED)
-        .enable_safe_overflow(queues.delivery == Delivery::Newest)
+        .subscriber_max_buffer_size(queues.max_queue_length())
+        .subscriber_max_borrowed_samples(MAX_BORROWED)
+        .enable_safe_overflow(queues.overflow_policy == OverflowPolicy::DropOldest)
         .open_or_create();
     match service {
         Ok(service) => Ok(service),
@@ -53,7 +53,7 @@ pub(crate) fn frame_service<T: Topic>(
 }
 
 /// Opens the service if it exists, with its own queue settings; `None` if it does not exist.
-pub(crate) fn made_frame_service<T: Topic>(
+pub(crate) fn existing_frame_service<T: Topic>(
     node: &RawNode<Service>,
     topic: &str,
 ) -> Result<Option<Frames<T>>, PortError> {
@@ -77,15 +77,15 @@ pub(crate) fn made_frame_service<T: Topic>(
 }
 
 /// Opens or creates the event service that wakes the subscribers of a topic.
-pub(crate) fn bell_service<T: Topic>(
+pub(crate) fn event_service<T: Topic>(
     node: &RawNode<Service>,
     (topic, number): (&str, Option<u32>),
     purpose: &'static str,
 ) -> Result<event::PortFactory<Service>, PortError> {
     node.service_builder(&service_name(topic, purpose)?)
         .event()
-        .max_notifiers(places::<T>(number))
-        .max_listeners(READERS)
+        .max_notifiers(publisher_slots::<T>(number))
+        .max_listeners(MAX_SUBSCRIBERS)
         .max_nodes(NODES)
         .event_id_max_value(1)
         .open_or_create()

@@ -10,11 +10,11 @@ use message::{Process, Roster};
 use crate::RosterReader;
 
 /// Maximum number of processes that a subscriber logs; frames of further ones are only counted.
-const TOLD: usize = 8;
+const MAX_LOGGED: usize = 8;
 
 /// Frames that the subscribers of one node refused because their publisher is not on the roster.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Unlisted {
+pub struct RefusedFrames {
     /// Number of frames.
     pub frames: u64,
     /// Process id of the last of their publishers; zero if there was none.
@@ -22,12 +22,12 @@ pub struct Unlisted {
 }
 
 /// The supervisor's roster, and the count of refused frames.
-pub(crate) struct Listed {
+pub(crate) struct RosterFilter {
     roster: RosterReader,
-    unlisted: Cell<Unlisted>,
+    unlisted: Cell<RefusedFrames>,
 }
 
-impl Listed {
+impl RosterFilter {
     pub(crate) fn new(roster: RosterReader) -> Rc<Self> {
         Rc::new(Self { roster, unlisted: Cell::default() })
     }
@@ -36,44 +36,44 @@ impl Listed {
         self.roster.read()
     }
 
-    pub(crate) fn unlisted(&self) -> Unlisted {
+    pub(crate) fn unlisted(&self) -> RefusedFrames {
         self.unlisted.get()
     }
 }
 
-impl fmt::Debug for Listed {
+impl fmt::Debug for RosterFilter {
     fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(out, "Listed({:?})", self.unlisted.get())
     }
 }
 
 /// The authorised publishers of one topic, for one subscriber.
-pub(crate) struct Writers {
+pub(crate) struct PublisherFilter {
     /// The supervisor's roster; without one, every process may publish.
-    listed: Option<Rc<Listed>>,
+    listed: Option<Rc<RosterFilter>>,
     /// The process that owns the topic. A source has no owner, so every process may publish there.
     owner: Option<Process>,
     /// Identifier of the last accepted publisher; it differs for every incarnation.
     accepted: u128,
     /// Process ids that were logged.
-    told: [u32; TOLD],
+    told: [u32; MAX_LOGGED],
     told_count: usize,
 }
 
-impl Writers {
-    pub(crate) fn new(listed: Option<Rc<Listed>>, owner: Option<Process>) -> Self {
-        Self { listed, owner, accepted: 0, told: [0; TOLD], told_count: 0 }
+impl PublisherFilter {
+    pub(crate) fn new(listed: Option<Rc<RosterFilter>>, owner: Option<Process>) -> Self {
+        Self { listed, owner, accepted: 0, told: [0; MAX_LOGGED], told_count: 0 }
     }
 
     /// Whether frames of a publisher are accepted. No system call, no lock, no allocation; one comparison while the
     /// publisher stays the same.
     #[inline]
     pub(crate) fn accept(&mut self, publisher: u128, topic: &str) -> bool {
-        publisher == self.accepted || self.judge(publisher, topic)
+        publisher == self.accepted || self.check_roster(publisher, topic)
     }
 
     #[cold]
-    fn judge(&mut self, publisher: u128, topic: &str) -> bool {
+    fn check_roster(&mut self, publisher: u128, topic: &str) -> bool {
         let Some(listed) = &self.listed else {
             self.accepted = publisher;
             return true;
@@ -88,7 +88,7 @@ impl Writers {
             return true;
         }
         let frames = listed.unlisted.get().frames.saturating_add(1);
-        listed.unlisted.set(Unlisted { frames, pid });
+        listed.unlisted.set(RefusedFrames { frames, pid });
         if self.is_new(pid) {
             tracing::error!(
                 "process {pid} publishes on `{topic}`, and the supervisor's roster does not name it: its frames are \

@@ -10,9 +10,9 @@ use std::{env, fs, thread};
 
 use message::{Event, EventKind, Events, Header, Health, Process, ProcessState, Utterance, Utterances};
 use transport::janitor::{Janitor, claim};
-use transport::{Delivery, Domain, HealthReader, HealthWriter, Inlet, Node, Queues};
+use transport::{Domain, FrameSubscriber, HealthReader, HealthWriter, Node, OverflowPolicy, Queues};
 
-const QUEUES: Queues = Queues { frames: 3, delivery: Delivery::Newest };
+const QUEUES: Queues = Queues { frames: 3, overflow_policy: OverflowPolicy::DropOldest };
 /// Environment variables for this program's child process.
 const ROOT: &str = "LEO_TEST_DOMAIN";
 const LIFE: &str = "LEO_TEST_LIFE";
@@ -28,8 +28,8 @@ fn child() {
     let life = env::var(LIFE).expect("told").parse().expect("a number");
     let node = Node::join(&domain, "child", life, QUEUES).expect("joins");
     let mut board = HealthWriter::create(&node, Process::Learner, life).expect("a new board");
-    let mut events = node.waking_inlet::<Events>(None).expect("a free reader");
-    let mut utterances = node.outlet::<Utterances>(None, 1).expect("a free writer");
+    let mut events = node.waking_subscriber::<Events>(None).expect("a free reader");
+    let mut utterances = node.publisher::<Utterances>(None, 1).expect("a free writer");
     let mut health = Health::default();
     health.set_state(ProcessState::Running);
     board.write(&health);
@@ -56,7 +56,12 @@ fn is_running(node: &Node, life: u64) -> bool {
     board.is_some_and(|board| board.read().state() == Some(ProcessState::Running))
 }
 
-fn time_to_start(domain: &Domain, node: &Node, utterances: &mut Inlet<Utterances>, life: u64) -> Duration {
+fn time_to_start(
+    domain: &Domain,
+    node: &Node,
+    utterances: &mut FrameSubscriber<Utterances>,
+    life: u64,
+) -> Duration {
     let begun = clock::now();
     let mut child = start(domain, life);
     while !hears(utterances, life) {
@@ -70,7 +75,7 @@ fn time_to_start(domain: &Domain, node: &Node, utterances: &mut Inlet<Utterances
     took
 }
 
-fn hears(utterances: &mut Inlet<Utterances>, life: u64) -> bool {
+fn hears(utterances: &mut FrameSubscriber<Utterances>, life: u64) -> bool {
     let frame = utterances.newest().expect("works");
     frame.is_some_and(|frame| frame.head().valid_at_ns == life)
 }
@@ -80,10 +85,10 @@ fn pause(time: Duration) {
 }
 
 /// Scans in a thread of its own, because opening a half-created file blocks for ever.
-fn look_until(stop: &AtomicBool, mended: &AtomicUsize, domain: &Domain) {
+fn look_until(stop: &AtomicBool, repaired: &AtomicUsize, domain: &Domain) {
     let mut janitor = Janitor::new(domain);
     while !stop.load(Ordering::Relaxed) {
-        mended.fetch_add(janitor.look(clock::now()).mended, Ordering::Relaxed);
+        repaired.fetch_add(janitor.scan(clock::now()).repaired, Ordering::Relaxed);
         pause(Duration::from_millis(20));
     }
 }
@@ -94,12 +99,12 @@ fn a_process_killed_at_any_moment_of_its_start_keeps_nobody_out() {
     let claim = claim(&domain).expect("free");
     domain.make().expect("/dev/shm is writable");
     let node = Node::join(&domain, "run", 1, QUEUES).expect("joins");
-    let mut events = node.outlet::<Events>(None, 1).expect("a free writer");
-    let mut utterances = node.inlet::<Utterances>(None).expect("a free reader");
-    let (stop, mended) = (Arc::new(AtomicBool::new(false)), Arc::new(AtomicUsize::new(0)));
+    let mut events = node.publisher::<Events>(None, 1).expect("a free writer");
+    let mut utterances = node.subscriber::<Utterances>(None).expect("a free reader");
+    let (stop, repaired) = (Arc::new(AtomicBool::new(false)), Arc::new(AtomicUsize::new(0)));
     let looks = {
-        let (stop, mended, domain) = (Arc::clone(&stop), Arc::clone(&mended), domain.clone());
-        thread::spawn(move || look_until(&stop, &mended, &domain))
+        let (stop, repaired, domain) = (Arc::clone(&stop), Arc::clone(&repaired), domain.clone());
+        thread::spawn(move || look_until(&stop, &repaired, &domain))
     };
 
     // Many kills should hit the start, whatever the load of the machine.
@@ -141,7 +146,8 @@ fn a_process_killed_at_any_moment_of_its_start_keeps_nobody_out() {
     drop((events, utterances, node));
     Janitor::new(&domain).wipe(claim);
 
-    let said = format!("{early} killed early, {late} late, {} files mended", mended.load(Ordering::Relaxed));
+    let said =
+        format!("{early} killed early, {late} late, {} files mended", repaired.load(Ordering::Relaxed));
     assert!(heard, "the last one was kept out; {said}");
     assert!(early > 0 && late > 0, "{said}");
     let prefix = domain.prefix();

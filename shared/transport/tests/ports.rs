@@ -8,7 +8,7 @@ use std::time::Duration;
 
 use message::{Event, EventKind, Events, Header, Health, Hop, Process, ProcessState, Topic, Utterance};
 use transport::janitor::{Claim, ClaimError, Janitor, claim, is_claimed};
-use transport::{Delivery, Domain, HealthReader, HealthWriter, Node, Queues, SendError};
+use transport::{Domain, HealthReader, HealthWriter, Node, OverflowPolicy, Queues, SendError};
 
 /// iceoryx2 allows one domain per process, so the tests of this file share one. The last test removes it.
 struct Domained {
@@ -40,7 +40,7 @@ impl Deref for Place {
     }
 }
 
-fn node(delivery: Delivery) -> Place {
+fn node(overflow_policy: OverflowPolicy) -> Place {
     let mut shared = SHARED.lock().unwrap_or_else(PoisonError::into_inner);
     let domained = shared.upgrade().unwrap_or_else(|| {
         let domain = Domain::named(&format!("ports-{}", std::process::id())).expect("a legal name");
@@ -56,7 +56,7 @@ fn node(delivery: Delivery) -> Place {
         Arc::new(Domained { domain, claim: Some(claim) })
     });
     *shared = Arc::downgrade(&domained);
-    let queues = Queues { frames: 3, delivery };
+    let queues = Queues { frames: 3, overflow_policy };
     let node = Node::join(&domained.domain, "test", 1, queues).expect("the domain was made");
     Place { node, _domain: domained }
 }
@@ -67,57 +67,58 @@ fn event(text: &str) -> Event {
 
 #[test]
 fn a_frame_arrives_as_it_was_written_and_in_order() {
-    let node = node(Delivery::Newest);
-    let mut inlet = node.inlet::<Events>(Some(1)).expect("a free reader");
-    let mut outlet = node.outlet::<Events>(Some(1), 4).expect("a free writer");
+    let node = node(OverflowPolicy::DropOldest);
+    let mut subscriber = node.subscriber::<Events>(Some(1)).expect("a free reader");
+    let mut publisher = node.publisher::<Events>(Some(1), 4).expect("a free writer");
     for text in ["one", "two"] {
         let stamp = |head: &mut Header| head.pass(Hop::Observed, 9);
-        outlet.send(Header::at(7), 2, |_| event(text), stamp).expect("room");
+        publisher.send(Header::at(7), 2, |_| event(text), stamp).expect("room");
     }
-    let first = inlet.receive().expect("works").expect("sent");
+    let first = subscriber.receive().expect("works").expect("sent");
     assert_eq!(first.entries().iter().map(|entry| entry.text.as_str()).collect::<Vec<_>>(), ["one", "one"]);
     assert_eq!((first.head().sequence, first.head().valid_at_ns), (1, 7));
-    assert_eq!(first.head().passed(Hop::Observed), Some(9));
+    assert_eq!(first.head().hop_time(Hop::Observed), Some(9));
     drop(first);
-    assert_eq!(inlet.receive().expect("works").expect("sent").head().sequence, 2);
-    assert!(inlet.receive().expect("works").is_none());
+    assert_eq!(subscriber.receive().expect("works").expect("sent").head().sequence, 2);
+    assert!(subscriber.receive().expect("works").is_none());
 }
 
 #[test]
 fn a_slow_reader_loses_the_oldest_frames_and_knows_how_many() {
-    let node = node(Delivery::Newest);
-    let mut inlet = node.inlet::<Events>(Some(2)).expect("a free reader");
-    let mut outlet = node.outlet::<Events>(Some(2), 1).expect("a free writer");
+    let node = node(OverflowPolicy::DropOldest);
+    let mut subscriber = node.subscriber::<Events>(Some(2)).expect("a free reader");
+    let mut publisher = node.publisher::<Events>(Some(2), 1).expect("a free writer");
     for _ in 0..10 {
-        outlet.send(Header::at(0), 1, |_| event("x"), |_| {}).expect("never blocks");
+        publisher.send(Header::at(0), 1, |_| event("x"), |_| {}).expect("never blocks");
     }
     let mut sequences = Vec::new();
-    while let Some(frame) = inlet.receive().expect("works") {
+    while let Some(frame) = subscriber.receive().expect("works") {
         sequences.push(frame.head().sequence);
     }
     assert_eq!(sequences, [8, 9, 10]);
     // Frames sent before the first one received do not count as drops.
-    assert_eq!(inlet.drops(), 0);
+    assert_eq!(subscriber.drops(), 0);
     for _ in 0..5 {
-        outlet.send(Header::at(0), 1, |_| event("x"), |_| {}).expect("never blocks");
+        publisher.send(Header::at(0), 1, |_| event("x"), |_| {}).expect("never blocks");
     }
-    inlet.newest().expect("works").expect("sent");
-    assert_eq!(inlet.drops(), 2);
+    subscriber.newest().expect("works").expect("sent");
+    assert_eq!(subscriber.drops(), 2);
 }
 
 #[test]
 fn who_looks_on_loses_nothing_of_a_burst_that_a_process_loses_frames_of() {
-    let node = node(Delivery::Newest);
-    let mut outlet = node.outlet::<Events>(Some(9), 1).expect("a free writer");
-    let mut process = node.inlet::<Events>(Some(9)).expect("a free reader");
-    let mut onlooker = node.made_inlet::<Events>(Some(9)).expect("a free reader").expect("it was made");
+    let node = node(OverflowPolicy::DropOldest);
+    let mut publisher = node.publisher::<Events>(Some(9), 1).expect("a free writer");
+    let mut process = node.subscriber::<Events>(Some(9)).expect("a free reader");
+    let mut onlooker =
+        node.existing_subscriber::<Events>(Some(9)).expect("a free reader").expect("it was made");
     let mut taken = [0, 0];
     for sent in [1, 24, 24] {
         for _ in 0..sent {
-            outlet.send(Header::at(0), 1, |_| event("x"), |_| {}).expect("never blocks");
+            publisher.send(Header::at(0), 1, |_| event("x"), |_| {}).expect("never blocks");
         }
-        for (inlet, taken) in [&mut process, &mut onlooker].into_iter().zip(&mut taken) {
-            while inlet.receive().expect("works").is_some() {
+        for (subscriber, taken) in [&mut process, &mut onlooker].into_iter().zip(&mut taken) {
+            while subscriber.receive().expect("works").is_some() {
                 *taken += 1;
             }
         }
@@ -127,28 +128,28 @@ fn who_looks_on_loses_nothing_of_a_burst_that_a_process_loses_frames_of() {
 
 #[test]
 fn a_writer_finds_room_while_every_reader_holds_old_frames_and_has_a_full_queue() {
-    let node = node(Delivery::Newest);
-    let mut outlet = node.outlet::<Events>(Some(10), 1).expect("a free writer");
+    let node = node(OverflowPolicy::DropOldest);
+    let mut publisher = node.publisher::<Events>(Some(10), 1).expect("a free writer");
     let mut send = |times: usize| {
         for _ in 0..times {
-            outlet.send(Header::at(0), 1, |_| event("x"), |_| {}).expect("room for another frame");
+            publisher.send(Header::at(0), 1, |_| event("x"), |_| {}).expect("room for another frame");
         }
     };
     // Each of the eight subscribers borrows two frames of its own, and lets its queue overflow.
     let mut readers = Vec::new();
     let mut held = Vec::new();
     for reader in 0..8 {
-        let inlet = match reader % 2 {
-            0 => node.inlet::<Events>(Some(10)),
-            _ => node.made_inlet::<Events>(Some(10)).map(|made| made.expect("it was made")),
+        let subscriber = match reader % 2 {
+            0 => node.subscriber::<Events>(Some(10)),
+            _ => node.existing_subscriber::<Events>(Some(10)).map(|made| made.expect("it was made")),
         };
-        let mut inlet = inlet.expect("a free reader");
-        assert!(inlet.receive().expect("works").is_none());
+        let mut subscriber = subscriber.expect("a free reader");
+        assert!(subscriber.receive().expect("works").is_none());
         for _ in 0..2 {
             send(1);
-            held.push(inlet.receive().expect("works").expect("sent"));
+            held.push(subscriber.receive().expect("works").expect("sent"));
         }
-        readers.push(inlet);
+        readers.push(subscriber);
     }
     let sequences = held.iter().map(|frame| frame.head().sequence).collect::<Vec<_>>();
     assert_eq!(sequences, (1..=16).collect::<Vec<_>>());
@@ -156,9 +157,9 @@ fn a_writer_finds_room_while_every_reader_holds_old_frames_and_has_a_full_queue(
     // Borrowed frames are unchanged, and the queues hold the last frames.
     assert!(held.iter().zip(sequences).all(|(frame, sequence)| frame.head().sequence == sequence));
     drop(held);
-    let waiting = readers.iter_mut().map(|inlet| {
+    let waiting = readers.iter_mut().map(|subscriber| {
         let mut sequences = Vec::new();
-        while let Some(frame) = inlet.receive().expect("works") {
+        while let Some(frame) = subscriber.receive().expect("works") {
             sequences.push(frame.head().sequence);
         }
         sequences
@@ -172,41 +173,42 @@ fn a_writer_finds_room_while_every_reader_holds_old_frames_and_has_a_full_queue(
 
 #[test]
 fn a_writer_finds_room_in_a_topic_that_was_made_for_longer_queues_than_his() {
-    let node = node(Delivery::Newest);
-    let queues = Queues { frames: 50, delivery: Delivery::Newest };
+    let node = node(OverflowPolicy::DropOldest);
+    let queues = Queues { frames: 50, overflow_policy: OverflowPolicy::DropOldest };
     let elsewhere = Node::join(&node._domain.domain, "elsewhere", 1, queues).expect("the domain was made");
-    let mut reader = elsewhere.inlet::<Events>(Some(12)).expect("a free reader");
-    let mut outlet = node.outlet::<Events>(Some(12), 1).expect("a free writer");
+    let mut reader = elsewhere.subscriber::<Events>(Some(12)).expect("a free reader");
+    let mut publisher = node.publisher::<Events>(Some(12), 1).expect("a free writer");
     assert!(reader.receive().expect("works").is_none());
     for _ in 0..100 {
-        outlet.send(Header::at(0), 1, |_| event("x"), |_| {}).expect("room for another frame");
+        publisher.send(Header::at(0), 1, |_| event("x"), |_| {}).expect("room for another frame");
     }
     assert_eq!(std::iter::from_fn(|| reader.receive().expect("works")).count(), 50);
 }
 
 #[test]
 fn a_writer_finds_room_while_readers_come_and_go_and_take_frames_at_any_moment() {
-    let writer = node(Delivery::Newest);
-    let mut outlet = writer.outlet::<Events>(Some(11), 1).expect("a free writer");
+    let writer = node(OverflowPolicy::DropOldest);
+    let mut publisher = writer.publisher::<Events>(Some(11), 1).expect("a free writer");
     let ends = AtomicBool::new(false);
     let began = AtomicUsize::new(0);
     std::thread::scope(|scope| {
         for reader in 0..8 {
             let (ends, began) = (&ends, &began);
             scope.spawn(move || {
-                let node = node(Delivery::Newest);
+                let node = node(OverflowPolicy::DropOldest);
                 let mut turn = 0;
                 while !ends.load(Ordering::Acquire) {
-                    let mut inlet = match reader % 2 {
-                        0 => node.inlet::<Events>(Some(11)).expect("a free reader"),
-                        _ => {
-                            node.made_inlet::<Events>(Some(11)).expect("a free reader").expect("it was made")
-                        }
+                    let mut subscriber = match reader % 2 {
+                        0 => node.subscriber::<Events>(Some(11)).expect("a free reader"),
+                        _ => node
+                            .existing_subscriber::<Events>(Some(11))
+                            .expect("a free reader")
+                            .expect("it was made"),
                     };
                     // Holds one frame while receiving the next, until it runs again.
                     let mut held = None;
                     for _ in 0..1000 {
-                        if let Some(frame) = inlet.receive().expect("works") {
+                        if let Some(frame) = subscriber.receive().expect("works") {
                             held = Some(frame);
                         }
                         if ends.load(Ordering::Acquire) {
@@ -223,7 +225,7 @@ fn a_writer_finds_room_while_readers_come_and_go_and_take_frames_at_any_moment()
         }
         let mut sent = 0;
         let refused = loop {
-            match outlet.send(Header::at(0), 1, |_| event("x"), |_| {}) {
+            match publisher.send(Header::at(0), 1, |_| event("x"), |_| {}) {
                 Ok(_) => sent += 1,
                 Err(error) => break Some(error),
             }
@@ -238,14 +240,14 @@ fn a_writer_finds_room_while_readers_come_and_go_and_take_frames_at_any_moment()
 
 #[test]
 fn in_lockstep_a_full_queue_is_an_error_that_names_the_topic() {
-    let node = node(Delivery::Every);
-    let mut inlet = node.inlet::<Events>(Some(3)).expect("a free reader");
-    let mut outlet = node.outlet::<Events>(Some(3), 1).expect("a free writer");
+    let node = node(OverflowPolicy::Fail);
+    let mut subscriber = node.subscriber::<Events>(Some(3)).expect("a free reader");
+    let mut publisher = node.publisher::<Events>(Some(3), 1).expect("a free writer");
     // A subscriber is connected once it has called `receive` for the first time.
-    assert!(inlet.receive().expect("works").is_none());
+    assert!(subscriber.receive().expect("works").is_none());
     let mut sent = 0;
     let refusal = loop {
-        match outlet.send(Header::at(0), 1, |_| event("x"), |_| {}) {
+        match publisher.send(Header::at(0), 1, |_| event("x"), |_| {}) {
             Ok(_) => sent += 1,
             Err(error) => break error,
         }
@@ -257,37 +259,37 @@ fn in_lockstep_a_full_queue_is_an_error_that_names_the_topic() {
 
 #[test]
 fn entries_beyond_the_capacity_are_left_out_and_counted() {
-    let node = node(Delivery::Newest);
-    let mut inlet = node.inlet::<Events>(Some(4)).expect("a free reader");
-    let mut outlet = node.outlet::<Events>(Some(4), 2).expect("a free writer");
-    outlet.send(Header::at(0), 5, |_| event("x"), |_| {}).expect("room");
-    let frame = inlet.receive().expect("works").expect("sent");
+    let node = node(OverflowPolicy::DropOldest);
+    let mut subscriber = node.subscriber::<Events>(Some(4)).expect("a free reader");
+    let mut publisher = node.publisher::<Events>(Some(4), 2).expect("a free writer");
+    publisher.send(Header::at(0), 5, |_| event("x"), |_| {}).expect("room");
+    let frame = subscriber.receive().expect("works").expect("sent");
     assert_eq!((frame.entries().len(), frame.head().left_out), (2, 3));
 }
 
 #[test]
 fn a_writer_hears_once_of_everybody_who_begins_to_read() {
-    let node = node(Delivery::Newest);
-    let mut outlet = node.outlet::<Events>(Some(8), 1).expect("opens");
-    assert!(!outlet.has_newcomers(), "nobody reads");
-    let first = node.inlet::<Events>(Some(8)).expect("opens");
-    assert!(outlet.has_newcomers());
-    assert!(!outlet.has_newcomers(), "once");
+    let node = node(OverflowPolicy::DropOldest);
+    let mut publisher = node.publisher::<Events>(Some(8), 1).expect("opens");
+    assert!(!publisher.has_new_subscribers(), "nobody reads");
+    let first = node.subscriber::<Events>(Some(8)).expect("opens");
+    assert!(publisher.has_new_subscribers());
+    assert!(!publisher.has_new_subscribers(), "once");
     // One subscriber leaves and another joins between two calls.
     drop(first);
-    let second = node.inlet::<Events>(Some(8)).expect("opens");
-    assert!(outlet.has_newcomers());
-    let _third = node.inlet::<Events>(Some(8)).expect("opens");
-    assert!(outlet.has_newcomers());
+    let second = node.subscriber::<Events>(Some(8)).expect("opens");
+    assert!(publisher.has_new_subscribers());
+    let _third = node.subscriber::<Events>(Some(8)).expect("opens");
+    assert!(publisher.has_new_subscribers());
     drop(second);
-    assert!(!outlet.has_newcomers(), "one went");
+    assert!(!publisher.has_new_subscribers(), "one went");
 }
 
 #[test]
 fn a_topic_has_one_writer() {
-    let node = node(Delivery::Newest);
-    let _first = node.outlet::<Events>(Some(5), 1).expect("a free writer");
-    let refused = node.outlet::<Events>(Some(5), 1).expect_err("one writer each");
+    let node = node(OverflowPolicy::DropOldest);
+    let _first = node.publisher::<Events>(Some(5), 1).expect("a free writer");
+    let refused = node.publisher::<Events>(Some(5), 1).expect_err("one writer each");
     assert!(refused.to_string().contains("events/5"), "{refused}");
 }
 
@@ -306,9 +308,10 @@ impl Topic for OtherEvents {
 
 #[test]
 fn a_topic_that_another_process_made_for_other_messages_is_refused_in_words() {
-    let node = node(Delivery::Newest);
-    let _theirs = node.outlet::<OtherEvents>(Some(7), 1).expect("a free writer");
-    let refusals = [node.inlet::<Events>(Some(7)).err(), node.made_inlet::<Events>(Some(7)).err()];
+    let node = node(OverflowPolicy::DropOldest);
+    let _theirs = node.publisher::<OtherEvents>(Some(7), 1).expect("a free writer");
+    let refusals =
+        [node.subscriber::<Events>(Some(7)).err(), node.existing_subscriber::<Events>(Some(7)).err()];
     for refused in refusals {
         let refused = refused.expect("other messages").to_string();
         assert!(refused.contains("events/7") && refused.contains("made it for other messages"), "{refused}");
@@ -317,18 +320,18 @@ fn a_topic_that_another_process_made_for_other_messages_is_refused_in_words() {
 
 #[test]
 fn a_bell_rung_before_the_wait_is_not_lost() {
-    let node = node(Delivery::Newest);
-    let mut inlet = node.waking_inlet::<Events>(Some(6)).expect("a free reader");
-    let mut outlet = node.outlet::<Events>(Some(6), 1).expect("a free writer");
-    outlet.send(Header::at(0), 1, |_| event("x"), |_| {}).expect("room");
+    let node = node(OverflowPolicy::DropOldest);
+    let mut subscriber = node.waking_subscriber::<Events>(Some(6)).expect("a free reader");
+    let mut publisher = node.publisher::<Events>(Some(6), 1).expect("a free writer");
+    publisher.send(Header::at(0), 1, |_| event("x"), |_| {}).expect("room");
     // Would last an hour if the notification were lost.
-    inlet.wait(Duration::from_secs(3600)).expect("has a bell");
-    assert!(inlet.receive().expect("works").is_some());
+    subscriber.wait(Duration::from_secs(3600)).expect("has a bell");
+    assert!(subscriber.receive().expect("works").is_some());
 }
 
 #[test]
 fn health_is_read_as_it_was_written() {
-    let node = node(Delivery::Newest);
+    let node = node(OverflowPolicy::DropOldest);
     assert!(HealthReader::open(&node, Process::Sensor, 1).is_err());
     let mut writer = HealthWriter::create(&node, Process::Sensor, 1).expect("a new board");
     let reader = HealthReader::open(&node, Process::Sensor, 1).expect("the board is there");

@@ -1,15 +1,15 @@
 use clock::{Duration, Instant};
 use config::Robot;
-use config::perspective::Owning;
+use config::perspective::OwnershipRule;
 use message::{Beliefs, Divergences as Differing, Hop, Percepts, Process};
 use perspective::TERRITORY_MOST;
-use process::{Failure, Launch, Member, Progress};
-use transport::Outlet;
+use process::{Failure, Launch, ProcessNode, Progress};
+use transport::FramePublisher;
 
 use crate::{Believer, Divergences};
 
 /// Interval at which the computation counters of the perspectives are published.
-const SHOWN_EVERY: Duration = Duration::from_millis(20);
+const COUNTERS_INTERVAL: Duration = Duration::from_millis(20);
 
 /// Runs the process until a stop is requested. Each frame of the percept buffer causes one step. A step publishes one
 /// belief buffer per perspective and one divergence buffer per perspective except the robot's, all with the same
@@ -22,9 +22,9 @@ pub fn run(launch: &Launch, robot: &Robot) -> Result<(), Failure> {
     let leo = &robot.leo;
     let capacity = leo.buffers.objects.get();
     let partners = launch.partners.unwrap_or(leo.belief.partners);
-    let mut member = Member::join(launch, Process::Belief, &leo.buffers, &leo.belief.realtime)?;
-    let mut percepts = member.waking_inlet::<Percepts>(None)?;
-    if robot.perspective.resource.by == Owning::Territory && capacity > TERRITORY_MOST {
+    let mut member = ProcessNode::join(launch, Process::Belief, &leo.buffers, &leo.belief.realtime)?;
+    let mut percepts = member.waking_subscriber::<Percepts>(None)?;
+    if robot.perspective.resource.by == OwnershipRule::Territory && capacity > TERRITORY_MOST {
         tracing::warn!(
             "buffers.objects is {capacity}: while more than {TERRITORY_MOST} things are believed in there are no \
              territories, and all are everybody's; `by` in perspective.toml knows other ways"
@@ -34,50 +34,51 @@ pub fn run(launch: &Launch, robot: &Robot) -> Result<(), Failure> {
     let mut believer = Believer::new(&robot.percepts, &robot.perspective, partners, depth, capacity)
         .map_err(Failure::own)?;
     let mut divergences = Divergences::new(&robot.percepts, &believer, capacity);
-    let mut outlets: Vec<Outlet<Beliefs>> = (0..believer.perspectives())
-        .map(|perspective| member.outlet(Some(perspective), capacity))
+    let mut outlets: Vec<FramePublisher<Beliefs>> = (0..believer.perspectives())
+        .map(|perspective| member.publisher(Some(perspective), capacity))
         .collect::<Result<_, _>>()?;
     // If two perspectives have no belief in common, all beliefs of both differ.
     let most = capacity.saturating_mul(2);
-    let mut differing: Vec<Outlet<Differing>> = (1..believer.perspectives())
-        .map(|perspective| member.outlet(Some(perspective), most))
+    let mut differing: Vec<FramePublisher<Differing>> = (1..believer.perspectives())
+        .map(|perspective| member.publisher(Some(perspective), most))
         .collect::<Result<_, _>>()?;
     let mut board = member.perspectives_board()?;
-    let mut shown_at = Instant::EPOCH;
+    let mut counters_published_at = Instant::EPOCH;
     member.begin(None)?;
     while member.next_call(&mut percepts)?.is_some() {
-        while !member.shall_stop()
+        while !member.is_stop_requested()
             && let Some(frame) = percepts.receive()?
         {
-            let published_ns = frame.head().header.passed(Hop::Perceived).unwrap_or(member.now().as_nanos());
+            let published_ns =
+                frame.head().header.hop_time(Hop::Perceived).unwrap_or(member.now().as_nanos());
             let now = member.begin_step(published_ns);
             believer.step(now, frame.head(), frame.entries());
             divergences.read(&believer);
             // All perspectives are computed before the first is published, so that all have the same instant.
-            for (perspective, outlet) in (0..).zip(&mut outlets) {
+            for (perspective, publisher) in (0..).zip(&mut outlets) {
                 let mut head = believer.head(perspective);
                 head.header.pass(Hop::BeliefStarted, now.as_nanos());
-                outlet.send_all(head, divergences.beliefs(perspective), |head| {
+                publisher.send_all(head, divergences.beliefs(perspective), |head| {
                     head.header.pass(Hop::Believed, member.now().as_nanos());
                 })?;
             }
             divergences.compare();
-            for (perspective, outlet) in (1..).zip(&mut differing) {
+            for (perspective, publisher) in (1..).zip(&mut differing) {
                 let mut head = divergences.head(perspective);
                 head.header.pass(Hop::BeliefStarted, now.as_nanos());
-                outlet.send_all(head, divergences.differences(perspective), |head| {
+                publisher.send_all(head, divergences.differences(perspective), |head| {
                     head.header.pass(Hop::Believed, member.now().as_nanos());
                 })?;
             }
-            if now.since(shown_at) >= SHOWN_EVERY {
+            if now.since(counters_published_at) >= COUNTERS_INTERVAL {
                 board.write(believer.computed());
-                shown_at = now;
+                counters_published_at = now;
             }
             let health = member.health();
             health.drops = percepts.drops();
-            health.refused = believer.head(0).refused.saturating_add(believer.untimely());
-            health.undelivered = outlets.iter().map(Outlet::undelivered).sum::<u64>()
-                + differing.iter().map(Outlet::undelivered).sum::<u64>();
+            health.refused = believer.head(0).refused.saturating_add(believer.retimed_frames());
+            health.undelivered = outlets.iter().map(FramePublisher::undelivered).sum::<u64>()
+                + differing.iter().map(FramePublisher::undelivered).sum::<u64>();
             member.end_step();
         }
         member.end_call(Progress::More)?;

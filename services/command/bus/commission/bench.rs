@@ -5,11 +5,11 @@ use std::sync::atomic::AtomicBool;
 use config::motor::Joint;
 use servo::Model;
 
-use super::super::Failed;
+use super::super::CommandError;
 use super::super::line::Line;
 use super::super::motion::{Servo, angle};
-use super::super::torque::look_for_torque;
-use super::super::whom::Opening;
+use super::super::selection::BusAddress;
+use super::super::torque::read_torque_states;
 use super::person::Person;
 use super::report::Outcome;
 use super::trials::Trial;
@@ -45,7 +45,7 @@ impl Measured {
 
 /// A bus with its servos.
 pub(super) struct Bench<'a> {
-    pub(super) bus: &'a Opening<'a>,
+    pub(super) bus: &'a BusAddress<'a>,
     pub(super) motor: &'a config::leo::Motor,
     pub(super) stop: &'a AtomicBool,
     pub(super) person: Person,
@@ -53,7 +53,7 @@ pub(super) struct Bench<'a> {
 }
 
 impl<'a> Bench<'a> {
-    pub(super) fn new(bus: &'a Opening<'a>, motor: &'a config::leo::Motor, stop: &'a AtomicBool) -> Self {
+    pub(super) fn new(bus: &'a BusAddress<'a>, motor: &'a config::leo::Motor, stop: &'a AtomicBool) -> Self {
         Self { bus, motor, stop, person: Person, line: None }
     }
 
@@ -77,7 +77,7 @@ impl<'a> Bench<'a> {
     /// Switches all torque off, and returns the result as text.
     pub(super) fn end(&mut self) -> String {
         let bus = self.bus;
-        let off = self.line().and_then(|line| line.torque_off().and_then(|()| look_for_torque(line, bus)));
+        let off = self.line().and_then(|line| line.torque_off().and_then(|()| read_torque_states(line, bus)));
         match off {
             Ok(torque) if torque.doubtful.is_empty() => {
                 format!("torque is off, as {} servos say", torque.off)
@@ -93,7 +93,7 @@ impl<'a> Bench<'a> {
     }
 
     /// The open line; reopens it if needed.
-    pub(super) fn line(&mut self) -> Result<&mut Line, Failed> {
+    pub(super) fn line(&mut self) -> Result<&mut Line, CommandError> {
         let line = match self.line.take() {
             Some(line) => line,
             None => self.bus.open()?,
@@ -107,7 +107,7 @@ impl<'a> Bench<'a> {
     }
 
     /// The joints whose servos reply; an error if there are none.
-    pub(super) fn joints(&mut self) -> Result<Vec<&'a Joint>, Failed> {
+    pub(super) fn joints(&mut self) -> Result<Vec<&'a Joint>, CommandError> {
         let bus = self.bus;
         let line = self.line()?;
         let mut answering = Vec::new();
@@ -117,13 +117,13 @@ impl<'a> Bench<'a> {
             }
         }
         if answering.is_empty() {
-            return Err(Failed::because("no servo of motor.toml answers"));
+            return Err(CommandError::runtime("no servo of motor.toml answers"));
         }
         Ok(answering)
     }
 
     /// The servo of a joint.
-    pub(super) fn servo(&mut self, joint: &Joint) -> Result<Servo<'_>, Failed> {
+    pub(super) fn servo(&mut self, joint: &Joint) -> Result<Servo<'_>, CommandError> {
         let line = self.line()?;
         let model = line.model(joint.id)?;
         Ok(Servo { line, id: joint.id, model })
@@ -131,7 +131,7 @@ impl<'a> Bench<'a> {
 
     /// Switches torque on at a joint's present position, and returns it as an angle of the servo. Returns an error if
     /// the servo has an alert, does not match motor.toml, or stands beyond the joint's limits.
-    pub(super) fn hold(&mut self, joint: &Joint) -> Result<f64, Failed> {
+    pub(super) fn hold(&mut self, joint: &Joint) -> Result<f64, CommandError> {
         let speed_rad_s = self.motor.soft_start_rad_s.get().min(joint.velocity_rad_s);
         let mut servo = self.servo(joint)?;
         servo.refuse_alert()?;
@@ -139,7 +139,10 @@ impl<'a> Bench<'a> {
         let servo_rad = servo.reading()?.0.position_rad;
         let joint_rad = joint.joint_rad(servo_rad);
         if !(joint.min_rad..=joint.max_rad).contains(&joint_rad) {
-            return Err(Failed::because(format!("it stands at {}, beyond its limits", angle(joint_rad))));
+            return Err(CommandError::runtime(format!(
+                "it stands at {}, beyond its limits",
+                angle(joint_rad)
+            )));
         }
         servo.hold(speed_rad_s)?;
         Ok(servo_rad)
@@ -149,11 +152,11 @@ impl<'a> Bench<'a> {
     pub(super) fn each(
         &mut self,
         measured: &mut Measured,
-        mut tries: impl FnMut(&mut Self, &Joint, &mut Measured) -> Result<(), Failed>,
-    ) -> Result<(), Failed> {
+        mut tries: impl FnMut(&mut Self, &Joint, &mut Measured) -> Result<(), CommandError>,
+    ) -> Result<(), CommandError> {
         for joint in self.joints()? {
             if self.stop.load(std::sync::atomic::Ordering::Relaxed) {
-                return Err(Failed::because("interrupted"));
+                return Err(CommandError::runtime("interrupted"));
             }
             if let Err(error) = tries(self, joint, measured) {
                 measured.wrong(format!("{}: {}", joint.name, error.text));

@@ -1,7 +1,7 @@
 //! Instructions that only a person can carry out.
 
 use super::super::output;
-use super::Failed;
+use super::CommandError;
 
 /// The person who runs the trials.
 #[derive(Clone, Copy, Debug)]
@@ -16,10 +16,12 @@ pub(super) enum Reply {
 
 impl Person {
     /// Prints an instruction, and waits until the person confirms or skips it.
-    pub(super) fn ask(self, what: &str) -> Result<Reply, Failed> {
+    pub(super) fn ask(self, what: &str) -> Result<Reply, CommandError> {
         output::print(&format!("  {what}.\n  Enter when that is so, or `skip`: "))?;
         let said = output::answer()?.ok_or_else(|| {
-            Failed::usage("no answer comes on standard input: --yes runs the trials that need no person")
+            CommandError::usage(
+                "no answer comes on standard input: --yes runs the trials that need no person",
+            )
         })?;
         Ok(if said.trim().eq_ignore_ascii_case("skip") { Reply::Skip } else { Reply::Done })
     }

@@ -5,8 +5,8 @@ use std::fs::{self, File};
 use std::io::Write as _;
 use std::path::{Path, PathBuf};
 
-use super::super::Failed;
-use super::super::whom::Where;
+use super::super::CommandError;
+use super::super::selection::BusSelection;
 use super::bench::Measured;
 use super::trials::Trial;
 
@@ -70,7 +70,7 @@ pub(super) struct Report {
 
 impl Report {
     /// Creates a new file in `folder`, named by the date. Existing files are never overwritten.
-    pub(super) fn create(folder: &Path, place: &Where<'_>) -> Result<Self, Failed> {
+    pub(super) fn create(folder: &Path, place: &BusSelection<'_>) -> Result<Self, CommandError> {
         let date = Date::of(clock::date_s());
         for count in 1..=SAME_SECOND {
             let again = if count == 1 { String::new() } else { format!("-{count}") };
@@ -89,11 +89,11 @@ impl Report {
                 }
                 Err(error) if error.kind() == std::io::ErrorKind::AlreadyExists => {}
                 Err(error) => {
-                    return Err(Failed::usage(format!("cannot write {}: {error}", path.display())));
+                    return Err(CommandError::usage(format!("cannot write {}: {error}", path.display())));
                 }
             }
         }
-        Err(Failed::because(format!("{} is full of reports of this second", folder.display())))
+        Err(CommandError::runtime(format!("{} is full of reports of this second", folder.display())))
     }
 
     pub(super) fn path(&self) -> &Path {
@@ -117,7 +117,7 @@ impl Report {
         number: usize,
         trial: &Trial,
         outcome: &Outcome,
-    ) -> Result<(), Failed> {
+    ) -> Result<(), CommandError> {
         self.ended.push((trial.name, outcome.word));
         let text = format!(
             "\n[[trial]]\nnumber = {number}\nname = {}\nbus = {}\ntried = {}\nexpected = {}\nmeasured = {}\nwrong = {}\n\
@@ -134,12 +134,12 @@ impl Report {
     }
 
     /// Appends the final state of a bus.
-    pub(super) fn end_of_bus(&mut self, bus: &str, torque: &str) -> Result<(), Failed> {
+    pub(super) fn end_of_bus(&mut self, bus: &str, torque: &str) -> Result<(), CommandError> {
         self.write(&format!("\n[[left]]\nbus = {}\ntorque = {}\n", quoted(bus), quoted(torque)))
     }
 
     /// Appends the summary.
-    pub(super) fn conclude(&mut self, interrupted: bool, left: &[&str]) -> Result<(), Failed> {
+    pub(super) fn conclude(&mut self, interrupted: bool, left: &[&str]) -> Result<(), CommandError> {
         let left: Vec<_> = left.iter().map(|name| (*name).to_owned()).collect();
         let all = self.count(Outcome::PASSED) == self.ended.len() && left.is_empty() && !interrupted;
         let text = format!(
@@ -152,9 +152,9 @@ impl Report {
         self.write(&text)
     }
 
-    fn write(&mut self, text: &str) -> Result<(), Failed> {
+    fn write(&mut self, text: &str) -> Result<(), CommandError> {
         self.file.write_all(text.as_bytes()).and_then(|()| self.file.sync_data()).map_err(|error| {
-            Failed::because(format!("cannot write the report {}: {error}", self.path.display()))
+            CommandError::runtime(format!("cannot write the report {}: {error}", self.path.display()))
         })
     }
 }

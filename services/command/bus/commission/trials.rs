@@ -6,7 +6,7 @@ mod set_up;
 mod wire;
 
 use super::bench::{Bench, Measured};
-use super::{Failed, Reply};
+use super::{CommandError, Reply};
 
 /// One trial.
 #[derive(Debug)]
@@ -18,7 +18,7 @@ pub(super) struct Trial {
     pub(super) moves: bool,
     pub(super) tries: &'static str,
     pub(super) expects: &'static str,
-    pub(super) run: fn(&mut Bench<'_>) -> Result<Measured, Failed>,
+    pub(super) run: fn(&mut Bench<'_>) -> Result<Measured, CommandError>,
 }
 
 /// All trials. Those that move nothing and whose faults are easy to repair come first.

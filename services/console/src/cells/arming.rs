@@ -1,10 +1,10 @@
 use message::{Joints, LicenceGroup, Licences};
 use serde_json::{Value, json};
 
-use crate::sheet::Sheet;
+use crate::state_store::StateStore;
 
 /// Publishes how many joints may move, and why the others may not.
-pub(crate) fn arming(sheet: &mut Sheet, names: &[String], joints: &Joints, is_stopped: bool) {
+pub(crate) fn arming(state_store: &mut StateStore, names: &[String], joints: &Joints, is_stopped: bool) {
     let licences = Licences::of(joints.all());
     let groups = |groups: &[LicenceGroup]| -> Value {
         groups
@@ -21,7 +21,7 @@ pub(crate) fn arming(sheet: &mut Sheet, names: &[String], joints: &Joints, is_st
             })
             .collect()
     };
-    sheet.put(
+    state_store.put(
         "arming",
         &json!({
             "joints": joints.all().len(),
@@ -62,9 +62,9 @@ mod tests {
         };
         let mut joints = Joints { locks: 9, ..Joints::default() };
         joints.set([state(0).with_machines(armed), state(1).with_machines(machines)].into_iter());
-        let mut sheet = Sheet::default();
-        arming(&mut sheet, &["neck".to_owned(), "elbow".to_owned()], &joints, false);
-        let shown: Value = serde_json::from_str(&sheet.since(0).unwrap()).unwrap();
+        let mut state_store = StateStore::default();
+        arming(&mut state_store, &["neck".to_owned(), "elbow".to_owned()], &joints, false);
+        let shown: Value = serde_json::from_str(&state_store.since(0).unwrap()).unwrap();
         let cell = &shown["cells"]["arming"];
         assert_eq!((&cell["armed"], &cell["locks"], &cell["stopped"]), (&json!(1), &json!(9), &json!(false)));
         assert_eq!(cell["locked"][0]["joints"], json!(["elbow"]));

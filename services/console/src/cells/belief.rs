@@ -1,31 +1,31 @@
 use std::collections::{BTreeMap, BTreeSet};
 
-use chronicle::Words;
+use chronicle::PerceptPhrases;
 use config::Robot;
 use config::percepts::{Kernel, Space};
 use geometry::{Base, Person, Pose, Position, World};
 use message::{Belief, BeliefHead, Difference, Feature, NOBODY};
 use serde_json::json;
 
-use super::{Thing, far, numbers, rounded};
-use crate::sheet::Sheet;
+use super::{Thing, distance, numbers, rounded};
+use crate::state_store::StateStore;
 
 /// Maximum distance between an object and a belief of the robot about it, in metres.
-const SAME_M: f64 = 0.06;
+const MAX_MATCH_DISTANCE_M: f64 = 0.06;
 /// State degrees and confidences are rounded to 1/20: slow decay should not cause updates.
-const DEGREE: f64 = 20.0;
+const DEGREE_PARTS: f64 = 20.0;
 /// A displayed position is updated only if it moved by more than this, in metres; it suppresses noise.
-const STIRS_M: f64 = 0.005;
+const MIN_MOVE_M: f64 = 0.005;
 /// Extents are rounded to 2 mm.
-const EXTENTS: f64 = 500.0;
+const EXTENT_PARTS: f64 = 500.0;
 
 /// A belief counts as currently perceived if its last observation is at most this old, in nanoseconds.
-const SEEN_NS: u64 = 300_000_000;
+const RECENT_NS: u64 = 300_000_000;
 
 /// Converts the beliefs of the perspectives into words and positions.
 #[derive(Debug)]
-pub(crate) struct Minds {
-    words: Words,
+pub(crate) struct BeliefRenderer {
+    words: PerceptPhrases,
     colour: Option<(u16, BTreeMap<u16, [f64; 3]>)>,
     shape: Option<(u16, BTreeMap<u16, [f64; 4]>)>,
     orientation: Option<u16>,
@@ -49,7 +49,7 @@ pub(crate) struct Seen {
     pub(crate) is_seen: bool,
 }
 
-impl Minds {
+impl BeliefRenderer {
     pub(crate) fn new(robot: &Robot) -> Self {
         let percepts = &robot.percepts;
         let (mut colour, mut shape, mut orientation, mut extents) = (None, None, None, None);
@@ -79,7 +79,7 @@ impl Minds {
                 | Kernel::Own(_) => {}
             }
         }
-        let words = Words::of(percepts);
+        let words = PerceptPhrases::of(percepts);
         Self {
             words,
             colour,
@@ -95,7 +95,7 @@ impl Minds {
     /// differences between the two.
     pub(crate) fn show(
         &mut self,
-        sheet: &mut Sheet,
+        state_store: &mut StateStore,
         head: &BeliefHead,
         beliefs: &[Belief],
         robots: Option<&[Seen]>,
@@ -103,7 +103,7 @@ impl Minds {
     ) -> Vec<Seen> {
         let number = head.perspective;
         let eye = head.eye().map(|eye| self.x_world_base * eye);
-        sheet.put(
+        state_store.put(
             &format!("mind/{number}"),
             &json!({
                 "present": head.present != 0,
@@ -119,7 +119,7 @@ impl Minds {
         let mut all = Vec::with_capacity(beliefs.len());
         for belief in beliefs {
             let seen = self.seen(head, frame.as_ref(), belief);
-            let twin = robots.and_then(|robots| twin(&seen, robots, differing));
+            let counterpart = robots.and_then(|robots| counterpart(&seen, robots, differing));
             let orientation = self.orientation(frame.as_ref(), belief);
             let extents = self.extents.and_then(|percept| belief.vector(percept));
             let shown_m = seen.position_m.map(|position_m| self.place(number, belief.id, position_m));
@@ -128,16 +128,19 @@ impl Minds {
             let symbol = |percept: Option<u16>| {
                 percept.and_then(|percept| self.words.symbol(percept, belief.symbol(percept)?))
             };
-            let states: BTreeMap<&str, Option<f64>> =
-                seen.states.iter().map(|(name, degree)| (name.as_str(), rounded(*degree, DEGREE))).collect();
+            let states: BTreeMap<&str, Option<f64>> = seen
+                .states
+                .iter()
+                .map(|(name, degree)| (name.as_str(), rounded(*degree, DEGREE_PARTS)))
+                .collect();
             let key = format!("{prefix}{}", belief.id);
-            sheet.put(
+            state_store.put(
                 &key,
                 &json!({
                     "words": seen.words,
                     "p": shown_m.map(numbers),
                     "q": orientation.map(|q| q.map(|part| rounded(part, 50.0))),
-                    "half": extents.map(|half_m| half_m.map(|part| rounded(part, EXTENTS))),
+                    "half": extents.map(|half_m| half_m.map(|part| rounded(part, EXTENT_PARTS))),
                     "rgb": seen.colour_rgb,
                     "shape": seen.shape,
                     "colour": symbol(self.colour.as_ref().map(|(percept, _)| *percept)),
@@ -148,22 +151,22 @@ impl Minds {
                     "owner": agent(belief.owner),
                     "unseen_s": unseen_ns / 1_000_000_000,
                     "seen": seen.is_seen,
-                    "twin": twin,
+                    "twin": counterpart,
                 }),
             );
             stay.insert(key);
             all.push(seen);
         }
-        sheet.keep_only(&prefix, &stay);
+        state_store.keep_only(&prefix, &stay);
         let ids: BTreeSet<u64> = all.iter().map(|seen| seen.id).collect();
         self.shown_m.retain(|(perspective, id), _| *perspective != number || ids.contains(id));
         all
     }
 
-    /// The displayed position of a belief: the previous one, unless the belief moved by more than [`STIRS_M`].
+    /// The displayed position of a belief: the previous one, unless the belief moved by more than [`MIN_MOVE_M`].
     fn place(&mut self, perspective: u32, id: u64, position_m: [f64; 3]) -> [f64; 3] {
         let shown_m = self.shown_m.entry((perspective, id)).or_insert(position_m);
-        if far(*shown_m, position_m) > STIRS_M {
+        if distance(*shown_m, position_m) > MIN_MOVE_M {
             *shown_m = position_m;
         }
         *shown_m
@@ -172,7 +175,7 @@ impl Minds {
     /// Publishes the differences between a partner and the robot, in words.
     pub(crate) fn divide(
         &self,
-        sheet: &mut Sheet,
+        state_store: &mut StateStore,
         perspective: u32,
         name: &str,
         differing: &[Difference],
@@ -206,13 +209,13 @@ impl Minds {
             let id = |belief: Option<&Belief>| belief.map_or(0, |belief| belief.id);
             let key = format!("{prefix}{}-{}", id(one), id(other));
             let (robot, other) = (difference.one(), difference.other());
-            sheet.put(
+            state_store.put(
                 &key,
                 &json!({ "words": words, "kind": kind, "robot": robot, "other": other, "aspects": aspects }),
             );
             stay.insert(key);
         }
-        sheet.keep_only(&prefix, &stay);
+        state_store.keep_only(&prefix, &stay);
     }
 
     fn seen(&self, head: &BeliefHead, frame: Option<&Pose<World, Person>>, belief: &Belief) -> Seen {
@@ -230,7 +233,7 @@ impl Minds {
             colour_rgb: colour.and_then(|(percept, of)| of.get(&belief.symbol(*percept)?).copied()),
             shape: shape.and_then(|(percept, of)| of.get(&belief.symbol(*percept)?).copied()),
             states: states.collect(),
-            is_seen: head.header.valid_at_ns.saturating_sub(belief.perceived_at_ns) < SEEN_NS,
+            is_seen: head.header.valid_at_ns.saturating_sub(belief.perceived_at_ns) < RECENT_NS,
         }
     }
 
@@ -252,14 +255,14 @@ impl Minds {
 }
 
 /// The robot's belief about the same object as a partner's belief.
-pub(crate) fn twin(seen: &Seen, robots: &[Seen], differing: &[Difference]) -> Option<u64> {
+pub(crate) fn counterpart(seen: &Seen, robots: &[Seen], differing: &[Difference]) -> Option<u64> {
     if let Some(difference) = differing.iter().find(|difference| difference.other() == Some(seen.id)) {
         return difference.one();
     }
     let here = seen.position_m?;
     let near = robots.iter().filter(|robots| robots.words == seen.words).filter_map(|robots| {
-        let apart_m = far(here, robots.position_m?);
-        (apart_m <= SAME_M).then_some((apart_m, robots.id))
+        let apart_m = distance(here, robots.position_m?);
+        (apart_m <= MAX_MATCH_DISTANCE_M).then_some((apart_m, robots.id))
     });
     near.min_by(|a, b| a.0.total_cmp(&b.0)).map(|(_, id)| id)
 }
@@ -267,11 +270,11 @@ pub(crate) fn twin(seen: &Seen, robots: &[Seen], differing: &[Difference]) -> Op
 /// The robot's belief about an object of the workspace.
 pub(crate) fn belief_in(thing: &Thing, robots: &[Seen]) -> Option<u64> {
     let near = robots.iter().filter_map(|seen| {
-        let apart_m = far(thing.position_m, seen.position_m?);
-        let is_like = |one: Option<f64>| one.is_some_and(|far| far < 0.3);
-        let colour = seen.colour_rgb.map(|rgb| far(rgb, thing.colour_rgb));
-        let shape = seen.shape.map(|shape| far(shape, thing.shape));
-        (apart_m <= SAME_M && is_like(colour) && is_like(shape)).then_some((apart_m, seen.id))
+        let apart_m = distance(thing.position_m, seen.position_m?);
+        let is_like = |one: Option<f64>| one.is_some_and(|distance| distance < 0.3);
+        let colour = seen.colour_rgb.map(|rgb| distance(rgb, thing.colour_rgb));
+        let shape = seen.shape.map(|shape| distance(shape, thing.shape));
+        (apart_m <= MAX_MATCH_DISTANCE_M && is_like(colour) && is_like(shape)).then_some((apart_m, seen.id))
     });
     near.min_by(|a, b| a.0.total_cmp(&b.0)).map(|(_, id)| id)
 }

@@ -5,22 +5,22 @@ use std::collections::{BTreeMap, BTreeSet, VecDeque};
 
 use serde_json::{Value, json};
 
-use super::{Seen, far, numbers, rounded};
-use crate::sheet::Sheet;
+use super::{Seen, distance, numbers, rounded};
+use crate::state_store::StateStore;
 
 /// Maximum number of changes kept per track.
-const POINTS_MOST: usize = 64;
+const MAX_POINTS: usize = 64;
 /// Movements below this distance are no change, in metres.
-const STIRS_M: f64 = 0.03;
+const MIN_MOVE_M: f64 = 0.03;
 
 /// The time lines of all objects, by the identity of the robot's belief.
 #[derive(Debug, Default)]
-pub(crate) struct Histories {
-    things: BTreeMap<u64, History>,
+pub(crate) struct TimeLines {
+    things: BTreeMap<u64, TimeLine>,
 }
 
 #[derive(Debug, Default)]
-struct History {
+struct TimeLine {
     words: String,
     tracks: BTreeMap<u32, VecDeque<Point>>,
 }
@@ -34,7 +34,7 @@ struct Point {
     known: Option<([f64; 3], BTreeMap<String, bool>)>,
 }
 
-impl Histories {
+impl TimeLines {
     /// Clears all time lines, because a new incarnation assigns new identities.
     pub(crate) fn forget(&mut self) {
         self.things.clear();
@@ -60,7 +60,7 @@ impl Histories {
             let point = Point { t, is_seen: seen.is_some_and(|seen| seen.is_seen), known };
             let track = history.tracks.entry(perspective).or_default();
             if track.back().is_none_or(|last| last.differs_from(&point)) {
-                if track.len() == POINTS_MOST {
+                if track.len() == MAX_POINTS {
                     track.pop_front();
                 }
                 track.push_back(point);
@@ -69,7 +69,7 @@ impl Histories {
     }
 
     /// Publishes the time lines of the objects that the robot still has beliefs about.
-    pub(crate) fn show(&mut self, sheet: &mut Sheet, robots: &[Seen]) {
+    pub(crate) fn show(&mut self, state_store: &mut StateStore, robots: &[Seen]) {
         self.things.retain(|id, _| robots.iter().any(|robot| robot.id == *id));
         let mut stay = BTreeSet::new();
         for (id, history) in &self.things {
@@ -82,10 +82,10 @@ impl Histories {
                     json!({ "perspective": perspective, "points": points })
                 })
                 .collect();
-            sheet.put(&key, &json!({ "words": history.words, "tracks": tracks }));
+            state_store.put(&key, &json!({ "words": history.words, "tracks": tracks }));
             stay.insert(key);
         }
-        sheet.keep_only("history/", &stay);
+        state_store.keep_only("history/", &stay);
     }
 }
 
@@ -93,7 +93,7 @@ impl Point {
     fn differs_from(&self, other: &Self) -> bool {
         self.is_seen != other.is_seen
             || match (&self.known, &other.known) {
-                (Some((here, is)), Some((there, was))) => is != was || far(*here, *there) > STIRS_M,
+                (Some((here, is)), Some((there, was))) => is != was || distance(*here, *there) > MIN_MOVE_M,
                 (None, None) => false,
                 (Some(_), None) | (None, Some(_)) => true,
             }
@@ -125,8 +125,8 @@ mod tests {
     }
 
     /// The instants of the points of a track.
-    fn instants(sheet: &Sheet, perspective: usize) -> Vec<f64> {
-        let message: Value = serde_json::from_str(&sheet.since(0).unwrap()).unwrap();
+    fn instants(state_store: &StateStore, perspective: usize) -> Vec<f64> {
+        let message: Value = serde_json::from_str(&state_store.since(0).unwrap()).unwrap();
         let points =
             message["cells"]["history/7"]["tracks"][perspective]["points"].as_array().unwrap().clone();
         points.iter().map(|point| point["t"].as_f64().unwrap()).collect()
@@ -135,8 +135,8 @@ mod tests {
     /// Fig. 4: the button is pressed behind the partner's back, and they see it later.
     #[test]
     fn each_perspective_has_its_own_time_line_of_changes() {
-        let mut histories = Histories::default();
-        let mut sheet = Sheet::default();
+        let mut histories = TimeLines::default();
+        let mut state_store = StateStore::default();
         for tenths in 0..100_u32 {
             let t = f64::from(tenths) / 10.0;
             let is_pressed = if t >= 3.0 { 0.97 } else { 0.02 };
@@ -144,25 +144,25 @@ mod tests {
             let his = seen(2, 0.0, if t >= 8.0 { 0.95 } else { 0.02 }, !(2.0..8.0).contains(&t));
             histories.note(t, 0, &robots, |id| robots.iter().find(|seen| seen.id == id));
             histories.note(t, 1, &robots, |_| (t >= 1.0).then_some(&his));
-            histories.show(&mut sheet, &robots);
+            histories.show(&mut state_store, &robots);
         }
-        assert_eq!(instants(&sheet, 0), [0.0, 3.0]);
+        assert_eq!(instants(&state_store, 0), [0.0, 3.0]);
         // The partner has no belief about it, sees it, looks away, and looks again.
-        assert_eq!(instants(&sheet, 1), [0.0, 1.0, 2.0, 8.0]);
-        histories.show(&mut sheet, &[]);
-        assert!(!sheet.since(0).unwrap().contains("history/"));
+        assert_eq!(instants(&state_store, 1), [0.0, 1.0, 2.0, 8.0]);
+        histories.show(&mut state_store, &[]);
+        assert!(!state_store.since(0).unwrap().contains("history/"));
     }
 
     #[test]
     fn a_track_forgets_its_oldest_change() {
-        let mut histories = Histories::default();
-        let mut sheet = Sheet::default();
+        let mut histories = TimeLines::default();
+        let mut state_store = StateStore::default();
         for step in 0..200_u32 {
             let robots = [seen(7, f64::from(step), 0.0, true)];
             histories.note(f64::from(step), 0, &robots, |_| robots.first());
-            histories.show(&mut sheet, &robots);
+            histories.show(&mut state_store, &robots);
         }
-        let instants = instants(&sheet, 0);
-        assert_eq!((instants.len(), instants.last()), (POINTS_MOST, Some(&199.0)));
+        let instants = instants(&state_store, 0);
+        assert_eq!((instants.len(), instants.last()), (MAX_POINTS, Some(&199.0)));
     }
 }

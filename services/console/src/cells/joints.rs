@@ -2,10 +2,10 @@ use message::{JointCause, JointMode, JointState};
 use serde_json::json;
 
 use super::rounded;
-use crate::sheet::Sheet;
+use crate::state_store::StateStore;
 
 /// Publishes the joint positions, and the state machines of the joints in trouble.
-pub(crate) fn joints(sheet: &mut Sheet, names: &[String], states: &[JointState]) {
+pub(crate) fn joints(state_store: &mut StateStore, names: &[String], states: &[JointState]) {
     let mut positions = vec![None; names.len()];
     let mut trouble = Vec::new();
     for state in states {
@@ -26,6 +26,6 @@ pub(crate) fn joints(sheet: &mut Sheet, names: &[String], states: &[JointState])
             }));
         }
     }
-    sheet.put("joints", &positions);
-    sheet.put("joint-trouble", &trouble);
+    state_store.put("joints", &positions);
+    state_store.put("joint-trouble", &trouble);
 }

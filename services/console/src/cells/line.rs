@@ -4,10 +4,10 @@ use serde_json::json;
 
 use super::rounded;
 use crate::narrator::Line;
-use crate::sheet::Sheet;
+use crate::state_store::StateStore;
 
 /// Maximum number of lines shown.
-const MOST: usize = 300;
+const MAX_LINES: usize = 300;
 
 /// The dialogue and the events, as lines.
 #[derive(Debug, Default)]
@@ -18,16 +18,16 @@ pub(crate) struct Lines {
 
 impl Lines {
     /// Appends a line and removes the oldest surplus one.
-    pub(crate) fn add(&mut self, sheet: &mut Sheet, t: f64, line: &Line) {
+    pub(crate) fn add(&mut self, state_store: &mut StateStore, t: f64, line: &Line) {
         self.last += 1;
         let said =
             json!({ "t": rounded(t, 100.0), "who": line.who, "kind": line.kind.word(), "text": line.text });
-        sheet.put(&key(self.last), &said);
+        state_store.put(&key(self.last), &said);
         self.shown.push_back(self.last);
-        if self.shown.len() > MOST
+        if self.shown.len() > MAX_LINES
             && let Some(oldest) = self.shown.pop_front()
         {
-            sheet.remove(&key(oldest));
+            state_store.remove(&key(oldest));
         }
     }
 }

@@ -4,7 +4,7 @@ use message::{NOBODY, ObservationKind, SceneObject, State, ThingRole};
 use serde_json::json;
 
 use super::numbers;
-use crate::sheet::Sheet;
+use crate::state_store::StateStore;
 
 /// An object of the workspace that may have a belief of the robot.
 #[derive(Clone, Copy, Debug)]
@@ -16,7 +16,7 @@ pub(crate) struct Thing {
 
 /// Publishes the simulator's ground truth. `belief_in` finds the robot's belief about an object.
 pub(crate) fn scene(
-    sheet: &mut Sheet,
+    state_store: &mut StateStore,
     objects: &[SceneObject],
     mut belief_in: impl FnMut(&Thing) -> Option<u64>,
 ) {
@@ -34,7 +34,7 @@ pub(crate) fn scene(
             |state: State| object.states.get(usize::from(state.raw())).copied().filter(|d| !d.is_nan());
         let holds = |degree: Option<f32>| degree.map(|degree| degree > 0.5);
         let agent = |agent: u16| (agent != NOBODY).then_some(agent);
-        sheet.put(
+        state_store.put(
             &key,
             &json!({
                 "name": object.name.as_str(),
@@ -66,5 +66,5 @@ pub(crate) fn scene(
         );
         stay.insert(key);
     }
-    sheet.keep_only("thing/", &stay);
+    state_store.keep_only("thing/", &stay);
 }

@@ -5,16 +5,16 @@ use std::path::{Path, PathBuf};
 use clock::{Duration, Instant};
 use message::{Joints, Process};
 use process::arming::{self, ArmOrder};
-use process::{Member, emergency};
+use process::{ProcessNode, emergency};
 use tokio::sync::mpsc::Sender;
 use transport::{Domain, JointsReader, RosterReader};
 
 use crate::cells;
 use crate::io::hand::reply;
-use crate::sheet::Sheet;
+use crate::state_store::StateStore;
 
 /// Interval between two reads of the joints' health board.
-const READ_EVERY: Duration = Duration::from_millis(200);
+const READ_INTERVAL: Duration = Duration::from_millis(200);
 /// Time-out of an arming order. The motor process normally takes one within a few cycles.
 const ORDER_TIMEOUT: Duration = Duration::from_secs(3);
 
@@ -46,22 +46,22 @@ impl Arming {
         }
     }
 
-    /// Publishes the licences every [`READ_EVERY`]. The lock count comes from the same reading as the licences,
+    /// Publishes the licences every [`READ_INTERVAL`]. The lock count comes from the same reading as the licences,
     /// so a page cannot acknowledge a lock that it has not shown.
-    pub(crate) fn show(&mut self, now: Instant, member: &Member, sheet: &mut Sheet) {
-        if self.read_at.is_some_and(|then| now.since(then) < READ_EVERY) {
+    pub(crate) fn show(&mut self, now: Instant, member: &ProcessNode, state_store: &mut StateStore) {
+        if self.read_at.is_some_and(|then| now.since(then) < READ_INTERVAL) {
             return;
         }
         self.read_at = Some(now);
         let is_stopped = emergency::is_raised(&self.domain);
         match self.read(member) {
-            Some(joints) => cells::arming(sheet, &self.joint_names, &joints, is_stopped),
-            None => sheet.remove("arming"),
+            Some(joints) => cells::arming(state_store, &self.joint_names, &joints, is_stopped),
+            None => state_store.remove("arming"),
         }
     }
 
     /// The joints reported by the current incarnation of the motor process.
-    fn read(&mut self, member: &Member) -> Option<Joints> {
+    fn read(&mut self, member: &ProcessNode) -> Option<Joints> {
         if self.roster.is_none() {
             self.roster = RosterReader::open(member.node(), Process::Supervisor, 1).ok();
         }

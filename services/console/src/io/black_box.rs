@@ -14,30 +14,30 @@ use crossbeam::channel::{Receiver, bounded};
 use folder::Output;
 use message::Process;
 use process::{Launch, black_box, emergency};
-use recording::{Last, Recorder, Subject, Time, stands};
+use recording::{Recorder, RingSnapshot, Subject, Time, robot_pose};
 use tokio::sync::mpsc::Sender;
 use transport::{Domain, Node, RosterReader};
 
 use crate::io::hand::reply;
 use crate::io::tape::PROGRAM;
-use failures::{Failed, Failures};
-use files::{ASKED, FINISHED, Files, UNFINISHED};
+use failures::{FailureDetector, FailureEvent};
+use files::{FINISHED, Files, REQUESTED, UNFINISHED};
 
 /// Interval between two checks for failures.
-const LOOK_EVERY: Duration = Duration::from_millis(100);
+const CHECK_INTERVAL: Duration = Duration::from_millis(100);
 /// Recording continues for this long after a failure before its file is written.
 const AFTERMATH: Duration = Duration::from_secs(3);
 /// Minimum interval between two failure dumps. Failures in between go into the next dump.
-const APART: Duration = Duration::from_secs(30);
+const MIN_DUMP_INTERVAL: Duration = Duration::from_secs(30);
 /// Time span of the dump written when the robot ends with a failure; there is no time for a full one.
-const LAST_WORDS: Duration = Duration::from_secs(20);
+const FINAL_DUMP_SPAN: Duration = Duration::from_secs(20);
 
 /// Maximum number of requesters waiting for the next file.
-const ASKERS_MAX: usize = 256;
+const MAX_REQUESTERS: usize = 256;
 
 /// The requester of a dump.
 #[derive(Debug)]
-pub(crate) enum Asker {
+pub(crate) enum Requester {
     /// A page, with the page's request number.
     Page(Sender<String>, Option<u64>),
     /// Another program, with the request word that it gave.
@@ -47,11 +47,11 @@ pub(crate) enum Asker {
 /// Keeps the last minutes of the robot in memory, in threads of its own. Writes them to a file when a process
 /// dies, a joint is quarantined or the emergency stop is raised, and on request.
 pub(crate) struct BlackBox {
-    kept: Result<Kept, String>,
+    kept: Result<DumpRecorder, String>,
     domain: PathBuf,
     joint_names: Vec<String>,
     roster: Option<RosterReader>,
-    failures: Failures,
+    failures: FailureDetector,
     looked_at: Option<Instant>,
     waiting: Waiting,
     /// Time of the last failure dump.
@@ -60,7 +60,7 @@ pub(crate) struct BlackBox {
 }
 
 #[derive(Clone)]
-struct Kept {
+struct DumpRecorder {
     recorder: Arc<Recorder>,
     files: Files,
 }
@@ -68,9 +68,9 @@ struct Kept {
 /// The failures and requests that the next file is for.
 #[derive(Debug, Default)]
 struct Waiting {
-    failed: Vec<Failed>,
+    failed: Vec<FailureEvent>,
     since: Option<Instant>,
-    askers: Vec<Asker>,
+    requesters: Vec<Requester>,
 }
 
 /// A file that is being written.
@@ -89,11 +89,11 @@ impl BlackBox {
     /// Starts to record into memory, if the configuration enables it and there is a state directory.
     pub(crate) fn open(launch: &Launch, robot: &Robot, lesson: &Lesson) -> Self {
         Self {
-            kept: Kept::open(launch, robot, lesson),
+            kept: DumpRecorder::open(launch, robot, lesson),
             domain: launch.domain.clone(),
             joint_names: robot.motor.joints.iter().map(|joint| joint.name.clone()).collect(),
             roster: None,
-            failures: Failures::default(),
+            failures: FailureDetector::default(),
             looked_at: None,
             waiting: Waiting::default(),
             wrote_at: None,
@@ -101,36 +101,36 @@ impl BlackBox {
         }
     }
 
-    /// Requests a dump. Refuses a page if [`ASKERS_MAX`] requesters already wait for a slow disk.
-    pub(crate) fn ask(&mut self, asker: Asker) {
-        match &asker {
-            Asker::Page(answer, id) if self.waiting.askers.len() >= ASKERS_MAX => {
+    /// Requests a dump. Refuses a page if [`MAX_REQUESTERS`] requesters already wait for a slow disk.
+    pub(crate) fn ask(&mut self, requester: Requester) {
+        match &requester {
+            Requester::Page(answer, id) if self.waiting.requesters.len() >= MAX_REQUESTERS => {
                 reply(answer, *id, Err("the disk is slow, and many wait for this file: say it again later"));
             }
-            Asker::Page(..) | Asker::Program(_) => self.waiting.askers.push(asker),
+            Requester::Page(..) | Requester::Program(_) => self.waiting.requesters.push(requester),
         }
     }
 
     /// Checks for failures and writes the dump that is due. Returns the messages for the operator.
     pub(crate) fn step(&mut self, now: Instant, node: &Node, quarantined: &[u32]) -> Vec<String> {
-        if self.looked_at.is_some_and(|then| now.since(then) < LOOK_EVERY) {
+        if self.looked_at.is_some_and(|then| now.since(then) < CHECK_INTERVAL) {
             return Vec::new();
         }
         self.looked_at = Some(now);
-        self.waiting.askers.extend(black_box::asked(&self.domain).map(Asker::Program));
-        self.look(now, node, quarantined);
+        self.waiting.requesters.extend(black_box::asked(&self.domain).map(Requester::Program));
+        self.check_failures(now, node, quarantined);
         let told = self.written();
         self.write(now);
         told
     }
 
-    fn look(&mut self, now: Instant, node: &Node, quarantined: &[u32]) {
+    fn check_failures(&mut self, now: Instant, node: &Node, quarantined: &[u32]) {
         if self.roster.is_none() {
             self.roster = RosterReader::open(node, Process::Supervisor, 1).ok();
         }
-        let lives = self.roster.as_ref().map(|roster| self.failures.of_processes(&roster.read()));
-        let joints = self.failures.of_joints(quarantined, &self.joint_names);
-        let stopped = self.failures.of_emergency(emergency::is_raised(&self.domain));
+        let lives = self.roster.as_ref().map(|roster| self.failures.check_processes(&roster.read()));
+        let joints = self.failures.check_joints(quarantined, &self.joint_names);
+        let stopped = self.failures.check_emergency_stop(emergency::is_raised(&self.domain));
         let failed = lives.unwrap_or_default().into_iter().chain(joints).chain(stopped);
         let before = self.waiting.failed.len();
         self.waiting.failed.extend(failed);
@@ -173,10 +173,10 @@ impl BlackBox {
         };
         let Some(writing) = self.writing.take() else { return Vec::new() };
         let said = outcome.as_ref().map(|written| written.file.as_str()).map_err(String::as_str);
-        for asker in &writing.wanted.askers {
-            match asker {
-                Asker::Page(answer, id) => reply(answer, *id, said.map(|file| Some(("file", file)))),
-                Asker::Program(word) => {
+        for requester in &writing.wanted.requesters {
+            match requester {
+                Requester::Page(answer, id) => reply(answer, *id, said.map(|file| Some(("file", file)))),
+                Requester::Program(word) => {
                     if let Err(error) = black_box::answer(&self.domain, word, said) {
                         tracing::warn!(%error, "cannot answer who asked for the last minutes");
                     }
@@ -185,7 +185,7 @@ impl BlackBox {
         }
         // Without a recorder a failure produces no dump, so there is nothing to report.
         let is_told = self.kept.is_ok() && !writing.wanted.failed.is_empty() || outcome.is_ok();
-        if is_told { vec![said_of(&writing.wanted, &outcome)] } else { Vec::new() }
+        if is_told { vec![dump_message(&writing.wanted, &outcome)] } else { Vec::new() }
     }
 
     /// The shutdown work, which may take seconds: waits for the dump in progress, then writes a short dump for
@@ -197,22 +197,22 @@ impl BlackBox {
             if let Some(Writing { wanted, outcome }) = writing
                 && let Ok(outcome) = outcome.recv()
             {
-                told.push(said_of(&wanted, &outcome));
+                told.push(dump_message(&wanted, &outcome));
             }
             if let Ok(kept) = &kept
                 && !waiting.failed.is_empty()
             {
                 let written = kept
                     .last()
-                    .and_then(|last| write(&last.newest(LAST_WORDS), &kept.files, &waiting.word()));
-                told.push(said_of(&waiting, &written));
+                    .and_then(|last| write(&last.newest(FINAL_DUMP_SPAN), &kept.files, &waiting.word()));
+                told.push(dump_message(&waiting, &written));
             }
             told
         }
     }
 }
 
-impl Kept {
+impl DumpRecorder {
     fn open(launch: &Launch, robot: &Robot, lesson: &Lesson) -> Result<Self, String> {
         let console = &robot.leo.console;
         let span = console.black_box_s.duration();
@@ -224,9 +224,9 @@ impl Kept {
         };
         let begin = || {
             let domain = Domain::at(&launch.domain).map_err(|error| error.to_string())?;
-            let subject = launch
-                .files()
-                .and_then(|files| Subject::of(&files, Time::Wall, launch.partners, stands(lesson), PROGRAM));
+            let subject = launch.files().and_then(|files| {
+                Subject::of(&files, Time::Wall, launch.partners, robot_pose(lesson), PROGRAM)
+            });
             let subject = subject.map_err(|error| error.to_string())?;
             let bytes = console.black_box_mb.get().saturating_mul(1_000_000);
             Recorder::keep(&domain, subject, span, bytes).map_err(|error| error.to_string())
@@ -236,11 +236,12 @@ impl Kept {
             tracing::error!("cannot keep the last minutes: {error}; the robot runs without");
             format!("this robot keeps nothing of its last minutes: {error}")
         })?;
-        let files = Files { folder: process::state::recordings(state), most: console.black_box_files.get() };
+        let files =
+            Files { folder: process::state::recordings(state), max_per_kind: console.black_box_files.get() };
         Ok(Self { recorder: Arc::new(recorder), files })
     }
 
-    fn last(&self) -> Result<Last, String> {
+    fn last(&self) -> Result<RingSnapshot, String> {
         self.recorder.last().map_err(|error| error.to_string())
     }
 }
@@ -250,28 +251,28 @@ impl Waiting {
     /// overwrites what led to it. Requests pending at that time share its dump; otherwise they get one at once.
     fn due(&mut self, now: Instant, wrote_at: Option<Instant>) -> Option<Self> {
         let has_settled = self.since.is_some_and(|since| now.since(since) >= AFTERMATH);
-        let is_apart = wrote_at.is_none_or(|then| now.since(then) >= APART);
+        let is_apart = wrote_at.is_none_or(|then| now.since(then) >= MIN_DUMP_INTERVAL);
         if has_settled && is_apart {
             return Some(std::mem::take(self));
         }
-        let askers = std::mem::take(&mut self.askers);
-        (!askers.is_empty()).then(|| Self { askers, ..Self::default() })
+        let requesters = std::mem::take(&mut self.requesters);
+        (!requesters.is_empty()).then(|| Self { requesters, ..Self::default() })
     }
 
     /// The suffix of the dump's file name: one word per kind of failure, in order of first occurrence.
     fn word(&self) -> String {
         let mut words: Vec<&str> = Vec::new();
-        for Failed { word, .. } in &self.failed {
+        for FailureEvent { word, .. } in &self.failed {
             if !words.contains(&word.as_str()) {
                 words.push(word);
             }
         }
-        if words.is_empty() { ASKED.to_owned() } else { words.join("_") }
+        if words.is_empty() { REQUESTED.to_owned() } else { words.join("_") }
     }
 }
 
 /// The message for the operator about a dump.
-fn said_of(wanted: &Waiting, outcome: &Result<Written, String>) -> String {
+fn dump_message(wanted: &Waiting, outcome: &Result<Written, String>) -> String {
     let what: Vec<&str> = wanted.failed.iter().map(|failed| failed.what.as_str()).collect();
     let why = if what.is_empty() { String::new() } else { format!("{}; ", what.join(", ")) };
     match outcome {
@@ -281,14 +282,14 @@ fn said_of(wanted: &Waiting, outcome: &Result<Written, String>) -> String {
 }
 
 /// Writes a dump and removes the oldest surplus files. An incomplete file is removed.
-fn write(last: &Last, files: &Files, word: &str) -> Result<Written, String> {
+fn write(last: &RingSnapshot, files: &Files, word: &str) -> Result<Written, String> {
     let in_folder = |error: std::io::Error| format!("{}: {error}", files.folder.display());
     let folder = Arc::new(files.open().map_err(|error| error.to_string())?);
     let stem = files.next(word).map_err(in_folder)?;
     // Write under another name and rename: a reader never sees an incomplete file.
     let [name, unfinished] = [FINISHED, UNFINISHED].map(|extension| format!("{stem}{extension}"));
     last.write(&Output::in_folder(&folder, &unfinished)).map_err(|error| error.to_string())?;
-    let renamed = folder.rename(&unfinished, &name).and_then(|()| files.thin_out(&folder));
+    let renamed = folder.rename(&unfinished, &name).and_then(|()| files.evict_oldest(&folder));
     renamed.map_err(in_folder)?;
     Ok(Written { file: files.folder.join(name).display().to_string(), span: last.span() })
 }
@@ -298,29 +299,29 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_failure_goes_before_those_who_ask_however_many_do() {
+    fn a_failure_dump_has_priority_over_requests() {
         let at = |ms| Instant::EPOCH + Duration::from_millis(ms);
         let mut waiting = Waiting::default();
         let asked_and_due = |waiting: &mut Waiting, ms, wrote_at| {
-            waiting.askers.push(Asker::Program("word".to_owned()));
+            waiting.requesters.push(Requester::Program("word".to_owned()));
             waiting.due(at(ms), wrote_at).unwrap()
         };
-        waiting.failed.push(Failed { word: "belief".to_owned(), what: "belief died".to_owned() });
+        waiting.failed.push(FailureEvent { word: "belief".to_owned(), what: "belief died".to_owned() });
         waiting.since = Some(at(1000));
         // The aftermath is not over yet, and a request does not wait for it.
         let early = asked_and_due(&mut waiting, 3999, None);
-        assert_eq!((early.word().as_str(), early.askers.len()), (ASKED, 1));
+        assert_eq!((early.word().as_str(), early.requesters.len()), (REQUESTED, 1));
         let due = asked_and_due(&mut waiting, 4000, None);
-        assert_eq!((due.word().as_str(), due.askers.len(), due.failed.len()), ("belief", 1, 1));
+        assert_eq!((due.word().as_str(), due.requesters.len(), due.failed.len()), ("belief", 1, 1));
         assert!(waiting.due(at(4001), Some(at(4000))).is_none());
         // A failure alone gets no dump so soon after another one.
-        waiting.failed.push(Failed { word: "motor".to_owned(), what: "motor died".to_owned() });
+        waiting.failed.push(FailureEvent { word: "motor".to_owned(), what: "motor died".to_owned() });
         waiting.since = Some(at(5000));
-        assert_eq!(asked_and_due(&mut waiting, 9000, Some(at(4000))).word(), ASKED);
+        assert_eq!(asked_and_due(&mut waiting, 9000, Some(at(4000))).word(), REQUESTED);
         assert!(waiting.due(at(33_999), Some(at(4000))).is_none());
         // The file name contains a word for each kind of failure.
         for word in ["quarantine", "motor", "quarantine"] {
-            waiting.failed.push(Failed { word: word.to_owned(), what: "failed".to_owned() });
+            waiting.failed.push(FailureEvent { word: word.to_owned(), what: "failed".to_owned() });
         }
         assert_eq!(waiting.due(at(34_000), Some(at(4000))).unwrap().word(), "motor_quarantine");
     }

@@ -2,23 +2,23 @@
 
 use clock::{Duration, Instant};
 use message::{ActAnswer, ActsAnswered, Header, TeacherAct, TeacherActKind, TeacherActs};
-use process::{Failure, Member};
+use process::{Failure, ProcessNode};
 use serde_json::json;
 use tokio::sync::mpsc::Sender;
-use transport::{Inlet, Outlet};
+use transport::{FramePublisher, FrameSubscriber};
 
-use crate::io::web::Asked;
-use crate::requests::Wish;
+use crate::io::web::QueuedRequest;
+use crate::requests::PageRequest;
 
 /// Maximum number of acts in a frame.
-const ACTS: usize = 64;
+const MAX_ACTS_PER_FRAME: usize = 64;
 /// Time-out of an answer of the simulator.
-const PATIENCE: Duration = Duration::from_secs(3);
+const ANSWER_TIMEOUT: Duration = Duration::from_secs(3);
 
 /// Acts of all pages, with those that wait for an answer.
-pub(crate) struct Hands {
-    acts: Outlet<TeacherActs>,
-    answered: Inlet<ActsAnswered>,
+pub(crate) struct PendingActs {
+    acts: FramePublisher<TeacherActs>,
+    answered: FrameSubscriber<ActsAnswered>,
     serial: u64,
     waiting: Vec<Waiting>,
     /// File of the lesson that was saved last.
@@ -33,14 +33,14 @@ struct Waiting {
     answer: Sender<String>,
 }
 
-impl Hands {
-    pub(crate) fn open(member: &Member) -> Result<Self, Failure> {
-        let mut acts = member.outlet::<TeacherActs>(None, ACTS)?;
+impl PendingActs {
+    pub(crate) fn open(member: &ProcessNode) -> Result<Self, Failure> {
+        let mut acts = member.publisher::<TeacherActs>(None, MAX_ACTS_PER_FRAME)?;
         // An empty frame tells the simulator of the new incarnation: what the hands of the old one held goes back.
         acts.send_all(Header::at(member.now().as_nanos()), &[], |_| {})?;
         Ok(Self {
             acts,
-            answered: member.inlet::<ActsAnswered>(None)?,
+            answered: member.subscriber::<ActsAnswered>(None)?,
             serial: 0,
             waiting: Vec::new(),
             saved: None,
@@ -48,16 +48,16 @@ impl Hands {
     }
 
     /// Sends the acts to the simulator and returns the requests that are not for it.
-    pub(crate) fn carry(
+    pub(crate) fn forward(
         &mut self,
         now: Instant,
         has_simulator: bool,
-        asked: impl Iterator<Item = Asked>,
-    ) -> Result<Vec<Asked>, Failure> {
+        asked: impl Iterator<Item = QueuedRequest>,
+    ) -> Result<Vec<QueuedRequest>, Failure> {
         let mut acts: Vec<TeacherAct> = Vec::new();
         let mut others = Vec::new();
-        for asked in asked.take(ACTS) {
-            let Wish::Act(act) = &asked.wish else {
+        for asked in asked.take(MAX_ACTS_PER_FRAME) {
+            let PageRequest::Act(act) = &asked.page_request else {
                 others.push(asked);
                 continue;
             };
@@ -99,7 +99,7 @@ impl Hands {
             }
         }
         self.waiting.retain(|waiting| {
-            let waits = now.since(waiting.since) < PATIENCE;
+            let waits = now.since(waiting.since) < ANSWER_TIMEOUT;
             if !waits {
                 reply(
                     &waiting.answer,

@@ -11,10 +11,10 @@ use serde_json::{Value, json};
 use crate::cells::numbers;
 
 /// Maximum number of saved lessons listed.
-const MOST: usize = 200;
+const MAX_LISTED_LESSONS: usize = 200;
 
 /// The lesson library: the built-in lessons and those saved in the state directory.
-pub(crate) struct Shelf {
+pub(crate) struct LessonLibrary {
     settings: Leo,
     folder: Option<PathBuf>,
     launched: Lesson,
@@ -22,7 +22,7 @@ pub(crate) struct Shelf {
     open: (String, Lesson),
 }
 
-impl Shelf {
+impl LessonLibrary {
     pub(crate) fn new(settings: &Leo, state: Option<&Path>, launched: &Lesson) -> Self {
         let folder = state.map(process::state::lessons);
         Self {
@@ -77,7 +77,7 @@ impl Shelf {
         let mut files: Vec<PathBuf> =
             files.filter(|file| file.extension().is_some_and(|extension| extension == "toml")).collect();
         files.sort();
-        files.truncate(MOST);
+        files.truncate(MAX_LISTED_LESSONS);
         files
     }
 
@@ -136,32 +136,32 @@ impl Shelf {
 mod tests {
     use super::*;
 
-    fn shelf(state: Option<&Path>, launched: &Lesson) -> Shelf {
-        Shelf::new(&config::Robot::load(None).unwrap().leo, state, launched)
+    fn library(state: Option<&Path>, launched: &Lesson) -> LessonLibrary {
+        LessonLibrary::new(&config::Robot::load(None).unwrap().leo, state, launched)
     }
 
     #[test]
-    fn of_a_lesson_that_needs_other_settings_it_is_said_which() {
-        let mut shelf = shelf(None, &Lesson::builtin());
-        let listed = shelf.list();
+    fn missing_settings_of_a_lesson_are_listed() {
+        let mut library = library(None, &Lesson::builtin());
+        let listed = library.list();
         let lacks = |title: &str| {
             let of = |entry: &&Value| entry["title"].as_str().is_some_and(|whole| whole.starts_with(title));
             listed.as_array().unwrap().iter().find(of).unwrap()["lacks"].clone()
         };
         assert_eq!((lacks("Two teachers"), lacks("Task 1")), (json!("`partners = 2`"), Value::Null));
         let head = SceneHead { lesson: message::Text::new("three_of_them"), ..SceneHead::default() };
-        assert_eq!(shelf.workspace(Some(&head), None)["lacks"], json!("`language = \"extended\"`"));
-        shelf.settings.learner.language = config::leo::Hypotheses::Extended;
-        assert_eq!(shelf.workspace(Some(&head), None)["lacks"], Value::Null);
+        assert_eq!(library.workspace(Some(&head), None)["lacks"], json!("`language = \"extended\"`"));
+        library.settings.learner.language = config::leo::HypothesisLanguage::Extended;
+        assert_eq!(library.workspace(Some(&head), None)["lacks"], Value::Null);
     }
 
     #[test]
-    fn all_whom_a_lesson_has_are_told_whoever_is_there() {
+    fn all_people_of_a_lesson_are_listed_whether_present_or_not() {
         let lesson = |name: &str| Lesson::named(name, Path::new("")).unwrap();
-        let mut shelf = shelf(None, &lesson("task1"));
-        assert_eq!(shelf.workspace(None, None)["people"], json!([1]));
+        let mut library = library(None, &lesson("task1"));
+        assert_eq!(library.workspace(None, None)["people"], json!([1]));
         let head = SceneHead { lesson: message::Text::new("two_teachers"), ..SceneHead::default() };
-        assert_eq!(shelf.workspace(Some(&head), None)["people"], json!([1, 2]));
+        assert_eq!(library.workspace(Some(&head), None)["people"], json!([1, 2]));
     }
 
     #[test]
@@ -178,7 +178,7 @@ mod tests {
         ] {
             fs::write(folder.join(name), text).unwrap();
         }
-        let listed = shelf(Some(state.path()), &Lesson::builtin()).list();
+        let listed = library(Some(state.path()), &Lesson::builtin()).list();
         let listed = listed.as_array().unwrap();
         let of = |title: &str| listed.iter().find(|entry| entry["title"] == title).unwrap();
         assert_eq!(listed.len(), LIBRARY.len() + 3);
@@ -191,9 +191,9 @@ mod tests {
     #[test]
     fn the_lesson_that_the_robot_was_started_with_is_listed_once() {
         let own = Lesson { title: "My own".to_owned(), ..Lesson::builtin() };
-        let listed = shelf(None, &own).list();
+        let listed = library(None, &own).list();
         assert_eq!((&listed[0]["id"], &listed[0]["title"]), (&json!(""), &json!("My own")));
-        let listed = shelf(None, &Lesson::builtin()).list();
+        let listed = library(None, &Lesson::builtin()).list();
         assert_eq!(listed.as_array().unwrap().len(), LIBRARY.len());
         assert_ne!(listed[0]["id"], "");
     }

@@ -1,34 +1,34 @@
 //! Polls the robot's topics for the pages and for the transcript.
 
-use chronicle::Divide;
+use chronicle::DivergenceReporter;
 use config::{Names, Robot};
 use geometry::Pose;
 use message::{
     Belief, BeliefHead, Beliefs, Difference, Divergences, JointMode, JointState, JointStates, Scene,
     SceneHead, SceneMode,
 };
-use process::{Failure, Member};
+use process::{Failure, ProcessNode};
 use serde_json::json;
-use transport::Inlet;
+use transport::FrameSubscriber;
 
-use crate::cells::{Histories, Minds, Seen, belief_in, joints, numbers, scene};
-use crate::sheet::Sheet;
+use crate::cells::{BeliefRenderer, Seen, TimeLines, belief_in, joints, numbers, scene};
+use crate::state_store::StateStore;
 
 /// Beliefs are published at every fifth poll, which is 10 Hz at the default rate: enough for readers.
 const BELIEFS_EVERY: u32 = 5;
 
 /// The message for a robot that perceives more than its buffers hold.
-const CROWDED: &str = "there is more than I have room for, and some of it is left out: raise `buffers.objects` in \
+const OVERFLOW_MESSAGE: &str = "there is more than I have room for, and some of it is left out: raise `buffers.objects` in \
                        leo.toml, or `occluders.most` in perspective.toml";
 
 /// Subscribers that read the newest frame of each topic. Skipped frames do not count as drops.
-pub(crate) struct Look {
+pub(crate) struct TopicPoller {
     names: Names,
     joint_names: Vec<String>,
-    minds: Minds,
-    histories: Histories,
-    joint_states: Inlet<JointStates>,
-    scene: Inlet<Scene>,
+    belief_renderer: BeliefRenderer,
+    histories: TimeLines,
+    joint_states: FrameSubscriber<JointStates>,
+    scene: FrameSubscriber<Scene>,
     perspectives: Vec<Perspective>,
     partners: u32,
     looks: u32,
@@ -45,10 +45,10 @@ pub(crate) struct Look {
 
 /// The subscribers of one perspective, with the newest data.
 struct Perspective {
-    beliefs: Inlet<Beliefs>,
+    beliefs: FrameSubscriber<Beliefs>,
     /// `None` for the robot's own perspective.
-    divergences: Option<Inlet<Divergences>>,
-    divide: Option<Divide>,
+    divergences: Option<FrameSubscriber<Divergences>>,
+    divide: Option<DivergenceReporter>,
     head: BeliefHead,
     believed: Vec<Belief>,
     differing: Vec<Difference>,
@@ -56,18 +56,18 @@ struct Perspective {
     life: u64,
 }
 
-impl Look {
+impl TopicPoller {
     /// Subscribes to the topics, including those of the partners' perspectives.
-    pub(crate) fn open(member: &Member, robot: &Robot, partners: u32) -> Result<Self, Failure> {
+    pub(crate) fn open(member: &ProcessNode, robot: &Robot, partners: u32) -> Result<Self, Failure> {
         let names = robot.leo.belief.names.clone();
         let count = robot.leo.belief.perspectives(partners);
         let open = |number: u32| {
             let is_partner = number >= 1 && number <= partners;
             let name = u16::try_from(number).map_or(String::new(), |partner| names.of(partner));
             Ok(Perspective {
-                beliefs: member.inlet(Some(number))?,
-                divergences: if number == 0 { None } else { Some(member.inlet(Some(number))?) },
-                divide: is_partner.then(|| Divide::new(&robot.percepts, &name)),
+                beliefs: member.subscriber(Some(number))?,
+                divergences: if number == 0 { None } else { Some(member.subscriber(Some(number))?) },
+                divide: is_partner.then(|| DivergenceReporter::new(&robot.percepts, &name)),
                 head: BeliefHead::default(),
                 believed: Vec::new(),
                 differing: Vec::new(),
@@ -76,10 +76,10 @@ impl Look {
         };
         Ok(Self {
             joint_names: robot.motor.joints.iter().map(|joint| joint.name.clone()).collect(),
-            minds: Minds::new(robot),
-            histories: Histories::default(),
-            joint_states: member.inlet(None)?,
-            scene: member.inlet(None)?,
+            belief_renderer: BeliefRenderer::new(robot),
+            histories: TimeLines::default(),
+            joint_states: member.subscriber(None)?,
+            scene: member.subscriber(None)?,
             perspectives: (0..count).map(open).collect::<Result<_, Failure>>()?,
             names,
             partners,
@@ -100,9 +100,13 @@ impl Look {
 
     /// Polls the topics and publishes what is new. Calls `tell` with the differences between partners and robot, each
     /// with its instant.
-    pub(crate) fn look(&mut self, sheet: &mut Sheet, mut tell: impl FnMut(u64, &str)) -> Result<(), Failure> {
+    pub(crate) fn look(
+        &mut self,
+        state_store: &mut StateStore,
+        mut tell: impl FnMut(u64, &str),
+    ) -> Result<(), Failure> {
         if let Some(frame) = self.joint_states.newest()? {
-            joints(sheet, &self.joint_names, frame.entries());
+            joints(state_store, &self.joint_names, frame.entries());
             let is_quarantined = |state: &&JointState| state.mode() == Some(JointMode::Quarantined);
             self.quarantined.clear();
             self.quarantined.extend(frame.entries().iter().filter(is_quarantined).map(|state| state.joint));
@@ -110,8 +114,8 @@ impl Look {
         if let Some(frame) = self.scene.newest()? {
             let head = *frame.head();
             let base = Pose::from_parts(head.base_position_m, head.base_orientation_xyzw);
-            self.minds.x_world_base = base.unwrap_or_else(Pose::identity);
-            scene(sheet, frame.entries(), |thing| belief_in(thing, &self.robots));
+            self.belief_renderer.x_world_base = base.unwrap_or_else(Pose::identity);
+            scene(state_store, frame.entries(), |thing| belief_in(thing, &self.robots));
             self.workspace = Some(head);
         }
         let first = self.perspectives.first().map_or(0, |robot| robot.life);
@@ -124,7 +128,7 @@ impl Look {
         self.tell(&mut tell);
         self.looks = self.looks.wrapping_add(1);
         if self.looks.is_multiple_of(BELIEFS_EVERY) {
-            self.show(sheet);
+            self.show(state_store);
         }
         Ok(())
     }
@@ -133,7 +137,7 @@ impl Look {
     pub(crate) fn crowded(&mut self) -> Option<&'static str> {
         let leaves_out = |head: &BeliefHead| head.overflowed > 0 || head.header.left_out > 0;
         let is_crowded = self.perspectives.iter().any(|perspective| leaves_out(&perspective.head));
-        (is_crowded && !std::mem::replace(&mut self.crowded, is_crowded)).then_some(CROWDED)
+        (is_crowded && !std::mem::replace(&mut self.crowded, is_crowded)).then_some(OVERFLOW_MESSAGE)
     }
 
     fn tell(&mut self, tell: &mut impl FnMut(u64, &str)) {
@@ -149,25 +153,25 @@ impl Look {
         }
     }
 
-    fn show(&mut self, sheet: &mut Sheet) {
+    fn show(&mut self, state_store: &mut StateStore) {
         let at_ns = self.perspectives.first().map_or(0, |robot| robot.head.header.valid_at_ns);
         if at_ns == 0 {
             return;
         }
         let t = self.seconds(at_ns);
         let Some((robot, others)) = self.perspectives.split_first() else { return };
-        let robots = self.minds.show(sheet, &robot.head, &robot.believed, None, &[]);
+        let robots = self.belief_renderer.show(state_store, &robot.head, &robot.believed, None, &[]);
         self.histories.note(t, 0, &robots, |id| robots.iter().find(|seen| seen.id == id));
         for other in others {
             let (head, differing) = (&other.head, other.differing.as_slice());
             if other.life == 0 {
                 continue;
             }
-            let his = self.minds.show(sheet, head, &other.believed, Some(&robots), differing);
+            let his = self.belief_renderer.show(state_store, head, &other.believed, Some(&robots), differing);
             if head.perspective <= self.partners {
                 let name = u16::try_from(head.perspective).map_or(String::new(), |it| self.names.of(it));
-                self.minds.divide(
-                    sheet,
+                self.belief_renderer.divide(
+                    state_store,
                     head.perspective,
                     &name,
                     differing,
@@ -177,12 +181,12 @@ impl Look {
             }
             let twins: std::collections::BTreeMap<u64, &Seen> = his
                 .iter()
-                .filter_map(|seen| Some((crate::cells::twin(seen, &robots, differing)?, seen)))
+                .filter_map(|seen| Some((crate::cells::counterpart(seen, &robots, differing)?, seen)))
                 .collect();
             self.histories.note(t, head.perspective, &robots, |id| twins.get(&id).copied());
         }
-        self.histories.show(sheet, &robots);
-        sheet.put("now", &json!({ "t": crate::cells::rounded(t, 1.0) }));
+        self.histories.show(state_store, &robots);
+        state_store.put("now", &json!({ "t": crate::cells::rounded(t, 1.0) }));
         self.robots = robots;
     }
 
@@ -209,7 +213,7 @@ impl Look {
     }
 
     /// Whether the lesson is interactive instead of scripted.
-    pub(crate) fn is_by_hand(&self) -> bool {
+    pub(crate) fn is_interactive(&self) -> bool {
         let mode = self.workspace.and_then(|head| head.mode());
         matches!(mode, Some(SceneMode::SetUp | SceneMode::Teaching))
     }

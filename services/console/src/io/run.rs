@@ -6,27 +6,27 @@ use clock::{Duration, Instant};
 use config::Robot;
 use config::lesson::Lesson;
 use message::{EventKind, Events, Process, Utterances};
-use process::{Aside, Failure, Launch, Member, Progress};
+use process::{Failure, Launch, NonBlockingWriter, ProcessNode, Progress};
 use serde_json::json;
-use transport::{Domain, Inlet};
+use transport::{Domain, FrameSubscriber};
 
 use crate::cells::{Lines, tasks};
 use crate::io::arming::Arming;
-use crate::io::black_box::{Asker, BlackBox};
-use crate::io::fares::Fares;
-use crate::io::hand::Hands;
-use crate::io::lessons::Shelf;
-use crate::io::look::Look;
+use crate::io::black_box::{BlackBox, Requester};
+use crate::io::hand::PendingActs;
+use crate::io::lessons::LessonLibrary;
+use crate::io::look::TopicPoller;
+use crate::io::metrics_poller::MetricsPoller;
 use crate::io::tape::Tape;
-use crate::io::web::{Door, Patience, Serving, Web};
+use crate::io::web::{ServerIdentity, Serving, Timeouts, Web};
 use crate::narrator::{Line, Narrator, Transcript};
-use crate::requests::Wish;
-use crate::sheet::Sheet;
+use crate::requests::PageRequest;
+use crate::state_store::StateStore;
 
 /// The lesson ends this long after it is over, so that the last utterance still gets its answer.
-const ANSWER: Duration = Duration::from_secs(1);
+const ANSWER_GRACE: Duration = Duration::from_secs(1);
 /// The same after a page was closed: it may only have been reloaded.
-const REOPENED: Duration = Duration::from_secs(5);
+const RELOAD_GRACE: Duration = Duration::from_secs(5);
 
 /// Runs the process until it is stopped or the lesson is over. A lesson is over when all its sentences were said and
 /// Leo has performed or declined every requested performance. In addition no page may be open, and no one may be
@@ -37,66 +37,69 @@ const REOPENED: Duration = Duration::from_secs(5);
 /// The domain cannot be joined, or the middleware failed.
 pub fn run(launch: &Launch, robot: &Robot, lesson: &Lesson) -> Result<(), Failure> {
     let leo = &robot.leo;
-    let mut member = Member::join(launch, Process::Console, &leo.buffers, &leo.console.realtime)?;
-    let mut ear = Ear::open(&member, robot)?;
-    let mut look = Look::open(&member, robot, launch.partners.unwrap_or(leo.belief.partners))?;
-    let mut stage = Stage::open(&member, launch, robot, lesson)?;
+    let mut member = ProcessNode::join(launch, Process::Console, &leo.buffers, &leo.console.realtime)?;
+    let mut event_reader = EventReader::open(&member, robot)?;
+    let mut look = TopicPoller::open(&member, robot, launch.partners.unwrap_or(leo.belief.partners))?;
+    let mut page_services = PageServices::open(&member, launch, robot, lesson)?;
     let mut end = End::of(launch, lesson);
     let mut transcript = Transcript::default();
-    let mut out = Aside::over(std::io::stdout(), "");
+    let mut out = NonBlockingWriter::over(std::io::stdout(), "");
     // Written instead of the shared store if no page is served.
-    let mut unseen = Sheet::default();
+    let mut unseen = StateStore::default();
     member.begin(Some(leo.console.rate_hz.period()))?;
-    if let Some(web) = &stage.web {
+    if let Some(web) = &page_services.web {
         // Never blocks and never fails: the writer drops what does not fit.
         let everywhere = if web.everywhere { ", and at every other address of this machine" } else { "" };
         let _taken = writeln!(out, "the page is at {}{everywhere}", web.url);
     }
     while let Some(now) = member.next_cycle()? {
-        let mut told = ear.hear()?;
-        let notes = stage.black_box.step(now, member.node(), &look.quarantined);
-        told.extend(notes.iter().map(|words| ear.narrator.note(now.as_nanos(), words)));
+        let mut told = event_reader.hear()?;
+        let notes = page_services.black_box.step(now, member.node(), &look.quarantined);
+        told.extend(notes.iter().map(|words| event_reader.narrator.note(now.as_nanos(), words)));
         {
-            let mut shared = stage.web.as_ref().map(|web| web.shared.sheet());
-            let sheet = shared.as_deref_mut().unwrap_or(&mut unseen);
-            look.look(sheet, |at_ns, words| told.push(ear.narrator.divide(at_ns, words)))?;
-            told.extend(look.crowded().map(|words| ear.narrator.note(now.as_nanos(), words)));
+            let mut shared = page_services.web.as_ref().map(|web| web.shared.state_store());
+            let state_store = shared.as_deref_mut().unwrap_or(&mut unseen);
+            look.look(state_store, |at_ns, words| told.push(event_reader.narrator.divide(at_ns, words)))?;
+            told.extend(look.crowded().map(|words| event_reader.narrator.note(now.as_nanos(), words)));
             for line in &told {
                 let t = look.seconds(line.at_ns);
-                ear.lines.add(sheet, t, line);
+                event_reader.lines.add(state_store, t, line);
             }
-            if std::mem::take(&mut ear.has_news) {
-                tasks(sheet, &ear.account);
+            if std::mem::take(&mut event_reader.has_news) {
+                tasks(state_store, &event_reader.account);
             }
         }
         let text: String = told.iter().map(|line| transcript.text(line)).collect();
         if !text.is_empty() {
             let _taken = out.write_all(text.as_bytes());
         }
-        stage.show(now, &member, &look, &ear.account);
-        stage.answer(now, &look)?;
+        page_services.show(now, &member, &look, &event_reader.account);
+        page_services.answer(now, &look)?;
         let health = member.health();
-        health.drops = ear.utterances.drops() + ear.events.drops() + stage.hands.drops();
-        health.undelivered = stage.hands.undelivered();
-        health.refused = stage.web.as_ref().map_or(0, Web::refused);
+        health.drops = event_reader.utterances.drops()
+            + event_reader.events.drops()
+            + page_services.pending_acts.drops();
+        health.undelivered = page_services.pending_acts.undelivered();
+        health.refused = page_services.web.as_ref().map_or(0, Web::refused);
         member.end_cycle(Progress::More)?;
-        let is_watched = stage.web.as_ref().is_some_and(|web| web.open() > 0) || look.is_by_hand();
-        if end.has_come(now, &ear, look.is_played(), is_watched) {
+        let is_watched =
+            page_services.web.as_ref().is_some_and(|web| web.open() > 0) || look.is_interactive();
+        if end.is_reached(now, &event_reader, look.is_played(), is_watched) {
             break;
         }
     }
     // Keep serving pages until all files are written, and keep the heartbeat of this process going meanwhile.
-    let Stage { web: _web, tape, black_box, .. } = stage;
+    let PageServices { web: _web, tape, black_box, .. } = page_services;
     let write_last = black_box.end();
-    let (taped, kept) = member.beat_while(move || (tape.finish(), write_last()));
+    let (taped, kept) = member.run_with_heartbeat(move || (tape.finish(), write_last()));
     if let Err(error) = taped {
         tracing::error!("the recording is not whole: {error}");
     }
     for words in kept {
-        let line = ear.narrator.note(member.now().as_nanos(), &words);
+        let line = event_reader.narrator.note(member.now().as_nanos(), &words);
         let _taken = out.write_all(transcript.text(&line).as_bytes());
     }
-    let account = ear.account.of_today();
+    let account = event_reader.account.of_this_run();
     if !account.tasks.is_empty() {
         let summary = format!("\nWhat Leo learned\n\n{}", account.to_text(&leo.belief.names));
         let _taken = out.write_all(summary.as_bytes());
@@ -106,9 +109,9 @@ pub fn run(launch: &Launch, robot: &Robot, lesson: &Lesson) -> Result<(), Failur
 }
 
 /// Subscribes to utterances and learner events.
-struct Ear {
-    utterances: Inlet<Utterances>,
-    events: Inlet<Events>,
+struct EventReader {
+    utterances: FrameSubscriber<Utterances>,
+    events: FrameSubscriber<Events>,
     narrator: Narrator,
     account: Account,
     lines: Lines,
@@ -118,11 +121,11 @@ struct Ear {
     has_news: bool,
 }
 
-impl Ear {
-    fn open(member: &Member, robot: &Robot) -> Result<Self, Failure> {
+impl EventReader {
+    fn open(member: &ProcessNode, robot: &Robot) -> Result<Self, Failure> {
         Ok(Self {
-            utterances: member.inlet(None)?,
-            events: member.inlet(None)?,
+            utterances: member.subscriber(None)?,
+            events: member.subscriber(None)?,
             narrator: Narrator::new(&robot.leo.belief.names),
             account: Account::newest(),
             lines: Lines::default(),
@@ -155,32 +158,32 @@ impl Ear {
 }
 
 /// The services for the pages: the server, the acts, recordings and the black box.
-struct Stage {
+struct PageServices {
     web: Option<Web>,
-    hands: Hands,
-    shelf: Shelf,
+    pending_acts: PendingActs,
+    library: LessonLibrary,
     tape: Tape,
     black_box: BlackBox,
     arming: Arming,
-    fares: Fares,
+    metrics_poller: MetricsPoller,
     joints: Vec<String>,
     agents: BTreeMap<u16, String>,
     cone_rad: f64,
 }
 
-impl Stage {
-    fn open(member: &Member, launch: &Launch, robot: &Robot, lesson: &Lesson) -> Result<Self, Failure> {
+impl PageServices {
+    fn open(member: &ProcessNode, launch: &Launch, robot: &Robot, lesson: &Lesson) -> Result<Self, Failure> {
         let first = lesson.teachers.first().map_or(1, |teacher| teacher.number);
         let web = robot.leo.console.address.get().and_then(|address| {
             let served = Web::serve(Serving {
                 address,
-                before: Door::read(&launch.domain, launch.state.as_deref()),
+                before: ServerIdentity::read(&launch.domain, launch.state.as_deref()),
                 urdf: robot.urdf.clone(),
                 first,
                 open: robot.leo.console.read_without_token,
                 domain: launch.domain.clone(),
                 moves_here: robot.leo.link.runs_here(Process::Motor),
-                patience: Patience::default(),
+                timeouts: Timeouts::default(),
             });
             // A missing page must not keep the robot from running.
             let failed = |error| {
@@ -188,74 +191,77 @@ impl Stage {
             };
             served.map_err(failed).ok()
         });
-        let shelf = Shelf::new(&robot.leo, launch.state.as_deref(), lesson);
+        let library = LessonLibrary::new(&robot.leo, launch.state.as_deref(), lesson);
         if let Some(web) = &web {
-            if let Err(error) = web.door.leave(&launch.domain, launch.state.as_deref()) {
+            if let Err(error) = web.server_identity.persist(&launch.domain, launch.state.as_deref()) {
                 tracing::warn!(%error, "pages may not find this robot again after a restart");
             }
-            web.shared.sheet().put("lessons", &shelf.list());
+            web.shared.state_store().put("lessons", &library.list());
         }
         let joints: Vec<String> = robot.motor.joints.iter().map(|joint| joint.name.clone()).collect();
         let names = &robot.leo.belief.names;
         let people = lesson.teachers.iter().map(|teacher| teacher.number);
         Ok(Self {
-            hands: Hands::open(member)?,
+            pending_acts: PendingActs::open(member)?,
             tape: Tape::new(launch, lesson, Domain::at(&launch.domain)?),
             black_box: BlackBox::open(launch, robot, lesson),
             arming: Arming::new(&launch.domain, &joints),
-            fares: Fares::new(&joints, launch.state.clone()),
+            metrics_poller: MetricsPoller::new(&joints, launch.state.clone()),
             agents: [0, 1].into_iter().chain(people).map(|agent| (agent, names.of(agent))).collect(),
             cone_rad: robot.perspective.sight.cone_half_angle_deg.radians(),
             web,
-            shelf,
+            library,
             joints,
         })
     }
 
     /// Publishes what changes rarely.
-    fn show(&mut self, now: Instant, member: &Member, look: &Look, account: &Account) {
+    fn show(&mut self, now: Instant, member: &ProcessNode, look: &TopicPoller, account: &Account) {
         let Some(web) = &self.web else { return };
-        let mut sheet = web.shared.sheet();
-        sheet.put("workspace", &self.shelf.workspace(look.workspace.as_ref(), self.hands.saved.as_deref()));
-        self.arming.show(now, member, &mut sheet);
-        if !self.fares.is_due(now) {
+        let mut state_store = web.shared.state_store();
+        state_store.put(
+            "workspace",
+            &self.library.workspace(look.workspace.as_ref(), self.pending_acts.saved.as_deref()),
+        );
+        self.arming.show(now, member, &mut state_store);
+        if !self.metrics_poller.is_due(now) {
             return;
         }
-        self.tape.show(now, &mut sheet);
-        sheet.put(
+        self.tape.show(now, &mut state_store);
+        state_store.put(
             "robot",
             &json!({
                 "version": env!("CARGO_PKG_VERSION"), "joints": self.joints, "agents": self.agents,
                 "base": look.base(), "cone_rad": self.cone_rad, "perspectives": look.perspective_names(),
             }),
         );
-        let metrics = self.fares.look(now, member, account, &mut sheet);
-        drop(sheet);
+        let metrics = self.metrics_poller.look(now, member, account, &mut state_store);
+        drop(state_store);
         if let Some(metrics) = metrics {
             web.shared.set_metrics(metrics);
         }
     }
 
     /// Executes the pages' requests and answers them.
-    fn answer(&mut self, now: Instant, look: &Look) -> Result<(), Failure> {
+    fn answer(&mut self, now: Instant, look: &TopicPoller) -> Result<(), Failure> {
         let Some(web) = &self.web else { return Ok(()) };
-        let asked = std::iter::from_fn(|| web.wishes.try_recv().ok());
-        for asked in self.hands.carry(now, look.workspace.is_some(), asked)? {
-            match asked.wish {
-                Wish::Record(on) => self.tape.ask(on, asked.answer, asked.id),
-                Wish::Arm(locks) => self.arming.ask(now, locks, asked.answer, asked.id),
-                Wish::Keep => self.black_box.ask(Asker::Page(asked.answer, asked.id)),
-                Wish::Act(_) => {}
+        let asked = std::iter::from_fn(|| web.pending_requests.try_recv().ok());
+        for asked in self.pending_acts.forward(now, look.workspace.is_some(), asked)? {
+            match asked.page_request {
+                PageRequest::Record(on) => self.tape.ask(on, asked.answer, asked.id),
+                PageRequest::Arm(locks) => self.arming.ask(now, locks, asked.answer, asked.id),
+                PageRequest::Keep => self.black_box.ask(Requester::Page(asked.answer, asked.id)),
+                PageRequest::Act(_) => {}
             }
         }
         self.arming.step(now);
         if self.tape.step(now) {
-            self.tape.show(now, &mut web.shared.sheet());
+            self.tape.show(now, &mut web.shared.state_store());
         }
-        let saved = self.hands.saved.clone();
-        self.hands.answer(now)?;
-        if self.hands.saved != saved {
-            web.shared.sheet().put("lessons", &self.shelf.list());
+        let saved = self.pending_acts.saved.clone();
+        self.pending_acts.answer(now)?;
+        if self.pending_acts.saved != saved {
+            web.shared.state_store().put("lessons", &self.library.list());
         }
         Ok(())
     }
@@ -282,19 +288,25 @@ impl End {
         }
     }
 
-    fn has_come(&mut self, now: Instant, ear: &Ear, is_played: bool, is_watched: bool) -> bool {
+    fn is_reached(
+        &mut self,
+        now: Instant,
+        event_reader: &EventReader,
+        is_played: bool,
+        is_watched: bool,
+    ) -> bool {
         self.was_watched |= is_watched;
         let has_performed = if self.performances > 0 {
-            ear.account.performances_ended() >= self.performances
+            event_reader.account.performances_ended() >= self.performances
         } else {
             is_played
         };
-        let is_over = ear.said >= self.sentences && has_performed;
+        let is_over = event_reader.said >= self.sentences && has_performed;
         if is_watched || self.stays || !is_over {
             self.over_since = None;
             return false;
         }
-        let patience = if self.was_watched { REOPENED } else { ANSWER };
-        now.since(*self.over_since.get_or_insert(now)) >= patience
+        let timeouts = if self.was_watched { RELOAD_GRACE } else { ANSWER_GRACE };
+        now.since(*self.over_since.get_or_insert(now)) >= timeouts
     }
 }

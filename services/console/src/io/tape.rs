@@ -13,18 +13,18 @@ use config::lesson::Lesson;
 use crossbeam::channel::{Receiver, TryRecvError, bounded};
 use folder::{Folder, Output};
 use process::Launch;
-use recording::{Recorder, Subject, Time, stands};
+use recording::{Recorder, Subject, Time, robot_pose};
 use serde_json::json;
 use tokio::sync::mpsc::Sender;
 use transport::Domain;
 
 use crate::io::hand::reply;
-use crate::sheet::Sheet;
+use crate::state_store::StateStore;
 
 /// The program's name and version, as written into recordings.
 pub(crate) const PROGRAM: &str = concat!("leo ", env!("CARGO_PKG_VERSION"));
 /// Maximum number of pending requests; further ones are refused.
-const WAITING_MOST: usize = 64;
+const MAX_WAITING: usize = 64;
 
 /// Records the robot into a file of its state directory on request.
 ///
@@ -34,7 +34,7 @@ pub(crate) struct Tape {
     folder: Option<PathBuf>,
     start: Start,
     state: State,
-    waiting: VecDeque<Wanted>,
+    waiting: VecDeque<RecordRequest>,
     /// The error of the last recording, if it failed.
     error: Option<String>,
     /// The last file, and the number of frames dropped from it.
@@ -71,9 +71,9 @@ impl Recording for Recorder {
 
 enum State {
     Idle,
-    Beginning { begun: Receiver<Result<Running, String>>, asker: Asker },
+    Beginning { begun: Receiver<Result<Running, String>>, requester: Requester },
     Running(Running),
-    Ending { file: PathBuf, ended: Receiver<Result<u64, String>>, asker: Option<Asker> },
+    Ending { file: PathBuf, ended: Receiver<Result<u64, String>>, requester: Option<Requester> },
 }
 
 struct Running {
@@ -83,18 +83,18 @@ struct Running {
 }
 
 /// A request to start or stop a recording.
-struct Wanted {
+struct RecordRequest {
     on: bool,
-    asker: Asker,
+    requester: Requester,
 }
 
 /// A page, with its request number.
-struct Asker {
+struct Requester {
     answer: Sender<String>,
     id: Option<u64>,
 }
 
-impl Asker {
+impl Requester {
     fn tell(&self, said: Result<Option<&Path>, &str>) {
         let file = said.map(|file| file.map(|file| file.display().to_string()));
         reply(
@@ -108,10 +108,10 @@ impl Asker {
 impl Tape {
     pub(crate) fn new(launch: &Launch, lesson: &Lesson, domain: Domain) -> Self {
         let folder = launch.state.as_deref().map(process::state::recordings);
-        let (launch, stands) = (launch.clone(), stands(lesson));
+        let (launch, robot_pose) = (launch.clone(), robot_pose(lesson));
         let start = move |output: &Output| {
             let files = launch.files().map_err(|error| error.to_string())?;
-            let subject = Subject::of(&files, Time::Wall, launch.partners, stands, PROGRAM);
+            let subject = Subject::of(&files, Time::Wall, launch.partners, robot_pose, PROGRAM);
             let subject = subject.map_err(|error| error.to_string())?;
             let recorder = Recorder::start(&domain, subject, output).map_err(|error| error.to_string())?;
             Ok(Box::new(recorder) as Box<dyn Recording>)
@@ -125,12 +125,12 @@ impl Tape {
 
     /// Queues a page's request to start or stop a recording.
     pub(crate) fn ask(&mut self, on: bool, answer: Sender<String>, id: Option<u64>) {
-        let asker = Asker { answer, id };
-        if self.waiting.len() >= WAITING_MOST {
-            asker.tell(Err("recordings wait for the disk: ask again later"));
+        let requester = Requester { answer, id };
+        if self.waiting.len() >= MAX_WAITING {
+            requester.tell(Err("recordings wait for the disk: ask again later"));
             return;
         }
-        self.waiting.push_back(Wanted { on, asker });
+        self.waiting.push_back(RecordRequest { on, requester });
     }
 
     /// Executes pending requests without blocking and answers those that are done. Returns whether the state changed.
@@ -148,24 +148,24 @@ impl Tape {
     /// Polls the running thread. Returns whether it finished.
     fn settle(&mut self) -> bool {
         match std::mem::replace(&mut self.state, State::Idle) {
-            State::Beginning { begun, asker } => match begun.try_recv() {
-                Err(TryRecvError::Empty) => self.state = State::Beginning { begun, asker },
+            State::Beginning { begun, requester } => match begun.try_recv() {
+                Err(TryRecvError::Empty) => self.state = State::Beginning { begun, requester },
                 begun => {
-                    match begun.unwrap_or_else(|_| Err(GONE.to_owned())) {
+                    match begun.unwrap_or_else(|_| Err(NO_RESULT.to_owned())) {
                         Ok(running) => {
-                            asker.tell(Ok(Some(&running.file)));
+                            requester.tell(Ok(Some(&running.file)));
                             self.error = None;
                             self.state = State::Running(running);
                         }
-                        Err(error) => asker.tell(Err(&error)),
+                        Err(error) => requester.tell(Err(&error)),
                     }
                     return true;
                 }
             },
-            State::Ending { file, ended, asker } => match ended.try_recv() {
-                Err(TryRecvError::Empty) => self.state = State::Ending { file, ended, asker },
+            State::Ending { file, ended, requester } => match ended.try_recv() {
+                Err(TryRecvError::Empty) => self.state = State::Ending { file, ended, requester },
                 ended => {
-                    self.ended(file, ended.unwrap_or_else(|_| Err(GONE.to_owned())), asker.as_ref());
+                    self.ended(file, ended.unwrap_or_else(|_| Err(NO_RESULT.to_owned())), requester.as_ref());
                     return true;
                 }
             },
@@ -176,46 +176,46 @@ impl Tape {
         false
     }
 
-    fn turn(&mut self, now: Instant, Wanted { on, asker }: Wanted) {
+    fn turn(&mut self, now: Instant, RecordRequest { on, requester }: RecordRequest) {
         match std::mem::replace(&mut self.state, State::Idle) {
             // Only one recording runs at a time: a second start request joins it.
             State::Running(running) if on => {
-                asker.tell(Ok(Some(&running.file)));
+                requester.tell(Ok(Some(&running.file)));
                 self.state = State::Running(running);
             }
-            State::Running(running) => self.end(running, Some(asker)),
-            State::Idle if on => self.begin(now, asker),
+            State::Running(running) => self.end(running, Some(requester)),
+            State::Idle if on => self.begin(now, requester),
             state @ (State::Idle | State::Beginning { .. } | State::Ending { .. }) => {
-                asker.tell(Ok(None));
+                requester.tell(Ok(None));
                 self.state = state;
             }
         }
     }
 
-    fn begin(&mut self, now: Instant, asker: Asker) {
+    fn begin(&mut self, now: Instant, requester: Requester) {
         let Some(folder) = self.folder.clone() else {
-            asker.tell(Err("this robot remembers nothing: it has no state directory"));
+            requester.tell(Err("this robot remembers nothing: it has no state directory"));
             return;
         };
         let start = Arc::clone(&self.start);
-        match aside(move || begin(&folder, &start, now)) {
-            Ok(begun) => self.state = State::Beginning { begun, asker },
-            Err(error) => asker.tell(Err(&error)),
+        match run_in_thread(move || begin(&folder, &start, now)) {
+            Ok(begun) => self.state = State::Beginning { begun, requester },
+            Err(error) => requester.tell(Err(&error)),
         }
     }
 
-    fn end(&mut self, running: Running, asker: Option<Asker>) {
+    fn end(&mut self, running: Running, requester: Option<Requester>) {
         let Running { recording, file, .. } = running;
-        match aside(move || recording.stop()) {
-            Ok(ended) => self.state = State::Ending { file, ended, asker },
+        match run_in_thread(move || recording.stop()) {
+            Ok(ended) => self.state = State::Ending { file, ended, requester },
             // The thread could not start, so its closure was dropped, and with it the recording.
-            Err(error) => self.ended(file, Err(error), asker.as_ref()),
+            Err(error) => self.ended(file, Err(error), requester.as_ref()),
         }
     }
 
-    fn ended(&mut self, file: PathBuf, ended: Result<u64, String>, asker: Option<&Asker>) {
-        if let Some(asker) = asker {
-            asker.tell(ended.as_ref().map(|_dropped| Some(file.as_path())).map_err(String::as_str));
+    fn ended(&mut self, file: PathBuf, ended: Result<u64, String>, requester: Option<&Requester>) {
+        if let Some(requester) = requester {
+            requester.tell(ended.as_ref().map(|_dropped| Some(file.as_path())).map_err(String::as_str));
         }
         match ended {
             Ok(dropped) => self.last = Some((file, dropped)),
@@ -230,13 +230,15 @@ impl Tape {
         }
         match self.state {
             State::Running(running) => running.recording.stop().map(drop),
-            State::Ending { ended, .. } => ended.recv().unwrap_or_else(|_| Err(GONE.to_owned())).map(drop),
+            State::Ending { ended, .. } => {
+                ended.recv().unwrap_or_else(|_| Err(NO_RESULT.to_owned())).map(drop)
+            }
             State::Idle | State::Beginning { .. } => Ok(()),
         }
     }
 
     /// Publishes the state of the recording.
-    pub(crate) fn show(&self, now: Instant, sheet: &mut Sheet) {
+    pub(crate) fn show(&self, now: Instant, state_store: &mut StateStore) {
         let cell = match &self.state {
             State::Running(running) => {
                 let seconds = Duration::as_secs(&now.since(running.since));
@@ -250,15 +252,17 @@ impl Tape {
                 json!({ "on": false, "file": file, "seconds": 0, "bytes": 0, "dropped": dropped, "error": self.error })
             }
         };
-        sheet.put("recording", &cell);
+        state_store.put("recording", &cell);
     }
 }
 
 /// The error for a thread that ended without a result.
-const GONE: &str = "the recording was given up";
+const NO_RESULT: &str = "the recording was given up";
 
 /// Runs a closure in a thread.
-fn aside<T: Send + 'static>(work: impl FnOnce() -> T + Send + 'static) -> Result<Receiver<T>, String> {
+fn run_in_thread<T: Send + 'static>(
+    work: impl FnOnce() -> T + Send + 'static,
+) -> Result<Receiver<T>, String> {
     let (to, outcome) = bounded(1);
     let work = move || {
         // The receiver may be gone already.

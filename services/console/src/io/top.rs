@@ -8,7 +8,7 @@ use std::path::PathBuf;
 
 use message::{Health, Process};
 use transport::janitor::is_claimed;
-use transport::{Delivery, Domain, JoinError, Node, PortError, Queues};
+use transport::{Domain, JoinError, Node, OverflowPolicy, PortError, Queues};
 
 pub use boards::Boards;
 pub use metrics::Readings;
@@ -80,7 +80,7 @@ impl Top {
             Some(domain) => domain,
             None => only(Domain::all().into_iter().filter(is_claimed).collect())?,
         };
-        let queues = Queues { frames: 1, delivery: Delivery::Newest };
+        let queues = Queues { frames: 1, overflow_policy: OverflowPolicy::DropOldest };
         let node = Node::join(&domain, "top", 1, queues)?;
         let boards = Boards::open(&node).map_err(TopError::NoRoster)?;
         Ok(Self { domain, node, boards, about, earlier: BTreeMap::new() })
@@ -100,7 +100,7 @@ impl Top {
 
     /// Whether the robot still runs.
     #[must_use]
-    pub fn is_there(&self) -> bool {
+    pub fn is_running(&self) -> bool {
         is_claimed(&self.domain)
     }
 }

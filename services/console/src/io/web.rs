@@ -2,13 +2,13 @@
 //! process's loop.
 
 mod connections;
-mod door;
 #[cfg(any(test, feature = "fed"))]
 pub mod fed;
 mod guard;
 mod live;
 mod notice;
 mod pace;
+mod server_identity;
 mod stop;
 #[cfg(test)]
 mod tests;
@@ -29,20 +29,20 @@ use config::leo::ReadWithoutToken;
 use crossbeam::channel::{Receiver, Sender, unbounded};
 use tokio::net::{TcpListener, TcpSocket};
 
-use crate::requests::Wish;
-use crate::sheet::Sheet;
-pub(crate) use door::Door;
+use crate::requests::PageRequest;
+use crate::state_store::StateStore;
 pub(crate) use guard::{Access, Token};
-pub(crate) use live::Patience;
+pub(crate) use live::Timeouts;
+pub(crate) use server_identity::ServerIdentity;
 
 /// Maximum number of requests queued for the loop; further ones are answered with an error.
-const WISHES: usize = 256;
+const MAX_PENDING_REQUESTS: usize = 256;
 /// The listen backlog. A SYN beyond it would be retransmitted only after a second.
 const BACKLOG: u32 = 4096;
 /// Maximum number of open pages.
-const PAGES_MOST: u64 = 32;
+const MAX_PAGES: u64 = 32;
 /// Maximum number of open read-only pages, which have no token.
-const READERS_MAX: u64 = 16;
+const MAX_READERS: u64 = 16;
 
 /// The page's files, compressed with gzip.
 const INDEX: &[u8] = include_bytes!("../../page/built/index.html.gz");
@@ -51,12 +51,12 @@ const STYLE: &[u8] = include_bytes!("../../page/built/page.css.gz");
 
 /// A queued request of a page.
 #[derive(Debug)]
-pub(crate) struct Asked {
+pub(crate) struct QueuedRequest {
     /// The page's number, which identifies its hand in the workspace.
     pub(crate) page: u16,
     /// The page's request number; `None` if the page is closed and no answer is needed.
     pub(crate) id: Option<u64>,
-    pub(crate) wish: Wish,
+    pub(crate) page_request: PageRequest,
     pub(crate) answer: tokio::sync::mpsc::Sender<String>,
 }
 
@@ -73,20 +73,20 @@ pub(crate) struct Counts {
 /// State shared by the loop and the server.
 #[derive(Debug)]
 pub(crate) struct Shared {
-    sheet: Mutex<Sheet>,
+    state_store: Mutex<StateStore>,
     pub(crate) counts: Counts,
     /// The latest metrics in the OpenMetrics format.
     metrics: Mutex<Bytes>,
     urdf: Bytes,
-    wishes: Sender<Asked>,
-    lock: guard::Lock,
+    pending_requests: Sender<QueuedRequest>,
+    lock: guard::AccessPolicy,
     stop: stop::Stop,
     connections: Arc<connections::Table>,
     /// The teacher who acts if a page names none.
     first: u16,
     /// The number of the next page.
     pages: AtomicU64,
-    patience: Patience,
+    timeouts: Timeouts,
 }
 
 impl Shared {
@@ -94,42 +94,42 @@ impl Shared {
     fn new(
         urdf: String,
         first: u16,
-        lock: guard::Lock,
+        lock: guard::AccessPolicy,
         stop: stop::Stop,
-        patience: Patience,
-    ) -> (Arc<Self>, Receiver<Asked>) {
-        let (wishes, asked) = unbounded();
+        timeouts: Timeouts,
+    ) -> (Arc<Self>, Receiver<QueuedRequest>) {
+        let (pending_requests, asked) = unbounded();
         let shared = Self {
-            sheet: Mutex::default(),
+            state_store: Mutex::default(),
             counts: Counts::default(),
             metrics: Mutex::default(),
             urdf: urdf.into(),
-            wishes,
+            pending_requests,
             lock,
             stop,
             connections: Arc::default(),
             first,
             pages: AtomicU64::new(1),
-            patience,
+            timeouts,
         };
         (Arc::new(shared), asked)
     }
 
     /// The displayed state. A panic of another thread cannot leave an entry half written.
-    pub(crate) fn sheet(&self) -> MutexGuard<'_, Sheet> {
-        self.sheet.lock().unwrap_or_else(PoisonError::into_inner)
+    pub(crate) fn state_store(&self) -> MutexGuard<'_, StateStore> {
+        self.state_store.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
     /// Queues a request for the loop. Returns `false` if the queue is full.
-    fn ask(&self, asked: Asked) -> bool {
+    fn ask(&self, asked: QueuedRequest) -> bool {
         // Pages are served by one thread, so the length cannot change in between.
-        self.wishes.len() < WISHES && self.wishes.send(asked).is_ok()
+        self.pending_requests.len() < MAX_PENDING_REQUESTS && self.pending_requests.send(asked).is_ok()
     }
 
     /// Queues the cleanup of a closed page, even if the queue is full.
-    fn ask_last(&self, asked: Asked) {
+    fn ask_unbounded(&self, asked: QueuedRequest) {
         // At shutdown the receiver may be gone already.
-        let _gone = self.wishes.send(asked);
+        let _gone = self.pending_requests.send(asked);
     }
 
     /// Replaces the metrics served to scrapers.
@@ -139,22 +139,22 @@ impl Shared {
 }
 
 /// A slot among the open pages, held until it is dropped.
-struct Place {
+struct PageSlot {
     shared: Arc<Shared>,
     access: Access,
 }
 
-impl Place {
+impl PageSlot {
     /// Takes a slot, if one is free. Pages without the token cannot use up the slots of those with it.
     fn take(shared: &Arc<Shared>, access: Access) -> Option<Self> {
         let take = |places: &AtomicU64, most: u64| {
             let further = |open: u64| (open < most).then_some(open + 1);
             places.fetch_update(Ordering::Relaxed, Ordering::Relaxed, further).is_ok()
         };
-        if access == Access::Read && !take(&shared.counts.readers, READERS_MAX) {
+        if access == Access::Read && !take(&shared.counts.readers, MAX_READERS) {
             return None;
         }
-        if take(&shared.counts.open, PAGES_MOST) {
+        if take(&shared.counts.open, MAX_PAGES) {
             return Some(Self { shared: Arc::clone(shared), access });
         }
         if access == Access::Read {
@@ -164,7 +164,7 @@ impl Place {
     }
 }
 
-impl Drop for Place {
+impl Drop for PageSlot {
     fn drop(&mut self) {
         self.shared.counts.open.fetch_sub(1, Ordering::Relaxed);
         if self.access == Access::Read {
@@ -177,7 +177,7 @@ impl Drop for Place {
 pub(crate) struct Serving {
     pub(crate) address: SocketAddr,
     /// The port and token of the previous server.
-    pub(crate) before: Door,
+    pub(crate) before: ServerIdentity,
     pub(crate) urdf: String,
     /// The teacher who acts if a page names none.
     pub(crate) first: u16,
@@ -186,19 +186,19 @@ pub(crate) struct Serving {
     pub(crate) domain: PathBuf,
     /// Whether the motor process runs on this machine.
     pub(crate) moves_here: bool,
-    pub(crate) patience: Patience,
+    pub(crate) timeouts: Timeouts,
 }
 
 /// The running server; dropping it stops the server.
 pub(crate) struct Web {
     pub(crate) shared: Arc<Shared>,
-    pub(crate) wishes: Receiver<Asked>,
+    pub(crate) pending_requests: Receiver<QueuedRequest>,
     /// The address for the operator.
     pub(crate) url: String,
     /// Whether it listens on all addresses of this machine.
     pub(crate) everywhere: bool,
     /// The port and token for the next incarnation.
-    pub(crate) door: Door,
+    pub(crate) server_identity: ServerIdentity,
     _stop: tokio::sync::oneshot::Sender<()>,
 }
 
@@ -210,26 +210,26 @@ impl Web {
     ///
     /// The address does not belong to this machine, or the system has no thread or random number left.
     pub(crate) fn serve(serving: Serving) -> io::Result<Self> {
-        let Serving { address, before, urdf, first, open, domain, moves_here, patience } = serving;
+        let Serving { address, before, urdf, first, open, domain, moves_here, timeouts } = serving;
         let port = before.port.unwrap_or(address.port());
         let mut runtime = tokio::runtime::Builder::new_current_thread();
         // One blocking thread is for raising the emergency stop.
         let runtime = runtime.enable_all().max_blocking_threads(1).build()?;
         let listener = {
             let _entered = runtime.enter();
-            match listening(SocketAddr::new(address.ip(), port)) {
+            match bind_listener(SocketAddr::new(address.ip(), port)) {
                 Err(error) if error.kind() == io::ErrorKind::AddrInUse => {
-                    listening(SocketAddr::new(address.ip(), 0))?
+                    bind_listener(SocketAddr::new(address.ip(), 0))?
                 }
                 bound => bound?,
             }
         };
         let at = listener.local_addr()?;
         let token = before.token.map_or_else(Token::new, Ok)?;
-        let door = Door { port: Some(at.port()), token: Some(token.clone()) };
+        let server_identity = ServerIdentity { port: Some(at.port()), token: Some(token.clone()) };
         let query = format!("?token={}", token.as_str());
-        let lock = guard::Lock { token, port: at.port(), open };
-        let (shared, asked) = Shared::new(urdf, first, lock, stop::Stop::new(domain, moves_here), patience);
+        let lock = guard::AccessPolicy { token, port: at.port(), open };
+        let (shared, asked) = Shared::new(urdf, first, lock, stop::Stop::new(domain, moves_here), timeouts);
         let (stop, stopped) = tokio::sync::oneshot::channel();
         let state = Arc::clone(&shared);
         thread::Builder::new().name("web".to_owned()).spawn(move || {
@@ -255,14 +255,14 @@ impl Web {
         );
         let everywhere = here != at;
         let url = format!("http://{here}/{query}");
-        Ok(Self { shared, wishes: asked, url, everywhere, door, _stop: stop })
+        Ok(Self { shared, pending_requests: asked, url, everywhere, server_identity, _stop: stop })
     }
 
     /// Number of refused or malformed messages, refused requests and evicted connections.
     pub(crate) fn refused(&self) -> u64 {
         let counts = &self.shared.counts;
         let said = counts.malformed.load(Ordering::Relaxed) + counts.refused.load(Ordering::Relaxed);
-        said + self.shared.connections.made_way()
+        said + self.shared.connections.evicted()
     }
 
     /// Number of open pages.
@@ -272,7 +272,7 @@ impl Web {
 }
 
 /// Opens the listening socket.
-fn listening(address: SocketAddr) -> io::Result<TcpListener> {
+fn bind_listener(address: SocketAddr) -> io::Result<TcpListener> {
     let socket = if address.is_ipv4() { TcpSocket::new_v4() } else { TcpSocket::new_v6() }?;
     // The port may still be in TIME_WAIT after the previous robot.
     socket.set_reuseaddr(true)?;
@@ -290,7 +290,7 @@ fn routes(state: &Arc<Shared>) -> Router {
         .route("/page.js", part(SCRIPT, "text/javascript; charset=utf-8"))
         .route("/page.css", part(STYLE, "text/css; charset=utf-8"))
         .route("/leo.urdf", get(urdf))
-        .route("/metrics", get(scraped))
+        .route("/metrics", get(serve_metrics))
         .route("/live", get(live::live))
         .route(guard::STOP, post(stop::stop))
         .layer(axum::middleware::from_fn_with_state(Arc::clone(state), guard::guard))
@@ -310,7 +310,7 @@ async fn urdf(State(shared): State<Arc<Shared>>) -> Response {
     ([(header::CONTENT_TYPE, "application/xml")], shared.urdf.clone()).into_response()
 }
 
-async fn scraped(State(shared): State<Arc<Shared>>) -> Response {
+async fn serve_metrics(State(shared): State<Arc<Shared>>) -> Response {
     let text = shared.metrics.lock().unwrap_or_else(PoisonError::into_inner).clone();
     ([(header::CONTENT_TYPE, metrics::CONTENT_TYPE)], text).into_response()
 }

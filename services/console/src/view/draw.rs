@@ -10,7 +10,7 @@ use ratatui::widgets::{Cell, Paragraph, Row, Table, TableState};
 use super::histogram;
 use super::rows::BusRow;
 use super::screen::{Screen, View};
-use super::table::{befell, said, unlisted};
+use super::table::{rare_events, said, unlisted_message};
 
 const KEYS: &str = "q quit  s sort  r reverse  space freeze  h histogram  b buses  j joints  ? help";
 
@@ -63,7 +63,7 @@ fn title(screen: &Screen) -> String {
         View::Help => "keys and columns".to_owned(),
     };
     let frozen = if screen.is_frozen { "   FROZEN" } else { "" };
-    let gone = if screen.is_there { "" } else { "   THE ROBOT HAS ENDED" };
+    let gone = if screen.is_running { "" } else { "   THE ROBOT HAS ENDED" };
     // The licences are shown above every view.
     let line = Licences::of(&screen.readings.joints).line();
     let joints = if line.is_empty() { line } else { format!("   {line}") };
@@ -71,7 +71,8 @@ fn title(screen: &Screen) -> String {
 }
 
 fn processes(frame: &mut Frame<'_>, area: Rect, screen: &Screen) {
-    let refusals: Vec<Line<'_>> = screen.rows().into_iter().filter_map(unlisted).map(Line::from).collect();
+    let refusals: Vec<Line<'_>> =
+        screen.rows().into_iter().filter_map(unlisted_message).map(Line::from).collect();
     let height = u16::try_from(refusals.len()).unwrap_or(0);
     let [area, below] = Layout::vertical([Constraint::Min(0), Constraint::Length(height)]).areas(area);
     frame.render_widget(Paragraph::new(refusals), below);
@@ -101,14 +102,14 @@ fn processes(frame: &mut Frame<'_>, area: Rect, screen: &Screen) {
     });
     let table = Table::new(rows, widths)
         .column_spacing(1)
-        .header(headed(&head))
+        .header(header_row(&head))
         .row_highlight_style(Style::new().add_modifier(Modifier::REVERSED));
     let mut state = TableState::default().with_selected(Some(screen.selected()));
     frame.render_stateful_widget(table, area, &mut state);
 }
 
 /// A table header: two left-aligned text columns, then right-aligned numbers.
-fn headed(words: &[&'static str]) -> Row<'static> {
+fn header_row(words: &[&'static str]) -> Row<'static> {
     let cell = |(place, word): (usize, &&'static str)| {
         if place < 2 { Cell::from(*word) } else { right((*word).to_owned()) }
     };
@@ -147,7 +148,7 @@ fn buses(frame: &mut Frame<'_>, area: Rect, screen: &Screen) {
     let widths = [12, 5, 9, 6, 6, 5, 5, 6, 6, 5, 5].map(Constraint::Length);
     // Rare events are listed below the table, one line for each affected bus.
     let befallen = buses.iter().filter_map(|bus| {
-        let what = said(&befell(bus));
+        let what = said(&rare_events(bus));
         (!what.is_empty()).then(|| Line::from(format!("{:<12}{what}", bus.name)))
     });
     let below = Paragraph::new(befallen.collect::<Vec<_>>());
@@ -168,7 +169,7 @@ fn buses(frame: &mut Frame<'_>, area: Rect, screen: &Screen) {
     });
     let height = u16::try_from(buses.len() + 1).unwrap_or(u16::MAX);
     let [above, rest] = Layout::vertical([Constraint::Length(height), Constraint::Min(0)]).areas(area);
-    frame.render_widget(Table::new(rows, widths).column_spacing(1).header(headed(&head)), above);
+    frame.render_widget(Table::new(rows, widths).column_spacing(1).header(header_row(&head)), above);
     frame.render_widget(below, rest);
 }
 

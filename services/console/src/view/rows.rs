@@ -350,7 +350,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_row_counts_what_came_since_the_last_look() {
+    fn a_row_counts_events_since_the_previous_poll() {
         let mut then = Health::default();
         then.pid = 7;
         then.execution.record(1_000_000);

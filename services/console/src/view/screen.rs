@@ -105,7 +105,7 @@ pub(crate) struct Screen {
     pub(crate) column: Column,
     pub(crate) is_frozen: bool,
     /// Whether the robot still runs.
-    pub(crate) is_there: bool,
+    pub(crate) is_running: bool,
     pub(crate) readings: Readings,
     is_reversed: bool,
     /// The selected process by name, because rows change their order.
@@ -119,7 +119,7 @@ impl Default for Screen {
             view: View::Processes,
             column: Column::Process,
             is_frozen: false,
-            is_there: true,
+            is_running: true,
             readings: Readings::default(),
             is_reversed: false,
             selected: None,
@@ -130,7 +130,7 @@ impl Default for Screen {
 
 impl Screen {
     /// Updates the data, unless frozen.
-    pub(crate) fn see(&mut self, readings: Readings, rows: Vec<Row>) {
+    pub(crate) fn update(&mut self, readings: Readings, rows: Vec<Row>) {
         if !self.is_frozen {
             (self.readings, self.rows) = (readings, rows);
         }
@@ -144,10 +144,10 @@ impl Screen {
             Key::Sort => self.column = self.column.next(),
             Key::Reverse => self.is_reversed = !self.is_reversed,
             Key::Freeze => self.is_frozen = !self.is_frozen,
-            Key::Histogram => self.turn_to(View::Histogram),
-            Key::Buses => self.turn_to(View::Buses),
-            Key::Joints => self.turn_to(View::Joints),
-            Key::Help => self.turn_to(View::Help),
+            Key::Histogram => self.switch_to(View::Histogram),
+            Key::Buses => self.switch_to(View::Buses),
+            Key::Joints => self.switch_to(View::Joints),
+            Key::Help => self.switch_to(View::Help),
             Key::Up => self.move_by(|place| place.checked_sub(1)),
             Key::Down => self.move_by(|place| place.checked_add(1)),
         }
@@ -171,7 +171,7 @@ impl Screen {
     }
 
     /// Switches to a view. The same key again returns to the table.
-    fn turn_to(&mut self, view: View) {
+    fn switch_to(&mut self, view: View) {
         self.view = if self.view == view { View::Processes } else { view };
     }
 

@@ -35,7 +35,7 @@ pub fn table(rows: &[Row]) -> String {
         );
     }
     for row in rows {
-        if let Some(line) = unlisted(row) {
+        if let Some(line) = unlisted_message(row) {
             let _ = writeln!(out, "{line}");
         }
     }
@@ -82,7 +82,7 @@ pub fn table(rows: &[Row]) -> String {
 }
 
 /// The line about frames of processes that the supervisor did not start, if any were refused.
-pub(super) fn unlisted(row: &Row) -> Option<String> {
+pub(super) fn unlisted_message(row: &Row) -> Option<String> {
     (row.unlisted_frames > 0).then(|| {
         format!(
             "{:<10} refused {} frames of process {}, which the supervisor did not start",
@@ -100,11 +100,11 @@ fn in_trouble(bus: &BusRow) -> String {
         (bus.stale, "stale"),
         (bus.late_bytes, "late bytes"),
     ];
-    said(&[answers.as_slice(), &befell(bus)].concat())
+    said(&[answers.as_slice(), &rare_events(bus)].concat())
 }
 
 /// The counters of rare events of a bus and its servos.
-pub(super) const fn befell(bus: &BusRow) -> [(u64, &'static str); 6] {
+pub(super) const fn rare_events(bus: &BusRow) -> [(u64, &'static str); 6] {
     [
         (bus.alerts, "alerts"),
         (bus.restarts, "servo restarts"),
@@ -159,7 +159,7 @@ mod tests {
     }
 
     #[test]
-    fn a_bus_tells_what_befell_it_below_the_table_and_in_the_document() {
+    fn rare_bus_events_are_listed_below_the_table_and_in_json() {
         let mut bus = BusHealth { exchanges: 7, missed: 1, ..BusHealth::default() };
         bus.name = Text::new("torso");
         (bus.alerts, bus.restarts, bus.watchdogs) = (2, 3, 4);
@@ -174,7 +174,7 @@ mod tests {
     }
 
     #[test]
-    fn a_process_says_whose_frames_it_refused() {
+    fn refused_publishers_are_listed_below_the_table() {
         let mut health = Health::default();
         (health.unlisted_frames, health.unlisted_pid) = (3, 77);
         let processes = [(Process::Motor, health)].into();

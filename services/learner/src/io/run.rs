@@ -6,25 +6,25 @@ use message::{
     Beliefs, Event, EventKind, Events, Header, Hop, JointGoal, JointGoals, JointStates, Process, Utterance,
     Utterances,
 };
-use process::{Failure, Launch, Member, Progress, state};
+use process::{Failure, Launch, ProcessNode, Progress, state};
 use store::OpenError;
 use tasks::Task;
-use transport::{Frame, Inlet, Outlet};
+use transport::{Frame, FramePublisher, FrameSubscriber};
 
-use crate::io::keeper::{Keeper, Outcome};
-use crate::recollection::Recollection;
-use crate::reports::{Report, Reports};
+use crate::io::persister::{Outcome, Persister};
+use crate::late_joiner_replay::LateJoinerReplay;
+use crate::reports::{EventQueue, Report};
 use crate::{Input, Kept, Learner, LeoBody, Memory, Output, Settings, Vocabulary};
 
 /// Maximum number of events in a frame; more events go into further frames.
-const EVENTS: usize = 64;
+const MAX_EVENTS_PER_FRAME: usize = 64;
 /// Retry interval for examples that could not be stored.
-const KEEP_AGAIN: Duration = Duration::from_secs(5);
+const STORE_RETRY_INTERVAL: Duration = Duration::from_secs(5);
 /// Time to wait for the lock of the store: a read-only tool holds it for less than this.
-const LOOKED_AT: Duration = Duration::from_secs(3);
+const LOCK_TIMEOUT: Duration = Duration::from_secs(3);
 
 /// The reason why an example could not be stored.
-type Unkept = Box<dyn std::error::Error + Send + Sync>;
+type StorageError = Box<dyn std::error::Error + Send + Sync>;
 
 /// Runs the learner until the process is told to stop.
 ///
@@ -33,16 +33,16 @@ type Unkept = Box<dyn std::error::Error + Send + Sync>;
 /// The configuration is invalid, the store cannot be read, the domain cannot be joined, or the middleware failed.
 pub fn run(launch: &Launch, robot: &Robot) -> Result<(), Failure> {
     let leo = &robot.leo;
-    let mut member = Member::join(launch, Process::Learner, &leo.buffers, &leo.learner.realtime)?;
-    let mut beliefs = BeliefInlets::open(&member, launch.partners.unwrap_or(leo.belief.partners))?;
-    let mut utterances = member.inlet::<Utterances>(None)?;
-    let mut joint_states = member.inlet::<JointStates>(None)?;
-    let mut events = member.outlet::<Events>(None, EVENTS)?;
-    let mut goals = member.outlet::<JointGoals>(None, robot.motor.joints.len())?;
+    let mut member = ProcessNode::join(launch, Process::Learner, &leo.buffers, &leo.learner.realtime)?;
+    let mut beliefs = BeliefSubscribers::open(&member, launch.partners.unwrap_or(leo.belief.partners))?;
+    let mut utterances = member.subscriber::<Utterances>(None)?;
+    let mut joint_states = member.subscriber::<JointStates>(None)?;
+    let mut events = member.publisher::<Events>(None, MAX_EVENTS_PER_FRAME)?;
+    let mut goals = member.publisher::<JointGoals>(None, robot.motor.joints.len())?;
     let (place, known, losses) = remembered(launch.state.as_deref())?;
-    let mut keeper = Keeper::start(place.keeping(), KEEP_AGAIN).map_err(Failure::own)?;
-    let mut reports = Reports::default();
-    let mut recollection = Recollection::default();
+    let mut persister = Persister::start(place.into_writer(), STORE_RETRY_INTERVAL).map_err(Failure::own)?;
+    let mut reports = EventQueue::default();
+    let mut late_joiner_replay = LateJoinerReplay::default();
     let vocabulary = Vocabulary::of(&robot.percepts).map_err(Failure::own)?.with_names(&leo.belief.names);
     let body = LeoBody::new(robot).map_err(Failure::own)?;
     let mut learner =
@@ -73,61 +73,61 @@ pub fn run(launch: &Launch, robot: &Robot) -> Result<(), Failure> {
         let mut is_first = true;
         loop {
             let instant = beliefs.next_instant()?;
-            if !is_first && (instant.is_none() || member.shall_stop()) {
+            if !is_first && (instant.is_none() || member.is_stop_requested()) {
                 break;
             }
             is_first = false;
             let frames = instant.unwrap_or_default();
             let header = frames.first().map_or_else(Header::default, |frame| frame.head().header);
             let views: Vec<_> = frames.iter().map(|frame| (frame.head(), frame.entries())).collect();
-            let now = member.begin_step(header.passed(Hop::Believed).unwrap_or(member.now().as_nanos()));
+            let now = member.begin_step(header.hop_time(Hop::Believed).unwrap_or(member.now().as_nanos()));
             let input = Input { beliefs: &views, utterances: &said, present_rad: &present_rad };
             let output = learner.step(now, &input);
             said.clear();
             let Output { save, events: happened, goals: wanted } = output;
-            move_joints(&member, now.as_nanos(), &header, &wanted, &mut goals)?;
+            publish_goals(&member, now.as_nanos(), &header, &wanted, &mut goals)?;
             reports.push(now.as_nanos(), save.len(), happened);
-            save.into_iter().try_for_each(|kept| keeper.keep(kept)).map_err(Failure::own)?;
+            save.into_iter().try_for_each(|kept| persister.keep(kept)).map_err(Failure::own)?;
             if member.is_lockstep() {
                 // Disk latency is not part of simulated time.
-                await_kept(now.as_nanos(), &mut keeper, &mut reports)?;
+                await_persisted(now.as_nanos(), &mut persister, &mut reports)?;
             }
-            while let Some(outcome) = keeper.kept() {
+            while let Some(outcome) = persister.kept() {
                 report(now.as_nanos(), outcome, &mut reports);
             }
             // In simulated time the set of subscribers is fixed.
             if !member.is_lockstep()
-                && let Some(key) = recollection.next(now, events.has_newcomers(), learner.known())
+                && let Some(key) = late_joiner_replay.next(now, events.has_new_subscribers(), learner.known())
             {
                 reports.push(now.as_nanos(), 0, learner.recall(&key));
             }
-            tell(&mut reports, &mut events)?;
+            publish_reports(&mut reports, &mut events)?;
             member.health().drops = beliefs.drops() + utterances.drops() + joint_states.drops();
             member.health().undelivered = events.undelivered() + goals.undelivered();
             member.end_step();
         }
         member.end_call(Progress::More)?;
     }
-    await_kept(member.now().as_nanos(), &mut keeper, &mut reports)?;
-    tell(&mut reports, &mut events)
+    await_persisted(member.now().as_nanos(), &mut persister, &mut reports)?;
+    publish_reports(&mut reports, &mut events)
 }
 
 /// Where examples are stored.
-enum Place {
+enum MemoryStore {
     /// Storage is disabled.
-    Nowhere,
+    Disabled,
     /// Another process held the lock at start-up. Writing would ignore examples that were not loaded.
-    Taken(String),
+    Locked(String),
     /// An open store.
-    File(PathBuf, Box<Memory>),
+    Open(PathBuf, Box<Memory>),
 }
 
-impl Place {
-    fn keeping(self) -> impl FnMut(&Kept) -> Result<(), Unkept> {
+impl MemoryStore {
+    fn into_writer(self) -> impl FnMut(&Kept) -> Result<(), StorageError> {
         let (file, mut memory, taken) = match self {
-            Self::Nowhere => (None, None, None),
-            Self::Taken(busy) => (None, None, Some(busy)),
-            Self::File(file, memory) => (Some(file), Some(memory), None),
+            Self::Disabled => (None, None, None),
+            Self::Locked(busy) => (None, None, Some(busy)),
+            Self::Open(file, memory) => (Some(file), Some(memory), None),
         };
         move |kept| {
             if let Some(busy) = &taken {
@@ -135,7 +135,7 @@ impl Place {
             }
             let Some(file) = &file else { return Ok(()) };
             // After a disk error the store must be opened again before the next write.
-            let mut keep = || -> Result<(), Unkept> {
+            let mut keep = || -> Result<(), StorageError> {
                 let mut open = match memory.take() {
                     Some(open) => open,
                     None => Box::new(Memory::open(file)?),
@@ -145,30 +145,34 @@ impl Place {
                 Ok(())
             };
             keep().map_err(|error| {
-                format!("{error}; it is tried again every {} s", KEEP_AGAIN.as_secs()).into()
+                format!("{error}; it is tried again every {} s", STORE_RETRY_INTERVAL.as_secs()).into()
             })
         }
     }
 }
 
 /// Waits until every queued example is durable or has failed.
-fn await_kept(now_ns: u64, keeper: &mut Keeper<Unkept>, reports: &mut Reports) -> Result<(), Failure> {
-    while let Some(outcome) = keeper.wait().map_err(Failure::own)? {
+fn await_persisted(
+    now_ns: u64,
+    persister: &mut Persister<StorageError>,
+    reports: &mut EventQueue,
+) -> Result<(), Failure> {
+    while let Some(outcome) = persister.wait().map_err(Failure::own)? {
         report(now_ns, outcome, reports);
     }
     Ok(())
 }
 
 /// Reports the result of storing an example.
-fn report(now_ns: u64, outcome: Outcome<Unkept>, reports: &mut Reports) {
+fn report(now_ns: u64, outcome: Outcome<StorageError>, reports: &mut EventQueue) {
     let said = |kept: &Kept, words| Event::new(EventKind::Said, &kept.task, words);
     match outcome {
         Outcome::Durable(_) => reports.saved(None),
-        Outcome::Owed(kept, error) => {
+        Outcome::Pending(kept, error) => {
             tracing::error!(task = kept.task, "{error}");
             reports.saved(Some(said(&kept, "I learned it, but I cannot remember it beyond today")));
         }
-        Outcome::AtLast(kept) => {
+        Outcome::PersistedLate(kept) => {
             tracing::info!(task = kept.task, "what was learned is kept now");
             reports.push(now_ns, 0, vec![said(&kept, "Now I can remember it beyond today")]);
         }
@@ -176,9 +180,9 @@ fn report(now_ns: u64, outcome: Outcome<Unkept>, reports: &mut Reports) {
 }
 
 /// Publishes the reports that are ready: Leo only claims to have learned what is durable.
-fn tell(reports: &mut Reports, events: &mut Outlet<Events>) -> Result<(), Failure> {
+fn publish_reports(reports: &mut EventQueue, events: &mut FramePublisher<Events>) -> Result<(), Failure> {
     while let Some(Report { at_ns, events: happened, .. }) = reports.next() {
-        for chunk in happened.chunks(EVENTS) {
+        for chunk in happened.chunks(MAX_EVENTS_PER_FRAME) {
             let nothing = Event::new(EventKind::Said, "", "");
             let event = |index| chunk.get(index).copied().unwrap_or(nothing);
             events.send(Header::at(at_ns), chunk.len(), event, |_| {})?;
@@ -187,15 +191,15 @@ fn tell(reports: &mut Reports, events: &mut Outlet<Events>) -> Result<(), Failur
     Ok(())
 }
 
-fn move_joints(
-    member: &Member,
+fn publish_goals(
+    member: &ProcessNode,
     now_ns: u64,
     header: &Header,
     wanted: &[JointGoal],
-    goals: &mut Outlet<JointGoals>,
+    goals: &mut FramePublisher<JointGoals>,
 ) -> Result<(), Failure> {
     if let Some(&first) = wanted.first() {
-        let mut header = header.onwards();
+        let mut header = header.header_for_derived();
         header.valid_at_ns = now_ns;
         let goal = |index| wanted.get(index).copied().unwrap_or(first);
         goals
@@ -205,22 +209,22 @@ fn move_joints(
 }
 
 /// Synchronized subscribers for the belief buffers of all perspectives: one frame of each, of the same instant.
-struct BeliefInlets {
-    inlets: Vec<Inlet<Beliefs>>,
+struct BeliefSubscribers {
+    inlets: Vec<FrameSubscriber<Beliefs>>,
     waiting: Vec<Option<Frame<Beliefs>>>,
 }
 
-impl BeliefInlets {
-    fn open(member: &Member, partners: u32) -> Result<Self, Failure> {
+impl BeliefSubscribers {
+    fn open(member: &ProcessNode, partners: u32) -> Result<Self, Failure> {
         let mut inlets = Vec::new();
         for perspective in 0..=partners {
             // The last perspective of an instant is published last, so only it wakes the process.
-            let inlet = if perspective == partners {
-                member.waking_inlet(Some(perspective))?
+            let subscriber = if perspective == partners {
+                member.waking_subscriber(Some(perspective))?
             } else {
-                member.inlet(Some(perspective))?
+                member.subscriber(Some(perspective))?
             };
-            inlets.push(inlet);
+            inlets.push(subscriber);
         }
         let waiting = inlets.iter().map(|_| None).collect();
         Ok(Self { inlets, waiting })
@@ -230,7 +234,7 @@ impl BeliefInlets {
         (0..).take(self.inlets.len()).collect()
     }
 
-    fn last(&mut self) -> &mut Inlet<Beliefs> {
+    fn last(&mut self) -> &mut FrameSubscriber<Beliefs> {
         let last = self.inlets.len() - 1;
         #[expect(clippy::indexing_slicing, reason = "the robot's own perspective is always there")]
         &mut self.inlets[last]
@@ -239,9 +243,9 @@ impl BeliefInlets {
     /// The next instant with a frame of every perspective. Frames without a counterpart are skipped.
     fn next_instant(&mut self) -> Result<Option<Vec<Frame<Beliefs>>>, Failure> {
         loop {
-            for (slot, inlet) in self.waiting.iter_mut().zip(&mut self.inlets) {
+            for (slot, subscriber) in self.waiting.iter_mut().zip(&mut self.inlets) {
                 if slot.is_none() {
-                    *slot = inlet.receive()?;
+                    *slot = subscriber.receive()?;
                 }
                 if slot.is_none() {
                     return Ok(None);
@@ -264,7 +268,7 @@ impl BeliefInlets {
     }
 
     fn drops(&self) -> u64 {
-        self.inlets.iter().map(Inlet::drops).sum()
+        self.inlets.iter().map(FrameSubscriber::drops).sum()
     }
 }
 
@@ -301,10 +305,10 @@ pub fn memory_version(state: &Path) -> Result<store::Version, Failure> {
 }
 
 /// Loads the store of a state directory. Returns where to store examples, the known tasks, and the losses to report.
-fn remembered(folder: Option<&Path>) -> Result<(Place, Vec<Task>, Vec<String>), Failure> {
-    let Some(folder) = folder else { return Ok((Place::Nowhere, Vec::new(), Vec::new())) };
+fn remembered(folder: Option<&Path>) -> Result<(MemoryStore, Vec<Task>, Vec<String>), Failure> {
+    let Some(folder) = folder else { return Ok((MemoryStore::Disabled, Vec::new(), Vec::new())) };
     let file = state::learned(folder);
-    let until = clock::now() + LOOKED_AT;
+    let until = clock::now() + LOCK_TIMEOUT;
     loop {
         match Memory::open(&file) {
             Ok(mut memory) => {
@@ -316,7 +320,7 @@ fn remembered(folder: Option<&Path>) -> Result<(Place, Vec<Task>, Vec<String>), 
                     // The losses are reported again at the next start.
                     tracing::warn!("{error}");
                 }
-                return Ok((Place::File(file, Box::new(memory)), known, losses));
+                return Ok((MemoryStore::Open(file, Box::new(memory)), known, losses));
             }
             Err(OpenError::InUse { .. }) if clock::now() < until => {
                 clock::sleep_until(clock::now() + Duration::from_millis(20));
@@ -325,7 +329,7 @@ fn remembered(folder: Option<&Path>) -> Result<(Place, Vec<Task>, Vec<String>), 
                 tracing::warn!("{busy}: this robot begins knowing nothing, and forgets when it ends");
                 let why =
                     format!("{busy}. Until it is started anew, this robot keeps nothing of what it learns");
-                return Ok((Place::Taken(why), Vec::new(), Vec::new()));
+                return Ok((MemoryStore::Locked(why), Vec::new(), Vec::new()));
             }
             Err(error) => return Err(Failure::own(error)),
         }
@@ -337,7 +341,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn who_only_looks_at_what_was_learned_is_waited_for() {
+    fn start_waits_for_a_reader_to_release_the_lock() {
         let folder = tempfile::tempdir().unwrap();
         let looks = Memory::open(&state::learned(folder.path())).unwrap();
         let begun = std::thread::scope(|scope| {
@@ -346,7 +350,7 @@ mod tests {
             drop(looks);
             begun.join().unwrap()
         });
-        assert!(matches!(begun, Ok(Place::File(..))));
+        assert!(matches!(begun, Ok(MemoryStore::Open(..))));
     }
 
     #[test]
@@ -357,8 +361,8 @@ mod tests {
         assert!(known.is_empty());
         let example = tasks::Example { teacher: 1, views: Vec::new() };
         let kept = Kept { key: "task 1".into(), task: "task 1".into(), place: 0, example };
-        let refused = place.keeping()(&kept).unwrap_err();
+        let refused = place.into_writer()(&kept).unwrap_err();
         assert!(refused.to_string().contains("another Leo has the learned tasks open"), "{refused}");
-        assert!(Place::Nowhere.keeping()(&kept).is_ok(), "where nobody wants it kept");
+        assert!(MemoryStore::Disabled.into_writer()(&kept).is_ok(), "where nobody wants it kept");
     }
 }

@@ -4,7 +4,7 @@ use clock::Instant;
 use message::EventKind;
 use tasks::{Sentence, Task, key};
 
-use super::ear::Waiting;
+use super::utterance_queue::PendingSentence;
 use super::{Learner, Output, decline, say};
 use crate::performance::Performance;
 use crate::question::Question;
@@ -13,61 +13,61 @@ use crate::{Body, Skill, answers};
 impl<B: Body> Learner<B> {
     /// Processes every "stop" at once, without waiting for object identities. Requests to perform that were made
     /// before it are cancelled; other earlier sentences are still answered in order.
-    pub(super) fn obey_stops(&mut self, now: Instant, present_rad: &[Option<f64>], output: &mut Output) {
-        let is_stop = |waiting: &Waiting| Sentence::of(&waiting.text) == Sentence::Stop;
-        while let Some(index) = self.heard.iter().position(is_stop) {
-            self.heard.remove(index);
+    pub(super) fn process_stops(&mut self, now: Instant, present_rad: &[Option<f64>], output: &mut Output) {
+        let is_stop = |waiting: &PendingSentence| Sentence::of(&waiting.text) == Sentence::Stop;
+        while let Some(index) = self.pending_sentences.iter().position(is_stop) {
+            self.pending_sentences.remove(index);
             self.stop(now, present_rad, output);
-            let later = self.heard.split_off(index);
-            for waiting in std::mem::take(&mut self.heard) {
+            let later = self.pending_sentences.split_off(index);
+            for waiting in std::mem::take(&mut self.pending_sentences) {
                 if let Sentence::Do(name) = Sentence::of(&waiting.text) {
-                    self.revoke(&name, output);
+                    self.cancel_request(&name, output);
                 } else {
-                    self.heard.push_back(waiting);
+                    self.pending_sentences.push_back(waiting);
                 }
             }
-            self.heard.extend(later);
+            self.pending_sentences.extend(later);
         }
     }
 
     /// Declines a request to perform; its task becomes the current one nevertheless.
-    fn revoke(&mut self, name: &str, output: &mut Output) {
+    fn cancel_request(&mut self, name: &str, output: &mut Output) {
         decline(output, name, &format!("I do not begin {name}: you said stop"));
         let known = Some(key(name)).filter(|key| self.tasks.contains_key(key));
-        self.in_question = known.or_else(|| self.in_question.take());
+        self.current_task = known.or_else(|| self.current_task.take());
     }
 
     pub(super) fn answer(
         &mut self,
         now: Instant,
-        said: &Waiting,
+        said: &PendingSentence,
         present_rad: &[Option<f64>],
         output: &mut Output,
     ) {
-        let Waiting { speaker, ref text, .. } = *said;
+        let PendingSentence { speaker, ref text, .. } = *said;
         let sentence = Sentence::of(text);
         // A counter-question keeps Leo's question open. Any other sentence either answers the question or drops it.
         let asks_back = matches!(sentence, Sentence::Why | Sentence::WhatDidYouLearn | Sentence::WhatDoISee);
         let question = self.question.take_if(|_| !asks_back);
         if let (Sentence::Yes | Sentence::No, Some(question)) = (&sentence, question) {
-            self.take_answer(&question, speaker, sentence == Sentence::Yes, output);
+            self.add_answer_as_example(&question, speaker, sentence == Sentence::Yes, output);
             return;
         }
         match sentence {
             Sentence::Teach(name) => self.begin_teaching(now, said, &name, present_rad, output),
             Sentence::Done(names) => self.end_teaching(now, said.place(), &names, output),
             Sentence::Do(name) => self.begin_performance(&name, output),
-            // `obey_stops` has already processed it.
+            // `process_stops` has already processed it.
             Sentence::Stop => {}
             Sentence::NotThatOne => self.skip(now, present_rad, output),
-            Sentence::Yes => match self.in_question() {
+            Sentence::Yes => match self.current_task() {
                 Some(task) => {
                     say(output, &task.name.clone(), "good, I will do it like that");
                     self.show(now, Skill::Pleased, present_rad);
                 }
                 None => say(output, "", "I did not ask anything"),
             },
-            Sentence::No => match self.in_question() {
+            Sentence::No => match self.current_task() {
                 Some(Task { name, .. }) => {
                     let text =
                         format!("what is wrong? Say \"like this\", show me, and say \"{name} is done\"");
@@ -75,7 +75,7 @@ impl<B: Body> Learner<B> {
                 }
                 None => say(output, "", "I did not do anything"),
             },
-            Sentence::LikeThis => match self.in_question().map(|task| task.name.clone()) {
+            Sentence::LikeThis => match self.current_task().map(|task| task.name.clone()) {
                 Some(name) => {
                     if self.performance.is_some() {
                         self.stop(now, present_rad, output);
@@ -98,7 +98,7 @@ impl<B: Body> Learner<B> {
             }
             Sentence::Why => {
                 let settings = &self.settings.learning;
-                let (task, text) = match self.in_question() {
+                let (task, text) = match self.current_task() {
                     Some(task) => {
                         let language = &self.vocabulary.language;
                         (task.name.as_str(), answers::why(language, task, &self.perspectives, settings))
@@ -123,7 +123,7 @@ impl<B: Body> Learner<B> {
 
     /// Holds the body still and ends the performance.
     pub(super) fn stop(&mut self, now: Instant, present_rad: &[Option<f64>], output: &mut Output) {
-        self.begun = true;
+        self.has_started_body = true;
         self.question = None;
         self.body.begin(now, Skill::Hold, present_rad);
         match self.performance.take() {
@@ -150,17 +150,17 @@ impl<B: Body> Learner<B> {
         }
     }
 
-    fn in_question(&self) -> Option<&Task> {
-        self.tasks.get(self.in_question.as_ref()?)
+    fn current_task(&self) -> Option<&Task> {
+        self.tasks.get(self.current_task.as_ref()?)
     }
 
     /// Adds the answer to Leo's question as an example.
-    fn take_answer(&mut self, question: &Question, speaker: u16, yes: bool, output: &mut Output) {
+    fn add_answer_as_example(&mut self, question: &Question, speaker: u16, yes: bool, output: &mut Output) {
         if let Some(task) = self.tasks.get_mut(&question.task) {
             // The answer is attributed to the last teacher, whoever gave it, so the chosen perspective does not change.
             let teacher = task.examples.last().map_or(speaker, |example| example.teacher);
-            task.examples.push(question.answered(yes, teacher, &self.perspectives));
-            self.conclude(&question.task, EventKind::Answered, if yes { "yes" } else { "no" }, output);
+            task.examples.push(question.to_example(yes, teacher, &self.perspectives));
+            self.report_learned(&question.task, EventKind::Answered, if yes { "yes" } else { "no" }, output);
         }
     }
 }

@@ -59,7 +59,7 @@ fn a_yes_to_what_leo_did_is_no_answer_to_what_it_asked_before() {
 }
 
 #[test]
-fn whoever_answers_the_teacher_stays_the_teacher() {
+fn answer_is_attributed_to_the_last_teacher() {
     let mut run = ambiguous();
     run.say_as(2, "Yes");
     let teachers: Vec<u16> =
@@ -88,7 +88,7 @@ fn an_answer_is_what_is_said_next_and_a_stray_no_later_is_none() {
 }
 
 #[test]
-fn whoever_asks_back_may_answer_then() {
+fn counter_question_keeps_the_question_open() {
     let mut run = ambiguous();
     for back in ["Why?", "What did you learn?", "What do you think I see?"] {
         run.say(back);

@@ -1,7 +1,7 @@
 //! Conflicts between the rules from Leo's own view and from the teacher's perspective.
 
 use message::EventKind;
-use tasks::{Hypotheses, OnConflict, Settings};
+use tasks::{HypothesisLanguage, OnConflict, Settings};
 
 use super::table::Run;
 
@@ -76,7 +76,7 @@ fn as_it_comes_the_teacher_is_followed_whatever_speaks_against_it_and_leo_asks_b
 }
 
 #[test]
-fn where_the_teacher_knew_what_contradicts_him_leo_asks_and_goes_by_what_was_settled_before() {
+fn open_conflict_asks_and_follows_the_earlier_decision() {
     let mut run = with_a_slip(OnConflict::Resolve);
     assert_eq!(said(&run, 3), [UNSURE, UNTIL_THEN, ASKED]);
     let explained = outcome(&run).2;
@@ -95,7 +95,7 @@ fn where_the_teacher_knew_what_contradicts_him_leo_asks_and_goes_by_what_was_set
 }
 
 #[test]
-fn the_answer_decides_whose_schema_is_kept() {
+fn answer_decides_which_schema_is_followed() {
     let decided = |answer: &str| {
         let mut run = with_a_slip(OnConflict::Resolve);
         run.say(answer);
@@ -142,9 +142,10 @@ fn where_nothing_was_settled_before_leo_declines_and_asks_again() {
 }
 
 #[test]
-fn which_of_a_number_he_left_is_no_riddle_and_he_is_not_said_to_have_been_asked() {
+fn objects_left_out_of_a_number_need_no_explanation() {
     for on_conflict in [OnConflict::Human, OnConflict::Resolve] {
-        let settings = Settings { on_conflict, language: Hypotheses::Extended, ..Settings::default() };
+        let settings =
+            Settings { on_conflict, language: HypothesisLanguage::Extended, ..Settings::default() };
         let mut run = Run::learning(1, Vec::new(), settings);
         let showings: [(&[&str], &[usize]); 2] = [
             (&["red", "red", "green", "yellow", "blue"], &[0, 2, 3]),

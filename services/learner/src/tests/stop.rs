@@ -6,7 +6,7 @@ use super::table::Run;
 use crate::Skill;
 
 #[test]
-fn whoever_says_stop_is_obeyed_at_once() {
+fn stop_is_obeyed_at_once_for_every_speaker() {
     let mut run = Run::new(1, Vec::new());
     run.teach();
     run.perform_with(&[], |run| {

@@ -98,12 +98,12 @@ impl Table {
 }
 
 /// A body whose every skill takes five steps.
-pub(super) struct StandIn {
+pub(super) struct FakeBody {
     table: Rc<RefCell<Table>>,
     under_way: Option<(Skill, u32)>,
 }
 
-impl Body for StandIn {
+impl Body for FakeBody {
     fn begin(&mut self, _now: Instant, skill: Skill, _present_rad: &[Option<f64>]) {
         self.table.borrow_mut().skills.push(skill);
         self.under_way = Some((skill, 5));
@@ -131,7 +131,7 @@ impl Body for StandIn {
 /// A learner at a table, with all its output.
 pub(super) struct Run {
     pub(super) table: Rc<RefCell<Table>>,
-    pub(super) learner: Learner<StandIn>,
+    pub(super) learner: Learner<FakeBody>,
     pub(super) events: Vec<Event>,
     /// Each task after every stored example.
     pub(super) saved: Vec<(String, Task)>,
@@ -169,7 +169,7 @@ impl Run {
         };
         let names = Names::try_from(vec!["the teacher".to_owned()]).unwrap();
         let vocabulary = Vocabulary::of(&Percepts::builtin()).unwrap().with_names(&names);
-        let body = StandIn { table: Rc::clone(&table), under_way: None };
+        let body = FakeBody { table: Rc::clone(&table), under_way: None };
         let perspectives: Vec<u16> = (0..=partners).collect();
         Self {
             known: tasks.iter().map(|task| (key(&task.name), task.clone())).collect(),

@@ -60,7 +60,7 @@ fn leo_asks_about_what_speaks_against_the_rule_and_about_each_kind_once() {
 }
 
 #[test]
-fn leo_asks_about_what_he_left_out_where_no_other_question_would_tell_anything() {
+fn counter_example_is_asked_about_without_informative_query() {
     let mut run = Run::new(1, Vec::new());
     for _ in 0..3 {
         run.lay_anew(&["red", "red"], None);

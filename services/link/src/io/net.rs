@@ -9,7 +9,7 @@ use rustls::pki_types::UnixTime;
 use tokio::sync::mpsc::{self, Sender, error::TrySendError};
 use tokio::task::LocalSet;
 
-use crate::agreement::Agreement;
+use crate::compatibility::Compatibility;
 
 mod congestion;
 mod handshakes;
@@ -28,17 +28,17 @@ const INCOMING: usize = 256;
 
 /// The kind of a message.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Sort {
+pub(crate) enum MessageKind {
     /// Heartbeat: an unreliable datagram.
-    Pulse,
+    Heartbeat,
     /// Batch of frames, reliable and in order.
-    Bundle,
+    Batch,
 }
 
 /// A received message.
 #[derive(Debug)]
 pub(crate) struct Message {
-    pub(crate) sort: Sort,
+    pub(crate) sort: MessageKind,
     pub(crate) at: Instant,
     pub(crate) bytes: Vec<u8>,
 }
@@ -46,7 +46,7 @@ pub(crate) struct Message {
 /// Handle of the network thread; sending and receiving never block. Dropping it closes all connections.
 #[derive(Debug)]
 pub(crate) struct Net {
-    to: Option<Sender<(Sort, Vec<u8>)>>,
+    to: Option<Sender<(MessageKind, Vec<u8>)>>,
     from: Receiver<Message>,
     thread: Option<JoinHandle<()>>,
 }
@@ -55,7 +55,7 @@ impl Net {
     /// Starts the thread, which keeps connecting.
     ///
     /// Batches of an incompatible peer are refused before they are in memory.
-    pub(crate) fn start(link: &Link, agreement: Agreement) -> Result<Self, String> {
+    pub(crate) fn start(link: &Link, compatibility: Compatibility) -> Result<Self, String> {
         let keys = Keys::read(link).map_err(|error| error.to_string())?;
         if let Some(refusal) = keys.own_refusal(link, UnixTime::now()) {
             tracing::warn!("{refusal}");
@@ -66,7 +66,7 @@ impl Net {
         let (incoming, from) = bounded(INCOMING);
         let (listen, connect) = (link.listen.clone(), link.connect.clone());
         let carry = move || {
-            let carried = peers::carry(keys, agreement, listen, connect, incoming, outgoing);
+            let carried = peers::carry(keys, compatibility, listen, connect, incoming, outgoing);
             runtime.block_on(LocalSet::new().run_until(carried));
             // Does not wait for a name lookup in progress.
             runtime.shutdown_background();
@@ -87,7 +87,7 @@ impl Net {
     }
 
     /// Queues a message. It is dropped if the queue is full, like a packet lost on the way.
-    pub(crate) fn send(&self, sort: Sort, bytes: Vec<u8>) {
+    pub(crate) fn send(&self, sort: MessageKind, bytes: Vec<u8>) {
         let Some(to) = &self.to else { return };
         match to.try_send((sort, bytes)) {
             Ok(()) | Err(TrySendError::Full(_) | TrySendError::Closed(_)) => {}
@@ -113,7 +113,7 @@ impl Drop for Net {
 
 /// The network's ends of the two queues, for tests.
 #[cfg(test)]
-pub(crate) type Ends = (mpsc::Receiver<(Sort, Vec<u8>)>, crossbeam::channel::Sender<Message>);
+pub(crate) type Ends = (mpsc::Receiver<(MessageKind, Vec<u8>)>, crossbeam::channel::Sender<Message>);
 
 #[cfg(test)]
 impl Net {

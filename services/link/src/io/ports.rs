@@ -8,8 +8,8 @@ use message::{
     ActsAnswered, Beliefs, Bytes, Divergences, Events, Head as _, JointGoals, JointStates, Percepts, Scene,
     TeacherActs, Topic, Utterances, get_frame, put_frame,
 };
-use process::{Failure, Member};
-use transport::{Inlet, Outlet};
+use process::{Failure, ProcessNode};
+use transport::{FramePublisher, FrameSubscriber};
 
 use crate::Stream;
 use crate::outbox::Place;
@@ -18,17 +18,17 @@ use crate::outbox::Place;
 type Taker<'a> = &'a mut dyn FnMut(Stream, Place, Arc<[u8]>);
 
 /// A subscribed topic.
-trait Tap {
+trait TopicReader {
     fn stream(&self) -> Stream;
     fn take(&mut self, to: Taker<'_>) -> Result<(), Failure>;
     /// Subscribes again, so that the writer sees a new subscriber. No frame is lost or read twice.
-    fn begin_anew(&mut self, member: &Member, to: Taker<'_>) -> Result<(), Failure>;
+    fn resubscribe(&mut self, member: &ProcessNode, to: Taker<'_>) -> Result<(), Failure>;
     fn drops(&self) -> u64;
 }
 
 struct Read<T: Topic> {
     stream: Stream,
-    inlet: Inlet<T>,
+    subscriber: FrameSubscriber<T>,
     bytes: Vec<u8>,
     /// The last frame read.
     place: Option<Place>,
@@ -36,13 +36,13 @@ struct Read<T: Topic> {
     drops: u64,
 }
 
-impl<T: Topic<Head: Bytes, Entry: Bytes>> Tap for Read<T> {
+impl<T: Topic<Head: Bytes, Entry: Bytes>> TopicReader for Read<T> {
     fn stream(&self) -> Stream {
         self.stream
     }
 
     fn take(&mut self, to: Taker<'_>) -> Result<(), Failure> {
-        while let Some(frame) = self.inlet.receive()? {
+        while let Some(frame) = self.subscriber.receive()? {
             let header = frame.head().header();
             let place = Some((header.incarnation, header.sequence));
             if place <= self.place {
@@ -56,29 +56,29 @@ impl<T: Topic<Head: Bytes, Entry: Bytes>> Tap for Read<T> {
         Ok(())
     }
 
-    fn begin_anew(&mut self, member: &Member, to: Taker<'_>) -> Result<(), Failure> {
+    fn resubscribe(&mut self, member: &ProcessNode, to: Taker<'_>) -> Result<(), Failure> {
         // Both subscribers receive what is written in between, so the old one is drained first.
-        let next = member.inlet::<T>(self.stream.name().1)?;
+        let next = member.subscriber::<T>(self.stream.name().1)?;
         self.take(to)?;
-        self.drops += self.inlet.drops();
-        self.inlet = next;
+        self.drops += self.subscriber.drops();
+        self.subscriber = next;
         Ok(())
     }
 
     fn drops(&self) -> u64 {
-        self.drops + self.inlet.drops()
+        self.drops + self.subscriber.drops()
     }
 }
 
 /// A published topic whose writer runs on the other machine.
-trait Spring {
-    fn give(&mut self, bytes: &[u8]) -> Result<bool, Failure>;
-    fn has_newcomers(&mut self) -> bool;
+trait TopicWriter {
+    fn publish_frame(&mut self, bytes: &[u8]) -> Result<bool, Failure>;
+    fn has_new_subscribers(&mut self) -> bool;
     fn undelivered(&self) -> u64;
 }
 
-impl<T: Topic<Head: Bytes, Entry: Bytes>> Spring for Outlet<T> {
-    fn give(&mut self, bytes: &[u8]) -> Result<bool, Failure> {
+impl<T: Topic<Head: Bytes, Entry: Bytes>> TopicWriter for FramePublisher<T> {
+    fn publish_frame(&mut self, bytes: &[u8]) -> Result<bool, Failure> {
         let Some((head, entries)) = get_frame::<T>(bytes) else { return Ok(false) };
         if entries.len() > self.capacity() {
             return Ok(false);
@@ -88,8 +88,8 @@ impl<T: Topic<Head: Bytes, Entry: Bytes>> Spring for Outlet<T> {
         Ok(true)
     }
 
-    fn has_newcomers(&mut self) -> bool {
-        Self::has_newcomers(self)
+    fn has_new_subscribers(&mut self) -> bool {
+        Self::has_new_subscribers(self)
     }
 
     fn undelivered(&self) -> u64 {
@@ -98,16 +98,16 @@ impl<T: Topic<Head: Bytes, Entry: Bytes>> Spring for Outlet<T> {
 }
 
 /// The topics read on this machine.
-pub(crate) struct Taps(Vec<Box<dyn Tap>>);
+pub(crate) struct TopicReaders(Vec<Box<dyn TopicReader>>);
 
-impl Taps {
-    pub(crate) fn open(member: &Member, streams: &[Stream]) -> Result<Self, Failure> {
+impl TopicReaders {
+    pub(crate) fn open(member: &ProcessNode, streams: &[Stream]) -> Result<Self, Failure> {
         fn tap<T: Topic<Head: Bytes, Entry: Bytes> + 'static>(
-            member: &Member,
+            member: &ProcessNode,
             stream: Stream,
-        ) -> Result<Box<dyn Tap>, Failure> {
-            let inlet = member.inlet::<T>(stream.name().1)?;
-            Ok(Box::new(Read { stream, inlet, bytes: Vec::new(), place: None, drops: 0 }))
+        ) -> Result<Box<dyn TopicReader>, Failure> {
+            let subscriber = member.subscriber::<T>(stream.name().1)?;
+            Ok(Box::new(Read { stream, subscriber, bytes: Vec::new(), place: None, drops: 0 }))
         }
         let open = |&stream: &Stream| match stream {
             Stream::Percepts => tap::<Percepts>(member, stream),
@@ -130,9 +130,9 @@ impl Taps {
     }
 
     /// Subscribes again to the latched topic, so that its writer replays to new subscribers.
-    pub(crate) fn begin_anew(&mut self, member: &Member, to: Taker<'_>) -> Result<(), Failure> {
-        let retold = self.0.iter_mut().find(|tap| tap.stream() == Stream::RETOLD);
-        retold.map_or(Ok(()), |tap| tap.begin_anew(member, to))
+    pub(crate) fn resubscribe(&mut self, member: &ProcessNode, to: Taker<'_>) -> Result<(), Failure> {
+        let retold = self.0.iter_mut().find(|tap| tap.stream() == Stream::LATCHED);
+        retold.map_or(Ok(()), |tap| tap.resubscribe(member, to))
     }
 
     pub(crate) fn drops(&self) -> u64 {
@@ -142,16 +142,16 @@ impl Taps {
 
 /// The topics published on this machine.
 #[derive(Default)]
-pub(crate) struct Springs(BTreeMap<Stream, Box<dyn Spring>>);
+pub(crate) struct TopicWriters(BTreeMap<Stream, Box<dyn TopicWriter>>);
 
-impl Springs {
-    pub(crate) fn open(member: &Member, streams: &[Stream], robot: &Robot) -> Result<Self, Failure> {
+impl TopicWriters {
+    pub(crate) fn open(member: &ProcessNode, streams: &[Stream], robot: &Robot) -> Result<Self, Failure> {
         fn spring<T: Topic<Head: Bytes, Entry: Bytes> + 'static>(
-            member: &Member,
+            member: &ProcessNode,
             stream: Stream,
             capacity: usize,
-        ) -> Result<Box<dyn Spring>, Failure> {
-            Ok(Box::new(member.outlet::<T>(stream.name().1, capacity)?))
+        ) -> Result<Box<dyn TopicWriter>, Failure> {
+            Ok(Box::new(member.publisher::<T>(stream.name().1, capacity)?))
         }
         let (objects, joints) = (robot.leo.buffers.objects.get(), robot.motor.joints.len());
         let open = |&stream: &Stream| {
@@ -173,13 +173,13 @@ impl Springs {
     }
 
     /// Publishes a frame; `false` if the topic is not published here or the frame does not fit.
-    pub(crate) fn give(&mut self, stream: Stream, bytes: &[u8]) -> Result<bool, Failure> {
-        self.0.get_mut(&stream).map_or(Ok(false), |spring| spring.give(bytes))
+    pub(crate) fn publish_frame(&mut self, stream: Stream, bytes: &[u8]) -> Result<bool, Failure> {
+        self.0.get_mut(&stream).map_or(Ok(false), |spring| spring.publish_frame(bytes))
     }
 
     /// Whether the latched topic has a new local subscriber.
-    pub(crate) fn has_newcomers(&mut self) -> bool {
-        self.0.get_mut(&Stream::RETOLD).is_some_and(|spring| spring.has_newcomers())
+    pub(crate) fn has_new_subscribers(&mut self) -> bool {
+        self.0.get_mut(&Stream::LATCHED).is_some_and(|spring| spring.has_new_subscribers())
     }
 
     pub(crate) fn undelivered(&self) -> u64 {

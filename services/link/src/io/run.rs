@@ -4,15 +4,15 @@ use clock::{Duration, Instant};
 use config::Robot;
 use config::leo::{Link, Side};
 use message::{Header, LinkHealth, Process};
-use process::{Failure, Launch, Member, Progress};
+use process::{Failure, Launch, ProcessNode, Progress};
 
 use crate::Stream;
-use crate::agreement::{Agreement, Disagreement};
-use crate::instants::Instants;
-use crate::io::net::{KeyError, Keys, Message, Net, Sort};
-use crate::io::ports::{Springs, Taps};
-use crate::talk::Talk;
-use crate::wire::{Bundle, Frame, Nonsense, Pulse};
+use crate::compatibility::{Compatibility, IncompatiblePeer};
+use crate::instants::TimestampFields;
+use crate::io::net::{KeyError, Keys, Message, MessageKind, Net};
+use crate::io::ports::{TopicReaders, TopicWriters};
+use crate::session::Session;
+use crate::wire::{Batch, DecodeError, Frame, Heartbeat};
 
 /// Write period of the health board.
 const TELL_EVERY: Duration = Duration::from_millis(100);
@@ -20,7 +20,7 @@ const TELL_EVERY: Duration = Duration::from_millis(100);
 /// faster and have queues of a few frames.
 const SAY_EVERY: Duration = Duration::from_millis(20);
 /// Maximum number of frames that wait for it.
-const UNSAID_MOST: usize = 8192;
+const MAX_PENDING_FRAMES: usize = 8192;
 
 /// Checks the keys of the link's configuration.
 ///
@@ -39,21 +39,21 @@ pub fn check(link: &Link) -> Result<(), KeyError> {
 /// connection is no error: it is retried.
 pub fn run(launch: &Launch, robot: &Robot) -> Result<(), Failure> {
     let (leo, link) = (&robot.leo, &robot.leo.link);
-    let mut member = Member::join(launch, Process::Link, &leo.buffers, &link.realtime)?;
+    let mut member = ProcessNode::join(launch, Process::Link, &leo.buffers, &link.realtime)?;
     let perspectives = leo.belief.perspectives(launch.partners.unwrap_or(leo.belief.partners));
     let (here, there): (Vec<Stream>, Vec<Stream>) =
         Stream::all(perspectives).partition(|stream| link.runs_here(stream.writer()));
     let is_sent =
         |stream: &Stream| link.topics.is_empty() || link.topics.iter().any(|topic| *topic == stream.name().0);
     let here: Vec<Stream> = here.into_iter().filter(is_sent).collect();
-    let mut carrier = Carrier {
-        springs: Springs::open(&member, &there, robot)?,
-        instants: there.iter().map(|&stream| (stream, Instants::of(stream))).collect(),
+    let mut carrier = LinkRuntime {
+        springs: TopicWriters::open(&member, &there, robot)?,
+        instants: there.iter().map(|&stream| (stream, TimestampFields::of(stream))).collect(),
         late_after: link.late_after_ms.duration(),
-        ..Carrier::new(Agreement::of(robot, perspectives), &here, clock::now())
+        ..LinkRuntime::new(Compatibility::of(robot, perspectives), &here, clock::now())
     };
-    let mut taps = Taps::open(&member, &here)?;
-    let net = Net::start(link, carrier.agreement).map_err(Failure::own)?;
+    let mut taps = TopicReaders::open(&member, &here)?;
+    let net = Net::start(link, carrier.compatibility).map_err(Failure::own)?;
     let mut board = member.link_board()?;
     let mut tell_at = clock::now();
     member.begin(Some(link.link_rate_hz.period()))?;
@@ -61,18 +61,18 @@ pub fn run(launch: &Launch, robot: &Robot) -> Result<(), Failure> {
         if net.is_over() {
             return Err(Failure::own("what carries the link's messages has ended"));
         }
-        taps.take(&mut |stream, place, bytes| carrier.talk.push(now, stream, place, bytes))?;
-        carrier.talk.joined += u64::from(carrier.springs.has_newcomers());
+        taps.take(&mut |stream, place, bytes| carrier.session.push(now, stream, place, bytes))?;
+        carrier.session.latched_subscribers += u64::from(carrier.springs.has_new_subscribers());
         carrier.hear(&net)?;
-        if carrier.talk.take_newcomers() {
+        if carrier.session.take_replay_request() {
             // The writer sees this reader as the new subscriber and replays to it.
-            let took = &mut |stream, place, bytes| carrier.talk.push(now, stream, place, bytes);
-            if let Err(error) = taps.begin_anew(&member, took) {
+            let took = &mut |stream, place, bytes| carrier.session.push(now, stream, place, bytes);
+            if let Err(error) = taps.resubscribe(&member, took) {
                 tracing::warn!(%error, "who begins to listen on the other machine is not told what was learned before");
             }
         }
         carrier.listen(now);
-        carrier.speak(&net, clock::now());
+        carrier.transmit(&net, clock::now());
         if now >= tell_at {
             tell_at = now + TELL_EVERY;
             board.write(&carrier.fares(now));
@@ -87,37 +87,37 @@ pub fn run(launch: &Launch, robot: &Robot) -> Result<(), Failure> {
 }
 
 /// The state of the link on this machine: the session and the local publishers.
-struct Carrier {
-    talk: Talk,
-    springs: Springs,
-    instants: BTreeMap<Stream, Instants>,
-    agreement: Agreement,
+struct LinkRuntime {
+    session: Session,
+    springs: TopicWriters,
+    instants: BTreeMap<Stream, TimestampFields>,
+    compatibility: Compatibility,
     late_after: Duration,
     /// Received reliable frames that are not published yet, each with the clock offset to add.
-    unsaid: VecDeque<(Frame, i64)>,
+    pending_frames: VecDeque<(Frame, i64)>,
     /// Earliest publishing time of the next reliable frame, by stream.
-    say_at: BTreeMap<Stream, Instant>,
+    next_publish_at: BTreeMap<Stream, Instant>,
     health: LinkHealth,
     /// The last reported incompatibility of the peer.
-    refusing: Option<Disagreement>,
+    refusing: Option<IncompatiblePeer>,
     /// Whether a second peer was reported.
-    is_crowded: bool,
+    has_second_peer: bool,
 }
 
-impl Carrier {
+impl LinkRuntime {
     /// A link that sends these streams and publishes none yet.
-    fn new(agreement: Agreement, here: &[Stream], now: Instant) -> Self {
+    fn new(compatibility: Compatibility, here: &[Stream], now: Instant) -> Self {
         Self {
-            talk: Talk::new(now.as_nanos(), here, now),
-            springs: Springs::default(),
+            session: Session::new(now.as_nanos(), here, now),
+            springs: TopicWriters::default(),
             instants: BTreeMap::new(),
-            agreement,
+            compatibility,
             late_after: Duration::ZERO,
-            unsaid: VecDeque::new(),
-            say_at: BTreeMap::new(),
+            pending_frames: VecDeque::new(),
+            next_publish_at: BTreeMap::new(),
             health: LinkHealth::default(),
             refusing: None,
-            is_crowded: false,
+            has_second_peer: false,
         }
     }
 
@@ -128,13 +128,12 @@ impl Carrier {
         while let Some(Message { sort, at, bytes }) = net.receive() {
             self.health.bytes_received += count(bytes.len());
             let understood = match sort {
-                Sort::Pulse => Pulse::of_bytes(&bytes, self.agreement).map(|pulse| {
-                    self.talk.hear_pulse(at, &pulse);
+                MessageKind::Heartbeat => Heartbeat::decode(&bytes, self.compatibility).map(|pulse| {
+                    self.session.receive_heartbeat(at, &pulse);
                     None
                 }),
-                Sort::Bundle => {
-                    Bundle::of_bytes(&bytes, self.agreement).map(|bundle| self.talk.hear_bundle(at, bundle))
-                }
+                MessageKind::Batch => Batch::decode(&bytes, self.compatibility)
+                    .map(|bundle| self.session.receive_batch(at, bundle)),
             };
             let came = match understood {
                 Ok(came) => came,
@@ -146,33 +145,33 @@ impl Carrier {
             let Some(came) = came else { continue };
             let Some((delay, ahead_ns)) = came.way else { continue };
             self.health.delay.record(clock::nanos(delay));
-            self.unsaid.extend(came.new.said.into_iter().map(|frame| (frame, ahead_ns)));
+            self.pending_frames.extend(came.new.said.into_iter().map(|frame| (frame, ahead_ns)));
             for frame in came.new.newest {
                 newest.insert(frame.stream, (frame, ahead_ns));
             }
         }
-        self.say()?;
+        self.publish_pending()?;
         newest.into_values().try_for_each(|(frame, ahead_ns)| self.publish(&frame, ahead_ns))
     }
 
     /// Publishes pending reliable frames in order, rate-limited by stream.
-    fn say(&mut self) -> Result<(), Failure> {
-        let beyond = self.unsaid.len().saturating_sub(UNSAID_MOST);
-        self.health.refused += count(self.unsaid.drain(..beyond).len());
+    fn publish_pending(&mut self) -> Result<(), Failure> {
+        let beyond = self.pending_frames.len().saturating_sub(MAX_PENDING_FRAMES);
+        self.health.refused += count(self.pending_frames.drain(..beyond).len());
         let now = clock::now();
-        let waiting = std::mem::take(&mut self.unsaid);
+        let waiting = std::mem::take(&mut self.pending_frames);
         for (frame, ahead_ns) in waiting {
-            if self.say_at.get(&frame.stream).is_some_and(|&say_at| now < say_at) {
-                self.unsaid.push_back((frame, ahead_ns));
+            if self.next_publish_at.get(&frame.stream).is_some_and(|&next_publish_at| now < next_publish_at) {
+                self.pending_frames.push_back((frame, ahead_ns));
             } else {
-                self.say_at.insert(frame.stream, now + SAY_EVERY);
+                self.next_publish_at.insert(frame.stream, now + SAY_EVERY);
                 self.publish(&frame, ahead_ns)?;
             }
         }
         Ok(())
     }
 
-    fn refuse(&mut self, nonsense: Nonsense) {
+    fn refuse(&mut self, nonsense: DecodeError) {
         self.health.refused += 1;
         if let Some(disagreement) = self.news(nonsense) {
             tracing::error!("{disagreement}");
@@ -180,8 +179,8 @@ impl Carrier {
     }
 
     /// The incompatibility to report, once until the peer is connected again.
-    fn news(&mut self, nonsense: Nonsense) -> Option<Disagreement> {
-        let Nonsense::Disagreement(disagreement) = nonsense else { return None };
+    fn news(&mut self, nonsense: DecodeError) -> Option<IncompatiblePeer> {
+        let DecodeError::IncompatiblePeer(disagreement) = nonsense else { return None };
         (self.refusing.replace(disagreement) != Some(disagreement)).then_some(disagreement)
     }
 
@@ -198,7 +197,7 @@ impl Carrier {
             return Ok(());
         }
         let is_whole = instants.entries(bytes.len()).is_some();
-        if is_whole && self.springs.give(frame.stream, &bytes)? {
+        if is_whole && self.springs.publish_frame(frame.stream, &bytes)? {
             self.health.received += 1;
         } else {
             self.health.refused += 1;
@@ -215,11 +214,11 @@ impl Carrier {
 
     /// Updates whether the peer is connected and logs changes.
     fn listen(&mut self, now: Instant) {
-        self.talk.listen(now);
-        let is_heard = self.talk.is_heard();
+        self.session.listen(now);
+        let is_heard = self.session.is_heard();
         let was_heard = self.health.is_heard != 0;
         self.health.is_heard = u64::from(is_heard);
-        if self.talk.is_crowded() && !std::mem::replace(&mut self.is_crowded, true) {
+        if self.session.has_second_peer() && !std::mem::replace(&mut self.has_second_peer, true) {
             tracing::warn!(
                 "a second machine speaks for the other side of this robot's link: nothing is taken from it while the \
                  first one is heard. Robots of one network need different names, and a robot has one other machine"
@@ -234,31 +233,31 @@ impl Carrier {
     }
 
     /// Sends what is due while the network has room.
-    fn speak(&mut self, net: &Net, now: Instant) {
-        if let Some(pulse) = self.talk.pulse(now) {
-            self.send(net, Sort::Pulse, pulse.to_bytes(self.agreement));
+    fn transmit(&mut self, net: &Net, now: Instant) {
+        if let Some(pulse) = self.session.pulse(now) {
+            self.send(net, MessageKind::Heartbeat, pulse.to_bytes(self.compatibility));
         }
         while net.has_room()
-            && let Some(bundle) = self.talk.bundle(now)
+            && let Some(bundle) = self.session.bundle(now)
         {
             self.health.sent += count(bundle.frames.len());
-            self.send(net, Sort::Bundle, bundle.to_bytes(self.agreement));
+            self.send(net, MessageKind::Batch, bundle.to_bytes(self.compatibility));
         }
     }
 
-    fn send(&mut self, net: &Net, sort: Sort, bytes: Vec<u8>) {
+    fn send(&mut self, net: &Net, sort: MessageKind, bytes: Vec<u8>) {
         self.health.bytes_sent += count(bytes.len());
         net.send(sort, bytes);
     }
 
     fn fares(&self, now: Instant) -> LinkHealth {
         LinkHealth {
-            hearings: self.talk.hearings,
-            round_trip_ns: clock::nanos(self.talk.round_trip),
-            clock_error_ns: self.talk.offset.error(now).map_or(0, clock::nanos),
-            overtaken: self.talk.outbox.overtaken,
-            given_up: self.talk.outbox.given_up,
-            lost: self.talk.inbox.lost,
+            hearings: self.session.hearings,
+            round_trip_ns: clock::nanos(self.session.round_trip),
+            clock_error_ns: self.session.offset.error(now).map_or(0, clock::nanos),
+            overtaken: self.session.outbox.overtaken,
+            given_up: self.session.outbox.given_up,
+            lost: self.session.inbox.lost,
             refused: self.refused(),
             ..self.health
         }
@@ -266,7 +265,7 @@ impl Carrier {
 
     /// Number of malformed messages and messages of a foreign peer.
     fn refused(&self) -> u64 {
-        self.health.refused + self.talk.strange
+        self.health.refused + self.session.foreign_messages
     }
 }
 

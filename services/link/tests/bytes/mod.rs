@@ -5,7 +5,7 @@
 use std::sync::Arc;
 
 use clock::{Duration, Instant};
-use link_process::{Agreement, Bundle, Came, Frame, Instants, Pulse, Stream, Talk};
+use link_process::{Batch, Compatibility, Frame, Heartbeat, ReceivedBatch, Session, Stream, TimestampFields};
 
 /// Epoch of this end.
 const LIFE: u64 = 7;
@@ -71,7 +71,7 @@ impl<'a> Bytes<'a> {
     }
 
     /// Mostly the same epoch.
-    fn life(&mut self) -> u64 {
+    fn epoch(&mut self) -> u64 {
         match self.byte() {
             0..=229 => 1,
             230..=250 => 2,
@@ -80,35 +80,35 @@ impl<'a> Bytes<'a> {
     }
 
     /// Mostly a heartbeat with consistent timestamps and the peer's clock ahead.
-    fn pulse(&mut self, now: Instant) -> Pulse {
-        let mut pulse = Pulse {
-            life: self.life(),
+    fn pulse(&mut self, now: Instant) -> Heartbeat {
+        let mut pulse = Heartbeat {
+            epoch: self.epoch(),
             sent_ns: now.as_nanos() + AHEAD_NS,
             asked_ns: now.as_nanos() - u64::from(self.byte()) * 1_000_000,
             heard_ns: now.as_nanos() + AHEAD_NS,
-            of_life: LIFE,
+            acked_epoch: LIFE,
             newest: u64::from(self.byte()),
             wanted: u64::from(self.byte()),
-            joined: u64::from(self.byte() % 4),
+            latched_subscribers: u64::from(self.byte() % 4),
         };
         if self.byte() >= 128 {
             pulse.sent_ns = self.instant(now);
             pulse.asked_ns = self.instant(now);
             pulse.heard_ns = self.instant(now);
-            (pulse.of_life, pulse.newest, pulse.wanted) = (self.number(), self.number(), self.number());
-            pulse.joined = self.number();
+            (pulse.acked_epoch, pulse.newest, pulse.wanted) = (self.number(), self.number(), self.number());
+            pulse.latched_subscribers = self.number();
         }
         pulse
     }
 
     /// Mostly the next batch of its epoch.
-    fn bundle(&mut self, now: Instant, next: u64) -> Bundle {
+    fn bundle(&mut self, now: Instant, next: u64) -> Batch {
         let frames: Vec<Frame> = (0..self.byte() % 4).map(|_| self.frame()).collect();
         let numbered = usize::from(self.byte() % 4).min(frames.len());
-        let (life, step) = (self.life(), u64::from(self.byte() % 3));
+        let (epoch, step) = (self.epoch(), u64::from(self.byte() % 3));
         let oldest = u64::from(self.byte() % 4);
-        let mut bundle = Bundle {
-            life,
+        let mut bundle = Batch {
+            epoch,
             number: next.saturating_add(step),
             sent_ns: now.as_nanos() + AHEAD_NS,
             oldest,
@@ -138,11 +138,11 @@ pub(crate) struct Seen {
 }
 
 struct End {
-    talk: Talk,
-    agreement: Agreement,
+    session: Session,
+    compatibility: Compatibility,
     now: Instant,
     /// Epoch of the peer whose batches are received, and what was acknowledged: newest batch and next frame.
-    life: u64,
+    epoch: u64,
     told: (u64, u64),
     /// When a message was last accepted.
     heard_at: Instant,
@@ -158,8 +158,8 @@ pub(crate) fn play(script: &[u8]) -> Seen {
     let mine = [Stream::JointStates, Stream::Beliefs(0), Stream::Beliefs(1), Stream::Events];
     let now = Instant::from_nanos(5_000_000_000);
     let mut end = End {
-        talk: Talk::new(LIFE, &mine, now),
-        agreement: Agreement {
+        session: Session::new(LIFE, &mine, now),
+        compatibility: Compatibility {
             version: 1,
             layouts: 2,
             joints: 3,
@@ -168,16 +168,24 @@ pub(crate) fn play(script: &[u8]) -> Seen {
             off_board: 6,
         },
         now,
-        life: 0,
+        epoch: 0,
         told: (0, 0),
         heard_at: now,
         next: 1,
         sent: 0,
         seen: Seen::default(),
     };
-    let head =
-        Pulse { life: 0, sent_ns: 0, asked_ns: 0, heard_ns: 0, of_life: 0, newest: 0, wanted: 0, joined: 0 };
-    let head = head.to_bytes(end.agreement);
+    let head = Heartbeat {
+        epoch: 0,
+        sent_ns: 0,
+        asked_ns: 0,
+        heard_ns: 0,
+        acked_epoch: 0,
+        newest: 0,
+        wanted: 0,
+        latched_subscribers: 0,
+    };
+    let head = head.to_bytes(end.compatibility);
     // The common start of all messages: magic number and compatibility values.
     let head = &head[..head.len() - 8 * 8];
     while !script.0.is_empty() {
@@ -193,18 +201,18 @@ pub(crate) fn play(script: &[u8]) -> Seen {
                 end.hear(&[head, script.some(length)].concat());
             }
             4 | 5 => {
-                let pulse = script.pulse(end.now).to_bytes(end.agreement);
+                let pulse = script.pulse(end.now).to_bytes(end.compatibility);
                 end.hear(&pulse);
             }
             6 | 7 => {
                 let bundle = script.bundle(end.now, end.next);
                 end.next = bundle.number.saturating_add(1);
-                end.hear(&bundle.to_bytes(end.agreement));
+                end.hear(&bundle.to_bytes(end.compatibility));
             }
             8 => {
                 let (stream, place) = (mine[usize::from(script.byte() % 4)], (1, script.number()));
                 let length = usize::from(script.byte() / 8);
-                end.talk.push(end.now, stream, place, script.some(length).into());
+                end.session.push(end.now, stream, place, script.some(length).into());
             }
             _ => end.cycle(),
         }
@@ -215,8 +223,8 @@ pub(crate) fn play(script: &[u8]) -> Seen {
 impl End {
     /// Receives bytes, decoded as a heartbeat and as a batch: at most one succeeds.
     fn hear(&mut self, bytes: &[u8]) {
-        let pulse = Pulse::of_bytes(bytes, self.agreement);
-        let bundle = Bundle::of_bytes(bytes, self.agreement);
+        let pulse = Heartbeat::decode(bytes, self.compatibility);
+        let bundle = Batch::decode(bytes, self.compatibility);
         if pulse.is_err() && bundle.is_err() {
             self.seen.refused += 1;
         } else {
@@ -224,16 +232,16 @@ impl End {
         }
         if let Ok(pulse) = pulse {
             self.seen.understood += 1;
-            assert_eq!(pulse.to_bytes(self.agreement), bytes, "a pulse is its bytes");
-            self.talk.hear_pulse(self.now, &pulse);
-            let _told_once = self.talk.take_newcomers();
+            assert_eq!(pulse.to_bytes(self.compatibility), bytes, "a pulse is its bytes");
+            self.session.receive_heartbeat(self.now, &pulse);
+            let _told_once = self.session.take_replay_request();
         }
         if let Ok(bundle) = bundle {
             self.seen.understood += 1;
-            assert_eq!(bundle.to_bytes(self.agreement), bytes, "a bundle is its bytes");
-            let (frames, numbered, life) = (bundle.frames.clone(), bundle.numbered, bundle.life);
-            if let Some(came) = self.talk.hear_bundle(self.now, bundle) {
-                if came.way.is_some() && std::mem::replace(&mut self.life, life) != life {
+            assert_eq!(bundle.to_bytes(self.compatibility), bytes, "a bundle is its bytes");
+            let (frames, numbered, epoch) = (bundle.frames.clone(), bundle.numbered, bundle.epoch);
+            if let Some(came) = self.session.receive_batch(self.now, bundle) {
+                if came.way.is_some() && std::mem::replace(&mut self.epoch, epoch) != epoch {
                     // Acknowledgements restart with a new epoch.
                     self.told = (0, 0);
                 }
@@ -243,8 +251,8 @@ impl End {
     }
 
     /// Published frames are from the batch, each at most once, and in its order.
-    fn publish(&mut self, came: &Came, frames: &[Frame], numbered: usize) {
-        let Came { new, way } = came;
+    fn publish(&mut self, came: &ReceivedBatch, frames: &[Frame], numbered: usize) {
+        let ReceivedBatch { new, way } = came;
         if new.said.is_empty() && new.newest.is_empty() {
             return;
         }
@@ -255,7 +263,7 @@ impl End {
         for frame in new.said.iter().chain(&new.newest) {
             self.seen.frames += 1;
             let mut bytes = frame.bytes.to_vec();
-            let instants = Instants::of(frame.stream);
+            let instants = TimestampFields::of(frame.stream);
             instants.shift(&mut bytes, ahead_ns);
             assert_eq!(bytes.len(), frame.bytes.len());
             let [head, entry] = frame.stream.kinds();
@@ -267,24 +275,24 @@ impl End {
 
     /// Runs a cycle of this end and checks that its messages can be decoded.
     fn cycle(&mut self) {
-        self.talk.listen(self.now);
-        assert!(!self.talk.is_heard() || self.now.since(self.heard_at) <= MAX_SILENCE, "nothing is heard");
-        if let Some(pulse) = self.talk.pulse(self.now) {
-            assert_eq!(Pulse::of_bytes(&pulse.to_bytes(self.agreement), self.agreement), Ok(pulse));
-            assert_eq!(pulse.life, LIFE);
+        self.session.listen(self.now);
+        assert!(!self.session.is_heard() || self.now.since(self.heard_at) <= MAX_SILENCE, "nothing is heard");
+        if let Some(pulse) = self.session.pulse(self.now) {
+            assert_eq!(Heartbeat::decode(&pulse.to_bytes(self.compatibility), self.compatibility), Ok(pulse));
+            assert_eq!(pulse.epoch, LIFE);
             // Within an epoch, acknowledgements never go back.
             let (newest, wanted) = self.told;
-            assert_eq!(pulse.of_life, self.life);
+            assert_eq!(pulse.acked_epoch, self.epoch);
             assert!(pulse.newest >= newest && pulse.wanted >= wanted, "{pulse:?}: {newest}, {wanted} before");
             self.told = (pulse.newest, pulse.wanted);
         }
-        if let Some(bundle) = self.talk.bundle(self.now) {
-            assert!(self.talk.is_heard(), "nothing is sent to nobody");
+        if let Some(bundle) = self.session.bundle(self.now) {
+            assert!(self.session.is_heard(), "nothing is sent to nobody");
             self.seen.sent += 1;
             self.sent += 1;
             assert!(bundle.number == self.sent && bundle.frames.len() <= MAX_FRAMES);
-            let bytes: Arc<[u8]> = bundle.to_bytes(self.agreement).into();
-            assert_eq!(Bundle::of_bytes(&bytes, self.agreement), Ok(bundle));
+            let bytes: Arc<[u8]> = bundle.to_bytes(self.compatibility).into();
+            assert_eq!(Batch::decode(&bytes, self.compatibility), Ok(bundle));
         }
     }
 }

@@ -6,21 +6,21 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use clock::{Duration, Instant};
 use serial::{OpenError, Pty};
-use servo::mock::{Answers, Line};
+use servo::mock::{Line, Replies};
 
 use crate::Pacer;
-use crate::lateness::Lateness;
+use crate::lateness::WakeupLatency;
 
 /// Polling interval for the stop flag while the bus is idle.
-const IDLE: Duration = Duration::from_millis(50);
+const IDLE_POLL_INTERVAL: Duration = Duration::from_millis(50);
 /// Polling interval for delayed replies in simulated time. Polling continuously would take the processor from threads
 /// that have work.
-const SIMULATED: Duration = Duration::from_micros(500);
+const SIMULATED_POLL_INTERVAL: Duration = Duration::from_micros(500);
 /// Timeout after which a reply that the host does not read is dropped.
-const UNREAD: Duration = Duration::from_millis(100);
+const WRITE_TIMEOUT: Duration = Duration::from_millis(100);
 /// Replies within this time are written together. A thread cannot wake up for every few bytes, and real adapters do not
 /// deliver bytes one by one.
-const TOGETHER: Duration = Duration::from_micros(1500);
+const COALESCE_WINDOW: Duration = Duration::from_micros(1500);
 
 /// The servos of one bus, and their time.
 #[derive(Debug)]
@@ -36,7 +36,7 @@ pub(crate) struct Servos {
 
 /// One bus: its servos and its pseudo-terminal.
 #[derive(Debug)]
-pub(crate) struct End {
+pub(crate) struct BusServer {
     pub(crate) link: PathBuf,
     pub(crate) baud: u32,
     pub(crate) servos: Arc<Mutex<Servos>>,
@@ -45,7 +45,7 @@ pub(crate) struct End {
 
 /// Why a pseudo-terminal cannot be set up.
 #[derive(Debug, thiserror::Error)]
-pub enum PlugError {
+pub enum PtyError {
     /// The pseudo-terminal cannot be opened.
     #[error(transparent)]
     Open(#[from] OpenError),
@@ -59,15 +59,15 @@ pub enum PlugError {
     },
 }
 
-impl End {
+impl BusServer {
     /// Opens a pseudo-terminal and creates the link to it.
-    pub(crate) fn plug(&self) -> Result<Pty, PlugError> {
+    pub(crate) fn open_pty(&self) -> Result<Pty, PtyError> {
         let pty = Pty::new(self.baud)?;
         let mut servos = self.servos();
         (servos.heard, servos.said) = (0, 0);
         drop(servos);
         replace_link(pty.path(), &self.link)
-            .map_err(|source| PlugError::Link { path: self.link.clone(), source })?;
+            .map_err(|source| PtyError::Link { path: self.link.clone(), source })?;
         Ok(pty)
     }
 
@@ -79,26 +79,26 @@ impl End {
     pub(crate) fn serve(&self, pty: Pty) {
         let mut pty = Some(pty);
         let mut pacer = Pacer::new(self.baud);
-        let mut voice = Voice {
-            answers: Answers::for_servos(self.servos().line.servos().len()),
+        let mut reply_writer = ReplyWriter {
+            answers: Replies::for_servos(self.servos().line.servos().len()),
             said: Vec::with_capacity(4096),
-            lateness: Lateness::default(),
+            lateness: WakeupLatency::default(),
         };
         while !self.stop.load(Ordering::Relaxed) {
             let hangs = self.hangs_up();
             match &pty {
                 Some(_) if hangs => {
                     pty = None;
-                    self.unplug();
+                    self.remove_link();
                 }
                 Some(line) => {
-                    if let Err(lost) = self.exchange(line, &mut pacer, &mut voice) {
+                    if let Err(lost) = self.exchange(line, &mut pacer, &mut reply_writer) {
                         tracing::warn!("a mock bus is lost: {lost}");
                         return;
                     }
                 }
-                None if hangs => clock::sleep_until(clock::now() + IDLE),
-                None => match self.plug() {
+                None if hangs => clock::sleep_until(clock::now() + IDLE_POLL_INTERVAL),
+                None => match self.open_pty() {
                     Ok(line) => pty = Some(line),
                     Err(error) => {
                         tracing::warn!("a mock bus is lost: {error}");
@@ -116,74 +116,79 @@ impl End {
     }
 
     /// Removes the link; it may already be gone.
-    pub(crate) fn unplug(&self) {
+    pub(crate) fn remove_link(&self) {
         let _gone = fs::remove_file(&self.link);
     }
 
     /// When to stop waiting for the host: to send a delayed reply, or to check the stop flag.
-    fn looks_at(&self) -> Instant {
+    fn next_poll_at(&self) -> Instant {
         let (now, servos) = (clock::now(), self.servos());
         match (servos.line.arrives_at(), servos.simulated) {
-            (None, _) => now + IDLE,
-            (Some(late), None) => late.min(now + IDLE),
+            (None, _) => now + IDLE_POLL_INTERVAL,
+            (Some(late), None) => late.min(now + IDLE_POLL_INTERVAL),
             (Some(late), Some(simulated)) if late <= simulated => now,
             // Simulated time advances at an unknown rate, so poll.
-            (Some(_), Some(_)) => now + SIMULATED,
+            (Some(_), Some(_)) => now + SIMULATED_POLL_INTERVAL,
         }
     }
 
     /// Waits for bytes from the host and replies to them.
-    fn exchange(&self, pty: &Pty, pacer: &mut Pacer, voice: &mut Voice) -> Result<(), serial::Lost> {
+    fn exchange(
+        &self,
+        pty: &Pty,
+        pacer: &mut Pacer,
+        reply_writer: &mut ReplyWriter,
+    ) -> Result<(), serial::LineLostError> {
         let mut heard = [0; 1024];
-        let count = pty.read(&mut heard, self.looks_at())?;
-        voice.answers.clear();
+        let count = pty.read(&mut heard, self.next_poll_at())?;
+        reply_writer.answers.clear();
         // The host wrote the bytes at this moment or earlier. The wake-up latency is unknown; an estimate could make
         // replies arrive earlier than a real bus could deliver them.
         let heard_at = clock::now();
         let mut servos = self.servos();
         let (now, paced) = (servos.simulated.unwrap_or(heard_at), servos.simulated.is_none());
         if count == 0 {
-            // In simulated time, `Ptys::advance` advances the servos.
+            // In simulated time, `MockBuses::advance` advances the servos.
             if paced {
                 servos.line.advance(now);
             }
-            servos.line.arrive(now, &mut voice.answers);
+            servos.line.arrive(now, &mut reply_writer.answers);
         } else {
             // The baud rate that the host has set; if it cannot be read, the last one stays.
             if let Ok(baud) = pty.baud() {
                 servos.line.set_baud(baud);
                 pacer.set_baud(baud);
             }
-            servos.line.listen(now, heard.get(..count).unwrap_or_default(), &mut voice.answers);
+            servos.line.listen(now, heard.get(..count).unwrap_or_default(), &mut reply_writer.answers);
         }
         servos.heard += count;
-        servos.said += voice.answers.get().iter().map(|answer| answer.bytes.len()).sum::<usize>();
+        servos.said += reply_writer.answers.get().iter().map(|answer| answer.bytes.len()).sum::<usize>();
         drop(servos);
-        voice.say(pty, pacer, heard_at, count, paced);
+        reply_writer.write_replies(pty, pacer, heard_at, count, paced);
         Ok(())
     }
 }
 
 /// The pending replies, and a buffer for them.
-struct Voice {
-    answers: Answers,
+struct ReplyWriter {
+    answers: Replies,
     said: Vec<u8>,
     /// Wake-up latency of this thread.
-    lateness: Lateness,
+    lateness: WakeupLatency,
 }
 
-impl Voice {
+impl ReplyWriter {
     /// Writes the replies when a real bus would deliver them, never earlier. Replies that the host does not read are
     /// lost, as on a real bus.
-    fn say(&mut self, pty: &Pty, pacer: &mut Pacer, heard_at: Instant, heard: usize, paced: bool) {
+    fn write_replies(&mut self, pty: &Pty, pacer: &mut Pacer, heard_at: Instant, heard: usize, paced: bool) {
         self.said.clear();
-        let mut first_at = pacer.leave_at(heard_at, heard, Duration::ZERO, 0);
+        let mut first_at = pacer.departure_at(heard_at, heard, Duration::ZERO, 0);
         let mut leaves_at = first_at;
         for answer in self.answers.get() {
-            let at = pacer.leave_at(heard_at, 0, answer.wait, answer.bytes.len());
-            if paced && !self.said.is_empty() && at.since(first_at) > TOGETHER {
+            let at = pacer.departure_at(heard_at, 0, answer.wait, answer.bytes.len());
+            if paced && !self.said.is_empty() && at.since(first_at) > COALESCE_WINDOW {
                 sleep_until(&mut self.lateness, leaves_at);
-                let _taken = pty.write(&self.said, clock::now() + UNREAD);
+                let _taken = pty.write(&self.said, clock::now() + WRITE_TIMEOUT);
                 self.said.clear();
                 first_at = leaves_at;
             }
@@ -196,16 +201,16 @@ impl Voice {
         if paced {
             sleep_until(&mut self.lateness, leaves_at);
         }
-        let _taken = pty.write(&self.said, clock::now() + UNREAD);
+        let _taken = pty.write(&self.said, clock::now() + WRITE_TIMEOUT);
     }
 }
 
 /// Waits until `at`: sleeps until shortly before, then spins for a time shorter than the wake-up latency.
-fn sleep_until(lateness: &mut Lateness, at: Instant) {
-    let wake_at = at - lateness.usual();
+fn sleep_until(lateness: &mut WakeupLatency, at: Instant) {
+    let wake_at = at - lateness.mean();
     if clock::now() < wake_at {
         clock::sleep_until(wake_at);
-        lateness.note(clock::now().since(wake_at));
+        lateness.add_sample(clock::now().since(wake_at));
     }
     while clock::now() < at {
         std::hint::spin_loop();

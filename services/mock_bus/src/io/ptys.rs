@@ -5,21 +5,21 @@ use std::thread::JoinHandle;
 
 use clock::Instant;
 use config::motor::{Device, Motor};
-use servo::mock::{Injected, Injection, Injector, Servo};
+use servo::mock::{FaultCounts, FaultSpec, Injector, Servo};
 
-use crate::io::end::{End, PlugError, Servos};
+use crate::io::end::{BusServer, PtyError, Servos};
 use crate::{Faults, line};
 
 /// Why a mock bus cannot be started.
 #[derive(Debug, thiserror::Error)]
-pub enum PtysError {
+pub enum MockBusesError {
     /// The pseudo-terminal or the link to it cannot be created.
     #[error("mock bus `{bus}`: {source}")]
     Plug {
         /// The bus.
         bus: String,
         /// The cause.
-        source: PlugError,
+        source: PtyError,
     },
     /// The thread cannot be started.
     #[error("mock bus `{bus}`: no thread: {source}")]
@@ -33,7 +33,7 @@ pub enum PtysError {
 
 /// Pseudo-terminals with simulated servos, one thread each. Dropping it ends the threads and removes the links.
 #[derive(Debug)]
-pub struct Ptys {
+pub struct MockBuses {
     buses: Vec<Bus>,
     stop: Arc<AtomicBool>,
 }
@@ -41,11 +41,11 @@ pub struct Ptys {
 #[derive(Debug)]
 struct Bus {
     name: String,
-    end: Arc<End>,
+    end: Arc<BusServer>,
     thread: Option<JoinHandle<()>>,
 }
 
-impl Ptys {
+impl MockBuses {
     /// Starts every bus whose device is `mock`, without faults, with a link `bus-<name>` in `folder`. In `lockstep`
     /// time stands still until [`advance`](Self::advance), and replies are written at once; otherwise they are paced
     /// like on a real bus.
@@ -53,7 +53,7 @@ impl Ptys {
     /// # Errors
     ///
     /// No pseudo-terminal or thread is available, or the folder is not writable.
-    pub fn open(robot: &Motor, folder: &Path, lockstep: bool) -> Result<Self, PtysError> {
+    pub fn open(robot: &Motor, folder: &Path, lockstep: bool) -> Result<Self, MockBusesError> {
         Self::with_faults(robot, folder, lockstep, &Faults::default())
     }
 
@@ -67,7 +67,7 @@ impl Ptys {
         folder: &Path,
         lockstep: bool,
         faults: &Faults,
-    ) -> Result<Self, PtysError> {
+    ) -> Result<Self, MockBusesError> {
         let mut ptys = Self { buses: Vec::new(), stop: Arc::new(AtomicBool::new(false)) };
         for (index, bus) in robot.buses.iter().enumerate().filter(|(_, bus)| bus.device == Device::Mock) {
             let name = || bus.name.clone();
@@ -77,7 +77,7 @@ impl Ptys {
                 .with_followers(faults.followers)
                 .with_injector(Injector::new(&bus.name, faults.seed));
             line.inject(now, &faults.injections);
-            let end = Arc::new(End {
+            let end = Arc::new(BusServer {
                 link: folder.join(format!("bus-{}", bus.name)),
                 baud: bus.baud,
                 servos: Arc::new(Mutex::new(Servos { line, simulated, heard: 0, said: 0 })),
@@ -85,11 +85,11 @@ impl Ptys {
             });
             // From here on, dropping `ptys` removes it again on any error.
             ptys.buses.push(Bus { name: name(), end: Arc::clone(&end), thread: None });
-            let pty = end.plug().map_err(|source| PtysError::Plug { bus: name(), source })?;
+            let pty = end.open_pty().map_err(|source| MockBusesError::Plug { bus: name(), source })?;
             let thread = std::thread::Builder::new()
                 .name(format!("mock {}", bus.name))
                 .spawn(move || end.serve(pty))
-                .map_err(|source| PtysError::Spawn { bus: name(), source })?;
+                .map_err(|source| MockBusesError::Spawn { bus: name(), source })?;
             if let Some(bus) = ptys.buses.last_mut() {
                 bus.thread = Some(thread);
             }
@@ -112,7 +112,7 @@ impl Ptys {
     }
 
     /// Replaces the enabled faults; faults that were already enabled keep their state.
-    pub fn inject(&self, injections: &[Injection]) {
+    pub fn inject(&self, injections: &[FaultSpec]) {
         for bus in &self.buses {
             let mut servos = bus.servos();
             let now = servos.simulated.unwrap_or_else(clock::now);
@@ -128,20 +128,20 @@ impl Ptys {
     }
 
     /// Inspects or manipulates the servos of a bus between instructions. `None` if the bus is unknown.
-    pub fn tamper<T>(&self, bus: &str, with: impl FnOnce(&mut [Servo]) -> T) -> Option<T> {
+    pub fn with_servos<T>(&self, bus: &str, with: impl FnOnce(&mut [Servo]) -> T) -> Option<T> {
         let bus = self.buses.iter().find(|each| each.name == bus)?;
         Some(with(bus.servos().line.servos_mut()))
     }
 
     /// Copies of the servos of a bus that share an ID with another servo now. `None` if the bus is unknown.
     #[must_use]
-    pub fn twins(&self, bus: &str) -> Option<Vec<Servo>> {
+    pub fn duplicate_servos(&self, bus: &str) -> Option<Vec<Servo>> {
         let bus = self.buses.iter().find(|each| each.name == bus)?;
-        Some(bus.servos().line.twins().to_vec())
+        Some(bus.servos().line.duplicate_servos().to_vec())
     }
 
     /// The faults injected so far, per bus.
-    pub fn injected(&self) -> impl Iterator<Item = (&str, Injected)> {
+    pub fn injected(&self) -> impl Iterator<Item = (&str, FaultCounts)> {
         self.buses.iter().map(|bus| (bus.name.as_str(), bus.servos().line.injected()))
     }
 }
@@ -156,7 +156,7 @@ impl Bus {
 /// timeout that suits a slow machine.
 #[derive(Clone, Debug)]
 pub struct Progress {
-    end: Arc<End>,
+    end: Arc<BusServer>,
 }
 
 impl Progress {
@@ -170,7 +170,7 @@ impl Progress {
     }
 }
 
-impl Drop for Ptys {
+impl Drop for MockBuses {
     fn drop(&mut self) {
         self.stop.store(true, Ordering::Relaxed);
         for bus in &mut self.buses {
@@ -178,7 +178,7 @@ impl Drop for Ptys {
                 // A panic of the thread was already reported.
                 let _ended = thread.join();
             }
-            bus.end.unplug();
+            bus.end.remove_link();
         }
     }
 }

@@ -2,9 +2,9 @@ use clock::Duration;
 use config::Robot;
 use config::campaign::Campaign;
 use message::Process;
-use process::{Failure, Launch, Member, Progress};
+use process::{Failure, Launch, ProcessNode, Progress};
 
-use crate::{Faults, Ptys, parse};
+use crate::{Faults, MockBuses, parse};
 
 /// Cycle time of the process in real time. The bus threads do the work; the main loop only sends heartbeats.
 const HEARTBEAT: Duration = Duration::from_millis(50);
@@ -16,7 +16,7 @@ const HEARTBEAT: Duration = Duration::from_millis(50);
 /// A bus cannot be started, the domain cannot be joined, or the middleware failed.
 pub fn run(launch: &Launch, robot: &Robot) -> Result<(), Failure> {
     let leo = &robot.leo;
-    let mut member = Member::join(launch, Process::MockBus, &leo.buffers, &leo.mock_bus.realtime)?;
+    let mut member = ProcessNode::join(launch, Process::MockBus, &leo.buffers, &leo.mock_bus.realtime)?;
     let mut faults = Faults::configured(&leo.mock_bus, &robot.motor).map_err(Failure::own)?;
     if let Some(file) = &launch.campaign {
         let check = |words: &str| parse(words, &robot.motor).map(drop);
@@ -27,8 +27,8 @@ pub fn run(launch: &Launch, robot: &Robot) -> Result<(), Failure> {
             faults.injections.push(parse(words, &robot.motor).map_err(Failure::own)?);
         }
     }
-    let ptys =
-        Ptys::with_faults(&robot.motor, &launch.domain, launch.lockstep, &faults).map_err(Failure::own)?;
+    let ptys = MockBuses::with_faults(&robot.motor, &launch.domain, launch.lockstep, &faults)
+        .map_err(Failure::own)?;
     tracing::info!("the mock buses draw their faults by the seed {}", faults.seed);
     for (bus, link) in ptys.links() {
         tracing::debug!("the mock bus `{bus}` is at {}", link.display());

@@ -4,7 +4,7 @@ use clock::Duration;
 use rustypot::DynamixelProtocolHandler;
 
 use crate::rig::{Rig, Way};
-use crate::{PATIENCE, SERVOS, micros, quantile};
+use crate::{REPLY_TIMEOUT, SERVOS, micros, quantile};
 
 /// No fault.
 const WELL: &str = "drop p=0";
@@ -104,8 +104,8 @@ fn rustypot_with_a_bad_servo(way: Way, fault: &str) -> Cost {
     for _ in 0..40 {
         let begun = clock::now();
         let read = match way {
-            Way::Chain => master.fast_sync_read(port.as_mut(), &ids, 120, 16),
-            Way::Each => master.sync_read(port.as_mut(), &ids, 120, 16),
+            Way::FastRead => master.fast_sync_read(port.as_mut(), &ids, 120, 16),
+            Way::PlainRead => master.sync_read(port.as_mut(), &ids, 120, 16),
         };
         times.push(clock::now().since(begun));
         kept.push(read.map_or(0, |read| read.len()));
@@ -124,8 +124,8 @@ pub(crate) fn measure() -> bool {
     );
     let mut costs_one = true;
     for (way, what, faults) in [
-        (Way::Chain, "fast sync read, all in one chain", IN_A_CHAIN),
-        (Way::Each, "sync read, each for itself: firmware 44", BY_ITSELF),
+        (Way::FastRead, "fast sync read, all in one chain", IN_A_CHAIN),
+        (Way::PlainRead, "sync read, each for itself: firmware 44", BY_ITSELF),
     ] {
         println!(
             "{what}\n{:<20} | {:>6} {:>6} {:>8} {:>8} {:>6} | {:>8} {:>8} {:>8}",
@@ -139,7 +139,7 @@ pub(crate) fn measure() -> bool {
 /// Prints the cost of each fault. Returns whether each costs at most one servo.
 fn table(way: Way, faults: [&str; 9]) -> bool {
     let answer = Duration::from_nanos(ANSWER_BYTES * 10 * 1_000_000_000 / 4_000_000);
-    let turn = micros(answer + PATIENCE);
+    let turn = micros(answer + REPLY_TIMEOUT);
     let (mut well, mut costs_one) = (None, true);
     for fault in [WELL].into_iter().chain(faults) {
         let Cost { kept, least, p50, most } = with_a_bad_servo(way, fault);

@@ -3,21 +3,21 @@
 use clock::{Duration, Instant};
 use config::Robot;
 use message::{JointGoal, JointMode};
-use mock_bus_process::Ptys;
-use motor_process::{Motor, Threads};
-use process::{Emergency, Lookout};
+use mock_bus_process::MockBuses;
+use motor_process::{BusThreads, Motor};
+use process::{Emergency, EmergencyFlag};
 
 use crate::rig::put_up;
-use crate::{PATIENCE, PERIOD};
+use crate::{PERIOD, REPLY_TIMEOUT};
 
 pub(crate) struct Body {
     pub(crate) robot: Robot,
     pub(crate) motor: Motor,
-    pub(crate) threads: Threads,
-    lookout: Lookout,
+    pub(crate) threads: BusThreads,
+    emergency_flag: EmergencyFlag,
     _emergency: Emergency,
     goals: Vec<JointGoal>,
-    _ptys: Ptys,
+    _ptys: MockBuses,
     pub(crate) folder: tempfile::TempDir,
 }
 
@@ -27,15 +27,22 @@ impl Body {
         let folder = tempfile::tempdir().expect("a folder");
         let ptys = put_up(&robot.motor, folder.path());
         let emergency = Emergency::watch(folder.path()).expect("a watch");
-        let lookout = emergency.lookout();
+        let emergency_flag = emergency.emergency_flag();
         let (buses, until) = (&robot.motor.buses, clock::now() + Duration::from_secs(20));
-        let threads = Threads::start(buses, folder.path(), (PATIENCE, 2 * PERIOD), until, false, &lookout)
-            .expect("buses");
+        let threads = BusThreads::start(
+            buses,
+            folder.path(),
+            (REPLY_TIMEOUT, 2 * PERIOD),
+            until,
+            false,
+            &emergency_flag,
+        )
+        .expect("buses");
         let goal = |joint| JointGoal { joint, reserved: 0, goal_position_rad: 0.1, arrive_at_ns: 0 };
         Self {
             motor: Motor::new(&robot.motor, &robot.leo.motor).expect("a robot"),
             threads,
-            lookout,
+            emergency_flag,
             _emergency: emergency,
             goals: (0..).take(robot.motor.joints.len()).map(goal).collect(),
             _ptys: ptys,
@@ -54,7 +61,7 @@ impl Body {
 
     /// Second half of a cycle: handles the emergency stop, and sends every bus its request.
     pub(crate) fn send(&mut self, now: Instant) {
-        if self.lookout.is_raised() {
+        if self.emergency_flag.is_raised() {
             self.motor.emergency_stop(now);
         } else if self.motor.is_stopped() {
             self.motor.end_emergency();

@@ -4,10 +4,10 @@ use clock::{Duration, Instant};
 use config::Robot;
 use message::JointGoal;
 use motor_process::{Master, Motor, Port, Received, Replies, Request, Sent};
-use serial::Lost;
+use serial::LineLostError;
 
 use crate::wire::Wire;
-use crate::{PATIENCE, PERIOD, micros, quantile};
+use crate::{PERIOD, REPLY_TIMEOUT, micros, quantile};
 
 /// A bus that measures the time of its simulated servos, which is not the driver's.
 struct Timed {
@@ -25,11 +25,16 @@ impl Timed {
 }
 
 impl Port for Timed {
-    fn send(&mut self, bytes: &[u8], within: Duration) -> Result<Sent, Lost> {
+    fn send(&mut self, bytes: &[u8], within: Duration) -> Result<Sent, LineLostError> {
         self.of(|wire| wire.send(bytes, within))
     }
 
-    fn receive(&mut self, into: &mut [u8], within: Duration, until: Instant) -> Result<Received, Lost> {
+    fn receive(
+        &mut self,
+        into: &mut [u8],
+        within: Duration,
+        until: Instant,
+    ) -> Result<Received, LineLostError> {
         self.of(|wire| wire.receive(into, within, until))
     }
 }
@@ -45,7 +50,7 @@ pub(crate) fn measure() {
         .map(|wire| Timed { wire, spent: Duration::ZERO })
         .collect();
     let mut masters: Vec<_> =
-        robot.motor.buses.iter().map(|bus| Master::new(bus.baud, (PATIENCE, PERIOD))).collect();
+        robot.motor.buses.iter().map(|bus| Master::new(bus.baud, (REPLY_TIMEOUT, PERIOD))).collect();
     let mut goals: Vec<_> = (0..)
         .take(robot.motor.joints.len())
         .map(|joint| JointGoal { joint, reserved: 0, goal_position_rad: 0.1, arrive_at_ns: 0 })

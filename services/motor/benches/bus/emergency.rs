@@ -9,13 +9,13 @@ use crate::{BUSES, PERIOD, micros, quantile};
 const STOPS: u32 = 40;
 const PHASES: u32 = 8;
 /// Maximum number of cycles until every torque is off.
-const CYCLES_MOST: u32 = 2;
+const MAX_CYCLES: u32 = 2;
 /// Number of cycles for which all joints follow before a stop.
 const CALM: u32 = 25;
 
 /// Measures the time and the number of cycles from raising the stop until every servo has confirmed torque off. In
 /// that time the watch detects the file, a cycle begins, the buses transmit, and the next cycle reads the answers.
-/// Returns whether there were never more than [`CYCLES_MOST`] cycles.
+/// Returns whether there were never more than [`MAX_CYCLES`] cycles.
 pub(crate) fn measure() -> bool {
     let mut body = Body::new();
     let (mut times, mut most) = (Vec::new(), 0);
@@ -56,5 +56,5 @@ pub(crate) fn measure() -> bool {
          watch's and the cycle's grid: p50 {p50:.0} us, max {longest:.0} us, at most {most} cycles",
         body.robot.motor.joints.len()
     );
-    most <= CYCLES_MOST
+    most <= MAX_CYCLES
 }

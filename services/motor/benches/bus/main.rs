@@ -39,7 +39,7 @@ const SERVOS: u8 = 13;
 const BUSES: usize = 5;
 const PERIOD: Duration = Duration::from_millis(4);
 /// Reply timeout of the driver.
-const PATIENCE: Duration = Duration::from_millis(1);
+const REPLY_TIMEOUT: Duration = Duration::from_millis(1);
 
 fn main() -> ExitCode {
     let arguments: Vec<String> = std::env::args().skip(1).collect();
@@ -50,7 +50,7 @@ fn main() -> ExitCode {
     let named = || arguments.iter().filter(|argument| !argument.starts_with("--"));
     let is_wanted = |part: &str| named().next().is_none() || named().any(|name| name == part);
     // Like the running robot.
-    let _awake = realtime::Awake::ask();
+    let _awake = realtime::IdleStateGuard::ask();
     for (part, measure) in [("computing", computing::measure as fn()), ("jitter", jitter::measure)] {
         if is_wanted(part) {
             measure();

@@ -5,11 +5,11 @@ use std::fmt::Write as _;
 use clock::Duration;
 use config::Robot;
 use message::{JointGoal, JointMode, JointState};
-use mock_bus_process::Ptys;
+use mock_bus_process::MockBuses;
 use motor_process::{Line, Master, Motor, Replies, Request};
-use servo::mock::Injection;
+use servo::mock::FaultSpec;
 
-use crate::{PATIENCE, PERIOD, SERVOS};
+use crate::{PERIOD, REPLY_TIMEOUT, SERVOS};
 
 /// A robot with one bus.
 fn robot_of(baud: u32) -> config::motor::Motor {
@@ -30,9 +30,9 @@ fn robot_of(baud: u32) -> config::motor::Motor {
 #[derive(Clone, Copy, PartialEq)]
 pub(crate) enum Way {
     /// With fast sync read.
-    Chain,
+    FastRead,
     /// With sync read, because their firmware is old.
-    Each,
+    PlainRead,
 }
 
 /// Firmware that does not support fast sync read.
@@ -40,7 +40,7 @@ const OLD_FIRMWARE: u8 = 44;
 
 /// One bus with its driver.
 pub(crate) struct Rig {
-    pub(crate) ptys: Ptys,
+    pub(crate) ptys: MockBuses,
     pub(crate) folder: tempfile::TempDir,
     pub(crate) motor: Motor,
     master: Master,
@@ -52,27 +52,27 @@ pub(crate) struct Rig {
 
 /// Starts the mock servo bus in threads with the real-time settings of its process. The caller then has those of the
 /// motor process.
-pub(crate) fn put_up(robot: &config::motor::Motor, folder: &std::path::Path) -> Ptys {
+pub(crate) fn put_up(robot: &config::motor::Motor, folder: &std::path::Path) -> MockBuses {
     let leo = Robot::load(None).expect("built in").leo;
     for refusal in realtime::apply(&leo.mock_bus.realtime).refusals() {
         println!("without its rights: {refusal}");
     }
-    let ptys = Ptys::open(robot, folder, false).expect("pseudo-terminals");
+    let ptys = MockBuses::open(robot, folder, false).expect("pseudo-terminals");
     let _the_same_are_missing = realtime::apply(&leo.motor.realtime);
     ptys
 }
 
 impl Rig {
     pub(crate) fn new(baud: u32) -> Self {
-        Self::read_by(Way::Chain, baud)
+        Self::read_by(Way::FastRead, baud)
     }
 
     pub(crate) fn read_by(way: Way, baud: u32) -> Self {
         let robot = robot_of(baud);
         let folder = tempfile::tempdir().expect("a folder");
         let ptys = put_up(&robot, folder.path());
-        if way == Way::Each {
-            ptys.tamper("only", |servos| {
+        if way == Way::PlainRead {
+            ptys.with_servos("only", |servos| {
                 servos.iter_mut().for_each(|servo| *servo = servo.clone().with_firmware(OLD_FIRMWARE));
             })
             .expect("a bus");
@@ -81,7 +81,7 @@ impl Rig {
         let goal = |joint| JointGoal { joint, reserved: 0, goal_position_rad: 0.2, arrive_at_ns: 0 };
         let mut rig = Self {
             motor: Motor::new(&robot, &settings).expect("a robot"),
-            master: Master::new(baud, (PATIENCE, 2 * PERIOD)),
+            master: Master::new(baud, (REPLY_TIMEOUT, 2 * PERIOD)),
             line: Line::new(None, folder.path().join("bus-only"), baud),
             request: Request::default(),
             replies: Replies::default(),
@@ -122,7 +122,7 @@ impl Rig {
     }
 
     pub(crate) fn inject(&self, words: &str) {
-        let faults: Vec<Injection> = words.lines().map(|words| words.parse().expect("a fault")).collect();
+        let faults: Vec<FaultSpec> = words.lines().map(|words| words.parse().expect("a fault")).collect();
         self.ptys.inject(&faults);
     }
 }

@@ -13,14 +13,19 @@ struct Laggard {
 }
 
 impl Port for Laggard {
-    fn send(&mut self, bytes: &[u8], _within: Duration) -> Result<Sent, Lost> {
+    fn send(&mut self, bytes: &[u8], _within: Duration) -> Result<Sent, LineLostError> {
         self.now += Duration::from_millis(3);
         self.there = std::mem::take(&mut self.late);
         self.line.hear(self.now, bytes, &mut self.late);
         Ok(Sent { at: self.now, late: 0 })
     }
 
-    fn receive(&mut self, into: &mut [u8], _within: Duration, _until: Instant) -> Result<Received, Lost> {
+    fn receive(
+        &mut self,
+        into: &mut [u8],
+        _within: Duration,
+        _until: Instant,
+    ) -> Result<Received, LineLostError> {
         let there = std::mem::take(&mut self.there);
         into[..there.len()].copy_from_slice(&there);
         Ok(Received { count: there.len(), at: self.now })
@@ -31,7 +36,7 @@ impl Port for Laggard {
 fn question(ids: [Id; 2]) -> Request {
     let (address, length) = (Reading::ITEM.address, Reading::ITEM.length);
     let mut request = Request::default();
-    request.add(Topic::Each, ids, usize::from(length), |out| {
+    request.add(PartKind::PlainRead, ids, usize::from(length), |out| {
         Instruction::SyncRead { address, length, ids: &[1, 2] }.encode(Address::All, out).unwrap()
     });
     request
@@ -42,7 +47,7 @@ fn two_servos() -> ([Id; 2], Line) {
     (ids, Line::new(ids.map(|id| Servo::new(Model::Xm430W350, id, 0.0, Instant::EPOCH)).into()))
 }
 
-const PATIENCE: (Duration, Duration) = (Duration::from_millis(1), Duration::from_millis(1));
+const REPLY_TIMEOUT: (Duration, Duration) = (Duration::from_millis(1), Duration::from_millis(1));
 
 /// Two servos on a line that is lost in the middle of the first answer.
 struct Torn {
@@ -52,17 +57,22 @@ struct Torn {
 }
 
 impl Port for Torn {
-    fn send(&mut self, bytes: &[u8], _within: Duration) -> Result<Sent, Lost> {
+    fn send(&mut self, bytes: &[u8], _within: Duration) -> Result<Sent, LineLostError> {
         self.there.clear();
         self.line.hear(Instant::EPOCH, bytes, &mut self.there);
         Ok(Sent { at: Instant::EPOCH, late: 0 })
     }
 
-    fn receive(&mut self, into: &mut [u8], _within: Duration, _until: Instant) -> Result<Received, Lost> {
+    fn receive(
+        &mut self,
+        into: &mut [u8],
+        _within: Duration,
+        _until: Instant,
+    ) -> Result<Received, LineLostError> {
         let there = std::mem::take(&mut self.there);
         if self.breaks && there.is_empty() {
             self.breaks = false;
-            return Err(Lost::HangUp);
+            return Err(LineLostError::HangUp);
         }
         let there = if self.breaks { &there[..12] } else { &there[..] };
         into[..there.len()].copy_from_slice(there);
@@ -77,12 +87,17 @@ struct Trickle {
 }
 
 impl Port for Trickle {
-    fn send(&mut self, _bytes: &[u8], _within: Duration) -> Result<Sent, Lost> {
+    fn send(&mut self, _bytes: &[u8], _within: Duration) -> Result<Sent, LineLostError> {
         self.sent += 1;
         Ok(Sent { at: self.now, late: 0 })
     }
 
-    fn receive(&mut self, into: &mut [u8], within: Duration, until: Instant) -> Result<Received, Lost> {
+    fn receive(
+        &mut self,
+        into: &mut [u8],
+        within: Duration,
+        until: Instant,
+    ) -> Result<Received, LineLostError> {
         let at = self.now + Duration::from_millis(1);
         if at > until.min(self.now + within) {
             self.now = until.min(self.now + within).max(self.now);
@@ -98,12 +113,12 @@ fn noise_that_trickles_in_holds_the_bus_no_longer_than_every_servo_has_its_turn(
     let (ids, _) = two_servos();
     let (mut port, mut replies) = (Trickle { now: Instant::EPOCH, sent: 0 }, Replies::default());
     let request = question(ids);
-    Master::new(4_000_000, PATIENCE).exchange(&mut port, &request, &mut replies);
+    Master::new(4_000_000, REPLY_TIMEOUT).exchange(&mut port, &request, &mut replies);
     let (part, sent) = request.parts().next().unwrap();
-    let asked = (2 + 1) * (part.time_to_answer(4_000_000) + PATIENCE.0) + part.time_to_send(4_000_000);
+    let asked = (2 + 1) * (part.time_to_answer(4_000_000) + REPLY_TIMEOUT.0) + part.time_to_send(4_000_000);
     assert!(!sent.is_empty() && port.sent == 2, "they are asked once more");
     assert!(port.now <= Instant::EPOCH + 2 * asked, "{:?}", port.now);
-    assert!(port.now >= Instant::EPOCH + PATIENCE.0, "noise is no silence");
+    assert!(port.now >= Instant::EPOCH + REPLY_TIMEOUT.0, "noise is no silence");
 }
 
 #[test]
@@ -111,12 +126,12 @@ fn what_a_lost_line_left_is_not_counted_when_it_is_back() {
     let (ids, line) = two_servos();
     let mut port = Torn { line, there: Vec::new(), breaks: true };
     let (request, mut replies) = (question(ids), Replies::default());
-    let mut master = Master::new(4_000_000, PATIENCE);
+    let mut master = Master::new(4_000_000, REPLY_TIMEOUT);
     master.exchange(&mut port, &request, &mut replies);
-    assert_eq!(replies.lost, Some(Lost::HangUp));
+    assert_eq!(replies.lost, Some(LineLostError::HangUp));
     master.exchange(&mut port, &request, &mut replies);
-    assert_eq!(replies.about(Topic::Each).count(), 2);
-    assert_eq!((replies.late, replies.noisy, replies.spoilt(Topic::Each)), (0, false, 0));
+    assert_eq!(replies.about(PartKind::PlainRead).count(), 2);
+    assert_eq!((replies.late, replies.noisy, replies.corrupt_replies(PartKind::PlainRead)), (0, false, 0));
 }
 
 #[test]
@@ -124,13 +139,13 @@ fn a_late_answer_to_the_first_question_does_not_pass_for_a_sample_made_after_the
     let (ids, line) = two_servos();
     let mut port = Laggard { line, now: Instant::EPOCH, late: Vec::new(), there: Vec::new() };
     let mut replies = Replies::default();
-    Master::new(4_000_000, PATIENCE).exchange(&mut port, &question(ids), &mut replies);
+    Master::new(4_000_000, REPLY_TIMEOUT).exchange(&mut port, &question(ids), &mut replies);
 
-    let late = replies.about(Topic::Again).next().expect("it is taken");
+    let late = replies.about(PartKind::Reread).next().expect("it is taken");
     let sampled = Reading::parse(Model::Xm430W350, late.params).unwrap();
     assert_eq!(sampled.tick_ms, 3, "it answers what was asked after three milliseconds");
     assert_eq!(port.now, Instant::EPOCH + Duration::from_millis(6), "and was asked again");
-    assert_eq!(replies.asked_at(Topic::Again), Instant::EPOCH + Duration::from_millis(3));
+    assert_eq!(replies.asked_at(PartKind::Reread), Instant::EPOCH + Duration::from_millis(3));
 }
 
 /// Servos without transmission times: answers arrive at once, and only silence takes time.
@@ -141,13 +156,18 @@ struct Bare {
 }
 
 impl Port for Bare {
-    fn send(&mut self, bytes: &[u8], _within: Duration) -> Result<Sent, Lost> {
+    fn send(&mut self, bytes: &[u8], _within: Duration) -> Result<Sent, LineLostError> {
         let late = std::mem::take(&mut self.there).len();
         self.line.hear(self.now, bytes, &mut self.there);
         Ok(Sent { at: self.now, late })
     }
 
-    fn receive(&mut self, into: &mut [u8], within: Duration, until: Instant) -> Result<Received, Lost> {
+    fn receive(
+        &mut self,
+        into: &mut [u8],
+        within: Duration,
+        until: Instant,
+    ) -> Result<Received, LineLostError> {
         let there = std::mem::take(&mut self.there);
         into[..there.len()].copy_from_slice(&there);
         if there.is_empty() {
@@ -158,9 +178,9 @@ impl Port for Bare {
 }
 
 /// Read of the measurements of some servos: fast sync read, or sync read.
-fn measurements_of(topic: Topic, ids: &[u8]) -> Instruction<'_> {
+fn measurements_of(topic: PartKind, ids: &[u8]) -> Instruction<'_> {
     let (address, length) = (Reading::ITEM.address, Reading::ITEM.length);
-    if topic == Topic::Chain {
+    if topic == PartKind::FastRead {
         Instruction::FastSyncRead { address, length, ids }
     } else {
         Instruction::SyncRead { address, length, ids }
@@ -173,10 +193,11 @@ fn one_bad_servo_costs_one_servo_and_one_turn_whatever_is_wrong_with_its_answers
     let ids: Vec<u8> = (1..=13).collect();
     let who = || ids.iter().filter_map(|id| Id::new(*id));
     let length = Reading::ITEM.length;
-    for topic in [Topic::Chain, Topic::Each] {
+    for topic in [PartKind::FastRead, PartKind::PlainRead] {
         let question = measurements_of(topic, &ids);
-        let answer = Part::new(Topic::Again, 0, usize::from(length), who()).time_to_answer(BAUD);
-        let look = Part::new(Topic::Look, 0, Job::Look.answer_length(), who()).time_to_answer(BAUD);
+        let answer = Part::new(PartKind::Reread, 0, usize::from(length), who()).time_to_answer(BAUD);
+        let look = Part::new(PartKind::ReadCondition, 0, Job::ReadCondition.answer_length(), who())
+            .time_to_answer(BAUD);
         for fault in [
             "drop",
             "flip",
@@ -200,9 +221,9 @@ fn one_bad_servo_costs_one_servo_and_one_turn_whatever_is_wrong_with_its_answers
                 let encode = |out: &mut [u8]| question.encode(Address::All, out).unwrap();
                 request.add(topic, who(), usize::from(length), encode);
                 let bad_one = Id::new(bad).unwrap();
-                let encode = |out: &mut [u8]| Job::Look.encode(bad_one, out);
-                request.add(Topic::Look, [bad_one], Job::Look.answer_length(), encode);
-                Master::new(BAUD, PATIENCE).exchange(&mut port, &request, &mut replies);
+                let encode = |out: &mut [u8]| Job::ReadCondition.encode(bad_one, out);
+                request.add(PartKind::ReadCondition, [bad_one], Job::ReadCondition.answer_length(), encode);
+                Master::new(BAUD, REPLY_TIMEOUT).exchange(&mut port, &request, &mut replies);
 
                 let told = |id: u8| replies.all().iter().any(|answer| answer.status().id.get() == id);
                 let lost: Vec<u8> = ids.iter().copied().filter(|id| !told(*id)).collect();
@@ -210,8 +231,11 @@ fn one_bad_servo_costs_one_servo_and_one_turn_whatever_is_wrong_with_its_answers
                 assert!(lost.iter().all(|id| *id == bad), "{context}");
                 // One reply timeout, and some silence after each read.
                 let waited = port.now.since(Instant::EPOCH);
-                assert!(waited <= answer + PATIENCE.0 + 2 * answer + look, "{context}, waited {waited:?}");
-                assert_eq!(replies.heard(Topic::Look) == 0, lost == [bad], "{context}");
+                assert!(
+                    waited <= answer + REPLY_TIMEOUT.0 + 2 * answer + look,
+                    "{context}, waited {waited:?}"
+                );
+                assert_eq!(replies.heard(PartKind::ReadCondition) == 0, lost == [bad], "{context}");
             }
         }
     }
@@ -223,7 +247,7 @@ fn what_an_adapter_gives_back_is_not_taken_for_late() {
     let who = || ids.iter().filter_map(|id| Id::new(*id));
     let length = Reading::ITEM.length;
     let goals = Instruction::SyncWrite { address: 116, length: 4, records: &[1, 0, 8, 0, 0, 2, 0, 8, 0, 0] };
-    for topic in [Topic::Chain, Topic::Each] {
+    for topic in [PartKind::FastRead, PartKind::PlainRead] {
         let question = measurements_of(topic, &ids);
         let mut request = Request::default();
         request.add(topic, who(), usize::from(length), |out| {
@@ -235,10 +259,10 @@ fn what_an_adapter_gives_back_is_not_taken_for_late() {
         line.inject(Instant::EPOCH, &["echo".parse().unwrap()]);
         let mut port = Bare { line, now: Instant::EPOCH, there: Vec::new() };
         let mut replies = Replies::default();
-        Master::new(4_000_000, PATIENCE).exchange(&mut port, &request, &mut replies);
+        Master::new(4_000_000, REPLY_TIMEOUT).exchange(&mut port, &request, &mut replies);
         assert_eq!(replies.about(topic).count(), 3);
         assert!(replies.heard(topic) > 3 * usize::from(length) + request.parts().next().unwrap().1.len());
-        assert_eq!((replies.late, replies.noisy, replies.spoilt(topic)), (0, false, 0), "{topic:?}");
+        assert_eq!((replies.late, replies.noisy, replies.corrupt_replies(topic)), (0, false, 0), "{topic:?}");
     }
 }
 
@@ -248,7 +272,7 @@ fn an_answer_to_an_earlier_question_is_late_by_its_bytes() {
     let (address, length) = (Reading::ITEM.address, Reading::ITEM.length);
     let mut port = Bare { line, now: Instant::EPOCH, there: Vec::new() };
     let mut request = Request::default();
-    request.add(Topic::Chain, ids, usize::from(length), |out| {
+    request.add(PartKind::FastRead, ids, usize::from(length), |out| {
         Instruction::FastSyncRead { address, length, ids: &[1, 2] }.encode(Address::All, out).unwrap()
     });
     let mut early = [0; 64];
@@ -256,8 +280,8 @@ fn an_answer_to_an_earlier_question_is_late_by_its_bytes() {
     let bytes = status.encode(&mut early).unwrap();
     let mut port = Before { port: &mut port, first: early[..bytes].to_vec() };
     let mut replies = Replies::default();
-    Master::new(4_000_000, PATIENCE).exchange(&mut port, &request, &mut replies);
-    assert_eq!((replies.about(Topic::Chain).count(), replies.late), (2, bytes));
+    Master::new(4_000_000, REPLY_TIMEOUT).exchange(&mut port, &request, &mut replies);
+    assert_eq!((replies.about(PartKind::FastRead).count(), replies.late), (2, bytes));
 }
 
 /// A line on which other bytes arrive first.
@@ -267,11 +291,16 @@ struct Before<'a> {
 }
 
 impl Port for Before<'_> {
-    fn send(&mut self, bytes: &[u8], within: Duration) -> Result<Sent, Lost> {
+    fn send(&mut self, bytes: &[u8], within: Duration) -> Result<Sent, LineLostError> {
         self.port.send(bytes, within)
     }
 
-    fn receive(&mut self, into: &mut [u8], within: Duration, until: Instant) -> Result<Received, Lost> {
+    fn receive(
+        &mut self,
+        into: &mut [u8],
+        within: Duration,
+        until: Instant,
+    ) -> Result<Received, LineLostError> {
         if self.first.is_empty() {
             return self.port.receive(into, within, until);
         }
@@ -294,7 +323,7 @@ struct Tardy {
 const TARDY: Duration = Duration::from_millis(3);
 
 impl Port for Tardy {
-    fn send(&mut self, bytes: &[u8], _within: Duration) -> Result<Sent, Lost> {
+    fn send(&mut self, bytes: &[u8], _within: Duration) -> Result<Sent, LineLostError> {
         let is_there = self.now >= self.there_at;
         let late = if is_there { std::mem::take(&mut self.there).len() } else { 0 };
         self.line.hear(self.now, bytes, &mut self.there);
@@ -302,7 +331,12 @@ impl Port for Tardy {
         Ok(Sent { at: self.now, late })
     }
 
-    fn receive(&mut self, into: &mut [u8], within: Duration, until: Instant) -> Result<Received, Lost> {
+    fn receive(
+        &mut self,
+        into: &mut [u8],
+        within: Duration,
+        until: Instant,
+    ) -> Result<Received, LineLostError> {
         let until = until.min(self.now + within);
         self.now = until.min(self.there_at).max(self.now);
         if self.there.is_empty() || self.now < self.there_at {
@@ -324,7 +358,7 @@ fn a_line_that_is_slow_loses_nothing_once_patience_has_grown_for_as_long_as_it_i
     for exchange in 0..500 {
         port.now += Duration::from_millis(10);
         master.exchange(&mut port, &request, &mut replies);
-        let heard = replies.about(Topic::Each).count();
+        let heard = replies.about(PartKind::PlainRead).count();
         assert!(heard == 2 || exchange < 5, "{heard} in exchange {exchange}, {:?}", master.patience);
     }
     assert!(master.patience.get() >= TARDY && master.patience.get() < 2 * TARDY, "{:?}", master.patience);

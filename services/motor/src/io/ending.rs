@@ -17,7 +17,7 @@ pub(crate) fn could_not_join(failure: Failure, launch: &Launch, robot: &Robot) -
     let report = torque::switch_off(&torque::buses(&robot.motor, Some(&launch.domain)), BUSY_TIMEOUT);
     report.log(launch.config.as_deref());
     if report.is_confirmed() {
-        process::tell_torque_is_off();
+        process::report_torque_off();
     }
     failure
 }
@@ -31,7 +31,7 @@ pub(crate) fn laid_down(unconfirmed: usize, launch: &Launch) -> Result<(), Failu
     match unconfirmed {
         0 => {
             if launch.parent.is_some() {
-                process::tell_torque_is_off();
+                process::report_torque_off();
             }
             Ok(())
         }

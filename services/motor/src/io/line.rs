@@ -1,14 +1,14 @@
 use std::path::PathBuf;
 
 use clock::{Duration, Instant};
-use serial::{Lost, Tty};
+use serial::{LineLostError, Tty};
 
 use crate::{Port, Received, Sent};
 
 /// First waiting time before a line is opened again; doubled after each failure ...
 const REOPEN_AFTER: Duration = Duration::from_millis(50);
 /// ... up to this value.
-const REOPEN_MOST: Duration = Duration::from_secs(1);
+const MAX_REOPEN_WAIT: Duration = Duration::from_secs(1);
 /// Maximum number of reads that discard stale bytes before a request.
 const DRAINS: u32 = 8;
 
@@ -31,18 +31,18 @@ impl Line {
         Self { tty, lost: None, path, baud, reopen_at: Instant::EPOCH, wait: REOPEN_AFTER }
     }
 
-    fn reopen(&mut self, now: Instant) -> Result<&Tty, Lost> {
+    fn reopen(&mut self, now: Instant) -> Result<&Tty, LineLostError> {
         if self.tty.is_none() && now >= self.reopen_at {
             // Only one process, and only once, can open a line.
             self.close_lost();
             self.tty = Tty::open(&self.path, self.baud).ok();
-            self.wait = if self.tty.is_some() { REOPEN_AFTER } else { (2 * self.wait).min(REOPEN_MOST) };
+            self.wait = if self.tty.is_some() { REOPEN_AFTER } else { (2 * self.wait).min(MAX_REOPEN_WAIT) };
             self.reopen_at = now + self.wait;
         }
-        self.tty.as_ref().ok_or(Lost::HangUp)
+        self.tty.as_ref().ok_or(LineLostError::HangUp)
     }
 
-    fn note<T>(&mut self, result: Result<T, Lost>) -> Result<T, Lost> {
+    fn note<T>(&mut self, result: Result<T, LineLostError>) -> Result<T, LineLostError> {
         if result.is_err() {
             self.lost = self.tty.take();
         }
@@ -51,17 +51,22 @@ impl Line {
 }
 
 impl Port for Line {
-    fn send(&mut self, bytes: &[u8], within: Duration) -> Result<Sent, Lost> {
+    fn send(&mut self, bytes: &[u8], within: Duration) -> Result<Sent, LineLostError> {
         let at = clock::now();
         let tty = self.reopen(at)?;
         let sent = tty.drain(DRAINS).and_then(|late| tty.write(bytes, at + within).map(|()| late));
         self.note(sent).map(|late| Sent { at, late })
     }
 
-    fn receive(&mut self, into: &mut [u8], within: Duration, until: Instant) -> Result<Received, Lost> {
+    fn receive(
+        &mut self,
+        into: &mut [u8],
+        within: Duration,
+        until: Instant,
+    ) -> Result<Received, LineLostError> {
         // Bytes already received are read even if the thread is late.
         let until = until.min(clock::now() + within);
-        let received = self.tty.as_ref().ok_or(Lost::HangUp)?.read(into, until);
+        let received = self.tty.as_ref().ok_or(LineLostError::HangUp)?.read(into, until);
         self.note(received).map(|count| Received { count, at: clock::now() })
     }
 
@@ -90,7 +95,7 @@ mod tests {
                 break lost;
             }
         };
-        assert_eq!(lost, Lost::Stuck);
+        assert_eq!(lost, LineLostError::WriteTimeout);
         assert!(is_held(), "it was closed before anybody knew of it");
         line.close_lost();
         assert!(!is_held());

@@ -2,13 +2,13 @@ use clock::{Duration, Instant};
 use config::Robot;
 use message::{Header, Hop, JointCause, JointGoals, JointMode, JointState, JointStates, Process};
 use process::arming::Arming;
-use process::{Emergency, Failure, Launch, Lookout, Member, Progress};
-use transport::Outlet;
+use process::{Emergency, EmergencyFlag, Failure, Launch, ProcessNode, Progress};
+use transport::FramePublisher;
 
 use crate::Motor;
 use crate::io::ending;
-use crate::io::ledger::Ledger;
-use crate::io::threads::Threads;
+use crate::io::health_publisher::HealthPublisher;
+use crate::io::threads::BusThreads;
 use crate::reporter::Reporter;
 
 /// Maximum duration of the orderly end: decelerate, hold, torque off.
@@ -24,12 +24,12 @@ const LET_GO_AFTER: Duration = Duration::from_millis(750);
 /// middleware failed.
 pub fn run(launch: &Launch, robot: &Robot) -> Result<(), Failure> {
     let leo = &robot.leo;
-    let mut member = Member::join(launch, Process::Motor, &leo.buffers, &leo.motor.realtime)
+    let mut member = ProcessNode::join(launch, Process::Motor, &leo.buffers, &leo.motor.realtime)
         .map_err(|failure| ending::could_not_join(failure, launch, robot))?;
-    let mut goals = member.inlet::<JointGoals>(None)?;
-    let mut states = member.outlet::<JointStates>(None, robot.motor.joints.len())?;
+    let mut goals = member.subscriber::<JointGoals>(None)?;
+    let mut states = member.publisher::<JointStates>(None, robot.motor.joints.len())?;
     let names: Vec<&str> = robot.motor.joints.iter().map(|joint| joint.name.as_str()).collect();
-    let parents = kinematics::carried_by(&robot.urdf, &names).map_err(Failure::own)?;
+    let parents = kinematics::nearest_ancestors(&robot.urdf, &names).map_err(Failure::own)?;
     let mut motor = Motor::new(&robot.motor, &leo.motor).map_err(Failure::own)?.with_parents(&parents);
     let mut reporter = Reporter::new(robot);
     let period = leo.motor.rate_hz.period();
@@ -45,11 +45,12 @@ pub fn run(launch: &Launch, robot: &Robot) -> Result<(), Failure> {
     // There is no emergency stop in simulated time.
     let emergency = if launch.lockstep { None } else { Some(Emergency::watch(&launch.domain)?) };
     let arming = if launch.lockstep { None } else { Some(Arming::watch(&launch.domain)?) };
-    let lookout = emergency.as_ref().map(Emergency::lookout).unwrap_or_default();
+    let emergency_flag = emergency.as_ref().map(Emergency::emergency_flag).unwrap_or_default();
     let buses = &robot.motor.buses;
-    let mut threads = Threads::start(buses, &launch.domain, patience, until, !launch.lockstep, &lookout)
-        .map_err(Failure::own)?;
-    let mut ledger = Ledger::new(member.buses_board()?, member.joints_board()?, robot);
+    let mut threads =
+        BusThreads::start(buses, &launch.domain, patience, until, !launch.lockstep, &emergency_flag)
+            .map_err(Failure::own)?;
+    let mut health_publisher = HealthPublisher::new(member.buses_board()?, member.joints_board()?, robot);
     let mut failed = None;
     member.begin(Some(period))?;
     while let Some(now) = member.next_cycle()? {
@@ -58,12 +59,12 @@ pub fn run(launch: &Launch, robot: &Robot) -> Result<(), Failure> {
         }
         let mut header = Header::at(now.as_nanos());
         while let Some(frame) = goals.receive()? {
-            header = Header { valid_at_ns: now.as_nanos(), ..frame.head().onwards() };
+            header = Header { valid_at_ns: now.as_nanos(), ..frame.head().header_for_derived() };
             header.pass(Hop::Commanded, member.now().as_nanos());
-            let decided_at = frame.head().passed(Hop::Decided).unwrap_or(frame.head().valid_at_ns);
+            let decided_at = frame.head().hop_time(Hop::Decided).unwrap_or(frame.head().valid_at_ns);
             motor.goals(Instant::from_nanos(decided_at), frame.entries());
         }
-        if lookout.is_raised() {
+        if emergency_flag.is_raised() {
             motor.emergency_stop(now);
         } else if motor.is_stopped() {
             motor.end_emergency();
@@ -81,8 +82,8 @@ pub fn run(launch: &Launch, robot: &Robot) -> Result<(), Failure> {
             failed = Some(failure);
             break;
         }
-        reporter.look(&mut motor, now);
-        ledger.keep(&motor, &threads, now);
+        reporter.update(&mut motor, now);
+        health_publisher.keep(&motor, &threads, now);
         member.health().refused = motor.counts().refused;
         member.health().drops = goals.drops();
         member.health().undelivered = states.undelivered();
@@ -90,7 +91,7 @@ pub fn run(launch: &Launch, robot: &Robot) -> Result<(), Failure> {
     }
     if !launch.lockstep {
         let (motor, threads) = (&mut motor, &mut threads);
-        lay_down(motor, threads, period, &lookout, |motor, now| {
+        shutdown(motor, threads, period, &emergency_flag, |motor, now| {
             // Shared memory may be gone; the end continues without it.
             let _published = publish(motor, Header::at(now.as_nanos()), &member, &mut states);
             Ok(())
@@ -98,7 +99,7 @@ pub fn run(launch: &Launch, robot: &Robot) -> Result<(), Failure> {
         ending::laid_down(motor.unconfirmed(), launch)?;
     }
     tracing::debug!(stale = motor.counts().stale, "the motor stops");
-    ending::leave((member, goals, states, ledger), launch);
+    ending::leave((member, goals, states, health_publisher), launch);
     failed.map_or(Ok(()), Err)
 }
 
@@ -106,8 +107,8 @@ pub fn run(launch: &Launch, robot: &Robot) -> Result<(), Failure> {
 fn publish(
     motor: &Motor,
     header: Header,
-    member: &Member,
-    states: &mut Outlet<JointStates>,
+    member: &ProcessNode,
+    states: &mut FramePublisher<JointStates>,
 ) -> Result<(), Failure> {
     let mut all = motor.states();
     let unread = JointState::unread(u32::MAX, JointMode::Limp, JointCause::NotStarted);
@@ -119,22 +120,22 @@ fn publish(
 
 /// Runs the orderly end: the joints decelerate and hold, then torque goes off. If an emergency stop is active, torque
 /// goes off at once.
-pub(crate) fn lay_down(
+pub(crate) fn shutdown(
     motor: &mut Motor,
-    threads: &mut Threads,
+    threads: &mut BusThreads,
     period: Duration,
-    lookout: &Lookout,
+    emergency_flag: &EmergencyFlag,
     mut tell: impl FnMut(&Motor, Instant) -> Result<(), Failure>,
 ) -> Result<(), Failure> {
     let mut now = clock::now();
     let until = now + END_WITHIN;
-    motor.dismiss(now + LET_GO_AFTER);
+    motor.begin_shutdown(now + LET_GO_AFTER);
     // With any period, the last cycle comes after the time at which torque goes off.
     while now < until && (motor.letting_go().is_none() || motor.unconfirmed() > 0) {
         clock::sleep_until(now + period);
         now = clock::now();
         threads.collect(motor).map_err(Failure::own)?;
-        if lookout.is_raised() {
+        if emergency_flag.is_raised() {
             motor.let_go(JointCause::Emergency);
         }
         motor.step(now);

@@ -8,29 +8,29 @@ use config::motor::{Bus, Device};
 use crossbeam::channel::{Receiver, RecvTimeoutError, TryRecvError, bounded};
 use crossbeam::queue::ArrayQueue;
 use message::Histogram;
-use process::Lookout;
+use process::EmergencyFlag;
 use serial::{OpenError, Tty};
 
 use crate::{Line, Master, Motor, Port, Replies, Request};
 
 /// A bus thread without a request for this long checks the emergency stop by itself.
-const UNLED: Duration = Duration::from_millis(20);
+const IDLE_TIMEOUT: Duration = Duration::from_millis(20);
 /// A bus that is still busy after this many consecutive cycles is lost until it returns, and the body stops: its
 /// device hangs. At 250 Hz that is half of the timeout of the servos' bus watchdogs. Ten cycles would be too few: an
 /// overloaded machine now and then makes a thread miss that many.
-const AWAY_MOST: u32 = 25;
+const MAX_SKIPPED: u32 = 25;
 
 /// One thread per bus, each with its line. Requests and replies move between the threads in reused memory: nothing is
 /// allocated in a cycle.
 #[derive(Debug)]
-pub struct Threads {
-    ends: Vec<End>,
+pub struct BusThreads {
+    workers: Vec<BusWorker>,
 }
 
 #[derive(Debug)]
-struct End {
+struct BusWorker {
     name: String,
-    to: Arc<Inbox>,
+    to: Arc<JobSlot>,
     from: Receiver<Box<Exchange>>,
     /// Requests skipped because the bus was still busy.
     skipped: u64,
@@ -87,7 +87,7 @@ pub enum ThreadError {
     },
 }
 
-impl Threads {
+impl BusThreads {
     /// Opens the line of every bus, those of the mock servo bus in `folder`, and starts the bus threads.
     ///
     /// Lines may appear until `until`. If they `may_be_absent`, they may appear at any time, and their bus is lost
@@ -104,10 +104,10 @@ impl Threads {
         patience: (Duration, Duration),
         until: Instant,
         may_be_absent: bool,
-        lookout: &Lookout,
+        emergency_flag: &EmergencyFlag,
     ) -> Result<Self, ThreadError> {
         let lines = Self::lines(buses, folder, until, may_be_absent)?;
-        Self::over(buses, lines, patience, lookout)
+        Self::over(buses, lines, patience, emergency_flag)
     }
 
     /// Opens the line of every bus.
@@ -155,22 +155,24 @@ impl Threads {
         buses: &[Bus],
         ports: impl IntoIterator<Item: Port + Send + 'static>,
         patience: (Duration, Duration),
-        lookout: &Lookout,
+        emergency_flag: &EmergencyFlag,
     ) -> Result<Self, ThreadError> {
-        let ends =
-            buses.iter().zip(ports).map(|(bus, port)| End::start(bus, port, patience, lookout.clone()));
-        Ok(Self { ends: ends.collect::<Result<_, _>>()? })
+        let workers = buses
+            .iter()
+            .zip(ports)
+            .map(|(bus, port)| BusWorker::start(bus, port, patience, emergency_flag.clone()));
+        Ok(Self { workers: workers.collect::<Result<_, _>>()? })
     }
 
     /// By bus, the number of requests skipped because the bus was busy, and the durations of the exchanges.
-    pub(crate) fn fared(&self) -> impl Iterator<Item = (u64, &Histogram)> {
-        self.ends.iter().map(|end| (end.skipped, &end.took))
+    pub(crate) fn exchange_stats(&self) -> impl Iterator<Item = (u64, &Histogram)> {
+        self.workers.iter().map(|end| (end.skipped, &end.took))
     }
 
     /// When the first byte of the newest request of each bus went out, or shortly before. `None` if the bus is busy
     /// or its request was empty.
     pub fn sent_at(&self) -> impl Iterator<Item = Option<Instant>> {
-        self.ends.iter().map(|end| {
+        self.workers.iter().map(|end| {
             let exchange = end.exchange.as_ref()?;
             let (first, _) = exchange.request.parts().next()?;
             Some(exchange.replies.asked_at(first.topic))
@@ -184,11 +186,11 @@ impl Threads {
     ///
     /// A thread ended.
     pub fn send(&mut self, motor: &mut Motor, now: Instant) -> Result<(), ThreadError> {
-        for (bus, end) in self.ends.iter_mut().enumerate() {
+        for (bus, end) in self.workers.iter_mut().enumerate() {
             let Some(mut exchange) = end.exchange.take() else {
                 end.skipped += 1;
                 end.away = end.away.saturating_add(1);
-                if end.away == AWAY_MOST {
+                if end.away == MAX_SKIPPED {
                     motor.lose(bus, now);
                 }
                 continue;
@@ -206,7 +208,7 @@ impl Threads {
     ///
     /// A thread ended.
     pub fn collect(&mut self, motor: &mut Motor) -> Result<(), ThreadError> {
-        for (bus, end) in self.ends.iter_mut().enumerate() {
+        for (bus, end) in self.workers.iter_mut().enumerate() {
             match end.from.try_recv() {
                 Ok(exchange) => {
                     end.took.record(clock::nanos(exchange.done_at.since(exchange.begun_at)));
@@ -227,7 +229,7 @@ impl Threads {
         now: Instant,
         within: Duration,
     ) -> Result<(), ThreadError> {
-        for (bus, end) in self.ends.iter_mut().enumerate() {
+        for (bus, end) in self.workers.iter_mut().enumerate() {
             let name = || end.name.clone();
             let mut exchange = end.from.recv_timeout(within).map_err(|error| match error {
                 RecvTimeoutError::Timeout => ThreadError::Hangs { bus: name(), within },
@@ -241,15 +243,15 @@ impl Threads {
     }
 }
 
-impl End {
+impl BusWorker {
     fn start(
         bus: &Bus,
         mut port: impl Port + Send + 'static,
         patience: (Duration, Duration),
-        lookout: Lookout,
+        emergency_flag: EmergencyFlag,
     ) -> Result<Self, ThreadError> {
         let name = bus.name.clone();
-        let to = Arc::new(Inbox::new());
+        let to = Arc::new(JobSlot::new());
         let inbox = Arc::clone(&to);
         let (outbox, from) = bounded(1);
         let mut master = Master::new(bus.baud, patience);
@@ -269,7 +271,7 @@ impl End {
                             port.close_lost();
                         }
                         // The cycle itself may hang; an emergency stop must not depend on it.
-                        Next::Unled if lookout.is_raised() => master.cut(&mut port),
+                        Next::Unled if emergency_flag.is_raised() => master.cut(&mut port),
                         Next::Unled => {}
                         Next::Shut => break,
                     }
@@ -302,26 +304,26 @@ impl End {
 /// Job slot of a bus thread. Unlike a channel it neither locks nor allocates while a thread waits, either of which
 /// would delay the thread on an overloaded machine.
 #[derive(Debug)]
-struct Inbox {
+struct JobSlot {
     jobs: ArrayQueue<Box<Exchange>>,
     is_shut: AtomicBool,
 }
 
 enum Next {
     Job(Box<Exchange>),
-    /// No job for [`UNLED`].
+    /// No job for [`IDLE_TIMEOUT`].
     Unled,
     Shut,
 }
 
-impl Inbox {
+impl JobSlot {
     fn new() -> Self {
         Self { jobs: ArrayQueue::new(1), is_shut: AtomicBool::new(false) }
     }
 
     /// Waits for the next job. Must be called on the thread that is unparked for it.
     fn wait(&self) -> Next {
-        let until = clock::now() + UNLED;
+        let until = clock::now() + IDLE_TIMEOUT;
         loop {
             if let Some(job) = self.jobs.pop() {
                 return Next::Job(job);
@@ -338,7 +340,7 @@ impl Inbox {
     }
 }
 
-impl Drop for End {
+impl Drop for BusWorker {
     /// Ends the thread after its current exchange.
     fn drop(&mut self) {
         self.to.is_shut.store(true, Ordering::Release);

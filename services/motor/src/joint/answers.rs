@@ -6,33 +6,34 @@ use message::JointCause;
 use servo::{Fault, HardwareErrors, Id, Reading, Status};
 
 use super::{
-    Ending, Joint, Licence, Link, Motion, Power, RefusedDuty, Rise, Setup, Taken, WAIT_FIRST, Watchdog,
+    ArmingState, Disarming, Joint, Link, MIN_WAIT, Motion, Power, PowerUpStep, RefusedPwm, Setup, Taken,
+    Watchdog,
 };
-use crate::Trouble;
-use crate::doubt::Doubt;
+use crate::JointFault;
+use crate::duplicate_id_check::DuplicateIdCheck;
 use crate::job::{Condition, Job};
 use crate::servo_clock::Age;
 
 /// Consecutive missing answers before a servo is quarantined.
-const MISSES_MOST: u32 = 3;
+const MAX_MISSES: u32 = 3;
 /// Consecutive rejected readings before a servo is quarantined. Afterwards its readings must be accepted for
-/// [`PROVEN_AFTER`], the time over which one reading can vouch for a clock that drifts.
-const UNBELIEVED_MOST: u32 = 25;
-pub(super) const PROVEN_AFTER: Duration = Duration::from_secs(15);
+/// [`TRUST_DELAY`], the time over which one reading can vouch for a clock that drifts.
+const MAX_REJECTED: u32 = 25;
+pub(super) const TRUST_DELAY: Duration = Duration::from_secs(15);
 /// Consecutive refused goals before the cause is taken to be the configuration.
 const AIMS_MOST: u32 = 3;
 /// Longest waiting time between two attempts to reach a silent servo.
-const WAIT_MOST: Duration = Duration::from_secs(5);
+const MAX_WAIT: Duration = Duration::from_secs(5);
 /// How long after an alert a servo is rebooted if configured, and how often at most.
 const REBOOT_AFTER: Duration = Duration::from_secs(1);
-pub(crate) const REBOOTS_MOST: u32 = 3;
+pub(crate) const MAX_REBOOTS: u32 = 3;
 
 impl Joint {
     /// Processes the measurements that were requested at `asked_at` and arrived at `now`.
     pub(crate) fn read(&mut self, now: Instant, asked_at: Instant, status: &Status<'_>) -> Taken {
         let mut taken = Taken::Read;
         if let Some(servo) = Reading::parse(self.model, status.params) {
-            match self.clock.judge(servo.tick_ms, asked_at, now) {
+            match self.clock.evaluate(servo.tick_ms, asked_at, now) {
                 Age::Fresh => {}
                 Age::Stale => taken = Taken::Stale,
                 Age::Unproven => taken = Taken::Unproven,
@@ -41,29 +42,29 @@ impl Joint {
             if taken == Taken::Read {
                 let position_rad = self.settings.joint_rad(servo.position_rad);
                 if !self.is_plausible(asked_at, position_rad) {
-                    self.disbelieve(now);
+                    self.reject_reading(now);
                     return Taken::Stale;
                 }
-                self.believe(now);
+                self.accept_reading(now);
                 let turn = if self.settings.reversed { -1.0 } else { 1.0 };
                 let (velocity_rad_s, current_a) = (turn * servo.velocity_rad_s, turn * servo.current_a);
                 // The servo samples soon after the request, however late the answer is processed.
                 self.reading = Some((asked_at, Reading { current_a, velocity_rad_s, position_rad, ..servo }));
-                (self.contact.misses, self.contact.corrupt) = (0, 0);
+                (self.contact.timeouts, self.contact.corrupt) = (0, 0);
             } else {
-                self.disbelieve(now);
+                self.reject_reading(now);
             }
         }
         // Random bytes with a valid check sum can report any fault. A real fault is repeated in the next answer.
         if taken == Taken::Read {
-            self.judge(now, status);
+            self.evaluate(now, status);
         }
         taken
     }
 
     /// Records an accepted reading.
-    fn believe(&mut self, now: Instant) {
-        self.contact.rejected = 0;
+    fn accept_reading(&mut self, now: Instant) {
+        self.contact.rejected_readings = 0;
         if self.contact.trusted_at.is_some_and(|trusted_at| now >= trusted_at) {
             (self.contact.trusted_at, self.trouble) = (None, None);
         }
@@ -71,36 +72,36 @@ impl Joint {
 
     /// Records a rejected reading. Without any accepted reading the position of the joint is unknown. That is handled
     /// like silence, but another answer does not end it.
-    fn disbelieve(&mut self, now: Instant) {
-        self.contact.rejected = self.contact.rejected.saturating_add(1);
-        if self.contact.rejected < UNBELIEVED_MOST || self.let_go.is_some() {
+    fn reject_reading(&mut self, now: Instant) {
+        self.contact.rejected_readings = self.contact.rejected_readings.saturating_add(1);
+        if self.contact.rejected_readings < MAX_REJECTED || self.let_go.is_some() {
             return;
         }
-        self.contact.trusted_at = Some(now + PROVEN_AFTER);
-        self.trouble = Some(Trouble::Unbelieved);
+        self.contact.trusted_at = Some(now + TRUST_DELAY);
+        self.trouble = Some(JointFault::Unbelieved);
         self.quarantine(now, JointCause::Unbelieved);
     }
 
     /// Processes the answer to a job.
-    pub(crate) fn answered(&mut self, now: Instant, job: Job, status: &Status<'_>) {
+    pub(crate) fn process_answer(&mut self, now: Instant, job: Job, status: &Status<'_>) {
         if job == Job::Reboot {
             return;
         }
-        self.contact.misses = 0;
-        if job.is_told() && status.fault == Some(Fault::Checksum) {
+        self.contact.timeouts = 0;
+        if job.is_write() && status.fault == Some(Fault::Checksum) {
             self.contact.unacknowledged += 1;
-        } else if job.is_told() {
-            (self.contact.unacknowledged, self.contact.wait) = (0, WAIT_FIRST);
+        } else if job.is_write() {
+            (self.contact.unacknowledged, self.contact.wait) = (0, MIN_WAIT);
         }
         if status.fault == Some(Fault::Range) && self.has_tripped_meanwhile(job) {
             return;
         }
-        if self.judge(now, status) {
+        if self.evaluate(now, status) {
             self.advance(now, job, status.params);
         } else if job == Job::Torque(false) {
             self.released(now, status.fault);
-        } else if job == Job::Look {
-            self.looked_at(now, status.params);
+        } else if job == Job::ReadCondition {
+            self.process_condition(now, status.params);
         }
     }
 
@@ -108,17 +109,17 @@ impl Joint {
     /// first. Repeated refusals of a goal have another cause.
     fn has_tripped_meanwhile(&mut self, job: Job) -> bool {
         match (self.power, job) {
-            (Power::Found { stay, .. }, Job::Guard { .. }) => {
+            (Power::Found { stay, .. }, Job::ArmWatchdog { .. }) => {
                 self.power = Power::Found { watchdog: Watchdog::Tripped, stay };
             }
-            (Power::Rising { is_on, .. }, Job::Guard { .. } | Job::Aim(_))
-                if self.refused_aims < AIMS_MOST =>
+            (Power::Rising { is_on, .. }, Job::ArmWatchdog { .. } | Job::WriteGoal(_))
+                if self.refused_goals < AIMS_MOST =>
             {
-                self.refused_aims += u32::from(matches!(job, Job::Aim(_)));
-                self.power = Power::Rising { step: Rise::Guard, is_on, is_tripped: true };
+                self.refused_goals += u32::from(matches!(job, Job::WriteGoal(_)));
+                self.power = Power::Rising { step: PowerUpStep::ArmWatchdog, is_on, is_tripped: true };
             }
-            (Power::On { .. }, Job::Duty(_)) if self.refused_duty != RefusedDuty::NotByWatchdog => {
-                self.refused_duty = RefusedDuty::Unexplained;
+            (Power::On { .. }, Job::GoalPwm(_)) if self.refused_pwm != RefusedPwm::NotByWatchdog => {
+                self.refused_pwm = RefusedPwm::Unexplained;
             }
             _ => return false,
         }
@@ -127,20 +128,20 @@ impl Joint {
 
     /// Processes the condition of its servo after an alert.
     pub(crate) fn alarmed(&mut self, now: Instant, status: &Status<'_>) {
-        self.looked_at(now, status.params);
+        self.process_condition(now, status.params);
     }
 
-    /// Records that its servo did not answer a job, or, if `spoilt`, that the answer was corrupt.
-    pub(crate) fn unanswered(&mut self, now: Instant, job: Job, spoilt: bool) {
+    /// Records that its servo did not answer a job, or, if `is_corrupt`, that the answer was corrupt.
+    pub(crate) fn unanswered(&mut self, now: Instant, job: Job, is_corrupt: bool) {
         if job == Job::Reboot {
             return;
         }
-        self.contact.unacknowledged += u32::from(job.is_told());
-        self.missed(now, spoilt);
+        self.contact.unacknowledged += u32::from(job.is_write());
+        self.missed(now, is_corrupt);
     }
 
-    /// Records that its servo did not answer, or, if `spoilt`, that the answer was corrupt.
-    pub(crate) fn missed(&mut self, now: Instant, spoilt: bool) {
+    /// Records that its servo did not answer, or, if `is_corrupt`, that the answer was corrupt.
+    pub(crate) fn missed(&mut self, now: Instant, is_corrupt: bool) {
         if self.let_go.is_some() {
             if matches!(self.power, Power::Off) {
                 self.power = Power::Cutting { tell_at: now };
@@ -155,18 +156,18 @@ impl Joint {
             self.link = Link::Silent { ask_at: self.leave_alone(now), cause: JointCause::Silent };
             return;
         }
-        self.contact.misses += 1;
-        self.contact.corrupt += u32::from(spoilt);
+        self.contact.timeouts += 1;
+        self.contact.corrupt += u32::from(is_corrupt);
         let Self { contact, power, .. } = self;
-        if contact.misses < MISSES_MOST && contact.unacknowledged < MISSES_MOST {
+        if contact.timeouts < MAX_MISSES && contact.unacknowledged < MAX_MISSES {
             return;
         }
-        if contact.corrupt >= MISSES_MOST
+        if contact.corrupt >= MAX_MISSES
             && !matches!(power, Power::Cutting { .. })
             && !self.licence.is_locked()
         {
             self.fall_silent(JointCause::Silent);
-            self.link = Link::Doubted(Doubt::default());
+            self.link = Link::Doubted(DuplicateIdCheck::default());
         } else {
             self.quarantine(now, JointCause::Silent);
         }
@@ -186,12 +187,12 @@ impl Joint {
         if self.link.is_quarantined() {
             self.link = Link::Unknown;
         }
-        self.fail(now, JointCause::DuplicateId, Trouble::Duplicate(id.get()));
+        self.fail(now, JointCause::DuplicateId, JointFault::Duplicate(id.get()));
     }
 
     /// Locks the joint if its servo refused an instruction, and reacts to an alert. Returns whether the instruction
     /// was executed.
-    fn judge(&mut self, now: Instant, status: &Status<'_>) -> bool {
+    fn evaluate(&mut self, now: Instant, status: &Status<'_>) -> bool {
         match (status.fault, status.alert) {
             (None, false) => true,
             // The instruction arrived corrupt and is sent again.
@@ -200,8 +201,8 @@ impl Joint {
                 false
             }
             (Some(fault), _) => {
-                self.incidents.refusals += 1;
-                self.fail(now, JointCause::Refused, Trouble::Refused(fault));
+                self.fault_counters.refusals += 1;
+                self.fail(now, JointCause::Refused, JointFault::Refused(fault));
                 false
             }
             (None, true) => {
@@ -216,32 +217,32 @@ impl Joint {
     fn alert(&mut self, now: Instant, errors: HardwareErrors, has_torque: Option<bool>) {
         let may_be_on = self.power.may_be_on() && !matches!(self.power, Power::Cutting { .. });
         // A locked joint keeps its lock. If it still has torque, the alert decides about the torque.
-        let is_locked = matches!(self.licence, Licence::Locked { cause, .. } if cause != JointCause::Alert);
+        let is_locked =
+            matches!(self.licence, ArmingState::Locked { cause, .. } if cause != JointCause::Alert);
         if self.let_go.is_some() || (is_locked && !may_be_on) {
             return;
         }
         let is_new = self.reaction.is_none();
         if is_new {
-            self.incidents.alerts += 1;
-            let reboots =
-                self.policy.on_alert == OnAlert::Reboot && self.reboots < REBOOTS_MOST && !is_locked;
+            self.fault_counters.alerts += 1;
+            let reboots = self.policy.on_alert == OnAlert::Reboot && self.reboots < MAX_REBOOTS && !is_locked;
             self.reboot_at = reboots.then_some(now + REBOOT_AFTER);
         }
         if is_new || !errors.is_none() {
             if !is_locked {
-                self.trouble = Some(Trouble::Alert(errors));
+                self.trouble = Some(JointFault::Alert(errors));
             }
-            self.reaction = Some(self.policy.reaction(errors, self.reaction_most));
+            self.reaction = Some(self.policy.reaction(errors, self.max_reaction));
         }
         if self.reaction == Some(AlertReaction::Lower) && has_torque == Some(true) {
             self.take_up_to_lower(now);
         }
-        self.end_licence(Ending { cause: JointCause::Alert, locks: true });
+        self.begin_disarm(Disarming { cause: JointCause::Alert, locks: true });
         if !may_be_on {
             return;
         }
         if self.reaction == Some(AlertReaction::Limp) || has_torque == Some(false) {
-            self.cut(now);
+            self.switch_torque_off(now);
         } else if self.motion == Motion::Idle {
             self.cut_at.get_or_insert(now + self.policy.hold);
         }
@@ -254,26 +255,26 @@ impl Joint {
         // The alert itself was known before its kind.
         let may_be_lowered = matches!(
             self.licence,
-            Licence::Disarmed { .. } | Licence::Locked { cause: JointCause::Alert, .. }
+            ArmingState::Disarmed { .. } | ArmingState::Locked { cause: JointCause::Alert, .. }
         );
         if may_be_lowered && self.motion == Motion::Idle && matches!(self.link, Link::Answering) {
             let (_, cause) = self.licence.published();
             self.cut_at = None;
-            let ending = Some(Ending { cause: JointCause::Alert, locks: true });
-            self.licence = Licence::Armed { after: cause, lapses_at: None, ending };
+            let ending = Some(Disarming { cause: JointCause::Alert, locks: true });
+            self.licence = ArmingState::Armed { after: cause, lapses_at: None, ending };
             self.motion = Motion::Hold { at: servo::Motion::at(goal_rad), since: now };
         }
     }
 
     /// Locks the joint, and switches its torque off.
-    pub(super) fn fail(&mut self, now: Instant, cause: JointCause, trouble: Trouble) {
+    pub(super) fn fail(&mut self, now: Instant, cause: JointCause, trouble: JointFault) {
         if self.let_go.is_some() {
             return;
         }
         if self.licence.is_locked() {
             // The first lock stays. A joint that still has torque loses it.
             if self.power.may_be_on() && !matches!(self.power, Power::Cutting { .. }) {
-                self.cut(now);
+                self.switch_torque_off(now);
             }
             return;
         }
@@ -282,8 +283,8 @@ impl Joint {
             self.link = Link::Answering;
         }
         self.trouble = Some(trouble);
-        self.end_licence(Ending { cause, locks: true });
-        self.cut(now);
+        self.begin_disarm(Disarming { cause, locks: true });
+        self.switch_torque_off(now);
     }
 
     /// Processes the answer of its servo to torque off.
@@ -294,7 +295,7 @@ impl Joint {
                 // The instruction arrived corrupt and is sent again at once.
                 Some(Fault::Checksum) => {}
                 // Repeating it in every cycle would keep the bus from serving the other servos.
-                Some(_) => *tell_at = now + WAIT_MOST,
+                Some(_) => *tell_at = now + MAX_WAIT,
             }
         }
     }
@@ -304,7 +305,7 @@ impl Joint {
         // A servo found with its torque on may be armed already, and was armed for that torque.
         let had_torque = self.power.is_ours() || matches!(self.power, Power::Found { .. });
         if self.let_go.is_none() && had_torque {
-            self.incidents.restarts += 1;
+            self.fault_counters.restarts += 1;
             self.motion = Motion::Idle;
             self.disarm(JointCause::Restarted);
             self.power = Power::Unknown { was_on: false };
@@ -312,13 +313,13 @@ impl Joint {
         }
     }
 
-    pub(super) fn looked_at(&mut self, now: Instant, answer: &[u8]) {
+    pub(super) fn process_condition(&mut self, now: Instant, answer: &[u8]) {
         let Some(condition) = Condition::parse(answer) else { return };
         self.condition = Some(condition);
-        if self.refused_duty == RefusedDuty::Unexplained {
-            self.refused_duty = match condition.watchdog {
-                Watchdog::Armed => RefusedDuty::NotByWatchdog,
-                Watchdog::Unset | Watchdog::Tripped => RefusedDuty::No,
+        if self.refused_pwm == RefusedPwm::Unexplained {
+            self.refused_pwm = match condition.watchdog {
+                Watchdog::Armed => RefusedPwm::NotByWatchdog,
+                Watchdog::Unset | Watchdog::Tripped => RefusedPwm::No,
             };
         }
         let is_on = matches!(self.power, Power::On { .. }) && condition.has_torque;
@@ -355,19 +356,22 @@ impl Joint {
 
     /// The servo's bus watchdog has tripped, or was disabled: nothing moves until it is armed again.
     fn watchdog_is_off(&mut self, watchdog: Watchdog) {
-        self.incidents.watchdogs += 1;
+        self.fault_counters.watchdogs += 1;
         self.motion = Motion::Idle;
         self.disarm(JointCause::Watchdog);
-        self.power =
-            Power::Rising { step: Rise::Guard, is_on: true, is_tripped: watchdog == Watchdog::Tripped };
+        self.power = Power::Rising {
+            step: PowerUpStep::ArmWatchdog,
+            is_on: true,
+            is_tripped: watchdog == Watchdog::Tripped,
+        };
         // The watchdog is armed at once; the joint is armed separately.
-        self.abandon_rise();
+        self.abort_power_up();
     }
 
     /// Resets the known state of its servo.
     fn fall_silent(&mut self, cause: JointCause) {
         let contact = &mut self.contact;
-        (contact.misses, contact.corrupt, contact.unacknowledged, contact.rejected) = (0, 0, 0, 0);
+        (contact.timeouts, contact.corrupt, contact.unacknowledged, contact.rejected_readings) = (0, 0, 0, 0);
         self.clock.forget();
         self.goal = None;
         if matches!(self.power, Power::Cutting { .. }) {
@@ -384,7 +388,7 @@ impl Joint {
     pub(super) fn quarantine(&mut self, now: Instant, cause: JointCause) {
         if cause == JointCause::BusLost {
             // The servo may answer as soon as its line is back.
-            self.contact.wait = WAIT_FIRST;
+            self.contact.wait = MIN_WAIT;
         }
         self.fall_silent(cause);
         self.link = Link::Silent { ask_at: self.leave_alone(now), cause };
@@ -394,7 +398,7 @@ impl Joint {
     /// write.
     fn leave_alone(&mut self, now: Instant) -> Instant {
         let until = now + self.contact.wait;
-        self.contact.wait = (2 * self.contact.wait).min(WAIT_MOST);
+        self.contact.wait = (2 * self.contact.wait).min(MAX_WAIT);
         until
     }
 }

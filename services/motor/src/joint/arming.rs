@@ -4,8 +4,10 @@ use clock::Instant;
 use config::leo::AlertReaction;
 use message::JointCause;
 
-use super::{Ending, Joint, Licence, Link, Motion, Orders, Power, REBOOT_WAIT, Rise, Watchdog};
-use crate::Trouble;
+use super::{
+    ArmingState, BodyState, Disarming, Joint, Link, Motion, Power, PowerUpStep, REBOOT_WAIT, Watchdog,
+};
+use crate::JointFault;
 
 impl Joint {
     /// Arms the joint by an operator's order, which lapses at `lapses_at` unless torque is on by then. An order arms
@@ -15,13 +17,13 @@ impl Joint {
             // Whatever disarms the joint now also ends this order for it.
             self.order = order;
         }
-        if let Licence::Disarmed { cause } = self.licence
+        if let ArmingState::Disarmed { cause } = self.licence
             && self.missed_order != order
             && self.may_be_armed()
             && (self.order != order || matches!(cause, JointCause::GroupStopped | JointCause::BodyStopped))
         {
             self.order = order;
-            self.licence = Licence::Armed { after: cause, lapses_at: Some(lapses_at), ending: None };
+            self.licence = ArmingState::Armed { after: cause, lapses_at: Some(lapses_at), ending: None };
         }
     }
 
@@ -38,11 +40,11 @@ impl Joint {
     /// Gives a new lock its number, `locks + 1`. Returns whether there was a new lock.
     pub(crate) fn count_lock(&mut self, locks: u64) -> bool {
         match &mut self.licence {
-            Licence::Locked { number: number @ None, .. } => {
+            ArmingState::Locked { number: number @ None, .. } => {
                 *number = Some(locks + 1);
                 true
             }
-            Licence::Locked { .. } | Licence::Disarmed { .. } | Licence::Armed { .. } => false,
+            ArmingState::Locked { .. } | ArmingState::Disarmed { .. } | ArmingState::Armed { .. } => false,
         }
     }
 
@@ -52,7 +54,7 @@ impl Joint {
     /// An order stays valid for some seconds, so that torque which is still going off can go off. But a joint beyond
     /// its limits is unlocked only by a new order (`is_new`), because a person may have their hands on it.
     pub(crate) fn acknowledge(&mut self, now: Instant, locks: u64, is_new: bool) {
-        let Licence::Locked { cause, number: Some(number) } = self.licence else { return };
+        let ArmingState::Locked { cause, number: Some(number) } = self.licence else { return };
         let is_off = matches!(self.power, Power::Off);
         if number > locks || self.let_go.is_some() || self.link.is_quarantined() {
             return;
@@ -72,24 +74,24 @@ impl Joint {
             self.power = Power::Unknown { was_on: false };
             self.link = Link::Silent { ask_at: now + REBOOT_WAIT, cause };
         } else if cause != JointCause::Blocked {
-            self.are_limits_acknowledged |= matches!(self.trouble, Some(Trouble::OtherJoint(_)));
+            self.are_limits_acknowledged |= matches!(self.trouble, Some(JointFault::OtherJoint(_)));
             self.begin_anew();
         }
         (self.trouble, self.reaction) = (None, None);
-        self.licence = Licence::Disarmed { cause };
+        self.licence = ArmingState::Disarmed { cause };
     }
 
     /// Disarms the joint for an emergency stop that lets it come to rest first.
     pub(crate) fn end_by_emergency(&mut self) {
-        let ending = Ending { cause: JointCause::Emergency, locks: false };
+        let ending = Disarming { cause: JointCause::Emergency, locks: false };
         if let Motion::Retreat { at, .. } = self.motion {
             // Lowering is aborted: the joint stops, and torque goes off.
             self.motion = Motion::Halt { at };
             self.reaction = Some(AlertReaction::Hold);
         }
         if self.licence.is_given() {
-            self.end_licence(ending);
-        } else if let Licence::Disarmed { .. } = self.licence {
+            self.begin_disarm(ending);
+        } else if let ArmingState::Disarmed { .. } = self.licence {
             self.licence = ending.licence();
         }
     }
@@ -108,14 +110,14 @@ impl Joint {
             matches!(self.power, Power::Found { .. } | Power::Rising { is_on: true, .. } | Power::On { .. });
         if is_known {
             self.disarm(JointCause::CommandTimeout);
-            self.cut(now);
+            self.switch_torque_off(now);
         } else if matches!(self.power, Power::Rising { .. }) {
             self.disarm(JointCause::CommandTimeout);
         }
     }
 
     /// Switches torque off from `now` on, in any state.
-    pub(super) fn cut(&mut self, now: Instant) {
+    pub(super) fn switch_torque_off(&mut self, now: Instant) {
         self.power = Power::Cutting { tell_at: now };
         (self.motion, self.goal, self.cut_at, self.behind_since) = (Motion::Idle, None, None, None);
         if let Some(ending) = self.licence.ending() {
@@ -127,19 +129,21 @@ impl Joint {
     pub(super) fn disarm(&mut self, cause: JointCause) {
         let ending = self.licence.ending();
         match self.licence {
-            Licence::Locked { .. } => {}
-            Licence::Armed { .. } if ending.is_some_and(|ending| ending.locks) => {
-                self.licence = ending.map_or(self.licence, Ending::licence);
+            ArmingState::Locked { .. } => {}
+            ArmingState::Armed { .. } if ending.is_some_and(|ending| ending.locks) => {
+                self.licence = ending.map_or(self.licence, Disarming::licence);
             }
-            Licence::Armed { .. } | Licence::Disarmed { .. } => self.licence = Licence::Disarmed { cause },
+            ArmingState::Armed { .. } | ArmingState::Disarmed { .. } => {
+                self.licence = ArmingState::Disarmed { cause }
+            }
         }
         (self.motion, self.goal) = (Motion::Idle, None);
-        self.abandon_rise();
+        self.abort_power_up();
     }
 
     /// Disarms or locks the joint once it has stopped; at once if it does not move.
-    pub(super) fn end_licence(&mut self, ending: Ending) {
-        let Licence::Armed { after, lapses_at, ending: before } = self.licence else {
+    pub(super) fn begin_disarm(&mut self, ending: Disarming) {
+        let ArmingState::Armed { after, lapses_at, ending: before } = self.licence else {
             if ending.locks && !self.licence.is_locked() {
                 self.licence = ending.licence();
             }
@@ -148,55 +152,57 @@ impl Joint {
         // A lock replaces a mere disarming; the first lock stays.
         let ending = before.filter(|before| before.locks || !ending.locks).unwrap_or(ending);
         if self.motion == Motion::Idle {
-            self.abandon_rise();
+            self.abort_power_up();
             self.licence = ending.licence();
         } else {
             self.goal = None;
-            self.licence = Licence::Armed { after, lapses_at, ending: Some(ending) };
+            self.licence = ArmingState::Armed { after, lapses_at, ending: Some(ending) };
             self.halt();
         }
     }
 
     /// Aborts switching torque on.
-    pub(super) fn abandon_rise(&mut self) {
+    pub(super) fn abort_power_up(&mut self) {
         if let Power::Rising { step, is_on, is_tripped } = self.power {
             let watchdog = match step {
-                Rise::Guard if is_tripped => Watchdog::Tripped,
-                Rise::Guard => Watchdog::Unset,
-                Rise::Aim | Rise::Torque => Watchdog::Armed,
+                PowerUpStep::ArmWatchdog if is_tripped => Watchdog::Tripped,
+                PowerUpStep::ArmWatchdog => Watchdog::Unset,
+                PowerUpStep::WriteGoal | PowerUpStep::Torque => Watchdog::Armed,
             };
             self.power = if is_on { Power::Found { watchdog, stay: None } } else { Power::Off };
         }
     }
 
     /// Updates the arming state: automatic arming, disarming, and lapse of an order.
-    pub(super) fn license(&mut self, now: Instant) {
-        let Orders { live, halt, body_stopped, .. } = self.orders;
+    pub(super) fn update_arming(&mut self, now: Instant) {
+        let BodyState { live, halt, body_stopped, .. } = self.orders;
         if !live || body_stopped {
-            self.abandon_rise();
+            self.abort_power_up();
         }
         self.lock_beyond_limits(now);
         match self.licence {
             // Torque may come on while others are stopped; then the joint waits for them.
-            Licence::Armed { .. } if self.power.is_on() && halt.is_some() => {
+            ArmingState::Armed { .. } if self.power.is_on() && halt.is_some() => {
                 let cause = halt.unwrap_or(JointCause::GroupStopped);
-                self.end_licence(Ending { cause, locks: false });
+                self.begin_disarm(Disarming { cause, locks: false });
             }
-            Licence::Armed { after, lapses_at: Some(lapses_at), ending: None }
+            ArmingState::Armed { after, lapses_at: Some(lapses_at), ending: None }
                 if now >= lapses_at && !self.power.is_on() =>
             {
                 self.disarm(after);
             }
-            Licence::Armed { after, ending: Some(ending), lapses_at } => {
+            ArmingState::Armed { after, ending: Some(ending), lapses_at } => {
                 // The reason of the stop is gone, and the configuration allows automatic arming after it.
                 if !ending.locks && live && halt.is_none() && self.policy.arms_after(ending.cause) {
-                    self.licence = Licence::Armed { after, lapses_at, ending: None };
+                    self.licence = ArmingState::Armed { after, lapses_at, ending: None };
                 }
             }
-            Licence::Disarmed { cause } if live && self.may_be_armed() && self.policy.arms_after(cause) => {
-                self.licence = Licence::Armed { after: cause, lapses_at: None, ending: None };
+            ArmingState::Disarmed { cause }
+                if live && self.may_be_armed() && self.policy.arms_after(cause) =>
+            {
+                self.licence = ArmingState::Armed { after: cause, lapses_at: None, ending: None };
             }
-            Licence::Armed { .. } | Licence::Disarmed { .. } | Licence::Locked { .. } => {}
+            ArmingState::Armed { .. } | ArmingState::Disarmed { .. } | ArmingState::Locked { .. } => {}
         }
     }
 
@@ -219,9 +225,9 @@ impl Joint {
             return;
         };
         if rad > self.policy.max_beyond_limits_rad {
-            self.trouble = Some(Trouble::BeyondLimits { by_mrad: quantity::number::round_i64(rad * 1e3) });
-            self.abandon_rise();
-            self.licence = Licence::Locked { cause: JointCause::BeyondLimits, number: None };
+            self.trouble = Some(JointFault::BeyondLimits { by_mrad: quantity::number::round_i64(rad * 1e3) });
+            self.abort_power_up();
+            self.licence = ArmingState::Locked { cause: JointCause::BeyondLimits, number: None };
             self.goal = None;
         }
     }

@@ -6,7 +6,7 @@ use message::{JointCause, JointLicence};
 /// 2006/42/EC, annex I, 1.2.4.3). Whatever disarmed the joint, an operator arms it again, or the configuration for
 /// the causes that it names.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) enum Licence {
+pub(crate) enum ArmingState {
     /// Not before the cause is gone and an operator has acknowledged it.
     Locked {
         /// Why it is locked.
@@ -26,31 +26,31 @@ pub(crate) enum Licence {
         /// When the arming order lapses if torque is not on by then; `None` after automatic arming.
         lapses_at: Option<Instant>,
         /// Set while the joint decelerates before it is disarmed or locked.
-        ending: Option<Ending>,
+        ending: Option<Disarming>,
     },
 }
 
 /// How an armed joint becomes disarmed or locked.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) struct Ending {
+pub(crate) struct Disarming {
     /// Why the joint loses its arming.
     pub(crate) cause: JointCause,
     /// Whether the joint becomes locked, and not only disarmed.
     pub(crate) locks: bool,
 }
 
-impl Ending {
+impl Disarming {
     /// The resulting arming state.
-    pub(crate) const fn licence(self) -> Licence {
+    pub(crate) const fn licence(self) -> ArmingState {
         if self.locks {
-            Licence::Locked { cause: self.cause, number: None }
+            ArmingState::Locked { cause: self.cause, number: None }
         } else {
-            Licence::Disarmed { cause: self.cause }
+            ArmingState::Disarmed { cause: self.cause }
         }
     }
 }
 
-impl Licence {
+impl ArmingState {
     /// The published arming state and its cause.
     pub(crate) const fn published(self) -> (JointLicence, JointCause) {
         match self {
@@ -75,7 +75,7 @@ impl Licence {
     }
 
     /// How the joint is being disarmed, if it is.
-    pub(crate) const fn ending(self) -> Option<Ending> {
+    pub(crate) const fn ending(self) -> Option<Disarming> {
         match self {
             Self::Armed { ending, .. } => ending,
             Self::Locked { .. } | Self::Disarmed { .. } => None,

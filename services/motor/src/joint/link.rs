@@ -1,7 +1,7 @@
 use clock::Instant;
 use message::{JointCause, JointLink};
 
-use crate::doubt::Doubt;
+use crate::duplicate_id_check::DuplicateIdCheck;
 
 /// State of the connection to a joint's servo.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -20,7 +20,7 @@ pub(crate) enum Link {
         cause: JointCause,
     },
     /// Its answers are corrupt: it is probed for a duplicate identifier.
-    Doubted(Doubt),
+    Doubted(DuplicateIdCheck),
 }
 
 /// Steps of setting a servo up.

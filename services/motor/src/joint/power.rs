@@ -21,7 +21,7 @@ pub(crate) enum Power {
     /// Torque is being switched on.
     Rising {
         /// The next step.
-        step: Rise,
+        step: PowerUpStep,
         /// Whether torque may be on already.
         is_on: bool,
         /// Whether the bus watchdog has tripped and has to be cleared first.
@@ -32,10 +32,10 @@ pub(crate) enum Power {
         /// Goal position that the servo holds, in radians of the joint.
         goal_rad: f64,
         /// Whether the servo has the acceleration of normal operation, and no longer that of the soft start.
-        is_quick: bool,
+        has_full_acceleration: bool,
         /// Whether its goal PWM is limited: the joint is far behind its setpoint, and would turn at full speed once
         /// released.
-        is_bounded: bool,
+        is_pwm_limited: bool,
     },
     /// The servo is told to switch torque off, and has not confirmed it.
     Cutting {
@@ -57,11 +57,11 @@ pub(crate) enum Watchdog {
 
 /// Steps of switching torque on. The bus watchdog is armed before any step that can cause motion.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Rise {
+pub(crate) enum PowerUpStep {
     /// Arm the bus watchdog; clear it first if it has tripped.
-    Guard,
+    ArmWatchdog,
     /// Write the profile of the soft start, and the present position as the goal.
-    Aim,
+    WriteGoal,
     /// Arm the watchdog once more, and switch torque on, in one exchange.
     Torque,
 }
@@ -101,7 +101,7 @@ impl Power {
 
 /// State of the last write of goal PWM. A servo whose bus watchdog has tripped refuses it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum RefusedDuty {
+pub(super) enum RefusedPwm {
     /// The servo accepted the last one.
     No,
     /// Refused; the state of the watchdog has to be read.

@@ -4,14 +4,15 @@ use clock::{Duration, Instant};
 use message::JointCause;
 use servo::{Motion as Setpoint, acceleration_count, position_count};
 
-use super::answers::PROVEN_AFTER;
+use super::answers::TRUST_DELAY;
 use super::steer::{ACCELERATION_MARGIN, LOW_ACCELERATION_RAD_S2, velocity};
 use super::{
-    Joint, LOOK_EVERY, Licence, Link, Motion, Power, REBOOT_WAIT, RefusedDuty, Rise, Setup, Watchdog,
+    ArmingState, CONDITION_PERIOD, Joint, Link, Motion, Power, PowerUpStep, REBOOT_WAIT, RefusedPwm, Setup,
+    Watchdog,
 };
-use crate::Trouble;
-use crate::doubt::Came;
-use crate::job::{self, Bounds, Job};
+use crate::JointFault;
+use crate::duplicate_id_check::ProbeResult;
+use crate::job::{self, Job, ServoLimits};
 use crate::notice::Notice;
 
 /// Value of goal PWM at a duty of 100 % (items 36 and 100).
@@ -28,7 +29,9 @@ impl Joint {
         }
         match self.link {
             Link::Silent { ask_at, .. } => return (now >= ask_at).then(|| self.call()),
-            Link::Doubted(doubt) => return Some(Job::Doubt { alike: doubt.asks_alike() }),
+            Link::Doubted(duplicate_id_check) => {
+                return Some(Job::DuplicateIdCheck { alike: duplicate_id_check.asks_alike() });
+            }
             Link::Unknown | Link::Identified(_) | Link::Answering => {}
         }
         if let Power::Cutting { tell_at } = self.power {
@@ -54,22 +57,24 @@ impl Joint {
     /// Next job for a servo that is set up.
     fn power_job(&mut self, now: Instant, may_arm: bool) -> Option<Job> {
         if may_arm && self.licence.is_given() && !self.is_unproven() {
-            self.begin_rise();
+            self.begin_power_up();
         }
         match self.power {
             Power::Unknown { .. } => {
                 self.link = Link::Identified(Setup::Inspect);
                 Some(Job::Inspect)
             }
-            Power::Found { watchdog: Watchdog::Unset, .. } => Some(Job::Guard { clear: false }),
-            Power::Found { watchdog: Watchdog::Tripped, .. } => Some(Job::Guard { clear: true }),
+            Power::Found { watchdog: Watchdog::Unset, .. } => Some(Job::ArmWatchdog { clear: false }),
+            Power::Found { watchdog: Watchdog::Tripped, .. } => Some(Job::ArmWatchdog { clear: true }),
             // The servo may still move towards a goal of an earlier process.
             Power::Found { stay, .. } => self.stay_job(now, stay, self.comes_back()),
-            Power::Rising { step: Rise::Guard, is_tripped, .. } => Some(Job::Guard { clear: is_tripped }),
-            Power::Rising { step: Rise::Aim, is_on, .. } => self.aim(now, is_on),
-            Power::Rising { step: Rise::Torque, is_tripped, .. } => {
+            Power::Rising { step: PowerUpStep::ArmWatchdog, is_tripped, .. } => {
+                Some(Job::ArmWatchdog { clear: is_tripped })
+            }
+            Power::Rising { step: PowerUpStep::WriteGoal, is_on, .. } => self.aim(now, is_on),
+            Power::Rising { step: PowerUpStep::Torque, is_tripped, .. } => {
                 // If the answer is lost, torque may be on.
-                self.power = Power::Rising { step: Rise::Torque, is_on: true, is_tripped };
+                self.power = Power::Rising { step: PowerUpStep::Torque, is_on: true, is_tripped };
                 Some(Job::Torque(true))
             }
             Power::On { .. } => self.motion_job(now),
@@ -78,13 +83,17 @@ impl Joint {
     }
 
     /// Begins to switch torque on, if that has not begun.
-    const fn begin_rise(&mut self) {
+    const fn begin_power_up(&mut self) {
         let (is_on, watchdog) = match self.power {
             Power::Off => (false, Watchdog::Unset),
             Power::Found { watchdog, .. } => (true, watchdog),
             Power::Unknown { .. } | Power::Rising { .. } | Power::On { .. } | Power::Cutting { .. } => return,
         };
-        let step = if matches!(watchdog, Watchdog::Armed) { Rise::Aim } else { Rise::Guard };
+        let step = if matches!(watchdog, Watchdog::Armed) {
+            PowerUpStep::WriteGoal
+        } else {
+            PowerUpStep::ArmWatchdog
+        };
         self.power = Power::Rising { step, is_on, is_tripped: matches!(watchdog, Watchdog::Tripped) };
     }
 
@@ -98,23 +107,25 @@ impl Joint {
             return Some(Job::Profile([acceleration, velocity]));
         }
         let goal = position_count(self.settings.servo_rad(stands_rad));
-        Some(Job::Aim([acceleration, velocity, goal]))
+        Some(Job::WriteGoal([acceleration, velocity, goal]))
     }
 
     fn motion_job(&mut self, now: Instant) -> Option<Job> {
-        if self.refused_duty == RefusedDuty::Unexplained {
-            return Some(self.look(now));
+        if self.refused_pwm == RefusedPwm::Unexplained {
+            return Some(self.read_condition(now));
         }
-        if let Some(duty) = self.duty_to_tell(now) {
-            return Some(Job::Duty(duty));
+        if let Some(pwm) = self.duty_to_tell(now) {
+            return Some(Job::GoalPwm(pwm));
         }
-        self.refused_duty = RefusedDuty::No;
+        self.refused_pwm = RefusedPwm::No;
         match self.motion {
             Motion::Stay { told } => self.stay_job(now, told, true),
-            Motion::Soft { until, .. } if now >= until && !self.is_quick() => Some(Job::Profile([
-                acceleration(self.settings.acceleration_rad_s2 * ACCELERATION_MARGIN),
-                velocity(self.velocity_rad_s()),
-            ])),
+            Motion::Soft { until, .. } if now >= until && !self.has_full_acceleration() => {
+                Some(Job::Profile([
+                    acceleration(self.settings.acceleration_rad_s2 * ACCELERATION_MARGIN),
+                    velocity(self.velocity_rad_s()),
+                ]))
+            }
             Motion::Idle
             | Motion::Align { .. }
             | Motion::Soft { .. }
@@ -130,18 +141,18 @@ impl Joint {
     /// A profile limits the speed of the servo's own trajectory, but not how fast the shaft catches up with it. With
     /// a limited PWM a joint that is held presses with less force, and does not exceed its speed limit once released.
     fn duty_to_tell(&self, now: Instant) -> Option<u16> {
-        let (Power::On { is_bounded, .. }, Some(bounds)) = (self.power, self.bounds) else { return None };
-        let is_behind = self.is_far_behind(now, is_bounded);
-        (is_behind != is_bounded).then(|| if is_behind { self.bounded_duty(bounds) } else { bounds.duty })
+        let (Power::On { is_pwm_limited, .. }, Some(bounds)) = (self.power, self.bounds) else { return None };
+        let is_behind = self.is_far_behind(now, is_pwm_limited);
+        (is_behind != is_pwm_limited).then(|| if is_behind { self.bounded_duty(bounds) } else { bounds.pwm })
     }
 
     /// The PWM at which the servo without load turns no faster than its joint may.
-    fn bounded_duty(&self, bounds: Bounds) -> u16 {
+    fn bounded_duty(&self, bounds: ServoLimits) -> u16 {
         let no_load_rad_s =
             servo::velocity_rad_s(i32::try_from(self.model.velocity_limit()).unwrap_or(i32::MAX));
         let share = (self.velocity_rad_s() / no_load_rad_s).clamp(0.0, 1.0);
-        let duty = quantity::number::round_i64(f64::from(FULL_DUTY) * share);
-        u16::try_from(duty).unwrap_or(FULL_DUTY).clamp(1, bounds.duty.max(1))
+        let pwm = quantity::number::round_i64(f64::from(FULL_DUTY) * share);
+        u16::try_from(pwm).unwrap_or(FULL_DUTY).clamp(1, bounds.pwm.max(1))
     }
 
     /// Tells a servo to stay where it is, and repeats that if the servo does not stand in time.
@@ -152,19 +163,21 @@ impl Joint {
 
     /// Since when a condition read has been due, if it is.
     pub(crate) fn look_due(&self, now: Instant) -> Option<Instant> {
-        (self.is_read() && now >= self.look_at).then_some(self.look_at)
+        (self.is_read() && now >= self.condition_due_at).then_some(self.condition_due_at)
     }
 
     /// Job that reads the condition, and schedules the next one.
-    pub(crate) fn look(&mut self, now: Instant) -> Job {
-        self.look_at = now + LOOK_EVERY;
-        Job::Look
+    pub(crate) fn read_condition(&mut self, now: Instant) -> Job {
+        self.condition_due_at = now + CONDITION_PERIOD;
+        Job::ReadCondition
     }
 
     /// Advances the state machines after a job was done.
     pub(super) fn advance(&mut self, now: Instant, job: Job, answer: &[u8]) {
         match (self.link, self.power, job) {
-            (Link::Unknown | Link::Silent { .. }, _, Job::Ping | Job::LetGo) => self.identified(now, answer),
+            (Link::Unknown | Link::Silent { .. }, _, Job::Ping | Job::TorqueOff) => {
+                self.identified(now, answer)
+            }
             (Link::Identified(Setup::Inspect), _, Job::Inspect) if !job::answers_all(answer) => {
                 // The servo did not take over the status return level.
                 self.contact.unacknowledged += 1;
@@ -178,33 +191,37 @@ impl Joint {
             }
             (Link::Identified(Setup::Mode), _, Job::SetMode) => self.link = Link::Identified(Setup::Limits),
             (Link::Identified(Setup::Limits), _, Job::SetLimits { .. }) => self.link = Link::Answering,
-            (_, Power::Found { stay, .. }, Job::Guard { .. }) => {
+            (_, Power::Found { stay, .. }, Job::ArmWatchdog { .. }) => {
                 self.power = Power::Found { watchdog: Watchdog::Armed, stay };
             }
             (_, Power::Found { watchdog, .. }, Job::Stay) => {
                 self.power = Power::Found { watchdog, stay: self.stood(now) };
             }
-            (_, Power::Rising { step: Rise::Guard, is_on, .. }, Job::Guard { .. }) => {
-                self.power = Power::Rising { step: Rise::Aim, is_on, is_tripped: false };
+            (_, Power::Rising { step: PowerUpStep::ArmWatchdog, is_on, .. }, Job::ArmWatchdog { .. }) => {
+                self.power = Power::Rising { step: PowerUpStep::WriteGoal, is_on, is_tripped: false };
             }
-            (_, Power::Rising { step: Rise::Aim, is_on, is_tripped }, Job::Aim(_) | Job::Profile(_)) => {
-                self.power = Power::Rising { step: Rise::Torque, is_on, is_tripped };
+            (
+                _,
+                Power::Rising { step: PowerUpStep::WriteGoal, is_on, is_tripped },
+                Job::WriteGoal(_) | Job::Profile(_),
+            ) => {
+                self.power = Power::Rising { step: PowerUpStep::Torque, is_on, is_tripped };
             }
-            (_, Power::Rising { step: Rise::Torque, .. }, Job::Torque(true)) => self.risen(now),
-            (_, Power::On { goal_rad, is_bounded, .. }, Job::Profile(_)) => {
-                self.power = Power::On { goal_rad, is_quick: true, is_bounded };
+            (_, Power::Rising { step: PowerUpStep::Torque, .. }, Job::Torque(true)) => self.risen(now),
+            (_, Power::On { goal_rad, is_pwm_limited, .. }, Job::Profile(_)) => {
+                self.power = Power::On { goal_rad, has_full_acceleration: true, is_pwm_limited };
                 // The job has written another velocity.
                 self.told = None;
             }
-            (_, Power::On { goal_rad, is_quick, .. }, Job::Duty(duty)) => {
-                let is_bounded = self.bounds.is_some_and(|bounds| duty < bounds.duty);
-                self.power = Power::On { goal_rad, is_quick, is_bounded };
-                self.refused_duty = RefusedDuty::No;
+            (_, Power::On { goal_rad, has_full_acceleration, .. }, Job::GoalPwm(pwm)) => {
+                let is_pwm_limited = self.bounds.is_some_and(|bounds| pwm < bounds.pwm);
+                self.power = Power::On { goal_rad, has_full_acceleration, is_pwm_limited };
+                self.refused_pwm = RefusedPwm::No;
             }
             (_, Power::On { .. }, Job::Stay) if matches!(self.motion, Motion::Stay { .. }) => {
                 self.motion = Motion::Stay { told: self.stood(now) };
             }
-            (_, _, Job::Look) => self.looked_at(now, answer),
+            (_, _, Job::ReadCondition) => self.process_condition(now, answer),
             // The answer belongs to a state that has passed.
             _ => {}
         }
@@ -215,10 +232,10 @@ impl Joint {
     }
 
     /// Processes the result of one probe for a duplicate identifier. Returns whether a duplicate is certain now.
-    pub(crate) fn doubted(&mut self, now: Instant, came: Came) -> bool {
-        let Link::Doubted(mut doubt) = self.link else { return false };
-        let verdict = doubt.note(came);
-        self.link = Link::Doubted(doubt);
+    pub(crate) fn process_probe(&mut self, now: Instant, came: ProbeResult) -> bool {
+        let Link::Doubted(mut duplicate_id_check) = self.link else { return false };
+        let verdict = duplicate_id_check.note(came);
+        self.link = Link::Doubted(duplicate_id_check);
         if verdict == Some(false) {
             self.quarantine(now, JointCause::Silent);
         }
@@ -237,7 +254,7 @@ impl Joint {
             self.power = Power::Unknown { was_on: false };
             self.disarm(JointCause::CommandTimeout);
         }
-        Job::LetGo
+        Job::TorqueOff
     }
 
     fn identified(&mut self, now: Instant, answer: &[u8]) {
@@ -245,11 +262,11 @@ impl Joint {
         let found = answer.first_chunk().map_or(0, |number| u16::from_le_bytes(*number));
         if found == expected {
             self.contact.is_fast =
-                answer.get(2).is_some_and(|firmware| self.model.knows_fast_reads(*firmware));
+                answer.get(2).is_some_and(|firmware| self.model.supports_fast_reads(*firmware));
             self.link = Link::Identified(Setup::Inspect);
         } else {
             self.link = Link::Unknown;
-            self.fail(now, JointCause::Refused, Trouble::Model { expected, found });
+            self.fail(now, JointCause::Refused, JointFault::Model { expected, found });
         }
     }
 
@@ -259,13 +276,13 @@ impl Joint {
         let has_torque = job::has_torque(setup);
         let was_on = matches!(self.power, Power::Unknown { was_on: true });
         let is_cutting = matches!(self.power, Power::Cutting { .. });
-        self.bounds = Bounds::parse(setup);
+        self.bounds = ServoLimits::parse(setup);
         self.clock.forget();
-        self.contact.trusted_at = self.contact.trusted_at.map(|_| now + PROVEN_AFTER);
+        self.contact.trusted_at = self.contact.trusted_at.map(|_| now + TRUST_DELAY);
         self.link = Link::Answering;
         if was_on && !has_torque {
             // It was not only silent: its group holds until it is back.
-            self.incidents.restarts += 1;
+            self.fault_counters.restarts += 1;
             self.disarm(JointCause::Restarted);
         }
         self.power = match has_torque {
@@ -314,7 +331,7 @@ impl Joint {
     pub(crate) fn refuse_as_other(&mut self, now: Instant, other: usize) {
         self.notices = crate::notice::Notices::default();
         self.link = Link::Answering;
-        self.fail(now, JointCause::Refused, Trouble::OtherJoint(other + 1));
+        self.fail(now, JointCause::Refused, JointFault::OtherJoint(other + 1));
     }
 
     /// Torque is on.
@@ -322,9 +339,9 @@ impl Joint {
         // The motion begins at the present position, which may have changed since the goal was written.
         let Some(goal_rad) = self.standing(now) else { return };
         // An earlier process may have left its PWM limited.
-        let is_bounded = self.bounds.is_some_and(|bounds| bounds.goal_duty < bounds.duty);
-        self.power = Power::On { goal_rad, is_quick: false, is_bounded };
-        self.refused_aims = 0;
+        let is_pwm_limited = self.bounds.is_some_and(|bounds| bounds.goal_duty < bounds.pwm);
+        self.power = Power::On { goal_rad, has_full_acceleration: false, is_pwm_limited };
+        self.refused_goals = 0;
         self.motion = Motion::Idle;
         if self.licence.is_given() && self.is_far_from(goal_rad) {
             self.motion = Motion::Align { to_rad: goal_rad };
@@ -338,7 +355,7 @@ impl Joint {
     fn reboot(&mut self, now: Instant) -> Job {
         self.reboots += 1;
         (self.trouble, self.reaction, self.reboot_at) = (None, None, None);
-        self.licence = Licence::Disarmed { cause: JointCause::Alert };
+        self.licence = ArmingState::Disarmed { cause: JointCause::Alert };
         self.power = Power::Unknown { was_on: false };
         self.motion = Motion::Idle;
         self.clock.forget();

@@ -4,7 +4,7 @@ use message::{JointCause, JointLicence, JointMachines, JointMode, JointState};
 use servo::Reading;
 
 use super::motion::published;
-use super::{Joint, Licence, Link, Motion, Power, is_own_fault};
+use super::{ArmingState, Joint, Link, Motion, Power, is_own_fault};
 
 impl Joint {
     /// The published state of the joint.
@@ -55,14 +55,14 @@ impl Joint {
             (_, Power::Off) if !self.licence.is_armed() => (JointMode::Limp, cause),
             (Link::Unknown | Link::Identified(_), _) if self.licence.is_locked() => (JointMode::Limp, cause),
             (_, Power::Found { .. }) => match self.licence {
-                Licence::Locked { cause, .. } => (JointMode::Holding, cause),
-                Licence::Disarmed { .. } | Licence::Armed { .. } if !self.orders.live => {
+                ArmingState::Locked { cause, .. } => (JointMode::Holding, cause),
+                ArmingState::Disarmed { .. } | ArmingState::Armed { .. } if !self.orders.live => {
                     (self.pace(), JointCause::CommandTimeout)
                 }
-                Licence::Disarmed { .. } | Licence::Armed { .. } if is_own_fault(cause) => {
+                ArmingState::Disarmed { .. } | ArmingState::Armed { .. } if is_own_fault(cause) => {
                     (self.pace(), cause)
                 }
-                Licence::Disarmed { .. } | Licence::Armed { .. } => {
+                ArmingState::Disarmed { .. } | ArmingState::Armed { .. } => {
                     (self.pace(), self.orders.halt.unwrap_or(cause))
                 }
             },
@@ -88,7 +88,7 @@ impl Joint {
                 (JointMode::Starting, cause)
             }
             Motion::Stay { .. } => (self.pace(), stops_by),
-            Motion::Soft { .. } | Motion::Track { .. } if self.is_spared() => {
+            Motion::Soft { .. } | Motion::Track { .. } if self.is_derated() => {
                 (JointMode::Following, JointCause::Derated)
             }
             Motion::Soft { .. } | Motion::Track { .. } => (JointMode::Following, JointCause::None),
@@ -108,9 +108,9 @@ impl Joint {
     /// Why it is not armed, or was not before.
     const fn licence_cause(&self) -> JointCause {
         match self.licence {
-            Licence::Locked { cause, .. } | Licence::Disarmed { cause } => cause,
-            Licence::Armed { after, ending: None, .. } => after,
-            Licence::Armed { ending: Some(ending), .. } => ending.cause,
+            ArmingState::Locked { cause, .. } | ArmingState::Disarmed { cause } => cause,
+            ArmingState::Armed { after, ending: None, .. } => after,
+            ArmingState::Armed { ending: Some(ending), .. } => ending.cause,
         }
     }
 }

@@ -5,8 +5,8 @@ use config::leo::AlertReaction;
 use message::JointCause;
 use servo::{Limits, Motion as Setpoint, position_count, velocity_count};
 
-use super::{Ending, FRESH, Joint, Motion, Power, Rise, SETTLE, STILL_RAD_S, Watchdog};
-use crate::Trouble;
+use super::{Disarming, Joint, MAX_READING_AGE, Motion, Power, PowerUpStep, SETTLE, STILL_RAD_S, Watchdog};
+use crate::JointFault;
 use crate::derating::derating;
 
 /// Tracking error from which a joint counts as at its bound, as a share of the bound. From there its setpoint waits.
@@ -57,7 +57,7 @@ impl Joint {
             }
             Motion::Stay { .. } if self.stays() => self.after_stay(now, goes_on),
             Motion::Soft { .. } | Motion::Track { .. } if !goes_on => self.halt(),
-            Motion::Soft { at, until } if now >= until && self.is_quick() => {
+            Motion::Soft { at, until } if now >= until && self.has_full_acceleration() => {
                 self.motion = Motion::Track { at }
             }
             Motion::Halt { at } | Motion::Hold { at, .. } if goes_on => self.begin_soft(now, at),
@@ -67,7 +67,7 @@ impl Joint {
                     && at.velocity_rad_s.abs() <= 0.0
                     && self.error_rad(now, at).is_none_or(|error| error.abs() <= ARRIVED_RAD);
                 if is_there || now >= until {
-                    self.cut(now);
+                    self.switch_torque_off(now);
                 }
             }
             Motion::Idle
@@ -77,7 +77,7 @@ impl Joint {
             | Motion::Halt { .. } => {}
         }
         if self.cut_at.is_some_and(|at| now >= at) {
-            self.cut(now);
+            self.switch_torque_off(now);
         }
     }
 
@@ -86,7 +86,7 @@ impl Joint {
         let Power::On { goal_rad, .. } = self.power else { return };
         if self.is_far_from(goal_rad) {
             // The joint was moved by hand meanwhile, or is beyond its limits: the goal is written again.
-            self.power = Power::Rising { step: Rise::Aim, is_on: true, is_tripped: false };
+            self.power = Power::Rising { step: PowerUpStep::WriteGoal, is_on: true, is_tripped: false };
         } else {
             self.begin_soft(now, Setpoint::at(goal_rad));
         }
@@ -113,7 +113,7 @@ impl Joint {
     fn after_stay(&mut self, now: Instant, goes_on: bool) {
         if goes_on {
             self.motion = Motion::Idle;
-            self.power = Power::Rising { step: Rise::Aim, is_on: true, is_tripped: false };
+            self.power = Power::Rising { step: PowerUpStep::WriteGoal, is_on: true, is_tripped: false };
         } else if let Some(ending) = self.licence.ending() {
             // The goal of the servo is not a setpoint of this joint. So the servo is monitored, and told to stay
             // again if it moves.
@@ -138,7 +138,7 @@ impl Joint {
             if self.reaction == Some(AlertReaction::Lower) {
                 self.motion = Motion::Retreat { at, until: now + self.policy.lower_within };
             } else {
-                self.cut(now);
+                self.switch_torque_off(now);
             }
         } else if now >= since + SETTLE {
             // The last setpoint has been repeated often enough: the servo holds it.
@@ -147,23 +147,23 @@ impl Joint {
     }
 
     /// Stops sending setpoints. The servo holds the last one.
-    fn rest(&mut self, at: Setpoint, ending: Ending) {
+    fn rest(&mut self, at: Setpoint, ending: Disarming) {
         self.motion = Motion::Idle;
-        if let Power::On { is_quick, is_bounded, .. } = self.power {
-            self.power = Power::On { goal_rad: at.position_rad, is_quick, is_bounded };
+        if let Power::On { has_full_acceleration, is_pwm_limited, .. } = self.power {
+            self.power = Power::On { goal_rad: at.position_rad, has_full_acceleration, is_pwm_limited };
         }
         self.licence = ending.licence();
     }
 
     /// Whether its servo has the acceleration of normal operation.
-    pub(super) const fn is_quick(&self) -> bool {
-        matches!(self.power, Power::On { is_quick: true, .. })
+    pub(super) const fn has_full_acceleration(&self) -> bool {
+        matches!(self.power, Power::On { has_full_acceleration: true, .. })
     }
 
     /// Tracking error against a setpoint, in radians; `None` without a recent reading.
     fn error_rad(&self, now: Instant, at: Setpoint) -> Option<f64> {
         let (read_at, reading) = self.reading?;
-        (now.since(read_at) <= FRESH).then_some(at.position_rad - reading.position_rad)
+        (now.since(read_at) <= MAX_READING_AGE).then_some(at.position_rad - reading.position_rad)
     }
 
     /// Advances the setpoint by `dt_s` seconds: towards the goal, or to a stop without one.
@@ -252,14 +252,14 @@ impl Joint {
         self.behind_since = None;
         if self.licence.ending().is_some_and(|ending| ending.locks) {
             // It is being stopped already, and must not press against the obstacle any longer.
-            return self.cut(now);
+            return self.switch_torque_off(now);
         }
-        self.trouble = Some(Trouble::Blocked { by_mrad: quantity::number::round_i64(error * 1e3) });
-        self.incidents.blocked += 1;
+        self.trouble = Some(JointFault::Blocked { by_mrad: quantity::number::round_i64(error * 1e3) });
+        self.fault_counters.blocked += 1;
         // The setpoint jumps to the present position, so that the joint does not press against the obstacle.
         let stands_rad = self.standing(now).unwrap_or(at.position_rad);
         self.motion = Motion::Halt { at: Setpoint::at(stands_rad) };
-        self.end_licence(Ending { cause: JointCause::Blocked, locks: true });
+        self.begin_disarm(Disarming { cause: JointCause::Blocked, locks: true });
     }
 
     /// Highest speed of the joint, in rad/s: its own limit, or the velocity limit of its servo if that is lower.
@@ -271,13 +271,13 @@ impl Joint {
     /// Derating factor of the speed, 0 to 1; below one until the servo is well within its bounds again.
     fn spare(&mut self) -> f64 {
         let Some((condition, bounds)) = self.condition.zip(self.bounds) else { return 1.0 };
-        let share = derating(condition, bounds, self.model.nominal_volts(), self.is_spared);
-        self.is_spared = share < 1.0;
+        let share = derating(condition, bounds, self.model.nominal_volts(), self.is_derated);
+        self.is_derated = share < 1.0;
         share
     }
 
-    pub(super) const fn is_spared(&self) -> bool {
-        self.is_spared
+    pub(super) const fn is_derated(&self) -> bool {
+        self.is_derated
     }
 
     /// Goal of its servo in this cycle, if any. The profile velocity is written only when it changes, and
@@ -330,7 +330,7 @@ impl Joint {
 
     /// Stopping position of the setpoint one cycle later, in radians, not beyond the goal.
     fn lead_rad(&self, at: Setpoint) -> f64 {
-        let acceleration_rad_s2 = if self.is_quick() {
+        let acceleration_rad_s2 = if self.has_full_acceleration() {
             self.settings.acceleration_rad_s2 * ACCELERATION_MARGIN
         } else {
             LOW_ACCELERATION_RAD_S2

@@ -10,7 +10,7 @@ use JointMode::{Aligning, Decelerating, Following, Holding, Limp, Releasing};
 /// A robot whose shoulder has just begun to return from beyond its limits. The brow is in another group.
 fn coming_back() -> Rig {
     let mut rig = Rig::new();
-    rig.servo(0, 0).push_by(1.4);
+    rig.servo(0, 0).displace(1.4);
     let from_rad = rig.lines[0].servos()[0].position_rad();
     rig.until(300, 0.0, |rig| rig.lines[0].servos()[0].position_rad() < from_rad - 0.1);
     assert_eq!(rig.modes()[0], Aligning);
@@ -45,7 +45,7 @@ fn it_stops_while_a_line_is_lost_and_comes_back_when_the_line_does() {
 fn it_stops_while_its_group_does() {
     let robot = ROBOT.replace("group = \"arm\"", "group = \"body\"");
     let mut rig = Rig::of(&robot, SETTINGS);
-    rig.servo(0, 0).push_by(1.4);
+    rig.servo(0, 0).displace(1.4);
     rig.until(300, 0.0, |rig| rig.lines[0].servos()[0].position_rad() < 1.6);
     rig.servo(1, 0).fail(HardwareError::Overheating);
     stops(&mut rig, JointCause::GroupStopped, |rig| rig.commanded(1, 0.0, rig.now));

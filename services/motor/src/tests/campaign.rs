@@ -5,14 +5,14 @@ mod commands;
 mod struck;
 
 use config::Robot;
-use servo::mock::{Injection, Injector};
+use servo::mock::{FaultSpec, Injector};
 
 use super::*;
 
-use crate::joint::REBOOTS_MOST;
+use crate::joint::MAX_REBOOTS;
 
 pub(crate) use commands::{Commands, check_causes, check_servo};
-pub(crate) use struck::Struck;
+pub(crate) use struck::FaultTargets;
 
 /// One count of position.
 const COUNT_RAD: f64 = std::f64::consts::TAU / 4096.0;
@@ -47,12 +47,12 @@ const EVENTS: [&str; 9] = [
     "stopped-clock bus=right_arm id=3 from=9s for=300ms",
 ];
 /// The bus on which two servos have one identifier for a while.
-const DOUBLED: &str = "face_right";
+const DUPLICATED_BUS: &str = "face_right";
 /// Duration of a round.
 pub(crate) const ROUND: Duration = Duration::from_secs(10);
 
 /// All faults of one round.
-pub(crate) fn faults() -> Vec<Injection> {
+pub(crate) fn faults() -> Vec<FaultSpec> {
     let chance = PACKETS.iter().map(|fault| format!("{fault} p=0.01"));
     chance.chain(EVENTS.map(str::to_owned)).map(|words| words.parse().unwrap()).collect()
 }
@@ -112,28 +112,33 @@ pub(crate) fn is_held_up(state: &JointState) -> bool {
 }
 
 /// A bus whose servos are in this process.
-struct Spoilt {
+struct FaultyPort {
     line: Line,
     now: Instant,
     said: Vec<u8>,
     hung_up_until: Instant,
 }
 
-impl Port for Spoilt {
-    fn send(&mut self, bytes: &[u8], _within: Duration) -> Result<Sent, Lost> {
+impl Port for FaultyPort {
+    fn send(&mut self, bytes: &[u8], _within: Duration) -> Result<Sent, LineLostError> {
         let late = self.said.len();
         self.said.clear();
         if let Some(until) = self.line.hangs_up(self.now) {
             self.hung_up_until = until;
         }
         if self.now < self.hung_up_until {
-            return Err(Lost::HangUp);
+            return Err(LineLostError::HangUp);
         }
         self.line.hear(self.now, bytes, &mut self.said);
         Ok(Sent { at: self.now, late })
     }
 
-    fn receive(&mut self, into: &mut [u8], _within: Duration, _until: Instant) -> Result<Received, Lost> {
+    fn receive(
+        &mut self,
+        into: &mut [u8],
+        _within: Duration,
+        _until: Instant,
+    ) -> Result<Received, LineLostError> {
         let count = self.said.len().min(into.len());
         into[..count].copy_from_slice(&self.said[..count]);
         self.said.drain(..count);
@@ -145,13 +150,13 @@ impl Port for Spoilt {
 struct Campaign {
     robot: Robot,
     motor: Motor,
-    wires: Vec<Spoilt>,
+    wires: Vec<FaultyPort>,
     masters: Vec<Master>,
     request: Request,
     replies: Replies,
     now: Instant,
     commands: Commands,
-    struck: Struck,
+    struck: FaultTargets,
     /// When the round began.
     round_at: Instant,
     /// Goals of all joints.
@@ -169,7 +174,7 @@ impl Campaign {
         let mut robot = Robot::load(None).unwrap();
         robot.leo.motor.on_alert = config::leo::OnAlert::Reboot;
         let now = Instant::from_nanos(1_000_000_000);
-        let wire = |index: usize, bus: &config::motor::Bus| Spoilt {
+        let wire = |index: usize, bus: &config::motor::Bus| FaultyPort {
             line: mock_bus_process::line(&robot.motor, index, now)
                 .with_injector(Injector::new(&bus.name, seed)),
             now,
@@ -186,7 +191,7 @@ impl Campaign {
             request: Request::default(),
             replies: Replies::default(),
             commands: Commands::new(robot.motor.joints.len()),
-            struck: Struck::new(&faults(), &robot.motor),
+            struck: FaultTargets::new(&faults(), &robot.motor),
             round_at: now,
             goals: swing,
             robot,
@@ -197,7 +202,7 @@ impl Campaign {
         }
     }
 
-    fn inject(&mut self, faults: &[Injection]) {
+    fn inject(&mut self, faults: &[FaultSpec]) {
         for (wire, bus) in self.wires.iter_mut().zip(&self.robot.motor.buses) {
             let own: Vec<_> = faults.iter().filter(|fault| fault.is_on(&bus.name)).cloned().collect();
             wire.line.inject(self.now, &own);
@@ -276,14 +281,14 @@ fn campaign(seed: u64, lasts: Duration) {
         }
         campaign.struck.end_round();
         if campaign.motor.states().any(|state| waits(&state)) {
-            campaign.motor.start_anew();
+            campaign.motor.recover();
             campaign.anew += 1;
         }
     }
     assert_eq!(campaign.motor.states().len(), 65);
     assert!(campaign.away > 0, "the faults did nothing");
     for fault in &faults {
-        let happened = |wire: &Spoilt| wire.line.injected().of(fault.kind) > 0;
+        let happened = |wire: &FaultyPort| wire.line.injected().of(fault.kind) > 0;
         assert!(campaign.wires.iter().any(happened), "{fault} never happened");
     }
     assert!(campaign.motor.counts().stale > 0, "no answer was late");
@@ -293,16 +298,16 @@ fn campaign(seed: u64, lasts: Duration) {
     assert!(compared > 65 * cycles / 2, "{compared} commands in {cycles} cycles");
     let obeyed = campaign.commands.obeyed;
     assert!(obeyed > 65 * cycles / 2, "{obeyed} servos with torque in {cycles} cycles");
-    let Struck { times, moving, .. } = campaign.struck;
+    let FaultTargets { times, moving, .. } = campaign.struck;
     assert!(10 * moving >= 9 * times, "{moving} of {times} were struck as they moved");
     println!("{lasts:?}: {moving} of {times} struck as they moved, {} times started anew", campaign.anew);
-    let is_short = lasts <= REBOOTS_MOST * ROUND;
+    let is_short = lasts <= MAX_REBOOTS * ROUND;
     assert!(is_short || campaign.anew > 0, "who was rebooted once more?");
     campaign.inject(&[]);
     campaign.goals = |_, joints| havens(joints);
     campaign.until(|campaign| campaign.lost().iter().all(|(_, state)| is_held_up(state)));
     if !campaign.lost().is_empty() {
-        campaign.motor.start_anew();
+        campaign.motor.recover();
     }
     campaign.until(|campaign| campaign.lost().is_empty());
     // The recovery must be stable.

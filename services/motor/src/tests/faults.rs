@@ -2,7 +2,7 @@
 
 use super::*;
 
-use crate::request::Topic;
+use crate::request::PartKind;
 
 use servo::Status;
 use servo::mock::HardwareError;
@@ -108,21 +108,21 @@ fn a_hot_servo_is_spared_before_it_switches_itself_off() {
     let mut rig = following();
     rig.commanded(150, 0.3, rig.now);
     // Five degrees below its limit: half of its speed.
-    rig.servo(0, 0).warm_to(73.0);
+    rig.servo(0, 0).set_temperature(73.0);
     rig.until(150, 0.3, |rig| rig.causes()[0] == JointCause::Derated);
     assert_eq!(rig.modes(), [Following; 3]);
     assert!(rig.state(0).present_temperature_c().unwrap() > 70.0);
     let mut fastest: f64 = 0.0;
     let mut before = rig.state(0).command_position_rad().unwrap();
     for _ in 0..200 {
-        rig.servo(0, 0).warm_to(73.0);
+        rig.servo(0, 0).set_temperature(73.0);
         rig.commanded(1, -0.9, rig.now);
         let command = rig.state(0).command_position_rad().unwrap();
         fastest = fastest.max((command - before).abs() / PERIOD.as_secs_f64());
         before = command;
     }
     assert!(fastest > 0.3 && fastest < 1.3, "{fastest} rad/s of 2");
-    rig.servo(0, 0).warm_to(30.0);
+    rig.servo(0, 0).set_temperature(30.0);
     rig.until(150, -0.9, |rig| rig.causes()[0] == JointCause::None);
 }
 
@@ -134,7 +134,7 @@ fn a_servo_that_gets_hot_at_full_speed_still_stops_within_its_limits() {
         rig.commanded(400, -1.0, rig.now);
         rig.until(300, 1.0, |rig| rig.position(0) > from_rad);
         for _ in 0..400 {
-            rig.servo(0, 0).warm_to(76.0);
+            rig.servo(0, 0).set_temperature(76.0);
             rig.commanded(1, 1.0, rig.now);
             let command = rig.state(0).command_position_rad().unwrap();
             assert!(command <= 1.0, "beyond the limit: {command}");
@@ -162,7 +162,7 @@ fn an_emergency_stop_takes_every_torque_in_the_same_cycle_and_confirms_it() {
         "it is still looked where they are"
     );
     let stopped_at = rig.position(0);
-    rig.motor.start_anew();
+    rig.motor.recover();
     rig.cycle();
     assert_eq!(rig.torque(0, 0), 0, "nobody commands");
     rig.commanded(100, stopped_at, rig.now);
@@ -190,7 +190,7 @@ fn a_servo_that_does_not_confirm_an_emergency_stop_is_told_until_it_does() {
 fn one_who_is_dismissed_slows_down_before_it_lets_go() {
     let mut rig = following();
     rig.commanded(60, -1.0, rig.now);
-    rig.motor.dismiss(rig.now + Duration::from_secs(1));
+    rig.motor.begin_shutdown(rig.now + Duration::from_secs(1));
     let mut trace = Vec::new();
     while rig.motor.unconfirmed() > 0 {
         rig.commanded(1, -1.0, rig.now);
@@ -209,7 +209,7 @@ fn one_who_is_dismissed_and_cannot_stop_in_time_lets_go_as_it_moves() {
     let mut rig = Rig::of(&robot, SETTINGS);
     rig.until(2000, 1.0, |rig| rig.state(0).present_velocity_rad_s() > Some(0.4));
     let let_go_at = rig.now + Duration::from_millis(500);
-    rig.motor.dismiss(let_go_at);
+    rig.motor.begin_shutdown(let_go_at);
     while rig.now < let_go_at {
         assert_eq!(rig.motor.letting_go(), None);
         rig.cycle();
@@ -248,7 +248,7 @@ fn answers_to_an_earlier_question_are_never_taken_whatever_their_length() {
         rig.motor.step(rig.now);
         rig.motor.request(1, rig.now, &mut rig.request);
         let mut late = kept[cycle % 3].clone();
-        late.asked(Topic::Chain, rig.now);
+        late.asked(PartKind::FastRead, rig.now);
         let before = rig.state(2).sampled_at_ns;
         rig.motor.replies(1, rig.now, &late);
         assert_eq!(rig.state(2).sampled_at_ns, before);
@@ -271,7 +271,8 @@ fn noise_whose_check_sum_is_right_by_chance_is_neither_an_alert_nor_a_refusal() 
         let length = rig.request.parts().next().unwrap().0.data;
         let noise = vec![0xA5; length];
         rig.replies.clear();
-        rig.replies.add(Topic::Chain, &Status { id: Id::new(1).unwrap(), alert, fault, params: &noise });
+        rig.replies
+            .add(PartKind::FastRead, &Status { id: Id::new(1).unwrap(), alert, fault, params: &noise });
         rig.replies.stamp(rig.now);
         rig.motor.replies(1, rig.now, &rig.replies);
         assert_eq!((rig.modes()[2], rig.motor.trouble(2)), (Following, None), "{alert} {fault:?}");
@@ -290,13 +291,13 @@ fn an_error_number_beside_a_reading_is_named_takes_that_torque_and_costs_no_othe
         }
         rig.until(200, 0.3, |rig| rig.modes() == [Following; 3]);
         for joint in [0, 1] {
-            rig.motor.start_anew();
+            rig.motor.recover();
             rig.until(200, 0.3, |rig| rig.modes() == [Following; 3]);
             rig.inject(0, &format!("error id={} is=7", joint + 1));
             rig.commanded(1, 0.3, rig.now);
             assert_eq!((rig.modes()[joint], rig.causes()[joint]), (Releasing, JointCause::Refused));
             let trouble = rig.motor.trouble(joint);
-            assert_eq!(trouble, Some(Trouble::Refused(servo::Fault::Access)), "firmware {version}");
+            assert_eq!(trouble, Some(JointFault::Refused(servo::Fault::Access)), "firmware {version}");
             rig.inject(0, "drop p=0");
             for _ in 0..20 {
                 rig.commanded(1, 0.3, rig.now);
@@ -388,7 +389,10 @@ fn a_servo_of_older_firmware_is_read_by_itself_and_the_others_together() {
             }
         }
         rig.motor.request(0, rig.now, &mut rig.request);
-        let asked = rig.request.parts().filter(|(part, _)| matches!(part.topic, Topic::Chain | Topic::Each));
+        let asked = rig
+            .request
+            .parts()
+            .filter(|(part, _)| matches!(part.topic, PartKind::FastRead | PartKind::PlainRead));
         assert_eq!(asked.count(), questions, "{versions:?}");
         rig.commanded(200, -0.4, rig.now);
         assert!((rig.position(0) - -0.4).abs() < 0.003 && (rig.position(1) - -0.4).abs() < 0.003);

@@ -30,8 +30,8 @@
 use std::hash::{Hash, Hasher};
 
 use super::state_table::{
-    GOAL_RAD, ONE_JOINT, SHORT, Wrong, check_published, exchange, field, item, joint_key, one_servo, push_to,
-    sends_goals,
+    ExchangeFault, GOAL_RAD, ONE_JOINT, SHORT, check_published, exchange, field, item, joint_key, one_servo,
+    push_to, sends_goals,
 };
 use super::*;
 
@@ -69,7 +69,7 @@ enum Action {
     /// The commander starts or stops.
     Commander(bool),
     /// The fault from now on.
-    Line(Wrong),
+    Line(ExchangeFault),
     Restart,
     Alert(HardwareError),
     PushedTo(f64),
@@ -87,7 +87,7 @@ struct World {
     line: Line,
     now: Instant,
     has_commander: bool,
-    wrong: Wrong,
+    wrong: ExchangeFault,
     licence: JointLicence,
     /// End of the validity of an order that has not armed anything yet.
     order_until: Option<Instant>,
@@ -131,7 +131,7 @@ impl World {
             line,
             now: Instant::from_nanos(1_000_000_000),
             has_commander: true,
-            wrong: Wrong::Nothing,
+            wrong: ExchangeFault::Nothing,
             licence: JointLicence::Disarmed,
             order_until: None,
             reset_at: None,
@@ -152,7 +152,7 @@ impl World {
 
     /// Whether the servo receives instructions and its answers arrive.
     fn answers(&self) -> bool {
-        self.wrong == Wrong::Nothing && self.line.servos()[0].is_listening()
+        self.wrong == ExchangeFault::Nothing && self.line.servos()[0].is_listening()
     }
 
     fn act(&mut self, action: Action, mutation: Mutation) {
@@ -167,7 +167,7 @@ impl World {
             }
             Action::Commander(there) => self.has_commander = there,
             Action::Line(wrong) => {
-                if self.wrong == Wrong::LineLost || wrong == Wrong::LineLost {
+                if self.wrong == ExchangeFault::LineLost || wrong == ExchangeFault::LineLost {
                     self.reset(KNOWN_AFTER);
                 }
                 self.wrong = wrong;
@@ -232,7 +232,7 @@ impl World {
         // Torque off and on again: a servo that restarted undetected holds its position.
         let is_stay = request.parts().any(|(part, bytes)| {
             let says = |words: &[u8]| bytes.windows(words.len()).any(|window| window == words);
-            part.topic == Topic::Job && says(&[0x83, 64, 0, 1, 0, 1, 0]) && says(&[3, 64, 0, 1])
+            part.topic == PartKind::Job && says(&[0x83, 64, 0, 1, 0, 1, 0]) && says(&[3, 64, 0, 1])
         });
         exchange(&mut self.line, now, self.wrong, &request, &mut replies);
         if mutation == Mutation::NoWatchdog && self.has_torque() && !had_torque {
@@ -329,7 +329,9 @@ impl World {
                 world.cycle(mutation);
                 since += u32::from(world.motor.letting_go().is_some());
                 // A servo that does not answer after some cycles does not answer later.
-                if has_ended(world) || world.broken.is_some() || (since > 6 && world.wrong != Wrong::Nothing)
+                if has_ended(world)
+                    || world.broken.is_some()
+                    || (since > 6 && world.wrong != ExchangeFault::Nothing)
                 {
                     return;
                 }
@@ -337,7 +339,7 @@ impl World {
         };
         run(&mut world, ENDS_WITHIN);
         if !has_ended(&world) && !world.answers() && world.motor.letting_go().is_some() {
-            world.wrong = Wrong::Nothing;
+            world.wrong = ExchangeFault::Nothing;
             run(&mut world, CONFIRMED_WITHIN);
         }
         // The result must be stable.
@@ -367,7 +369,7 @@ impl Checked for Process {
         actions.extend([1, 25, 150].map(Action::Cycles));
         actions.extend([Action::StandsStill, Action::Restart]);
         actions.push(Action::Commander(!world.has_commander));
-        let faults = [Wrong::Nothing, Wrong::Mute, Wrong::LineLost];
+        let faults = [ExchangeFault::Nothing, ExchangeFault::Mute, ExchangeFault::LineLost];
         actions.extend(faults.into_iter().filter(|wrong| *wrong != world.wrong).map(Action::Line));
         if self.category == 0 {
             actions.extend([HardwareError::InputVoltage, HardwareError::Overload].map(Action::Alert));
@@ -387,8 +389,8 @@ impl Checked for Process {
         let mut properties = vec![
             Property::always(SAFE, |_, world: &World| world.broken.is_none()),
             Property::always(ORDERLY_END, |process: &Self, world: &World| {
-                let dismiss = |world: &mut World| world.motor.dismiss(world.now + END);
-                world.comes_to_an_end(dismiss, process.mutation)
+                let begin_shutdown = |world: &mut World| world.motor.begin_shutdown(world.now + END);
+                world.comes_to_an_end(begin_shutdown, process.mutation)
             }),
             // Reachability.
             Property::sometimes("the joint follows", |_, world: &World| {
@@ -483,14 +485,14 @@ const ARM: Action = Action::Arm { acknowledges: false };
 fn a_servo_that_restarts_on_its_way_back_and_is_told_to_stay_has_a_watchdog() {
     use Action::{Cycles, PushedTo, Restart, StandsStill};
     let world = after(0, &[Cycles(25), ARM, PushedTo(2.6), StandsStill, Restart]);
-    let dismiss = |world: &mut World| world.motor.dismiss(world.now + END);
-    assert!(world.comes_to_an_end(dismiss, Mutation::None));
+    let begin_shutdown = |world: &mut World| world.motor.begin_shutdown(world.now + END);
+    assert!(world.comes_to_an_end(begin_shutdown, Mutation::None));
 }
 
 #[test]
 fn a_servo_that_restarts_while_it_counts_as_found_with_torque_waits_for_an_order() {
     use Action::{Commander, Cycles, Line, PushedTo, Raise, Release, Restart, StandsStill};
-    let (mute, well) = (Line(Wrong::Mute), Line(Wrong::Nothing));
+    let (mute, well) = (Line(ExchangeFault::Mute), Line(ExchangeFault::Nothing));
     let stopped = [Cycles(25), ARM, Cycles(1), PushedTo(1.4), mute, Raise, Release, well, Cycles(25)];
     let restarted = [Commander(false), mute, ARM, Restart, PushedTo(0.2), well, PushedTo(1.4)];
     let back = [Commander(true), StandsStill, PushedTo(0.2), Cycles(25), Cycles(25)];
@@ -501,7 +503,8 @@ fn a_servo_that_restarts_while_it_counts_as_found_with_torque_waits_for_an_order
 #[test]
 fn an_order_to_a_joint_that_is_armed_already_does_not_arm_it_once_more_after_a_failure() {
     use Action::{Alert, Commander, Cycles, Line, PushedTo, Restart, StandsStill};
-    let (mute, well, lost) = (Line(Wrong::Mute), Line(Wrong::Nothing), Line(Wrong::LineLost));
+    let (mute, well, lost) =
+        (Line(ExchangeFault::Mute), Line(ExchangeFault::Nothing), Line(ExchangeFault::LineLost));
     let acknowledged = Action::Arm { acknowledges: true };
     let held = [Cycles(25), PushedTo(1.4), ARM, Cycles(25), acknowledged, Commander(false), PushedTo(0.2)];
     let failed = [Restart, mute, Alert(HardwareError::InputVoltage), Restart, well, Restart, mute, ARM];

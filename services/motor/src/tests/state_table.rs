@@ -22,7 +22,7 @@ use servo::{Fault, Parser, Status};
 
 use crate::bus::{Bus, Purpose};
 use crate::job::CONDITION;
-use crate::joint::{Joint, Orders, Policy};
+use crate::joint::{BodyState, Joint, Policy};
 
 /// One joint on one simulated bus. Its limits are ±1 rad.
 pub(super) const ONE_JOINT: &str = r#"
@@ -62,7 +62,7 @@ const LOOKED: Duration = Duration::from_millis(560);
 
 /// Fault of an exchange.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Wrong {
+pub(super) enum ExchangeFault {
     Nothing,
     /// The servo receives nothing.
     Deaf,
@@ -90,27 +90,27 @@ pub(super) enum Wrong {
 pub(super) fn exchange(
     line: &mut Line,
     now: Instant,
-    wrong: Wrong,
+    wrong: ExchangeFault,
     request: &Request,
     replies: &mut Replies,
 ) {
     replies.clear();
     replies.stamp(now);
     line.advance(now);
-    if wrong == Wrong::LineLost {
-        return replies.lose(Lost::HangUp);
+    if wrong == ExchangeFault::LineLost {
+        return replies.lose(LineLostError::HangUp);
     }
     let mut has_alert = false;
     for (part, bytes) in request.parts() {
         let id = Id::new(1).unwrap();
-        let is_job = matches!(part.topic, Topic::Job | Topic::Look);
-        let is_unasked = part.topic == Topic::Look && !replies.has_from(id.get());
-        if wrong == Wrong::Deaf || is_unasked || (is_job && wrong == Wrong::JobUnheard) {
+        let is_job = matches!(part.topic, PartKind::Job | PartKind::ReadCondition);
+        let is_unasked = part.topic == PartKind::ReadCondition && !replies.has_from(id.get());
+        if wrong == ExchangeFault::Deaf || is_unasked || (is_job && wrong == ExchangeFault::JobUnheard) {
             continue;
         }
         let fault = match wrong {
-            Wrong::JobRefused if is_job => Some(Fault::Access),
-            Wrong::JobChecksum if is_job => Some(Fault::Checksum),
+            ExchangeFault::JobRefused if is_job => Some(Fault::Access),
+            ExchangeFault::JobChecksum if is_job => Some(Fault::Checksum),
             _ => None,
         };
         if fault.is_some() {
@@ -120,20 +120,25 @@ pub(super) fn exchange(
         let second =
             bytes[1..].windows(4).position(|window| window == [0xFF, 0xFF, 0xFD, 0]).map(|at| at + 1);
         let bytes = match (wrong, second) {
-            (Wrong::JobFirstHalf, Some(second)) if is_job => &bytes[..second],
-            (Wrong::JobSecondHalf, Some(second)) if is_job => &bytes[second..],
+            (ExchangeFault::JobFirstHalf, Some(second)) if is_job => &bytes[..second],
+            (ExchangeFault::JobSecondHalf, Some(second)) if is_job => &bytes[second..],
             _ => bytes,
         };
         let mut heard = Vec::new();
         line.hear(now, bytes, &mut heard);
         let is_lost = match wrong {
-            Wrong::Mute => true,
-            Wrong::JobUnanswered | Wrong::JobBroken => is_job,
-            Wrong::ReadingUnanswered | Wrong::ReadingBroken => part.topic == Topic::Each,
+            ExchangeFault::Mute => true,
+            ExchangeFault::JobUnanswered | ExchangeFault::JobBroken => is_job,
+            ExchangeFault::ReadingUnanswered | ExchangeFault::ReadingBroken => {
+                part.topic == PartKind::PlainRead
+            }
             _ => false,
         };
         if is_lost {
-            replies.spoil(part.topic, u32::from(matches!(wrong, Wrong::JobBroken | Wrong::ReadingBroken)));
+            replies.record_corrupt(
+                part.topic,
+                u32::from(matches!(wrong, ExchangeFault::JobBroken | ExchangeFault::ReadingBroken)),
+            );
             continue;
         }
         let mut parser = Parser::new();
@@ -141,7 +146,7 @@ pub(super) fn exchange(
         while let Some(frame) = parser.next_frame() {
             let Some(status) = Status::parse(&frame) else { continue };
             let mut params = status.params.to_vec();
-            if wrong == Wrong::ReadingStale && part.topic == Topic::Each {
+            if wrong == ExchangeFault::ReadingStale && part.topic == PartKind::PlainRead {
                 let tick = u16::from_le_bytes([params[0], params[1]]);
                 let old = (tick + 32_768 - 300) % 32_768;
                 params[..2].copy_from_slice(&old.to_le_bytes());
@@ -155,7 +160,7 @@ pub(super) fn exchange(
         let servo = &line.servos()[0];
         let params = servo.read(CONDITION.address, CONDITION.length).unwrap().to_vec();
         let id = Id::new(servo.id()).unwrap();
-        replies.add(Topic::Alarm, &Status { id, alert: true, fault: None, params: &params });
+        replies.add(PartKind::AlertCondition, &Status { id, alert: true, fault: None, params: &params });
     }
 }
 
@@ -178,7 +183,7 @@ pub(super) fn one_servo() -> Line {
 /// Moves the servo by hand.
 pub(super) fn push_to(line: &mut Line, to_rad: f64) {
     let servo = &mut line.servos_mut()[0];
-    servo.push_by(to_rad - servo.position_rad());
+    servo.displace(to_rad - servo.position_rad());
 }
 
 /// Value of the first field of this name in a `Debug` text.
@@ -265,7 +270,7 @@ enum Ordered {
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Event {
     /// A number of cycles with a fault.
-    Cycles(u32, Wrong),
+    Cycles(u32, ExchangeFault),
     /// The motor process stalls.
     StandsStill(Duration),
     Told(Ordered),
@@ -273,7 +278,7 @@ enum Event {
     Arm(u32),
     Acknowledge,
     /// Torque goes off for the whole body.
-    LetGo(JointCause),
+    TorqueOff(JointCause),
     Released,
     /// An emergency stop that lets the joint stop first.
     StopFirst,
@@ -289,33 +294,40 @@ enum Event {
 }
 
 /// No event for longer than the period of the condition reads.
-const SETTLED: Event = Event::Cycles(145, Wrong::Nothing);
+const SETTLED: Event = Event::Cycles(145, ExchangeFault::Nothing);
 
 fn events() -> Vec<Event> {
     use Event::*;
-    let mut events = vec![Cycles(1, Wrong::Nothing), Cycles(25, Wrong::Nothing), SETTLED];
+    let mut events = vec![Cycles(1, ExchangeFault::Nothing), Cycles(25, ExchangeFault::Nothing), SETTLED];
     let jobs = [
-        Wrong::JobUnheard,
-        Wrong::JobFirstHalf,
-        Wrong::JobSecondHalf,
-        Wrong::JobUnanswered,
-        Wrong::JobBroken,
-        Wrong::JobRefused,
-        Wrong::JobChecksum,
+        ExchangeFault::JobUnheard,
+        ExchangeFault::JobFirstHalf,
+        ExchangeFault::JobSecondHalf,
+        ExchangeFault::JobUnanswered,
+        ExchangeFault::JobBroken,
+        ExchangeFault::JobRefused,
+        ExchangeFault::JobChecksum,
     ];
-    let readings = [Wrong::ReadingStale, Wrong::ReadingUnanswered, Wrong::ReadingBroken];
+    let readings =
+        [ExchangeFault::ReadingStale, ExchangeFault::ReadingUnanswered, ExchangeFault::ReadingBroken];
     events.extend(jobs.into_iter().chain(readings).flat_map(|wrong| [Cycles(1, wrong), Cycles(4, wrong)]));
     events.extend([
-        Cycles(1, Wrong::Deaf),
-        Cycles(SILENT, Wrong::Deaf),
-        Cycles(1, Wrong::Mute),
-        Cycles(SILENT, Wrong::Mute),
+        Cycles(1, ExchangeFault::Deaf),
+        Cycles(SILENT, ExchangeFault::Deaf),
+        Cycles(1, ExchangeFault::Mute),
+        Cycles(SILENT, ExchangeFault::Mute),
     ]);
-    events.extend([Cycles(30, Wrong::ReadingStale), Cycles(1, Wrong::LineLost)]);
+    events.extend([Cycles(30, ExchangeFault::ReadingStale), Cycles(1, ExchangeFault::LineLost)]);
     events.extend([300, 10_000].map(|ms| StandsStill(Duration::from_millis(ms))));
     let orders = [Ordered::Live, Ordered::Gone, Ordered::Limp, Ordered::GroupStopped, Ordered::BodyStopped];
     events.extend(orders.map(Told));
-    events.extend([Arm(1), Arm(8), Acknowledge, LetGo(JointCause::Emergency), LetGo(JointCause::Stopped)]);
+    events.extend([
+        Arm(1),
+        Arm(8),
+        Acknowledge,
+        TorqueOff(JointCause::Emergency),
+        TorqueOff(JointCause::Stopped),
+    ]);
     events.extend([Released, StopFirst, Restart, Reboot, Duplicate]);
     let errors = [
         HardwareError::InputVoltage,
@@ -383,7 +395,7 @@ impl Bench {
     }
 
     fn apply(&mut self, event: Event, wire: &mut Wire) -> Result<(), String> {
-        let (mut cycles, mut wrong, mut arms) = (1, Wrong::Nothing, 0);
+        let (mut cycles, mut wrong, mut arms) = (1, ExchangeFault::Nothing, 0);
         match event {
             Event::Cycles(count, what) => (cycles, wrong) = (count, what),
             Event::StandsStill(time) => self.now += time,
@@ -397,7 +409,7 @@ impl Bench {
                 self.order += 1;
                 arms = 1;
             }
-            Event::LetGo(cause) => self.letting_go = Some(cause),
+            Event::TorqueOff(cause) => self.letting_go = Some(cause),
             Event::Released => {
                 self.letting_go = None;
                 self.joint.end_let_go();
@@ -425,7 +437,7 @@ impl Bench {
         }
         for _ in 0..cycles {
             // A half-executed job is not detected before it is repeated.
-            if matches!(wrong, Wrong::JobFirstHalf | Wrong::JobSecondHalf) {
+            if matches!(wrong, ExchangeFault::JobFirstHalf | ExchangeFault::JobSecondHalf) {
                 self.meddled_at = self.now;
             }
             self.cycle(wrong, arms > 0, wire)?;
@@ -437,7 +449,7 @@ impl Bench {
         Ok(())
     }
 
-    fn cycle(&mut self, wrong: Wrong, arms: bool, wire: &mut Wire) -> Result<(), String> {
+    fn cycle(&mut self, wrong: ExchangeFault, arms: bool, wire: &mut Wire) -> Result<(), String> {
         self.now += PERIOD;
         let now = self.now;
         if let Some(cause) = self.letting_go {
@@ -454,16 +466,16 @@ impl Bench {
         self.joint.step(
             now,
             PERIOD.as_secs_f64(),
-            Orders { live, halt, body_stopped, limp, is_emergency: false },
+            BodyState { live, halt, body_stopped, limp, is_emergency: false },
         );
         if arms {
             self.joint.arm(self.order, now + Duration::from_secs(10));
         }
         self.locks += u64::from(self.joint.count_lock(self.locks));
         self.check()?;
-        let arms_group = (live && !body_stopped && self.joint.is_rising()).then_some(0);
+        let arms_group = (live && !body_stopped && self.joint.is_powering_up()).then_some(0);
         let purpose = match self.letting_go {
-            Some(_) => Purpose::LetGo,
+            Some(_) => Purpose::TorqueOff,
             None => Purpose::Drive { arm_up_to: arms_group },
         };
         self.bus.plan(now, from_mut(&mut self.joint), purpose, &mut wire.request);
@@ -471,7 +483,7 @@ impl Bench {
             return Err("a goal is sent, and the joint may not move".to_owned());
         }
         exchange(&mut self.line, now, wrong, &wire.request, &mut wire.replies);
-        self.bus.digest(now, from_mut(&mut self.joint), &wire.replies);
+        self.bus.process_replies(now, from_mut(&mut self.joint), &wire.replies);
         let _told = self.joint.take_notices();
         self.check()
     }
@@ -496,7 +508,7 @@ impl Bench {
         if is_known && machines.power == JointPower::On && !is_silent && (torque, watchdog) != (1, 10) {
             return Err(format!("its power is on, torque is {torque} and the watchdog {watchdog}"));
         }
-        if joint.has_let_go() && is_known && torque != 0 {
+        if joint.has_confirmed_torque_off() && is_known && torque != 0 {
             return Err("it has let go, and its servo has torque".to_owned());
         }
         Ok(())
@@ -701,7 +713,7 @@ fn after(events: &[Event]) -> Bench {
 fn torque_that_another_hand_switches_on_during_an_alert_goes_off() {
     let alert = Event::Alert(HardwareError::InputVoltage);
     let written = Event::Written(TORQUE_ENABLE, 1);
-    let cycles = |count| Event::Cycles(count, Wrong::Nothing);
+    let cycles = |count| Event::Cycles(count, ExchangeFault::Nothing);
     let bench = after(&[cycles(25), alert, written, cycles(145)]);
     assert_eq!(item(&bench.line, TORQUE_ENABLE), 0);
 }
@@ -709,7 +721,7 @@ fn torque_that_another_hand_switches_on_during_an_alert_goes_off() {
 #[test]
 fn an_alert_takes_the_torque_of_a_joint_that_is_locked_for_another_cause() {
     let held = [Event::Told(Ordered::GroupStopped), Event::Arm(8), Event::PushedTo(2.6)];
-    let cycles = |count| Event::Cycles(count, Wrong::Nothing);
+    let cycles = |count| Event::Cycles(count, ExchangeFault::Nothing);
     for error in [HardwareError::Overheating, HardwareError::InputVoltage] {
         let bench = after(&[&held[..], &[cycles(25), Event::Alert(error), cycles(145)]].concat());
         let machines = bench.joint.state().machines().unwrap();
@@ -720,17 +732,17 @@ fn an_alert_takes_the_torque_of_a_joint_that_is_locked_for_another_cause() {
 
 #[test]
 fn a_watchdog_that_has_tripped_is_seen_during_an_alert_too() {
-    let cycles = |count| Event::Cycles(count, Wrong::Nothing);
+    let cycles = |count| Event::Cycles(count, ExchangeFault::Nothing);
     // The machine stalls while the supply sags. Every cycle checks that power that is on includes an armed watchdog.
     after(&[
         Event::Arm(8),
         Event::PushedTo(1.4),
         cycles(25),
-        Event::Cycles(14, Wrong::Deaf),
+        Event::Cycles(14, ExchangeFault::Deaf),
         Event::Duplicate,
         Event::Acknowledge,
         Event::Told(Ordered::GroupStopped),
-        Event::Cycles(4, Wrong::JobSecondHalf),
+        Event::Cycles(4, ExchangeFault::JobSecondHalf),
         Event::StandsStill(Duration::from_millis(300)),
         Event::Alert(HardwareError::InputVoltage),
         cycles(145),

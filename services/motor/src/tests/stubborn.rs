@@ -85,9 +85,9 @@ fn a_servo_that_loses_its_power_before_its_reboot_costs_a_question_now_and_then_
     assert!((4..12).contains(&told(None)), "asked {} times in six seconds", told(None));
     assert_eq!((rig.modes()[1], rig.causes()[1]), (Quarantined, JointCause::Silent));
     // The condition of the other servo is still read.
-    rig.servo(0, 0).warm_to(73.0);
+    rig.servo(0, 0).set_temperature(73.0);
     rig.until(150, 0.2, |rig| rig.causes()[0] == JointCause::Derated);
-    rig.servo(0, 0).warm_to(30.0);
+    rig.servo(0, 0).set_temperature(30.0);
     rig.mute.clear();
     rig.servo(0, 1).reboot();
     rig.until(2000, 0.2, |rig| rig.modes() == [Following; 3]);
@@ -127,7 +127,7 @@ fn servos_are_looked_at_while_another_has_a_job_in_every_cycle() {
     // The first servo is set up. The second never gets an answer, so that it is pinged forever.
     let servo = &rig.lines[0].servos()[0];
     for (job, params) in [(Job::Ping, &servo.ping()[..]), (Job::Inspect, servo.read(9, 107).unwrap())] {
-        joints[0].answered(rig.now, job, &status(params));
+        joints[0].process_answer(rig.now, job, &status(params));
     }
     let (mut bus, mut request) = (Bus::new(vec![0, 1]), Request::default());
     let mut asked = BTreeMap::new();
@@ -135,7 +135,7 @@ fn servos_are_looked_at_while_another_has_a_job_in_every_cycle() {
         let now = rig.now + cycle * PERIOD;
         bus.plan(now, &mut joints, Purpose::Drive { arm_up_to: None }, &mut request);
         for (part, bytes) in
-            request.parts().filter(|(part, _)| matches!(part.topic, Topic::Job | Topic::Look))
+            request.parts().filter(|(part, _)| matches!(part.topic, PartKind::Job | PartKind::ReadCondition))
         {
             *asked.entry((part.ids()[0], bytes[7])).or_insert(0) += 1;
         }
@@ -189,12 +189,12 @@ fn a_servo_that_is_read_and_never_acknowledges_is_quarantined_and_holds_up_no_ot
 fn whether_a_servo_answers_everything_is_read_back() {
     let (rig, [mut joint, _]) = (following(), left_joints());
     let servo = &rig.lines[0].servos()[0];
-    joint.answered(rig.now, Job::Ping, &status(&servo.ping()));
+    joint.process_answer(rig.now, Job::Ping, &status(&servo.ping()));
     let mut setup = servo.read(9, 107).unwrap().to_vec();
     setup[usize::from(STATUS_RETURN_LEVEL.address - 9)] = 1;
     for _ in 0..3 {
         assert_eq!(joint.job(rig.now, true), Some(Job::Inspect), "it did not hear it");
-        joint.answered(rig.now, Job::Inspect, &status(&setup));
+        joint.process_answer(rig.now, Job::Inspect, &status(&setup));
     }
     assert_eq!(joint.state().mode(), Some(Quarantined));
 }

@@ -20,7 +20,7 @@ impl Obstacle {
     fn hold(&self, rig: &mut Rig) {
         let servo = rig.servo(0, 0);
         let by_rad = self.at_rad - servo.position_rad();
-        servo.push_by(by_rad);
+        servo.displace(by_rad);
     }
 }
 
@@ -76,8 +76,8 @@ fn a_joint_that_is_freed_in_time_catches_up_no_faster_than_it_may() {
     assert!((1.0..2.02).contains(&fastest), "{fastest} rad/s");
     assert!((rig.position(0) + 0.9).abs() < 0.003);
     // It may use its full PWM again.
-    let duty = rig.lines[0].servos()[0].read(table::GOAL_PWM.address, 2).unwrap();
-    assert_eq!(duty, 885_u16.to_le_bytes());
+    let pwm = rig.lines[0].servos()[0].read(table::GOAL_PWM.address, 2).unwrap();
+    assert_eq!(pwm, 885_u16.to_le_bytes());
 }
 
 #[test]
@@ -100,7 +100,7 @@ fn a_joint_that_is_found_far_beyond_its_limits_is_locked_and_one_a_little_beyond
     let settings = SETTINGS.replace("max_beyond_limits_rad = 1.0", "max_beyond_limits_rad = 0.2");
     let mut rig = Rig::with(&settings);
     // From 0.3 to 1.4 rad; the limit is 1.
-    rig.servo(0, 0).push_by(1.1);
+    rig.servo(0, 0).displace(1.1);
     rig.commanded(300, 0.0, rig.now);
     assert_eq!((rig.modes()[0], rig.causes()[0], rig.torque(0, 0)), (Limp, JointCause::BeyondLimits, 0));
     let said = rig.motor.trouble(0).unwrap().to_string();
@@ -110,7 +110,7 @@ fn a_joint_that_is_found_far_beyond_its_limits_is_locked_and_one_a_little_beyond
     rig.commanded(300, 0.0, rig.now);
     assert_eq!(rig.modes()[0], Limp);
     // Moved back by hand to a little beyond.
-    rig.servo(0, 0).push_by(-0.25);
+    rig.servo(0, 0).displace(-0.25);
     rig.commanded(100, 0.0, rig.now);
     assert_eq!(rig.modes()[0], Limp, "nobody has acknowledged it");
     rig.motor.arm(rig.now, Some(u64::MAX));
@@ -160,7 +160,7 @@ fn a_joint_that_is_limp_is_read_on() {
     rig.servo(0, 1).fail(HardwareError::Overload);
     rig.until(10, 0.3, |rig| rig.modes()[1] == Limp);
     for _ in 0..50 {
-        rig.servo(0, 1).push_by(0.001);
+        rig.servo(0, 1).displace(0.001);
         rig.commanded(1, 0.3, rig.now);
         assert_eq!(rig.state(1).sampled_at_ns, rig.now.as_nanos());
         assert_eq!(rig.modes()[1], Limp);
@@ -389,7 +389,7 @@ fn at_the_end_simulated_servos_that_are_gone_with_their_bus_are_not_waited_for_a
         let settings = SETTINGS.replace("\"simulated\"", "[\"start\"]");
         let mut rig = Rig::of(&ROBOT.replace("\"mock\"", &format!("\"{device}\"")), &settings);
         rig.until(200, 0.3, |rig| rig.modes() == [Following; 3]);
-        rig.motor.dismiss(rig.now + Duration::from_millis(100));
+        rig.motor.begin_shutdown(rig.now + Duration::from_millis(100));
         rig.lost = Some(1);
         for _ in 0..60 {
             rig.cycle();

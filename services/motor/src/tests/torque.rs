@@ -179,7 +179,7 @@ fn torque_does_not_come_on_once_the_commander_is_gone_or_a_bus_is_lost() {
 fn a_joint_that_stands_beyond_its_limits_comes_back_to_them_slowly() {
     for by_rad in [1.2, -1.9] {
         let mut rig = Rig::new();
-        rig.lines[0].servos_mut()[0].push_by(by_rad);
+        rig.lines[0].servos_mut()[0].displace(by_rad);
         let (mut before, mut fastest, mut modes) = (None::<f64>, 0.0_f64, BTreeSet::new());
         for _ in 0..1000 {
             rig.commanded(1, 0.0, rig.now);
@@ -262,13 +262,13 @@ fn a_servo_that_refuses_to_let_go_is_told_again_but_not_in_every_cycle() {
     let status = |fault, params| Status { id, fault, alert: false, params };
     let (now, second) = (Instant::from_nanos(1), Duration::from_secs(1));
     // It is another model.
-    joint.answered(now, Job::Ping, &status(None, &[9, 9, 46]));
+    joint.process_answer(now, Job::Ping, &status(None, &[9, 9, 46]));
     assert_eq!(joint.job(now, false), Some(Job::Torque(false)));
-    joint.answered(now, Job::Torque(false), &status(Some(servo::Fault::Checksum), &[]));
+    joint.process_answer(now, Job::Torque(false), &status(Some(servo::Fault::Checksum), &[]));
     assert_eq!(joint.job(now, false), Some(Job::Torque(false)), "it did not hear it");
-    joint.answered(now, Job::Torque(false), &status(Some(servo::Fault::Access), &[]));
+    joint.process_answer(now, Job::Torque(false), &status(Some(servo::Fault::Access), &[]));
     assert_eq!(joint.job(now + second, false), None, "the others are to be looked at");
     assert_eq!(joint.job(now + 5 * second, false), Some(Job::Torque(false)));
-    joint.answered(now, Job::Torque(false), &status(None, &[]));
+    joint.process_answer(now, Job::Torque(false), &status(None, &[]));
     assert_eq!(joint.job(now + 60 * second, false), None);
 }

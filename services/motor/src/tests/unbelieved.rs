@@ -78,6 +78,6 @@ fn a_servo_that_is_not_believed_is_said_to_be_limp_in_an_emergency() {
     rig.commanded(200, 0.3, rig.now);
     assert_eq!((rig.modes(), rig.torque(0, 0)), (vec![Limp; 3], 0));
     rig.inject(0, "drop p=0");
-    rig.motor.start_anew();
+    rig.motor.recover();
     rig.until(200, 0.3, |rig| rig.modes() == [Following; 3]);
 }

@@ -6,7 +6,7 @@ use clock::{Duration, Instant};
 use config::Robot;
 use message::{JointGoal, JointMode};
 use motor_process::{Master, Motor, Port, Received, Replies, Request, Sent};
-use serial::Lost;
+use serial::LineLostError;
 use servo::mock::Line;
 
 const PERIOD: Duration = Duration::from_millis(4);
@@ -23,7 +23,7 @@ struct Bus {
 }
 
 impl Port for Bus {
-    fn send(&mut self, bytes: &[u8], _within: Duration) -> Result<Sent, Lost> {
+    fn send(&mut self, bytes: &[u8], _within: Duration) -> Result<Sent, LineLostError> {
         self.said.clear();
         self.line.hear(self.now, bytes, &mut self.said);
         if let Some(lies) = &self.lies {
@@ -32,7 +32,12 @@ impl Port for Bus {
         Ok(Sent { at: self.now, late: 0 })
     }
 
-    fn receive(&mut self, into: &mut [u8], _within: Duration, _until: Instant) -> Result<Received, Lost> {
+    fn receive(
+        &mut self,
+        into: &mut [u8],
+        _within: Duration,
+        _until: Instant,
+    ) -> Result<Received, LineLostError> {
         let count = self.said.len().min(into.len());
         for (place, byte) in into.iter_mut().zip(self.said.drain(..count)) {
             *place = byte;

@@ -2,7 +2,7 @@
 
 use clock::{Duration, Instant};
 use motor_process::{Port, Received, Sent};
-use serial::Lost;
+use serial::LineLostError;
 use servo::mock::Line;
 
 /// A bus without transmission times: answers arrive at once, without allocation.
@@ -22,13 +22,18 @@ impl Wire {
 }
 
 impl Port for Wire {
-    fn send(&mut self, bytes: &[u8], _within: Duration) -> Result<Sent, Lost> {
+    fn send(&mut self, bytes: &[u8], _within: Duration) -> Result<Sent, LineLostError> {
         self.said.clear();
         self.line.hear(self.now, bytes, &mut self.said);
         Ok(Sent { at: self.now, late: 0 })
     }
 
-    fn receive(&mut self, into: &mut [u8], _within: Duration, _until: Instant) -> Result<Received, Lost> {
+    fn receive(
+        &mut self,
+        into: &mut [u8],
+        _within: Duration,
+        _until: Instant,
+    ) -> Result<Received, LineLostError> {
         let count = if self.mute { 0 } else { self.said.len().min(into.len()) };
         for (place, byte) in into.iter_mut().zip(self.said.drain(..count)) {
             *place = byte;

@@ -5,12 +5,12 @@ use config::leo::{Source, SourceKind};
 use message::{
     Hop, LOSSES, Loss, Observation, Observations, Perceived, PerceptHead, Percepts, Process, Snapshot,
 };
-use process::{Failure, Launch, Member, Progress};
+use process::{Failure, Launch, ProcessNode, Progress};
 use quantity::number::saturating_u32;
-use transport::{Frame, Inlet};
+use transport::{Frame, FrameSubscriber};
 
 use crate::recordings::Recordings;
-use crate::{Disturbance, News, Sensor};
+use crate::{FaultInjector, Sensor, SourceEvent};
 
 /// Write period of the health board.
 const SHOWN_EVERY: Duration = Duration::from_millis(20);
@@ -24,11 +24,11 @@ const SHOWN_EVERY: Duration = Duration::from_millis(20);
 pub fn run(launch: &Launch, robot: &Robot) -> Result<(), Failure> {
     let leo = &robot.leo;
     let capacity = leo.buffers.objects.get();
-    let mut member = Member::join(launch, Process::Sensor, &leo.buffers, &leo.sensor.realtime)?;
+    let mut member = ProcessNode::join(launch, Process::Sensor, &leo.buffers, &leo.sensor.realtime)?;
     // Limits the frames read in one cycle, so that a fast source cannot delay it.
     let frames_most = process::queues(&leo.buffers, member.is_lockstep()).frames;
     let mut sources = leo.sensor.source.clone();
-    let mut inlets: Vec<(usize, Inlet<Observations>)> = Vec::new();
+    let mut inlets: Vec<(usize, FrameSubscriber<Observations>)> = Vec::new();
     for (number, source) in sources.iter_mut().enumerate() {
         if source.kind == SourceKind::Trace {
             continue;
@@ -40,21 +40,21 @@ pub fn run(launch: &Launch, robot: &Robot) -> Result<(), Failure> {
         } else {
             // An external source may be any process of this user.
             let owner = (source.kind == SourceKind::Simulator).then_some(Process::Simulator);
-            inlets.push((number, member.inlet_from(Some(saturating_u32(number)), owner)?));
+            inlets.push((number, member.subscriber_from(Some(saturating_u32(number)), owner)?));
         }
     }
-    let mut outlet = member.outlet::<Percepts>(None, capacity)?;
+    let mut publisher = member.publisher::<Percepts>(None, capacity)?;
     let mut sensor = Sensor::new(&robot.percepts, &sources, capacity).map_err(Failure::own)?;
     let mut recordings = Recordings::open(&sources).map_err(Failure::own)?;
     recordings.tell(&sources);
     let mut board = member.sources_board()?;
     let mut shown_at = Instant::EPOCH;
-    let mut disturbance = disturbance(launch, capacity)?;
+    let mut fault_injector = fault_injector(launch, capacity)?;
     member.begin(Some(leo.sensor.rate_hz.period()))?;
     while let Some(now) = member.next_cycle()? {
         sensor.begin(now);
-        for (source, inlet) in &mut inlets {
-            if let Some(frame) = newest(&mut sensor, *source, inlet, frames_most) {
+        for (source, subscriber) in &mut inlets {
+            if let Some(frame) = newest(&mut sensor, *source, subscriber, frames_most) {
                 sensor.take(*source, frame.head(), frame.entries());
             }
         }
@@ -63,19 +63,19 @@ pub fn run(launch: &Launch, robot: &Robot) -> Result<(), Failure> {
         head.header.pass(Hop::SensorStarted, now.as_nanos());
         let nothing = Perceived { observation: Observation::object(0, 0), snapshot: Snapshot::default() };
         let stamp = |head: &mut PerceptHead| head.header.pass(Hop::Perceived, member.now().as_nanos());
-        if let Some(disturbance) = &mut disturbance {
-            let mut disturbed = disturbance.disturb(now, sensor.perceived()).iter();
+        if let Some(fault_injector) = &mut fault_injector {
+            let mut disturbed = fault_injector.inject(now, sensor.perceived()).iter();
             let count = disturbed.len();
-            outlet.send(head, count, |_| disturbed.next().copied().unwrap_or(nothing), stamp)?;
+            publisher.send(head, count, |_| disturbed.next().copied().unwrap_or(nothing), stamp)?;
         } else {
             let mut perceived = sensor.perceived();
-            outlet.send(head, sensor.len(), |_| perceived.next().unwrap_or(nothing), stamp)?;
+            publisher.send(head, sensor.len(), |_| perceived.next().unwrap_or(nothing), stamp)?;
         }
         let health = member.health();
         let losses = sensor.losses();
         health.refused = sum(&losses, Loss::is_refusal);
         health.drops = sum(&losses, |loss| matches!(loss, Loss::Overtaken | Loss::Missed));
-        health.undelivered = outlet.undelivered();
+        health.undelivered = publisher.undelivered();
         if now.since(shown_at) >= SHOWN_EVERY {
             board.write(&sensor.sources());
             shown_at = now;
@@ -92,12 +92,12 @@ pub fn run(launch: &Launch, robot: &Robot) -> Result<(), Failure> {
 }
 
 /// The fault injector of the campaign, if it has percept faults.
-fn disturbance(launch: &Launch, capacity: usize) -> Result<Option<Disturbance>, Failure> {
+fn fault_injector(launch: &Launch, capacity: usize) -> Result<Option<FaultInjector>, Failure> {
     let Some(file) = &launch.campaign else { return Ok(None) };
     // Buses and processes of the campaign are checked elsewhere.
     let nothing = |_: &str| Ok::<(), &str>(());
     let campaign = Campaign::load(file, nothing, nothing)?;
-    Ok(Some(Disturbance::new(&campaign.percepts, campaign.seed, capacity))
+    Ok(Some(FaultInjector::new(&campaign.percepts, campaign.seed, capacity))
         .filter(|_| !campaign.percepts.is_empty()))
 }
 
@@ -109,17 +109,17 @@ fn name_of(sources: &[Source], number: usize) -> &str {
 fn newest(
     sensor: &mut Sensor,
     source: usize,
-    inlet: &mut Inlet<Observations>,
+    subscriber: &mut FrameSubscriber<Observations>,
     frames_most: usize,
 ) -> Option<Frame<Observations>> {
     let mut newest = None;
     for _frame in 0..frames_most {
-        match inlet.receive() {
-            Ok(Some(frame)) => newest = sensor.note(source, frame.head()).then_some(frame),
+        match subscriber.receive() {
+            Ok(Some(frame)) => newest = sensor.record_header(source, frame.head()).then_some(frame),
             Ok(None) => break,
             Err(error) => {
                 tracing::debug!(%error, "lost");
-                sensor.lose(source, Loss::Unreadable);
+                sensor.count_loss(source, Loss::Unreadable);
                 break;
             }
         }
@@ -132,16 +132,18 @@ fn sum(losses: &[u64; LOSSES], among: impl Fn(Loss) -> bool) -> u64 {
     all.filter(|(loss, _)| among(**loss)).fold(0, |sum: u64, (_, count)| sum.saturating_add(*count))
 }
 
-fn tell(source: &str, news: News) {
+fn tell(source: &str, news: SourceEvent) {
     match news {
-        News::Silent => tracing::warn!(source, "is silent: is its process alive, and does it publish here?"),
+        SourceEvent::Silent => {
+            tracing::warn!(source, "is silent: is its process alive, and does it publish here?")
+        }
         // Same level as the warning of the silence.
-        News::Heard => tracing::warn!(source, "is heard again"),
+        SourceEvent::Heard => tracing::warn!(source, "is heard again"),
         // Occasional losses are normal with unsynchronised clocks or high load; they are counted as drops.
-        News::Lost(loss @ (Loss::Overtaken | Loss::Missed)) => {
+        SourceEvent::Lost(loss @ (Loss::Overtaken | Loss::Missed)) => {
             tracing::debug!(source, loss = loss.name(), "{}", loss.advice());
         }
-        News::Lost(loss) => {
+        SourceEvent::Lost(loss) => {
             tracing::warn!(source, loss = loss.name(), "{}; more are only counted", loss.advice());
         }
     }

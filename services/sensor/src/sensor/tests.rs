@@ -3,7 +3,7 @@ use std::sync::Arc;
 
 use clock::Duration;
 use message::{Feature, Hop, NOBODY, ObservationKind};
-use perception::{Classify, Evaluation, Given};
+use perception::{ClassifierInput, Classify, Evaluation};
 
 use super::*;
 
@@ -41,7 +41,7 @@ fn seen(millis: u64) -> Observation {
 fn cycle(sensor: &mut Sensor, now: u64, frames: &[(usize, Header, &[Observation])]) -> PerceptHead {
     sensor.begin(at(now));
     for (source, header, observations) in frames {
-        if sensor.note(*source, header) {
+        if sensor.record_header(*source, header) {
             sensor.take(*source, header, observations);
         }
     }
@@ -89,8 +89,8 @@ fn an_unsound_observation_is_refused_by_its_reason_and_the_others_are_taken() {
 struct Height;
 
 impl Classify for Height {
-    fn classify(&self, given: &Given<'_>) -> Evaluation {
-        let [.., z] = given.observation.position_m;
+    fn classify(&self, input: &ClassifierInput<'_>) -> Evaluation {
+        let [.., z] = input.observation.position_m;
         Evaluation::certain(Feature::Number(z))
     }
 }
@@ -105,7 +105,7 @@ fn the_programs_own_percept_is_in_the_percept_buffer() {
     let without = Sensor::new(&percepts, &sources(&[""]), CAPACITY).err().unwrap().to_string();
     assert!(without.contains("`height`"), "{without}");
     let own: Own = vec![("height".to_owned(), Arc::new(Height))];
-    let mut sensor = Sensor::with_own(&percepts, &own, &sources(&[""]), CAPACITY).unwrap();
+    let mut sensor = Sensor::with_plugins(&percepts, &own, &sources(&[""]), CAPACITY).unwrap();
     let high = Observation { position_m: [0.0, 0.0, 0.75], ..seen(9) };
     cycle(&mut sensor, 10, &[(0, header(1, 9), &[high])]);
     let perceived = sensor.perceived().next().unwrap();
@@ -187,12 +187,12 @@ fn frames_of_all_sources_are_one_frame_of_the_newest_instant_and_all_that_was_le
     let new = Header { left_out: 4, ..header(1, 8) };
     let merged = cycle(&mut sensor, 10, &[(0, old, &[seen(5)]), (2, new, &[seen(8)])]);
     let head = merged.header;
-    assert_eq!((head.valid_at_ns, head.passed(Hop::Observed)), (8 * MILLI, Some(8 * MILLI + 1)));
+    assert_eq!((head.valid_at_ns, head.hop_time(Hop::Observed)), (8 * MILLI, Some(8 * MILLI + 1)));
     assert_eq!((head.left_out, sensor.len()), (7, 2));
     // Without a frame of any source, time still advances.
     let merged = cycle(&mut sensor, 15, &[]);
     let head = merged.header;
-    assert_eq!((head.valid_at_ns, head.passed(Hop::Observed)), (15 * MILLI, None));
+    assert_eq!((head.valid_at_ns, head.hop_time(Hop::Observed)), (15 * MILLI, None));
     assert_eq!((head.left_out, sensor.len()), (0, 0));
     assert_eq!(merged.looked(), SourceSet::EMPTY);
     // An empty frame counts as a look, a refused one does not.
@@ -213,7 +213,7 @@ fn of_several_frames_in_a_cycle_the_newest_is_taken_and_the_others_are_counted()
     let mut sensor = sensor(&[""]);
     sensor.begin(at(10));
     for sequence in 1..=3 {
-        assert!(sensor.note(0, &header(sequence, 6 + sequence)));
+        assert!(sensor.record_header(0, &header(sequence, 6 + sequence)));
     }
     sensor.take(0, &header(3, 9), &[seen(9)]);
     assert_eq!(sensor.end().header.valid_at_ns, 9 * MILLI);
@@ -324,7 +324,7 @@ fn a_source_that_left_anything_out_itself_did_not_look_nor_one_that_did_in_a_fra
 
 /// The reported changes of the second of two sources, with the silent sources at that time. Its rate is 20
 /// Hz, and it sends a frame in the 5 ms cycles in which `speaks` is true.
-fn told(until: u64, speaks: impl Fn(u64) -> bool) -> Vec<(u64, News, Vec<usize>)> {
+fn told(until: u64, speaks: impl Fn(u64) -> bool) -> Vec<(u64, SourceEvent, Vec<usize>)> {
     let mut sensor = sensor(&["", "rate_hz = 20.0"]);
     let mut told = Vec::new();
     let mut sent = 0;
@@ -345,13 +345,13 @@ fn a_source_of_which_frames_are_expected_is_told_to_be_silent_and_to_be_heard_ag
     // Silent after three periods of 50 ms from the frame at 295 ms; heard again after a second of regular
     // frames.
     let told = told(2000, |now| !(300..600).contains(&now));
-    assert_eq!(told, [(450, News::Silent, vec![1]), (1595, News::Heard, vec![])]);
+    assert_eq!(told, [(450, SourceEvent::Silent, vec![1]), (1595, SourceEvent::Heard, vec![])]);
 }
 
 #[test]
 fn a_source_that_is_slower_than_expected_is_told_to_be_silent_once() {
     let told = told(4000, |now| now.is_multiple_of(200));
-    assert_eq!(told, [(160, News::Silent, vec![1])]);
+    assert_eq!(told, [(160, SourceEvent::Silent, vec![1])]);
 }
 
 #[test]
@@ -389,7 +389,7 @@ fn a_loss_is_told_once() {
             told.push(news);
         }
     }
-    assert_eq!(told, [(1, News::Lost(Loss::Kind)), (1, News::Lost(Loss::Place))]);
+    assert_eq!(told, [(1, SourceEvent::Lost(Loss::Kind)), (1, SourceEvent::Lost(Loss::Place))]);
     assert_eq!(lost(&sensor), [(Loss::Kind, 4), (Loss::Place, 4)]);
 }
 
@@ -397,9 +397,9 @@ fn a_loss_is_told_once() {
 fn a_source_that_there_is_not_is_ignored() {
     let mut sensor = sensor(&[""]);
     sensor.begin(at(10));
-    assert!(!sensor.note(7, &header(1, 9)));
+    assert!(!sensor.record_header(7, &header(1, 9)));
     sensor.take(7, &header(1, 9), &[seen(9)]);
-    sensor.lose(7, Loss::Unreadable);
+    sensor.count_loss(7, Loss::Unreadable);
     sensor.end();
     assert!(sensor.is_empty() && lost(&sensor).is_empty());
 }

@@ -175,7 +175,7 @@ pub(crate) fn play(bytes: &[u8]) -> Seen {
                 let length = usize::from(bytes.byte()) % 16 * if bytes.byte() > 250 { 10 } else { 1 };
                 let entries: Vec<Observation> = (0..length).map(|_| bytes.observation(now)).collect();
                 noted += 1;
-                last = sensor.note(source, &header).then_some((header, entries));
+                last = sensor.record_header(source, &header).then_some((header, entries));
             }
             if let Some((header, entries)) = last {
                 let frames = |sensor: &Sensor| frames_lost(&sensor.losses());
@@ -194,8 +194,8 @@ pub(crate) fn play(bytes: &[u8]) -> Seen {
             let instant = Instant::from_nanos(instant);
             instant <= now + AHEAD && now.since(instant) <= BEHIND
         };
-        assert!(fits(header.valid_at_ns) && header.passed(Hop::Observed).is_none_or(fits), "{header:?}");
-        assert_eq!(header.passed(Hop::Observed).is_some(), taken > 0);
+        assert!(fits(header.valid_at_ns) && header.hop_time(Hop::Observed).is_none_or(fits), "{header:?}");
+        assert_eq!(header.hop_time(Hop::Observed).is_some(), taken > 0);
         // A source with left-out observations did not look.
         let looked = head.looked() != SourceSet::EMPTY;
         assert!(if header.left_out == 0 { looked == (taken > 0) } else { !looked || taken > 1 }, "{head:?}");

@@ -5,12 +5,12 @@ use message::{
     ActAnswer, ActsAnswered, Header, Hop, JointStates, Observation, Observations, Process, Scene, SceneHead,
     SceneObject, TeacherActs, Text, Utterance, Utterances,
 };
-use process::{Failure, Launch, Member, Progress};
+use process::{Failure, Launch, ProcessNode, Progress};
 
 use crate::World;
-use crate::backlog::Backlog;
-use crate::io::desk::Desk;
-use crate::limbs::Limbs;
+use crate::hand_kinematics::HandKinematics;
+use crate::io::lesson_controller::LessonController;
+use crate::send_queue::SendQueue;
 
 /// Maximum number of utterances in a frame; further ones go into the next frames.
 const SENTENCES: usize = 8;
@@ -25,36 +25,36 @@ const ANSWERS: usize = 64;
 pub fn run(launch: &Launch, robot: &Robot, lesson: &Lesson) -> Result<(), Failure> {
     let leo = &robot.leo;
     let capacity = leo.buffers.objects.get();
-    let mut member = Member::join(launch, Process::Simulator, &leo.buffers, &leo.simulator.realtime)?;
-    let mut joint_states = member.inlet::<JointStates>(None)?;
+    let mut member = ProcessNode::join(launch, Process::Simulator, &leo.buffers, &leo.simulator.realtime)?;
+    let mut joint_states = member.subscriber::<JointStates>(None)?;
     let source = leo.sensor.simulator().ok_or_else(|| {
         Failure::own(
             "no [[sensor.source]] of leo.toml is of the kind \"simulator\": there is nobody to play for",
         )
     })?;
-    let mut observations = member.outlet::<Observations>(Some(u32::from(source)), capacity)?;
-    let mut scene = member.outlet::<Scene>(None, capacity)?;
-    let mut utterances = member.outlet::<Utterances>(None, SENTENCES)?;
-    let mut acts = member.inlet::<TeacherActs>(None)?;
-    let mut answered = member.outlet::<ActsAnswered>(None, ANSWERS)?;
-    let (mut unsaid, mut unanswered) = (Backlog::new(SENTENCES), Backlog::new(ANSWERS));
-    let mut desk = Desk::new(lesson, launch.state.clone(), capacity);
+    let mut observations = member.publisher::<Observations>(Some(u32::from(source)), capacity)?;
+    let mut scene = member.publisher::<Scene>(None, capacity)?;
+    let mut utterances = member.publisher::<Utterances>(None, SENTENCES)?;
+    let mut acts = member.subscriber::<TeacherActs>(None)?;
+    let mut answered = member.publisher::<ActsAnswered>(None, ANSWERS)?;
+    let (mut utterance_queue, mut answer_queue) = (SendQueue::new(SENTENCES), SendQueue::new(ANSWERS));
+    let mut lesson_controller = LessonController::new(lesson, launch.state.clone(), capacity);
     let joints: Vec<&str> = robot.motor.joints.iter().map(|joint| joint.name.as_str()).collect();
     let body = Body::from_urdf(&robot.urdf, &joints).map_err(Failure::own)?;
-    let mut limbs = Limbs::new(body).map_err(Failure::own)?;
+    let mut hand_kinematics = HandKinematics::new(body).map_err(Failure::own)?;
     let mut world = World::new(lesson, lesson.seed);
     member.begin(Some(leo.simulator.rate_hz.period()))?;
     while let Some(now) = member.next_cycle()? {
         if let Some(frame) = joint_states.newest()? {
-            limbs.note(frame.entries());
+            hand_kinematics.note(frame.entries());
         }
         while let Some(frame) = acts.receive()? {
-            desk.listen(&mut world, now, frame.head().incarnation);
+            lesson_controller.listen(&mut world, now, frame.head().incarnation);
             for act in frame.entries() {
-                desk.take(&mut world, now, act);
+                lesson_controller.take(&mut world, now, act);
             }
         }
-        world.step(now, limbs.hands());
+        world.step(now, hand_kinematics.hands());
 
         let header = Header::at(now.as_nanos());
         let nothing = Observation::object(0, 0);
@@ -66,17 +66,17 @@ pub fn run(launch: &Launch, robot: &Robot, lesson: &Lesson) -> Result<(), Failur
             |header| header.pass(Hop::Observed, member.now().as_nanos()),
         )?;
         let mut truths = world.scene();
-        let head = SceneHead { header, lesson: desk.name(), ..world.head() };
+        let head = SceneHead { header, lesson: lesson_controller.name(), ..world.head() };
         let nothing = SceneObject::default();
         scene.send(head, world.scene().count(), |_| truths.next().unwrap_or(nothing), |_| {})?;
-        unanswered.add(desk.answers());
-        let mut answers = unanswered.next_frame();
+        answer_queue.add(lesson_controller.answers());
+        let mut answers = answer_queue.next_frame();
         if answers.len() > 0 {
             let none = ActAnswer { serial: 0, refused: 0, text: Text::default() };
             answered.send(header, answers.len(), |_| answers.next().unwrap_or(none), |_| {})?;
         }
-        unsaid.add(world.utterances());
-        let mut sentences = unsaid.next_frame();
+        utterance_queue.add(world.utterances());
+        let mut sentences = utterance_queue.next_frame();
         if sentences.len() > 0 {
             let silence = Utterance { speaker: 0, text: Text::default() };
             utterances.send(header, sentences.len(), |_| sentences.next().unwrap_or(silence), |_| {})?;
@@ -88,7 +88,7 @@ pub fn run(launch: &Launch, robot: &Robot, lesson: &Lesson) -> Result<(), Failur
             + scene.undelivered()
             + utterances.undelivered()
             + answered.undelivered();
-        let is_finished = world.is_finished() && unsaid.is_empty();
+        let is_finished = world.is_finished() && utterance_queue.is_empty();
         member.end_cycle(if is_finished { Progress::Finished } else { Progress::More })?;
     }
     Ok(())

@@ -9,21 +9,21 @@ use std::{fs, io};
 use config::lesson::{LIBRARY, Lesson};
 use folder::Folder;
 
-use crate::by_hand::Refusal;
+use crate::interactive::Refusal;
 
 /// Maximum length of a title, in bytes.
 const TITLE_MOST: usize = 100;
 
 /// The extension of a lesson that is being written.
-const HALF: &str = "half";
+const PARTIAL_EXTENSION: &str = "half";
 
 /// Lessons being written, each with the serial number of the requesting act.
 #[derive(Default)]
-pub(crate) struct Saving {
+pub(crate) struct LessonSaver {
     pending: Vec<(u64, Receiver<Result<PathBuf, Refusal>>)>,
 }
 
-impl Saving {
+impl LessonSaver {
     /// Starts to write a lesson into a new file of a folder, for the act with this number. Never overwrites a file.
     ///
     /// # Errors
@@ -78,7 +78,7 @@ fn write_whole(folder: &Path, name: &str, text: &str) -> io::Result<PathBuf> {
         if LIBRARY.iter().any(|(known, _)| *known == name) {
             continue;
         }
-        let [file, half] = ["toml", HALF].map(|extension| format!("{name}.{extension}"));
+        let [file, half] = ["toml", PARTIAL_EXTENSION].map(|extension| format!("{name}.{extension}"));
         let mut out = match own.create(&half) {
             Ok(out) => out,
             // Another lesson of this name is being written.
@@ -105,10 +105,10 @@ fn write_whole(folder: &Path, name: &str, text: &str) -> io::Result<PathBuf> {
 }
 
 /// Removes incomplete files of a killed process. Call it before any lesson is saved.
-pub(crate) fn remove_halves(folder: &Path) {
+pub(crate) fn remove_partial_files(folder: &Path) {
     for entry in fs::read_dir(folder).into_iter().flatten().flatten() {
         let half = entry.path();
-        if half.extension().is_none_or(|extension| extension != HALF) {
+        if half.extension().is_none_or(|extension| extension != PARTIAL_EXTENSION) {
             continue;
         }
         let half_file = half.display();
@@ -144,7 +144,7 @@ mod tests {
 
     /// Saves a lesson of this title, and waits for the result.
     fn save(folder: &Path, title: &str) -> Result<PathBuf, Refusal> {
-        let mut saving = Saving::default();
+        let mut saving = LessonSaver::default();
         let lesson = Lesson { title: title.to_owned(), ..Lesson::builtin() };
         saving.begin(1, &lesson, folder.to_owned())?;
         loop {
@@ -197,7 +197,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_saved_can_be_opened_even_under_the_title_of_a_lesson_that_the_program_carries() {
+    fn a_lesson_saved_under_a_built_in_title_can_be_opened() {
         let folder = tempfile::tempdir().unwrap();
         for (title, name) in [("The far ones", "the_far_ones_2"), ("Three of them", "three_of_them_2")] {
             assert_eq!(save(folder.path(), title).unwrap(), folder.path().join(format!("{name}.toml")));
@@ -206,14 +206,14 @@ mod tests {
     }
 
     #[test]
-    fn what_was_being_written_when_its_process_was_killed_is_removed_and_nothing_else() {
+    fn only_partial_files_of_a_killed_process_are_removed() {
         let folder = tempfile::tempdir().unwrap();
         for name in ["killed.half", "by_hand.toml", "notes.txt"] {
             fs::write(folder.path().join(name), "").unwrap();
         }
-        remove_halves(folder.path());
+        remove_partial_files(folder.path());
         assert_eq!(names(folder.path()), ["by_hand.toml", "notes.txt"]);
-        remove_halves(&folder.path().join("nowhere"));
+        remove_partial_files(&folder.path().join("nowhere"));
     }
 
     /// The environment variable with the small file system in which this test runs itself again.

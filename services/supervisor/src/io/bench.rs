@@ -10,7 +10,7 @@ use std::time::Duration;
 
 use config::leo::{Priority, Rights};
 use transport::janitor::{Janitor, claim};
-use transport::{Delivery, Domain, Node, Queues};
+use transport::{Domain, Node, OverflowPolicy, Queues};
 
 use crate::io::run::RunError;
 
@@ -94,8 +94,8 @@ fn measure(domain: &Domain, lasting: Duration, commit: &str) -> Result<Report, B
     };
     let missing = realtime::apply(&rights);
     // Applies to Leo, to the bare middleware and to the bare thread alike.
-    let awake = realtime::Awake::ask();
-    let queues = Queues { frames: 4, delivery: Delivery::Newest };
+    let awake = realtime::IdleStateGuard::ask();
+    let queues = Queues { frames: 4, overflow_policy: OverflowPolicy::DropOldest };
     let node = Node::join(domain, "bench", 1, queues).map_err(RunError::from)?;
     let mut rows = Vec::new();
     let (mut sensor, mut bare) = (Histogram::default(), Histogram::default());

@@ -11,19 +11,19 @@ use std::time::Duration;
 use config::leo::{Leo, Rights};
 use config::{ConfigError, Robot};
 use process::queues;
-use realtime::{Awake, SerialWorkers};
+use realtime::{IdleStateGuard, SerialWorkers};
 use rustix::process::{Resource, getrlimit};
 use rustix::thread::{CpuSet, sched_getaffinity, sched_setaffinity};
 
 use crate::readiness::{
-    Carriers, Finding, Hot, Machine, Sleep, System, Verdict, judge, judge_wakeup, shared_memory,
-    shared_memory_needed,
+    Finding, HotProcess, IdleStatePolicy, Machine, SerialWorkerPriority, System, Verdict, judge,
+    judge_wakeup, shared_memory, shared_memory_needed,
 };
 pub use apply::ApplyError;
 
 /// Options of a check.
 #[derive(Clone, Debug)]
-pub struct Inquiry {
+pub struct CheckOptions {
     /// The robot's `leo.toml`; `None` for the built-in one.
     pub config: Option<PathBuf>,
     /// Findings about versions, reported after the configuration.
@@ -33,16 +33,16 @@ pub struct Inquiry {
     /// Duration of the wake-up latency measurement; zero skips it.
     pub measure: Duration,
     /// Change to make before the inspection.
-    pub deed: Deed,
+    pub deed: MachineChange,
     /// The folder used as the root of the machine: `/`.
     pub root: PathBuf,
 }
 
 /// Change to the machine.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Deed {
+pub enum MachineChange {
     /// No change.
-    Look,
+    Inspect,
     /// Apply everything that can be fixed by writing to `/proc` and `/sys`.
     Apply,
     /// Revert what was applied before.
@@ -69,17 +69,17 @@ pub enum CheckError {
 /// # Errors
 ///
 /// A configuration file is invalid, a requested change fails, or `out` cannot be written.
-pub fn check(inquiry: &Inquiry, out: &mut impl Write) -> Result<bool, CheckError> {
+pub fn check(inquiry: &CheckOptions, out: &mut impl Write) -> Result<bool, CheckError> {
     let robot = Robot::load(inquiry.config.as_deref())?;
     let system = System::below(&inquiry.root);
     let look = || inspect(&robot, inquiry, &system);
     match inquiry.deed {
-        Deed::Look => {}
-        Deed::Apply => {
+        MachineChange::Inspect => {}
+        MachineChange::Apply => {
             let changes: Vec<_> = look().into_iter().flat_map(|finding| finding.changes).collect();
             apply::apply(&system, &changes, out)?;
         }
-        Deed::Revert => apply::revert(&system, out)?,
+        MachineChange::Revert => apply::revert(&system, out)?,
     }
     let mut findings = look();
     if !inquiry.json {
@@ -87,8 +87,8 @@ pub fn check(inquiry: &Inquiry, out: &mut impl Write) -> Result<bool, CheckError
         out.flush()?;
     }
     // Same condition as in the running robot.
-    let _awake = robot.leo.supervisor.keep_cores_awake.then(Awake::ask);
-    let measured = measure::wakeups(&Hot::all(&robot), inquiry.measure)?;
+    let _awake = robot.leo.supervisor.keep_cores_awake.then(IdleStateGuard::ask);
+    let measured = measure::wakeups(&HotProcess::all(&robot), inquiry.measure)?;
     let measured: Vec<Finding> = measured.iter().map(judge_wakeup).collect();
     if inquiry.json {
         findings.extend(measured);
@@ -112,7 +112,7 @@ fn tell(finding: &Finding, out: &mut impl Write) -> std::io::Result<()> {
 }
 
 /// Inspects the configuration and the machine. Has no lasting effect: rights are requested in short-lived threads.
-fn inspect(robot: &Robot, inquiry: &Inquiry, system: &System) -> Vec<Finding> {
+fn inspect(robot: &Robot, inquiry: &CheckOptions, system: &System) -> Vec<Finding> {
     let what = inquiry
         .config
         .as_ref()
@@ -137,10 +137,18 @@ fn machine(robot: &Robot) -> Machine {
         descriptors: getrlimit(Resource::Nofile).current,
         memory_limit: getrlimit(Resource::Memlock).current,
         missing_rights: missing_rights(leo),
-        is_wall_clock_kept: realtime::is_wall_clock_kept(),
-        hot: Hot::all(robot),
-        carriers: if leo.supervisor.keep_serial_lines_prompt { carriers() } else { Carriers::Ordinary },
-        sleep: if leo.supervisor.keep_cores_awake { sleep(Awake::ask().err()) } else { Sleep::Allowed },
+        is_wall_clock_synchronised: realtime::is_wall_clock_synchronised(),
+        hot: HotProcess::all(robot),
+        carriers: if leo.supervisor.keep_serial_lines_prompt {
+            carriers()
+        } else {
+            SerialWorkerPriority::Ordinary
+        },
+        sleep: if leo.supervisor.keep_cores_awake {
+            sleep(IdleStateGuard::ask().err())
+        } else {
+            IdleStatePolicy::Allowed
+        },
     }
 }
 
@@ -167,16 +175,18 @@ fn own_cores() -> Vec<u16> {
 }
 
 /// Whether the priority of the kernel's serial workers may be raised.
-fn carriers() -> Carriers {
-    SerialWorkers::default().may().map_or_else(Carriers::Refused, |()| Carriers::Prompt)
+fn carriers() -> SerialWorkerPriority {
+    SerialWorkers::default()
+        .permission()
+        .map_or_else(SerialWorkerPriority::Refused, |()| SerialWorkerPriority::Prompt)
 }
 
 /// Interprets the kernel's answer to the request.
-fn sleep(refused: Option<std::io::Error>) -> Sleep {
+fn sleep(refused: Option<std::io::Error>) -> IdleStatePolicy {
     match refused {
-        None => Sleep::Prevented,
-        Some(error) if error.kind() == std::io::ErrorKind::NotFound => Sleep::Allowed,
-        Some(error) => Sleep::Refused(format!("/dev/cpu_dma_latency: {error}")),
+        None => IdleStatePolicy::Prevented,
+        Some(error) if error.kind() == std::io::ErrorKind::NotFound => IdleStatePolicy::Allowed,
+        Some(error) => IdleStatePolicy::Refused(format!("/dev/cpu_dma_latency: {error}")),
     }
 }
 
@@ -206,7 +216,7 @@ fn shared_memory_free() -> Option<u64> {
 
 /// Checks that shared memory is large enough for a robot with this many partners; on failure returns the remedy. Call
 /// it before the first write to shared memory: a process that touches a page that does not fit gets SIGBUS.
-pub(crate) fn room(leo: &Leo, partners: u32, lockstep: bool) -> Result<(), String> {
+pub(crate) fn check_shared_memory(leo: &Leo, partners: u32, lockstep: bool) -> Result<(), String> {
     let finding = shared_memory(shared_memory_free(), needed(leo, partners, lockstep));
     if finding.verdict == Verdict::Broken {
         let mend = finding.mend.map_or_else(String::new, |mend| format!(": `{mend}`"));
@@ -218,7 +228,7 @@ pub(crate) fn room(leo: &Leo, partners: u32, lockstep: bool) -> Result<(), Strin
 
 /// Bytes of shared memory that a robot with this many partners needs.
 fn needed(leo: &Leo, partners: u32, lockstep: bool) -> u64 {
-    let frames = queues(&leo.buffers, lockstep).alive();
+    let frames = queues(&leo.buffers, lockstep).max_frames();
     shared_memory_needed(leo.buffers.objects.get(), frames, leo.belief.perspectives(partners))
 }
 

@@ -15,14 +15,14 @@ use rustix::process::{
     Pid, PidfdFlags, Signal, WaitId, WaitIdOptions, pidfd_open, pidfd_send_signal, waitid,
 };
 
-use crate::Lives;
+use crate::RosterPublisher;
 
 /// The running program, even if its file has been replaced since: an upgrade of the package does not affect a running
 /// robot.
 pub(crate) const PROGRAM: &str = "/proc/self/exe";
 
 /// Logging options of this program that its child processes inherit.
-const VOICE: [&str; 3] = ["-v", "--verbose", "--log-json"];
+const LOG_OPTIONS: [&str; 3] = ["-v", "--verbose", "--log-json"];
 
 /// Polling interval while the motor process stops.
 const LOOK_EVERY: Duration = Duration::from_millis(5);
@@ -33,23 +33,23 @@ const LOOK_EVERY: Duration = Duration::from_millis(5);
 pub struct Children {
     /// `argv[0]` of the processes.
     name: PathBuf,
-    /// The options of [`VOICE`] that this program was given.
-    voice: Vec<OsString>,
-    living: BTreeMap<Process, Living>,
+    /// The options of [`LOG_OPTIONS`] that this program was given.
+    log_options: Vec<OsString>,
+    living: BTreeMap<Process, ChildProcess>,
     /// Publishes the processes' identities in shared memory.
-    lives: Option<Lives>,
+    lives: Option<RosterPublisher>,
     helpers: Vec<Child>,
     /// Stop timeout of a motor process in wall time.
-    motor_stops_within: Option<Duration>,
+    motor_stop_timeout: Option<Duration>,
 }
 
 #[derive(Debug)]
-struct Living {
+struct ChildProcess {
     child: Child,
     pidfd: OwnedFd,
 }
 
-impl Living {
+impl ChildProcess {
     /// Whether it has ended. It is not reaped, so its process id stays reserved.
     fn has_ended(&self) -> bool {
         let options = WaitIdOptions::EXITED | WaitIdOptions::NOHANG | WaitIdOptions::NOWAIT;
@@ -67,24 +67,26 @@ impl Children {
     pub fn new() -> io::Result<Self> {
         Ok(Self {
             name: std::env::current_exe()?,
-            voice: std::env::args_os().filter(|argument| VOICE.iter().any(|word| argument == word)).collect(),
+            log_options: std::env::args_os()
+                .filter(|argument| LOG_OPTIONS.iter().any(|word| argument == word))
+                .collect(),
             living: BTreeMap::new(),
             lives: None,
             helpers: Vec::new(),
-            motor_stops_within: None,
+            motor_stop_timeout: None,
         })
     }
 
     /// Sets the stop timeout of a motor process in wall time, which applies when this is dropped.
     #[must_use]
     pub fn with_motor(mut self, stops_within: Duration) -> Self {
-        self.motor_stops_within = Some(stops_within);
+        self.motor_stop_timeout = Some(stops_within);
         self
     }
 
     /// Publishes the processes on a roster, which every process that joins a domain waits for.
     #[must_use]
-    pub fn with_lives(mut self, lives: Lives) -> Self {
+    pub fn with_roster(mut self, lives: RosterPublisher) -> Self {
         self.lives = Some(lives);
         self
     }
@@ -115,7 +117,7 @@ impl Children {
             .arg0(&self.name)
             .arg(process.name())
             .args(arguments(launch))
-            .args(&self.voice)
+            .args(&self.log_options)
             // Only the supervisor communicates with the service manager.
             .env_remove("NOTIFY_SOCKET")
             .env_remove("WATCHDOG_USEC")
@@ -132,7 +134,7 @@ impl Children {
                 if let Some(lives) = &mut self.lives {
                     lives.name(process, child.id(), began_at_ns);
                 }
-                self.living.insert(process, Living { child, pidfd });
+                self.living.insert(process, ChildProcess { child, pidfd });
                 Ok(())
             }
             Err(error) => {
@@ -167,7 +169,7 @@ impl Children {
     }
 
     /// Sends SIGSTOP (`still`) or SIGCONT to a process. No effect if it does not run.
-    pub fn hold(&self, process: Process, still: bool) {
+    pub fn set_stopped(&self, process: Process, still: bool) {
         self.signal(process, if still { Signal::STOP } else { Signal::CONT });
     }
 
@@ -183,7 +185,7 @@ impl Children {
     }
 
     /// Reaps the processes that have ended since the last call; returns their exit statuses.
-    pub fn bury(&mut self) -> Vec<(Process, ExitStatus)> {
+    pub fn reap(&mut self) -> Vec<(Process, ExitStatus)> {
         let mut dead = Vec::new();
         let Self { living, lives, .. } = self;
         living.retain(|process, living| {
@@ -225,7 +227,7 @@ impl Children {
 
 impl Drop for Children {
     fn drop(&mut self) {
-        let until = self.motor_stops_within.map(|within| clock::now() + within);
+        let until = self.motor_stop_timeout.map(|within| clock::now() + within);
         // On a mock bus, the motor process still needs the servos to switch torque off.
         let goes_last = |process: Process| until.is_some() && process == Process::MockBus;
         self.terminate(Process::Motor);

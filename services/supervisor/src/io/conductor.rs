@@ -5,10 +5,10 @@ use std::time::Duration;
 
 use clock::Instant;
 use message::{Done, Header, Process, Turn, TurnKind, Turns, TurnsDone};
-use transport::{Inlet, Node, Outlet, PortError, ReceiveError, SendError};
+use transport::{FramePublisher, FrameSubscriber, Node, PortError, ReceiveError, SendError};
 
 /// Polling interval while waiting for a turn; between polls, the process is checked.
-const SLICE: Duration = Duration::from_millis(100);
+const POLL_INTERVAL: Duration = Duration::from_millis(100);
 
 /// Reason why a turn was not completed.
 #[derive(Debug, thiserror::Error)]
@@ -49,7 +49,7 @@ fn seconds(at: Instant) -> f64 {
 }
 
 /// Checks that the conductor makes while it waits for a turn.
-pub trait Watch {
+pub trait ProcessMonitor {
     /// The exit status of the process, if it has ended.
     fn ended(&mut self, process: Process) -> Option<String>;
     /// Whether the user has requested a stop.
@@ -58,14 +58,14 @@ pub trait Watch {
 
 /// Conducts the processes of a robot in lockstep time.
 pub struct Conductor {
-    seats: BTreeMap<Process, Seat>,
+    turn_ports: BTreeMap<Process, TurnPorts>,
     within: Duration,
     round: u64,
 }
 
-struct Seat {
-    turns: Outlet<Turns>,
-    done: Inlet<TurnsDone>,
+struct TurnPorts {
+    turns: FramePublisher<Turns>,
+    done: FrameSubscriber<TurnsDone>,
 }
 
 impl Conductor {
@@ -75,12 +75,15 @@ impl Conductor {
     ///
     /// Shared memory is exhausted.
     pub fn open(node: &Node, processes: &[Process], within: Duration) -> Result<Self, PortError> {
-        let mut seats = BTreeMap::new();
+        let mut turn_ports = BTreeMap::new();
         for &process in processes {
             let number = Some(u32::from(process.raw()));
-            seats.insert(process, Seat { turns: node.outlet(number, 1)?, done: node.waking_inlet(number)? });
+            turn_ports.insert(
+                process,
+                TurnPorts { turns: node.publisher(number, 1)?, done: node.waking_subscriber(number)? },
+            );
         }
-        Ok(Self { seats, within, round: 0 })
+        Ok(Self { turn_ports, within, round: 0 })
     }
 
     /// Gives one process its turn and waits until it is completed. Returns whether the process has nothing left to
@@ -89,15 +92,20 @@ impl Conductor {
     /// # Errors
     ///
     /// The process died, timed out or cannot be reached, or the user requested a stop.
-    pub fn step(&mut self, process: Process, at: Instant, watch: &mut impl Watch) -> Result<bool, TurnError> {
+    pub fn step(
+        &mut self,
+        process: Process,
+        at: Instant,
+        watch: &mut impl ProcessMonitor,
+    ) -> Result<bool, TurnError> {
         self.round += 1;
         let turn = Turn { kind: TurnKind::Step.raw(), reserved: 0, round: self.round };
-        let Some(seat) = self.seats.get_mut(&process) else { return Ok(true) };
-        seat.turns.send(Header::at(at.as_nanos()), 1, |_| turn, |_| {})?;
+        let Some(ports) = self.turn_ports.get_mut(&process) else { return Ok(true) };
+        ports.turns.send(Header::at(at.as_nanos()), 1, |_| turn, |_| {})?;
         let give_up = clock::now() + self.within;
         loop {
-            seat.done.wait(SLICE)?;
-            while let Some(frame) = seat.done.receive()? {
+            ports.done.wait(POLL_INTERVAL)?;
+            while let Some(frame) = ports.done.receive()? {
                 if let Some(Done { round, finished }) = frame.entries().first()
                     && *round == self.round
                 {
@@ -117,24 +125,24 @@ impl Conductor {
     }
 
     /// Tells every process to exit.
-    pub fn dismiss(&mut self) {
+    pub fn stop_all(&mut self) {
         self.round += 1;
         let turn = Turn { kind: TurnKind::Stop.raw(), reserved: 0, round: self.round };
-        for seat in self.seats.values_mut() {
+        for ports in self.turn_ports.values_mut() {
             // A process that cannot be told is killed with the others.
-            let _ = seat.turns.send(Header::default(), 1, |_| turn, |_| {});
+            let _ = ports.turns.send(Header::default(), 1, |_| turn, |_| {});
         }
     }
 }
 
 /// Schedule of the processes' turns, on periodic grids that all start one period after zero.
 #[derive(Clone, Debug)]
-pub struct Timetable {
+pub struct TurnSchedule {
     /// Processes in the order of their turns at the same instant, with period and next turn.
     due: Vec<(Process, Duration, Instant)>,
 }
 
-impl Timetable {
+impl TurnSchedule {
     /// A timetable of processes with their periods, in the order of their turns.
     #[must_use]
     pub fn new(periods: &[(Process, Duration)]) -> Self {
@@ -161,8 +169,8 @@ mod tests {
     #[test]
     fn turns_come_in_order_of_time_and_then_of_the_data() {
         let ms = Duration::from_millis;
-        let mut timetable = Timetable::new(&[(Simulator, ms(5)), (Sensor, ms(5)), (Motor, ms(4))]);
-        let turns: Vec<(Process, u64)> = std::iter::from_fn(|| timetable.next_turn())
+        let mut schedule = TurnSchedule::new(&[(Simulator, ms(5)), (Sensor, ms(5)), (Motor, ms(4))]);
+        let turns: Vec<(Process, u64)> = std::iter::from_fn(|| schedule.next_turn())
             .take(14)
             .map(|(process, at)| (process, at.as_nanos() / 1_000_000))
             .collect();

@@ -28,17 +28,17 @@ const STARTING: &str = "starting";
 /// A motor process with the following process id runs.
 const MOTOR: &str = "motor ";
 /// Torque is off, or the servos for which this is not confirmed were logged.
-const ENDED: &str = process::TORQUE_IS_OFF;
+const ENDED: &str = process::TORQUE_OFF_MESSAGE;
 
 /// Shortest interval between two restarts of a dead guard.
-const REPLACE_EVERY: Duration = Duration::from_secs(1);
+const RESTART_INTERVAL: Duration = Duration::from_secs(1);
 /// How long the end of a run waits for the guard to exit.
-const ENDS_WITHIN: Duration = Duration::from_secs(1);
+const EXIT_TIMEOUT: Duration = Duration::from_secs(1);
 /// Interval at which the guard checks that its supervisor runs.
 const LOOK_EVERY: Duration = Duration::from_millis(200);
 /// How long a motor process may take to exit after its supervisor has died; normally one second. After that it is
 /// killed.
-const MOTOR_ENDS_WITHIN: Duration = Duration::from_millis(2500);
+const MOTOR_EXIT_TIMEOUT: Duration = Duration::from_millis(2500);
 /// How long to wait for the exclusive lock of a serial line.
 const BUSY_TIMEOUT: Duration = Duration::from_secs(5);
 
@@ -65,9 +65,9 @@ impl Guard {
         let started = io::pipe().and_then(|(reader, writer)| {
             let child = Some(spawn(&reader, launch)?);
             let (launch, told) = (launch.clone(), ENDED.to_owned());
-            Ok(Self { launch, reader, writer, child, told, replace_at: clock::now() + REPLACE_EVERY })
+            Ok(Self { launch, reader, writer, child, told, replace_at: clock::now() + RESTART_INTERVAL })
         });
-        started.inspect_err(no_guard).ok()
+        started.inspect_err(log_guard_error).ok()
     }
 
     /// The write end for the motor process; the kernel closes it when that process dies.
@@ -75,11 +75,11 @@ impl Guard {
         self.writer.try_clone().map(OwnedFd::from)
     }
 
-    pub(crate) fn motor_starts(&mut self) {
+    pub(crate) fn report_motor_starting(&mut self) {
         self.tell(STARTING.to_owned());
     }
 
-    pub(crate) fn motor_runs(&mut self, pid: u32) {
+    pub(crate) fn report_motor_pid(&mut self, pid: u32) {
         self.tell(format!("{MOTOR}{pid}"));
     }
 
@@ -90,17 +90,17 @@ impl Guard {
 
     fn repeat(&mut self) {
         if let Err(error) = writeln!(self.writer, "{}", self.told) {
-            no_guard(&error);
+            log_guard_error(&error);
         }
     }
 
     /// Restarts the guard if it has died.
-    pub(crate) fn attend(&mut self, now: Instant) {
+    pub(crate) fn maintain(&mut self, now: Instant) {
         let has_died = self.child.as_mut().is_none_or(|child| !matches!(child.try_wait(), Ok(None)));
         if !has_died || now < self.replace_at {
             return;
         }
-        self.replace_at = now + REPLACE_EVERY;
+        self.replace_at = now + RESTART_INTERVAL;
         tracing::warn!("the guard of the torque died and is replaced");
         match spawn(&self.reader, &self.launch) {
             Ok(child) => {
@@ -109,7 +109,7 @@ impl Guard {
             }
             Err(error) => {
                 self.child = None;
-                no_guard(&error);
+                log_guard_error(&error);
             }
         }
     }
@@ -119,7 +119,7 @@ impl Guard {
         self.tell(ENDED.to_owned());
         let Self { writer, child, .. } = self;
         drop(writer);
-        let until = clock::now() + ENDS_WITHIN;
+        let until = clock::now() + EXIT_TIMEOUT;
         let mut child = child;
         while let Some(Ok(None)) = child.as_mut().map(Child::try_wait)
             && clock::now() < until
@@ -129,7 +129,7 @@ impl Guard {
     }
 }
 
-fn no_guard(error: &io::Error) {
+fn log_guard_error(error: &io::Error) {
     tracing::error!(
         "the guard of the torque cannot be reached: {error}; where the supervisor and the motor process die together, \
          torque stays on"
@@ -152,7 +152,7 @@ fn spawn(reader: &PipeReader, launch: &Launch) -> io::Result<Child> {
 
 /// The robot's state, as last reported to the guard.
 #[derive(Debug)]
-enum Standing {
+enum TorqueState {
     /// No motor process has started, or torque is off.
     Ended,
     /// A motor process may have switched torque on.
@@ -168,11 +168,12 @@ enum Standing {
 pub fn guard(launch: &Launch, robot: &Robot) -> Result<(), Failure> {
     // The flag is not read. Installing it makes the process handle signals instead of ending.
     let _ignored = process::stop_flag()?;
-    realtime::take_name();
+    realtime::set_process_name();
     // The domain may be removed by then; the configuration has been read before.
     let buses = torque::buses(&robot.motor, None);
-    let standing = watch(launch).map_err(|error| Failure::own(format!("the guard has no pipe: {error}")))?;
-    if matches!(standing, Standing::Ended) {
+    let torque_state =
+        watch(launch).map_err(|error| Failure::own(format!("the guard has no pipe: {error}")))?;
+    if matches!(torque_state, TorqueState::Ended) {
         return Ok(());
     }
     tracing::error!("the supervisor and the motor process are gone: every torque is switched off");
@@ -182,30 +183,30 @@ pub fn guard(launch: &Launch, robot: &Robot) -> Result<(), Failure> {
 }
 
 /// Reads the pipe until no process holds a write end any more.
-fn watch(launch: &Launch) -> io::Result<Standing> {
+fn watch(launch: &Launch) -> io::Result<TorqueState> {
     let pipe = File::from(io::stdin().as_fd().try_clone_to_owned()?);
-    let mut standing = Standing::Ended;
+    let mut torque_state = TorqueState::Ended;
     let mut heard = Vec::new();
     let mut orphaned_at = None;
     loop {
         if is_readable(&pipe)? {
             let mut bytes = [0; 256];
             match read(&pipe, &mut bytes) {
-                Ok(0) => return Ok(standing),
+                Ok(0) => return Ok(torque_state),
                 Ok(count) => heard.extend_from_slice(bytes.get(..count).unwrap_or_default()),
                 Err(rustix::io::Errno::INTR | rustix::io::Errno::AGAIN) => {}
                 Err(error) => return Err(error.into()),
             }
             while let Some(end) = heard.iter().position(|byte| *byte == b'\n') {
                 let line: Vec<u8> = heard.drain(..=end).collect();
-                standing = standing.told(String::from_utf8_lossy(&line).trim_end());
+                torque_state = torque_state.told(String::from_utf8_lossy(&line).trim_end());
             }
         }
         if launch.parent.is_some_and(|parent| !realtime::is_parent(parent)) {
             let now = clock::now();
             let since = *orphaned_at.get_or_insert(now);
-            if now.since(since) >= MOTOR_ENDS_WITHIN {
-                standing = standing.without_a_motor_that_hangs();
+            if now.since(since) >= MOTOR_EXIT_TIMEOUT {
+                torque_state = torque_state.kill_hanging_motor();
             }
         }
     }
@@ -220,7 +221,7 @@ fn is_readable(pipe: &File) -> io::Result<bool> {
     }
 }
 
-impl Standing {
+impl TorqueState {
     fn told(self, word: &str) -> Self {
         if word == ENDED {
             return Self::Ended;
@@ -230,7 +231,7 @@ impl Standing {
     }
 
     /// Kills a motor process that exceeds its timeout, because the guard needs its serial line.
-    fn without_a_motor_that_hangs(self) -> Self {
+    fn kill_hanging_motor(self) -> Self {
         if let Self::Begun { motor: Some(motor) } = &self
             && pidfd_send_signal(motor, Signal::KILL).is_ok()
         {
@@ -247,16 +248,16 @@ mod tests {
 
     #[test]
     fn the_last_word_counts_and_a_motor_process_that_has_ended_is_not_killed() {
-        let begun = |standing: &Standing| matches!(standing, Standing::Begun { .. });
-        let standing = Standing::Ended.told(STARTING);
-        assert!(begun(&standing));
-        let standing = standing.told(&format!("{MOTOR}{}", i32::MAX));
-        assert!(begun(&standing));
-        let standing = standing.without_a_motor_that_hangs();
-        assert!(matches!(standing, Standing::Begun { motor: None }));
-        let standing = standing.told(ENDED);
-        assert!(matches!(standing, Standing::Ended));
-        assert!(begun(&standing.told("")), "what is not understood is no end");
+        let begun = |torque_state: &TorqueState| matches!(torque_state, TorqueState::Begun { .. });
+        let torque_state = TorqueState::Ended.told(STARTING);
+        assert!(begun(&torque_state));
+        let torque_state = torque_state.told(&format!("{MOTOR}{}", i32::MAX));
+        assert!(begun(&torque_state));
+        let torque_state = torque_state.kill_hanging_motor();
+        assert!(matches!(torque_state, TorqueState::Begun { motor: None }));
+        let torque_state = torque_state.told(ENDED);
+        assert!(matches!(torque_state, TorqueState::Ended));
+        assert!(begun(&torque_state.told("")), "what is not understood is no end");
     }
 
     #[test]

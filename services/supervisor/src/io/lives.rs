@@ -5,29 +5,29 @@ use transport::{Node, PortError, RosterWriter};
 
 /// Writer of the supervisor's roster: the newest incarnation of each process, and which process may publish.
 #[derive(Debug)]
-pub struct Lives {
+pub struct RosterPublisher {
     board: RosterWriter,
     roster: Roster,
 }
 
-impl Lives {
+impl RosterPublisher {
     /// Publishes the roster of a robot that consists of these processes.
     ///
     /// # Errors
     ///
     /// Another supervisor runs in the domain, or shared memory is exhausted.
-    pub fn put_up(node: &Node, members: &[Process]) -> Result<Self, PortError> {
+    pub fn publish_members(node: &Node, members: &[Process]) -> Result<Self, PortError> {
         let mut lives =
             Self { board: RosterWriter::create(node, Process::Supervisor, 1)?, roster: Roster::default() };
         for member in members {
             lives.roster.add_member(*member);
         }
-        lives.stand_in(node, Process::Supervisor);
+        lives.register_self(node, Process::Supervisor);
         Ok(lives)
     }
 
     /// Allows this process to publish in place of a process of the robot.
-    pub fn stand_in(&mut self, node: &Node, process: Process) {
+    pub fn register_self(&mut self, node: &Node, process: Process) {
         self.roster.add_member(process);
         self.roster.set_pid(process, node.pid(), 0);
         self.board.write(&self.roster);

@@ -31,7 +31,7 @@ pub(crate) enum MemoryFault {
     /// A file of shared memory was removed or replaced.
     Removed(PathBuf),
     /// The management segment was damaged, and has been repaired.
-    Mended(Replaced),
+    Repaired(Replaced),
     /// The management segment cannot be repaired, with the reason; no process can join.
     Damaged(String),
 }
@@ -61,10 +61,10 @@ impl MemoryWatch {
         if let Some((path, _)) = self.files.iter().find(|(path, was)| file(path) != *was) {
             return Some(MemoryFault::Removed(path.clone()));
         }
-        match self.segment.as_ref()?.mend() {
+        match self.segment.as_ref()?.repair() {
             Ok(replaced) => {
                 self.told = None;
-                replaced.map(MemoryFault::Mended)
+                replaced.map(MemoryFault::Repaired)
             }
             Err(error) => {
                 let error = error.to_string();

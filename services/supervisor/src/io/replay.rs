@@ -11,30 +11,30 @@ use clock::Instant;
 use config::leo::Leo;
 use message::{Bytes, Head as _, Hop, JointStates, Percepts, Process, Topic, Utterances};
 use process::Launch;
-use recording::{Buffer, Difference, Frame, Inlets, ReadError, Reader, RecordError, Time};
+use recording::{Buffer, BufferSubscribers, Difference, Frame, ReadError, Reader, RecordError, Time};
 use transport::janitor::{Janitor, claim, sweep_stale};
-use transport::{Domain, Node, Outlet, PortError, ReceiveError, SendError};
+use transport::{Domain, FramePublisher, Node, PortError, ReceiveError, SendError};
 
-use crate::Lives;
-use crate::io::check::room;
-use crate::io::class::{Class, ClassError};
-use crate::io::conductor::{Conductor, TurnError, Watch as _};
+use crate::RosterPublisher;
+use crate::io::check::check_shared_memory;
+use crate::io::conductor::{Conductor, ProcessMonitor as _, TurnError};
+use crate::io::lockstep_processes::{LockstepError, LockstepProcesses};
 use crate::io::run::RunError;
-use crate::io::tape::{Record, Tape};
+use crate::io::tape::{Record, RecordingFile};
 
 /// The processes that consume what is replayed; readers before their writers.
 const PROCESSES: [Process; 2] = [Process::Learner, Process::Belief];
 /// The processes whose recorded output the player publishes in their place.
-const STAGE: [Process; 3] = [Process::Sensor, Process::Simulator, Process::Motor];
+const REPLAYED_PROCESSES: [Process; 3] = [Process::Sensor, Process::Simulator, Process::Motor];
 /// Maximum number of utterances in one frame.
 const SENTENCES: usize = 16;
 
 /// Polling interval for a stop request while replaying at a given speed.
-const SLICE: Duration = Duration::from_millis(50);
+const POLL_INTERVAL: Duration = Duration::from_millis(50);
 
 /// Options of a replay.
 #[derive(Clone, Debug)]
-pub struct Replaying {
+pub struct ReplayOptions {
     /// The domain of the processes.
     pub domain: Domain,
     /// The validated configuration of the recorded robot.
@@ -56,20 +56,20 @@ pub struct Replaying {
 
 /// Result of a replay.
 #[derive(Clone, Debug, Default)]
-pub struct Played {
+pub struct ReplayReport {
     /// Simulated time from the first to the last frame played.
     pub lasted: Duration,
     /// Counts per buffer that the processes produced.
-    pub paired: BTreeMap<Buffer, Paired>,
+    pub paired: BTreeMap<Buffer, FrameCounts>,
     /// The first difference; the replay stops there.
-    pub wrong: Option<Wrong>,
+    pub wrong: Option<Mismatch>,
     /// Reason why nothing was compared.
     pub incomparable: Option<&'static str>,
 }
 
 /// Frame counts of one buffer.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Paired {
+pub struct FrameCounts {
     /// Recorded frames that were reproduced bit by bit.
     pub equal: u64,
     /// Produced frames that were not compared.
@@ -78,7 +78,7 @@ pub struct Paired {
 
 /// A produced frame that differs from the recorded one.
 #[derive(Clone, Debug)]
-pub struct Wrong {
+pub struct Mismatch {
     /// The buffer.
     pub buffer: Buffer,
     /// The sequence number of the frame.
@@ -89,7 +89,7 @@ pub struct Wrong {
     pub difference: Difference,
 }
 
-impl fmt::Display for Wrong {
+impl fmt::Display for Mismatch {
     fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
         let Self { buffer, sequence, at, difference } = self;
         write!(out, "{buffer}, frame {sequence}, at {:.3} s: {difference}", at.as_secs_f64())
@@ -104,7 +104,7 @@ pub enum ReplayError {
     Run(#[from] RunError),
     /// The processes did not all start, or one died or timed out.
     #[error(transparent)]
-    Class(#[from] ClassError),
+    LockstepProcesses(#[from] LockstepError),
     /// The recording cannot be read.
     #[error(transparent)]
     Read(#[from] ReadError),
@@ -133,7 +133,7 @@ pub enum ReplayError {
 
 impl From<TurnError> for ReplayError {
     fn from(error: TurnError) -> Self {
-        Self::Class(error.into())
+        Self::LockstepProcesses(error.into())
     }
 }
 
@@ -151,13 +151,13 @@ impl From<PortError> for ReplayError {
 ///
 /// The recording cannot be read to its end, a process died or timed out, or the processes could not be run.
 pub fn replay<R: Read>(
-    replaying: &Replaying,
+    replaying: &ReplayOptions,
     reader: &mut Reader<R>,
     tell: impl FnMut(&Frame),
-) -> Result<Played, ReplayError> {
+) -> Result<ReplayReport, ReplayError> {
     sweep_stale();
     let partners = reader.about().map_or(replaying.settings.belief.partners, |about| about.partners);
-    room(&replaying.settings, partners, true).map_err(RunError::NoRoom)?;
+    check_shared_memory(&replaying.settings, partners, true).map_err(RunError::NoRoom)?;
     let claim = claim(&replaying.domain).map_err(RunError::from)?;
     let made = replaying.domain.make().map_err(|error| ReplayError::from(RunError::from(error)));
     let outcome = made.and_then(|()| play(replaying, reader, partners, tell));
@@ -166,26 +166,26 @@ pub fn replay<R: Read>(
 }
 
 fn play<R: Read>(
-    replaying: &Replaying,
+    replaying: &ReplayOptions,
     reader: &mut Reader<R>,
     partners: u32,
     tell: impl FnMut(&Frame),
-) -> Result<Played, ReplayError> {
+) -> Result<ReplayReport, ReplayError> {
     let settings = &replaying.settings;
-    let class = Class::new(settings)?;
+    let lockstep_processes = LockstepProcesses::new(settings)?;
     let queues = process::queues(&settings.buffers, true);
     let mut node =
         Node::join(&replaying.domain, Process::Supervisor.name(), 1, queues).map_err(RunError::from)?;
-    let mut lives = Lives::put_up(&node, &PROCESSES)?;
-    for process in STAGE {
-        lives.stand_in(&node, process);
+    let mut lives = RosterPublisher::publish_members(&node, &PROCESSES)?;
+    for process in REPLAYED_PROCESSES {
+        lives.register_self(&node, process);
     }
-    let mut class = class.with_lives(lives);
+    let mut lockstep_processes = lockstep_processes.with_roster(lives);
     node.follow_roster()?;
     let turn_within = settings.supervisor.turn_within_ms.duration();
     let mut conductor = Conductor::open(&node, &PROCESSES, turn_within)?;
-    let stage = Stage::open(&node, replaying, settings.belief.perspectives(partners))?;
-    let tape = replaying.record.as_ref().map(Tape::begin).transpose()?;
+    let ports = ReplayPorts::open(&node, replaying, settings.belief.perspectives(partners))?;
+    let tape = replaying.record.as_ref().map(RecordingFile::begin).transpose()?;
     let launch = Launch {
         domain: replaying.domain.root().to_owned(),
         incarnation: 1,
@@ -200,22 +200,27 @@ fn play<R: Read>(
         state: None,
         campaign: None,
     };
-    class.gather(&node, &PROCESSES, &launch, settings.supervisor.ready_within_ms.duration())?;
-    let mut performance = Performance {
+    lockstep_processes.start_all(
+        &node,
+        &PROCESSES,
+        &launch,
+        settings.supervisor.ready_within_ms.duration(),
+    )?;
+    let mut performance = ReplayRun {
         conductor: &mut conductor,
-        class: &mut class,
-        stage,
+        lockstep_processes: &mut lockstep_processes,
+        ports,
         replaying,
         tell,
-        played: Played { incomparable: incomparable(reader), ..Played::default() },
+        played: ReplayReport { incomparable: incomparable(reader), ..ReplayReport::default() },
         began_ns: None,
         paced_from: None,
         tape,
     };
     let outcome = performance.play(reader);
-    let Performance { played, tape, .. } = performance;
-    conductor.dismiss();
-    class.see_off(settings.supervisor.stop_within_ms.duration());
+    let ReplayRun { played, tape, .. } = performance;
+    conductor.stop_all();
+    lockstep_processes.wait_for_exit(settings.supervisor.stop_within_ms.duration());
     outcome?;
     if let Some(tape) = tape {
         tape.finish()?;
@@ -233,61 +238,61 @@ fn incomparable<R: Read>(reader: &Reader<R>) -> Option<&'static str> {
 }
 
 /// Publishers that stand in for sensor, simulator and motor, and subscribers to the processes' output.
-struct Stage {
-    percepts: Outlet<Percepts>,
-    utterances: Outlet<Utterances>,
-    joint_states: Outlet<JointStates>,
+struct ReplayPorts {
+    percepts: FramePublisher<Percepts>,
+    utterances: FramePublisher<Utterances>,
+    joint_states: FramePublisher<JointStates>,
     /// The newest joint states, published at the learner's next turn.
     joints: Option<Frame>,
-    inlets: Inlets,
+    inlets: BufferSubscribers,
     /// Frames produced in the last turn that have not been matched with the recording.
     made: BTreeMap<Buffer, VecDeque<Frame>>,
 }
 
-impl Stage {
-    fn open(node: &Node, replaying: &Replaying, perspectives: u32) -> Result<Self, PortError> {
-        let made = Buffer::all(perspectives).filter(|buffer| buffer.is_made_of_others());
+impl ReplayPorts {
+    fn open(node: &Node, replaying: &ReplayOptions, perspectives: u32) -> Result<Self, PortError> {
+        let made = Buffer::all(perspectives).filter(|buffer| buffer.is_derived());
         Ok(Self {
-            percepts: node.outlet(None, replaying.settings.buffers.objects.get())?,
-            utterances: node.outlet(None, SENTENCES)?,
-            joint_states: node.outlet(None, replaying.joints)?,
+            percepts: node.publisher(None, replaying.settings.buffers.objects.get())?,
+            utterances: node.publisher(None, SENTENCES)?,
+            joint_states: node.publisher(None, replaying.joints)?,
             joints: None,
-            inlets: Inlets::make(node, made)?,
+            inlets: BufferSubscribers::make(node, made)?,
             made: BTreeMap::new(),
         })
     }
 }
 
 /// Publishes a frame as recorded, including its sequence number and incarnation.
-fn send<T>(outlet: &mut Outlet<T>, frame: &Frame) -> Result<(), ReplayError>
+fn send<T>(publisher: &mut FramePublisher<T>, frame: &Frame) -> Result<(), ReplayError>
 where
     T: Topic<Head: Bytes, Entry: Bytes>,
 {
     // The reader returns complete frames only.
     let Some((head, entries)) = frame.read::<T>() else { return Ok(()) };
-    if entries.len() > outlet.capacity() {
+    if entries.len() > publisher.capacity() {
         let Frame { buffer, sequence, .. } = *frame;
-        let (entries, most) = (entries.len(), outlet.capacity());
+        let (entries, most) = (entries.len(), publisher.capacity());
         return Err(ReplayError::TooLong { buffer, sequence, entries, most });
     }
-    outlet.send_all(head, &entries, |sent| *sent.header_mut() = *head.header())?;
+    publisher.send_all(head, &entries, |sent| *sent.header_mut() = *head.header())?;
     Ok(())
 }
 
-struct Performance<'a, F> {
+struct ReplayRun<'a, F> {
     conductor: &'a mut Conductor,
-    class: &'a mut Class,
-    stage: Stage,
-    replaying: &'a Replaying,
+    lockstep_processes: &'a mut LockstepProcesses,
+    ports: ReplayPorts,
+    replaying: &'a ReplayOptions,
     tell: F,
-    played: Played,
+    played: ReplayReport,
     began_ns: Option<u64>,
     /// Start of the paced part: clock time and simulated time.
     paced_from: Option<(Instant, Instant)>,
-    tape: Option<Tape>,
+    tape: Option<RecordingFile>,
 }
 
-impl<F: FnMut(&Frame)> Performance<'_, F> {
+impl<F: FnMut(&Frame)> ReplayRun<'_, F> {
     fn play<R: Read>(&mut self, reader: &mut Reader<R>) -> Result<(), ReplayError> {
         for frame in reader {
             let frame = frame?;
@@ -296,19 +301,19 @@ impl<F: FnMut(&Frame)> Performance<'_, F> {
                 break;
             }
             self.played.lasted = self.played.lasted.max(at);
-            if !frame.buffer.is_made_of_others() {
+            if !frame.buffer.is_derived() {
                 self.keep(&frame)?;
             }
             match frame.buffer {
                 Buffer::Scene => {}
                 Buffer::Utterances => {
-                    send(&mut self.stage.utterances, &frame)?;
+                    send(&mut self.ports.utterances, &frame)?;
                     self.say(&frame);
                 }
-                Buffer::JointStates => self.stage.joints = Some(frame),
+                Buffer::JointStates => self.ports.joints = Some(frame),
                 Buffer::Percepts => self.step(&frame)?,
                 Buffer::Beliefs(_) | Buffer::Divergences(_) | Buffer::Events | Buffer::JointGoals => {
-                    self.pair(&frame);
+                    self.compare(&frame);
                 }
             }
             if self.played.wrong.is_some() {
@@ -339,21 +344,21 @@ impl<F: FnMut(&Frame)> Performance<'_, F> {
 
     /// Gives the belief process and the learner a turn for a frame of the percept buffer.
     fn step(&mut self, frame: &Frame) -> Result<(), ReplayError> {
-        self.expect_nothing_more();
+        self.check_all_matched();
         if self.played.wrong.is_some() {
             return Ok(());
         }
         // The instant of the turn in which it was published.
-        let now = Instant::from_nanos(frame.header().passed(Hop::Perceived).unwrap_or(frame.at_ns));
-        self.keep_time(frame, now)?;
-        if let Some(joints) = self.stage.joints.take() {
-            send(&mut self.stage.joint_states, &joints)?;
+        let now = Instant::from_nanos(frame.header().hop_time(Hop::Perceived).unwrap_or(frame.at_ns));
+        self.wait_until_due(frame, now)?;
+        if let Some(joints) = self.ports.joints.take() {
+            send(&mut self.ports.joint_states, &joints)?;
         }
-        send(&mut self.stage.percepts, frame)?;
+        send(&mut self.ports.percepts, frame)?;
         for process in [Process::Belief, Process::Learner] {
-            self.conductor.step(process, now, self.class)?;
+            self.conductor.step(process, now, self.lockstep_processes)?;
             let mut made = Vec::new();
-            self.stage.inlets.take(|frame| made.push(frame))?;
+            self.ports.inlets.take(|frame| made.push(frame))?;
             for frame in made {
                 self.keep(&frame)?;
                 if frame.buffer == Buffer::Events {
@@ -363,7 +368,7 @@ impl<F: FnMut(&Frame)> Performance<'_, F> {
                     self.played.paired.entry(frame.buffer).or_default().uncompared += 1;
                 }
                 if self.played.incomparable.is_none() {
-                    self.stage.made.entry(frame.buffer).or_default().push_back(frame);
+                    self.ports.made.entry(frame.buffer).or_default().push_back(frame);
                 }
             }
         }
@@ -371,43 +376,43 @@ impl<F: FnMut(&Frame)> Performance<'_, F> {
     }
 
     /// All frames produced for the previous percepts must have appeared in the recording by now.
-    fn expect_nothing_more(&mut self) {
-        let more = self.stage.made.values_mut().find_map(VecDeque::pop_front);
+    fn check_all_matched(&mut self) {
+        let more = self.ports.made.values_mut().find_map(VecDeque::pop_front);
         if let Some(frame) = more {
-            self.blame(&frame, Difference::of_presence(false));
+            self.report_mismatch(&frame, Difference::missing_frame(false));
         }
     }
 
     /// Compares a recorded frame with the produced one.
-    fn pair(&mut self, recorded: &Frame) {
+    fn compare(&mut self, recorded: &Frame) {
         if self.played.incomparable.is_some() {
             return;
         }
-        let made = self.stage.made.get_mut(&recorded.buffer).and_then(VecDeque::pop_front);
+        let made = self.ports.made.get_mut(&recorded.buffer).and_then(VecDeque::pop_front);
         if !self.counts(recorded) {
             return;
         }
         let difference = match made {
-            None => Some(Difference::of_presence(true)),
+            None => Some(Difference::missing_frame(true)),
             Some(made) => Difference::between(recorded, &made),
         };
         match difference {
             None => self.played.paired.entry(recorded.buffer).or_default().equal += 1,
-            Some(difference) => self.blame(recorded, difference),
+            Some(difference) => self.report_mismatch(recorded, difference),
         }
     }
 
-    fn blame(&mut self, frame: &Frame, difference: Difference) {
+    fn report_mismatch(&mut self, frame: &Frame, difference: Difference) {
         if !self.counts(frame) {
             return;
         }
         let at = self.since_begin(frame);
         let Frame { buffer, sequence, .. } = *frame;
-        self.played.wrong.get_or_insert(Wrong { buffer, sequence, at, difference });
+        self.played.wrong.get_or_insert(Mismatch { buffer, sequence, at, difference });
     }
 
     /// Waits until a turn is due, if a replay speed is given.
-    fn keep_time(&mut self, frame: &Frame, now: Instant) -> Result<(), ReplayError> {
+    fn wait_until_due(&mut self, frame: &Frame, now: Instant) -> Result<(), ReplayError> {
         let mut until = Instant::EPOCH;
         if let Some(speed) = self.replaying.speed
             && self.counts(frame)
@@ -418,13 +423,13 @@ impl<F: FnMut(&Frame)> Performance<'_, F> {
             until = began + after.unwrap_or_default();
         }
         loop {
-            if self.class.interrupted() {
+            if self.lockstep_processes.interrupted() {
                 return Err(TurnError::Interrupted.into());
             }
             if clock::now() >= until {
                 return Ok(());
             }
-            clock::sleep_until(until.min(clock::now() + SLICE));
+            clock::sleep_until(until.min(clock::now() + POLL_INTERVAL));
         }
     }
 }

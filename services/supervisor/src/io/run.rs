@@ -10,26 +10,26 @@ use config::leo::Leo;
 use config::{ConfigError, Files, Robot};
 use message::{Process, ProcessState};
 use process::{Launch, emergency};
-use realtime::{Awake, HeadStart};
+use realtime::{IdleStateGuard, StartupPriority};
 use transport::janitor::{ClaimError, Janitor, claim, sweep_stale};
-use transport::{Delivery, Domain, DomainError, HealthReader, JoinError, Node, PortError, Queues};
+use transport::{Domain, DomainError, HealthReader, JoinError, Node, OverflowPolicy, PortError, Queues};
 
-use crate::faults::{Deed, ProcessFaults};
-use crate::io::caretaker::Caretaker;
-use crate::io::check::room;
+use crate::faults::{FaultAction, ProcessFaults};
+use crate::io::check::check_shared_memory;
 use crate::io::guard::Guard;
+use crate::io::janitor_thread::JanitorThread;
 use crate::io::memory_watch::{MemoryFault, MemoryWatch};
 use crate::io::serial_lines::SerialLines;
 use crate::io::service_manager::ServiceManager;
 use crate::io::signals::Signals;
 use crate::io::stop_by_any_user::stop_by_any_user;
-use crate::policy::{Action, Ended, Event, Outcome, Policy, Terms, Why};
-use crate::{Children, Lives};
+use crate::policy::{Action, Event, ExitKind, KillReason, Outcome, Policy, PolicySettings};
+use crate::{Children, RosterPublisher};
 
 /// Polling interval while a process is starting or stopping.
-const BUSY: Duration = Duration::from_millis(5);
+const BUSY_POLL_INTERVAL: Duration = Duration::from_millis(5);
 /// Number of heartbeat polls within one heartbeat timeout.
-const PULSES: u32 = 4;
+const HEARTBEAT_POLLS: u32 = 4;
 /// Interval of the clean-up after killed observers while no process of the robot dies.
 const CLEAN_EVERY: Duration = Duration::from_secs(5);
 /// How long to wait for the exclusive lock of a serial line of a motor process that has just died.
@@ -51,7 +51,7 @@ pub const ORDER: [Process; 8] = [
 
 /// What to run.
 #[derive(Clone, Debug)]
-pub struct Orders {
+pub struct RunOptions {
     /// The domain of this robot.
     pub domain: Domain,
     /// The processes in start order: [`ORDER`], or a part of it.
@@ -116,12 +116,12 @@ pub enum RunError {
 /// # Errors
 ///
 /// The domain cannot be claimed or created, or the system refuses a resource that the supervisor needs.
-pub fn run(orders: &Orders) -> Result<Outcome, RunError> {
+pub fn run(orders: &RunOptions) -> Result<Outcome, RunError> {
     for name in sweep_stale() {
         tracing::info!(domain = name, "removed what a killed robot left behind");
     }
     let partners = orders.partners.unwrap_or(orders.settings.belief.partners);
-    room(&orders.settings, partners, false).map_err(RunError::NoRoom)?;
+    check_shared_memory(&orders.settings, partners, false).map_err(RunError::NoRoom)?;
     let claim = claim(&orders.domain)?;
     if let Some(reason) = emergency::reason(orders.domain.root()) {
         tracing::warn!(
@@ -129,7 +129,7 @@ pub fn run(orders: &Orders) -> Result<Outcome, RunError> {
              emergency-stop --release`"
         );
     }
-    let made = orders.domain.make().and_then(|()| Kept::keep(orders));
+    let made = orders.domain.make().and_then(|()| ConfigurationSnapshot::keep(orders));
     let outcome = made.map_err(RunError::from).and_then(|kept| supervise(orders, &kept));
     Janitor::new(&orders.domain).wipe(claim);
     if matches!(outcome, Ok(Outcome::MemoryRemoved)) {
@@ -140,14 +140,14 @@ pub fn run(orders: &Orders) -> Result<Outcome, RunError> {
 }
 
 /// Snapshot of the configuration taken at start-up, so that restarted processes see the same files.
-struct Kept {
+struct ConfigurationSnapshot {
     folder: PathBuf,
     lesson: Option<PathBuf>,
     campaign: Option<PathBuf>,
 }
 
-impl Kept {
-    fn keep(orders: &Orders) -> Result<Self, DomainError> {
+impl ConfigurationSnapshot {
+    fn keep(orders: &RunOptions) -> Result<Self, DomainError> {
         let folder = orders.domain.root().join("configuration");
         let failed = |path: &Path| {
             let path = path.to_owned();
@@ -167,28 +167,29 @@ impl Kept {
     }
 }
 
-fn supervise(orders: &Orders, kept: &Kept) -> Result<Outcome, RunError> {
+fn supervise(orders: &RunOptions, kept: &ConfigurationSnapshot) -> Result<Outcome, RunError> {
     let robot = Robot::of(&orders.files)?;
     let signals = Signals::watch().map_err(RunError::Signals)?;
-    let queues = Queues { frames: orders.settings.buffers.frames.get(), delivery: Delivery::Newest };
+    let queues =
+        Queues { frames: orders.settings.buffers.frames.get(), overflow_policy: OverflowPolicy::DropOldest };
     let node = Node::join(&orders.domain, Process::Supervisor.name(), 1, queues)?;
-    let lives = Lives::put_up(&node, &orders.processes)?;
+    let lives = RosterPublisher::publish_members(&node, &orders.processes)?;
     // Child processes must not inherit the supervisor's capabilities, such as changing kernel threads. A kernel
     // without ambient capabilities has granted none.
     let _cleared = rustix::thread::clear_ambient_capability_set();
     let stop_within = orders.settings.supervisor.stop_within_ms.duration();
-    let children = Children::new().map_err(RunError::Executable)?.with_motor(stop_within).with_lives(lives);
+    let children = Children::new().map_err(RunError::Executable)?.with_motor(stop_within).with_roster(lives);
     let has_motor = orders.processes.contains(&Process::Motor);
     let guard = if has_motor { Guard::start(&robot, &launch(orders, kept, 1)) } else { None };
     let memory = MemoryWatch::of(&orders.domain);
-    let caretaker = Caretaker::hire(&orders.domain).map_err(RunError::Thread)?;
+    let janitor_thread = JanitorThread::start_thread(&orders.domain).map_err(RunError::Thread)?;
     let _stop_socket = if has_motor && orders.settings.supervisor.stop_by_any_user {
         stop_by_any_user(&orders.domain)
     } else {
         None
     };
     let _awake = orders.settings.supervisor.keep_cores_awake.then(keep_cores_awake);
-    let mut house = House {
+    let mut supervised = RobotSupervisor {
         orders,
         kept,
         robot,
@@ -198,8 +199,8 @@ fn supervise(orders: &Orders, kept: &Kept) -> Result<Outcome, RunError> {
         memory,
         is_memory_removed: false,
         torque_off: None,
-        caretaker,
-        hearts: BTreeMap::new(),
+        janitor_thread,
+        heartbeat_monitors: BTreeMap::new(),
         events: Vec::new(),
         end_at: None,
         clean_at: clock::now() + CLEAN_EVERY,
@@ -207,17 +208,17 @@ fn supervise(orders: &Orders, kept: &Kept) -> Result<Outcome, RunError> {
         service_manager: ServiceManager::default(),
         serial_lines: SerialLines::new(orders.settings.supervisor.keep_serial_lines_prompt),
     };
-    let outcome = house.live(signals);
-    if let Some(guard) = house.guard.take() {
+    let outcome = supervised.live(signals);
+    if let Some(guard) = supervised.guard.take() {
         guard.end();
     }
-    house.caretaker.dismiss();
+    supervised.janitor_thread.join_thread();
     Ok(outcome)
 }
 
 /// Keeps the cores out of idle states if permitted. Without the permission, wake-up latency is higher.
-fn keep_cores_awake() -> Option<Awake> {
-    let asked = Awake::ask();
+fn keep_cores_awake() -> Option<IdleStateGuard> {
+    let asked = IdleStateGuard::ask();
     if let Err(error) = &asked {
         tracing::info!(
             "the cores are not kept awake, and wake later: {error}; `leo check` says what grants it"
@@ -227,7 +228,7 @@ fn keep_cores_awake() -> Option<Awake> {
 }
 
 /// The command line arguments of a process.
-fn launch(orders: &Orders, kept: &Kept, incarnation: u64) -> Launch {
+fn launch(orders: &RunOptions, kept: &ConfigurationSnapshot, incarnation: u64) -> Launch {
     Launch {
         domain: orders.domain.root().to_owned(),
         incarnation,
@@ -245,9 +246,9 @@ fn launch(orders: &Orders, kept: &Kept, incarnation: u64) -> Launch {
 }
 
 /// State of the running robot; executes the decisions of the [`Policy`].
-struct House<'orders> {
-    orders: &'orders Orders,
-    kept: &'orders Kept,
+struct RobotSupervisor<'orders> {
+    orders: &'orders RunOptions,
+    kept: &'orders ConfigurationSnapshot,
     robot: Robot,
     node: Node,
     children: Children,
@@ -258,9 +259,9 @@ struct House<'orders> {
     is_memory_removed: bool,
     /// The thread that switches torque off, while it runs.
     torque_off: Option<JoinHandle<()>>,
-    caretaker: Caretaker,
+    janitor_thread: JanitorThread,
     /// Health boards of the running processes, opened once they exist.
-    hearts: BTreeMap<Process, Heart>,
+    heartbeat_monitors: BTreeMap<Process, HeartbeatMonitor>,
     /// Events since the last step of the policy.
     events: Vec<Event>,
     end_at: Option<Instant>,
@@ -272,19 +273,19 @@ struct House<'orders> {
     serial_lines: SerialLines,
 }
 
-struct Heart {
+struct HeartbeatMonitor {
     incarnation: u64,
     board: Option<HealthReader>,
     /// Held until the process is ready.
-    head_start: Option<HeadStart>,
+    head_start: Option<StartupPriority>,
 }
 
-impl House<'_> {
+impl RobotSupervisor<'_> {
     fn live(&mut self, mut signals: Signals) -> Outcome {
-        let terms = Terms::from(&self.orders.settings.supervisor);
+        let terms = PolicySettings::from(&self.orders.settings.supervisor);
         let mut policy = Policy::new(terms, &self.orders.processes, clock::now());
         loop {
-            self.look_around(&mut signals);
+            self.poll_events(&mut signals);
             // Read the clock after the heartbeats, so that no heartbeat seems older than it is.
             let now = clock::now();
             for action in policy.step(now, &std::mem::take(&mut self.events)) {
@@ -292,10 +293,10 @@ impl House<'_> {
                     return outcome;
                 }
             }
-            self.service_manager.stands(policy.standing());
-            self.serial_lines.attend(now);
+            self.service_manager.report_state(policy.robot_state());
+            self.serial_lines.maintain(now);
             if let Some(guard) = &mut self.guard {
-                guard.attend(now);
+                guard.maintain(now);
             }
             if now >= self.clean_at {
                 self.clean_at = now + CLEAN_EVERY;
@@ -306,18 +307,21 @@ impl House<'_> {
             }
             for (process, deed) in self.faults.due(now) {
                 match deed {
-                    Deed::Kill => self.children.kill(process),
-                    Deed::Freeze | Deed::Thaw => self.children.hold(process, deed == Deed::Freeze),
+                    FaultAction::Kill => self.children.kill(process),
+                    FaultAction::Freeze | FaultAction::Thaw => {
+                        self.children.set_stopped(process, deed == FaultAction::Freeze)
+                    }
                 }
             }
-            let pause = if policy.is_busy() { BUSY } else { terms.heartbeat_timeout / PULSES };
-            let pause = self.end_at.map_or(pause, |end| pause.min(end.since(now).max(BUSY)));
+            let pause =
+                if policy.is_busy() { BUSY_POLL_INTERVAL } else { terms.heartbeat_timeout / HEARTBEAT_POLLS };
+            let pause = self.end_at.map_or(pause, |end| pause.min(end.since(now).max(BUSY_POLL_INTERVAL)));
             let pause = self.faults.next().map_or(pause, |next| pause.min(next.since(now)));
             self.children.wait(signals.as_fd(), pause);
         }
     }
 
-    fn look_around(&mut self, signals: &mut Signals) {
+    fn poll_events(&mut self, signals: &mut Signals) {
         let received = signals.receive();
         self.events.extend(std::iter::repeat_n(Event::Stop, received.requests));
         self.events.extend(received.has_hung_up.then_some(Event::HangUp));
@@ -325,29 +329,29 @@ impl House<'_> {
             self.end_at = None;
             self.events.push(Event::TimeIsOver);
         }
-        let dead = self.children.bury();
+        let dead = self.children.reap();
         // Check before reporting a death, because removed memory may be its cause.
-        self.look_at_memory(!dead.is_empty());
+        self.check_memory(!dead.is_empty());
         for (process, status) in dead {
-            self.hearts.remove(&process);
+            self.heartbeat_monitors.remove(&process);
             tracing::debug!(%process, %status, "ended");
             self.events.push(Event::Died(process, ended(process, status)));
         }
-        for (&process, heart) in &mut self.hearts {
-            if heart.board.is_none() {
-                heart.board = HealthReader::open(&self.node, process, heart.incarnation).ok();
+        for (&process, monitor) in &mut self.heartbeat_monitors {
+            if monitor.board.is_none() {
+                monitor.board = HealthReader::open(&self.node, process, monitor.incarnation).ok();
             }
-            let Some(health) = heart.board.as_ref().map(HealthReader::read) else { continue };
+            let Some(health) = monitor.board.as_ref().map(HealthReader::read) else { continue };
             if let Some(state) = health.state() {
                 if state != ProcessState::Starting
-                    && let Some(head_start) = heart.head_start.take()
+                    && let Some(head_start) = monitor.head_start.take()
                 {
                     head_start.end();
                 }
-                self.events.push(Event::Pulse { process, state, beat: health.beat });
+                self.events.push(Event::Heartbeat { process, state, beat: health.beat });
             }
         }
-        if self.caretaker.says_clean() {
+        if self.janitor_thread.poll_clean() {
             self.node.clean_up_dead();
             self.events.push(Event::CleanedUp);
         }
@@ -358,13 +362,13 @@ impl House<'_> {
         }
     }
 
-    fn look_at_memory(&mut self, now_for_sure: bool) {
+    fn check_memory(&mut self, now_for_sure: bool) {
         if self.is_memory_removed {
             return;
         }
         let removed = match self.memory.look(clock::now(), now_for_sure) {
             None => return,
-            Some(MemoryFault::Mended(replaced)) => {
+            Some(MemoryFault::Repaired(replaced)) => {
                 tracing::error!("the middleware's management segment {replaced}");
                 return;
             }
@@ -407,16 +411,16 @@ impl House<'_> {
             Action::Start { process, incarnation } => self.start(process, incarnation),
             Action::Terminate(process) => self.children.terminate(process),
             Action::Kill(process, why) => {
-                tracing::warn!(%process, "{}", complaint(why));
+                tracing::warn!(%process, "{}", kill_message(why));
                 self.children.kill(process);
             }
-            Action::CleanUp => self.caretaker.ask(),
+            Action::CleanUp => self.janitor_thread.ask(),
             Action::SwitchTorqueOff => self.switch_torque_off(),
             Action::AllReady => {
                 self.end_at = self.orders.run_for.map(|run_for| now + run_for);
                 self.faults.begin(now);
                 self.service_manager.ready();
-                self.welcome();
+                self.log_started();
             }
             Action::End(outcome) => return Some(outcome),
         }
@@ -432,11 +436,11 @@ impl House<'_> {
         let started = match guard {
             None => self.children.start(process, &launch),
             Some(guard) => {
-                guard.motor_starts();
+                guard.report_motor_starting();
                 let line = guard.line().map_or_else(|_| Stdio::null(), Stdio::from);
                 let started = self.children.start_with(process, &launch, line);
                 if let Some(pid) = self.children.pid(process) {
-                    guard.motor_runs(pid);
+                    guard.report_motor_pid(pid);
                 }
                 started
             }
@@ -444,21 +448,24 @@ impl House<'_> {
         match started {
             Ok(()) => {
                 // Without the permission, the process starts with its normal priority.
-                let head_start =
-                    self.children.pid(process).and_then(|pid| HeadStart::give(i32::try_from(pid).ok()?).ok());
-                self.hearts.insert(process, Heart { incarnation, board: None, head_start });
+                let head_start = self
+                    .children
+                    .pid(process)
+                    .and_then(|pid| StartupPriority::give(i32::try_from(pid).ok()?).ok());
+                self.heartbeat_monitors
+                    .insert(process, HeartbeatMonitor { incarnation, board: None, head_start });
             }
             Err(error) => {
                 tracing::error!(%process, %error, "cannot be started");
-                self.events.push(Event::Died(process, Ended::Failed));
+                self.events.push(Event::Died(process, ExitKind::Failed));
             }
         }
     }
 
-    fn welcome(&self) {
+    fn log_started(&self) {
         let domain = self.orders.domain.root().display();
-        tracing::info!(%domain, processes = self.hearts.len(), "the robot runs");
-        let boards = self.hearts.values().filter_map(|heart| heart.board.as_ref());
+        tracing::info!(%domain, processes = self.heartbeat_monitors.len(), "the robot runs");
+        let boards = self.heartbeat_monitors.values().filter_map(|monitor| monitor.board.as_ref());
         let missing = boards.fold(0, |bits, board| bits | board.read().missing_rights);
         if missing != 0 {
             tracing::warn!("{}", realtime::advice(missing));
@@ -466,22 +473,22 @@ impl House<'_> {
     }
 }
 
-/// Maps an exit status to [`Ended`]. Only the console may finish a run with status 0. The motor process reports by
+/// Maps an exit status to [`ExitKind`]. Only the console may finish a run with status 0. The motor process reports by
 /// status 0 that torque is off. For all other processes, an unrequested exit is a failure.
-fn ended(process: Process, status: ExitStatus) -> Ended {
+fn ended(process: Process, status: ExitStatus) -> ExitKind {
     let may_finish = matches!(process, Process::Console | Process::Motor);
     match status.code() {
-        Some(0) if may_finish => Ended::Done,
-        Some(REFUSED) => Ended::Refused,
-        Some(_) | None => Ended::Failed,
+        Some(0) if may_finish => ExitKind::Done,
+        Some(REFUSED) => ExitKind::Refused,
+        Some(_) | None => ExitKind::Failed,
     }
 }
 
-const fn complaint(why: Why) -> &'static str {
+const fn kill_message(why: KillReason) -> &'static str {
     match why {
-        Why::NotReady => "is not ready in time: killed",
-        Why::Hangs => "hangs, its heart stands still: killed",
-        Why::DoesNotStop => "does not stop in time: killed",
-        Why::Hurry => "was not waited for, the robot was told to stop twice: killed",
+        KillReason::NotReady => "is not ready in time: killed",
+        KillReason::Hangs => "hangs, its heart stands still: killed",
+        KillReason::DoesNotStop => "does not stop in time: killed",
+        KillReason::Hurry => "was not waited for, the robot was told to stop twice: killed",
     }
 }

@@ -18,10 +18,10 @@ impl SerialLines {
         Self { workers: is_wanted.then(SerialWorkers::default), look_at: Instant::EPOCH }
     }
 
-    pub(crate) fn attend(&mut self, now: Instant) {
+    pub(crate) fn maintain(&mut self, now: Instant) {
         let Some(workers) = self.workers.as_mut().filter(|_| now >= self.look_at) else { return };
         self.look_at = now + EVERY;
-        if let Err(error) = workers.look() {
+        if let Err(error) = workers.raise_priorities() {
             tracing::info!(
                 "other programs may keep the bytes of serial lines waiting: {error}; `leo check` says what grants it"
             );

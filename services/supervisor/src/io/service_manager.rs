@@ -2,12 +2,12 @@
 
 use sd_notify::NotifyState;
 
-use crate::policy::Standing;
+use crate::policy::RobotState;
 
 /// Client of the socket at `NOTIFY_SOCKET`, see sd_notify(3). Does nothing if the variable is not set.
 #[derive(Debug, Default)]
 pub(crate) struct ServiceManager {
-    said: Option<Standing>,
+    said: Option<RobotState>,
     failed: bool,
 }
 
@@ -19,15 +19,15 @@ impl ServiceManager {
 
     /// Reports the robot's state if it changed, and triggers the watchdog if all processes run. If a process hangs
     /// and cannot be replaced, the watchdog expires.
-    pub(crate) fn stands(&mut self, standing: Standing) {
-        let before = self.said.replace(standing);
-        if standing.is_ending && !before.is_some_and(|before| before.is_ending) {
+    pub(crate) fn report_state(&mut self, robot_state: RobotState) {
+        let before = self.said.replace(robot_state);
+        if robot_state.is_ending && !before.is_some_and(|before| before.is_ending) {
             self.tell(&[NotifyState::Stopping]);
         }
-        if before != Some(standing) {
-            self.tell(&[NotifyState::Status(&standing.to_string())]);
+        if before != Some(robot_state) {
+            self.tell(&[NotifyState::Status(&robot_state.to_string())]);
         }
-        if standing.were_ready && standing.is_well() {
+        if robot_state.were_ready && robot_state.is_well() {
             self.tell(&[NotifyState::Watchdog]);
         }
     }

@@ -16,12 +16,12 @@ pub struct Record {
 }
 
 /// An open recording.
-pub(crate) struct Tape {
+pub(crate) struct RecordingFile {
     file: PathBuf,
     writer: Writer<File>,
 }
 
-impl Tape {
+impl RecordingFile {
     pub(crate) fn begin(record: &Record) -> Result<Self, RecordError> {
         let Record { output, subject } = record;
         let file = output.path().to_owned();

@@ -8,25 +8,25 @@ use clock::Instant;
 use config::leo::Leo;
 use message::{Events, Process};
 use process::Launch;
-use recording::{Buffer, Inlets, RecordError};
+use recording::{Buffer, BufferSubscribers, RecordError};
 use transport::janitor::{Janitor, claim, sweep_stale};
-use transport::{Domain, Inlet, Node, PortError, ReceiveError};
+use transport::{Domain, FrameSubscriber, Node, PortError, ReceiveError};
 
-use crate::Lives;
-use crate::io::check::room;
-use crate::io::class::{Class, ClassError};
-use crate::io::conductor::{Conductor, Timetable, TurnError};
+use crate::RosterPublisher;
+use crate::io::check::check_shared_memory;
+use crate::io::conductor::{Conductor, TurnError, TurnSchedule};
+use crate::io::lockstep_processes::{LockstepError, LockstepProcesses};
 use crate::io::run::{ORDER, RunError};
-use crate::io::tape::{Record, Tape};
+use crate::io::tape::{Record, RecordingFile};
 
 /// Timeout in simulated time for the last performance, counted from the end of the lesson's script.
-const PATIENCE: Duration = Duration::from_secs(300);
+const PERFORMANCE_TIMEOUT: Duration = Duration::from_secs(300);
 /// Simulated time that the learner needs to answer the last utterance.
-const ANSWER: Duration = Duration::from_secs(1);
+const ANSWER_TIME: Duration = Duration::from_secs(1);
 
 /// Options of a lesson.
 #[derive(Clone, Debug)]
-pub struct Teaching {
+pub struct LessonOptions {
     /// The robot's domain.
     pub domain: Domain,
     /// The validated configuration.
@@ -53,7 +53,7 @@ pub enum TeachError {
     Run(#[from] RunError),
     /// The processes did not all start, or one died or timed out.
     #[error(transparent)]
-    Class(#[from] ClassError),
+    LockstepProcesses(#[from] LockstepError),
     /// Receiving from the learner failed.
     #[error(transparent)]
     Receive(#[from] ReceiveError),
@@ -61,13 +61,13 @@ pub enum TeachError {
     #[error(transparent)]
     Record(#[from] RecordError),
     /// Leo did not finish the requested performances.
-    #[error("Leo has not finished performing {} s after the lesson's script was over", PATIENCE.as_secs())]
+    #[error("Leo has not finished performing {} s after the lesson's script was over", PERFORMANCE_TIMEOUT.as_secs())]
     Unfinished,
 }
 
 impl From<TurnError> for TeachError {
     fn from(error: TurnError) -> Self {
-        Self::Class(error.into())
+        Self::LockstepProcesses(error.into())
     }
 }
 
@@ -84,11 +84,11 @@ impl From<PortError> for TeachError {
 ///
 /// A process died or timed out (the error names it), or the robot could not be run. Shared memory is removed in any
 /// case.
-pub fn teach(teaching: &Teaching) -> Result<Account, TeachError> {
+pub fn teach(teaching: &LessonOptions) -> Result<Account, TeachError> {
     sweep_stale();
     let settings = &teaching.settings;
     let partners = teaching.partners.unwrap_or(settings.belief.partners);
-    room(settings, partners, true).map_err(RunError::NoRoom)?;
+    check_shared_memory(settings, partners, true).map_err(RunError::NoRoom)?;
     let claim = claim(&teaching.domain).map_err(RunError::from)?;
     let outcome =
         teaching.domain.make().map_err(|error| RunError::from(error).into()).and_then(|()| play(teaching));
@@ -96,19 +96,21 @@ pub fn teach(teaching: &Teaching) -> Result<Account, TeachError> {
     outcome
 }
 
-fn play(teaching: &Teaching) -> Result<Account, TeachError> {
+fn play(teaching: &LessonOptions) -> Result<Account, TeachError> {
     let settings = &teaching.settings;
-    let class = Class::new(settings)?;
+    let lockstep_processes = LockstepProcesses::new(settings)?;
     let queues = process::queues(&settings.buffers, true);
     let mut node =
         Node::join(&teaching.domain, Process::Supervisor.name(), 1, queues).map_err(RunError::from)?;
     let processes: Vec<Process> =
         ORDER.into_iter().filter(|process| !matches!(process, Process::Console | Process::Link)).collect();
-    let mut class = class.with_lives(Lives::put_up(&node, &processes)?);
+    let mut lockstep_processes =
+        lockstep_processes.with_roster(RosterPublisher::publish_members(&node, &processes)?);
     node.follow_roster()?;
     let mut conductor = Conductor::open(&node, &processes, settings.supervisor.turn_within_ms.duration())?;
-    let mut events = node.inlet::<Events>(None)?;
-    let mut witness = teaching.record.as_ref().map(|record| Witness::open(&node, record)).transpose()?;
+    let mut events = node.subscriber::<Events>(None)?;
+    let mut recorder =
+        teaching.record.as_ref().map(|record| LessonRecorder::open(&node, record)).transpose()?;
     let launch = Launch {
         domain: teaching.domain.root().to_owned(),
         incarnation: 1,
@@ -123,27 +125,32 @@ fn play(teaching: &Teaching) -> Result<Account, TeachError> {
         state: teaching.state.clone(),
         campaign: None,
     };
-    class.gather(&node, &processes, &launch, settings.supervisor.ready_within_ms.duration())?;
-    let account = conduct(&mut conductor, &mut class, &mut events, witness.as_mut(), teaching);
-    conductor.dismiss();
-    class.see_off(settings.supervisor.stop_within_ms.duration());
+    lockstep_processes.start_all(
+        &node,
+        &processes,
+        &launch,
+        settings.supervisor.ready_within_ms.duration(),
+    )?;
+    let account = conduct(&mut conductor, &mut lockstep_processes, &mut events, recorder.as_mut(), teaching);
+    conductor.stop_all();
+    lockstep_processes.wait_for_exit(settings.supervisor.stop_within_ms.duration());
     let account = account?;
-    if let Some(witness) = witness {
-        witness.finish()?;
+    if let Some(recorder) = recorder {
+        recorder.finish()?;
     }
     Ok(account)
 }
 
 fn conduct(
     conductor: &mut Conductor,
-    class: &mut Class,
-    events: &mut Inlet<Events>,
-    mut witness: Option<&mut Witness>,
-    teaching: &Teaching,
+    lockstep_processes: &mut LockstepProcesses,
+    events: &mut FrameSubscriber<Events>,
+    mut recorder: Option<&mut LessonRecorder>,
+    teaching: &LessonOptions,
 ) -> Result<Account, TeachError> {
     let settings = &teaching.settings;
     let (sensor, motor) = (settings.sensor.rate_hz.period(), settings.motor.rate_hz.period());
-    let mut timetable = Timetable::new(&[
+    let mut schedule = TurnSchedule::new(&[
         (Process::Simulator, settings.simulator.rate_hz.period()),
         (Process::Sensor, sensor),
         (Process::Belief, sensor),
@@ -154,10 +161,10 @@ fn conduct(
     let performances = usize::try_from(teaching.performances).unwrap_or(usize::MAX);
     let mut account = Account::default();
     let mut script_over: Option<Instant> = None;
-    while let Some((process, at)) = timetable.next_turn() {
-        let finished = conductor.step(process, at, class)?;
-        if let Some(witness) = &mut witness {
-            witness.take()?;
+    while let Some((process, at)) = schedule.next_turn() {
+        let finished = conductor.step(process, at, lockstep_processes)?;
+        if let Some(recorder) = &mut recorder {
+            recorder.take()?;
         }
         if process == Process::Simulator && finished {
             script_over.get_or_insert(at);
@@ -168,10 +175,10 @@ fn conduct(
             }
         }
         if let Some(over) = script_over {
-            if account.performances_ended() >= performances && at.since(over) >= ANSWER {
+            if account.performances_ended() >= performances && at.since(over) >= ANSWER_TIME {
                 break;
             }
-            if at.since(over) > PATIENCE {
+            if at.since(over) > PERFORMANCE_TIMEOUT {
                 return Err(TeachError::Unfinished);
             }
         }
@@ -181,16 +188,16 @@ fn conduct(
 
 /// Recorder of a lesson. It drains the topics after every turn, so that the file holds the frames in the order of the
 /// turns.
-struct Witness {
-    inlets: Inlets,
-    tape: Tape,
+struct LessonRecorder {
+    inlets: BufferSubscribers,
+    tape: RecordingFile,
 }
 
-impl Witness {
+impl LessonRecorder {
     fn open(node: &Node, record: &Record) -> Result<Self, RecordError> {
         let perspectives = record.subject.robot.leo.belief.perspectives(record.subject.partners);
-        let tape = Tape::begin(record)?;
-        Ok(Self { inlets: Inlets::make(node, Buffer::all(perspectives))?, tape })
+        let tape = RecordingFile::begin(record)?;
+        Ok(Self { inlets: BufferSubscribers::make(node, Buffer::all(perspectives))?, tape })
     }
 
     fn take(&mut self) -> Result<(), RecordError> {

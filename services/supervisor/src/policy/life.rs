@@ -3,7 +3,7 @@ use std::collections::VecDeque;
 use clock::{Duration, Instant};
 use message::{Process, ProcessState};
 
-use super::{Action, Terms, Why};
+use super::{Action, KillReason, PolicySettings};
 
 /// Stage of a process, as the supervisor sees it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -22,7 +22,7 @@ pub(super) enum Stage {
 
 /// One process over all its incarnations.
 #[derive(Clone, Debug)]
-pub(super) struct Life {
+pub(super) struct ProcessLifecycle {
     pub(super) process: Process,
     pub(super) stage: Stage,
     pub(super) was_ready: bool,
@@ -34,7 +34,7 @@ pub(super) struct Life {
     backoff: Duration,
 }
 
-impl Life {
+impl ProcessLifecycle {
     pub(super) fn new(process: Process, now: Instant) -> Self {
         Self {
             process,
@@ -55,7 +55,7 @@ impl Life {
     }
 
     /// Updates the stage from the process's health.
-    pub(super) fn feel(&mut self, state: ProcessState, beat: u64, now: Instant) {
+    pub(super) fn update_heartbeat(&mut self, state: ProcessState, beat: u64, now: Instant) {
         match self.stage {
             Stage::Starting { .. } if state == ProcessState::Running => {
                 self.was_ready = true;
@@ -73,20 +73,26 @@ impl Life {
     }
 
     /// Extends the heartbeat deadline by `late`.
-    pub(super) fn forgive(&mut self, late: Duration) {
+    pub(super) fn extend_deadline(&mut self, late: Duration) {
         if let Stage::Running { beat_at, .. } = &mut self.stage {
             *beat_at += late;
         }
     }
 
     /// Kills the process if its current timeout has expired.
-    pub(super) fn watch(&mut self, terms: &Terms, now: Instant, actions: &mut Vec<Action>) {
+    pub(super) fn watch(&mut self, settings: &PolicySettings, now: Instant, actions: &mut Vec<Action>) {
         let overdue = match self.stage {
-            Stage::Starting { since } if now.since(since) > terms.ready_within => Some(Why::NotReady),
-            Stage::Running { beat_at, .. } if now.since(beat_at) > terms.patience(self.process) => {
-                Some(Why::Hangs)
+            Stage::Starting { since } if now.since(since) > settings.ready_within => {
+                Some(KillReason::NotReady)
             }
-            Stage::Stopping { since } if now.since(since) > terms.stop_within => Some(Why::DoesNotStop),
+            Stage::Running { beat_at, .. }
+                if now.since(beat_at) > settings.heartbeat_timeout_of(self.process) =>
+            {
+                Some(KillReason::Hangs)
+            }
+            Stage::Stopping { since } if now.since(since) > settings.stop_within => {
+                Some(KillReason::DoesNotStop)
+            }
             Stage::Waiting { .. }
             | Stage::Starting { .. }
             | Stage::Running { .. }
@@ -96,7 +102,7 @@ impl Life {
         actions.extend(overdue.and_then(|why| self.kill(why)));
     }
 
-    pub(super) fn kill(&mut self, why: Why) -> Option<Action> {
+    pub(super) fn kill(&mut self, why: KillReason) -> Option<Action> {
         if self.is_gone() || self.stage == Stage::Killed {
             return None;
         }
@@ -116,19 +122,19 @@ impl Life {
     }
 
     /// Records a death and schedules the restart. Returns whether the limit of deaths is reached.
-    pub(super) fn die(&mut self, terms: &Terms, now: Instant) -> bool {
-        while self.deaths.front().is_some_and(|&death| now.since(death) > terms.deaths_window) {
+    pub(super) fn record_death(&mut self, settings: &PolicySettings, now: Instant) -> bool {
+        while self.deaths.front().is_some_and(|&death| now.since(death) > settings.deaths_window) {
             self.deaths.pop_front();
         }
         self.deaths.push_back(now);
-        let lasted = now.since(self.started_at) >= terms.deaths_window;
+        let lasted = now.since(self.started_at) >= settings.deaths_window;
         self.backoff = if lasted || self.backoff.is_zero() {
-            terms.backoff_first
+            settings.backoff_first
         } else {
-            self.backoff.saturating_mul(2).min(terms.backoff_most)
+            self.backoff.saturating_mul(2).min(settings.backoff_most)
         };
         self.stage = Stage::Waiting { until: now + self.backoff };
-        self.deaths.len() >= terms.deaths_most
+        self.deaths.len() >= settings.deaths_most
     }
 
     pub(super) const fn is_gone(&self) -> bool {

@@ -2,7 +2,7 @@ use proptest::prelude::*;
 
 use super::*;
 
-const TERMS: Terms = Terms {
+const SETTINGS: PolicySettings = PolicySettings {
     ready_within: Duration::from_millis(1000),
     heartbeat_timeout: Duration::from_millis(100),
     heartbeat_timeout_others: Duration::from_millis(500),
@@ -19,8 +19,8 @@ fn at(ms: u64) -> Instant {
     Instant::from_nanos(ms * 1_000_000)
 }
 
-fn pulse(process: Process, beat: u64) -> Event {
-    Event::Pulse { process, state: ProcessState::Running, beat }
+fn heartbeat(process: Process, beat: u64) -> Event {
+    Event::Heartbeat { process, state: ProcessState::Running, beat }
 }
 
 fn start(process: Process, incarnation: u64) -> Action {
@@ -29,39 +29,39 @@ fn start(process: Process, incarnation: u64) -> Action {
 
 /// A policy whose processes all run, with a first heartbeat at 0 ms.
 fn running() -> Policy {
-    let mut policy = Policy::new(TERMS, &ORDER, at(0));
+    let mut policy = Policy::new(SETTINGS, &ORDER, at(0));
     policy.step(at(0), &[]);
     for process in ORDER {
-        policy.step(at(0), &[pulse(process, 1)]);
+        policy.step(at(0), &[heartbeat(process, 1)]);
     }
     assert!(!policy.is_busy());
     policy
 }
 
 fn all_beat(beat: u64) -> Vec<Event> {
-    ORDER.map(|process| pulse(process, beat)).to_vec()
+    ORDER.map(|process| heartbeat(process, beat)).to_vec()
 }
 
 #[test]
 fn processes_start_one_after_the_other_each_when_the_one_before_is_ready() {
-    let mut policy = Policy::new(TERMS, &ORDER, at(0));
+    let mut policy = Policy::new(SETTINGS, &ORDER, at(0));
     assert_eq!(policy.step(at(0), &[]), [start(Process::Motor, 1)]);
-    let starting = Event::Pulse { process: Process::Motor, state: ProcessState::Starting, beat: 1 };
+    let starting = Event::Heartbeat { process: Process::Motor, state: ProcessState::Starting, beat: 1 };
     assert_eq!(policy.step(at(1), &[starting]), []);
-    assert_eq!(policy.step(at(2), &[pulse(Process::Motor, 1)]), [start(Process::Belief, 1)]);
-    assert_eq!(policy.step(at(3), &[pulse(Process::Belief, 1)]), [start(Process::Sensor, 1)]);
-    assert_eq!(policy.step(at(4), &[pulse(Process::Sensor, 1)]), [Action::AllReady]);
+    assert_eq!(policy.step(at(2), &[heartbeat(Process::Motor, 1)]), [start(Process::Belief, 1)]);
+    assert_eq!(policy.step(at(3), &[heartbeat(Process::Belief, 1)]), [start(Process::Sensor, 1)]);
+    assert_eq!(policy.step(at(4), &[heartbeat(Process::Sensor, 1)]), [Action::AllReady]);
     assert_eq!(policy.step(at(5), &[]), []);
 }
 
 #[test]
 fn a_process_that_is_not_ready_in_time_is_killed_and_counts_as_dead() {
-    let mut policy = Policy::new(TERMS, &ORDER, at(0));
+    let mut policy = Policy::new(SETTINGS, &ORDER, at(0));
     policy.step(at(0), &[]);
     assert_eq!(policy.step(at(1000), &[]), []);
-    assert_eq!(policy.step(at(1001), &[]), [Action::Kill(Process::Motor, Why::NotReady)]);
+    assert_eq!(policy.step(at(1001), &[]), [Action::Kill(Process::Motor, KillReason::NotReady)]);
     assert_eq!(policy.step(at(1100), &[]), [], "killed once");
-    let died = Event::Died(Process::Motor, Ended::Failed);
+    let died = Event::Died(Process::Motor, ExitKind::Failed);
     assert_eq!(policy.step(at(1101), &[died]), [Action::CleanUp]);
     assert_eq!(policy.step(at(1200), &[Event::CleanedUp]), [start(Process::Motor, 2)]);
 }
@@ -72,8 +72,8 @@ fn a_heart_that_stands_still_is_a_process_that_hangs() {
     assert_eq!(policy.step(at(50), &all_beat(1)), []);
     assert_eq!(policy.step(at(100), &all_beat(1)), [], "just not too long");
     let mut beats = all_beat(2);
-    beats[1] = pulse(Process::Belief, 1);
-    assert_eq!(policy.step(at(101), &beats), [Action::Kill(Process::Belief, Why::Hangs)]);
+    beats[1] = heartbeat(Process::Belief, 1);
+    assert_eq!(policy.step(at(101), &beats), [Action::Kill(Process::Belief, KillReason::Hangs)]);
 }
 
 #[test]
@@ -85,10 +85,10 @@ fn a_supervisor_that_was_stopped_itself_kills_nobody_whose_heart_went_on() {
 #[test]
 fn the_hot_path_hangs_sooner_than_who_may_wait_for_a_disk() {
     let all = [Process::Motor, Process::Learner, Process::Console];
-    let mut policy = Policy::new(TERMS, &all, at(0));
+    let mut policy = Policy::new(SETTINGS, &all, at(0));
     for process in all {
         policy.step(at(0), &[]);
-        policy.step(at(0), &[pulse(process, 1)]);
+        policy.step(at(0), &[heartbeat(process, 1)]);
     }
     let mut killed = Vec::new();
     for ms in (0..1000).step_by(10) {
@@ -107,52 +107,52 @@ fn a_machine_that_stood_still_kills_nobody_and_who_hangs_on_is_found_all_the_sam
     let mut policy = running();
     assert_eq!(policy.step(at(60_000), &all_beat(1)), [], "nobody had the time to beat");
     let mut beats = all_beat(2);
-    beats[1] = pulse(Process::Belief, 1);
+    beats[1] = heartbeat(Process::Belief, 1);
     assert_eq!(policy.step(at(60_025), &beats), []);
     assert_eq!(policy.step(at(60_050), &beats), []);
-    assert_eq!(policy.step(at(60_051), &beats), [Action::Kill(Process::Belief, Why::Hangs)]);
+    assert_eq!(policy.step(at(60_051), &beats), [Action::Kill(Process::Belief, KillReason::Hangs)]);
 }
 
 #[test]
 fn nothing_starts_before_the_dead_are_cleaned_up_after() {
     let mut policy = running();
-    let died = Event::Died(Process::Belief, Ended::Failed);
+    let died = Event::Died(Process::Belief, ExitKind::Failed);
     assert_eq!(policy.step(at(1), &[died]), [Action::CleanUp]);
     assert_eq!(policy.step(at(80), &[]), []);
     // Another process dies during the clean-up: the first answer does not cover it.
-    let died = Event::Died(Process::Sensor, Ended::Failed);
+    let died = Event::Died(Process::Sensor, ExitKind::Failed);
     assert_eq!(policy.step(at(81), &[died]), []);
     assert_eq!(policy.step(at(82), &[Event::CleanedUp]), [Action::CleanUp]);
-    let restarts = policy.step(at(101), &[Event::CleanedUp, pulse(Process::Motor, 2)]);
+    let restarts = policy.step(at(101), &[Event::CleanedUp, heartbeat(Process::Motor, 2)]);
     assert_eq!(restarts, [start(Process::Belief, 2), start(Process::Sensor, 2)]);
 }
 
 #[test]
 fn nobody_is_cleaned_up_after_while_another_process_starts() {
-    let mut policy = Policy::new(TERMS, &ORDER, at(0));
+    let mut policy = Policy::new(SETTINGS, &ORDER, at(0));
     policy.step(at(0), &[]);
-    assert_eq!(policy.step(at(1), &[pulse(Process::Motor, 1)]), [start(Process::Belief, 1)]);
-    assert_eq!(policy.step(at(2), &[Event::Died(Process::Motor, Ended::Failed)]), []);
-    assert_eq!(policy.step(at(30), &[pulse(Process::Belief, 1)]), [Action::CleanUp]);
+    assert_eq!(policy.step(at(1), &[heartbeat(Process::Motor, 1)]), [start(Process::Belief, 1)]);
+    assert_eq!(policy.step(at(2), &[Event::Died(Process::Motor, ExitKind::Failed)]), []);
+    assert_eq!(policy.step(at(30), &[heartbeat(Process::Belief, 1)]), [Action::CleanUp]);
 }
 
 #[test]
 fn the_wait_before_a_restart_doubles_up_to_its_bound() {
-    let terms = Terms { deaths_most: usize::MAX, ..TERMS };
-    let mut policy = Policy::new(terms, &[Process::Motor], at(0));
+    let settings = PolicySettings { deaths_most: usize::MAX, ..SETTINGS };
+    let mut policy = Policy::new(settings, &[Process::Motor], at(0));
     policy.step(at(0), &[]);
     let mut now = 0;
     for (incarnation, wait) in [20, 40, 80, 100, 100].into_iter().enumerate() {
-        policy.step(at(now), &[Event::Died(Process::Motor, Ended::Failed)]);
+        policy.step(at(now), &[Event::Died(Process::Motor, ExitKind::Failed)]);
         assert_eq!(policy.step(at(now + wait - 1), &[Event::CleanedUp]), []);
         now += wait;
         let next = u64::try_from(incarnation).unwrap() + 2;
         assert_eq!(policy.step(at(now), &[]), [start(Process::Motor, next)]);
     }
     // An incarnation that lasted as long as the window resets the delay.
-    policy.step(at(now), &[pulse(Process::Motor, 1)]);
+    policy.step(at(now), &[heartbeat(Process::Motor, 1)]);
     now += 10_000;
-    policy.step(at(now), &[pulse(Process::Motor, 2), Event::Died(Process::Motor, Ended::Failed)]);
+    policy.step(at(now), &[heartbeat(Process::Motor, 2), Event::Died(Process::Motor, ExitKind::Failed)]);
     assert_eq!(policy.step(at(now + 20), &[Event::CleanedUp]).len(), 1);
 }
 
@@ -163,17 +163,17 @@ fn too_many_deaths_within_the_window_end_the_run_and_stop_the_others_in_reverse(
     let mut beat = 1;
     for _death in 0..4 {
         beat += 1;
-        assert_eq!(policy.step(at(now), &[Event::Died(Process::Motor, Ended::Failed)]), [Action::CleanUp]);
+        assert_eq!(policy.step(at(now), &[Event::Died(Process::Motor, ExitKind::Failed)]), [Action::CleanUp]);
         policy.step(at(now), &[Event::CleanedUp]);
         now += 100;
         assert_eq!(policy.step(at(now), &all_beat(beat)).len(), 1, "restarted");
         policy.step(at(now), &all_beat(beat));
     }
-    let last = policy.step(at(now), &[Event::Died(Process::Motor, Ended::Failed)]);
+    let last = policy.step(at(now), &[Event::Died(Process::Motor, ExitKind::Failed)]);
     assert_eq!(last, [Action::SwitchTorqueOff, Action::Terminate(Process::Sensor)]);
-    let next = policy.step(at(now + 1), &[Event::Died(Process::Sensor, Ended::Done)]);
+    let next = policy.step(at(now + 1), &[Event::Died(Process::Sensor, ExitKind::Done)]);
     assert_eq!(next, [Action::Terminate(Process::Belief)]);
-    assert_eq!(policy.step(at(now + 2), &[Event::Died(Process::Belief, Ended::Done)]), []);
+    assert_eq!(policy.step(at(now + 2), &[Event::Died(Process::Belief, ExitKind::Done)]), []);
     let end = policy.step(at(now + 3), &[Event::TorqueIsOff]);
     assert_eq!(end, [Action::End(Outcome::GaveUp(Process::Motor))]);
 }
@@ -185,7 +185,7 @@ fn deaths_spread_wider_than_the_window_never_end_the_run() {
     for death in 0..50_u64 {
         let now = death * 2600;
         policy.step(at(now), &all_beat(3 * death + 2));
-        policy.step(at(now), &[Event::Died(Process::Sensor, Ended::Failed)]);
+        policy.step(at(now), &[Event::Died(Process::Sensor, ExitKind::Failed)]);
         let actions = policy.step(at(now + 100), &[vec![Event::CleanedUp], all_beat(3 * death + 3)].concat());
         restarts += actions.len();
         policy.step(at(now + 101), &all_beat(3 * death + 4));
@@ -196,18 +196,18 @@ fn deaths_spread_wider_than_the_window_never_end_the_run() {
 #[test]
 fn a_process_with_nothing_left_to_do_ends_the_run_well() {
     let mut policy = running();
-    let actions = policy.step(at(1), &[Event::Died(Process::Sensor, Ended::Done)]);
+    let actions = policy.step(at(1), &[Event::Died(Process::Sensor, ExitKind::Done)]);
     assert_eq!(actions, [Action::Terminate(Process::Motor), Action::Terminate(Process::Belief)]);
-    policy.step(at(2), &[Event::Died(Process::Belief, Ended::Failed)]);
-    let end = policy.step(at(3), &[Event::Died(Process::Motor, Ended::Done)]);
+    policy.step(at(2), &[Event::Died(Process::Belief, ExitKind::Failed)]);
+    let end = policy.step(at(3), &[Event::Died(Process::Motor, ExitKind::Done)]);
     assert_eq!(end, [Action::End(Outcome::Done(Process::Sensor))]);
 }
 
 #[test]
 fn a_process_that_refuses_its_configuration_is_not_started_again() {
-    let mut policy = Policy::new(TERMS, &ORDER, at(0));
+    let mut policy = Policy::new(SETTINGS, &ORDER, at(0));
     policy.step(at(0), &[]);
-    let off = policy.step(at(1), &[Event::Died(Process::Motor, Ended::Refused)]);
+    let off = policy.step(at(1), &[Event::Died(Process::Motor, ExitKind::Refused)]);
     assert_eq!(off, [Action::SwitchTorqueOff]);
     let end = policy.step(at(2), &[Event::TorqueIsOff]);
     assert_eq!(end, [Action::End(Outcome::Refused(Process::Motor))]);
@@ -220,10 +220,11 @@ fn a_process_that_does_not_stop_is_killed() {
     assert_eq!(policy.step(at(0), &[Event::Stop]), first);
     policy.step(at(100), &all_beat(2));
     assert_eq!(policy.step(at(200), &all_beat(3)), []);
-    let killed = [Process::Motor, Process::Sensor].map(|process| Action::Kill(process, Why::DoesNotStop));
+    let killed =
+        [Process::Motor, Process::Sensor].map(|process| Action::Kill(process, KillReason::DoesNotStop));
     assert_eq!(policy.step(at(201), &[]), killed);
     // No process has switched torque off.
-    let off = policy.step(at(202), &[Event::Died(Process::Motor, Ended::Failed)]);
+    let off = policy.step(at(202), &[Event::Died(Process::Motor, ExitKind::Failed)]);
     assert_eq!(off, [Action::SwitchTorqueOff]);
 }
 
@@ -231,10 +232,10 @@ fn a_process_that_does_not_stop_is_killed() {
 const WITH_SERVOS: [Process; 3] = [Process::MockBus, Process::Motor, Process::Sensor];
 
 fn running_with_servos() -> Policy {
-    let mut policy = Policy::new(TERMS, &WITH_SERVOS, at(0));
+    let mut policy = Policy::new(SETTINGS, &WITH_SERVOS, at(0));
     policy.step(at(0), &[]);
     for process in WITH_SERVOS {
-        policy.step(at(0), &[pulse(process, 1)]);
+        policy.step(at(0), &[heartbeat(process, 1)]);
     }
     policy
 }
@@ -243,12 +244,12 @@ fn running_with_servos() -> Policy {
 fn a_second_wish_hurries_all_but_those_that_switch_torque_off() {
     let mut policy = running_with_servos();
     policy.step(at(0), &[Event::Stop]);
-    assert_eq!(policy.step(at(1), &[Event::Stop]), [Action::Kill(Process::Sensor, Why::Hurry)]);
+    assert_eq!(policy.step(at(1), &[Event::Stop]), [Action::Kill(Process::Sensor, KillReason::Hurry)]);
     assert_eq!(policy.step(at(2), &[Event::Stop, Event::Stop]), []);
-    assert_eq!(policy.step(at(3), &[Event::Died(Process::Sensor, Ended::Failed)]), []);
-    let motor_is_gone = policy.step(at(4), &[Event::Died(Process::Motor, Ended::Done)]);
-    assert_eq!(motor_is_gone, [Action::Kill(Process::MockBus, Why::Hurry)]);
-    let end = policy.step(at(5), &[Event::Died(Process::MockBus, Ended::Failed)]);
+    assert_eq!(policy.step(at(3), &[Event::Died(Process::Sensor, ExitKind::Failed)]), []);
+    let motor_is_gone = policy.step(at(4), &[Event::Died(Process::Motor, ExitKind::Done)]);
+    assert_eq!(motor_is_gone, [Action::Kill(Process::MockBus, KillReason::Hurry)]);
+    let end = policy.step(at(5), &[Event::Died(Process::MockBus, ExitKind::Failed)]);
     assert_eq!(end, [Action::End(Outcome::Stopped)]);
 }
 
@@ -258,7 +259,7 @@ fn a_terminal_that_hangs_up_twice_hurries_nobody_and_a_person_after_it_does() {
     let first = [Action::Terminate(Process::Motor), Action::Terminate(Process::Sensor)];
     assert_eq!(policy.step(at(0), &[Event::HangUp]), first);
     assert_eq!(policy.step(at(1), &[Event::HangUp]), []);
-    let hurried = [Process::Belief, Process::Sensor].map(|process| Action::Kill(process, Why::Hurry));
+    let hurried = [Process::Belief, Process::Sensor].map(|process| Action::Kill(process, KillReason::Hurry));
     assert_eq!(policy.step(at(2), &[Event::Stop]), hurried);
     let mut policy = running();
     policy.step(at(0), &[Event::Stop]);
@@ -270,38 +271,38 @@ fn the_mock_servo_bus_outlives_the_motor_process_and_what_switches_torque_off_af
     let mut policy = running_with_servos();
     let first = [Action::Terminate(Process::Motor), Action::Terminate(Process::Sensor)];
     assert_eq!(policy.step(at(0), &[Event::Stop]), first);
-    assert_eq!(policy.step(at(1), &[Event::Died(Process::Sensor, Ended::Failed)]), []);
-    let off = policy.step(at(2), &[Event::Died(Process::Motor, Ended::Failed)]);
+    assert_eq!(policy.step(at(1), &[Event::Died(Process::Sensor, ExitKind::Failed)]), []);
+    let off = policy.step(at(2), &[Event::Died(Process::Motor, ExitKind::Failed)]);
     assert_eq!(off, [Action::SwitchTorqueOff]);
     assert_eq!(policy.step(at(3), &[]), []);
     assert_eq!(policy.step(at(4), &[Event::TorqueIsOff]), [Action::Terminate(Process::MockBus)]);
-    let end = policy.step(at(5), &[Event::Died(Process::MockBus, Ended::Failed)]);
+    let end = policy.step(at(5), &[Event::Died(Process::MockBus, ExitKind::Failed)]);
     assert_eq!(end, [Action::End(Outcome::Stopped)]);
 }
 
 #[test]
 fn a_robot_that_is_stopped_between_two_lives_of_its_motor_process_has_its_torque_switched_off() {
     let mut policy = running();
-    policy.step(at(1), &[Event::Died(Process::Motor, Ended::Failed)]);
+    policy.step(at(1), &[Event::Died(Process::Motor, ExitKind::Failed)]);
     let stopped = policy.step(at(2), &[Event::Stop]);
     assert_eq!(stopped, [Action::SwitchTorqueOff, Action::Terminate(Process::Sensor)]);
     // After an orderly exit nothing has to be switched off.
     let mut policy = running();
-    policy.step(at(1), &[Event::Died(Process::Motor, Ended::Done)]);
+    policy.step(at(1), &[Event::Died(Process::Motor, ExitKind::Done)]);
     assert_eq!(policy.step(at(2), &[Event::Stop]), [Action::Terminate(Process::Sensor)]);
     // Before the first start nothing has to be switched off.
-    let mut policy = Policy::new(TERMS, &ORDER, at(0));
+    let mut policy = Policy::new(SETTINGS, &ORDER, at(0));
     assert_eq!(policy.step(at(0), &[Event::Stop]), [Action::End(Outcome::Stopped)]);
 }
 
 #[test]
 fn removed_memory_ends_the_run_before_a_death_that_it_causes_does() {
     let mut policy = running();
-    let died = Event::Died(Process::Belief, Ended::Refused);
+    let died = Event::Died(Process::Belief, ExitKind::Refused);
     let actions = policy.step(at(1), &[Event::MemoryRemoved, died]);
     assert_eq!(actions, [Action::Terminate(Process::Motor), Action::Terminate(Process::Sensor)]);
-    policy.step(at(2), &[Event::Died(Process::Sensor, Ended::Done)]);
-    let end = policy.step(at(3), &[Event::Died(Process::Motor, Ended::Done)]);
+    policy.step(at(2), &[Event::Died(Process::Sensor, ExitKind::Done)]);
+    let end = policy.step(at(3), &[Event::Died(Process::Motor, ExitKind::Done)]);
     assert_eq!(end, [Action::End(Outcome::MemoryRemoved)]);
 }
 
@@ -314,7 +315,7 @@ fn time_that_is_over_hurries_nobody() {
         let hurried = policy.step(at(2), &[Event::Stop]);
         assert_eq!(
             hurried,
-            [Process::Belief, Process::Sensor].map(|process| Action::Kill(process, Why::Hurry))
+            [Process::Belief, Process::Sensor].map(|process| Action::Kill(process, KillReason::Hurry))
         );
     }
 }
@@ -322,8 +323,8 @@ fn time_that_is_over_hurries_nobody() {
 #[test]
 fn a_run_that_fails_ends_as_it_would_whoever_stops_it_meanwhile() {
     for (ended, outcome, deaths) in [
-        (Ended::Refused, Outcome::Refused(Process::Motor), 1),
-        (Ended::Failed, Outcome::GaveUp(Process::Motor), TERMS.deaths_most),
+        (ExitKind::Refused, Outcome::Refused(Process::Motor), 1),
+        (ExitKind::Failed, Outcome::GaveUp(Process::Motor), SETTINGS.deaths_most),
     ] {
         let mut policy = running();
         let mut actions = Vec::new();
@@ -331,44 +332,44 @@ fn a_run_that_fails_ends_as_it_would_whoever_stops_it_meanwhile() {
             actions = policy.step(at(0), &[Event::Died(Process::Motor, ended)]);
             if death < deaths {
                 policy.step(at(0), &[Event::CleanedUp]);
-                policy.step(at(0), &[pulse(Process::Motor, 1)]);
+                policy.step(at(0), &[heartbeat(Process::Motor, 1)]);
             }
         }
         let expected = [Action::SwitchTorqueOff, Action::Terminate(Process::Sensor)];
         assert_eq!(actions, expected, "the others stop in order");
         // This is the first stop request, so it kills no process.
         assert_eq!(policy.step(at(1), &[Event::Stop]), []);
-        let next = policy.step(at(2), &[Event::Died(Process::Sensor, Ended::Done)]);
+        let next = policy.step(at(2), &[Event::Died(Process::Sensor, ExitKind::Done)]);
         assert_eq!(next, [Action::Terminate(Process::Belief)]);
-        let end = policy.step(at(3), &[Event::Died(Process::Belief, Ended::Done), Event::TorqueIsOff]);
+        let end = policy.step(at(3), &[Event::Died(Process::Belief, ExitKind::Done), Event::TorqueIsOff]);
         assert_eq!(end, [Action::End(outcome)]);
     }
 }
 
 #[test]
 fn the_robot_is_well_while_every_heart_beats_and_not_while_one_is_replaced() {
-    let mut policy = Policy::new(TERMS, &ORDER, at(0));
-    assert_eq!(policy.standing().to_string(), "starting: 0 of 3 processes run");
-    assert!(!policy.standing().is_well());
+    let mut policy = Policy::new(SETTINGS, &ORDER, at(0));
+    assert_eq!(policy.robot_state().to_string(), "starting: 0 of 3 processes run");
+    assert!(!policy.robot_state().is_well());
     policy = running();
-    assert!(policy.standing().is_well());
-    assert_eq!(policy.standing().to_string(), "all 3 processes run");
+    assert!(policy.robot_state().is_well());
+    assert_eq!(policy.robot_state().to_string(), "all 3 processes run");
     let mut beats = all_beat(2);
-    beats[1] = pulse(Process::Belief, 1);
+    beats[1] = heartbeat(Process::Belief, 1);
     policy.step(at(30), &[]);
     policy.step(at(60), &beats);
     policy.step(at(101), &beats);
-    assert!(!policy.standing().is_well(), "it hangs, and its killed process was not buried yet");
-    assert_eq!(policy.standing().to_string(), "2 of 3 processes run, the others are being replaced");
-    policy.step(at(110), &[Event::Died(Process::Belief, Ended::Failed)]);
-    assert!(!policy.standing().is_well(), "it waits");
+    assert!(!policy.robot_state().is_well(), "it hangs, and its killed process was not buried yet");
+    assert_eq!(policy.robot_state().to_string(), "2 of 3 processes run, the others are being replaced");
+    policy.step(at(110), &[Event::Died(Process::Belief, ExitKind::Failed)]);
+    assert!(!policy.robot_state().is_well(), "it waits");
     policy.step(at(140), &[Event::CleanedUp]);
-    assert!(!policy.standing().is_well(), "it starts");
-    policy.step(at(150), &[pulse(Process::Belief, 1)]);
-    assert!(policy.standing().is_well());
+    assert!(!policy.robot_state().is_well(), "it starts");
+    policy.step(at(150), &[heartbeat(Process::Belief, 1)]);
+    assert!(policy.robot_state().is_well());
     policy.step(at(151), &[Event::Stop]);
-    assert!(!policy.standing().is_well());
-    assert_eq!(policy.standing().to_string(), "stopping: 1 of 3 processes still run");
+    assert!(!policy.robot_state().is_well());
+    assert_eq!(policy.robot_state().to_string(), "stopping: 1 of 3 processes still run");
 }
 
 /// Random events: processes die, hang and get cleaned up.
@@ -392,8 +393,8 @@ fn chance() -> impl Strategy<Value = Chance> {
 proptest! {
     #[test]
     fn no_process_ever_runs_twice_and_every_stop_ends(chances in prop::collection::vec(chance(), 0..300)) {
-        let terms = Terms { deaths_most: usize::MAX, ..TERMS };
-        let mut policy = Policy::new(terms, &ORDER, at(0));
+        let settings = PolicySettings { deaths_most: usize::MAX, ..SETTINGS };
+        let mut policy = Policy::new(settings, &ORDER, at(0));
         let mut alive = [false; ORDER.len()];
         let mut hangs = [false; ORDER.len()];
         let mut cleaning = false;
@@ -409,7 +410,7 @@ proptest! {
             match *chance {
                 Chance::Die(index) if alive[index] => {
                     alive[index] = false;
-                    events.push(Event::Died(ORDER[index], Ended::Failed));
+                    events.push(Event::Died(ORDER[index], ExitKind::Failed));
                 }
                 Chance::Hang(index) => hangs[index] = true,
                 Chance::Clean if cleaning => {
@@ -423,7 +424,7 @@ proptest! {
                 events.push(Event::Stop);
             }
             for index in (0..ORDER.len()).filter(|&index| alive[index] && !hangs[index]) {
-                events.push(pulse(ORDER[index], beat));
+                events.push(heartbeat(ORDER[index], beat));
             }
             // The consequences of an action reach the policy in a separate step.
             while !ended {
@@ -445,7 +446,7 @@ proptest! {
                         Action::Terminate(process) | Action::Kill(process, _) => {
                             prop_assert!(alive[place(process)]);
                             alive[place(process)] = false;
-                            events.push(Event::Died(process, Ended::Failed));
+                            events.push(Event::Died(process, ExitKind::Failed));
                         }
                         Action::CleanUp => {
                             prop_assert!(!cleaning);
@@ -476,21 +477,22 @@ proptest! {
 
 #[test]
 fn a_robot_runs_on_without_a_link_however_often_it_dies() {
-    let mut policy = Policy::new(TERMS, &[Process::Motor, Process::Link], at(0));
-    let beats = |beat| [pulse(Process::Motor, beat), pulse(Process::Link, beat)];
+    let mut policy = Policy::new(SETTINGS, &[Process::Motor, Process::Link], at(0));
+    let beats = |beat| [heartbeat(Process::Motor, beat), heartbeat(Process::Link, beat)];
     policy.step(at(0), &[]);
     let mut now = 1;
     for life in 1..50 {
         policy.step(at(now), &beats(now));
         policy.step(at(now + 1), &beats(now + 1));
-        let died = Event::Died(Process::Link, Ended::Failed);
+        let died = Event::Died(Process::Link, ExitKind::Failed);
         assert_eq!(policy.step(at(now + 2), &[died]), [Action::CleanUp], "life {life}");
         policy.step(at(now + 3), &[Event::CleanedUp]);
         now += 3;
         let mut started = false;
         while !started {
             now += 1;
-            started = policy.step(at(now), &[pulse(Process::Motor, now)]) == [start(Process::Link, life + 1)];
+            started =
+                policy.step(at(now), &[heartbeat(Process::Motor, now)]) == [start(Process::Link, life + 1)];
         }
     }
 }

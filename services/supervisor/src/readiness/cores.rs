@@ -3,7 +3,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::iter::repeat_n;
 
-use super::{Change, Finding, Hot, Machine, Sleep, System};
+use super::{Change, Finding, HotProcess, IdleStatePolicy, Machine, System};
 
 const CPU: &str = "/sys/devices/system/cpu";
 /// Exit latency in microseconds from which an idle state is considered harmful.
@@ -28,7 +28,7 @@ pub(super) fn to_list(cores: &[u16]) -> String {
 }
 
 /// All cores in the affinity of a hot process, sorted, without duplicates.
-pub(super) fn chosen(hot: &[Hot]) -> Vec<u16> {
+pub(super) fn chosen(hot: &[HotProcess]) -> Vec<u16> {
     let mut cores: Vec<u16> = hot.iter().flat_map(|process| process.cores.iter().copied()).collect();
     cores.sort_unstable();
     cores.dedup();
@@ -46,7 +46,8 @@ pub(super) fn count(machine: &Machine) -> Finding {
             "`AllowedCPUs=` of the systemd unit or `--cpuset-cpus` of the container, or a machine with more",
         );
     }
-    let of = |hot: &Hot| if hot.cores.is_empty() { machine.given_cores.clone() } else { hot.cores.clone() };
+    let of =
+        |hot: &HotProcess| if hot.cores.is_empty() { machine.given_cores.clone() } else { hot.cores.clone() };
     let mut reached: Vec<u16> = machine.hot.iter().flat_map(of).collect();
     reached.sort_unstable();
     reached.dedup();
@@ -63,9 +64,9 @@ pub(super) fn count(machine: &Machine) -> Finding {
 }
 
 /// Checks that each thread of the pinned hot processes can have a core of its own, as far as there are enough cores.
-pub(super) fn plan(hot: &[Hot], machine: &[u16]) -> Finding {
+pub(super) fn plan(hot: &[HotProcess], machine: &[u16]) -> Finding {
     let about = "core plan";
-    let pinned: Vec<&Hot> = hot.iter().filter(|process| !process.cores.is_empty()).collect();
+    let pinned: Vec<&HotProcess> = hot.iter().filter(|process| !process.cores.is_empty()).collect();
     if pinned.is_empty() {
         return Finding::good(about, "no hot process is told to stay on a core");
     }
@@ -81,8 +82,8 @@ pub(super) fn plan(hot: &[Hot], machine: &[u16]) -> Finding {
             format!("cores among {machine:?} in [{}.realtime] of leo.toml", process.name),
         );
     }
-    let crowds = crowds(&pinned);
-    let Some(first) = crowds.first() else {
+    let overloaded_core_sets = overloaded_core_sets(&pinned);
+    let Some(first) = overloaded_core_sets.first() else {
         return Finding::good(about, format!("a core for each thread of {}", names(&pinned)));
     };
     let used = chosen(hot);
@@ -92,20 +93,20 @@ pub(super) fn plan(hot: &[Hot], machine: &[u16]) -> Finding {
         let cores: Vec<u16> = crowd.iter().copied().collect();
         format!("{} on {cores:?}", names(&within(crowd, &pinned)))
     };
-    let shared: Vec<String> = crowds.iter().map(told).collect();
+    let shared: Vec<String> = overloaded_core_sets.iter().map(told).collect();
     let shared = shared.join("; ");
     match within(first, &pinned).split_last() {
         Some((last, others)) if !free.is_empty() => Finding::slower(
             about,
             format!("threads share cores while {free:?} are free: {shared}"),
-            roomier(last, others, &free),
+            free_cores_line(last, others, &free),
         ),
         Some(_) | None => Finding::good(about, format!("threads share cores, no more are free: {shared}")),
     }
 }
 
 /// The configuration line that gives `process` cores that no other process uses, as far as enough are free.
-fn roomier(process: &Hot, others: &[&Hot], free: &[u16]) -> String {
+fn free_cores_line(process: &HotProcess, others: &[&HotProcess], free: &[u16]) -> String {
     let is_theirs = |core: &u16| others.iter().any(|other| other.cores.contains(core));
     let own = process.cores.iter().filter(|core| !is_theirs(core));
     let cores: Vec<u16> = own.chain(free).copied().take(process.threads).collect();
@@ -113,32 +114,32 @@ fn roomier(process: &Hot, others: &[&Hot], free: &[u16]) -> String {
 }
 
 /// Sets of cores with more threads than cores. Cores between which threads could be exchanged belong to the same set.
-fn crowds(pinned: &[&Hot]) -> Vec<BTreeSet<u16>> {
-    let each = |hot: &&Hot| repeat_n(hot.cores.clone(), hot.threads);
+fn overloaded_core_sets(pinned: &[&HotProcess]) -> Vec<BTreeSet<u16>> {
+    let each = |hot: &&HotProcess| repeat_n(hot.cores.clone(), hot.threads);
     let threads: Vec<Vec<u16>> = pinned.iter().flat_map(each).collect();
     let mut taken = BTreeMap::new();
     let mut left_over = Vec::new();
     for thread in 0..threads.len() {
-        if !seat(thread, &threads, &mut taken, &mut BTreeSet::new()) {
+        if !assign_core(thread, &threads, &mut taken, &mut BTreeSet::new()) {
             left_over.push(thread);
         }
     }
-    let mut crowds: Vec<BTreeSet<u16>> = Vec::new();
+    let mut overloaded_core_sets: Vec<BTreeSet<u16>> = Vec::new();
     for thread in left_over {
         // After the others have been placed: the cores that only moving another thread would free.
         let mut cores = BTreeSet::new();
-        seat(thread, &threads, &mut taken, &mut cores);
+        assign_core(thread, &threads, &mut taken, &mut cores);
         let (met, mut apart): (Vec<_>, Vec<_>) =
-            crowds.into_iter().partition(|crowd| !crowd.is_disjoint(&cores));
+            overloaded_core_sets.into_iter().partition(|crowd| !crowd.is_disjoint(&cores));
         apart.push(met.into_iter().flatten().chain(cores).collect());
-        crowds = apart;
+        overloaded_core_sets = apart;
     }
-    crowds
+    overloaded_core_sets
 }
 
 /// Assigns a core to a thread, moving other threads among their own cores (augmenting path in bipartite matching).
 /// Returns whether it succeeded. `taken` maps a core to its thread; `tried` collects the visited cores.
-fn seat(
+fn assign_core(
     thread: usize,
     threads: &[Vec<u16>],
     taken: &mut BTreeMap<u16, usize>,
@@ -149,7 +150,7 @@ fn seat(
             return false;
         }
         let holder = taken.get(&core).copied();
-        let is_free = holder.is_none_or(|holder| seat(holder, threads, taken, tried));
+        let is_free = holder.is_none_or(|holder| assign_core(holder, threads, taken, tried));
         if is_free {
             taken.insert(core, thread);
         }
@@ -158,22 +159,22 @@ fn seat(
 }
 
 /// The processes whose affinity lies within a crowd, sorted by number of threads.
-fn within<'hot>(crowd: &BTreeSet<u16>, pinned: &[&'hot Hot]) -> Vec<&'hot Hot> {
-    let is_within = |hot: &&&Hot| hot.cores.iter().all(|core| crowd.contains(core));
-    let mut within: Vec<&Hot> = pinned.iter().filter(is_within).copied().collect();
+fn within<'hot>(crowd: &BTreeSet<u16>, pinned: &[&'hot HotProcess]) -> Vec<&'hot HotProcess> {
+    let is_within = |hot: &&&HotProcess| hot.cores.iter().all(|core| crowd.contains(core));
+    let mut within: Vec<&HotProcess> = pinned.iter().filter(is_within).copied().collect();
     within.sort_by_key(|hot| hot.threads);
     within
 }
 
-fn names(hot: &[&Hot]) -> String {
-    let name = |hot: &&Hot| match hot.threads {
+fn names(hot: &[&HotProcess]) -> String {
+    let name = |hot: &&HotProcess| match hot.threads {
         1 => hot.name.to_owned(),
         threads => format!("{} ({threads} threads)", hot.name),
     };
     hot.iter().map(name).collect::<Vec<_>>().join(", ")
 }
 
-pub(super) fn isolation(system: &System, hot: &[Hot]) -> Finding {
+pub(super) fn isolation(system: &System, hot: &[HotProcess]) -> Finding {
     let about = "isolated cores";
     let isolated = parse_list(&system.read(&format!("{CPU}/isolated")).unwrap_or_default());
     let chosen = chosen(hot);
@@ -231,7 +232,7 @@ const NO_HALT: &str =
 /// Without a cpuidle driver, the kernel does not choose among idle states and cannot bound their latency
 /// (`cpuidle_idle_call` in `kernel/sched/idle.c`). On a real machine this is the state with the shortest exit
 /// latency.
-fn halts(system: &System) -> bool {
+fn idle_returns_core_to_host(system: &System) -> bool {
     let has = |file: &str, word: &str| {
         system.read(file).is_some_and(|text| text.split_whitespace().any(|part| part == word))
     };
@@ -241,12 +242,12 @@ fn halts(system: &System) -> bool {
 }
 
 /// Checks for idle states with a long exit latency that cores may enter.
-pub(super) fn idle_states(system: &System, cores: &[u16], sleep: &Sleep) -> Finding {
+pub(super) fn idle_states(system: &System, cores: &[u16], sleep: &IdleStatePolicy) -> Finding {
     let about = "idle states";
-    if halts(system) {
+    if idle_returns_core_to_host(system) {
         return Finding::slower(about, HALTS, NO_HALT);
     }
-    if *sleep == Sleep::Prevented {
+    if *sleep == IdleStatePolicy::Prevented {
         return Finding::good(about, "none is entered while the robot runs");
     }
     let mut worst = 0;
@@ -262,7 +263,7 @@ pub(super) fn idle_states(system: &System, cores: &[u16], sleep: &Sleep) -> Find
             }
         }
     }
-    if let Sleep::Refused(why) = sleep {
+    if let IdleStatePolicy::Refused(why) = sleep {
         let text = format!("cores sleep between cycles, and wake late: {why}");
         Finding::slower(about, text, AWAKE_RULE).with_changes(changes)
     } else if changes.is_empty() {

@@ -1,11 +1,11 @@
 //! Checks on which cores the interrupts of serial adapters are served.
 
 use super::cores::{chosen, parse_list, to_list};
-use super::{Change, Finding, Hot, System};
+use super::{Change, Finding, HotProcess, System};
 
 const TTYS: &str = "/sys/class/tty";
 
-pub(super) fn of_adapters(system: &System, hot: &[Hot], cores: &[u16]) -> Finding {
+pub(super) fn of_adapters(system: &System, hot: &[HotProcess], cores: &[u16]) -> Finding {
     let about = "adapter interrupts";
     let is_adapter = |name: &String| name.starts_with("ttyUSB") || name.starts_with("ttyACM");
     let adapters: Vec<String> = system.names(TTYS).into_iter().filter(is_adapter).collect();

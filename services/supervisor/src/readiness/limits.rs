@@ -3,14 +3,14 @@
 use super::{Finding, Verdict};
 
 /// File descriptors that one process may need.
-const DESCRIPTORS_LEAST: u64 = 1024;
+const MIN_DESCRIPTORS: u64 = 1024;
 
 pub(super) fn descriptors(limit: Option<u64>) -> Finding {
     let about = "open files";
     match limit {
-        Some(limit) if limit < DESCRIPTORS_LEAST => Finding::broken(
+        Some(limit) if limit < MIN_DESCRIPTORS => Finding::broken(
             about,
-            format!("a process may have {limit}, and {DESCRIPTORS_LEAST} are needed"),
+            format!("a process may have {limit}, and {MIN_DESCRIPTORS} are needed"),
             "`<user> - nofile 4096` in /etc/security/limits.conf, or `LimitNOFILE=4096` in the systemd unit",
         ),
         Some(limit) => Finding::good(about, format!("a process may have {limit}")),

@@ -6,7 +6,7 @@ use realtime::SerialWorkersError;
 
 /// A process of the hot path, as configured.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Hot {
+pub struct HotProcess {
     /// Name; equals its table in `leo.toml`.
     pub name: &'static str,
     /// Time between two releases; `None` for an event-driven process.
@@ -19,7 +19,7 @@ pub struct Hot {
     pub threads: usize,
 }
 
-impl Hot {
+impl HotProcess {
     /// The hot processes of a configuration: sensor, belief, motor, and the mock servo bus if one is configured.
     #[must_use]
     pub fn all(robot: &Robot) -> Vec<Self> {
@@ -65,18 +65,18 @@ pub struct Machine {
     /// Configured real-time rights that were requested and not granted, one bit each.
     pub missing_rights: u64,
     /// Whether a time service synchronises the wall clock.
-    pub is_wall_clock_kept: Option<bool>,
+    pub is_wall_clock_synchronised: Option<bool>,
     /// The hot processes as configured.
-    pub hot: Vec<Hot>,
+    pub hot: Vec<HotProcess>,
     /// Whether the cores may enter idle states while the robot runs.
-    pub sleep: Sleep,
+    pub sleep: IdleStatePolicy,
     /// Priority of the kernel workers that transfer the bytes of serial lines.
-    pub carriers: Carriers,
+    pub carriers: SerialWorkerPriority,
 }
 
 /// Whether cores enter idle states between the cycles of a running robot.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
-pub enum Sleep {
+pub enum IdleStatePolicy {
     /// They do, as by default: not configured otherwise, or the kernel has no such interface.
     #[default]
     Allowed,
@@ -88,7 +88,7 @@ pub enum Sleep {
 
 /// Priority of the kernel workers that transfer the bytes of serial lines, while a robot runs.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Carriers {
+pub enum SerialWorkerPriority {
     /// Default priority: they wait for other work.
     #[default]
     Ordinary,

@@ -6,7 +6,7 @@ use super::{Finding, System};
 const SHARED_MEMORY_BASE: u64 = 8 << 20;
 /// Shared memory in bytes per object, frame and perspective, including its observations and percepts. Measured: 3.2
 /// KiB for the robot and one partner.
-const SHARED_MEMORY_OF_OBJECT: u64 = 2 << 10;
+const SHARED_MEMORY_PER_OBJECT: u64 = 2 << 10;
 
 /// Bytes of shared memory that a robot needs, given the numbers of objects per frame, frames and perspectives.
 /// Rounded up generously.
@@ -16,7 +16,7 @@ pub fn shared_memory_needed(objects: usize, frames: usize, perspectives: u32) ->
     number(objects)
         .saturating_mul(number(frames))
         .saturating_mul(u64::from(perspectives))
-        .saturating_mul(SHARED_MEMORY_OF_OBJECT)
+        .saturating_mul(SHARED_MEMORY_PER_OBJECT)
         .saturating_add(SHARED_MEMORY_BASE)
 }
 

@@ -2,7 +2,7 @@
 
 use realtime::SerialWorkersError;
 
-use super::{Carriers, Change, Finding, System};
+use super::{Change, Finding, SerialWorkerPriority, System};
 
 const ADAPTERS: &str = "/sys/bus/usb-serial/devices";
 /// Latency timer of an adapter in milliseconds. A status packet never fills the adapter's buffer, so each waits for
@@ -37,16 +37,16 @@ pub(super) fn latency_timers(system: &System) -> Finding {
     }
 }
 
-pub(super) fn carriers(carriers: Carriers) -> Finding {
+pub(super) fn carriers(carriers: SerialWorkerPriority) -> Finding {
     let about = "serial lines";
     let refused = match carriers {
-        Carriers::Ordinary => {
+        SerialWorkerPriority::Ordinary => {
             return Finding::good(about, "what they carry waits for other work, as `leo.toml` has it");
         }
-        Carriers::Prompt => {
+        SerialWorkerPriority::Prompt => {
             return Finding::good(about, "what they carry goes before other work while the robot runs");
         }
-        Carriers::Refused(refused) => refused,
+        SerialWorkerPriority::Refused(refused) => refused,
     };
     let mend = match refused {
         SerialWorkersError::Forbidden => {

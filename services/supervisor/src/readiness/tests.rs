@@ -37,8 +37,13 @@ fn good() -> (TempDir, Machine) {
     }
     fs::create_dir_all(root.path().join("sys/class/tty/ttyUSB0")).unwrap();
     symlink("../../../devices/pci0/0000:14/usb1", root.path().join("sys/class/tty/ttyUSB0/device")).unwrap();
-    let hot =
-        |name, cores: &[u16]| Hot { name, period: None, priority: 70, cores: cores.to_vec(), threads: 1 };
+    let hot = |name, cores: &[u16]| HotProcess {
+        name,
+        period: None,
+        priority: 70,
+        cores: cores.to_vec(),
+        threads: 1,
+    };
     let machine = Machine {
         cores: vec![0, 1, 2, 3],
         given_cores: vec![0],
@@ -47,10 +52,10 @@ fn good() -> (TempDir, Machine) {
         descriptors: Some(4096),
         memory_limit: None,
         missing_rights: 0,
-        is_wall_clock_kept: Some(true),
+        is_wall_clock_synchronised: Some(true),
         hot: vec![hot("sensor", &[1]), hot("belief", &[2]), hot("motor", &[2, 3])],
-        sleep: Sleep::Allowed,
-        carriers: Carriers::Prompt,
+        sleep: IdleStatePolicy::Allowed,
+        carriers: SerialWorkerPriority::Prompt,
     };
     (root, machine)
 }
@@ -90,7 +95,7 @@ fn larger_buffers_need_more_shared_memory() {
     };
     let needed = |objects, frames, lockstep, perspectives| {
         let buffers = buffers(objects, frames);
-        let frames = process::queues(&buffers, lockstep).alive();
+        let frames = process::queues(&buffers, lockstep).max_frames();
         shared_memory_needed(buffers.objects.get(), frames, perspectives) >> 10
     };
     // Measured on robots with one partner, in KiB.
@@ -122,19 +127,22 @@ fn every_shortcoming_of_what_is_granted_is_found_alone_and_says_what_mends_it() 
             Verdict::Slower,
             "LimitMEMLOCK",
         ),
-        (Machine { is_wall_clock_kept: Some(false), ..good.clone() }, Verdict::Slower, "set-ntp"),
+        (Machine { is_wall_clock_synchronised: Some(false), ..good.clone() }, Verdict::Slower, "set-ntp"),
         (
-            Machine { sleep: Sleep::Refused("not you".to_owned()), ..good.clone() },
+            Machine { sleep: IdleStatePolicy::Refused("not you".to_owned()), ..good.clone() },
             Verdict::Slower,
             "cpu_dma_latency",
         ),
         (
-            Machine { carriers: Carriers::Refused(SerialWorkersError::Forbidden), ..good.clone() },
+            Machine {
+                carriers: SerialWorkerPriority::Refused(SerialWorkersError::Forbidden),
+                ..good.clone()
+            },
             Verdict::Slower,
             "CAP_SYS_NICE",
         ),
         (
-            Machine { carriers: Carriers::Refused(SerialWorkersError::Hidden), ..good.clone() },
+            Machine { carriers: SerialWorkerPriority::Refused(SerialWorkersError::Hidden), ..good.clone() },
             Verdict::Slower,
             "chrt --fifo",
         ),
@@ -176,8 +184,8 @@ fn a_hot_path_that_asks_for_no_core_has_only_those_that_the_kernel_does_not_keep
     assert!(cores.mend.as_ref().unwrap().contains("among [0, 1, 2, 3]"), "{cores:?}");
 }
 
-fn pinned(cores: [&[u16]; 3]) -> Vec<Hot> {
-    let hot = |(name, cores): (_, &[u16])| Hot {
+fn pinned(cores: [&[u16]; 3]) -> Vec<HotProcess> {
+    let hot = |(name, cores): (_, &[u16])| HotProcess {
         name,
         period: None,
         priority: 70,
@@ -193,7 +201,7 @@ fn threads_of_the_hot_path_share_no_core_while_others_are_free_and_it_is_said_wh
         let mut hot = pinned([&[1], &[2], motor]);
         hot[2].threads = 1 + buses;
         let name = "mock_bus";
-        hot.push(Hot { name, period: None, priority: 72, cores: mock.to_vec(), threads: buses });
+        hot.push(HotProcess { name, period: None, priority: 72, cores: mock.to_vec(), threads: buses });
         let found = cores::plan(&hot, &(0..cores).collect::<Vec<_>>());
         (found.verdict, found.text, found.mend)
     };
@@ -279,7 +287,7 @@ fn every_shortcoming_in_a_file_is_found_alone_says_what_mends_it_and_what_would_
 fn idle_states_that_no_core_enters_may_be_deep() {
     let (root, machine) = good();
     put(&root, "sys/devices/system/cpu/cpu2/cpuidle/state1/latency", "400");
-    assert_eq!(bad(&root, &Machine { sleep: Sleep::Prevented, ..machine }), []);
+    assert_eq!(bad(&root, &Machine { sleep: IdleStatePolicy::Prevented, ..machine }), []);
 }
 
 #[test]
@@ -289,14 +297,14 @@ fn cores_of_a_virtual_machine_that_halt_whatever_is_asked_are_told() {
         files.iter().for_each(|(file, text)| put(&root, file, text));
         bad(&root, &Machine { sleep, ..machine })
     };
-    let awake = |files: &[(&str, &str)]| with(Sleep::Prevented, files);
+    let awake = |files: &[(&str, &str)]| with(IdleStatePolicy::Prevented, files);
     let driver = ("sys/devices/system/cpu/cpuidle/current_driver", "none\n");
     let guest = ("proc/cpuinfo", "flags\t: fpu hypervisor lahf_lm\n");
     let bad = awake(&[driver, guest]);
     assert_eq!(bad.len(), 1, "{bad:?}");
     assert_eq!((bad[0].verdict, bad[0].about.as_str()), (Verdict::Slower, "idle states"));
     assert!(bad[0].mend.as_ref().unwrap().contains("idle=poll"), "{bad:?}");
-    assert_eq!(with(Sleep::Allowed, &[driver, guest]), bad, "nor where nobody asks");
+    assert_eq!(with(IdleStatePolicy::Allowed, &[driver, guest]), bad, "nor where nobody asks");
     assert_eq!(awake(&[driver]), [], "a real core wakes soon");
     assert_eq!(awake(&[(driver.0, "haltpoll\n"), guest]), [], "the driver polls");
     assert_eq!(awake(&[driver, guest, ("proc/cmdline", "quiet idle=poll\n")]), [], "nothing halts");

@@ -8,8 +8,8 @@ use super::Finding;
 
 /// Limits of the wake-up latency as fractions of the period: 1/10 for the p99.9, 1/2 for the maximum. Beyond half of
 /// the period, a cycle's computation no longer fits.
-const USUAL_SHARE: u32 = 10;
-const MOST_SHARE: u32 = 2;
+const P999_DIVISOR: u32 = 10;
+const MAX_DIVISOR: u32 = 2;
 
 /// Wake-up latency of a thread that only sleeps until the releases of a process.
 #[derive(Clone, Debug)]
@@ -47,7 +47,7 @@ pub fn judge(wakeup: &Wakeup) -> Finding {
             "leo check --seconds 10",
         );
     }
-    if at(0.999) <= *period / USUAL_SHARE && most <= *period / MOST_SHARE {
+    if at(0.999) <= *period / P999_DIVISOR && most <= *period / MAX_DIVISOR {
         Finding::good(&about, text)
     } else {
         let mend = "what is not good above; then look for what else runs: `ps -eLo rtprio,psr,pcpu,comm --sort -rtprio`";

@@ -104,8 +104,8 @@ impl Grown {
     fn merged(&self, kept: u32, gone: u32) -> (String, Memory) {
         let mut arena = self.arena.clone();
         arena.merge(kept, gone, &self.perceived);
-        arena.settle(&self.perceived);
-        assert!(!arena.lives(gone) && arena.live().contains(&kept));
+        arena.commit(&self.perceived);
+        assert!(!arena.is_live(gone) && arena.live().contains(&kept));
         (arena.contents(kept), *arena.memory(kept).unwrap())
     }
 }
@@ -118,7 +118,7 @@ fn memory_of(all: &[&Glimpse], empty_since: [Option<u64>; 2]) -> Memory {
         id: 1,
         born_at: Instant::from_nanos(all.iter().map(|glimpse| glimpse.at).min().unwrap()),
         perceived_at: Instant::from_nanos(newest),
-        noticed_at: Instant::from_nanos(all.iter().map(|glimpse| glimpse.at + glimpse.delay).max().unwrap()),
+        updated_at: Instant::from_nanos(all.iter().map(|glimpse| glimpse.at + glimpse.delay).max().unwrap()),
         empty_since: mine.zip(others).map(|(mine, others)| Instant::from_nanos(mine.max(others))),
         observations: u64::try_from(all.len()).unwrap(),
         held_by: all
@@ -141,19 +141,19 @@ proptest! {
         one in belief(), other in belief(), settled in 0..3_u8,
     ) {
         let percepts = Percepts::builtin();
-        let arena = Arena::new(&percepts, &Functions::default(), 16).unwrap();
+        let arena = Arena::new(&percepts, &BeliefPlugins::default(), 16).unwrap();
         let mut grown = Grown { arena, perceived: Vec::new(), ids: 0 };
         // Both of this step, or the older of an earlier one, or both.
         let mut of_one = grown.create(&percepts, &one);
         if settled > 0 {
             let older = grown.join(&of_one, &one);
-            grown.arena.settle(&grown.perceived);
+            grown.arena.commit(&grown.perceived);
             of_one = vec![older];
         }
         let of_other = grown.create(&percepts, &other);
         let (older, younger) = (grown.join(&of_one, &one), grown.join(&of_other, &other));
         if settled > 1 {
-            grown.arena.settle(&grown.perceived);
+            grown.arena.commit(&grown.perceived);
         }
         let (contents, memory) = grown.merged(older, younger);
         prop_assert_eq!(&(contents.clone(), memory), &grown.merged(younger, older));
@@ -171,7 +171,7 @@ proptest! {
             let best = samples.max_by(|a, b| a.at.cmp(&b.at).then_with(|| a.rank(b)));
             let mut arena = grown.arena.clone();
             arena.merge(older, younger, &grown.perceived);
-            arena.settle(&grown.perceived);
+            arena.commit(&grown.perceived);
             let (histories, row) = arena.histories(older).unwrap();
             prop_assert_eq!(histories.newest(row, percept), best, "{}", name);
         }

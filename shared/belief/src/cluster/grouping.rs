@@ -1,7 +1,7 @@
-use super::matching::{Asked, nearest};
-use super::neighbourhood::Neighbourhood;
-use super::{Population, pair};
-use crate::room::Room;
+use super::matching::{Candidate, nearest};
+use super::spatial_hash::SpatialHash;
+use super::{AssociationProblem, pair};
+use crate::room::BoundedVec;
 
 /// Groups the members when several frames come at once. A group has one old member, or one new member that starts it,
 /// and at most one new member of each frame. If groups are compact and well separated, the loop merges each group
@@ -10,7 +10,7 @@ use crate::room::Room;
 /// The condition: for any two groups, after any merges within them, the distance between their members exceeds every
 /// distance within either group. Then the loop merges no pair across groups before each group is a single member. Two
 /// such members must then be a cannot-link pair or out of each other's gate. A merged position lies between the
-/// positions of its members, and so within the group's radius ([`Population::spread`]).
+/// positions of its members, and so within the group's radius ([`AssociationProblem::diameter_bound`]).
 #[derive(Clone, Debug)]
 pub(super) struct Grouping {
     /// Indexed by the slot of the group's oldest member, which started it.
@@ -18,10 +18,10 @@ pub(super) struct Grouping {
     /// Indexed by slot: the other members of groups.
     members: Box<[Member]>,
     /// The oldest members of groups with a new member, in the order in which the groups got one.
-    oldest: Room<u32>,
-    frames: Room<Frame>,
+    oldest: BoundedVec<u32>,
+    frames: BoundedVec<Frame>,
     /// The members of one group.
-    scratch: Room<u32>,
+    scratch: BoundedVec<u32>,
 }
 
 #[derive(Clone, Copy, Debug)]
@@ -33,7 +33,7 @@ struct Group {
     /// Largest distance of a member from the oldest one, in metres.
     radius_m: f64,
     /// Upper bound on D between any two members.
-    spread: f64,
+    diameter_bound: f64,
 }
 
 #[derive(Clone, Copy, Debug)]
@@ -52,9 +52,9 @@ struct Frame {
     members: usize,
 }
 
-const NOBODY: u32 = u32::MAX;
-const ALONE: Group = Group { frames: 0, first: NOBODY, radius_m: 0.0, spread: 0.0 };
-const NO_MEMBER: Member = Member { next: NOBODY, frame: 0, distance: 0.0 };
+const NO_SLOT: u32 = u32::MAX;
+const EMPTY_GROUP: Group = Group { frames: 0, first: NO_SLOT, radius_m: 0.0, diameter_bound: 0.0 };
+const NO_MEMBER: Member = Member { next: NO_SLOT, frame: 0, distance: 0.0 };
 
 /// Largest number of frames in a step; each has a bit.
 const FRAMES: usize = 64;
@@ -65,64 +65,64 @@ const ROUNDING_M: f64 = 1e-3;
 impl Grouping {
     pub(super) fn new(slots: usize) -> Self {
         Self {
-            groups: vec![ALONE; slots].into_boxed_slice(),
+            groups: vec![EMPTY_GROUP; slots].into_boxed_slice(),
             members: vec![NO_MEMBER; slots].into_boxed_slice(),
-            oldest: Room::for_most(slots),
-            frames: Room::for_most(FRAMES),
-            scratch: Room::for_most(FRAMES + 1),
+            oldest: BoundedVec::with_bound(slots),
+            frames: BoundedVec::with_bound(FRAMES),
+            scratch: BoundedVec::with_bound(FRAMES + 1),
         }
     }
 
     /// Groups the new members with the old ones. Before the call only the old ones are in the spatial hash; members
     /// that start a group are inserted. Returns `false` if the result could differ from the loop's.
-    pub(super) fn find(&mut self, neighbourhood: &mut Neighbourhood, population: &impl Population) -> bool {
+    pub(super) fn find(&mut self, spatial_hash: &mut SpatialHash, problem: &impl AssociationProblem) -> bool {
         for slot in self.oldest.drain(..) {
             if let Some(group) = self.groups.get_mut(slot as usize) {
-                *group = ALONE;
+                *group = EMPTY_GROUP;
             }
         }
         self.frames.clear();
-        if !neighbourhood.is_of_places() {
+        if !spatial_hash.is_spatial() {
             return false;
         }
-        for &slot in population.fresh() {
-            let Some(place) = population.place(slot) else { return false };
-            let Some(frame) = population.frame(slot).and_then(|frame| self.frame(frame)) else {
+        for &slot in problem.fresh() {
+            let Some(place) = problem.place(slot) else { return false };
+            let Some(frame) = problem.frame(slot).and_then(|frame| self.frame(frame)) else {
                 return false;
             };
             if let Some(member) = self.members.get_mut(slot as usize) {
                 *member = Member { frame, ..NO_MEMBER };
             }
-            let left = match nearest(neighbourhood, population, slot, place) {
-                Some(asked) => self.join(slot, asked),
+            let left = match nearest(spatial_hash, problem, slot, place) {
+                Some(candidate) => self.join(slot, candidate),
                 None => Some(slot),
             };
             if let Some(slot) = left {
                 self.begin(slot);
-                neighbourhood.insert(population, slot);
+                spatial_hash.insert(problem, slot);
             }
         }
-        self.measure(population) && self.holds(neighbourhood, population)
+        self.measure(problem) && self.is_equivalent_to_loop(spatial_hash, problem)
     }
 
     /// Merges each group; returns the number of merged pairs.
     pub(super) fn merge(
         &mut self,
-        neighbourhood: &mut Neighbourhood,
-        population: &mut impl Population,
+        spatial_hash: &mut SpatialHash,
+        problem: &mut impl AssociationProblem,
     ) -> u64 {
         let mut merged = 0;
         for index in 0..self.oldest.len() {
             let Some(&oldest) = self.oldest.get(index) else { break };
             self.gather(oldest);
             // The naive loop over the members of this group.
-            while let Some(nearest) = nearest_pair(population, &self.scratch) {
+            while let Some(nearest) = nearest_pair(problem, &self.scratch) {
                 let (kept, gone) = nearest;
-                population.merge(kept, gone);
+                problem.merge(kept, gone);
                 self.scratch.retain(|&slot| slot != gone);
                 merged += 1;
             }
-            neighbourhood.insert(population, oldest);
+            spatial_hash.insert(problem, oldest);
         }
         merged
     }
@@ -149,15 +149,15 @@ impl Grouping {
         if let (Some(group), Some(member)) =
             (self.groups.get_mut(slot as usize), self.members.get(slot as usize))
         {
-            *group = Group { frames: member.frame, ..ALONE };
+            *group = Group { frames: member.frame, ..EMPTY_GROUP };
             self.oldest.push(slot);
         }
     }
 
     /// Adds a new member to the group of the nearest member. Returns the member that is displaced, because another one
     /// of its frame is nearer.
-    fn join(&mut self, slot: u32, asked: Asked) -> Option<u32> {
-        let Asked { slot: oldest, distance } = asked;
+    fn join(&mut self, slot: u32, candidate: Candidate) -> Option<u32> {
+        let Candidate { slot: oldest, distance } = candidate;
         let group = self.groups.get_mut(oldest as usize)?;
         let frame = self.members.get(slot as usize)?.frame;
         if group.frames == 0 {
@@ -165,7 +165,7 @@ impl Grouping {
         }
         let mut left = None;
         if group.frames & frame != 0 {
-            let (mut before, mut rival) = (NOBODY, group.first);
+            let (mut before, mut rival) = (NO_SLOT, group.first);
             let next = loop {
                 let Some(member) = self.members.get(rival as usize) else { return Some(slot) };
                 if member.frame == frame {
@@ -194,7 +194,7 @@ impl Grouping {
     fn gather(&mut self, oldest: u32) {
         self.scratch.clear();
         self.scratch.push(oldest);
-        let mut next = self.groups.get(oldest as usize).map_or(NOBODY, |group| group.first);
+        let mut next = self.groups.get(oldest as usize).map_or(NO_SLOT, |group| group.first);
         while let Some(member) = self.members.get(next as usize) {
             self.scratch.push(next);
             next = member.next;
@@ -202,38 +202,39 @@ impl Grouping {
     }
 
     /// Computes the radius and the diameter bound of each group; `false` if a group has no bound.
-    fn measure(&mut self, population: &impl Population) -> bool {
+    fn measure(&mut self, problem: &impl AssociationProblem) -> bool {
         (0..self.oldest.len()).all(|index| {
             let Some(&oldest) = self.oldest.get(index) else { return false };
             self.gather(oldest);
             if self.scratch.len() < 2 {
                 return true;
             }
-            let Some(spread) = population.spread(&self.scratch) else { return false };
+            let Some(diameter_bound) = problem.diameter_bound(&self.scratch) else { return false };
             let others = self.scratch.iter().skip(1);
-            let radius_m = others.fold(0.0, |most: f64, &slot| most.max(apart_m(population, oldest, slot)));
+            let radius_m = others.fold(0.0, |most: f64, &slot| most.max(distance_m(problem, oldest, slot)));
             if let Some(group) = self.groups.get_mut(oldest as usize) {
-                (group.radius_m, group.spread) = (radius_m + ROUNDING_M, spread);
+                (group.radius_m, group.diameter_bound) = (radius_m + ROUNDING_M, diameter_bound);
             }
             true
         })
     }
 
     /// Whether the loop merges no pair across groups, neither while the groups are merged nor afterwards.
-    fn holds(&self, neighbourhood: &Neighbourhood, population: &impl Population) -> bool {
-        let group = |slot: u32| self.groups.get(slot as usize).copied().unwrap_or(ALONE);
+    fn is_equivalent_to_loop(&self, spatial_hash: &SpatialHash, problem: &impl AssociationProblem) -> bool {
+        let group = |slot: u32| self.groups.get(slot as usize).copied().unwrap_or(EMPTY_GROUP);
         let groups = || self.oldest.iter().map(|&slot| (slot, group(slot)));
-        let most = groups().fold(ALONE, |most, (_, group)| Group {
+        let most = groups().fold(EMPTY_GROUP, |most, (_, group)| Group {
             radius_m: most.radius_m.max(group.radius_m),
-            spread: most.spread.max(group.spread),
+            diameter_bound: most.diameter_bound.max(group.diameter_bound),
             ..most
         });
-        let gap_m = |a: u32, b: u32| apart_m(population, a, b) - group(a).radius_m - group(b).radius_m;
-        let crowded = groups().filter(|(_, group)| group.first != NOBODY).any(|(slot, of)| {
-            let around_m = of.radius_m + most.radius_m + population.reach_m(most.spread) + ROUNDING_M;
+        let gap_m = |a: u32, b: u32| distance_m(problem, a, b) - group(a).radius_m - group(b).radius_m;
+        let crowded = groups().filter(|(_, group)| group.first != NO_SLOT).any(|(slot, of)| {
+            let around_m =
+                of.radius_m + most.radius_m + problem.gate_radius_m(most.diameter_bound) + ROUNDING_M;
             // A member may lack a gate key of its oldest, so the search ignores gate keys.
-            neighbourhood.any_at_all_within(slot, around_m, |other| {
-                let farthest_m = population.reach_m(of.spread.max(group(other).spread));
+            spatial_hash.any_within_ignoring_keys(slot, around_m, |other| {
+                let farthest_m = problem.gate_radius_m(of.diameter_bound.max(group(other).diameter_bound));
                 gap_m(slot, other) <= farthest_m + ROUNDING_M
             })
         });
@@ -243,26 +244,26 @@ impl Grouping {
         // Groups sharing a source frame cannot be linked. So only groups without a member of the most frequent frame
         // need a neighbour search.
         let fullest = self.frames.iter().enumerate().max_by_key(|(_, frame)| frame.members);
-        let star = fullest.map_or(0, |(index, _)| 1_u64 << index);
-        let unseen = population.old().iter().copied().filter(|&slot| group(slot).frames == 0);
-        let seen = self.oldest.iter().copied().filter(|&slot| group(slot).frames & star == 0);
+        let most_frequent_frame = fullest.map_or(0, |(index, _)| 1_u64 << index);
+        let unseen = problem.old().iter().copied().filter(|&slot| group(slot).frames == 0);
+        let seen = self.oldest.iter().copied().filter(|&slot| group(slot).frames & most_frequent_frame == 0);
         !unseen.chain(seen).any(|slot| {
             let frames = group(slot).frames;
-            let around_m = neighbourhood.reach_m() + 2.0 * most.radius_m;
-            neighbourhood.any_within(slot, around_m, |other| {
+            let around_m = spatial_hash.gate_radius_m() + 2.0 * most.radius_m;
+            spatial_hash.any_within(slot, around_m, |other| {
                 let of_other = group(other).frames;
-                frames | of_other != 0 && frames & of_other == 0 && !population.stay_apart(slot, other)
+                frames | of_other != 0 && frames & of_other == 0 && !problem.remains_cannot_link(slot, other)
             })
         })
     }
 }
 
 /// The nearest pair among some members that may be merged, ordered by identity.
-fn nearest_pair(population: &impl Population, members: &[u32]) -> Option<(u32, u32)> {
+fn nearest_pair(problem: &impl AssociationProblem, members: &[u32]) -> Option<(u32, u32)> {
     let mut nearest: Option<super::Pair> = None;
     for (index, &a) in members.iter().enumerate() {
         for &b in members.iter().skip(index + 1) {
-            if let Some(pair) = pair(population, a, b)
+            if let Some(pair) = pair(problem, a, b)
                 && nearest.is_none_or(|nearest| pair.is_before(&nearest))
             {
                 nearest = Some(pair);
@@ -273,8 +274,8 @@ fn nearest_pair(population: &impl Population, members: &[u32]) -> Option<(u32, u
 }
 
 /// Distance of two members, in metres; 0 if one has no position.
-fn apart_m(population: &impl Population, a: u32, b: u32) -> f64 {
-    let (Some(a), Some(b)) = (population.place(a), population.place(b)) else { return 0.0 };
+fn distance_m(problem: &impl AssociationProblem, a: u32, b: u32) -> f64 {
+    let (Some(a), Some(b)) = (problem.place(a), problem.place(b)) else { return 0.0 };
     let squared = a.iter().zip(&b).map(|(a, b)| (f64::from(*a) - f64::from(*b)).powi(2));
     squared.sum::<f64>().sqrt()
 }

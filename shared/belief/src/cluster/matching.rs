@@ -1,8 +1,8 @@
 use std::cmp::Ordering;
 
-use super::neighbourhood::Neighbourhood;
-use super::{Population, Seen};
-use crate::room::Room;
+use super::spatial_hash::SpatialHash;
+use super::{AssociationProblem, MemberSummary};
+use crate::room::BoundedVec;
 
 /// One-to-one assignment of detections (new members) to tracks (old members), valid if no two tracks come within each
 /// other's gate.
@@ -14,148 +14,148 @@ use crate::room::Room;
 #[derive(Clone, Debug)]
 pub(super) struct Matching {
     /// Indexed by the slot of the track: its matched detection, of this round or an earlier one.
-    kept: Box<[Asker]>,
+    matched: Box<[Proposal]>,
     /// Number of the current matching.
     round: u32,
     /// The tracks that have a match.
-    askers: Room<u32>,
+    matched_tracks: BoundedVec<u32>,
     /// Unmatched detections that still have to propose to the nearest track that accepts them.
-    waiting: Room<u32>,
+    unmatched: BoundedVec<u32>,
     /// Tracks that were not detected in the previous frame, so no cannot-link between them is known in advance.
-    strangers: Room<u32>,
+    unconstrained: BoundedVec<u32>,
 }
 
 /// A detection that proposed in a round.
 #[derive(Clone, Copy, Debug)]
-struct Asker {
+struct Proposal {
     distance: f64,
     slot: u32,
     round: u32,
 }
 
 /// No proposal: no round has this number.
-const NOBODY: Asker = Asker { distance: 0.0, slot: u32::MAX, round: 0 };
+const NO_PROPOSAL: Proposal = Proposal { distance: 0.0, slot: u32::MAX, round: 0 };
 
-impl Asker {
-    fn is_before(&self, other: &Self, population: &impl Population) -> bool {
-        is_nearer((self.distance, self.slot), (other.distance, other.slot), population)
+impl Proposal {
+    fn is_before(&self, other: &Self, problem: &impl AssociationProblem) -> bool {
+        is_nearer((self.distance, self.slot), (other.distance, other.slot), problem)
     }
 }
 
 /// Whether `a` precedes `b`: smaller distance first, then lower identity.
 #[inline]
-fn is_nearer(a: (f64, u32), b: (f64, u32), population: &impl Population) -> bool {
+fn is_nearer(a: (f64, u32), b: (f64, u32), problem: &impl AssociationProblem) -> bool {
     match a.0.total_cmp(&b.0) {
         Ordering::Less => true,
         Ordering::Greater => false,
-        Ordering::Equal => population.id(a.1) < population.id(b.1),
+        Ordering::Equal => problem.id(a.1) < problem.id(b.1),
     }
 }
 
 /// A candidate track of a detection, with its distance.
 #[derive(Clone, Copy)]
-pub(super) struct Asked {
+pub(super) struct Candidate {
     pub(super) slot: u32,
     pub(super) distance: f64,
 }
 
-impl Asked {
+impl Candidate {
     /// Smaller distance first, then the older track.
-    fn is_before(&self, other: &Self, population: &impl Population) -> bool {
-        is_nearer((self.distance, self.slot), (other.distance, other.slot), population)
+    fn is_before(&self, other: &Self, problem: &impl AssociationProblem) -> bool {
+        is_nearer((self.distance, self.slot), (other.distance, other.slot), problem)
     }
 }
 
 impl Matching {
     pub(super) fn new(slots: usize) -> Self {
         Self {
-            kept: vec![NOBODY; slots].into_boxed_slice(),
+            matched: vec![NO_PROPOSAL; slots].into_boxed_slice(),
             round: 0,
-            askers: Room::for_most(slots),
-            waiting: Room::for_most(slots),
-            strangers: Room::for_most(slots),
+            matched_tracks: BoundedVec::with_bound(slots),
+            unmatched: BoundedVec::with_bound(slots),
+            unconstrained: BoundedVec::with_bound(slots),
         }
     }
 
     /// Matches the detections with the tracks; only the tracks are in the spatial hash. Returns `false` if the result
     /// could differ from the loop's.
-    pub(super) fn find(&mut self, neighbourhood: &Neighbourhood, population: &impl Population) -> bool {
+    pub(super) fn find(&mut self, spatial_hash: &SpatialHash, problem: &impl AssociationProblem) -> bool {
         self.begin();
-        if !neighbourhood.is_of_places() {
+        if !spatial_hash.is_spatial() {
             return false;
         }
-        for &slot in population.fresh() {
-            let Some(place) = population.place(slot) else { return false };
-            let left = match nearest(neighbourhood, population, slot, place) {
-                Some(asked) => self.ask(population, slot, asked),
+        for &slot in problem.fresh() {
+            let Some(place) = problem.place(slot) else { return false };
+            let left = match nearest(spatial_hash, problem, slot, place) {
+                Some(candidate) => self.propose(problem, slot, candidate),
                 None => Some(slot),
             };
-            self.waiting.extend(left);
+            self.unmatched.extend(left);
         }
-        while let Some(slot) = self.waiting.pop() {
-            if let Some(asked) = self.would_have(neighbourhood, population, slot) {
-                let left = self.ask(population, slot, asked);
-                self.waiting.extend(left);
+        while let Some(slot) = self.unmatched.pop() {
+            if let Some(candidate) = self.nearest_accepting(spatial_hash, problem, slot) {
+                let left = self.propose(problem, slot, candidate);
+                self.unmatched.extend(left);
             }
         }
-        self.holds(neighbourhood, population)
+        self.is_equivalent_to_loop(spatial_hash, problem)
     }
 
     /// Starts a round without matches.
     fn begin(&mut self) {
-        self.askers.clear();
-        self.waiting.clear();
+        self.matched_tracks.clear();
+        self.unmatched.clear();
         self.round = self.round.wrapping_add(1);
-        if self.round == NOBODY.round {
+        if self.round == NO_PROPOSAL.round {
             // The round counter wrapped around, and entries of old rounds are still in the table.
-            self.kept.fill(NOBODY);
+            self.matched.fill(NO_PROPOSAL);
             self.round += 1;
         }
     }
 
     /// The match of a track in this round.
-    fn kept_by(&self, slot: u32) -> Option<&Asker> {
-        self.kept.get(slot as usize).filter(|kept| kept.round == self.round)
+    fn match_of(&self, slot: u32) -> Option<&Proposal> {
+        self.matched.get(slot as usize).filter(|matched| matched.round == self.round)
     }
 
     /// Pair `index` of the matching: the track and the detection.
     #[inline]
     pub(super) fn pair(&self, index: usize) -> Option<(u32, u32)> {
-        let &slot = self.askers.get(index)?;
-        Some((slot, self.kept.get(slot as usize)?.slot))
+        let &slot = self.matched_tracks.get(index)?;
+        Some((slot, self.matched.get(slot as usize)?.slot))
     }
 
     /// A detection proposes to a track. Returns the detection that is rejected, if any.
-    fn ask(&mut self, population: &impl Population, slot: u32, asked: Asked) -> Option<u32> {
-        let kept = self.kept.get_mut(asked.slot as usize)?;
-        let asker = Asker { slot, distance: asked.distance, round: self.round };
-        if kept.round != self.round {
-            *kept = asker;
-            self.askers.push(asked.slot);
+    fn propose(&mut self, problem: &impl AssociationProblem, slot: u32, candidate: Candidate) -> Option<u32> {
+        let matched = self.matched.get_mut(candidate.slot as usize)?;
+        let proposal = Proposal { slot, distance: candidate.distance, round: self.round };
+        if matched.round != self.round {
+            *matched = proposal;
+            self.matched_tracks.push(candidate.slot);
             None
-        } else if asker.is_before(kept, population) {
-            Some(std::mem::replace(kept, asker).slot)
+        } else if proposal.is_before(matched, problem) {
+            Some(std::mem::replace(matched, proposal).slot)
         } else {
             Some(slot)
         }
     }
 
     /// The nearest track that would accept a proposal of the detection.
-    fn would_have(
+    fn nearest_accepting(
         &self,
-        neighbourhood: &Neighbourhood,
-        population: &impl Population,
+        spatial_hash: &SpatialHash,
+        problem: &impl AssociationProblem,
         slot: u32,
-    ) -> Option<Asked> {
-        let mut nearest: Option<Asked> = None;
-        neighbourhood.each_near(population, slot, |other| {
-            let Some(distance) = population.distance(other, slot) else { return };
-            let (asked, asker) =
-                (Asked { slot: other, distance }, Asker { slot, distance, round: self.round });
-            if self.kept_by(other).is_none_or(|kept| asker.is_before(kept, population))
-                && nearest.is_none_or(|nearest| asked.is_before(&nearest, population))
+    ) -> Option<Candidate> {
+        let mut nearest: Option<Candidate> = None;
+        spatial_hash.for_each_neighbour(problem, slot, |other| {
+            let Some(distance) = problem.distance(other, slot) else { return };
+            let (candidate, proposal) =
+                (Candidate { slot: other, distance }, Proposal { slot, distance, round: self.round });
+            if self.match_of(other).is_none_or(|matched| proposal.is_before(matched, problem))
+                && nearest.is_none_or(|nearest| candidate.is_before(&nearest, problem))
             {
-                nearest = Some(asked);
+                nearest = Some(candidate);
             }
         });
         nearest
@@ -165,57 +165,62 @@ impl Matching {
     ///
     /// Before the loop's first merge of two tracks, each has merged with at most one detection, its match. So each has
     /// moved by no more than the distance of that match.
-    fn holds(&mut self, neighbourhood: &Neighbourhood, population: &impl Population) -> bool {
+    fn is_equivalent_to_loop(
+        &mut self,
+        spatial_hash: &SpatialHash,
+        problem: &impl AssociationProblem,
+    ) -> bool {
         let mut farthest = 0.0_f64;
-        for (old, fresh) in (0..self.askers.len()).filter_map(|index| self.pair(index)) {
-            if !population.takes_in(old, fresh) {
+        for (old, fresh) in (0..self.matched_tracks.len()).filter_map(|index| self.pair(index)) {
+            if !problem.is_convex_merge(old, fresh) {
                 return false;
             }
-            farthest = farthest.max(self.kept_by(old).map_or(0.0, |asker| asker.distance));
+            farthest = farthest.max(self.match_of(old).map_or(0.0, |proposal| proposal.distance));
         }
-        if self.askers.is_empty() {
+        if self.matched_tracks.is_empty() {
             return true;
         }
         // One more than the number of matched tracks suffices for the comparison below.
-        let strangers = population.old().iter().copied().filter(|&slot| !population.is_companion(slot));
-        self.strangers.clear();
-        self.strangers.extend(strangers.take(self.askers.len() + 1));
-        let moved_m = population.reach_m(farthest);
-        let keeps = |slot: u32| self.kept_by(slot).is_some();
-        let meets = |slot: u32, is_companion: bool| {
-            neighbourhood.any_within(slot, neighbourhood.reach_m() + 2.0 * moved_m, |other| {
+        let unconstrained = problem.old().iter().copied().filter(|&slot| !problem.co_detected(slot));
+        self.unconstrained.clear();
+        self.unconstrained.extend(unconstrained.take(self.matched_tracks.len() + 1));
+        let moved_m = problem.gate_radius_m(farthest);
+        let keeps = |slot: u32| self.match_of(slot).is_some();
+        let meets = |slot: u32, co_detected: bool| {
+            spatial_hash.any_within(slot, spatial_hash.gate_radius_m() + 2.0 * moved_m, |other| {
                 (keeps(slot) || keeps(other))
-                    && !(is_companion && population.is_companion(other))
-                    && !population.stay_apart(slot, other)
+                    && !(co_detected && problem.co_detected(other))
+                    && !problem.remains_cannot_link(slot, other)
             })
         };
         // A violating pair contains one unconstrained and one matched track; scan from the smaller of the two sets.
-        if self.strangers.len() <= self.askers.len() {
-            !self.strangers.iter().any(|&slot| meets(slot, false))
+        if self.unconstrained.len() <= self.matched_tracks.len() {
+            !self.unconstrained.iter().any(|&slot| meets(slot, false))
         } else {
-            !self.askers.iter().any(|&slot| meets(slot, population.is_companion(slot)))
+            !self.matched_tracks.iter().any(|&slot| meets(slot, problem.co_detected(slot)))
         }
     }
 }
 
 /// The nearest track, if it is closer than the radius that the local search covered completely.
 pub(super) fn nearest(
-    neighbourhood: &Neighbourhood,
-    population: &impl Population,
+    spatial_hash: &SpatialHash,
+    problem: &impl AssociationProblem,
     slot: u32,
     place: [f32; 3],
-) -> Option<Asked> {
-    let mut nearest: Option<Asked> = None;
-    let from = Seen { place_m: place, symbols: population.symbols(slot) };
-    let looked_m = neighbourhood.each_close(&from, |other, seen| {
-        let asked = Asked { slot: other, distance: population.distance_seen((other, seen), (slot, &from))? };
-        if nearest.is_some_and(|nearest| !asked.is_before(&nearest, population)) {
+) -> Option<Candidate> {
+    let mut nearest: Option<Candidate> = None;
+    let from = MemberSummary { place_m: place, gate_keys: problem.gate_keys(slot) };
+    let searched_m = spatial_hash.for_each_in_nearest_cells(&from, |other, seen| {
+        let candidate =
+            Candidate { slot: other, distance: problem.gated_distance((other, seen), (slot, &from))? };
+        if nearest.is_some_and(|nearest| !candidate.is_before(&nearest, problem)) {
             return None;
         }
-        nearest = Some(asked);
-        Some(population.reach_m(asked.distance))
+        nearest = Some(candidate);
+        Some(problem.gate_radius_m(candidate.distance))
     });
-    nearest.filter(|nearest| population.reach_m(nearest.distance) < looked_m)
+    nearest.filter(|nearest| problem.gate_radius_m(nearest.distance) < searched_m)
 }
 
 #[cfg(test)]
@@ -226,21 +231,21 @@ mod tests {
     fn what_was_kept_in_a_round_is_forgotten_in_the_next_and_when_its_number_comes_again() {
         let mut matching = Matching::new(2);
         let keep = |matching: &mut Matching| {
-            matching.kept[1] = Asker { distance: 0.0, slot: 0, round: matching.round };
-            assert!(matching.kept_by(1).is_some() && matching.kept_by(0).is_none());
+            matching.matched[1] = Proposal { distance: 0.0, slot: 0, round: matching.round };
+            assert!(matching.match_of(1).is_some() && matching.match_of(0).is_none());
         };
         matching.begin();
         keep(&mut matching);
         let first = matching.round;
         matching.begin();
-        assert!(matching.kept_by(1).is_none());
+        assert!(matching.match_of(1).is_none());
         matching.round = first;
-        assert!(matching.kept_by(1).is_some(), "it lies there still");
+        assert!(matching.match_of(1).is_some(), "it lies there still");
         // The counter wraps around.
         matching.round = u32::MAX;
         matching.begin();
         assert_eq!(matching.round, first);
-        assert!(matching.kept_by(1).is_none());
+        assert!(matching.match_of(1).is_none());
         keep(&mut matching);
     }
 }

@@ -1,6 +1,6 @@
 use std::cmp::Ordering;
 
-use crate::room::Room;
+use crate::room::BoundedVec;
 
 /// A pair of members that may be merged.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -34,7 +34,7 @@ const OUT: u32 = u32::MAX;
 /// An indexed binary heap with at most one pair per slot, that of the slot's older member.
 #[derive(Clone, Debug)]
 pub(crate) struct Queue {
-    heap: Room<Entry>,
+    heap: BoundedVec<Entry>,
     /// Position in the heap, by slot.
     places: Box<[u32]>,
     /// By slot.
@@ -51,7 +51,7 @@ struct Entry {
 impl Queue {
     pub(crate) fn new(slots: usize) -> Self {
         Self {
-            heap: Room::for_most(slots),
+            heap: BoundedVec::with_bound(slots),
             places: vec![OUT; slots].into_boxed_slice(),
             pairs: vec![NO_PAIR; slots].into_boxed_slice(),
         }
@@ -69,7 +69,7 @@ impl Queue {
     }
 
     /// Adds a pair while the queue is being filled; replaces that of its slot if it precedes it. The caller must call
-    /// [`Self::order`] afterwards.
+    /// [`Self::heapify`] afterwards.
     pub(crate) fn propose(&mut self, pair: Pair) {
         let slot = pair.older_slot as usize;
         let (Some(place), Some(held)) = (self.places.get_mut(slot), self.pairs.get_mut(slot)) else { return };
@@ -86,9 +86,9 @@ impl Queue {
     }
 
     /// Builds the heap after the queue was filled.
-    pub(crate) fn order(&mut self) {
+    pub(crate) fn heapify(&mut self) {
         for place in (0..self.heap.len() / 2).rev() {
-            self.sink(place);
+            self.sift_down(place);
         }
     }
 
@@ -110,8 +110,8 @@ impl Queue {
                     place as usize
                 };
                 self.put(place, entry);
-                let place = self.rise(place);
-                self.sink(place);
+                let place = self.sift_up(place);
+                self.sift_down(place);
             }
         }
     }
@@ -124,8 +124,8 @@ impl Queue {
         }
         if place < self.heap.len() {
             self.put(place, last);
-            let place = self.rise(place);
-            self.sink(place);
+            let place = self.sift_up(place);
+            self.sift_down(place);
         }
     }
 
@@ -138,7 +138,7 @@ impl Queue {
         }
     }
 
-    fn rise(&mut self, mut place: usize) -> usize {
+    fn sift_up(&mut self, mut place: usize) -> usize {
         let Some(entry) = self.heap.get(place).copied() else { return place };
         while place > 0 {
             let above = (place - 1) / 2;
@@ -153,7 +153,7 @@ impl Queue {
         place
     }
 
-    fn sink(&mut self, mut place: usize) {
+    fn sift_down(&mut self, mut place: usize) {
         let Some(entry) = self.heap.get(place).copied() else { return };
         loop {
             let (left, right) = (self.heap.get(2 * place + 1), self.heap.get(2 * place + 2));

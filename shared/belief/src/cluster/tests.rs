@@ -9,9 +9,9 @@ use message::{Feature, Observation, Perceived, PerceptValue, Snapshot};
 use proptest::prelude::*;
 use proptest::test_runner::TestRunner;
 
-use super::{Clustering, Population as _, cluster_naively};
+use super::{AssociationProblem as _, Clustering, cluster_naively};
 use crate::arena::{Arena, Step};
-use crate::own::{self, Functions, Samples};
+use crate::plugin::{self, BeliefPlugins, Samples};
 use crate::sample::Sample;
 
 /// A new belief, with coordinates on a coarse lattice, so that ties are common.
@@ -72,7 +72,7 @@ fn alike(x: i8, group: usize) -> Seen {
 /// An asymmetric plug-in distance that is invalid for some pairs.
 struct Uphill;
 
-impl own::Distance for Uphill {
+impl plugin::Distance for Uphill {
     fn between(&self, one: &Feature, other: &Feature) -> Option<f64> {
         let up = |a: f32, b: f32| f64::from(if a < b { 2.0 * (b - a) } else { a - b });
         match (one, other) {
@@ -93,7 +93,7 @@ impl own::Distance for Uphill {
 /// A plug-in history that returns the mean of the last three positions.
 struct Mean;
 
-impl own::History for Mean {
+impl plugin::History for Mean {
     fn samples(&self) -> usize {
         3
     }
@@ -119,8 +119,8 @@ impl own::History for Mean {
     }
 }
 
-fn functions() -> Functions {
-    let mut functions = Functions::default();
+fn functions() -> BeliefPlugins {
+    let mut functions = BeliefPlugins::default();
     functions.distances.push(("uphill".to_owned(), Arc::new(Uphill)));
     functions.histories.push(("mean".to_owned(), Arc::new(Mean)));
     functions
@@ -240,7 +240,7 @@ impl Twins {
         Self {
             percepts,
             reference: arena.clone(),
-            clustering: Clustering::new(arena.slots(), arena.reach_m()),
+            clustering: Clustering::new(arena.slots(), arena.gate_radius_m()),
             arena,
             id: 0,
             last: [None; SOURCES],
@@ -250,12 +250,12 @@ impl Twins {
     }
 
     /// One step of both; returns the number of merges in each.
-    fn step(&mut self, at: u64, seen: &[Seen], settled: bool) -> [u64; 2] {
-        self.step_late(at, 0, seen, settled)
+    fn step(&mut self, at: u64, seen: &[Seen], is_clustered: bool) -> [u64; 2] {
+        self.step_late(at, 0, seen, is_clustered)
     }
 
     /// Like [`Self::step`], with observations made earlier; the frames of a source stay in order.
-    fn step_late(&mut self, at: u64, late: u64, seen: &[Seen], settled: bool) -> [u64; 2] {
+    fn step_late(&mut self, at: u64, late: u64, seen: &[Seen], is_clustered: bool) -> [u64; 2] {
         let now = 10 * at;
         let before = self.last;
         let observed = before.map(|last| now.saturating_sub(late).max(last.map_or(0, |last| last + 1)));
@@ -270,18 +270,18 @@ impl Twins {
         }
         seen.iter().for_each(|seen| self.last[seen.group] = Some(observed[seen.group]));
         for arena in [&mut self.reference, &mut self.arena] {
-            arena.follow(|source, _| before[usize::from(source)].map(Instant::from_nanos));
+            arena.set_previous_frame(|source, _| before[usize::from(source)].map(Instant::from_nanos));
         }
         let one_frame = seen.iter().all(|one| one.group == seen[0].group);
         let expected = cluster_naively(&mut Step { arena: &mut self.reference, perceived: &perceived });
-        self.reference.settle(&perceived);
+        self.reference.commit(&perceived);
         let mut step = Step { arena: &mut self.arena, perceived: &perceived };
-        let fresh_apart = one_frame && step.arena.keeps_apart();
-        let Clustering { matching, grouping, neighbourhood, .. } = &mut self.clustering.clone();
-        self.matched = settled && fresh_apart && matching.find(neighbourhood, &step);
-        self.grouped = settled && !fresh_apart && grouping.find(neighbourhood, &step);
-        let merged = self.clustering.run(&mut step, settled, fresh_apart);
-        self.arena.settle(&perceived);
+        let detections_cannot_link = one_frame && step.arena.has_cannot_link();
+        let Clustering { matching, grouping, spatial_hash, .. } = &mut self.clustering.clone();
+        self.matched = is_clustered && detections_cannot_link && matching.find(spatial_hash, &step);
+        self.grouped = is_clustered && !detections_cannot_link && grouping.find(spatial_hash, &step);
+        let merged = self.clustering.run(&mut step, is_clustered, detections_cannot_link);
+        self.arena.commit(&perceived);
         let step = Step { arena: &mut self.arena, perceived: &[] };
         step.old().iter().for_each(|&slot| self.clustering.place(&step, slot));
         [expected, merged]
@@ -304,10 +304,10 @@ proptest! {
         sources in prop::sample::select(vec![1, 2, 3, SOURCES]),
     ) {
         let mut twins = Twins::new(percepts);
-        for (at, (frame, late, settled)) in (1..).zip(frames) {
+        for (at, (frame, late, is_clustered)) in (1..).zip(frames) {
             let frame: Vec<_> =
                 frame.into_iter().map(|seen| Seen { group: seen.group % sources, ..seen }).collect();
-            let [expected, merged] = twins.step_late(at, late, &frame, settled);
+            let [expected, merged] = twins.step_late(at, late, &frame, is_clustered);
             prop_assert_eq!(merged, expected);
             let [expected, contents] = twins.contents();
             prop_assert_eq!(contents, expected);
@@ -321,7 +321,7 @@ fn by_turns() -> impl Strategy<Value = Vec<(Vec<Seen>, u64, bool)>> {
     let things = prop::collection::vec(([0..10_i8, 0..2_i8, 0..1_i8], 0..2_u16), 1..4);
     let frame =
         (things, 0..SOURCES, prop::sample::select(vec![0_u64, 0, 7, 80, 300]), prop::bool::weighted(0.8));
-    let frame = frame.prop_map(|(things, group, late, settled)| {
+    let frame = frame.prop_map(|(things, group, late, is_clustered)| {
         let seen = things.into_iter().map(|(place, colour)| Seen {
             place: Some(place),
             colour: Some(colour),
@@ -329,7 +329,7 @@ fn by_turns() -> impl Strategy<Value = Vec<(Vec<Seen>, u64, bool)>> {
             group,
             ..Seen::default()
         });
-        (seen.collect(), late, settled)
+        (seen.collect(), late, is_clustered)
     });
     prop::collection::vec(frame, 8..32)
 }
@@ -345,8 +345,8 @@ proptest! {
         let mut percepts = Percepts::builtin();
         percepts.belief.threshold = threshold;
         let mut twins = Twins::new(percepts);
-        for (at, (frame, late, settled)) in (1..).zip(frames) {
-            let [expected, merged] = twins.step_late(at, late, &frame, settled);
+        for (at, (frame, late, is_clustered)) in (1..).zip(frames) {
+            let [expected, merged] = twins.step_late(at, late, &frame, is_clustered);
             prop_assert_eq!(merged, expected);
             let [expected, contents] = twins.contents();
             prop_assert_eq!(contents, expected);

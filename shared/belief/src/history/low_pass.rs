@@ -4,7 +4,7 @@ use clock::Instant;
 use message::{Feature, PerceptValue};
 use quantity::number::single;
 
-use crate::sample::{Kept, Sample, Taken, order};
+use crate::sample::{Sample, SampleRef, StoredSample, order};
 
 /// The low-pass history: y = a·x + (1 − a)·y, with a the share of the newest sample x.
 ///
@@ -20,7 +20,7 @@ pub(crate) struct LowPass {
 struct Filter {
     first_at: Instant,
     /// The newest sample, unfiltered.
-    newest: Kept,
+    newest: StoredSample,
     samples: u32,
     /// y
     value: Feature,
@@ -49,7 +49,7 @@ impl LowPass {
 
     /// Adds a sample, with a the `share` of the newest.
     #[inline]
-    pub(crate) fn take(&mut self, sample: Taken<'_>, share: f64) {
+    pub(crate) fn take(&mut self, sample: SampleRef<'_>, share: f64) {
         match &mut self.filter {
             // The common case, updated in place.
             Some(filter) if filter.newest.at < sample.at => {
@@ -58,13 +58,13 @@ impl LowPass {
                 filter.newest = sample.kept();
                 filter.samples = filter.samples.saturating_add(1);
             }
-            _ => self.take_slowly(sample.kept(), share),
+            _ => self.add_slow_path(sample.kept(), share),
         }
     }
 
     #[cold]
     #[inline(never)]
-    fn take_slowly(&mut self, sample: Kept, share: f64) {
+    fn add_slow_path(&mut self, sample: StoredSample, share: f64) {
         self.merge(&Self::of(sample), share);
     }
 
@@ -80,7 +80,7 @@ impl LowPass {
     }
 
     /// g(m, c, d) = h: the history of one sample.
-    fn of(sample: Kept) -> Self {
+    fn of(sample: StoredSample) -> Self {
         let filter =
             Filter { first_at: sample.at, newest: sample, samples: 1, value: sample.feature(), before: None };
         Self { filter: Some(filter) }

@@ -4,9 +4,9 @@ use clock::Instant;
 use message::Feature;
 use quantity::number::saturating_u16;
 
-use super::cells::{Cells, Column};
+use super::cells::{Cells, StridedView};
 use super::table::Table;
-use crate::sample::{Cell, Kept, Sample, Taken};
+use crate::sample::{CellFormat, Sample, SampleRef, StoredSample};
 
 /// The samples that a series drops when it is full; octaves also drop some [periodically](THINNED_EVERY).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -33,18 +33,18 @@ pub(crate) struct Series<T> {
     first: u16,
     len: u16,
     /// Number of samples ever added, in all histories merged into this one; wraps around.
-    taken: u32,
+    total_added: u32,
     /// A copy of the newest sample, which is read often and whose cell is in another cache line.
     newest: T,
 }
 
-impl<T: Cell> Default for Series<T> {
+impl<T: CellFormat> Default for Series<T> {
     fn default() -> Self {
-        Self { first: 0, len: 0, taken: 0, newest: T::NONE }
+        Self { first: 0, len: 0, total_added: 0, newest: T::NONE }
     }
 }
 
-impl<T: Cell> Series<T> {
+impl<T: CellFormat> Series<T> {
     #[inline]
     pub(crate) fn newest(&self) -> Option<Sample> {
         (self.len > 0).then(|| self.newest.kept().sample())
@@ -79,17 +79,20 @@ impl<T: Cell> Series<T> {
     /// Prefetches the cell that the next sample is usually written to, and the interleaved cells next to it.
     #[inline]
     pub(crate) fn prefetch(&self, cells: &Cells<&[T]>) {
-        prefetch::prefetch_all(cells.beside(self.cell(cells.len(), self.len as usize)));
+        prefetch::prefetch_all(cells.interleaved(self.cell(cells.len(), self.len as usize)));
     }
 
     /// Number of samples ever added.
     #[cfg(test)]
-    pub(crate) fn taken(&self) -> u32 {
-        self.taken
+    pub(crate) fn total_added(&self) -> u32 {
+        self.total_added
     }
 
     /// From the oldest to the newest.
-    pub(crate) fn samples<C: Deref<Target = [T]>>(&self, cells: &Cells<C>) -> impl Iterator<Item = Kept> {
+    pub(crate) fn samples<C: Deref<Target = [T]>>(
+        &self,
+        cells: &Cells<C>,
+    ) -> impl Iterator<Item = StoredSample> {
         (0..self.len as usize).filter_map(move |index| self.get(cells, index))
     }
 
@@ -103,53 +106,53 @@ impl<T: Cell> Series<T> {
         }
     }
 
-    /// Adds a sample, in its `column` of the cells of a row. `scratch` has capacity for one sample more than the column
+    /// Adds a sample, in its `view` of the cells of a row. `scratch` has capacity for one sample more than the column
     /// has cells. `phase` spreads the work of many series over time.
     #[inline(always)]
     pub(crate) fn take(
         &mut self,
-        (bands, row): (&mut Table<T>, u32),
-        column: &Column,
+        (blocks, row): (&mut Table<T>, u32),
+        view: &StridedView,
         thinning: Thinning,
-        sample: Taken<'_>,
+        sample: SampleRef<'_>,
         phase: u64,
-        scratch: &mut Vec<Kept>,
+        scratch: &mut Vec<StoredSample>,
     ) {
         let is_newest = self.len == 0 || self.newest.at() < sample.at;
-        let fits = thinning == Thinning::ForgetOldest || (self.len as usize) < column.len();
+        let fits = thinning == Thinning::ForgetOldest || (self.len as usize) < view.len();
         // The common case, in a few instructions.
         if is_newest && fits {
-            let cell = self.advance(column.len());
-            self.newest = T::of_taken(sample);
-            let place = column.in_row(bands, row).place(cell);
-            if let Some(cell) = bands.all_mut().get_mut(place) {
+            let cell = self.advance(view.len());
+            self.newest = T::from_ref(sample);
+            let place = view.in_row(blocks, row).place(cell);
+            if let Some(cell) = blocks.all_mut().get_mut(place) {
                 // Converted again instead of copied from `newest`, which would stall until that store completes.
-                *cell = T::of_taken(sample);
+                *cell = T::from_ref(sample);
             }
             if thinning == Thinning::Octaves && self.is_due(phase) {
-                self.thin_row(bands, row, column);
+                self.thin_row(blocks, row, view);
             }
         } else {
             // Of two samples of one instant, rank decides on the representable part of each.
-            let sample = T::of_taken(sample).kept();
-            self.take_slowly(column.cells_mut(bands, row), thinning, sample, phase, scratch);
+            let sample = T::from_ref(sample).kept();
+            self.add_slow_path(view.cells_mut(blocks, row), thinning, sample, phase, scratch);
         }
     }
 
     #[cold]
     #[inline(never)]
-    fn take_slowly(
+    fn add_slow_path(
         &mut self,
         mut cells: Cells<&mut [T]>,
         thinning: Thinning,
-        sample: Kept,
+        sample: StoredSample,
         phase: u64,
-        scratch: &mut Vec<Kept>,
+        scratch: &mut Vec<StoredSample>,
     ) {
         if self.len == 0 || self.newest.at() < sample.at {
             self.append(&mut cells, thinning, sample, phase, scratch);
         } else {
-            self.taken = self.taken.wrapping_add(1);
+            self.total_added = self.total_added.wrapping_add(1);
             self.unite(&mut cells, thinning, std::iter::once(sample), phase, scratch);
         }
     }
@@ -159,9 +162,9 @@ impl<T: Cell> Series<T> {
         &mut self,
         mut cells: Cells<&mut [T]>,
         thinning: Thinning,
-        (other, samples): (Self, &[Kept]),
+        (other, samples): (Self, &[StoredSample]),
         phase: u64,
-        scratch: &mut Vec<Kept>,
+        scratch: &mut Vec<StoredSample>,
     ) {
         let newest = |series: &Self| (series.len > 0).then_some(series.newest.at());
         let (mine, others) = (newest(self), newest(&other));
@@ -173,19 +176,19 @@ impl<T: Cell> Series<T> {
                 if let Some(&sample) = samples.first() {
                     self.append(&mut cells, thinning, sample, phase, scratch);
                 }
-                self.taken = self.taken.wrapping_add(other.taken.wrapping_sub(1));
+                self.total_added = self.total_added.wrapping_add(other.total_added.wrapping_sub(1));
             }
             (Some(mine), Some(others)) if self.len == 1 && others < mine => {
-                let (sample, taken) = (self.get(&cells, 0), self.taken);
-                self.taken = other.taken;
+                let (sample, total_added) = (self.get(&cells, 0), self.total_added);
+                self.total_added = other.total_added;
                 self.replace(&mut cells, samples.iter().copied());
                 if let Some(sample) = sample {
                     self.append(&mut cells, thinning, sample, phase, scratch);
                 }
-                self.taken = self.taken.wrapping_add(taken.wrapping_sub(1));
+                self.total_added = self.total_added.wrapping_add(total_added.wrapping_sub(1));
             }
             (_, Some(_)) => {
-                self.taken = self.taken.wrapping_add(other.taken);
+                self.total_added = self.total_added.wrapping_add(other.total_added);
                 self.unite(&mut cells, thinning, samples.iter().copied(), phase, scratch);
             }
         }
@@ -196,16 +199,16 @@ impl<T: Cell> Series<T> {
         &mut self,
         cells: &mut Cells<&mut [T]>,
         thinning: Thinning,
-        sample: Kept,
+        sample: StoredSample,
         phase: u64,
-        scratch: &mut Vec<Kept>,
+        scratch: &mut Vec<StoredSample>,
     ) {
         if self.len as usize == cells.len() {
             match thinning {
                 Thinning::ForgetOldest => {}
                 Thinning::Octaves => self.thin_octaves(cells),
                 Thinning::ShortestGap => {
-                    self.taken = self.taken.wrapping_add(1);
+                    self.total_added = self.total_added.wrapping_add(1);
                     scratch.clear();
                     scratch.extend(self.samples(cells));
                     scratch.push(sample);
@@ -228,7 +231,7 @@ impl<T: Cell> Series<T> {
     /// Reserves the cell for one more sample and returns its index; overwrites the oldest sample if the series is full.
     #[inline(always)]
     fn advance(&mut self, cells: usize) -> usize {
-        self.taken = self.taken.wrapping_add(1);
+        self.total_added = self.total_added.wrapping_add(1);
         if self.len as usize == cells {
             let oldest = self.first;
             self.first = if oldest + 1 < self.len { oldest + 1 } else { 0 };
@@ -241,13 +244,13 @@ impl<T: Cell> Series<T> {
     /// Whether a thinning pass is due.
     #[inline(always)]
     fn is_due(&self, phase: u64) -> bool {
-        u64::from(self.taken).wrapping_add(phase).is_multiple_of(THINNED_EVERY)
+        u64::from(self.total_added).wrapping_add(phase).is_multiple_of(THINNED_EVERY)
     }
 
     /// Not inlined, to keep the common case short.
     #[inline(never)]
-    fn thin_row(&mut self, bands: &mut Table<T>, row: u32, column: &Column) {
-        self.thin_octaves(&mut column.cells_mut(bands, row));
+    fn thin_row(&mut self, blocks: &mut Table<T>, row: u32, view: &StridedView) {
+        self.thin_octaves(&mut view.cells_mut(blocks, row));
     }
 
     /// Drops the samples that their older neighbour may represent.
@@ -256,13 +259,13 @@ impl<T: Cell> Series<T> {
         let at = |cells: &Cells<&mut [T]>, place| cells.at(place).map(|sample| sample.at().as_nanos());
         // The remaining samples are moved next to each other.
         let mut place = cells.place(self.cell(cells.len(), 0));
-        let mut this = cells.behind(place);
+        let mut this = cells.successor(place);
         let (Some(mut at_older), Some(mut at_this)) = (at(cells, place), at(cells, this)) else { return };
         let (mut dropped, mut left) = (0, self.len);
         while left > 2 {
-            let until = stands_until(at_older, newest);
+            let until = represents_until(at_older, newest);
             let next = loop {
-                let next = cells.behind(this);
+                let next = cells.successor(this);
                 let at_next = at(cells, next).unwrap_or(u64::MAX);
                 left -= 1;
                 // The newest sample is always later than `until`, so it stays.
@@ -272,18 +275,18 @@ impl<T: Cell> Series<T> {
                 dropped += 1;
                 (this, at_this) = (next, at_next);
             };
-            place = cells.behind(place);
-            cells.shift(this, place);
+            place = cells.successor(place);
+            cells.copy_cell(this, place);
             at_older = at_this;
             (this, at_this) = next;
         }
-        let behind = cells.behind(place);
-        cells.shift(this, behind);
+        let successor = cells.successor(place);
+        cells.copy_cell(this, successor);
         self.len -= dropped;
     }
 
     #[inline]
-    fn get<C: Deref<Target = [T]>>(&self, cells: &Cells<C>, index: usize) -> Option<Kept> {
+    fn get<C: Deref<Target = [T]>>(&self, cells: &Cells<C>, index: usize) -> Option<StoredSample> {
         cells.get(self.cell(cells.len(), index)).map(|cell| cell.kept()).filter(|_| index < self.len as usize)
     }
 
@@ -297,9 +300,9 @@ impl<T: Cell> Series<T> {
         &mut self,
         cells: &mut Cells<&mut [T]>,
         thinning: Thinning,
-        others: impl Iterator<Item = Kept>,
+        others: impl Iterator<Item = StoredSample>,
         phase: u64,
-        scratch: &mut Vec<Kept>,
+        scratch: &mut Vec<StoredSample>,
     ) {
         scratch.clear();
         union(self.samples(cells), others, scratch);
@@ -310,7 +313,7 @@ impl<T: Cell> Series<T> {
         }
     }
 
-    fn replace(&mut self, cells: &mut Cells<&mut [T]>, samples: impl Iterator<Item = Kept>) {
+    fn replace(&mut self, cells: &mut Cells<&mut [T]>, samples: impl Iterator<Item = StoredSample>) {
         (self.first, self.len) = (0, 0);
         for (index, sample) in (0..cells.len()).zip(samples) {
             if let Some(cell) = cells.get_mut(index) {
@@ -323,7 +326,11 @@ impl<T: Cell> Series<T> {
 }
 
 /// Merges two sequences in order of time; of two samples of one instant, the one of higher rank.
-fn union(mine: impl Iterator<Item = Kept>, others: impl Iterator<Item = Kept>, into: &mut Vec<Kept>) {
+fn union(
+    mine: impl Iterator<Item = StoredSample>,
+    others: impl Iterator<Item = StoredSample>,
+    into: &mut Vec<StoredSample>,
+) {
     let (mut mine, mut others) = (mine.peekable(), others.peekable());
     loop {
         let next = match (mine.peek(), others.peek()) {
@@ -341,7 +348,7 @@ fn union(mine: impl Iterator<Item = Kept>, others: impl Iterator<Item = Kept>, i
     }
 }
 
-fn thin(samples: &mut Vec<Kept>, room: usize, thinning: Thinning) {
+fn thin(samples: &mut Vec<StoredSample>, room: usize, thinning: Thinning) {
     if samples.len() <= room {
         return;
     }
@@ -364,9 +371,10 @@ fn thin(samples: &mut Vec<Kept>, room: usize, thinning: Thinning) {
 }
 
 /// Drops the samples that their older neighbours may represent.
-fn thin_octaves(samples: &mut Vec<Kept>) {
-    let newest = samples.last().copied().unwrap_or(Kept::NONE);
-    let mut series = Series::<Kept> { len: saturating_u16(samples.len()), newest, ..Series::default() };
+fn thin_octaves(samples: &mut Vec<StoredSample>) {
+    let newest = samples.last().copied().unwrap_or(StoredSample::NONE);
+    let mut series =
+        Series::<StoredSample> { len: saturating_u16(samples.len()), newest, ..Series::default() };
     series.thin_octaves(&mut Cells::of(samples.as_mut_slice()));
     samples.truncate(series.len as usize);
 }
@@ -378,6 +386,6 @@ fn thin_octaves(samples: &mut Vec<Kept>) {
 /// most two samples per octave of age remain, plus the newest two.
 ///
 /// It is the midpoint in time: its age is half that of the older sample.
-const fn stands_until(older: u64, newest: u64) -> u64 {
+const fn represents_until(older: u64, newest: u64) -> u64 {
     u64::midpoint(older, newest)
 }

@@ -1,17 +1,17 @@
 use std::ops::Range;
 
-use crate::room::Room;
+use crate::room::BoundedVec;
 
 /// Rows of equal width, stored contiguously, that grow within a preallocated capacity.
 #[derive(Clone, Debug)]
 pub(super) struct Table<T> {
     width: usize,
-    entries: Room<T>,
+    entries: BoundedVec<T>,
 }
 
 impl<T: Copy> Table<T> {
     pub(super) fn new(width: usize, rows: usize) -> Self {
-        Self { width, entries: Room::for_most(width * rows) }
+        Self { width, entries: BoundedVec::with_bound(width * rows) }
     }
 
     /// Index of the first entry of a row among all entries.

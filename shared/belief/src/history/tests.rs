@@ -39,7 +39,7 @@ fn histories_of<'a>(percepts: impl IntoIterator<Item = (&'a percepts::History, K
         kernel,
     };
     let percepts: Vec<_> = percepts.into_iter().map(percept).collect();
-    Histories::new(&percepts, &Functions::default(), 3).unwrap()
+    Histories::new(&percepts, &BeliefPlugins::default(), 3).unwrap()
 }
 
 /// Kernels that derive one symbol or number, and kernels that may derive several numbers.
@@ -69,7 +69,7 @@ fn small(number: u8) -> Feature {
 
 /// A row to which the samples were added one by one.
 fn grow(histories: &mut Histories, samples: &[Sample]) -> u32 {
-    let row = histories.take_row().unwrap();
+    let row = histories.allocate_row().unwrap();
     samples.iter().for_each(|sample| histories.take(row, 0, *sample, 0));
     row
 }
@@ -207,7 +207,7 @@ fn series_that_began_together_are_thinned_by_turns() {
     }
 }
 
-/// Two months at 200 Hz: `cargo test --release -p belief -- --ignored a_billion`.
+/// Two months at 200 Hz: `cargo test --free_slot -p belief -- --ignored a_billion`.
 #[test]
 #[ignore = "half a minute when optimised"]
 fn a_billion_samples_pass_through_a_log_timescale_in_constant_memory() {
@@ -378,12 +378,12 @@ proptest! {
         snapshots in prop::collection::vec(
             (0..9_u64, prop::collection::vec((prop::bool::weighted(0.95), 0..4_u8), 8)), 1..120,
         ),
-        are_sound in prop::bool::ANY, lane in 0..3_usize, phase in 0..64_u64,
+        are_sound in prop::bool::ANY, block_slot in 0..3_usize, phase in 0..64_u64,
     ) {
         let mut together = histories_of(percepts.iter().map(|(generator, kernel)| (generator, kernel.clone())));
         let mut alone: Vec<_> = percepts.iter().map(|(generator, _)| histories(generator)).collect();
         let row = |histories: &mut Histories| {
-            (0..=lane).map(|_| histories.take_row().unwrap()).last().unwrap()
+            (0..=block_slot).map(|_| histories.allocate_row().unwrap()).last().unwrap()
         };
         let of_all = row(&mut together);
         let rows: Vec<_> = alone.iter_mut().map(row).collect();
@@ -405,7 +405,7 @@ proptest! {
                     }
                 }
             }
-            refused -= together.take_all(of_all, &values, are_sound, Instant::from_nanos(at), phase);
+            refused -= together.add_snapshot(of_all, &values, are_sound, Instant::from_nanos(at), phase);
         }
         let alone: Vec<_> = alone.iter().zip(rows).map(|(alone, row)| alone.contents(row)).collect();
         prop_assert_eq!(together.contents(of_all), alone.join("\n"));
@@ -418,16 +418,16 @@ proptest! {
         generator in generators(), kernel in kernels(), first in features(), second in features(),
     ) {
         let mut histories = histories_of([(&generator, kernel.clone())]);
-        let row = histories.take_row().unwrap();
+        let row = histories.allocate_row().unwrap();
         let is_low_pass = matches!(generator, percepts::History::LowPass { .. });
-        let mut foreseen = None;
+        let mut predictable = None;
         for (at, feature) in (1..).zip(first.into_iter().chain(second)) {
             // A negative zero would collide with the bits of the kind.
             let taken = Sample { confidence: -0.0, matching: -0.0, ..sample(at, feature) };
-            histories.foresee(0, &mut foreseen, &PerceptValue::new(0, -0.0, -0.0, feature));
+            histories.predict_feature(0, &mut predictable, &PerceptValue::new(0, -0.0, -0.0, feature));
             histories.take(row, 0, taken, 0);
             let newest = histories.newest(row, 0).unwrap();
-            prop_assert_eq!(Some(newest.feature), foreseen);
+            prop_assert_eq!(Some(newest.feature), predictable);
             if !is_low_pass {
                 prop_assert_eq!(newest, Sample { feature: possible(&kernel, feature), ..taken });
             }
@@ -507,7 +507,7 @@ proptest! {
         let mut order: Vec<usize> = (0..drawn.len()).collect();
         order.sort_by_key(|index| index + came[*index].1);
         let mut histories = histories(&log_timescale(64));
-        let rows = [(); 2].map(|()| histories.take_row().unwrap());
+        let rows = [(); 2].map(|()| histories.allocate_row().unwrap());
         for index in order {
             histories.take(rows[usize::from(came[index].2)], 0, drawn[index], phase);
         }

@@ -58,8 +58,14 @@ fn had() -> impl Strategy<Value = Had> {
 }
 
 fn measures() -> impl Strategy<Value = Measure> {
-    let own = Measure::Own("squared".to_owned());
-    prop::sample::select(vec![Measure::Metres, Measure::AngleRad, Measure::Difference, Measure::Differs, own])
+    let plugin = Measure::Own("squared".to_owned());
+    prop::sample::select(vec![
+        Measure::Metres,
+        Measure::AngleRad,
+        Measure::Difference,
+        Measure::Differs,
+        plugin,
+    ])
 }
 
 /// d, and `None` for q = 0.
@@ -112,9 +118,9 @@ proptest! {
             }).collect(),
             cull: Vec::new(),
         };
-        let mut own = Functions::default();
-        own.distances.push(("squared".to_owned(), Arc::new(Squared)));
-        let metric = Metric::new(&config, &own).unwrap();
+        let mut plugin = BeliefPlugins::default();
+        plugin.distances.push(("squared".to_owned(), Arc::new(Squared)));
+        let metric = Metric::new(&config, &plugin).unwrap();
         let features = |pick: fn(&(Measure, f64, Had, Had)) -> Had| -> Vec<_> {
             let of = |percept: u16| pick(&terms[usize::from(percept)]).feature();
             metric.percepts().map(of).collect()

@@ -1,38 +1,38 @@
 use clock::Instant;
 use message::{Feature, PerceptValue};
 
-use super::{KIND_AT, Kept, Sample, Taken};
+use super::{KIND_AT, Sample, SampleRef, StoredSample};
 
 /// Storage format of a sample in a history's cells.
-pub(crate) trait Cell: Copy {
+pub(crate) trait CellFormat: Copy {
     /// Initial content of an unused cell.
     const NONE: Self;
 
-    fn of(sample: Kept) -> Self;
+    fn of(sample: StoredSample) -> Self;
 
     /// Converts a sample from an evaluation.
-    fn of_taken(sample: Taken<'_>) -> Self;
+    fn from_ref(sample: SampleRef<'_>) -> Self;
 
-    fn kept(self) -> Kept;
+    fn kept(self) -> StoredSample;
 
     fn at(&self) -> Instant;
 }
 
-impl Cell for Kept {
+impl CellFormat for StoredSample {
     const NONE: Self = Self::NONE;
 
     #[inline(always)]
-    fn of(sample: Kept) -> Self {
+    fn of(sample: StoredSample) -> Self {
         sample
     }
 
     #[inline(always)]
-    fn of_taken(sample: Taken<'_>) -> Self {
+    fn from_ref(sample: SampleRef<'_>) -> Self {
         sample.kept()
     }
 
     #[inline(always)]
-    fn kept(self) -> Kept {
+    fn kept(self) -> StoredSample {
         self
     }
 
@@ -45,19 +45,19 @@ impl Cell for Kept {
 /// A smaller format for percepts that derive a symbol, a number or nothing. A feature of several numbers is stored as
 /// none.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Narrow {
+pub(crate) struct Scalar {
     /// Lower and upper half of the time in nanoseconds, to avoid padding between array elements.
     at: [u32; 2],
-    /// As in [`Kept`].
+    /// As in [`StoredSample`].
     matching: u32,
     confidence: f32,
     number: f32,
 }
 
-impl Narrow {
+impl Scalar {
     /// The part of a feature that this format can represent.
     #[inline]
-    pub(crate) fn remains(feature: Feature) -> Feature {
+    pub(crate) fn representable(feature: Feature) -> Feature {
         match feature {
             Feature::None | Feature::Symbol(_) | Feature::Number(_) => feature,
             Feature::Vector(_) | Feature::Orientation(_) => Feature::None,
@@ -65,18 +65,18 @@ impl Narrow {
     }
 }
 
-impl Cell for Narrow {
+impl CellFormat for Scalar {
     const NONE: Self = Self { at: [0; 2], matching: 0, confidence: 0.0, number: 0.0 };
 
     #[inline]
-    fn of(sample: Kept) -> Self {
+    fn of(sample: StoredSample) -> Self {
         let Sample { at, matching, confidence, feature } = sample.sample();
         let value = PerceptValue::new(0, matching, confidence, feature);
-        Self::of_taken(Taken { at, value: &value })
+        Self::from_ref(SampleRef { at, value: &value })
     }
 
     #[inline(always)]
-    fn of_taken(sample: Taken<'_>) -> Self {
+    fn from_ref(sample: SampleRef<'_>) -> Self {
         let PerceptValue { matching, confidence, .. } = *sample.value;
         let (kind, [number, ..]) = sample.value.raw_feature();
         let kind = if kind <= Feature::NUMBER { u32::from(kind) } else { 0 };
@@ -92,9 +92,14 @@ impl Cell for Narrow {
     }
 
     #[inline]
-    fn kept(self) -> Kept {
+    fn kept(self) -> StoredSample {
         let Self { matching, confidence, number, .. } = self;
-        Kept { at: self.at(), matching, confidence: confidence.to_bits(), numbers: [number, 0.0, 0.0, 0.0] }
+        StoredSample {
+            at: self.at(),
+            matching,
+            confidence: confidence.to_bits(),
+            numbers: [number, 0.0, 0.0, 0.0],
+        }
     }
 
     #[inline(always)]

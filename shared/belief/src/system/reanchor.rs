@@ -16,7 +16,7 @@ impl BeliefSystem {
     /// remembered position. Vectors of plug-in percepts are not transformed.
     pub fn reanchor<New, Old>(&mut self, x_new_old: &Pose<New, Old>) {
         // Rounding may have brought two beliefs closer than they were.
-        self.settled = false;
+        self.is_clustered = false;
         for index in 0..self.len() {
             let Some(&slot) = self.arena.live().get(index) else { return };
             for (number, percept) in (0..).zip(&self.percepts) {
@@ -72,7 +72,7 @@ impl BeliefSystem {
                 | Kernel::Own(_) => continue,
             };
             let is_asked =
-                above.is_none_or(|above| parent.is_some_and(|parent| above.kernel.opens(parent.feature)));
+                above.is_none_or(|above| parent.is_some_and(|parent| above.kernel.admits(parent.feature)));
             histories.begin(row, number, sample.filter(|_| is_asked));
         }
     }

@@ -67,12 +67,12 @@ fn what_was_taken_in_by_a_step_that_was_not_finished_is_forgotten_and_counted() 
     let mut robot = Robot::new(&Percepts::builtin());
     robot.see(ms(0), &[block(ms(0), [0.5, 0.0, 0.0], RED)], true);
     let seen = [block(ms(5), [0.5, 0.002, 0.0], RED), block(ms(5), [0.9, 0.0, 0.0], BLUE)];
-    let mut intake = robot.system.begin(ms(5));
+    let mut step_builder = robot.system.begin(ms(5));
     for (index, observation) in seen.into_iter().enumerate() {
         let snapshot = robot.perception.perceive(&observation, &Frame { agent: 0 });
-        intake.take_in(index, &Perceived { observation, snapshot });
+        step_builder.add_observation(index, &Perceived { observation, snapshot });
     }
-    let _not_finished = intake;
+    let _not_finished = step_builder;
     // Another step, with one other thing instead of the two.
     let seen = [block(ms(10), [0.5, 0.004, 0.0], RED)];
     let perceived = seen.map(|observation| Perceived {

@@ -44,7 +44,7 @@ pub enum SourceKind {
 
 /// The pose of a source's frame in the robot's base frame.
 #[derive(Clone, Copy, Debug, PartialEq, Deserialize)]
-#[serde(try_from = "WrittenFrame")]
+#[serde(try_from = "RawFrame")]
 pub struct SourceFrame {
     /// Its origin, in metres.
     pub position_m: [f64; 3],
@@ -54,16 +54,16 @@ pub struct SourceFrame {
 
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
-struct WrittenFrame {
+struct RawFrame {
     position_m: [Coordinate; 3],
     heading_deg: Option<f64>,
     orientation_xyzw: Option<[f64; 4]>,
 }
 
-impl TryFrom<WrittenFrame> for SourceFrame {
+impl TryFrom<RawFrame> for SourceFrame {
     type Error = String;
 
-    fn try_from(written: WrittenFrame) -> Result<Self, String> {
+    fn try_from(written: RawFrame) -> Result<Self, String> {
         let orientation_xyzw = match (written.heading_deg, written.orientation_xyzw) {
             (Some(degrees), None) if (-360.0..=360.0).contains(&degrees) => {
                 let half = degrees.to_radians() / 2.0;
@@ -100,7 +100,7 @@ impl Source {
     }
 
     /// The error about a missing key, or about a key of another kind of source; `None` if the keys are right.
-    fn stray_key(&self) -> Option<String> {
+    fn key_error(&self) -> Option<String> {
         let name = &self.name;
         if self.kind == SourceKind::Trace {
             return match (&self.file, self.rate_hz) {
@@ -128,7 +128,7 @@ impl Source {
     #[must_use]
     pub fn confidence(&self, percepts: &Percepts) -> f64 {
         let sd_m = self.position_sd_m.map_or(0.0, NotNegative::get);
-        let reach = percepts.same_place_m() / (sd_m * std::f64::consts::SQRT_2);
+        let reach = percepts.association_distance_m() / (sd_m * std::f64::consts::SQRT_2);
         if reach.is_finite() {
             libm::erf(reach) - std::f64::consts::FRAC_2_SQRT_PI * reach * (-reach * reach).exp()
         } else {
@@ -155,7 +155,7 @@ pub(crate) fn fault(sources: &[Source]) -> Option<(usize, String)> {
         } else if is_simulator(&source) && earlier.any(|earlier| is_simulator(&earlier)) {
             format!("`{}` is a second simulator: there is one", source.name)
         } else {
-            source.stray_key()?
+            source.key_error()?
         };
         Some((index, reason))
     })

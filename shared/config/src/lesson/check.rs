@@ -7,16 +7,18 @@ use std::ops::Range;
 
 use toml::Spanned;
 
-use super::{Kind, Laying, Lesson, Noise, Object, Occluder, Place, Table, Teacher, Territory, raw};
+use super::{
+    Lesson, Noise, Object, ObjectKind, Occluder, Table, TableTiming, Teacher, Territory, UprightPose, raw,
+};
 use crate::number::{Coordinate, Unit};
 
 /// An error in a lesson: its position in the text, and the reason with what would be valid.
-pub(super) struct Fault {
+pub(super) struct SpannedError {
     pub(super) span: Range<usize>,
     pub(super) reason: String,
 }
 
-impl Fault {
+impl SpannedError {
     fn at(span: Range<usize>, reason: impl Into<String>) -> Self {
         Self { span, reason: reason.into() }
     }
@@ -24,12 +26,12 @@ impl Fault {
 
 /// The definitions that the tables of a lesson refer to.
 struct Catalogue {
-    kinds: BTreeMap<String, Kind>,
+    kinds: BTreeMap<String, ObjectKind>,
     colours: BTreeMap<String, [Unit; 3]>,
     teachers: Vec<u16>,
 }
 
-pub(super) fn lesson(raw: raw::Lesson) -> Result<Lesson, Fault> {
+pub(super) fn lesson(raw: raw::Lesson) -> Result<Lesson, SpannedError> {
     let laying = laying(&raw.laying)?;
     let teachers = teachers(&raw.teacher)?;
     let catalogue = Catalogue {
@@ -38,7 +40,10 @@ pub(super) fn lesson(raw: raw::Lesson) -> Result<Lesson, Fault> {
         teachers: teachers.iter().map(|teacher| teacher.number).collect(),
     };
     if raw.demonstration.is_empty() && raw.novel.is_none() {
-        return Err(Fault::at(0..0, "a lesson needs a [[demonstration]] or a [novel] set: it has neither"));
+        return Err(SpannedError::at(
+            0..0,
+            "a lesson needs a [[demonstration]] or a [novel] set: it has neither",
+        ));
     }
     // A teacher who left stays away until they return, across tables.
     let mut away = Vec::new();
@@ -50,7 +55,7 @@ pub(super) fn lesson(raw: raw::Lesson) -> Result<Lesson, Fault> {
         watch: raw.watch,
         needs: raw.needs,
         seed: raw.seed,
-        robot: Place {
+        robot: UprightPose {
             position_m: raw.robot.position_m.map(Coordinate::get),
             heading_rad: raw.robot.heading_deg.get().to_radians(),
         },
@@ -67,7 +72,7 @@ pub(super) fn lesson(raw: raw::Lesson) -> Result<Lesson, Fault> {
     })
 }
 
-fn laying(raw: &raw::Laying) -> Result<Laying, Fault> {
+fn laying(raw: &raw::TableTiming) -> Result<TableTiming, SpannedError> {
     let first = &raw.occluders_first_s;
     if first.get_ref() > &raw.empty_s {
         let reason = format!(
@@ -75,26 +80,26 @@ fn laying(raw: &raw::Laying) -> Result<Laying, Fault> {
             first.get_ref().get(),
             raw.empty_s.get()
         );
-        return Err(Fault::at(first.span(), reason));
+        return Err(SpannedError::at(first.span(), reason));
     }
-    Ok(Laying {
+    Ok(TableTiming {
         empty: raw.empty_s.duration(),
         occluders_first: first.get_ref().duration(),
         keep: raw.keep_s.duration(),
     })
 }
 
-fn teachers(raw: &[raw::Teacher]) -> Result<Vec<Teacher>, Fault> {
+fn teachers(raw: &[raw::Teacher]) -> Result<Vec<Teacher>, SpannedError> {
     let mut teachers: Vec<Teacher> = Vec::with_capacity(raw.len());
     for teacher in raw {
         let number = *teacher.number.get_ref();
         let span = teacher.number.span();
         if number == 0 || number == message::NOBODY {
             let reason = format!("{number} is no partner: partners are numbered 1, 2, … (0 is the robot)");
-            return Err(Fault::at(span, reason));
+            return Err(SpannedError::at(span, reason));
         }
         if teachers.iter().any(|other| other.number == number) {
-            return Err(Fault::at(
+            return Err(SpannedError::at(
                 span,
                 format!("there is a teacher {number} already: each has his own number"),
             ));
@@ -102,7 +107,7 @@ fn teachers(raw: &[raw::Teacher]) -> Result<Vec<Teacher>, Fault> {
         let eyes_m = teacher.eyes_m.map(Coordinate::get);
         let looks_at_m = teacher.looks_at_m.get_ref().map(Coordinate::get);
         if distance(eyes_m, looks_at_m) < 0.01 {
-            return Err(Fault::at(
+            return Err(SpannedError::at(
                 teacher.looks_at_m.span(),
                 "he cannot look at his own eyes: name a point before them",
             ));
@@ -116,8 +121,8 @@ fn distance(a: [f64; 3], b: [f64; 3]) -> f64 {
     a.iter().zip(b).map(|(a, b)| (a - b) * (a - b)).sum::<f64>().sqrt()
 }
 
-fn kind(raw: &raw::Kind) -> Kind {
-    Kind {
+fn kind(raw: &raw::ObjectKind) -> ObjectKind {
+    ObjectKind {
         role: raw.role,
         shape: raw.shape.map(Unit::get),
         half_extents_m: raw.half_extents_m.map(crate::number::Positive::get),
@@ -126,7 +131,11 @@ fn kind(raw: &raw::Kind) -> Kind {
     }
 }
 
-fn table(raw: Spanned<raw::Table>, catalogue: &Catalogue, away: &mut Vec<u16>) -> Result<Table, Fault> {
+fn table(
+    raw: Spanned<raw::Table>,
+    catalogue: &Catalogue,
+    away: &mut Vec<u16>,
+) -> Result<Table, SpannedError> {
     let span = raw.span();
     let raw = raw.into_inner();
     unique(raw.objects.iter().map(|object| &object.name), "object")?;
@@ -134,7 +143,7 @@ fn table(raw: Spanned<raw::Table>, catalogue: &Catalogue, away: &mut Vec<u16>) -
     let objects: Vec<Object> =
         raw.objects.iter().map(|raw| object(raw, catalogue)).collect::<Result<_, _>>()?;
     let occluders: Vec<Occluder> = raw.occluders.iter().map(occluder).collect::<Result<_, _>>()?;
-    let lying = script::Lying { objects: &objects, occluders: &occluders };
+    let lying = script::TableContents { objects: &objects, occluders: &occluders };
     Ok(Table {
         script: script::script(&raw.script, span, &lying, catalogue, away)?,
         objects,
@@ -143,22 +152,22 @@ fn table(raw: Spanned<raw::Table>, catalogue: &Catalogue, away: &mut Vec<u16>) -
     })
 }
 
-fn unique<'a>(names: impl Iterator<Item = &'a Spanned<String>>, what: &str) -> Result<(), Fault> {
+fn unique<'a>(names: impl Iterator<Item = &'a Spanned<String>>, what: &str) -> Result<(), SpannedError> {
     let mut seen = std::collections::BTreeSet::new();
     for name in names {
         if name.get_ref().trim().is_empty() {
-            return Err(Fault::at(name.span(), format!("an {what} needs a name")));
+            return Err(SpannedError::at(name.span(), format!("an {what} needs a name")));
         }
         if !seen.insert(name.get_ref()) {
             let reason =
                 format!("there is an {what} `{0}` already: call this one `{0} 2`, say", name.get_ref());
-            return Err(Fault::at(name.span(), reason));
+            return Err(SpannedError::at(name.span(), reason));
         }
     }
     Ok(())
 }
 
-fn object(raw: &raw::Object, catalogue: &Catalogue) -> Result<Object, Fault> {
+fn object(raw: &raw::Object, catalogue: &Catalogue) -> Result<Object, SpannedError> {
     let kind = *named(&raw.kind, "kind", catalogue.kinds.iter().map(|(name, kind)| (name.as_str(), kind)))?;
     let colours = catalogue.colours.iter().map(|(name, colour)| (name.as_str(), colour));
     let colour = named(&raw.colour, "colour", colours)?;
@@ -172,13 +181,13 @@ fn object(raw: &raw::Object, catalogue: &Catalogue) -> Result<Object, Fault> {
 }
 
 /// The pose of an object's centre, given the height `underside_m` of its underside above the table.
-fn standing(at_m: [Coordinate; 2], underside_m: f64, heading_deg: f64, kind: &Kind) -> Place {
+fn standing(at_m: [Coordinate; 2], underside_m: f64, heading_deg: f64, kind: &ObjectKind) -> UprightPose {
     let [x, y] = at_m.map(Coordinate::get);
     let [_, _, half_height_m] = kind.half_extents_m;
-    Place { position_m: [x, y, underside_m + half_height_m], heading_rad: heading_deg.to_radians() }
+    UprightPose { position_m: [x, y, underside_m + half_height_m], heading_rad: heading_deg.to_radians() }
 }
 
-fn occluder(raw: &raw::Occluder) -> Result<Occluder, Fault> {
+fn occluder(raw: &raw::Occluder) -> Result<Occluder, SpannedError> {
     let from = raw.from_m.map(Coordinate::get);
     let to = raw.to_m.get_ref().map(Coordinate::get);
     ascending(&from, &to, raw.to_m.span())?;
@@ -191,12 +200,12 @@ fn occluder(raw: &raw::Occluder) -> Result<Occluder, Fault> {
     })
 }
 
-fn territory(raw: &raw::Territory, catalogue: &Catalogue) -> Result<Territory, Fault> {
+fn territory(raw: &raw::Territory, catalogue: &Catalogue) -> Result<Territory, SpannedError> {
     let owner = *raw.owner.get_ref();
     if owner != 0 && !catalogue.teachers.contains(&owner) {
         let reason =
             format!("there is no agent {owner}: the owner is 0, the robot, or the number of a teacher");
-        return Err(Fault::at(raw.owner.span(), reason));
+        return Err(SpannedError::at(raw.owner.span(), reason));
     }
     let from_m = raw.from_m.map(Coordinate::get);
     let to_m = raw.to_m.get_ref().map(Coordinate::get);
@@ -204,11 +213,11 @@ fn territory(raw: &raw::Territory, catalogue: &Catalogue) -> Result<Territory, F
     Ok(Territory { owner, from_m, to_m })
 }
 
-fn ascending(from: &[f64], to: &[f64], span: Range<usize>) -> Result<(), Fault> {
+fn ascending(from: &[f64], to: &[f64], span: Range<usize>) -> Result<(), SpannedError> {
     if from.iter().zip(to).all(|(from, to)| from < to) {
         Ok(())
     } else {
-        Err(Fault::at(span, "every coordinate of `to_m` must be greater than that of `from_m`"))
+        Err(SpannedError::at(span, "every coordinate of `to_m` must be greater than that of `from_m`"))
     }
 }
 
@@ -217,7 +226,7 @@ fn named<'a, T>(
     name: &Spanned<String>,
     what: &str,
     known: impl Iterator<Item = (&'a str, T)>,
-) -> Result<T, Fault> {
+) -> Result<T, SpannedError> {
     let mut known: Vec<(&str, T)> = known.collect();
     if let Some(found) = known.iter().position(|(known, _)| known == name.get_ref()) {
         return Ok(known.swap_remove(found).1);
@@ -226,9 +235,12 @@ fn named<'a, T>(
     let closest = known
         .iter()
         .map(|(known, _)| (strsim::jaro_winkler(name.get_ref(), known), known))
-        .filter(|(likeness, _)| *likeness >= 0.6)
+        .filter(|(similarity, _)| *similarity >= 0.6)
         .max_by(|a, b| a.0.total_cmp(&b.0));
     let hint = closest.map_or(String::new(), |(_, known)| format!("; did you mean `{known}`?"));
     let there_is = if list.is_empty() { "none".to_owned() } else { list.join(", ") };
-    Err(Fault::at(name.span(), format!("unknown {what} `{}`: there is {there_is}{hint}", name.get_ref())))
+    Err(SpannedError::at(
+        name.span(),
+        format!("unknown {what} `{}`: there is {there_is}{hint}", name.get_ref()),
+    ))
 }

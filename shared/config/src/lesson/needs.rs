@@ -1,7 +1,7 @@
 use serde::Deserialize;
 
-use crate::leo::{Depth, Hypotheses, Leo};
-use crate::number::Slips;
+use crate::leo::{Depth, HypothesisLanguage, Leo};
+use crate::number::LabelNoise;
 
 /// The settings of `leo.toml` that a lesson needs beyond the built-in ones.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Deserialize)]
@@ -12,9 +12,9 @@ pub struct Needs {
     /// Minimum nesting depth of perspectives.
     pub depth: Option<Depth>,
     /// The hypothesis language.
-    pub language: Option<Hypotheses>,
+    pub language: Option<HypothesisLanguage>,
     /// Minimum label noise.
-    pub noise: Option<Slips>,
+    pub noise: Option<LabelNoise>,
 }
 
 impl Needs {

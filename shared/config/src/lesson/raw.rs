@@ -19,9 +19,9 @@ pub(super) struct Lesson {
     pub(super) robot: Robot,
     pub(super) teacher: Vec<Teacher>,
     pub(super) noise: Noise,
-    pub(super) laying: Laying,
+    pub(super) laying: TableTiming,
     pub(super) colour: BTreeMap<String, [Unit; 3]>,
-    pub(super) kind: BTreeMap<String, Kind>,
+    pub(super) kind: BTreeMap<String, ObjectKind>,
     #[serde(default)]
     pub(super) demonstration: Vec<Spanned<Table>>,
     pub(super) novel: Option<Spanned<Table>>,
@@ -51,7 +51,7 @@ pub(super) struct Noise {
 
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
-pub(super) struct Laying {
+pub(super) struct TableTiming {
     pub(super) empty_s: Seconds,
     pub(super) occluders_first_s: Spanned<Seconds>,
     pub(super) keep_s: Seconds,
@@ -59,7 +59,7 @@ pub(super) struct Laying {
 
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
-pub(super) struct Kind {
+pub(super) struct ObjectKind {
     pub(super) role: Role,
     pub(super) shape: [Unit; 4],
     pub(super) half_extents_m: [Positive; 3],

@@ -6,7 +6,8 @@ use std::time::Duration;
 use quantity::number::float_of_count;
 
 use super::{
-    Act, Destination, Kind, Laying, Lesson, Needs, Noise, Object, Place, Role, Step, Table, Teacher,
+    Act, Destination, Lesson, Needs, Noise, Object, ObjectKind, Role, Step, Table, TableTiming, Teacher,
+    UprightPose,
 };
 
 /// Grid spacing, in metres.
@@ -31,10 +32,14 @@ impl Lesson {
             watch: "How long does it take?".to_owned(),
             needs: Needs::default(),
             seed: 1,
-            robot: Place { position_m: [0.0; 3], heading_rad: std::f64::consts::FRAC_PI_2 },
+            robot: UprightPose { position_m: [0.0; 3], heading_rad: std::f64::consts::FRAC_PI_2 },
             teachers: vec![Teacher { number: 1, eyes_m: [0.0, 3.5, 0.55], looks_at_m: [0.0, 1.5, 0.0] }],
             noise: Noise { position_sigma_m: 0.003, confidence: 0.9 },
-            laying: Laying { empty: Duration::ZERO, occluders_first: Duration::ZERO, keep: Duration::ZERO },
+            laying: TableTiming {
+                empty: Duration::ZERO,
+                occluders_first: Duration::ZERO,
+                keep: Duration::ZERO,
+            },
             kinds: BTreeMap::new(),
             colours: BTreeMap::new(),
             demonstrations: vec![Table { objects, occluders: Vec::new(), territory: Vec::new(), script }],
@@ -52,7 +57,7 @@ fn block(index: usize, of: usize) -> Object {
     let pick = |count: usize| index % count.max(1);
     Object {
         name: format!("block {index}"),
-        kind: Kind {
+        kind: ObjectKind {
             role: Role::Block,
             shape: shapes.get(pick(shapes.len())).copied().unwrap_or_default(),
             half_extents_m: [0.03; 3],
@@ -60,7 +65,7 @@ fn block(index: usize, of: usize) -> Object {
             markable: false,
         },
         colour_rgb: colours.get(pick(colours.len())).copied().unwrap_or_default(),
-        place: Place { position_m: [x, y, 0.03], heading_rad: 0.0 },
+        place: UprightPose { position_m: [x, y, 0.03], heading_rad: 0.0 },
     }
 }
 
@@ -69,7 +74,7 @@ fn strokes(stroke: u32, objects: &[Object]) -> impl Iterator<Item = Step> {
     moving.map(move |(object, block)| {
         let [x, y, z] = block.place.position_m;
         let there = if stroke.is_multiple_of(2) { STROKE_M } else { 0.0 };
-        let to = Destination::Place(Place { position_m: [x + there, y, z], ..block.place });
+        let to = Destination::UprightPose(UprightPose { position_m: [x + there, y, z], ..block.place });
         Step { at: STROKE * stroke, who: 1, act: Act::Move { object, to, takes: STROKE } }
     })
 }

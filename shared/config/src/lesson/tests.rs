@@ -1,6 +1,6 @@
 use std::path::Path;
 
-use super::{Act, Destination, Lesson, Place, Role};
+use super::{Act, Destination, Lesson, Role, UprightPose};
 
 const SMALL: &str = r#"
 title = "One hole"
@@ -66,7 +66,7 @@ fn refusal(from: &str, to: &str) -> String {
     said
 }
 
-fn is_at(place: Place, position_m: [f64; 3]) -> bool {
+fn is_at(place: UprightPose, position_m: [f64; 3]) -> bool {
     place.position_m.iter().zip(position_m).all(|(is, shall)| (is - shall).abs() < 1e-12)
 }
 
@@ -89,7 +89,7 @@ fn a_sound_lesson_is_read_as_it_stands() {
         .collect();
     assert_eq!(moves.len(), 2);
     assert_eq!(moves[0], Destination::Hole(0));
-    assert!(matches!(moves[1], Destination::Place(place) if is_at(place, [0.4, 0.5, 0.025])));
+    assert!(matches!(moves[1], Destination::UprightPose(place) if is_at(place, [0.4, 0.5, 0.025])));
     assert_eq!(lesson.performances(), 0);
     assert!(lesson.sentences() > 0);
     assert_eq!(lesson.novel, None);

@@ -3,7 +3,7 @@
 use std::fmt::{self, Write as _};
 use std::time::Duration;
 
-use super::{Act, Destination, Kind, Lesson, Needs, Object, Occluder, Step, Table};
+use super::{Act, Destination, Lesson, Needs, Object, ObjectKind, Occluder, Step, Table};
 
 /// Decimal places of written numbers: micrometres, far below the sensor noise.
 const PLACES: usize = 6;
@@ -22,7 +22,7 @@ impl Lesson {
 
 /// The names of kinds and colours.
 struct Catalogue {
-    kinds: Vec<(String, Kind)>,
+    kinds: Vec<(String, ObjectKind)>,
     colours: Vec<(String, [f64; 3])>,
 }
 
@@ -169,7 +169,7 @@ impl Writer<'_> {
                 match to {
                     Destination::Hole(block) => write!(self.out, ", into = {}", object(*block))?,
                     Destination::Top(below) => write!(self.out, ", onto = {}", object(*below))?,
-                    Destination::Place(place) => {
+                    Destination::UprightPose(place) => {
                         let half_m = table.objects.get(*index).map_or(0.0, |o| o.kind.half_extents_m[2]);
                         let [x, y, z] = place.position_m;
                         write!(self.out, ", to_m = {}", numbers(&[x, y]))?;

@@ -14,19 +14,19 @@ use super::{
 use crate::number::{Milliseconds, NotNegative, Unit};
 
 /// The error's position in the text, and its reason.
-type Fault = (ops::Range<usize>, String);
+type SpannedError = (ops::Range<usize>, String);
 
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(super) struct File {
     threshold: Unit,
-    percept: Spanned<Vec<WrittenPercept>>,
-    belief: WrittenBelief,
+    percept: Spanned<Vec<RawPercept>>,
+    belief: RawBelief,
 }
 
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
-struct WrittenPercept {
+struct RawPercept {
     name: Spanned<String>,
     parent: Option<Spanned<String>>,
     role: Spanned<Role>,
@@ -37,20 +37,20 @@ struct WrittenPercept {
 
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
-struct WrittenBelief {
+struct RawBelief {
     threshold: NotNegative,
     normalised: bool,
     cannot_link_same_source_instant: bool,
     no_term_applies: NoTermApplies,
     #[serde(default)]
-    distance: Vec<WrittenDistance>,
+    distance: Vec<RawDistance>,
     #[serde(default)]
-    cull: Vec<WrittenCull>,
+    cull: Vec<RawCull>,
 }
 
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
-struct WrittenDistance {
+struct RawDistance {
     percept: Spanned<String>,
     measure: Spanned<Measure>,
     weight: NotNegative,
@@ -58,7 +58,7 @@ struct WrittenDistance {
 
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
-struct WrittenCull {
+struct RawCull {
     when: When,
 }
 
@@ -77,7 +77,7 @@ enum When {
 }
 
 impl File {
-    pub(super) fn resolve(self) -> Result<Percepts, Fault> {
+    pub(super) fn resolve(self) -> Result<Percepts, SpannedError> {
         let span = self.percept.span();
         let written = self.percept.into_inner();
         if written.len() > MAX_PERCEPTS {
@@ -94,8 +94,8 @@ impl File {
     }
 }
 
-impl WrittenPercept {
-    fn resolve(self, earlier: &[Percept]) -> Result<Percept, Fault> {
+impl RawPercept {
+    fn resolve(self, earlier: &[Percept]) -> Result<Percept, SpannedError> {
         if earlier.iter().any(|percept| percept.name == *self.name.get_ref()) {
             return Err((self.name.span(), format!("a second percept named `{}`", self.name.get_ref())));
         }
@@ -122,8 +122,8 @@ impl WrittenPercept {
     }
 }
 
-impl WrittenBelief {
-    fn resolve(self, percepts: &[Percept]) -> Result<Belief, Fault> {
+impl RawBelief {
+    fn resolve(self, percepts: &[Percept]) -> Result<Belief, SpannedError> {
         let mut distance = Vec::with_capacity(self.distance.len());
         for term in self.distance {
             let percept = number(&term.percept, percepts)?;
@@ -162,7 +162,7 @@ impl WrittenBelief {
     }
 }
 
-fn number(name: &Spanned<String>, percepts: &[Percept]) -> Result<u16, Fault> {
+fn number(name: &Spanned<String>, percepts: &[Percept]) -> Result<u16, SpannedError> {
     let index = percepts.iter().position(|percept| percept.name == *name.get_ref());
     index.and_then(|index| u16::try_from(index).ok()).ok_or_else(|| {
         let known: Vec<_> = percepts.iter().map(|percept| percept.name.as_str()).collect();

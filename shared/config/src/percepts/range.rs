@@ -163,7 +163,7 @@ impl Kernel {
     /// Whether children are evaluated, given the `feature` that this kernel derived. A region or a range admits only
     /// what is inside; any other kernel admits everything.
     #[must_use]
-    pub fn opens(&self, feature: Feature) -> bool {
+    pub fn admits(&self, feature: Feature) -> bool {
         !self.is_gate() || is_inside(feature)
     }
 

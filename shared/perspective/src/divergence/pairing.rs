@@ -4,11 +4,11 @@ use clock::Duration;
 use config::percepts;
 
 use super::Meaning;
-use super::thing::{Aspects, Thing, apart, distance};
+use super::thing::{ComparedPercepts, Thing, apart, distance};
 
 /// The belief distance D (Eq. 4) over the frame-independent terms.
 #[derive(Clone, Debug)]
-pub(super) struct Measure {
+pub(super) struct BeliefDistance {
     terms: Vec<Term>,
     threshold: f64,
     normalised: bool,
@@ -23,8 +23,8 @@ struct Term {
     of_place: bool,
 }
 
-impl Measure {
-    pub(super) fn new(config: &percepts::Belief, aspects: &Aspects) -> Self {
+impl BeliefDistance {
+    pub(super) fn new(config: &percepts::Belief, aspects: &ComparedPercepts) -> Self {
         let terms: Vec<Term> = config
             .distance
             .iter()
@@ -92,11 +92,11 @@ impl Closeness {
 }
 
 /// Maximum of candidates examined for one thing to each side along the line.
-const LOOKS_TO_A_SIDE: usize = 64;
+const MAX_CANDIDATES_PER_SIDE: usize = 64;
 /// Budget of examined candidates for one instant: a constant, and a share for each unpaired thing. Only the
 /// round in progress may exceed it.
-const LOOKS_MOST: usize = 4096;
-const LOOKS_EACH: usize = 192;
+const CANDIDATE_BUDGET: usize = 4096;
+const CANDIDATE_BUDGET_PER_THING: usize = 192;
 /// No thing is replaced by a similar one at the same place within this time.
 const MOMENT: Duration = Duration::from_millis(500);
 /// Bound of the rounding error of a distance along the line, in metres.
@@ -121,7 +121,7 @@ struct Search {
 }
 
 /// The rule that decides which pairs are possible.
-struct Possible<L, G, C> {
+struct PairingRule<L, G, C> {
     /// Whether a thing is still unpaired.
     looks: L,
     /// A pair needs two things of the same group.
@@ -163,7 +163,7 @@ fn order(group: impl Fn(&Thing) -> u64, a: &Thing, b: &Thing) -> Ordering {
 }
 
 impl<L: Fn(&Thing) -> bool, G: Fn(&Thing) -> u64, C: Fn(&Thing, &Thing) -> Option<Closeness>>
-    Possible<L, G, C>
+    PairingRule<L, G, C>
 {
     /// The closest unpaired thing of the other side, and the number of candidates examined.
     fn closest(&self, thing: &Thing, open: &[usize], others: &[Thing]) -> (Option<usize>, usize) {
@@ -186,7 +186,7 @@ impl<L: Fn(&Thing) -> bool, G: Fn(&Thing) -> u64, C: Fn(&Thing, &Thing) -> Optio
         best: &mut Option<(Closeness, usize)>,
         looked: &mut usize,
     ) {
-        for &index in candidates.take(LOOKS_TO_A_SIDE) {
+        for &index in candidates.take(MAX_CANDIDATES_PER_SIDE) {
             let Some(other) = others.get(index) else { continue };
             *looked += 1;
             let at_least = self.per_m * (along(thing, other) - ROUNDING_M);
@@ -217,8 +217,13 @@ impl Pairing {
     }
 
     /// Pairs things that were last perceived at one instant and are closer than the threshold.
-    pub(super) fn by_observation(&mut self, measure: &Measure, one: &mut [Thing], other: &mut [Thing]) {
-        let possible = Possible {
+    pub(super) fn by_observation(
+        &mut self,
+        measure: &BeliefDistance,
+        one: &mut [Thing],
+        other: &mut [Thing],
+    ) {
+        let possible = PairingRule {
             looks: |thing: &Thing| !thing.is_sure,
             group: |thing: &Thing| thing.perceived_at_ns,
             closeness: |one: &Thing, other: &Thing| {
@@ -234,12 +239,12 @@ impl Pairing {
     /// [`MOMENT`] at one place.
     pub(super) fn by_likeness(
         &mut self,
-        measure: &Measure,
+        measure: &BeliefDistance,
         began_at_ns: u64,
         one: &mut [Thing],
         other: &mut [Thing],
     ) {
-        let possible = Possible {
+        let possible = PairingRule {
             looks: |thing: &Thing| thing.pair.is_none(),
             group: |_: &Thing| 0,
             closeness: |one: &Thing, other: &Thing| {
@@ -264,7 +269,7 @@ impl Pairing {
 
     fn run(
         &mut self,
-        possible: &Possible<
+        possible: &PairingRule<
             impl Fn(&Thing) -> bool,
             impl Fn(&Thing) -> u64,
             impl Fn(&Thing, &Thing) -> Option<Closeness>,
@@ -280,7 +285,7 @@ impl Pairing {
         }
         self.one.sort(one, &possible.group);
         self.other.sort(other, &possible.group);
-        let most = looking.saturating_mul(LOOKS_EACH).saturating_add(LOOKS_MOST);
+        let most = looking.saturating_mul(CANDIDATE_BUDGET_PER_THING).saturating_add(CANDIDATE_BUDGET);
         let mut looked = 0;
         while looked < most {
             looked += find(possible, &mut self.one, one, &self.other, other);
@@ -289,7 +294,7 @@ impl Pairing {
             for &i in &self.one.open {
                 let Some(j) = self.one.closest(i) else { continue };
                 if self.other.closest(j) == Some(i) {
-                    marry(i, j, one, other);
+                    pair_up(i, j, one, other);
                     found = true;
                 }
             }
@@ -312,7 +317,7 @@ impl Pairing {
 /// Finds the closest of `whom` for each of `who` whose candidate is missing or already paired. Returns the
 /// number of candidates examined.
 fn find(
-    possible: &Possible<
+    possible: &PairingRule<
         impl Fn(&Thing) -> bool,
         impl Fn(&Thing) -> u64,
         impl Fn(&Thing, &Thing) -> Option<Closeness>,
@@ -337,7 +342,7 @@ fn find(
 }
 
 /// Pairs two things by observation and dissolves the pairs that either had before.
-fn marry(i: usize, j: usize, one: &mut [Thing], other: &mut [Thing]) {
+fn pair_up(i: usize, j: usize, one: &mut [Thing], other: &mut [Thing]) {
     let left = one.get(i).and_then(|thing| thing.pair).filter(|left| *left != j);
     if let Some(thing) = left.and_then(|left| other.get_mut(left)) {
         thing.pair = None;

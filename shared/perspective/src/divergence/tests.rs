@@ -7,7 +7,7 @@ use message::{Aspect, Belief, BeliefHead, Difference, Feature, Header, NOBODY, R
 use proptest::prelude::*;
 use quantity::number::single;
 
-use super::{Divergence, Side};
+use super::{Divergence, PerspectiveBeliefs};
 
 const CAPACITY: usize = 32;
 /// Length of a test tick; three ticks exceed `MOMENT`.
@@ -41,8 +41,8 @@ impl Mind {
         Self { head, beliefs: beliefs.collect() }
     }
 
-    fn side(&self) -> Side<'_> {
-        Side { head: &self.head, beliefs: &self.beliefs }
+    fn side(&self) -> PerspectiveBeliefs<'_> {
+        PerspectiveBeliefs { head: &self.head, beliefs: &self.beliefs }
     }
 }
 

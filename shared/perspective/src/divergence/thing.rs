@@ -30,7 +30,7 @@ impl Thing {
     pub(super) fn new(
         belief: &Belief,
         x_base_person: Option<&Pose<Base, Person>>,
-        aspects: &Aspects,
+        aspects: &ComparedPercepts,
     ) -> Self {
         let mut features = [None; MAX_PERCEPTS];
         let mut place_m = None;
@@ -65,9 +65,9 @@ impl Thing {
 
 /// The kind of each compared percept, by percept number.
 #[derive(Clone, Debug)]
-pub(super) struct Aspects(Vec<Option<Meaning>>);
+pub(super) struct ComparedPercepts(Vec<Option<Meaning>>);
 
-impl Aspects {
+impl ComparedPercepts {
     pub(super) fn of(percepts: &Percepts) -> Self {
         Self(percepts.percepts.iter().map(|percept| Meaning::of(percepts, percept)).collect())
     }

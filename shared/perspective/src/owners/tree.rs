@@ -2,7 +2,7 @@ use geometry::{Base, Position};
 use glam::{Vec3, Vec4};
 use quantity::number::{floor_usize, single};
 
-use super::Claim;
+use super::OwnershipClaim;
 
 /// Minimum spanning tree of things by Prim's algorithm, with a cut at its longest link (single linkage).
 ///
@@ -11,7 +11,7 @@ use super::Claim;
 #[derive(Clone, Debug)]
 pub(super) struct Tree {
     /// The things, with their positions at `begin`.
-    things: Vec<Claim>,
+    things: Vec<OwnershipClaim>,
     links: Vec<Link>,
     /// The things not yet in the tree, each with its shortest link to it.
     outside: Outside,
@@ -20,7 +20,7 @@ pub(super) struct Tree {
     is_grown: bool,
     gap: Option<Gap>,
     /// For each thing, whether it lies beyond the longest link.
-    beyond: Vec<bool>,
+    beyond_gap: Vec<bool>,
 }
 
 impl Tree {
@@ -33,7 +33,7 @@ impl Tree {
             reached: Vec3::ZERO,
             is_grown: true,
             gap: None,
-            beyond: Vec::with_capacity(capacity),
+            beyond_gap: Vec::with_capacity(capacity),
         }
     }
 
@@ -44,7 +44,7 @@ impl Tree {
     }
 
     /// Starts a new tree with the first of `things`. All must have a position.
-    pub(super) fn begin(&mut self, things: &[Claim]) {
+    pub(super) fn begin(&mut self, things: &[OwnershipClaim]) {
         self.things.clear();
         self.things.extend_from_slice(things);
         self.links.clear();
@@ -87,18 +87,18 @@ impl Tree {
     }
 
     /// For each thing, in order, whether it lies beyond the longest link.
-    pub(super) fn beyond(&self) -> &[bool] {
-        &self.beyond
+    pub(super) fn beyond_gap(&self) -> &[bool] {
+        &self.beyond_gap
     }
 
     /// Whether a tree of the same things at their current positions would have the same cut.
-    pub(super) fn stays(&self, ratio: f64, now: &[Claim]) -> bool {
+    pub(super) fn keeps_cut(&self, ratio: f64, now: &[OwnershipClaim]) -> bool {
         let gap = self.gap.filter(|_| self.is_grown);
-        gap.is_some_and(|gap| self.moved_m(now).is_some_and(|moved_m| gap.stays(ratio, moved_m)))
+        gap.is_some_and(|gap| self.moved_m(now).is_some_and(|moved_m| gap.keeps_cut(ratio, moved_m)))
     }
 
     /// The largest displacement of a thing; `None` if the things are not the same.
-    fn moved_m(&self, now: &[Claim]) -> Option<f64> {
+    fn moved_m(&self, now: &[OwnershipClaim]) -> Option<f64> {
         let are_same = now.len() == self.things.len();
         let mut pairs = now.iter().zip(&self.things).filter(|_| are_same).peekable();
         pairs.peek()?;
@@ -115,13 +115,13 @@ impl Tree {
             let others = lengths.filter(|(link, _)| *link != gap).map(|(_, length_m)| length_m);
             Gap { longest_m, widest_m: others.fold(0.0, f64::max) }
         });
-        self.beyond.clear();
-        self.beyond.resize(self.things.len(), false);
+        self.beyond_gap.clear();
+        self.beyond_gap.resize(self.things.len(), false);
         // Prim's algorithm crosses the longest link only after all things on this side are in the tree. So
         // all later links are beyond it.
         for link in self.links.iter().skip(longest.map_or(0, |(gap, _)| gap)) {
-            if let Some(beyond) = self.beyond.get_mut(link.to) {
-                *beyond = true;
+            if let Some(beyond_gap) = self.beyond_gap.get_mut(link.to) {
+                *beyond_gap = true;
             }
         }
     }
@@ -146,7 +146,7 @@ impl Gap {
     ///
     /// No distance changes by more than twice that. So the sorted link lengths change by no more either:
     /// things joined by links up to some length stay joined by links of that much more.
-    fn stays(&self, ratio: f64, moved_m: f64) -> bool {
+    fn keeps_cut(&self, ratio: f64, moved_m: f64) -> bool {
         let by_m = 2.0 * moved_m + ROUNDING * self.longest_m;
         if self.is_wide(ratio) {
             let (longest_m, widest_m) = (self.longest_m - by_m, self.widest_m + by_m);
@@ -258,12 +258,14 @@ mod tests {
     fn it_is_grown_when_the_last_thing_is_in_it_or_so_far_that_it_cannot_be() {
         for last_m in [3.0, 1e30] {
             let places = [0.0, 1.0, last_m].map(|x| Position::new(x, 0.0, 0.0));
-            let things: Vec<_> =
-                (0..).zip(places).map(|(id, place)| Claim { id, place, held_by: message::NOBODY }).collect();
+            let things: Vec<_> = (0..)
+                .zip(places)
+                .map(|(id, place)| OwnershipClaim { id, place, held_by: message::NOBODY })
+                .collect();
             let mut tree = Tree::new(things.len());
             assert!(tree.grow(0), "of nothing");
             tree.begin(&things);
-            assert!(!tree.grow(1) && !tree.stays(1.5, &things));
+            assert!(!tree.grow(1) && !tree.keeps_cut(1.5, &things));
             assert!(tree.grow(1) && tree.is_grown(), "{last_m} m");
         }
     }

@@ -9,7 +9,7 @@ use perception::{Frame, Perception};
 use quantity::number::single;
 
 use super::workspace::STEP;
-use crate::{Awareness, Nested, Partner, Robot};
+use crate::{NestedPerspective, Partner, PerceptualContext, Robot};
 
 pub(super) const CAPACITY: usize = 16;
 
@@ -17,7 +17,7 @@ pub(super) struct Minds {
     pub(super) percepts: Percepts,
     perception: Perception,
     pub(super) robot: Robot,
-    pub(super) all: Vec<(Nested, Partner)>,
+    pub(super) all: Vec<(NestedPerspective, Partner)>,
     pub(super) now: Instant,
 }
 
@@ -34,12 +34,17 @@ impl Minds {
     pub(super) fn perceiving(percepts: Percepts, config: &Perspective, partners: u16, depth: u32) -> Self {
         let perception = Perception::new(&percepts).unwrap();
         let robot = Robot::new(&percepts, config, partners, CAPACITY).unwrap();
-        let partner = |nested: Nested| {
+        let partner = |nested: NestedPerspective| {
             let agent = nested.path.agent().unwrap();
             let partner = Partner::new(agent, perception.clone(), &percepts, config, CAPACITY).unwrap();
-            (nested, partner.with_awareness(config, partners, CAPACITY))
+            (nested, partner.with_perceptual_context(config, partners, CAPACITY))
         };
-        let all = Nested::all(u32::from(partners), depth).unwrap().into_iter().skip(1).map(partner).collect();
+        let all = NestedPerspective::all(u32::from(partners), depth)
+            .unwrap()
+            .into_iter()
+            .skip(1)
+            .map(partner)
+            .collect();
         Self { percepts, perception, robot, all, now: Instant::from_nanos(1_000_000_000) }
     }
 
@@ -69,8 +74,8 @@ impl Minds {
             let (earlier, rest) = self.all.split_at_mut(index);
             let (nested, partner) = &mut rest[0];
             let parent = match nested.within {
-                0 => self.robot.awareness(),
-                number => earlier[number - 1].1.awareness().unwrap(),
+                0 => self.robot.perceptual_context(),
+                number => earlier[number - 1].1.perceptual_context().unwrap(),
             };
             let robot = &self.robot;
             let surveyed = |place: &Position<Base>| lineage_surveys(robot, earlier, nested.within, place);
@@ -94,8 +99,12 @@ impl Minds {
     }
 
     /// The awareness of a perspective; the empty path is the robot's.
-    pub(super) fn awareness(&self, path: &[u16]) -> &Awareness {
-        if path.is_empty() { self.robot.awareness() } else { self.at(path).awareness().unwrap() }
+    pub(super) fn perceptual_context(&self, path: &[u16]) -> &PerceptualContext {
+        if path.is_empty() {
+            self.robot.perceptual_context()
+        } else {
+            self.at(path).perceptual_context().unwrap()
+        }
     }
 
     /// Whether every perspective from the robot to this path would notice an absence at a place.
@@ -126,18 +135,18 @@ impl Minds {
 
 fn lineage_surveys(
     robot: &Robot,
-    all: &[(Nested, Partner)],
+    all: &[(NestedPerspective, Partner)],
     mut number: usize,
     place: &Position<Base>,
 ) -> bool {
     while number > 0 {
         let (nested, partner) = &all[number - 1];
-        if !partner.surveys(place) {
+        if !partner.is_fully_in_view(place) {
             return false;
         }
         number = nested.within;
     }
-    robot.surveys(place)
+    robot.is_fully_in_view(place)
 }
 
 pub(super) fn believed(partner: &Partner) -> Vec<Belief> {

@@ -12,7 +12,7 @@ use scene::{Cone, Samples, Sight};
 
 use super::minds::{CAPACITY, Minds, believed, head};
 use super::workspace::{AWAY, EYES, STEP, TABLE, block, button, person, wall};
-use crate::{Awareness, Partner};
+use crate::{Partner, PerceptualContext};
 
 const SECOND: Duration = Duration::from_secs(1);
 /// Straight at the robot's face; the button is out of view.
@@ -76,7 +76,7 @@ fn walls_that_he_sees_beyond_those_that_are_remembered_are_counted_with_what_he_
     minds.run(STEP, &[person(EYES, TABLE), before_him]);
     assert_eq!(overflowed(&minds), 0);
     minds.run(STEP, &[person(EYES, TABLE), before_him, wall([0.9, -0.2, 0.1])]);
-    assert_eq!(minds.awareness(&[1]).occluders().len(), 1);
+    assert_eq!(minds.perceptual_context(&[1]).occluders().len(), 1);
     assert_eq!(overflowed(&minds), 1);
 }
 
@@ -93,18 +93,21 @@ fn a_wall_that_he_does_not_see_keeps_nothing_from_me_in_his_mind() {
     let before_me = wall([0.3, 0.0, 0.45]);
     let scene = [person(EYES, [1.2, 0.0, 0.03]), before_me, near_him];
     minds.run(SECOND, &scene);
-    let my_eye = minds.awareness(&[1]).eye(0, minds.now).unwrap();
+    let my_eye = minds.perceptual_context(&[1]).eye(0, minds.now).unwrap();
     let cone = Cone::new(config.sight.cone_half_angle_deg.radians(), 5.0).unwrap();
-    let hidden = Sight::new(my_eye, cone, minds.robot.awareness().occluders());
+    let hidden = Sight::new(my_eye, cone, minds.robot.perceptual_context().occluders());
     let place = Pose::upright(1.2, 0.0, 0.03, 0.0);
     assert!(hidden.visible_share(&place, [0.03; 3], Samples::Corners) < 0.1, "the wall is not in my way");
-    assert_eq!((minds.awareness(&[]).occluders().len(), minds.awareness(&[1]).occluders().len()), (1, 0));
+    assert_eq!(
+        (minds.perceptual_context(&[]).occluders().len(), minds.perceptual_context(&[1]).occluders().len()),
+        (1, 0)
+    );
     assert_eq!((minds.on(&[1]), minds.on(&[1, 0])), (Some(1.0), Some(1.0)));
     // Had the partner seen the wall, their model of the robot would not see the thing.
     let mut knowing = Minds::with(&config, 1, 2);
     knowing.run(SECOND, &[person(EYES, [0.06, 0.0, 0.62]), before_me]);
     knowing.run(SECOND, &scene);
-    assert_eq!(knowing.awareness(&[1]).occluders().len(), 1);
+    assert_eq!(knowing.perceptual_context(&[1]).occluders().len(), 1);
     assert_eq!((knowing.on(&[1]), knowing.on(&[1, 0])), (Some(1.0), None));
 }
 
@@ -114,7 +117,7 @@ fn he_forgets_a_wall_that_is_gone_only_when_he_looks() {
     let before_me = wall([0.3, 0.0, 0.4]);
     minds.run(SECOND, &[person(EYES, TABLE), before_me, button(1.0)]);
     minds.run(SECOND * 3, &[person(EYES, AWAY), button(1.0)]);
-    let walls = |minds: &Minds, path| minds.awareness(path).occluders().len();
+    let walls = |minds: &Minds, path| minds.perceptual_context(path).occluders().len();
     assert_eq!((walls(&minds, &[]), walls(&minds, &[1])), (0, 1));
     minds.run(SECOND, &[person(EYES, TABLE), button(1.0)]);
     assert_eq!(walls(&minds, &[1]), 0);
@@ -125,7 +128,7 @@ fn he_does_not_take_me_to_forget_a_wall_that_he_remembers() {
     let mut minds = Minds::new(1, 3);
     let aside = wall([0.7, -0.6, 0.125]);
     minds.run(SECOND, &[person(EYES, TABLE), aside]);
-    let walls = |minds: &Minds, path| minds.awareness(path).occluders().len();
+    let walls = |minds: &Minds, path| minds.perceptual_context(path).occluders().len();
     assert_eq!((walls(&minds, &[1]), walls(&minds, &[1, 0])), (1, 1));
     // The partner looks only at the robot; the remembered wall is still in the robot's view.
     minds.run(SECOND * 2, &[person(EYES, UP), aside]);
@@ -174,7 +177,7 @@ fn the_robots_head_is_where_it_was_observed_of_late() {
     minds.run(SECOND, &[person(EYES, [0.3, 0.3, 0.2]), turned, beside]);
     assert_eq!(minds.on(&[1, 0]), Some(1.0));
     let eye = minds.robot.head(Header::at(0)).eye().unwrap();
-    assert!(eye.difference(&minds.awareness(&[1]).eye(0, minds.now).unwrap()).1 < 1e-6);
+    assert!(eye.difference(&minds.perceptual_context(&[1]).eye(0, minds.now).unwrap()).1 < 1e-6);
 }
 
 /// The scene for some steps: gaze of partner and robot (`None` if absent), moving blocks, and walls.
@@ -250,7 +253,7 @@ proptest! {
         let mut minds = Minds::perceiving(PERCEPTS.clone(), config, 2, 3);
         let perception = Perception::new(&minds.percepts).unwrap();
         let cone = Cone::new(config.sight.cone_half_angle_deg.radians(), config.sight.range_m.get()).unwrap();
-        let mut alone: Vec<(Vec<u16>, Awareness, Partner)> = minds
+        let mut alone: Vec<(Vec<u16>, PerceptualContext, Partner)> = minds
             .all
             .iter()
             .map(|(nested, _)| nested.path.agents().unwrap().to_vec())
@@ -259,7 +262,7 @@ proptest! {
                 let observer = path[path.len() - 2];
                 let partner =
                     Partner::new(path[path.len() - 1], perception.clone(), &minds.percepts, config, CAPACITY);
-                (path, Awareness::new(observer, config, 2, CAPACITY), partner.unwrap())
+                (path, PerceptualContext::new(observer, config, 2, CAPACITY), partner.unwrap())
             })
             .collect();
         prop_assert_eq!(alone.len(), 12);
@@ -267,28 +270,28 @@ proptest! {
         for moment in &moments {
             for step in 0..moment.steps {
                 let entries = minds.step_after(moment.step, moment.looked, &moment.things(step));
-                for (path, awareness, partner) in &mut alone {
-                    let parent = minds.awareness(&path[..path.len() - 1]);
-                    let grandparent = minds.awareness(&path[..path.len() - 2]);
+                for (path, perceptual_context, partner) in &mut alone {
+                    let parent = minds.perceptual_context(&path[..path.len() - 1]);
+                    let grandparent = minds.perceptual_context(&path[..path.len() - 2]);
                     match parent.eye(parent.agent(), minds.now) {
-                        None => awareness.lose(),
+                        None => perceptual_context.set_absent(),
                         Some(eye) => {
                             let kept = entries.iter().zip(parent.perceives()).filter(|(_, kept)| **kept);
                             let kept: Vec<_> = kept.map(|(entry, _)| *entry).collect();
-                            awareness.note(minds.now, moment.looked, &kept, kept.iter().map(|_| true));
-                            awareness.have_eye(eye);
+                            perceptual_context.record_frame(minds.now, moment.looked, &kept, kept.iter().map(|_| true));
+                            perceptual_context.set_own_eye(eye);
                             let sight = Sight::new(eye, cone, grandparent.occluders());
                             for (agent, other) in grandparent.eyes(minds.now) {
                                 if sight.sees(&other.x_base_eye.origin()) {
-                                    awareness.meet(agent, other);
+                                    perceptual_context.update_agent(agent, other);
                                 }
                             }
-                            awareness.forget(
+                            perceptual_context.forget(
                                 minds.now,
                                 |place, half| sight.visible_share(place, half, Samples::Surface) > 0.0,
-                                |place| grandparent.remembers(place),
+                                |place| grandparent.has_occluder_at(place),
                             );
-                            partner.step(minds.now, &kept, awareness, |place| {
+                            partner.step(minds.now, &kept, perceptual_context, |place| {
                                 minds.survey(&path[..path.len() - 1], place)
                             });
                         }

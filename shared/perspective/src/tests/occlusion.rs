@@ -71,13 +71,17 @@ fn a_barrier_is_missed_by_the_source_that_saw_it() {
     for _ in 0..600 {
         world.step_looking(simulator, &without);
     }
-    assert_eq!((world.robot.awareness().occluders().len(), world.his().len()), (1, 0));
+    assert_eq!((world.robot.perceptual_context().occluders().len(), world.his().len()), (1, 0));
     for _ in 0..100 {
         world.step_looking(camera, &without);
-        assert_eq!((world.robot.awareness().occluders().len(), world.his().len()), (1, 0));
+        assert_eq!((world.robot.perceptual_context().occluders().len(), world.his().len()), (1, 0));
     }
     world.step_looking(camera, &without);
-    assert_eq!((world.robot.awareness().occluders().len(), world.his().len()), (0, 1), "half a second");
+    assert_eq!(
+        (world.robot.perceptual_context().occluders().len(), world.his().len()),
+        (0, 1),
+        "half a second"
+    );
 }
 
 #[test]
@@ -88,7 +92,7 @@ fn a_barrier_that_was_out_of_view_is_not_gone_at_the_first_glance() {
     world.run(SECOND * 3, &[aside, person(EYES, TABLE)]);
     let back = Observation { partner: 0, ..person([0.06, 0.0, 0.62], [0.9, 0.0, 0.0]) };
     world.step(&[back, person(EYES, TABLE), block(HIDDEN)]);
-    assert_eq!((world.robot.awareness().occluders().len(), world.his().len()), (1, 0));
+    assert_eq!((world.robot.perceptual_context().occluders().len(), world.his().len()), (1, 0));
 }
 
 #[test]
@@ -98,7 +102,7 @@ fn a_barrier_that_is_pushed_aside_is_one_barrier() {
         let aside = [0.5, f32::from(millimetre) * 0.01, 0.125];
         world.step(&[wall(aside), person(EYES, TABLE), block(HIDDEN)]);
     }
-    assert_eq!(world.robot.awareness().occluders().len(), 1);
+    assert_eq!(world.robot.perceptual_context().occluders().len(), 1);
     assert_eq!(world.his().len(), 1);
 }
 
@@ -110,12 +114,12 @@ fn barriers_beyond_those_that_can_be_remembered_replace_the_longest_unseen() {
     world.step(&[wall([0.5, 1.0, 0.125]), person(EYES, TABLE)]);
     world.step(&[wall([0.5, 2.0, 0.125]), person(EYES, TABLE)]);
     world.step(&[wall(WALL), person(EYES, TABLE), block(HIDDEN)]);
-    assert_eq!(world.robot.awareness().occluders().len(), 2);
+    assert_eq!(world.robot.perceptual_context().occluders().len(), 2);
     assert_eq!(world.his().len(), 0);
     assert_eq!(world.overflowed(), 0);
     let three = [wall([0.5, 1.0, 0.125]), wall([0.5, 2.0, 0.125]), wall(WALL), person(EYES, TABLE)];
     world.step(&three);
-    assert_eq!(world.robot.awareness().occluders().len(), 2);
+    assert_eq!(world.robot.perceptual_context().occluders().len(), 2);
     assert_eq!(world.overflowed(), 1, "what hides nothing is counted");
 }
 
@@ -126,7 +130,7 @@ fn who_is_understood_late_is_no_less_present_and_what_hides_things_does_no_less(
     for _ in 0..600 {
         world.step(&[wall(WALL), person(EYES, TABLE), block(HIDDEN), block(OPEN)]);
         assert!(world.partner.is_present());
-        assert_eq!(world.robot.awareness().occluders().len(), 1);
+        assert_eq!(world.robot.perceptual_context().occluders().len(), 1);
     }
     assert_eq!((world.robots().len(), world.his().len()), (2, 1));
     world.run(Duration::from_millis(250), &[]);
@@ -155,7 +159,7 @@ fn he_does_not_miss_what_the_robot_cannot_see_for_him() {
     let back = Observation { partner: 0, ..person([0.06, 0.0, 0.62], [0.9, 0.0, 0.0]) };
     world.run(SECOND * 3, &[back, person(EYES, TABLE)]);
     assert_eq!((world.robot.beliefs().len(), world.his().len()), (0, 0));
-    assert!(world.robot.awareness().occluders().is_empty());
+    assert!(world.robot.perceptual_context().occluders().is_empty());
 }
 
 /// A position of the study's workspace, whose y axis is the robot's x axis, in the base frame.

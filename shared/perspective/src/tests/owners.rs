@@ -1,23 +1,27 @@
 use clock::Duration;
 use config::percepts::Percepts;
-use config::perspective::{Owning, Perspective, Resource};
+use config::perspective::{OwnershipRule, Perspective, Resource};
 use geometry::{Base, Pose, Position};
 use message::{Belief, NOBODY, Observation};
 use proptest::prelude::*;
 use proptest::test_runner::RngSeed;
 
 use super::workspace::{EYES, TABLE, Workspace, block, person, wall};
-use crate::{Claim, Owners, TERRITORY_MOST};
+use crate::{OwnershipClaim, OwnershipEstimator, TERRITORY_MOST};
 
 const ROBOT: [f64; 2] = [0.0, 0.0];
 const TEACHER: [f64; 2] = [1.5, 0.0];
 
-fn resource(by: Owning) -> Resource {
+fn resource(by: OwnershipRule) -> Resource {
     Resource { by, ..Perspective::builtin().resource }
 }
 
-fn claims(places: &[[f64; 2]]) -> impl Iterator<Item = Claim> {
-    (1..).zip(places).map(|(id, [x, y])| Claim { id, place: Position::new(*x, *y, 0.03), held_by: NOBODY })
+fn claims(places: &[[f64; 2]]) -> impl Iterator<Item = OwnershipClaim> {
+    (1..).zip(places).map(|(id, [x, y])| OwnershipClaim {
+        id,
+        place: Position::new(*x, *y, 0.03),
+        held_by: NOBODY,
+    })
 }
 
 fn agents(places: [[f64; 2]; 2]) -> impl Iterator<Item = (u16, Position<Base>)> + Clone {
@@ -25,8 +29,8 @@ fn agents(places: [[f64; 2]; 2]) -> impl Iterator<Item = (u16, Position<Base>)> 
 }
 
 fn by_territory(places: &[[f64; 2]]) -> Vec<u16> {
-    let mut owners = Owners::new(&resource(Owning::Territory), 64);
-    owners.judge(claims(places), agents([ROBOT, TEACHER]));
+    let mut owners = OwnershipEstimator::new(&resource(OwnershipRule::Territory), 64);
+    owners.update(claims(places), agents([ROBOT, TEACHER]));
     owners.all().to_vec()
 }
 
@@ -56,26 +60,26 @@ fn where_the_things_are_not_apart_all_is_everybodys() {
 
 #[test]
 fn a_thing_is_his_who_last_held_it_and_nobodys_before() {
-    let mut owners = Owners::new(&resource(Owning::Possession), 4);
-    let mut judge = |held: &[(u64, u16)]| {
-        let claim = |(id, held_by): &(u64, u16)| Claim {
+    let mut owners = OwnershipEstimator::new(&resource(OwnershipRule::Possession), 4);
+    let mut update = |held: &[(u64, u16)]| {
+        let claim = |(id, held_by): &(u64, u16)| OwnershipClaim {
             id: *id,
             place: Position::new(0.0, 0.0, 0.0),
             held_by: *held_by,
         };
-        owners.judge(held.iter().map(claim), agents([ROBOT, TEACHER]));
+        owners.update(held.iter().map(claim), agents([ROBOT, TEACHER]));
         owners.all().to_vec()
     };
-    assert_eq!(judge(&[(1, NOBODY), (2, 1), (5, 0)]), [NOBODY, 1, 0]);
-    assert_eq!(judge(&[(1, NOBODY), (2, NOBODY), (5, NOBODY)]), [NOBODY, 1, 0]);
-    assert_eq!(judge(&[(2, 0), (5, NOBODY), (7, NOBODY)]), [0, 0, NOBODY]);
+    assert_eq!(update(&[(1, NOBODY), (2, 1), (5, 0)]), [NOBODY, 1, 0]);
+    assert_eq!(update(&[(1, NOBODY), (2, NOBODY), (5, NOBODY)]), [NOBODY, 1, 0]);
+    assert_eq!(update(&[(2, 0), (5, NOBODY), (7, NOBODY)]), [0, 0, NOBODY]);
     // A thing that was forgotten and seen again has a new identity.
-    assert_eq!(judge(&[(2, NOBODY)]), [0]);
-    assert_eq!(judge(&[(2, NOBODY), (5, NOBODY)]), [0, NOBODY]);
+    assert_eq!(update(&[(2, NOBODY)]), [0]);
+    assert_eq!(update(&[(2, NOBODY), (5, NOBODY)]), [0, NOBODY]);
 }
 
 /// A configured region around x = 1 m belongs to the teacher.
-fn told(by: Owning) -> Perspective {
+fn told(by: OwnershipRule) -> Perspective {
     let region = "[{ owner = 1, from_m = [0.8, -1.0], to_m = [1.2, 1.0] }]";
     let text =
         include_str!("../../../../config/perspective.toml").replace("told = []", &format!("told = {region}"));
@@ -85,9 +89,9 @@ fn told(by: Owning) -> Perspective {
 
 #[test]
 fn what_is_told_is_so_and_what_is_not_asked_is_everybodys() {
-    for (by, expected) in [(Owning::Told, 1), (Owning::None, NOBODY)] {
-        let mut owners = Owners::new(&told(by).resource, 4);
-        owners.judge(claims(&[[1.0, 0.0], [0.4, 0.0]]), agents([ROBOT, TEACHER]));
+    for (by, expected) in [(OwnershipRule::Told, 1), (OwnershipRule::None, NOBODY)] {
+        let mut owners = OwnershipEstimator::new(&told(by).resource, 4);
+        owners.update(claims(&[[1.0, 0.0], [0.4, 0.0]]), agents([ROBOT, TEACHER]));
         assert_eq!((owners.owner(0), owners.owner(1), owners.owner(9)), (expected, NOBODY, NOBODY));
     }
 }
@@ -99,7 +103,9 @@ fn what_is_told_and_what_somebody_held_is_so_in_every_perspective() {
     let held = Observation { held_by: 1, ..block([0.40, 0.3, 0.03]) };
     let far = block([1.0, 0.1, 0.03]);
     let all = [person(EYES, TABLE), near, held, far];
-    for (by, expected) in [(Owning::Told, [NOBODY, NOBODY, 1]), (Owning::Possession, [NOBODY, 1, NOBODY])] {
+    for (by, expected) in
+        [(OwnershipRule::Told, [NOBODY, NOBODY, 1]), (OwnershipRule::Possession, [NOBODY, 1, NOBODY])]
+    {
         let mut world = Workspace::with(&told(by));
         world.step(&all);
         let owners = |beliefs: Vec<Belief>| beliefs.iter().map(|belief| belief.owner).collect::<Vec<_>>();
@@ -111,7 +117,7 @@ fn what_is_told_and_what_somebody_held_is_so_in_every_perspective() {
 #[test]
 fn each_perspective_has_its_own_beliefs_judged_by_those_whom_it_knows_of() {
     let mut config = Perspective::builtin();
-    config.resource = resource(Owning::Territory);
+    config.resource = resource(OwnershipRule::Territory);
     let mut world = Workspace::with(&config);
     let mine = [[0.35, 0.1], [0.40, 0.2]].map(|[x, y]| block([x, y, 0.03]));
     let his = [[1.0, 0.1], [1.05, 0.2]].map(|[x, y]| block([x, y, 0.03]));
@@ -127,7 +133,7 @@ fn each_perspective_has_its_own_beliefs_judged_by_those_whom_it_knows_of() {
     // While the partner is away, the robot knows no other agent as an owner.
     world.run(Duration::from_secs(1), &all[1..]);
     assert_eq!((owners(world.robots()), owners(world.his())), (vec![NOBODY; 4], vec![0, 0, 1, 1]));
-    config.resource = resource(Owning::None);
+    config.resource = resource(OwnershipRule::None);
     let mut unasked = Workspace::with(&config);
     unasked.step(&all);
     assert_eq!(owners(unasked.robots()), [NOBODY; 4]);
@@ -136,7 +142,7 @@ fn each_perspective_has_its_own_beliefs_judged_by_those_whom_it_knows_of() {
 #[test]
 fn until_he_is_judged_anew_what_came_is_nobodys_and_the_others_stay_whose_they_were() {
     let mut config = Perspective::builtin();
-    config.resource = resource(Owning::Territory);
+    config.resource = resource(OwnershipRule::Territory);
     let mut world = Workspace::with(&config);
     let things = [[0.35, 0.1], [0.40, 0.2], [0.45, 0.0], [1.0, 0.1], [1.05, 0.2], [0.30, 0.0]];
     let blocks = things.map(|[x, y]| block([x, y, 0.03]));
@@ -171,7 +177,7 @@ fn grid(x: f32, [rows, columns]: [u8; 2], pitch_m: f32) -> impl Iterator<Item = 
 #[test]
 fn many_are_compared_in_some_steps_until_which_they_are_whose_they_were() {
     let mut config = Perspective::builtin();
-    config.resource = resource(Owning::Territory);
+    config.resource = resource(OwnershipRule::Territory);
     let mut world = Workspace::with_room(Percepts::builtin(), &config, 64);
     let group = |x: f32| grid(x, [4, 5], 0.1);
     let blocks: Vec<_> = group(0.2).chain(group(0.85)).chain([block([0.1, 0.0, 0.03])]).collect();
@@ -206,7 +212,7 @@ fn many_are_compared_in_some_steps_until_which_they_are_whose_they_were() {
 #[test]
 fn however_many_they_are_it_takes_eight_steps_more_at_most() {
     let mut config = Perspective::builtin();
-    config.resource = resource(Owning::Territory);
+    config.resource = resource(OwnershipRule::Territory);
     let mut world = Workspace::with_room(Percepts::builtin(), &config, 256);
     let group = |x: f32| grid(x, [12, 10], 0.05);
     let all: Vec<_> = [person(EYES, TABLE)].into_iter().chain(group(0.1)).chain(group(0.9)).collect();
@@ -221,30 +227,30 @@ fn however_many_they_are_it_takes_eight_steps_more_at_most() {
 
 #[test]
 fn of_too_many_nobody_could_say_whose_they_are() {
-    let mut owners = Owners::new(&resource(Owning::Territory), 2 * TERRITORY_MOST);
+    let mut owners = OwnershipEstimator::new(&resource(OwnershipRule::Territory), 2 * TERRITORY_MOST);
     for (count, expected) in [(TERRITORY_MOST, [0, 1]), (TERRITORY_MOST + 1, [NOBODY; 2])] {
         let places: Vec<_> =
             (0..count).map(|index| if index < 128 { [0.2, 0.0] } else { [1.3, 0.0] }).collect();
-        owners.judge(claims(&places), agents([ROBOT, TEACHER]));
+        owners.update(claims(&places), agents([ROBOT, TEACHER]));
         assert_eq!([owners.owner(0), owners.owner(count - 1)], expected, "{count}");
     }
 }
 
 #[test]
 fn a_thing_without_a_place_leaves_no_territories() {
-    let mut owners = Owners::new(&resource(Owning::Territory), 64);
+    let mut owners = OwnershipEstimator::new(&resource(OwnershipRule::Territory), 64);
     let places = [[0.3, 0.0], [0.4, 0.0], [1.3, 0.0], [1.4, 0.0], [f64::NAN, 0.0]];
-    owners.judge(claims(&places[..4]), agents([ROBOT, TEACHER]));
+    owners.update(claims(&places[..4]), agents([ROBOT, TEACHER]));
     assert_eq!(owners.all(), [0, 0, 1, 1]);
-    owners.judge(claims(&places), agents([ROBOT, TEACHER]));
+    owners.update(claims(&places), agents([ROBOT, TEACHER]));
     assert_eq!(owners.all(), [NOBODY; 5]);
 }
 
 #[test]
 fn a_copy_judges_as_the_original_does() {
     let places = [[0.3, 0.0], [0.4, 0.0], [1.3, 0.0], [1.4, 0.0], [1.4, 0.1]];
-    let mut copy = Owners::new(&resource(Owning::Territory), 4).clone();
-    copy.judge(claims(&places), agents([ROBOT, TEACHER]));
+    let mut copy = OwnershipEstimator::new(&resource(OwnershipRule::Territory), 4).clone();
+    copy.update(claims(&places), agents([ROBOT, TEACHER]));
     assert_eq!(copy.all(), [0, 0, 1, 1], "the fifth is beyond the capacity");
     assert_eq!(copy.owner(4), NOBODY);
 }
@@ -323,11 +329,11 @@ proptest! {
             near.iter().map(|thing| at(apart.0, thing)).chain(far.iter().map(|thing| at(apart.1, thing))).collect();
         let mut known = vec![(0, Position::new(0.0, 0.0, 0.6)), (1, Position::new(1.5, 0.0, 0.55))];
         known.extend(third.map(|(x, y)| (2, Position::new(x, y, 0.5))));
-        let claims = |places: &[Position<Base>]| -> Vec<Claim> {
-            (1..).zip(places).map(|(id, place)| Claim { id, place: *place, held_by: NOBODY }).collect()
+        let claims = |places: &[Position<Base>]| -> Vec<OwnershipClaim> {
+            (1..).zip(places).map(|(id, place)| OwnershipClaim { id, place: *place, held_by: NOBODY }).collect()
         };
-        let mut owners = Owners::new(&resource(Owning::Territory), 16);
-        owners.judge(claims(&places), known.iter().copied());
+        let mut owners = OwnershipEstimator::new(&resource(OwnershipRule::Territory), 16);
+        owners.update(claims(&places), known.iter().copied());
         let here = owners.all().to_vec();
         let Some(expected) = by_merging(&places, &known) else { return Ok(()) };
         prop_assert_eq!(&here, &expected);
@@ -337,7 +343,7 @@ proptest! {
         let known: Vec<_> = known.iter().map(|(agent, place)| (*agent, x_there_here * *place)).collect();
         let by = if moved.is_empty() { 0 } else { turn.index(moved.len()) };
         moved.rotate_left(by);
-        owners.judge(claims(&moved), known);
+        owners.update(claims(&moved), known);
         let mut there = owners.all().to_vec();
         there.rotate_right(by);
         prop_assert_eq!(here, there);
@@ -358,7 +364,7 @@ proptest! {
             let x = if id.is_multiple_of(2) { apart.0 } else { apart.1 };
             (id, [x + dx, *y])
         }).collect();
-        let mut owners = Owners::new(&resource(Owning::Territory), 16);
+        let mut owners = OwnershipEstimator::new(&resource(OwnershipRule::Territory), 16);
         for (by_m, ways, gone) in steps {
             for ((_, [x, y]), (dx, dy)) in things.iter_mut().zip(ways) {
                 (*x, *y) = (*x + by_m * dx, *y + by_m * dy);
@@ -370,11 +376,11 @@ proptest! {
                 things.push((id, place));
             }
             let claims = || things.iter().map(|(id, [x, y])| {
-                Claim { id: *id, place: Position::new(*x, *y, 0.03), held_by: NOBODY }
+                OwnershipClaim { id: *id, place: Position::new(*x, *y, 0.03), held_by: NOBODY }
             });
-            owners.judge(claims(), agents([ROBOT, TEACHER]));
-            let mut stranger = Owners::new(&resource(Owning::Territory), 16);
-            stranger.judge(claims(), agents([ROBOT, TEACHER]));
+            owners.update(claims(), agents([ROBOT, TEACHER]));
+            let mut stranger = OwnershipEstimator::new(&resource(OwnershipRule::Territory), 16);
+            stranger.update(claims(), agents([ROBOT, TEACHER]));
             prop_assert_eq!(owners.all(), stranger.all());
         }
     }

@@ -85,7 +85,8 @@ impl Workspace {
             .collect();
         self.robot.step(self.now, looked, &entries);
         let robot = &self.robot;
-        self.partner.step(self.now, &entries, robot.awareness(), |place| robot.surveys(place));
+        self.partner
+            .step(self.now, &entries, robot.perceptual_context(), |place| robot.is_fully_in_view(place));
     }
 
     /// Repeats steps for `time`.

@@ -1,5 +1,5 @@
 use super::*;
-use crate::{Chain, Fault, Instruction, Losses, Parser};
+use crate::{FastReplyWriter, Fault, Instruction, Losses, Parser};
 use proptest::prelude::*;
 use proptest::test_runner::RngSeed;
 
@@ -14,7 +14,7 @@ type Part = (u8, u8, Vec<u8>);
 fn frame(asked: &[Part], parts: &[Part]) -> (Vec<u8>, Vec<usize>) {
     let mut bytes = vec![0; 4096];
     let lengths = asked.iter().map(|(_, _, data)| u16::try_from(data.len()).unwrap());
-    let (mut chain, mut end) = Chain::begin(lengths, &mut bytes).unwrap();
+    let (mut chain, mut end) = FastReplyWriter::begin(lengths, &mut bytes).unwrap();
     let mut ends = Vec::new();
     for (servo, error, data) in parts {
         end += chain.add(&Status::with_error_byte(id(*servo), *error, data), &mut bytes[end..]).unwrap();
@@ -272,7 +272,7 @@ fn alert_and_fault_reach_the_caller() {
 fn more_than_a_frame_brings_is_refused() {
     let mut reply = FastReply::new();
     let said = reply.expect((0..100).map(|servo| (id(servo), 100))).unwrap_err();
-    assert_eq!(said, TooMuch { servos: 100, bytes: 10_408 });
+    assert_eq!(said, ReplyTooLongError { servos: 100, bytes: 10_408 });
     assert!(reply.is_complete());
     assert!(reply.expect((0..252).chain([3, 4]).map(|servo| (id(servo), 1))).is_err());
     assert!(reply.expect((0..=252).map(|servo| (id(servo), 1))).is_ok());

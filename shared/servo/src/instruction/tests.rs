@@ -88,7 +88,7 @@ fn the_manuals_bytes_are_written_and_read_back() {
 
 #[test]
 fn a_frame_that_does_not_fit_is_refused() {
-    assert_eq!(Instruction::Ping.encode(Address::All, &mut [0; 9]), Err(TooLong { capacity: 9 }));
+    assert_eq!(Instruction::Ping.encode(Address::All, &mut [0; 9]), Err(BufferTooShortError { capacity: 9 }));
 }
 
 #[test]

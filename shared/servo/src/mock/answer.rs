@@ -4,7 +4,7 @@ use crate::frame::HEADER;
 
 /// The reply of one servo, or an echo of the host's bytes.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
-pub struct Answer {
+pub struct Reply {
     /// The ID of the servo; 254 for an echo.
     pub id: u8,
     /// Delay after the bus is free.
@@ -13,7 +13,7 @@ pub struct Answer {
     pub bytes: Vec<u8>,
 }
 
-impl Answer {
+impl Reply {
     /// Superimposes another servo's bytes, sent at the same time and `shift` bytes later. A low level wins on the bus.
     pub(super) fn collide(&mut self, other: &[u8], shift: usize) {
         self.bytes.resize(self.bytes.len().max(other.len() + shift), 0xFF);
@@ -30,8 +30,8 @@ impl Answer {
 
 /// The replies to an instruction, in order. Buffers are reused.
 #[derive(Clone, Debug, Default)]
-pub struct Answers {
-    list: Vec<Answer>,
+pub struct Replies {
+    list: Vec<Reply>,
     spare: Vec<Vec<u8>>,
 }
 
@@ -42,7 +42,7 @@ const USUAL: usize = 128;
 /// host without a reply asks again.
 const AT_ONCE: usize = 4;
 
-impl Answers {
+impl Replies {
     /// An empty list, with buffers for the replies of so many servos, and an echo, to several instructions at once.
     #[must_use]
     pub fn for_servos(servos: usize) -> Self {
@@ -58,11 +58,11 @@ impl Answers {
 
     /// The replies.
     #[must_use]
-    pub fn get(&self) -> &[Answer] {
+    pub fn get(&self) -> &[Reply] {
         &self.list
     }
 
-    pub(super) fn get_mut(&mut self) -> &mut Vec<Answer> {
+    pub(super) fn get_mut(&mut self) -> &mut Vec<Reply> {
         &mut self.list
     }
 
@@ -75,7 +75,7 @@ impl Answers {
         let mut bytes = self.spare.pop().unwrap_or_default();
         bytes.clear();
         bytes.extend_from_slice(said);
-        self.list.push(Answer { id, wait, bytes });
+        self.list.push(Reply { id, wait, bytes });
     }
 }
 
@@ -85,8 +85,8 @@ mod tests {
 
     #[test]
     fn there_is_memory_for_all_that_is_said_at_once_and_it_is_used_again() {
-        let mut answers = Answers::for_servos(3);
-        let room = |answers: &Answers| (answers.list.capacity(), answers.spare.capacity());
+        let mut answers = Replies::for_servos(3);
+        let room = |answers: &Replies| (answers.list.capacity(), answers.spare.capacity());
         let before = room(&answers);
         for _ in 0..3 {
             (0..AT_ONCE * 4).for_each(|_| answers.add(1, Duration::ZERO, &[0; USUAL]));

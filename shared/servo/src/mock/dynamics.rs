@@ -17,9 +17,9 @@ use super::HardwareError;
 /// Maximum integration step.
 const STEP: Duration = Duration::from_millis(1);
 /// Maximum number of integration steps; one long step covers the remaining time.
-const STEPS_MOST: u64 = 10_000;
+const MAX_STEPS: u64 = 10_000;
 /// Acceleration limit of any servo, for a profile without one.
-const ACCELERATION_MOST_RAD_S2: f64 = 2000.0;
+const MAX_ACCELERATION_RAD_S2: f64 = 2000.0;
 /// Acceleration in PWM mode.
 const PWM_ACCELERATION_RAD_S2: f64 = 50.0;
 /// Current that moves the servo without load, and its additions for friction and inertia.
@@ -105,7 +105,7 @@ impl Dynamics {
         self.motion
     }
 
-    pub(super) fn push_by(&mut self, by_rad: f64) {
+    pub(super) fn displace(&mut self, by_rad: f64) {
         self.motion.position_rad += by_rad;
         self.trajectory.position_rad += by_rad;
     }
@@ -134,7 +134,7 @@ impl Dynamics {
         caller || fault
     }
 
-    pub(super) const fn warm_to(&mut self, temperature_c: f64) {
+    pub(super) const fn set_temperature(&mut self, temperature_c: f64) {
         self.temperature_c = temperature_c;
     }
 
@@ -173,7 +173,7 @@ impl Dynamics {
     }
 
     /// Removes full turns.
-    pub(super) fn unwind(&mut self, memory: &Memory) {
+    pub(super) fn remove_turns(&mut self, memory: &Memory) {
         let turns = f64::from(self.count(memory).div_euclid(4096));
         let by_rad = direction(memory) * turns * std::f64::consts::TAU;
         self.motion.position_rad -= by_rad;
@@ -203,7 +203,7 @@ impl Dynamics {
         let mut left = by;
         let mut steps = 0;
         while !left.is_zero() {
-            let step = if steps < STEPS_MOST { left.min(STEP) } else { left };
+            let step = if steps < MAX_STEPS { left.min(STEP) } else { left };
             let dt_s = step.as_secs_f64();
             if !torque {
                 self.trajectory = self.motion;
@@ -250,7 +250,7 @@ impl Dynamics {
                     direction(memory) * goal_a - self.load_a - A_PER_RAD_S * self.trajectory.velocity_rad_s;
                 let moving = driving.abs() > IDLE_A;
                 let goal = if moving { limits.velocity_rad_s.copysign(driving) } else { 0.0 };
-                self.turn(goal, (driving.abs() / A_PER_RAD_S2).clamp(1.0, ACCELERATION_MOST_RAD_S2), dt_s)
+                self.turn(goal, (driving.abs() / A_PER_RAD_S2).clamp(1.0, MAX_ACCELERATION_RAD_S2), dt_s)
             }
             Mode::Pwm => {
                 let duty = float_of_signed(memory.get(GOAL_PWM)) / FULL_DUTY;
@@ -281,7 +281,7 @@ impl Dynamics {
             return led;
         }
         // Released, or with too little duty, the shaft catches up as fast as its duty permits.
-        let step = ACCELERATION_MOST_RAD_S2 * dt_s;
+        let step = MAX_ACCELERATION_RAD_S2 * dt_s;
         let change = asked_rad_s.clamp(-most_rad_s, most_rad_s) - before.velocity_rad_s;
         let velocity_rad_s = before.velocity_rad_s + change.clamp(-step, step);
         Motion { position_rad: before.position_rad + velocity_rad_s * dt_s, velocity_rad_s }
@@ -377,9 +377,9 @@ impl Dynamics {
             profile => profile.min(most),
         };
         let acceleration_rad_s2 = match memory.get(PROFILE_ACCELERATION) {
-            0 => ACCELERATION_MOST_RAD_S2,
-            _ if timed => ACCELERATION_MOST_RAD_S2,
-            profile => acceleration_rad_s2(i32::try_from(profile).unwrap_or(1)).min(ACCELERATION_MOST_RAD_S2),
+            0 => MAX_ACCELERATION_RAD_S2,
+            _ if timed => MAX_ACCELERATION_RAD_S2,
+            profile => acceleration_rad_s2(i32::try_from(profile).unwrap_or(1)).min(MAX_ACCELERATION_RAD_S2),
         };
         Limits { velocity_rad_s: velocity_rad_s(i32::try_from(velocity).unwrap_or(1)), acceleration_rad_s2 }
     }

@@ -1,14 +1,14 @@
 use clock::Instant;
 
 use crate::frame::{PREFIX, SUFFIX};
-use crate::mock::answer::Answers;
-use crate::mock::injection::Kind;
-use crate::mock::line::{Followers, happen};
+use crate::mock::answer::Replies;
+use crate::mock::injection::FaultKind;
+use crate::mock::line::{FollowerBehaviour, apply_event};
 use crate::mock::{Injector, Servo};
-use crate::{Address, Chain, Fault, Frame, Id, Instruction, Reset, Span, Status, spans, writes};
+use crate::{Address, FastReplyWriter, Fault, Frame, Id, Instruction, Reset, Span, Status, spans, writes};
 
 /// Maximum length of a reply: a servo's whole table, stuffed.
-const ANSWER_MOST: usize = PREFIX + 1024 + SUFFIX;
+const MAX_REPLY_BYTES: usize = PREFIX + 1024 + SUFFIX;
 /// Data of a servo in a fast reply if the read is denied.
 const NOTHING: [u8; 1024] = [0; 1024];
 /// Default error number of the `error` fault: access error.
@@ -21,23 +21,23 @@ const SHIFTS: usize = 3;
 pub(super) struct Exchange<'a> {
     pub(super) servos: &'a mut [Servo],
     /// Servos that share an ID with another servo.
-    pub(super) twins: &'a mut [Servo],
+    pub(super) duplicate_servos: &'a mut [Servo],
     pub(super) injector: &'a mut Injector,
     pub(super) now: Instant,
     pub(super) baud: Option<u32>,
-    pub(super) followers: Followers,
-    pub(super) answers: &'a mut Answers,
+    pub(super) followers: FollowerBehaviour,
+    pub(super) answers: &'a mut Replies,
 }
 
 /// The content of a status packet.
 #[derive(Clone, Copy)]
-enum Said {
+enum ReplyContent {
     Ping,
     Table { address: u16, length: u16 },
     Done(Result<(), Fault>),
 }
 
-impl Said {
+impl ReplyContent {
     /// The minimum status return level for this reply.
     const fn level(self) -> i64 {
         match self {
@@ -59,28 +59,28 @@ impl Exchange<'_> {
                 servo.hear();
             } else {
                 let id = servo.id();
-                if self.injector.holds(Kind::Baud, now, id) {
-                    self.injector.count(Kind::Baud);
+                if self.injector.is_active(FaultKind::Baud, now, id) {
+                    self.injector.count(FaultKind::Baud);
                 }
             }
         }
         match Instruction::parse(frame) {
             Ok(Instruction::SyncRead { address, length, ids }) => {
                 for &id in ids {
-                    self.each(id, |line, place| line.say(place, id, Said::Table { address, length }));
+                    self.each(id, |line, place| line.say(place, id, ReplyContent::Table { address, length }));
                 }
             }
             Ok(Instruction::BulkRead { records }) => {
                 for Span { id, address, length } in spans(records) {
                     let id = id.get();
-                    self.each(id, |line, place| line.say(place, id, Said::Table { address, length }));
+                    self.each(id, |line, place| line.say(place, id, ReplyContent::Table { address, length }));
                 }
             }
             Ok(Instruction::FastSyncRead { address, length, ids }) => {
                 let ids = ids.iter().filter_map(|&id| Id::new(id));
-                self.tell_together(ids.map(|id| Span { id, address, length }));
+                self.reply_to_fast_read(ids.map(|id| Span { id, address, length }));
             }
-            Ok(Instruction::FastBulkRead { records }) => self.tell_together(spans(records)),
+            Ok(Instruction::FastBulkRead { records }) => self.reply_to_fast_read(spans(records)),
             Ok(Instruction::SyncWrite { address, length, records }) => {
                 for record in records.chunks(usize::from(length) + 1) {
                     let Some((&id, data)) = record.split_first() else { continue };
@@ -128,12 +128,12 @@ impl Exchange<'_> {
     }
 
     fn count(&self) -> usize {
-        self.servos.len() + self.twins.len()
+        self.servos.len() + self.duplicate_servos.len()
     }
 
     /// The servo with this index; duplicates come after the others.
     fn servo(&mut self, place: usize) -> Option<&mut Servo> {
-        pick(self.servos, self.twins, place)
+        pick(self.servos, self.duplicate_servos, place)
     }
 
     fn hears(&mut self, place: usize) -> bool {
@@ -141,7 +141,7 @@ impl Exchange<'_> {
         let Some(servo) = self.servo(place) else { return false };
         let id = servo.id();
         let heard = servo.is_listening() && baud.is_none_or(|baud| baud == servo.baud());
-        heard && !self.injector.holds(Kind::Baud, now, id)
+        heard && !self.injector.is_active(FaultKind::Baud, now, id)
     }
 
     /// Calls `does` for every servo with this ID that is listening; there is more than one only with a duplicate ID.
@@ -150,7 +150,7 @@ impl Exchange<'_> {
             if self.servo(place).is_some_and(|servo| servo.id() == id) && self.hears(place) {
                 does(self, place);
                 // A servo whose ID was just changed must not be processed twice.
-                if self.twins.is_empty() {
+                if self.duplicate_servos.is_empty() {
                     return;
                 }
             }
@@ -167,9 +167,9 @@ impl Exchange<'_> {
     }
 
     /// Replies to a fast read: the servos send blocks of one packet.
-    fn tell_together(&mut self, asked: impl Iterator<Item = Span> + Clone) {
+    fn reply_to_fast_read(&mut self, asked: impl Iterator<Item = Span> + Clone) {
         let mut header = [0; PREFIX + 1];
-        let begun = Chain::begin(asked.clone().map(|span| span.length), &mut header);
+        let begun = FastReplyWriter::begin(asked.clone().map(|span| span.length), &mut header);
         let Ok((mut chain, _)) = begun else { return };
         let mut first = true;
         for span in asked {
@@ -177,13 +177,13 @@ impl Exchange<'_> {
             self.each(span.id.get(), |_, place| {
                 (tells, tells_too) = (tells.or(Some(place)), tells.and(Some(place)));
             });
-            if self.injector.strikes(Kind::Drop, self.now, span.id.get()).is_some() {
+            if self.injector.triggers(FaultKind::Drop, self.now, span.id.get()).is_some() {
                 tells = None;
             }
-            let servo = tells.and_then(|place| pick(self.servos, self.twins, place));
-            let answers = |servo: &Servo| servo.status_return_level() >= 1 && servo.knows_fast_reads();
+            let servo = tells.and_then(|place| pick(self.servos, self.duplicate_servos, place));
+            let answers = |servo: &Servo| servo.status_return_level() >= 1 && servo.supports_fast_reads();
             let Some(servo) = servo.filter(|servo| answers(servo)) else {
-                if self.followers == Followers::Silent {
+                if self.followers == FollowerBehaviour::Silent {
                     return;
                 }
                 continue;
@@ -193,7 +193,7 @@ impl Exchange<'_> {
             let fault = read.err().or_else(|| error(self.injector, self.now, span.id.get()));
             let params = read.unwrap_or(nothing);
             let status = Status { id: span.id, alert: servo.has_alert(), fault, params };
-            let mut bytes = [0; ANSWER_MOST];
+            let mut bytes = [0; MAX_REPLY_BYTES];
             let start = if std::mem::take(&mut first) { header.len() } else { 0 };
             for (place, byte) in bytes.iter_mut().zip(header).take(start) {
                 *place = byte;
@@ -202,19 +202,25 @@ impl Exchange<'_> {
             let part = chain.add(&status, bytes.get_mut(start..).unwrap_or_default()).unwrap_or(0);
             let said = bytes.get(..start + part).unwrap_or_default();
             self.answers.add(span.id.get(), servo.return_delay(), said);
-            self.tell_too(tells_too, span, before, start);
-            self.chance(tells);
+            self.collide_duplicate(tells_too, span, before, start);
+            self.apply_random_faults(tells);
         }
     }
 
     /// Superimposes the block of a second servo with the same ID.
-    fn tell_too(&mut self, place: Option<usize>, span: Span, mut chain: Chain, start: usize) {
-        let servo = place.and_then(|place| pick(self.servos, self.twins, place));
+    fn collide_duplicate(
+        &mut self,
+        place: Option<usize>,
+        span: Span,
+        mut chain: FastReplyWriter,
+        start: usize,
+    ) {
+        let servo = place.and_then(|place| pick(self.servos, self.duplicate_servos, place));
         let Some(Ok(params)) = servo.as_ref().map(|servo| servo.read(span.address, span.length)) else {
             return;
         };
         let status = Status { id: span.id, alert: false, fault: None, params };
-        let mut bytes = [0; ANSWER_MOST];
+        let mut bytes = [0; MAX_REPLY_BYTES];
         let part = chain.add(&status, &mut bytes).unwrap_or(0);
         if let Some(last) = self.answers.get_mut().last_mut() {
             last.collide(bytes.get(..part).unwrap_or_default(), start);
@@ -227,14 +233,14 @@ impl Exchange<'_> {
         // A new ID takes effect after the reply with the old one.
         let id = servo.id();
         let said = match instruction {
-            Ok(Instruction::Ping) => Said::Ping,
-            Ok(Instruction::Read { address, length }) => Said::Table { address, length },
-            Ok(Instruction::Write { address, data }) => Said::Done(servo.write(address, data)),
-            Ok(Instruction::RegWrite { address, data }) => Said::Done(servo.register(address, data)),
-            Ok(Instruction::Action) => Said::Done(servo.act()),
-            Ok(Instruction::Clear) => Said::Done(servo.clear()),
-            Ok(Instruction::Backup(backup)) => Said::Done(servo.back_up(backup)),
-            Ok(Instruction::Reboot | Instruction::FactoryReset(_)) => Said::Done(Ok(())),
+            Ok(Instruction::Ping) => ReplyContent::Ping,
+            Ok(Instruction::Read { address, length }) => ReplyContent::Table { address, length },
+            Ok(Instruction::Write { address, data }) => ReplyContent::Done(servo.write(address, data)),
+            Ok(Instruction::RegWrite { address, data }) => ReplyContent::Done(servo.register(address, data)),
+            Ok(Instruction::Action) => ReplyContent::Done(servo.act()),
+            Ok(Instruction::Clear) => ReplyContent::Done(servo.clear()),
+            Ok(Instruction::Backup(backup)) => ReplyContent::Done(servo.back_up(backup)),
+            Ok(Instruction::Reboot | Instruction::FactoryReset(_)) => ReplyContent::Done(Ok(())),
             Ok(
                 Instruction::SyncRead { .. }
                 | Instruction::SyncWrite { .. }
@@ -243,7 +249,7 @@ impl Exchange<'_> {
                 | Instruction::BulkWrite { .. }
                 | Instruction::FastBulkRead { .. },
             ) => return,
-            Err(fault) => Said::Done(Err(fault)),
+            Err(fault) => ReplyContent::Done(Err(fault)),
         };
         self.say(place, id, said);
         // The servo restarts after its reply.
@@ -255,20 +261,20 @@ impl Exchange<'_> {
     }
 
     /// Sends a reply with `id`, if the status return level permits it.
-    fn say(&mut self, place: usize, id: u8, said: Said) {
-        let double = !self.twins.is_empty();
-        let Some(servo) = pick(self.servos, self.twins, place) else { return };
+    fn say(&mut self, place: usize, id: u8, said: ReplyContent) {
+        let double = !self.duplicate_servos.is_empty();
+        let Some(servo) = pick(self.servos, self.duplicate_servos, place) else { return };
         let ping = servo.ping();
         let data = match said {
-            Said::Ping => Ok(&ping[..]),
-            Said::Table { address, length } => servo.read(address, length),
-            Said::Done(done) => done.map(|()| &[][..]),
+            ReplyContent::Ping => Ok(&ping[..]),
+            ReplyContent::Table { address, length } => servo.read(address, length),
+            ReplyContent::Done(done) => done.map(|()| &[][..]),
         };
         let answers = servo.status_return_level() >= said.level();
         let Some(id) = Id::new(id).filter(|_| answers) else { return };
         let fault = data.err().or_else(|| error(self.injector, self.now, id.get()));
         let params = data.unwrap_or_default();
-        let mut bytes = [0; ANSWER_MOST];
+        let mut bytes = [0; MAX_REPLY_BYTES];
         let status = Status { id, alert: servo.has_alert(), fault, params };
         let Ok(length) = status.encode(&mut bytes) else { return };
         let bytes = bytes.get(..length).unwrap_or_default();
@@ -277,21 +283,21 @@ impl Exchange<'_> {
                 let shift = params.iter().fold(1, |sum: usize, byte| sum + usize::from(*byte)) % SHIFTS;
                 last.collide(bytes, shift);
             }
-            None if self.injector.strikes(Kind::Drop, self.now, id.get()).is_none() => {
+            None if self.injector.triggers(FaultKind::Drop, self.now, id.get()).is_none() => {
                 self.answers.add(id.get(), servo.return_delay(), bytes);
             }
             None => {}
         }
-        self.chance(Some(place));
+        self.apply_random_faults(Some(place));
     }
 
     /// Applies random faults to a servo that replies.
-    fn chance(&mut self, place: Option<usize>) {
-        let servo = place.and_then(|place| pick(self.servos, self.twins, place));
+    fn apply_random_faults(&mut self, place: Option<usize>) {
+        let servo = place.and_then(|place| pick(self.servos, self.duplicate_servos, place));
         let Some(servo) = servo else { return };
-        for kind in [Kind::Alert, Kind::Overload, Kind::Reboot] {
-            if self.injector.strikes(kind, self.now, servo.id()).is_some() {
-                happen(servo, kind, self.now);
+        for kind in [FaultKind::Alert, FaultKind::Overload, FaultKind::Reboot] {
+            if self.injector.triggers(kind, self.now, servo.id()).is_some() {
+                apply_event(servo, kind, self.now);
             }
         }
     }
@@ -299,13 +305,17 @@ impl Exchange<'_> {
 
 /// The error number injected into a reply, if any.
 fn error(injector: &mut Injector, now: Instant, id: u8) -> Option<Fault> {
-    let strike = injector.strikes(Kind::Error, now, id)?;
+    let strike = injector.triggers(FaultKind::Error, now, id)?;
     Fault::from_number(strike.is.and_then(|number| u8::try_from(number).ok()).unwrap_or(ERROR))
 }
 
-fn pick<'a>(servos: &'a mut [Servo], twins: &'a mut [Servo], place: usize) -> Option<&'a mut Servo> {
+fn pick<'a>(
+    servos: &'a mut [Servo],
+    duplicate_servos: &'a mut [Servo],
+    place: usize,
+) -> Option<&'a mut Servo> {
     match place.checked_sub(servos.len()) {
-        Some(twin) => twins.get_mut(twin),
+        Some(twin) => duplicate_servos.get_mut(twin),
         None => servos.get_mut(place),
     }
 }

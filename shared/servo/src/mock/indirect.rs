@@ -19,7 +19,7 @@ impl Indirect {
     }
 
     /// Updates whether any pair is redirected.
-    pub(super) fn note(&mut self, bytes: &[u8]) {
+    pub(super) fn update_used(&mut self, bytes: &[u8]) {
         self.used = self.pairs.iter().any(|&(address, data)| target(bytes, address) != Some(data));
     }
 
@@ -28,7 +28,7 @@ impl Indirect {
         if !self.used {
             return;
         }
-        self.note(bytes);
+        self.update_used(bytes);
         for &(address, data) in &self.pairs {
             let byte = target(bytes, address).and_then(|target| bytes.get(usize::from(target)).copied());
             if let (Some(byte), Some(place)) = (byte, bytes.get_mut(usize::from(data))) {

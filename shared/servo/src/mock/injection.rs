@@ -8,8 +8,8 @@ use crate::Id;
 
 mod kind;
 
-pub(super) use kind::KINDS;
-pub use kind::Kind;
+pub(super) use kind::FAULT_KINDS;
+pub use kind::FaultKind;
 
 /// A fault to inject: its kind, its target and its time.
 ///
@@ -23,18 +23,18 @@ pub use kind::Kind;
 /// the fault is enabled.
 ///
 /// ```
-/// use servo::mock::{Injection, Kind};
-/// let fault: Injection = "drop bus=torso id=5,7-9 p=0.01 from=2s for=10s".parse()?;
-/// assert_eq!(fault.kind, Kind::Drop);
+/// use servo::mock::{FaultSpec, FaultKind};
+/// let fault: FaultSpec = "drop bus=torso id=5,7-9 p=0.01 from=2s for=10s".parse()?;
+/// assert_eq!(fault.kind, FaultKind::Drop);
 /// assert_eq!(fault.to_string(), "drop bus=torso id=5,7-9 p=0.01 from=2s for=10s");
-/// let said = "dorp id=5".parse::<Injection>().unwrap_err().to_string();
+/// let said = "dorp id=5".parse::<FaultSpec>().unwrap_err().to_string();
 /// assert!(said.starts_with("`dorp` is no kind of fault: say one of drop, flip, "));
-/// # Ok::<(), servo::mock::BadInjection>(())
+/// # Ok::<(), servo::mock::FaultSpecError>(())
 /// ```
 #[derive(Clone, Debug, PartialEq)]
-pub struct Injection {
+pub struct FaultSpec {
     /// The kind of fault.
-    pub kind: Kind,
+    pub kind: FaultKind,
     /// The affected buses; empty for all.
     pub buses: Vec<String>,
     /// The affected servos; empty for all.
@@ -56,14 +56,14 @@ pub struct Injection {
 /// A syntax error in a fault.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("`{word}` {wrong}")]
-pub struct BadInjection {
+pub struct FaultSpecError {
     /// The word.
     pub word: String,
     /// What is wrong with it, and what would be valid.
     pub wrong: String,
 }
 
-impl BadInjection {
+impl FaultSpecError {
     fn new(word: &str, wrong: impl Into<String>) -> Self {
         Self { word: word.to_owned(), wrong: wrong.into() }
     }
@@ -71,14 +71,14 @@ impl BadInjection {
 
 const KEYS: &str = "bus=, id=, p=, at=, from=, for=, by= or is=";
 
-impl FromStr for Injection {
-    type Err = BadInjection;
+impl FromStr for FaultSpec {
+    type Err = FaultSpecError;
 
-    fn from_str(text: &str) -> Result<Self, BadInjection> {
+    fn from_str(text: &str) -> Result<Self, FaultSpecError> {
         let mut words = text.split_whitespace();
         let name = words.next().unwrap_or_default();
-        let kind = Kind::from_name(name).ok_or_else(|| {
-            BadInjection::new(name, format!("is no kind of fault: say one of {}", Kind::names()))
+        let kind = FaultKind::from_name(name).ok_or_else(|| {
+            FaultSpecError::new(name, format!("is no kind of fault: say one of {}", FaultKind::names()))
         })?;
         let (buses, ids) = (Vec::new(), Vec::new());
         let (chance, at, from, lasts, by, is) = (None, None, None, None, None, None);
@@ -87,9 +87,9 @@ impl FromStr for Injection {
         for word in words {
             let (key, value) = word
                 .split_once('=')
-                .ok_or_else(|| BadInjection::new(word, format!("has no value: say {KEYS}")))?;
+                .ok_or_else(|| FaultSpecError::new(word, format!("has no value: say {KEYS}")))?;
             if keys.contains(&key) {
-                return Err(BadInjection::new(word, format!("is the second {key}=: say each once")));
+                return Err(FaultSpecError::new(word, format!("is the second {key}=: say each once")));
             }
             keys.push(key);
             said.take(word, key, value)?;
@@ -99,26 +99,26 @@ impl FromStr for Injection {
     }
 }
 
-impl Injection {
-    fn take(&mut self, word: &str, key: &str, value: &str) -> Result<(), BadInjection> {
+impl FaultSpec {
+    fn take(&mut self, word: &str, key: &str, value: &str) -> Result<(), FaultSpecError> {
         match key {
             "bus" if value.is_empty() || value.split(',').any(str::is_empty) => {
-                return Err(BadInjection::new(word, "names no bus: say bus=torso or bus=torso,left_arm"));
+                return Err(FaultSpecError::new(word, "names no bus: say bus=torso or bus=torso,left_arm"));
             }
             "bus" => self.buses = value.split(',').map(str::to_owned).collect(),
             "id" => {
                 let ids = value.split(',').map(ids).collect::<Option<_>>();
                 let wrong = "names no servos: say id=5, id=1,3 or id=1-13, from 0 to 252";
-                self.ids = ids.ok_or_else(|| BadInjection::new(word, wrong))?;
+                self.ids = ids.ok_or_else(|| FaultSpecError::new(word, wrong))?;
             }
             "p" => {
                 let chance = value.parse().ok().filter(|chance| (0.0..=1.0).contains(chance));
                 let wrong = "is no probability: say one from 0 to 1, such as p=0.01";
-                self.chance = Some(chance.ok_or_else(|| BadInjection::new(word, wrong))?);
+                self.chance = Some(chance.ok_or_else(|| FaultSpecError::new(word, wrong))?);
             }
             "at" | "from" | "for" | "by" => {
                 let time = time(value).ok_or_else(|| {
-                    BadInjection::new(word, format!("is no time: say {key}=2s, {key}=150ms or {key}=3min"))
+                    FaultSpecError::new(word, format!("is no time: say {key}=2s, {key}=150ms or {key}=3min"))
                 })?;
                 let place = match key {
                     "at" => &mut self.at,
@@ -130,31 +130,33 @@ impl Injection {
             }
             "is" => {
                 let wrong = "is no number: say is=0, is=7 or is=65535";
-                self.is = Some(value.parse().map_err(|_| BadInjection::new(word, wrong))?);
+                self.is = Some(value.parse().map_err(|_| FaultSpecError::new(word, wrong))?);
             }
-            _ => return Err(BadInjection::new(word, format!("says nothing that a fault knows: say {KEYS}"))),
+            _ => {
+                return Err(FaultSpecError::new(word, format!("says nothing that a fault knows: say {KEYS}")));
+            }
         }
         Ok(())
     }
 
     /// Checks that the keys are consistent.
-    fn check(&self) -> Result<(), BadInjection> {
+    fn check(&self) -> Result<(), FaultSpecError> {
         let name = self.kind.name();
         let no =
-            |key, wrong: &str| Err(BadInjection::new(key, format!("does not go with `{name}`: {wrong}")));
+            |key, wrong: &str| Err(FaultSpecError::new(key, format!("does not go with `{name}`: {wrong}")));
         if self.at.is_some() && self.from.is_some() {
             return no("at=", "say at= for once, or from= and for= for a while");
         }
         if self.at.is_some() && self.chance.is_some() {
             return no("p=", "what happens at= a time happens, so leave p= out");
         }
-        if self.at.is_some() && self.lasts.is_some() && !self.kind.is_held() {
+        if self.at.is_some() && self.lasts.is_some() && !self.kind.is_lasting() {
             return no("for=", "it happens once at= a time; say from= and for= for a while");
         }
-        if self.chance.is_some() && self.kind.is_held() {
+        if self.chance.is_some() && self.kind.is_lasting() {
             return no("p=", "it lasts; say from= and for=, or at= and for=");
         }
-        if self.by.is_some() && self.kind != Kind::Late {
+        if self.by.is_some() && self.kind != FaultKind::Late {
             return no("by=", "only `late` is by= a time");
         }
         match (self.is, self.kind.numbers()) {
@@ -173,13 +175,16 @@ impl Injection {
     /// # Errors
     ///
     /// A named bus is unknown; the error lists the known ones.
-    pub fn check_buses<'a>(&self, buses: impl Iterator<Item = &'a str> + Clone) -> Result<(), BadInjection> {
+    pub fn check_buses<'a>(
+        &self,
+        buses: impl Iterator<Item = &'a str> + Clone,
+    ) -> Result<(), FaultSpecError> {
         match self.buses.iter().find(|bus| !buses.clone().any(|known| known == *bus)) {
             None => Ok(()),
             Some(bus) => {
                 let known = buses.collect::<Vec<_>>().join(", ");
                 let wrong = format!("names no mock bus: there are {known}");
-                Err(BadInjection::new(&format!("bus={bus}"), wrong))
+                Err(FaultSpecError::new(&format!("bus={bus}"), wrong))
             }
         }
     }
@@ -197,7 +202,7 @@ impl Injection {
     }
 
     /// Whether the fault is active at this time after it was enabled.
-    pub(super) fn is_due(&self, after: Duration) -> bool {
+    pub(super) fn is_active_at(&self, after: Duration) -> bool {
         let begins = self.begins();
         after >= begins && self.lasts().is_none_or(|lasts| after < begins + lasts)
     }
@@ -223,15 +228,15 @@ fn ids(text: &str) -> Option<RangeInclusive<u8>> {
 /// Time units in nanoseconds. `s` comes last, because other units end in it.
 const UNITS: [(&str, f64); 4] = [("us", 1e3), ("ms", 1e6), ("min", 60e9), ("s", 1e9)];
 /// Maximum time, in seconds.
-const TIME_MOST_S: f64 = 1e6;
+const MAX_TIME_S: f64 = 1e6;
 
 fn time(text: &str) -> Option<Duration> {
     let (number, nanos) = UNITS.iter().find_map(|(unit, nanos)| Some((text.strip_suffix(unit)?, nanos)))?;
     let seconds = number.parse::<f64>().ok()? * nanos / 1e9;
-    (0.0..=TIME_MOST_S).contains(&seconds).then(|| Duration::from_secs_f64(seconds))
+    (0.0..=MAX_TIME_S).contains(&seconds).then(|| Duration::from_secs_f64(seconds))
 }
 
-impl fmt::Display for Injection {
+impl fmt::Display for FaultSpec {
     fn fmt(&self, to: &mut fmt::Formatter<'_>) -> fmt::Result {
         to.write_str(self.kind.name())?;
         if !self.buses.is_empty() {
@@ -269,8 +274,8 @@ mod tests {
     use super::*;
     use proptest::prelude::*;
 
-    fn parse(text: &str) -> Result<Injection, String> {
-        text.parse().map_err(|bad: BadInjection| bad.to_string())
+    fn parse(text: &str) -> Result<FaultSpec, String> {
+        text.parse().map_err(|bad: FaultSpecError| bad.to_string())
     }
 
     #[test]
@@ -290,7 +295,7 @@ mod tests {
             assert_eq!(parse(text).map(|said| said.to_string()), Ok(text.to_owned()));
         }
         assert_eq!(parse("flip from=2min").unwrap().from, Some(Duration::from_secs(120)));
-        for kind in Kind::ALL {
+        for kind in FaultKind::ALL {
             assert_eq!(parse(kind.name()).map(|said| said.kind), Ok(kind));
         }
     }
@@ -345,14 +350,14 @@ mod tests {
         let docs = include_str!("../../../../docs/servo-bus.md");
         let rows = docs.lines().skip_while(|line| !line.starts_with("| kind |")).skip(2);
         let kinds = rows.map_while(|row| row.strip_prefix("| `")?.split('`').next());
-        assert_eq!(kinds.collect::<Vec<_>>(), Kind::ALL.map(Kind::name));
+        assert_eq!(kinds.collect::<Vec<_>>(), FaultKind::ALL.map(FaultKind::name));
     }
 
     proptest! {
         #[test]
         fn whatever_is_said_is_taken_or_refused(text in ".{0,60}") {
-            if let Ok(said) = text.parse::<Injection>() {
-                prop_assert_eq!(said.to_string().parse::<Injection>().map(|again| again.to_string()), Ok(said.to_string()));
+            if let Ok(said) = text.parse::<FaultSpec>() {
+                prop_assert_eq!(said.to_string().parse::<FaultSpec>().map(|again| again.to_string()), Ok(said.to_string()));
             }
         }
     }

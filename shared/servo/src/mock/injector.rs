@@ -4,27 +4,27 @@ use clock::{Duration, Instant};
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{Rng as _, SeedableRng as _};
 
-use super::injection::KINDS;
-use super::{Injection, Kind};
+use super::injection::FAULT_KINDS;
+use super::{FaultKind, FaultSpec};
 
 /// Counters of injected faults, per kind.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Injected([u64; KINDS]);
+pub struct FaultCounts([u64; FAULT_KINDS]);
 
-impl Injected {
+impl FaultCounts {
     /// The count of one kind.
     #[must_use]
-    pub fn of(&self, kind: Kind) -> u64 {
+    pub fn of(&self, kind: FaultKind) -> u64 {
         self.iter().find_map(|(each, count)| (each == kind).then_some(count)).unwrap_or(0)
     }
 
     /// Every kind with its count.
-    pub fn iter(&self) -> impl Iterator<Item = (Kind, u64)> {
-        Kind::ALL.into_iter().zip(self.0)
+    pub fn iter(&self) -> impl Iterator<Item = (FaultKind, u64)> {
+        FaultKind::ALL.into_iter().zip(self.0)
     }
 
-    fn add(&mut self, kind: Kind) {
-        if let Some((_, count)) = Kind::ALL.iter().zip(&mut self.0).find(|(each, _)| **each == kind) {
+    fn add(&mut self, kind: FaultKind) {
+        if let Some((_, count)) = FaultKind::ALL.iter().zip(&mut self.0).find(|(each, _)| **each == kind) {
             *count += 1;
         }
     }
@@ -39,23 +39,23 @@ pub struct Injector {
     bus: String,
     seed: u64,
     active: Vec<Active>,
-    injected: Injected,
+    injected: FaultCounts,
 }
 
 #[derive(Clone, Debug)]
 struct Active {
-    injection: Injection,
+    injection: FaultSpec,
     since: Instant,
     random: ChaCha8Rng,
     /// Whether a one-time fault has occurred.
     done: bool,
     /// The servos that a once-per-servo fault has affected.
-    struck: BTreeSet<u8>,
+    affected: BTreeSet<u8>,
 }
 
 impl Active {
-    fn is_due(&self, now: Instant) -> bool {
-        self.injection.is_due(now.since(self.since))
+    fn is_active_at(&self, now: Instant) -> bool {
+        self.injection.is_active_at(now.since(self.since))
     }
 }
 
@@ -63,11 +63,11 @@ impl Injector {
     /// An injector without faults.
     #[must_use]
     pub fn new(bus: &str, seed: u64) -> Self {
-        Self { bus: bus.to_owned(), seed, active: Vec::new(), injected: Injected::default() }
+        Self { bus: bus.to_owned(), seed, active: Vec::new(), injected: FaultCounts::default() }
     }
 
     /// Replaces the enabled faults; faults that were already enabled keep their state.
-    pub fn set(&mut self, now: Instant, injections: &[Injection]) {
+    pub fn set(&mut self, now: Instant, injections: &[FaultSpec]) {
         let mut before = std::mem::take(&mut self.active);
         for injection in injections.iter().filter(|injection| injection.is_on(&self.bus)) {
             let running = before.iter().position(|active| active.injection == *injection);
@@ -77,11 +77,11 @@ impl Injector {
         }
     }
 
-    fn begin(&self, now: Instant, injection: &Injection) -> Active {
+    fn begin(&self, now: Instant, injection: &FaultSpec) -> Active {
         let same = self.active.iter().filter(|active| active.injection == *injection).count();
         let mut random = ChaCha8Rng::seed_from_u64(self.seed);
         random.set_stream(hash(&format!("{injection} {} {same}", self.bus)));
-        Active { injection: injection.clone(), since: now, random, done: false, struck: BTreeSet::new() }
+        Active { injection: injection.clone(), since: now, random, done: false, affected: BTreeSet::new() }
     }
 
     /// Whether no fault is enabled.
@@ -91,13 +91,13 @@ impl Injector {
 
     /// The faults injected so far.
     #[must_use]
-    pub const fn injected(&self) -> Injected {
+    pub const fn injected(&self) -> FaultCounts {
         self.injected
     }
 
     /// Decides whether a fault of this kind affects a reply or an instruction now, and counts it. The caller applies
     /// the fault.
-    pub(super) fn strikes(&mut self, kind: Kind, now: Instant, id: u8) -> Option<Strike> {
+    pub(super) fn triggers(&mut self, kind: FaultKind, now: Instant, id: u8) -> Option<Strike> {
         let mut strike = None;
         for active in &mut self.active {
             let injection = &active.injection;
@@ -105,12 +105,12 @@ impl Injector {
             if injection.kind != kind
                 || by_event
                 || !injection.is_to(id)
-                || !active.is_due(now)
+                || !active.is_active_at(now)
                 || active.done
             {
                 continue;
             }
-            if strikes(&mut active.random, injection.chance) {
+            if triggers(&mut active.random, injection.chance) {
                 active.done = injection.at.is_some();
                 let (by, is, random) = (injection.by, injection.is, active.random.next_u64());
                 strike = strike.or(Some(Strike { by, is, random }));
@@ -123,37 +123,42 @@ impl Injector {
     }
 
     /// Whether a lasting fault is active now.
-    pub(super) fn holds(&self, kind: Kind, now: Instant, id: u8) -> bool {
+    pub(super) fn is_active(&self, kind: FaultKind, now: Instant, id: u8) -> bool {
         let of = |active: &&Active| active.injection.kind == kind && active.injection.is_to(id);
-        self.active.iter().filter(of).any(|active| active.is_due(now))
+        self.active.iter().filter(of).any(|active| active.is_active_at(now))
     }
 
     /// The optional number of a lasting fault that is active now; `None` if none is.
-    pub(super) fn held_number(&self, kind: Kind, now: Instant, id: u8) -> Option<Option<u16>> {
+    pub(super) fn active_number(&self, kind: FaultKind, now: Instant, id: u8) -> Option<Option<u16>> {
         let of = |active: &&Active| active.injection.kind == kind && active.injection.is_to(id);
-        self.active.iter().filter(of).find(|active| active.is_due(now)).map(|active| active.injection.is)
+        self.active
+            .iter()
+            .filter(of)
+            .find(|active| active.is_active_at(now))
+            .map(|active| active.injection.is)
     }
 
     /// The end of a lasting fault of the whole bus that is active now; `None` if none is.
-    pub(super) fn held_until(&self, kind: Kind, now: Instant) -> Option<Instant> {
-        let held = self.active.iter().filter(|active| active.injection.kind == kind && active.is_due(now));
+    pub(super) fn active_until(&self, kind: FaultKind, now: Instant) -> Option<Instant> {
+        let held =
+            self.active.iter().filter(|active| active.injection.kind == kind && active.is_active_at(now));
         held.map(|active| active.end().unwrap_or(Instant::from_nanos(u64::MAX))).max()
     }
 
     /// Counts the start of a lasting fault.
-    pub(super) fn count(&mut self, kind: Kind) {
+    pub(super) fn count(&mut self, kind: FaultKind) {
         self.injected.add(kind);
     }
 
     /// The events of a servo that are due and not yet delivered, each with its end.
-    pub(super) fn events(&mut self, now: Instant, id: u8) -> Vec<(Kind, Instant)> {
+    pub(super) fn events(&mut self, now: Instant, id: u8) -> Vec<(FaultKind, Instant)> {
         let mut events = Vec::new();
         for active in &mut self.active {
             let injection = &active.injection;
             let once = injection.kind.is_event() && injection.chance.is_none();
             // An event is delivered even if its duration is over.
             let begun = now.since(active.since) >= injection.begins();
-            if once && begun && injection.is_to(id) && active.struck.insert(id) {
+            if once && begun && injection.is_to(id) && active.affected.insert(id) {
                 events.push((injection.kind, active.end().unwrap_or(now)));
                 self.injected.add(injection.kind);
             }
@@ -187,7 +192,7 @@ impl Strike {
     }
 }
 
-fn strikes(random: &mut ChaCha8Rng, chance: Option<f64>) -> bool {
+fn triggers(random: &mut ChaCha8Rng, chance: Option<f64>) -> bool {
     let Some(chance) = chance else { return true };
     let draw = quantity::number::float(random.next_u64() >> 11) / quantity::number::float(1 << 53);
     draw < chance

@@ -2,15 +2,15 @@ use clock::{Duration, Instant};
 
 use crate::Parser;
 use crate::frame::HEADER;
-use crate::mock::answer::{Answer, Answers};
+use crate::mock::answer::{Replies, Reply};
+use crate::mock::corrupt::corrupt;
 use crate::mock::exchange::Exchange;
-use crate::mock::hearing::{arriving, instructions};
-use crate::mock::injection::Kind;
-use crate::mock::spoil::spoil;
-use crate::mock::{HardwareError, Injected, Injection, Injector, Servo};
+use crate::mock::injection::FaultKind;
+use crate::mock::reception::{deliver, instructions};
+use crate::mock::{FaultCounts, FaultSpec, HardwareError, Injector, Servo};
 
 /// Position offset of a duplicate servo, in radians.
-const TWIN_RAD: f64 = 0.3;
+const DUPLICATE_OFFSET_RAD: f64 = 0.3;
 
 /// Default supply voltage of a `sag` fault, as a share of the nominal voltage: below the minimum voltage of every
 /// model.
@@ -21,12 +21,12 @@ pub(super) const HOST: u8 = 0xFE;
 
 /// The behaviour of servos in a fast reply after a silent one.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Followers {
+pub enum FollowerBehaviour {
     /// They are silent too.
     #[default]
     Silent,
     /// They reply, with the CRC of the bytes on the wire.
-    GoOn,
+    Continue,
 }
 
 /// Several servos on one bus.
@@ -34,16 +34,16 @@ pub enum Followers {
 pub struct Line {
     servos: Vec<Servo>,
     /// Servos that share an ID with another servo.
-    twins: Vec<Servo>,
+    duplicate_servos: Vec<Servo>,
     parser: Parser,
     /// The host's baud rate; `None` if any is accepted.
     baud: Option<u32>,
-    followers: Followers,
+    followers: FollowerBehaviour,
     injector: Injector,
     /// Delayed replies with the instants at which they arrive.
-    late: Vec<(Instant, Answer)>,
+    late: Vec<(Instant, Reply)>,
     /// Buffer for replies.
-    said: Answers,
+    said: Replies,
     hangs: bool,
     /// Whether the current instruction is echoed.
     echoes: bool,
@@ -53,13 +53,13 @@ impl Line {
     /// A bus with these servos and without faults.
     #[must_use]
     pub fn new(servos: Vec<Servo>) -> Self {
-        let said = Answers::for_servos(servos.len());
+        let said = Replies::for_servos(servos.len());
         Self {
             servos,
-            twins: Vec::new(),
+            duplicate_servos: Vec::new(),
             parser: Parser::new(),
             baud: None,
-            followers: Followers::default(),
+            followers: FollowerBehaviour::default(),
             injector: Injector::new("", 0),
             late: Vec::new(),
             said,
@@ -70,7 +70,7 @@ impl Line {
 
     /// Sets the behaviour of servos in a fast reply after a silent one.
     #[must_use]
-    pub fn with_followers(self, followers: Followers) -> Self {
+    pub fn with_followers(self, followers: FollowerBehaviour) -> Self {
         Self { followers, ..self }
     }
 
@@ -88,8 +88,8 @@ impl Line {
 
     /// The servos that share an ID with another servo now.
     #[must_use]
-    pub fn twins(&self) -> &[Servo] {
-        &self.twins
+    pub fn duplicate_servos(&self) -> &[Servo] {
+        &self.duplicate_servos
     }
 
     /// The servos, for direct manipulation.
@@ -104,21 +104,21 @@ impl Line {
     }
 
     /// Replaces the enabled faults; faults that were already enabled keep their state.
-    pub fn inject(&mut self, now: Instant, injections: &[Injection]) {
+    pub fn inject(&mut self, now: Instant, injections: &[FaultSpec]) {
         self.injector.set(now, injections);
     }
 
     /// The faults injected so far.
     #[must_use]
-    pub const fn injected(&self) -> Injected {
+    pub const fn injected(&self) -> FaultCounts {
         self.injector.injected()
     }
 
     /// The end of the current hang-up of the line; `None` if there is none.
     pub fn hangs_up(&mut self, now: Instant) -> Option<Instant> {
-        let until = self.injector.held_until(Kind::HangUp, now);
+        let until = self.injector.active_until(FaultKind::HangUp, now);
         if until.is_some() && !self.hangs {
-            self.injector.count(Kind::HangUp);
+            self.injector.count(FaultKind::HangUp);
         }
         self.hangs = until.is_some();
         until
@@ -126,42 +126,42 @@ impl Line {
 
     /// Advances the simulation to `now`.
     pub fn advance(&mut self, now: Instant) {
-        self.meet(now);
-        for servo in self.servos.iter_mut().chain(&mut self.twins) {
+        self.apply_due_events(now);
+        for servo in self.servos.iter_mut().chain(&mut self.duplicate_servos) {
             servo.advance(now);
         }
     }
 
     /// Applies the events that are due.
-    fn meet(&mut self, now: Instant) {
+    fn apply_due_events(&mut self, now: Instant) {
         for servo in &mut self.servos {
             let events = self.injector.events(now, servo.id());
             if !events.is_empty() {
                 servo.advance(now);
             }
             for (kind, until) in events {
-                happen(servo, kind, until);
+                apply_event(servo, kind, until);
             }
-            let stops = self.injector.holds(Kind::StoppedClock, now, servo.id());
+            let stops = self.injector.is_active(FaultKind::StoppedClock, now, servo.id());
             if stops != servo.has_stopped_clock() {
                 servo.advance(now);
                 servo.stop_clock(stops);
                 if stops {
-                    self.injector.count(Kind::StoppedClock);
+                    self.injector.count(FaultKind::StoppedClock);
                 }
             }
-            press(&mut self.injector, servo, now);
+            apply_held_faults(&mut self.injector, servo, now);
         }
-        self.twins.retain(|twin| self.injector.holds(Kind::DuplicateId, now, twin.id()));
+        self.duplicate_servos.retain(|twin| self.injector.is_active(FaultKind::DuplicateId, now, twin.id()));
         for servo in &self.servos {
             let id = servo.id();
-            if !self.twins.iter().any(|twin| twin.id() == id)
-                && self.injector.holds(Kind::DuplicateId, now, id)
+            if !self.duplicate_servos.iter().any(|twin| twin.id() == id)
+                && self.injector.is_active(FaultKind::DuplicateId, now, id)
             {
                 let mut twin = servo.clone();
-                twin.push_by(TWIN_RAD);
-                self.twins.push(twin);
-                self.injector.count(Kind::DuplicateId);
+                twin.displace(DUPLICATE_OFFSET_RAD);
+                self.duplicate_servos.push(twin);
+                self.injector.count(FaultKind::DuplicateId);
             }
         }
     }
@@ -183,30 +183,30 @@ impl Line {
     }
 
     /// Processes the host's bytes at `now` and adds the replies in order, preceded by delayed replies that are due.
-    pub fn listen(&mut self, now: Instant, bytes: &[u8], answers: &mut Answers) {
+    pub fn listen(&mut self, now: Instant, bytes: &[u8], answers: &mut Replies) {
         self.arrive(now, answers);
         self.advance(now);
         for said in instructions(bytes) {
             // Drawn once per instruction, however its bytes were split on the way.
             if said.starts_with(&HEADER) {
-                self.echoes = self.injector.strikes(Kind::Echo, now, HOST).is_some();
+                self.echoes = self.injector.triggers(FaultKind::Echo, now, HOST).is_some();
             }
             if self.echoes {
                 answers.add(HOST, Duration::ZERO, said);
             }
-            let Some(heard) = arriving(&mut self.injector, now, said) else { continue };
+            let Some(heard) = deliver(&mut self.injector, now, said) else { continue };
             self.parser.push(&heard);
             self.obey(now, answers);
         }
     }
 
     /// Executes the received instructions and adds the replies.
-    fn obey(&mut self, now: Instant, answers: &mut Answers) {
+    fn obey(&mut self, now: Instant, answers: &mut Replies) {
         while let Some(frame) = self.parser.next_frame() {
             let first = answers.get().len();
             let mut exchange = Exchange {
                 servos: &mut self.servos,
-                twins: &mut self.twins,
+                duplicate_servos: &mut self.duplicate_servos,
                 injector: &mut self.injector,
                 now,
                 baud: self.baud,
@@ -214,12 +214,12 @@ impl Line {
                 answers,
             };
             exchange.hear(&frame);
-            spoil(&mut self.injector, now, answers, first, &mut self.late);
+            corrupt(&mut self.injector, now, answers, first, &mut self.late);
         }
     }
 
     /// Adds the delayed replies that are due.
-    pub fn arrive(&mut self, now: Instant, answers: &mut Answers) {
+    pub fn arrive(&mut self, now: Instant, answers: &mut Replies) {
         for (_, late) in self.late.extract_if(.., |(at, _)| *at <= now) {
             answers.add(late.id, late.wait, &late.bytes);
         }
@@ -233,16 +233,16 @@ impl Line {
 }
 
 /// Applies the `blocked` and `sag` faults to a servo while they last.
-fn press(injector: &mut Injector, servo: &mut Servo, now: Instant) {
-    let blocked = injector.holds(Kind::Blocked, now, servo.id());
+fn apply_held_faults(injector: &mut Injector, servo: &mut Servo, now: Instant) {
+    let blocked = injector.is_active(FaultKind::Blocked, now, servo.id());
     if blocked != servo.is_obstructed() {
         servo.advance(now);
         servo.obstruct(blocked);
         if blocked {
-            injector.count(Kind::Blocked);
+            injector.count(FaultKind::Blocked);
         }
     }
-    let sags = injector.held_number(Kind::Sag, now, servo.id());
+    let sags = injector.active_number(FaultKind::Sag, now, servo.id());
     let volts = sags.map(|said| match said {
         Some(decivolts) => f64::from(decivolts) / 10.0,
         None => SAG * servo.model().nominal_volts(),
@@ -251,20 +251,20 @@ fn press(injector: &mut Injector, servo: &mut Servo, now: Instant) {
         servo.advance(now);
         servo.sag(volts);
         if volts.is_some() {
-            injector.count(Kind::Sag);
+            injector.count(FaultKind::Sag);
         }
     }
 }
 
 /// Applies an event to a servo.
-pub(super) fn happen(servo: &mut Servo, kind: Kind, until: Instant) {
-    if kind == Kind::Alert {
+pub(super) fn apply_event(servo: &mut Servo, kind: FaultKind, until: Instant) {
+    if kind == FaultKind::Alert {
         servo.fail(HardwareError::InputVoltage);
-    } else if kind == Kind::Overload {
+    } else if kind == FaultKind::Overload {
         servo.fail(HardwareError::Overload);
-    } else if kind == Kind::BrownOut {
+    } else if kind == FaultKind::BrownOut {
         servo.lose_power(until);
-    } else if kind == Kind::Reboot {
+    } else if kind == FaultKind::Reboot {
         servo.reboot();
     }
 }

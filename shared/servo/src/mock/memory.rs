@@ -62,13 +62,13 @@ pub(super) struct Memory {
 
 /// The address ranges of a write.
 #[derive(Clone, Debug)]
-pub(super) struct Written {
+pub(super) struct WrittenRanges {
     first: std::ops::Range<usize>,
     /// The targets of indirect data.
     others: Vec<std::ops::Range<usize>>,
 }
 
-impl Written {
+impl WrittenRanges {
     pub(super) fn covers(&self, item: Item) -> bool {
         let item = range(item.address, usize::from(item.length));
         let holds = |range: &std::ops::Range<usize>| range.start <= item.start && item.end <= range.end;
@@ -89,7 +89,7 @@ impl Memory {
     }
 
     /// Resets the RAM to its power-on state.
-    pub(super) fn forget(&mut self) {
+    pub(super) fn reset_ram(&mut self) {
         for entry in entries(self.model).filter(|entry| entry.area() == Area::Ram) {
             self.set(entry.item, entry.initial);
         }
@@ -101,7 +101,7 @@ impl Memory {
         self.set(BACKUP_READY, i64::from(self.backup.is_some()));
         self.latched = 0;
         self.reset_goals();
-        self.indirect.note(&self.bytes);
+        self.indirect.update_used(&self.bytes);
         self.refresh();
     }
 
@@ -216,16 +216,16 @@ impl Memory {
     }
 
     /// Writes complete items, all or none. Writes to indirect data go to their targets.
-    pub(super) fn write(&mut self, address: u16, data: &[u8], tripped: bool) -> Result<Written, Fault> {
+    pub(super) fn write(&mut self, address: u16, data: &[u8], tripped: bool) -> Result<WrittenRanges, Fault> {
         self.check(address, data, tripped)?;
         let written = if self.indirect.is_used() {
             let runs = self.indirect.runs(address, data, &self.bytes);
             let others = runs.iter().map(|(at, data)| self.put(*at, data)).collect();
-            Written { first: 0..0, others }
+            WrittenRanges { first: 0..0, others }
         } else {
-            Written { first: self.put(address, data), others: Vec::new() }
+            WrittenRanges { first: self.put(address, data), others: Vec::new() }
         };
-        self.indirect.note(&self.bytes);
+        self.indirect.update_used(&self.bytes);
         self.refresh();
         Ok(written)
     }

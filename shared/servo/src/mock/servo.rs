@@ -59,11 +59,11 @@ pub struct Servo {
     now: Instant,
     /// The start of the realtime tick, and for how long it was stopped since then.
     started_at: Instant,
-    stood_still: Duration,
+    stopped_for: Duration,
     has_stopped_clock: bool,
     /// The time of the last instruction on the bus.
     heard_at: Instant,
-    deaf_until: Instant,
+    unresponsive_until: Instant,
     /// A registered write that waits for an Action.
     registered: Option<(u16, Vec<u8>)>,
 }
@@ -82,10 +82,10 @@ impl Servo {
             dynamics,
             now,
             started_at: now,
-            stood_still: Duration::ZERO,
+            stopped_for: Duration::ZERO,
             has_stopped_clock: false,
             heard_at: now,
-            deaf_until: now,
+            unresponsive_until: now,
             registered: None,
         };
         servo.show();
@@ -101,9 +101,9 @@ impl Servo {
 
     /// Whether it replies to Fast Sync Read and Fast Bulk Read.
     #[must_use]
-    pub fn knows_fast_reads(&self) -> bool {
+    pub fn supports_fast_reads(&self) -> bool {
         let [.., firmware] = self.ping();
-        self.model.knows_fast_reads(firmware)
+        self.model.supports_fast_reads(firmware)
     }
 
     /// Its model.
@@ -145,7 +145,7 @@ impl Servo {
     /// Whether it receives instructions now.
     #[must_use]
     pub fn is_listening(&self) -> bool {
-        self.now >= self.deaf_until
+        self.now >= self.unresponsive_until
     }
 
     /// Whether it has a hardware error, which every status packet signals.
@@ -172,12 +172,12 @@ impl Servo {
             return;
         }
         if self.has_stopped_clock {
-            self.stood_still += now.since(self.now);
+            self.stopped_for += now.since(self.now);
         }
         let torque = self.memory.get(TORQUE_ENABLE) == 1;
         let watchdog = self.memory.get(BUS_WATCHDOG);
         if torque
-            && !self.defeats_watchdog()
+            && !self.disables_watchdog()
             && let Ok(units @ 1..=127) = u64::try_from(watchdog)
         {
             let trips_at = self.heard_at + Duration::from_millis(units * WATCHDOG_UNIT_MS);
@@ -195,7 +195,7 @@ impl Servo {
     }
 
     /// A homing offset disables the watchdog in extended position mode, as in the real servos.
-    fn defeats_watchdog(&self) -> bool {
+    fn disables_watchdog(&self) -> bool {
         self.memory.mode() == Mode::ExtendedPosition && self.memory.get(HOMING_OFFSET) != 0
     }
 
@@ -250,7 +250,7 @@ impl Servo {
             torque = 1;
         }
         if torque_before == 0 && torque == 1 {
-            self.begin_torque(covers(GOAL_POSITION));
+            self.enable_torque(covers(GOAL_POSITION));
         }
         if covers(OPERATING_MODE) {
             self.change_mode();
@@ -269,19 +269,19 @@ impl Servo {
     }
 
     /// Torque was enabled: in position mode the position is reduced to one turn.
-    fn begin_torque(&mut self, has_goal: bool) {
+    fn enable_torque(&mut self, has_goal: bool) {
         self.dynamics.stop();
         if self.memory.mode() == Mode::Position {
-            self.dynamics.unwind(&self.memory);
+            self.dynamics.remove_turns(&self.memory);
         }
         if !has_goal {
-            self.stand();
+            self.hold_position();
         }
         self.show();
     }
 
     /// Sets the goal to the present position, so that the servo never jumps.
-    fn stand(&mut self) {
+    fn hold_position(&mut self) {
         let offset = self.memory.get(HOMING_OFFSET);
         self.memory.set(GOAL_POSITION, i64::from(self.dynamics.count(&self.memory)) + offset);
         self.dynamics.stop();
@@ -292,9 +292,9 @@ impl Servo {
         self.memory.set(PROFILE_ACCELERATION, 0);
         self.memory.set(PROFILE_VELOCITY, 0);
         if self.memory.mode() == Mode::Position {
-            self.dynamics.unwind(&self.memory);
+            self.dynamics.remove_turns(&self.memory);
         }
-        self.stand();
+        self.hold_position();
         self.show();
     }
 
@@ -330,8 +330,8 @@ impl Servo {
         if self.memory.get(PRESENT_VELOCITY) != 0 {
             return Err(Fault::Result);
         }
-        self.dynamics.unwind(&self.memory);
-        self.stand();
+        self.dynamics.remove_turns(&self.memory);
+        self.hold_position();
         self.show();
         Ok(())
     }
@@ -366,13 +366,13 @@ impl Servo {
 
     /// Removes power until an instant, and reboots then.
     pub fn lose_power(&mut self, until: Instant) {
-        self.memory.forget();
+        self.memory.reset_ram();
         self.registered = None;
         self.dynamics.stop();
-        self.dynamics.unwind(&self.memory);
-        self.deaf_until = until + REBOOT;
-        (self.started_at, self.stood_still) = (self.deaf_until, Duration::ZERO);
-        self.stand();
+        self.dynamics.remove_turns(&self.memory);
+        self.unresponsive_until = until + REBOOT;
+        (self.started_at, self.stopped_for) = (self.unresponsive_until, Duration::ZERO);
+        self.hold_position();
         if self.memory.get(STARTUP_CONFIGURATION) & STARTUP_TORQUE != 0 {
             self.memory.set(TORQUE_ENABLE, 1);
         }
@@ -382,7 +382,7 @@ impl Servo {
     /// Restarts without a time of silence, as after a power dip too short to be noticed.
     pub fn restart(&mut self) {
         self.lose_power(self.now);
-        (self.deaf_until, self.started_at) = (self.now, self.now);
+        (self.unresponsive_until, self.started_at) = (self.now, self.now);
         self.show();
     }
 
@@ -397,14 +397,14 @@ impl Servo {
     }
 
     /// Displaces the shaft by an external force, in radians.
-    pub fn push_by(&mut self, by_rad: f64) {
-        self.dynamics.push_by(by_rad);
+    pub fn displace(&mut self, by_rad: f64) {
+        self.dynamics.displace(by_rad);
         self.show();
     }
 
     /// Sets its temperature, in °C.
-    pub fn warm_to(&mut self, temperature_c: f64) {
-        self.dynamics.warm_to(temperature_c);
+    pub fn set_temperature(&mut self, temperature_c: f64) {
+        self.dynamics.set_temperature(temperature_c);
         self.show();
     }
 
@@ -458,8 +458,8 @@ impl Servo {
 
     /// Updates the measured values in its table.
     fn show(&mut self) {
-        let goes_for = self.now.since(self.started_at).saturating_sub(self.stood_still);
-        let tick = goes_for.as_millis() % 32768;
+        let running_for = self.now.since(self.started_at).saturating_sub(self.stopped_for);
+        let tick = running_for.as_millis() % 32768;
         self.memory.set(REALTIME_TICK, i64::try_from(tick).unwrap_or(0));
         self.dynamics.show(&mut self.memory);
         self.memory.refresh();

@@ -5,8 +5,10 @@
 use std::collections::BTreeSet;
 
 use clock::{Duration, Instant};
-use servo::mock::{Answers, Injection, Injector, Line, Servo};
-use servo::{Address, Backup, Chain, FastReply, Id, Instruction, Model, Parser, Reset, Span, Status};
+use servo::mock::{FaultSpec, Injector, Line, Replies, Servo};
+use servo::{
+    Address, Backup, FastReply, FastReplyWriter, Id, Instruction, Model, Parser, Reset, Span, Status,
+};
 
 /// Splits the script into chunks whose lengths the script itself contains.
 fn chunks(script: &[u8]) -> impl Iterator<Item = &[u8]> {
@@ -70,7 +72,7 @@ pub(crate) fn fast_reply(script: &[u8]) -> usize {
     let asked = ids.iter().zip(lengths).map(|(&id, length)| (Id::new(id).unwrap(), length));
     reply.expect(asked.clone()).unwrap();
     let mut frame = [0; 256];
-    let (mut chain, mut end) = Chain::begin(lengths, &mut frame).unwrap();
+    let (mut chain, mut end) = FastReplyWriter::begin(lengths, &mut frame).unwrap();
     let mut ends = Vec::new();
     for (id, length) in asked {
         let params = [0xFF; 16];
@@ -130,10 +132,10 @@ pub(crate) fn mock(script: &[u8]) -> usize {
     let servos = vec![servo(1, Model::Xm430W350), servo(2, Model::Xl330M288), servo(7, Model::Xm430W350)];
     let mut line = Line::new(servos).with_injector(Injector::new("torso", u64::from(seed)));
     if seed % 2 == 1 {
-        let faults: Vec<Injection> = FAULTS.iter().map(|words| words.parse().unwrap()).collect();
+        let faults: Vec<FaultSpec> = FAULTS.iter().map(|words| words.parse().unwrap()).collect();
         line.inject(Instant::EPOCH, &faults);
     }
-    let mut answers = Answers::default();
+    let mut answers = Replies::default();
     let (mut now, mut said) = (Instant::EPOCH, 0);
     for chunk in chunks(rest) {
         let (&ms, chunk) = chunk.split_first().unwrap_or((&0, &[]));

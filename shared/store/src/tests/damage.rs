@@ -177,7 +177,7 @@ fn of_two_damaged_copies_everything_is_kept_that_is_sound_in_either_and_nothing_
 }
 
 #[test]
-fn what_is_lost_is_told_by_number_and_said_until_somebody_heard_it() {
+fn losses_are_counted_and_kept_until_reported() {
     let (_folder, path, all) = store();
     let sound = fs::read_to_string(&path).unwrap();
     let lost = sound.lines().find(|line| line.contains("task 4 1")).unwrap();

@@ -11,7 +11,7 @@ const SECTOR: usize = 512;
 
 /// The contents of a disk.
 #[derive(Clone, Debug, Default)]
-pub(super) struct Platter {
+pub(super) struct DiskContents {
     names: BTreeMap<String, usize>,
     files: Vec<Inode>,
 }
@@ -54,7 +54,7 @@ pub(super) enum Write {
     Names(Vec<(String, Option<usize>)>),
 }
 
-impl Platter {
+impl DiskContents {
     fn apply(&mut self, write: &Write) {
         match write {
             Write::Sector { file, at, bytes } => self.file(*file).put(*at, bytes),
@@ -82,7 +82,7 @@ impl Platter {
 #[derive(Clone, Debug)]
 pub(super) struct Moment {
     /// What is durable.
-    pub(super) durable: Platter,
+    pub(super) durable: DiskContents,
     /// What is written but not synchronised.
     pub(super) pending: Vec<Write>,
     /// The number of acknowledged changes.
@@ -91,8 +91,8 @@ pub(super) struct Moment {
 
 #[derive(Debug, Default)]
 pub(super) struct State {
-    durable: Platter,
-    seen: Platter,
+    durable: DiskContents,
+    seen: DiskContents,
     pending: Vec<Write>,
     pub(super) acknowledged: usize,
     pub(super) moments: Vec<Moment>,
@@ -160,11 +160,11 @@ impl State {
 
 /// A disk; its clones share their state.
 #[derive(Clone, Debug, Default)]
-pub(super) struct Drive(Arc<Mutex<State>>);
+pub(super) struct SimulatedDisk(Arc<Mutex<State>>);
 
-impl Drive {
+impl SimulatedDisk {
     /// A disk with these contents, after the power is back.
-    pub(super) fn of(platter: Platter) -> Self {
+    pub(super) fn of(platter: DiskContents) -> Self {
         let state = State { durable: platter.clone(), seen: platter, ..State::default() };
         Self(Arc::new(Mutex::new(state)))
     }
@@ -178,7 +178,7 @@ impl Drive {
     }
 }
 
-impl Files for Drive {
+impl Files for SimulatedDisk {
     fn lock(&mut self, _name: &str, _make: bool) -> io::Result<bool> {
         self.state().call()?;
         Ok(true)
@@ -205,7 +205,7 @@ impl Files for Drive {
         Ok(())
     }
 
-    fn cut(&mut self, name: &str, length: u64) -> io::Result<()> {
+    fn truncate_file(&mut self, name: &str, length: u64) -> io::Result<()> {
         let mut state = self.state();
         state.call()?;
         let file = state.find(name)?;
@@ -263,7 +263,7 @@ impl Files for Drive {
 
 /// The disks that a power cut may leave. With few pending writes these are all subsets; otherwise every prefix, every
 /// single write, all but every single one, and some random subsets.
-pub(super) fn survivors(moment: &Moment, chance: &mut u64) -> Vec<Platter> {
+pub(super) fn survivors(moment: &Moment, chance: &mut u64) -> Vec<DiskContents> {
     let count = moment.pending.len();
     let parts: Vec<u64> = if count <= 8 {
         (0..1 << count).collect()

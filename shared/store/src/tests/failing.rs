@@ -1,6 +1,6 @@
 //! A disk that fails at its n-th call, once or permanently.
 
-use super::drive::Drive;
+use super::drive::SimulatedDisk;
 use super::power::{changes, open, states};
 use super::*;
 use crate::files::{Disk, Files};
@@ -10,7 +10,7 @@ const KINDS: [ErrorKind; 3] = [ErrorKind::StorageFull, ErrorKind::Other, ErrorKi
 
 /// The number of file operations that all changes take.
 fn calls() -> usize {
-    let drive = Drive::default();
+    let drive = SimulatedDisk::default();
     let mut store = open(&drive).unwrap();
     changes().iter().for_each(|change| change(&mut store).unwrap());
     drop(store);
@@ -25,7 +25,7 @@ fn whichever_call_of_the_disk_fails_nothing_acknowledged_is_lost_and_what_failed
     assert!(calls > 30, "{calls}");
     let mut failed = 0;
     for (after, error) in (0..calls).flat_map(|after| KINDS.map(|kind| (after, kind))) {
-        let drive = Drive::default();
+        let drive = SimulatedDisk::default();
         drive.state().fails_after = Some(after);
         drive.state().error = Some(error);
         let mut store = open(&drive).or_else(|_| open(&drive)).unwrap();
@@ -52,7 +52,7 @@ fn whichever_call_of_the_disk_fails_nothing_acknowledged_is_lost_and_what_failed
 fn a_disk_that_fails_for_good_keeps_what_was_acknowledged_and_a_full_one_can_be_read() {
     let states = states();
     for (after, error) in (0..calls()).flat_map(|after| KINDS.map(|kind| (after, kind))) {
-        let drive = Drive::default();
+        let drive = SimulatedDisk::default();
         {
             let mut state = drive.state();
             (state.fails_after, state.fails_for_good, state.error) = (Some(after), true, Some(error));
@@ -116,8 +116,8 @@ impl Files for Full {
     fn append(&mut self, name: &str, length: u64, bytes: &[u8]) -> io::Result<()> {
         self.0.append(name, length, bytes)
     }
-    fn cut(&mut self, name: &str, length: u64) -> io::Result<()> {
-        self.0.cut(name, length)
+    fn truncate_file(&mut self, name: &str, length: u64) -> io::Result<()> {
+        self.0.truncate_file(name, length)
     }
     fn write(&mut self, name: &str, bytes: &[u8]) -> io::Result<()> {
         if self.1 > 0 {

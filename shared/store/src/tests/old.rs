@@ -244,9 +244,9 @@ impl Files for Stopping {
         self.change();
         self.0.append(name, length, bytes)
     }
-    fn cut(&mut self, name: &str, length: u64) -> io::Result<()> {
+    fn truncate_file(&mut self, name: &str, length: u64) -> io::Result<()> {
         self.change();
-        self.0.cut(name, length)
+        self.0.truncate_file(name, length)
     }
     fn write(&mut self, name: &str, bytes: &[u8]) -> io::Result<()> {
         self.change();

@@ -1,6 +1,6 @@
 //! Power cuts: any subset of the unsynchronised writes may have reached the disk.
 
-use super::drive::{Drive, Moment, survivors};
+use super::drive::{Moment, SimulatedDisk, survivors};
 use super::*;
 use crate::migration::MIGRATIONS;
 
@@ -11,7 +11,7 @@ fn path() -> &'static Path {
     Path::new("/leo/tasks.store")
 }
 
-pub(super) fn open(drive: &Drive) -> Result<Store, OpenError> {
+pub(super) fn open(drive: &SimulatedDisk) -> Result<Store, OpenError> {
     Store::open_on(Box::new(drive.clone()), path(), &MIGRATIONS)
 }
 
@@ -49,7 +49,7 @@ pub(super) fn changes() -> Vec<Change> {
 
 /// The contents before the first change and after each.
 pub(super) fn states() -> Vec<Held> {
-    let drive = Drive::default();
+    let drive = SimulatedDisk::default();
     let mut store = open(&drive).unwrap();
     let mut states = vec![Vec::new()];
     for change in changes() {
@@ -61,7 +61,7 @@ pub(super) fn states() -> Vec<Held> {
 
 /// Opens the disk after a power cut. Acknowledged changes are present, a change in progress may be, and no damage is
 /// reported. Returns the number of changes present.
-fn assert_survives(drive: &Drive, states: &[Held], acknowledged: usize) -> usize {
+fn assert_survives(drive: &SimulatedDisk, states: &[Held], acknowledged: usize) -> usize {
     let mut store = open(drive).unwrap();
     assert!(store.findings().is_empty(), "{}", store.findings());
     let held: Held = store.load().unwrap();
@@ -72,7 +72,7 @@ fn assert_survives(drive: &Drive, states: &[Held], acknowledged: usize) -> usize
 
 /// Makes all changes and returns every moment at which the power may be cut.
 fn moments() -> Vec<Moment> {
-    let drive = Drive::default();
+    let drive = SimulatedDisk::default();
     // The store is opened anew for each change, and once a copy is rewritten because it is missing.
     for (index, change) in changes().iter().enumerate() {
         let mut store = open(&drive).unwrap();
@@ -88,7 +88,7 @@ fn whatever_part_of_a_write_a_power_cut_leaves_nothing_acknowledged_is_lost() {
     let mut after = [0_u32; 2];
     for moment in moments() {
         for platter in survivors(&moment, &mut chance) {
-            let drive = Drive::of(platter);
+            let drive = SimulatedDisk::of(platter);
             let held = assert_survives(&drive, &states, moment.acknowledged);
             after[held - moment.acknowledged] += 1;
             // The store is usable afterwards.
@@ -111,13 +111,13 @@ fn a_power_cut_while_another_one_is_mended_loses_nothing_either() {
     let (states, mut chance, mut count) = (states(), 1815, 0_u32);
     for moment in moments() {
         for platter in survivors(&moment, &mut chance).into_iter().step_by(121) {
-            let drive = Drive::of(platter);
+            let drive = SimulatedDisk::of(platter);
             let held = assert_survives(&drive, &states, moment.acknowledged);
             let again = drive.state().moments.clone();
             for moment in again {
                 for platter in survivors(&moment, &mut chance).into_iter().step_by(41) {
                     // The first opening after the cut settles the contents; a second cut does not change them.
-                    let after = assert_survives(&Drive::of(platter), &states[..=held], held);
+                    let after = assert_survives(&SimulatedDisk::of(platter), &states[..=held], held);
                     assert_eq!(after, held);
                     count += 1;
                 }

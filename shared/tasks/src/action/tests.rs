@@ -85,7 +85,7 @@ fn actors(script: Script, frames: u32) -> Vec<Vec<u16>> {
 }
 
 #[test]
-fn a_peg_carried_into_a_hole_is_one_act_of_him_who_carried_it() {
+fn inserting_a_carried_peg_is_one_act_of_its_carrier() {
     let frames = (0..400_u16).map(|step| {
         let way = f64::from(step.clamp(100, 200) - 100) * 0.002;
         let held_by = if (100..200).contains(&step) { 1 } else { NOBODY };

@@ -4,11 +4,11 @@ use quantity::number::{float, float_of_count, float_of_signed};
 
 use crate::hypothesis::Prior;
 use crate::lexicon::{Key, Mask, present};
-use crate::log_sum::ROUNDING;
-use crate::partition::{Count, Sum};
+use crate::log_sum::ROUNDING_NATS;
+use crate::partition::{ClassSum, EvidenceCount};
 
 /// The terms that do not depend on the template.
-pub(super) struct Scale {
+pub(super) struct PriorScale {
     prior: Prior,
     /// |E|.
     expected: usize,
@@ -21,24 +21,24 @@ pub(super) struct Scale {
     log_most: f64,
     /// κ; 0 if a template with more features can have fewer classes.
     kappa: f64,
-    /// ln g and ln(1 + g) for p - q from -[`TABLED`] to [`TABLED`]: there are many classes but few distinct
+    /// ln g and ln(1 + g) for p - q from -[`MAX_TABULATED`] to [`MAX_TABULATED`]: there are many classes but few distinct
     /// differences.
     gains: Vec<(f64, f64)>,
 }
 
 /// Largest |p - q| for which the logarithms are precomputed.
-const TABLED: i64 = 256;
+const MAX_TABULATED: i64 = 256;
 /// A term this many nats below the best is lost to rounding, even if each of 4,096 templates contributes one:
 /// ln 4096 is 8.3.
-pub(super) const LOST: f64 = ROUNDING + 8.5;
+pub(super) const NEGLIGIBLE_NATS: f64 = ROUNDING_NATS + 8.5;
 
-impl Scale {
+impl PriorScale {
     pub(super) fn new(
         counts: &BTreeMap<Key, (u64, u64)>,
         features: usize,
         prior: &Prior,
         expected: usize,
-        (slip, right): (f64, f64),
+        (log_error, log_correct): (f64, f64),
     ) -> Self {
         let (changed, left_out) =
             counts.values().fold((0, 0), |(changed, left_out), (p, q)| (changed + p, left_out + q));
@@ -46,13 +46,13 @@ impl Scale {
             prior: *prior,
             expected,
             features,
-            evidence: right - slip,
-            log_nothing: float(changed).mul_add(slip, float(left_out) * right),
+            evidence: log_correct - log_error,
+            log_nothing: float(changed).mul_add(log_error, float(left_out) * log_correct),
             log_most: 0.0,
             kappa: 0.0,
             gains: Vec::new(),
         };
-        scale.gains = (-TABLED..=TABLED).map(|net| scale.compute(net)).collect();
+        scale.gains = (-MAX_TABULATED..=MAX_TABULATED).map(|net| scale.compute(net)).collect();
         let of_none_changed: f64 =
             counts.values().filter(|(p, _)| *p == 0).map(|count| scale.gain(net(*count)).1).sum();
         scale.log_most = float(changed).mul_add(scale.evidence, of_none_changed);
@@ -64,7 +64,7 @@ impl Scale {
     }
 
     /// Upper bound on the total log weight of the disjunctions of a template or of any of its refinements.
-    pub(super) fn bound(&self, mask: Mask, total: &Total<'_>) -> f64 {
+    pub(super) fn bound(&self, mask: Mask, total: &ClassTotals<'_>) -> f64 {
         let all = (1 << self.features) - 1;
         let log_empty = self.log_empty(mask).max(self.log_empty(all));
         self.kappa.mul_add(-float(total.with_changed), log_empty + self.log_most)
@@ -77,7 +77,8 @@ impl Scale {
 
     /// ln g and ln(1 + g) of a class with this p - q.
     pub(super) fn gain(&self, net: i64) -> (f64, f64) {
-        let tabled = usize::try_from(net.saturating_add(TABLED)).ok().and_then(|index| self.gains.get(index));
+        let tabled =
+            usize::try_from(net.saturating_add(MAX_TABULATED)).ok().and_then(|index| self.gains.get(index));
         tabled.copied().unwrap_or_else(|| self.compute(net))
     }
 
@@ -90,8 +91,8 @@ impl Scale {
 
 /// Sums over the classes of a template.
 #[derive(Clone, Copy)]
-pub(super) struct Total<'a> {
-    scale: &'a Scale,
+pub(super) struct ClassTotals<'a> {
+    scale: &'a PriorScale,
     /// Σ ln(1 + g).
     pub(super) softplus: f64,
     /// Σ ln g over the classes with ln g > 0.
@@ -102,9 +103,9 @@ pub(super) struct Total<'a> {
     with_changed: u64,
 }
 
-impl Sum for Total<'_> {
+impl ClassSum for ClassTotals<'_> {
     #[inline]
-    fn with(self, class: Count) -> Self {
+    fn with(self, class: EvidenceCount) -> Self {
         let (gain, softplus) = self.scale.gain(class.net);
         Self {
             softplus: self.softplus + softplus,
@@ -116,8 +117,8 @@ impl Sum for Total<'_> {
     }
 }
 
-impl<'a> Total<'a> {
-    pub(super) const fn nothing(scale: &'a Scale) -> Self {
+impl<'a> ClassTotals<'a> {
+    pub(super) const fn nothing(scale: &'a PriorScale) -> Self {
         Self { scale, softplus: 0.0, above: 0.0, most: f64::NEG_INFINITY, with_changed: 0 }
     }
 

@@ -3,11 +3,11 @@
 use super::paper::{task_1, task_2};
 use super::{language, object, view};
 use crate::{
-    Hypotheses, Learned, Learning, Noise, Object, Rule, Selection, Settings, Task, View, learn_with,
+    HypothesisLanguage, Learned, Learning, Noise, Object, Rule, Selection, Settings, Task, View, learn_with,
 };
 
 fn extended() -> Settings {
-    Settings { language: Hypotheses::Extended, ..Settings::default() }
+    Settings { language: HypothesisLanguage::Extended, ..Settings::default() }
 }
 
 fn slipping(noise: f64) -> Settings {
@@ -154,7 +154,7 @@ fn three_of_them_is_what_fits_when_it_is_any_three() {
 }
 
 #[test]
-fn the_far_ones_are_far_from_him_who_says_so() {
+fn far_is_relative_to_the_perspective() {
     // The teacher stands at x = 1.5 and faces Leo: what is far for the teacher is near for Leo.
     let blocks = |order: [usize; 4], done: bool| -> Vec<Object> {
         let third = if order[0].is_multiple_of(2) { 0.9 } else { 0.45 };

@@ -9,8 +9,8 @@ use proptest::test_runner::TestRunner;
 
 use super::{snapshot, view};
 use crate::{
-    Effect, FeatureWords, Hypotheses, Language, Learning, Noise, Object, Relation, Rule, Selection, Settings,
-    Signature, StateWords, View,
+    Effect, FeatureWords, HypothesisLanguage, Language, Learning, Noise, Object, Relation, Rule, Selection,
+    Settings, Signature, StateWords, View,
 };
 
 const VALUES: [[&str; 3]; 2] = [["red", "green", "blue"], ["square", "triangle", "long"]];
@@ -270,11 +270,11 @@ fn likelihood(meant: &Meant, world: &[Vec<Thing>], settings: &Settings) -> f64 {
 fn hypotheses(world: &[Vec<Thing>], settings: &Settings) -> Vec<Meant> {
     let count = quantity::number::float_of_count;
     match (settings.language, settings.noise > Noise::NONE) {
-        (Hypotheses::Paper, true) => disjunctions(world, settings),
-        (Hypotheses::Paper, false) => expanded(world, |classes, features| {
+        (HypothesisLanguage::Paper, true) => disjunctions(world, settings),
+        (HypothesisLanguage::Paper, false) => expanded(world, |classes, features| {
             Some(-settings.prior.lambda * count(classes - 1) + settings.prior.mu * count(features + 1))
         }),
-        (Hypotheses::Extended, slips) => {
+        (HypothesisLanguage::Extended, slips) => {
             let long = expanded(world, |classes, features| {
                 (classes * features > 4).then(|| -count(classes * features))
             });
@@ -318,7 +318,7 @@ fn worlds() -> impl Strategy<Value = Vec<Vec<Thing>>> {
 
 fn all_settings() -> Vec<Settings> {
     let slips = Noise::try_from(0.1).unwrap();
-    let both = [Hypotheses::Paper, Hypotheses::Extended];
+    let both = [HypothesisLanguage::Paper, HypothesisLanguage::Extended];
     both.into_iter()
         .flat_map(|language| {
             [Noise::NONE, slips].map(|noise| Settings { language, noise, ..Settings::default() })
@@ -421,7 +421,7 @@ fn drawn<T>(items: Vec<(f64, T)>, runner: &mut TestRunner) -> T {
 /// Predictions of probability p must come true in a share p of the cases.
 #[test]
 fn the_posterior_is_calibrated_under_its_own_model() {
-    for language_of in [Hypotheses::Paper, Hypotheses::Extended] {
+    for language_of in [HypothesisLanguage::Paper, HypothesisLanguage::Extended] {
         let noise = Noise::try_from(0.1).unwrap();
         let settings = Settings { language: language_of, noise, ..Settings::default() };
         let mut runner = TestRunner::deterministic();

@@ -35,7 +35,7 @@ fn answer(task: &mut Task, words: &str, yes: bool) {
 }
 
 #[test]
-fn what_he_could_not_know_resolves_a_conflict_for_him() {
+fn conflict_is_resolved_by_what_the_teacher_could_not_know() {
     for task in [task_1(), task_2()] {
         assert!(differ(&learned(&task, 0), &learned(&task, 1)));
         assert_eq!(decided(&task, OnConflict::Human), Decision::Followed(1));
@@ -45,7 +45,7 @@ fn what_he_could_not_know_resolves_a_conflict_for_him() {
 }
 
 #[test]
-fn what_he_knew_leaves_it_open_until_he_is_asked_and_the_answer_decides() {
+fn known_counter_example_leaves_the_decision_open_until_answered() {
     let task = with_a_slip();
     assert_eq!(decided(&task, OnConflict::Human), Decision::Followed(1));
     let Decision::Open(doubt) = decided(&task, OnConflict::Resolve) else { panic!("it was chosen silently") };
@@ -62,7 +62,7 @@ fn what_he_knew_leaves_it_open_until_he_is_asked_and_the_answer_decides() {
 }
 
 #[test]
-fn a_thing_hidden_beside_one_that_he_left_explains_no_more_than_itself() {
+fn hidden_object_explains_only_itself() {
     // In each demonstration the teacher leaves out a visible blue block, 6 cm beside the hidden one. So the teacher
     // knows of one of the two.
     let mut task = task_1();
@@ -95,7 +95,7 @@ fn where_the_views_agree_or_one_explains_nothing_there_is_no_conflict() {
         assert_eq!(decided(&agreed, on_conflict), Decision::Followed(1));
         assert_eq!(decided(&absent, on_conflict), Decision::Followed(0));
         assert_eq!(decided(&blind, on_conflict), Decision::Followed(1));
-        assert_eq!(decided(&super::task(Vec::new()), on_conflict), Decision::Nobody);
+        assert_eq!(decided(&super::task(Vec::new()), on_conflict), Decision::NoRule);
     }
 }
 

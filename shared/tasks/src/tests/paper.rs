@@ -140,7 +140,7 @@ fn the_teachers_rule_is_followed_and_the_difference_explained() {
 }
 
 #[test]
-fn what_another_teacher_could_not_see_explains_his_own_showing() {
+fn each_example_is_explained_by_its_own_teachers_view() {
     let mut task = task_1();
     // Each example has another teacher, to whom the block was hidden while the other one saw it.
     for (example, teacher) in task.examples.iter_mut().zip([1, 2]) {
@@ -167,7 +167,7 @@ fn what_another_teacher_could_not_see_explains_his_own_showing() {
 }
 
 #[test]
-fn a_block_that_he_knew_and_left_out_is_not_explained() {
+fn known_block_left_out_is_unexplained() {
     let mut task = task_1();
     // Now the teacher knows of the block.
     for example in &mut task.examples {
@@ -181,7 +181,7 @@ fn a_block_that_he_knew_and_left_out_is_not_explained() {
 }
 
 #[test]
-fn what_lies_hidden_beside_one_of_its_kind_that_he_sees_is_not_known_to_him() {
+fn hidden_object_beside_a_visible_similar_one_is_unknown() {
     let mut task = task_1();
     for view in task.examples.iter_mut().flat_map(|example| &mut example.views) {
         for (snapshot, filled) in [(&mut view.before, false), (&mut view.after, true)] {
@@ -197,7 +197,7 @@ fn what_lies_hidden_beside_one_of_its_kind_that_he_sees_is_not_known_to_him() {
 }
 
 #[test]
-fn he_knows_of_what_was_only_spoken_of() {
+fn mentioned_objects_are_known_to_the_teacher() {
     let rule = learned(&task_1(), 1).primary().next().unwrap().clone();
     let mut spoken_of = object(1, "medium blue square", [0.0; 3], &[("filled", false)]);
     spoken_of.position_m = None;
@@ -247,7 +247,7 @@ fn after_one_example_the_most_specific_rule_is_chosen() {
 }
 
 #[test]
-fn what_belongs_to_somebody_else_is_no_exception_to_his_rule() {
+fn objects_of_other_owners_do_not_contradict_the_rule() {
     let task = task_2();
     let rule = learned(&task, 1).primary().next().unwrap().clone();
     let explanation = explain(&language(), &task, &[0, 1], &rule);
@@ -257,7 +257,7 @@ fn what_belongs_to_somebody_else_is_no_exception_to_his_rule() {
 }
 
 #[test]
-fn whoever_works_on_what_is_not_his_does_not_go_by_whose_things_are() {
+fn teacher_working_on_foreign_objects_ignores_ownership() {
     let mut task = task_2();
     for example in &mut task.examples {
         for object in &mut example.views[1].after.objects {

@@ -6,8 +6,8 @@ use proptest::strategy::ValueTree;
 use super::{language, object, task, view};
 use crate::change::changes;
 use crate::{
-    Class, Effect, Hypotheses, Learned, Learning, Noise, Object, Rule, Selection, Settings, Signature, Task,
-    View, decide, learn_with,
+    Class, Effect, HypothesisLanguage, Learned, Learning, Noise, Object, Rule, Selection, Settings,
+    Signature, Task, View, decide, learn_with,
 };
 
 const COLOURS: [&str; 3] = ["red", "green", "blue"];
@@ -48,7 +48,7 @@ fn rules_of(views: &[View], language: &crate::Language, settings: &Settings) -> 
 
 /// Both languages, with and without label noise.
 fn settings() -> impl Strategy<Value = Settings> {
-    let language = prop_oneof![4 => Just(Hypotheses::Paper), 1 => Just(Hypotheses::Extended)];
+    let language = prop_oneof![4 => Just(HypothesisLanguage::Paper), 1 => Just(HypothesisLanguage::Extended)];
     (language, prop_oneof![Just(0.0), Just(0.05)]).prop_map(|(language, noise)| Settings {
         language,
         noise: Noise::try_from(noise).unwrap(),
@@ -263,7 +263,7 @@ proptest! {
     }
 
     #[test]
-    fn an_object_that_he_does_not_see_changes_nothing_for_him(
+    fn object_hidden_from_the_teacher_does_not_change_their_rule(
         demonstrations in demonstrations(),
         hidden in hidden(),
         settings in settings(),
@@ -294,7 +294,7 @@ proptest! {
 }
 
 #[test]
-fn what_he_does_not_see_would_often_change_his_rules() {
+fn hidden_objects_often_change_the_rule_without_perspective_taking() {
     let mut runner = proptest::test_runner::TestRunner::deterministic();
     let (mut followed_him, mut differs) = (0, 0);
     for _ in 0..100 {

@@ -106,7 +106,7 @@ pub fn is_claimed(domain: &Domain) -> bool {
 
 /// Takes over the claim on a domain whose holder has died. `None` if the claim is held, or if the domain was never
 /// claimed.
-pub(super) fn inherit(domain: &Domain) -> Option<Claim> {
+pub(super) fn take_over_stale_claim(domain: &Domain) -> Option<Claim> {
     let folder = Folder::open(domain.root()).ok()?;
     // Do not create the file if it does not exist.
     folder.has(CLAIM_FILE).ok().filter(|has| *has)?;

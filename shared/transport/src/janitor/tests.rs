@@ -53,16 +53,16 @@ fn a_half_made_file_is_mended_once_it_has_been_so_for_a_while() {
     file(&place.below("nodes/8/d.details"), b"", 0o400);
 
     let mut janitor = Janitor::new(&place.domain);
-    assert_eq!(janitor.look(Instant::EPOCH), Look { mended: 0, suspects: 4 });
-    assert_eq!(janitor.look(LATER - Duration::from_nanos(1)), Look { mended: 0, suspects: 4 });
-    assert_eq!(janitor.look(LATER), Look { mended: 4, suspects: 0 });
+    assert_eq!(janitor.scan(Instant::EPOCH), ScanResult { repaired: 0, suspects: 4 });
+    assert_eq!(janitor.scan(LATER - Duration::from_nanos(1)), ScanResult { repaired: 0, suspects: 4 });
+    assert_eq!(janitor.scan(LATER), ScanResult { repaired: 4, suspects: 0 });
 
     assert!(!place.shared("a.connection").exists());
     assert!(!place.below("services/b.service").exists());
     assert!(!place.below("nodes/8").exists());
     let tag = fs::metadata(place.below("nodes/7/c.port_tag")).unwrap();
     assert_eq!(permissions(tag.mode()), FINISHED);
-    assert_eq!(janitor.look(LATER), Look::default());
+    assert_eq!(janitor.scan(LATER), ScanResult::default());
 }
 
 #[test]
@@ -77,8 +77,8 @@ fn whole_files_are_left_alone() {
         file(path, b"whole", FINISHED);
     }
     let mut janitor = Janitor::new(&place.domain);
-    assert_eq!(janitor.look(Instant::EPOCH), Look::default());
-    assert_eq!(janitor.look(LATER), Look::default());
+    assert_eq!(janitor.scan(Instant::EPOCH), ScanResult::default());
+    assert_eq!(janitor.scan(LATER), ScanResult::default());
     assert!(whole.iter().all(|path| path.exists()));
 }
 
@@ -88,12 +88,12 @@ fn a_file_that_was_finished_or_made_anew_in_between_is_no_longer_suspected() {
     let path = place.shared("a.data");
     file(&path, b"", 0o600);
     let mut janitor = Janitor::new(&place.domain);
-    assert_eq!(janitor.look(Instant::EPOCH).suspects, 1);
+    assert_eq!(janitor.scan(Instant::EPOCH).suspects, 1);
     // Created before the old file is removed, so that it gets another inode.
     let other = place.shared("b.data");
     file(&other, b"", 0o600);
     fs::rename(&other, &path).unwrap();
-    assert_eq!(janitor.look(LATER), Look { mended: 0, suspects: 1 });
+    assert_eq!(janitor.scan(LATER), ScanResult { repaired: 0, suspects: 1 });
     assert!(path.exists());
 }
 

@@ -4,7 +4,7 @@ use std::path::Path;
 
 use rustix::process::geteuid;
 
-use super::claim::{CLAIM_FILE, Claim, inherit};
+use super::claim::{CLAIM_FILE, Claim, take_over_stale_claim};
 use super::{SHARED_MEMORY, entries};
 use crate::Domain;
 
@@ -37,7 +37,7 @@ pub fn sweep_stale() -> Vec<String> {
         let name = entry.file_name();
         let Some(name) = name.to_str().and_then(|name| name.strip_prefix(NAME)) else { continue };
         let Ok(domain) = Domain::named(name) else { continue };
-        if let Some(claim) = inherit(&domain) {
+        if let Some(claim) = take_over_stale_claim(&domain) {
             wipe(&domain, claim);
             swept.push(name.to_owned());
         }

@@ -5,8 +5,8 @@ use std::time::Duration;
 use servo::table::{BUS_WATCHDOG, GOAL_POSITION, POSITION_TRAJECTORY, PROFILE_VELOCITY, TORQUE_ENABLE};
 use servo::{position_count, position_rad};
 
-use super::super::super::motion::{Ended, Servo, TRIPPED, angle};
-use super::{Bench, Failed, Measured, Reply};
+use super::super::super::motion::{MotionEnd, Servo, TRIPPED, angle};
+use super::{Bench, CommandError, Measured, Reply};
 
 /// Distances of the motions, in radians: 2 and 10 degrees, and 4 for the watchdog.
 const SMALL_RAD: f64 = 0.0349;
@@ -25,7 +25,7 @@ const SILENCE: Duration = Duration::from_millis(400);
 /// Maximum movement while stopping: 100 ms at 0.05 rad/s, and as much for braking.
 const STOPS_RAD: f64 = 0.02;
 /// Below this velocity a servo stands still.
-const STANDS_RAD_S: f64 = 0.03;
+const STANDSTILL_RAD_S: f64 = 0.03;
 
 /// Maxima observed during a motion.
 #[derive(Clone, Copy, Debug, Default)]
@@ -36,7 +36,7 @@ struct Seen {
 
 impl Seen {
     /// Updates the maxima: lag behind the trajectory, and current.
-    fn look(&mut self, servo: &mut Servo<'_>, reading: &servo::Reading) -> Result<(), Failed> {
+    fn look(&mut self, servo: &mut Servo<'_>, reading: &servo::Reading) -> Result<(), CommandError> {
         let led = servo.get(POSITION_TRAJECTORY)?;
         let led_rad = position_rad(i32::try_from(led).unwrap_or(i32::MAX));
         self.behind_rad = self.behind_rad.max((led_rad - reading.position_rad).abs());
@@ -45,12 +45,12 @@ impl Seen {
     }
 }
 
-pub(super) fn motion(bench: &mut Bench<'_>) -> Result<Measured, Failed> {
+pub(super) fn motion(bench: &mut Bench<'_>) -> Result<Measured, CommandError> {
     let mut measured = Measured::default();
     bench.each(&mut measured, |bench, joint, measured| {
         let start_rad = bench.hold(joint)?;
         let Some(goal_rad) = Bench::aside(joint, start_rad, SMALL_RAD) else {
-            return Err(Failed::because("has no 2 deg of room within its limits"));
+            return Err(CommandError::runtime("has no 2 deg of room within its limits"));
         };
         let stop = bench.stop;
         let mut servo = bench.servo(joint)?;
@@ -61,7 +61,7 @@ pub(super) fn motion(bench: &mut Bench<'_>) -> Result<Measured, Failed> {
         let off_rad = (servo.reading()?.0.position_rad - goal_rad).abs();
         let back = servo.go(start_rad, stop, &mut look)?;
         servo.put(TORQUE_ENABLE, 0)?;
-        let good = (there, back) == (Ended::Arrived, Ended::Arrived)
+        let good = (there, back) == (MotionEnd::Arrived, MotionEnd::Arrived)
             && off_rad < ARRIVES_RAD
             && seen.behind_rad < HELD_RAD;
         measured.check(
@@ -80,23 +80,23 @@ pub(super) fn motion(bench: &mut Bench<'_>) -> Result<Measured, Failed> {
     Ok(measured)
 }
 
-fn ended(ended: Ended) -> &'static str {
+fn ended(ended: MotionEnd) -> &'static str {
     match ended {
-        Ended::Arrived => "arrived",
-        Ended::Interrupted | Ended::Left => "stopped",
-        Ended::Stalled => "came no nearer",
-        Ended::Tripped => "was stopped by its bus watchdog",
-        Ended::Limp => "lost its torque",
-        Ended::Alert(_) => "has a hardware alert",
+        MotionEnd::Arrived => "arrived",
+        MotionEnd::Interrupted | MotionEnd::Cancelled => "stopped",
+        MotionEnd::Stalled => "came no nearer",
+        MotionEnd::Tripped => "was stopped by its bus watchdog",
+        MotionEnd::TorqueOff => "lost its torque",
+        MotionEnd::Alert(_) => "has a hardware alert",
     }
 }
 
-pub(super) fn watchdog(bench: &mut Bench<'_>) -> Result<Measured, Failed> {
+pub(super) fn watchdog(bench: &mut Bench<'_>) -> Result<Measured, CommandError> {
     let mut measured = Measured::default();
     bench.each(&mut measured, |bench, joint, measured| {
         let start_rad = bench.hold(joint)?;
         let Some(goal_rad) = Bench::aside(joint, start_rad, WATCHED_RAD) else {
-            return Err(Failed::because("has no 4 deg of room within its limits"));
+            return Err(CommandError::runtime("has no 4 deg of room within its limits"));
         };
         let mut servo = bench.servo(joint)?;
         servo.put(PROFILE_VELOCITY, SLOWEST)?;
@@ -108,7 +108,8 @@ pub(super) fn watchdog(bench: &mut Bench<'_>) -> Result<Measured, Failed> {
         servo.put(TORQUE_ENABLE, 0)?;
         servo.put(BUS_WATCHDOG, 0)?;
         let moved_rad = (stopped.position_rad - start_rad).abs();
-        let good = item == TRIPPED && stopped.velocity_rad_s.abs() < STANDS_RAD_S && moved_rad < STOPS_RAD;
+        let good =
+            item == TRIPPED && stopped.velocity_rad_s.abs() < STANDSTILL_RAD_S && moved_rad < STOPS_RAD;
         measured.check(
             good,
             format!(
@@ -123,7 +124,7 @@ pub(super) fn watchdog(bench: &mut Bench<'_>) -> Result<Measured, Failed> {
     Ok(measured)
 }
 
-pub(super) fn blocked(bench: &mut Bench<'_>) -> Result<Measured, Failed> {
+pub(super) fn blocked(bench: &mut Bench<'_>) -> Result<Measured, CommandError> {
     let mut measured = Measured::default();
     let mut skipped = false;
     bench.each(&mut measured, |bench, joint, measured| {
@@ -134,7 +135,7 @@ pub(super) fn blocked(bench: &mut Bench<'_>) -> Result<Measured, Failed> {
         }
         let start_rad = bench.hold(joint)?;
         let Some(goal_rad) = Bench::aside(joint, start_rad, LARGE_RAD) else {
-            return Err(Failed::because("has no 10 deg of room within its limits"));
+            return Err(CommandError::runtime("has no 10 deg of room within its limits"));
         };
         let stop = bench.stop;
         let mut servo = bench.servo(joint)?;
@@ -145,11 +146,11 @@ pub(super) fn blocked(bench: &mut Bench<'_>) -> Result<Measured, Failed> {
         })?;
         servo.put(TORQUE_ENABLE, 0)?;
         measured.check(
-            left == Ended::Left,
+            left == MotionEnd::Cancelled,
             format!(
                 "{}: {} {} behind its trajectory, at {:.3} A",
                 joint.name,
-                if left == Ended::Left { "stopped" } else { ended(left) },
+                if left == MotionEnd::Cancelled { "stopped" } else { ended(left) },
                 angle(seen.behind_rad),
                 seen.current_a
             ),

@@ -5,8 +5,8 @@ use std::time::Duration;
 use servo::table::TORQUE_ENABLE;
 
 use super::super::super::motion::angle;
-use super::super::super::torque::look_for_torque;
-use super::{Bench, Failed, Measured, Reply};
+use super::super::super::torque::read_torque_states;
+use super::{Bench, CommandError, Measured, Reply};
 
 /// Observation time after torque was switched on.
 const SETTLES: Duration = Duration::from_millis(150);
@@ -15,7 +15,7 @@ const STILL_RAD: f64 = 0.0175;
 /// Time-out for replies after power was switched on.
 const STARTS_WITHIN: Duration = Duration::from_secs(15);
 
-pub(super) fn torque(bench: &mut Bench<'_>) -> Result<Measured, Failed> {
+pub(super) fn torque(bench: &mut Bench<'_>) -> Result<Measured, CommandError> {
     let mut measured = Measured::default();
     bench.each(&mut measured, |bench, joint, measured| {
         let before_rad = bench.hold(joint)?;
@@ -41,13 +41,13 @@ pub(super) fn torque(bench: &mut Bench<'_>) -> Result<Measured, Failed> {
     Ok(measured)
 }
 
-pub(super) fn all_off(bench: &mut Bench<'_>) -> Result<Measured, Failed> {
+pub(super) fn all_off(bench: &mut Bench<'_>) -> Result<Measured, CommandError> {
     let mut measured = Measured::default();
     bench.each(&mut measured, |bench, joint, _| bench.hold(joint).map(|_| ()))?;
     let bus = bench.bus;
     let line = bench.line()?;
     line.torque_off()?;
-    let torque = look_for_torque(line, bus)?;
+    let torque = read_torque_states(line, bus)?;
     measured.note(format!("{} servos say that their torque is off", torque.off));
     for doubtful in torque.doubtful {
         measured.wrong(format!("torque may still be on of {doubtful}"));
@@ -55,7 +55,7 @@ pub(super) fn all_off(bench: &mut Bench<'_>) -> Result<Measured, Failed> {
     Ok(measured)
 }
 
-pub(super) fn cut(bench: &mut Bench<'_>) -> Result<Measured, Failed> {
+pub(super) fn cut(bench: &mut Bench<'_>) -> Result<Measured, CommandError> {
     let mut measured = Measured::default();
     let joints = bench.joints()?;
     for joint in &joints {
@@ -78,7 +78,7 @@ pub(super) fn cut(bench: &mut Bench<'_>) -> Result<Measured, Failed> {
     for joint in &joints {
         while bench.line()?.ping(joint.id)?.is_none() {
             if clock::now() > until {
-                return Err(Failed::because(format!("{} does not answer again", joint.name)));
+                return Err(CommandError::runtime(format!("{} does not answer again", joint.name)));
             }
         }
         let on = bench.servo(joint)?.has_torque()?;

@@ -11,7 +11,7 @@ use servo::{position_count, velocity_count};
 
 use super::super::super::line::clears;
 use super::super::super::motion::Servo;
-use super::{Bench, Failed, Measured};
+use super::{Bench, CommandError, Measured};
 
 /// The operating mode that Leo uses: position control.
 const POSITION_MODE: i64 = 3;
@@ -20,7 +20,7 @@ const NO_ID: i64 = 253;
 /// The factory position limits of a servo.
 const WHOLE_TURN: (i64, i64) = (0, 4095);
 
-pub(super) fn identity(bench: &mut Bench<'_>) -> Result<Measured, Failed> {
+pub(super) fn identity(bench: &mut Bench<'_>) -> Result<Measured, CommandError> {
     let mut measured = Measured::default();
     let bus = bench.bus;
     let line = bench.line()?;
@@ -55,14 +55,14 @@ pub(super) fn identity(bench: &mut Bench<'_>) -> Result<Measured, Failed> {
     Ok(measured)
 }
 
-pub(super) fn firmware(bench: &mut Bench<'_>) -> Result<Measured, Failed> {
+pub(super) fn firmware(bench: &mut Bench<'_>) -> Result<Measured, CommandError> {
     let mut measured = Measured::default();
     let mut versions: BTreeMap<&str, Vec<u8>> = BTreeMap::new();
     bench.each(&mut measured, |bench, joint, measured| {
-        let servo = bench.line()?.ping(joint.id)?.ok_or_else(|| Failed::because("does not answer"))?;
+        let servo = bench.line()?.ping(joint.id)?.ok_or_else(|| CommandError::runtime("does not answer"))?;
         let model = servo::Model::from(joint.model);
         versions.entry(model.name()).or_default().push(servo.firmware);
-        if !model.knows_fast_reads(servo.firmware) {
+        if !model.supports_fast_reads(servo.firmware) {
             measured.note(format!(
                 "{}: firmware {} knows no fast reads, so that it is read more slowly",
                 joint.name, servo.firmware
@@ -80,7 +80,7 @@ pub(super) fn firmware(bench: &mut Bench<'_>) -> Result<Measured, Failed> {
     Ok(measured)
 }
 
-pub(super) fn eeprom(bench: &mut Bench<'_>) -> Result<Measured, Failed> {
+pub(super) fn eeprom(bench: &mut Bench<'_>) -> Result<Measured, CommandError> {
     let mut measured = Measured::default();
     let others = bench.bus.joints.clone();
     bench.each(&mut measured, |bench, joint, measured| {
@@ -98,7 +98,7 @@ pub(super) fn eeprom(bench: &mut Bench<'_>) -> Result<Measured, Failed> {
 }
 
 /// Finds settings with which Leo would give the servo no torque, or its joint could not do what is required.
-fn refused(servo: &mut Servo<'_>, joint: &Joint, measured: &mut Measured) -> Result<(), Failed> {
+fn refused(servo: &mut Servo<'_>, joint: &Joint, measured: &mut Measured) -> Result<(), CommandError> {
     let initial = |item: Item| by_address(servo.model, item.address).map_or(0, |entry| entry.initial);
     let (mask, duty, current) = (initial(SHUTDOWN), initial(PWM_LIMIT), initial(CURRENT_LIMIT));
     let fastest = i64::from(velocity_count(joint.velocity_rad_s));
@@ -107,7 +107,7 @@ fn refused(servo: &mut Servo<'_>, joint: &Joint, measured: &mut Measured) -> Res
         if !right(found, than) {
             measured.wrong(format!("{}: {name} (item {}) is {found}: {so}", joint.name, item.address));
         }
-        Ok::<(), Failed>(())
+        Ok::<(), CommandError>(())
     };
     let same = |found, than| found == than;
     let at_least = |found, than| found >= than;
@@ -133,7 +133,7 @@ fn limits(
     joint: &Joint,
     others: &[&Joint],
     measured: &mut Measured,
-) -> Result<(), Failed> {
+) -> Result<(), CommandError> {
     let found = (servo.get(MIN_POSITION_LIMIT)?, servo.get(MAX_POSITION_LIMIT)?);
     let own = counts(joint);
     if found == own || found == WHOLE_TURN {
@@ -160,7 +160,7 @@ fn counts(joint: &Joint) -> (i64, i64) {
 }
 
 /// Notes the settings that Leo would overwrite at its start.
-fn written(servo: &mut Servo<'_>, joint: &Joint, measured: &mut Measured) -> Result<(), Failed> {
+fn written(servo: &mut Servo<'_>, joint: &Joint, measured: &mut Measured) -> Result<(), CommandError> {
     for (item, name, leo) in
         [(RETURN_DELAY, "return_delay_time", 0), (OPERATING_MODE, "operating_mode", POSITION_MODE)]
     {

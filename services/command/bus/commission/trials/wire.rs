@@ -5,7 +5,7 @@ use std::time::Duration;
 use servo::table::BUS_WATCHDOG;
 
 use super::super::super::motion::TRIPPED;
-use super::{Bench, Failed, Measured, Reply};
+use super::{Bench, CommandError, Measured, Reply};
 
 /// Other speeds to try.
 const OTHERS: [u32; 3] = [57_600, 1_000_000, 2_000_000];
@@ -14,9 +14,9 @@ const PLUGS_WITHIN: Duration = Duration::from_secs(10);
 /// Time-out for an unplugged adapter to disappear, after the person confirmed; the kernel takes a moment to notice.
 const UNPLUGGED_WITHIN: Duration = Duration::from_secs(1);
 /// Polling interval.
-const LOOK: Duration = Duration::from_millis(100);
+const POLL_INTERVAL: Duration = Duration::from_millis(100);
 
-pub(super) fn speed(bench: &mut Bench<'_>) -> Result<Measured, Failed> {
+pub(super) fn speed(bench: &mut Bench<'_>) -> Result<Measured, CommandError> {
     let mut measured = Measured::default();
     let bus = bench.bus;
     bench.close();
@@ -32,7 +32,7 @@ pub(super) fn speed(bench: &mut Bench<'_>) -> Result<Measured, Failed> {
     Ok(measured)
 }
 
-pub(super) fn unplug(bench: &mut Bench<'_>) -> Result<Measured, Failed> {
+pub(super) fn unplug(bench: &mut Bench<'_>) -> Result<Measured, CommandError> {
     let mut measured = Measured::default();
     let joints = bench.joints()?;
     for joint in &joints {
@@ -47,7 +47,7 @@ pub(super) fn unplug(bench: &mut Bench<'_>) -> Result<Measured, Failed> {
     let until = clock::now() + UNPLUGGED_WITHIN;
     let mut answer = bench.line().and_then(|line| line.ping(first));
     while matches!(answer, Ok(Some(_))) && clock::now() < until {
-        clock::sleep_until(clock::now() + LOOK);
+        clock::sleep_until(clock::now() + POLL_INTERVAL);
         answer = bench.line().and_then(|line| line.ping(first));
     }
     match answer {
@@ -66,7 +66,7 @@ pub(super) fn unplug(bench: &mut Bench<'_>) -> Result<Measured, Failed> {
         if clock::now() > until {
             return Err(error);
         }
-        clock::sleep_until(clock::now() + LOOK);
+        clock::sleep_until(clock::now() + POLL_INTERVAL);
     }
     for joint in &joints {
         let Ok(mut servo) = bench.servo(joint) else {

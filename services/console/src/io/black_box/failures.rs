@@ -6,7 +6,7 @@ use message::{Process, Roster};
 
 /// A failure.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub(crate) struct Failed {
+pub(crate) struct FailureEvent {
     /// The word for the dump's file name.
     pub(crate) word: String,
     /// Description for the operator.
@@ -15,16 +15,16 @@ pub(crate) struct Failed {
 
 /// Detects new failures. The first reading is the baseline and reports none.
 #[derive(Debug, Default)]
-pub(crate) struct Failures {
+pub(crate) struct FailureDetector {
     lives: BTreeMap<Process, u64>,
     /// Joints that have ever been quarantined: each is reported once.
     quarantined: BTreeSet<u32>,
     is_stopped: Option<bool>,
 }
 
-impl Failures {
+impl FailureDetector {
     /// Compares the incarnations of the processes. A higher one means that the process died unexpectedly.
-    pub(crate) fn of_processes(&mut self, roster: &Roster) -> Vec<Failed> {
+    pub(crate) fn check_processes(&mut self, roster: &Roster) -> Vec<FailureEvent> {
         let is_first = self.lives.is_empty();
         let mut failed = Vec::new();
         for &process in Process::ALL {
@@ -33,14 +33,14 @@ impl Failures {
             let known = self.lives.insert(process, life).unwrap_or(if is_first { life } else { 1 });
             if life > known {
                 let what = format!("{process} died, and its life {life} began");
-                failed.push(Failed { word: process.name().to_owned(), what });
+                failed.push(FailureEvent { word: process.name().to_owned(), what });
             }
         }
         failed
     }
 
     /// Reports newly quarantined joints.
-    pub(crate) fn of_joints(&mut self, quarantined: &[u32], names: &[String]) -> Vec<Failed> {
+    pub(crate) fn check_joints(&mut self, quarantined: &[u32], names: &[String]) -> Vec<FailureEvent> {
         let new: Vec<u32> =
             quarantined.iter().copied().filter(|joint| self.quarantined.insert(*joint)).collect();
         let Some(first) = new.first() else { return Vec::new() };
@@ -52,16 +52,19 @@ impl Failures {
             1 => format!("{} is quarantined", name(*first)),
             count => format!("{} and {} further joints are quarantined", name(*first), count - 1),
         };
-        vec![Failed { word: "quarantine".to_owned(), what }]
+        vec![FailureEvent { word: "quarantine".to_owned(), what }]
     }
 
     /// Reports that the emergency stop was raised.
-    pub(crate) fn of_emergency(&mut self, is_raised: bool) -> Vec<Failed> {
+    pub(crate) fn check_emergency_stop(&mut self, is_raised: bool) -> Vec<FailureEvent> {
         let was = self.is_stopped.replace(is_raised);
         if !is_raised || was != Some(false) {
             return Vec::new();
         }
-        vec![Failed { word: "emergency-stop".to_owned(), what: "the emergency stop was raised".to_owned() }]
+        vec![FailureEvent {
+            word: "emergency-stop".to_owned(),
+            what: "the emergency stop was raised".to_owned(),
+        }]
     }
 }
 
@@ -69,40 +72,46 @@ impl Failures {
 mod tests {
     use super::*;
 
-    fn words(failed: &[Failed]) -> Vec<&str> {
+    fn words(failed: &[FailureEvent]) -> Vec<&str> {
         failed.iter().map(|failed| failed.word.as_str()).collect()
     }
 
     #[test]
-    fn a_further_life_is_a_failure_and_a_first_one_is_not() {
-        let mut failures = Failures::default();
+    fn a_restart_is_a_failure_and_a_first_start_is_not() {
+        let mut failures = FailureDetector::default();
         let mut roster = Roster::default();
         roster.set_incarnation(Process::Console, 3);
-        assert!(failures.of_processes(&roster).is_empty(), "who looks for the first time knows of no death");
+        assert!(
+            failures.check_processes(&roster).is_empty(),
+            "who looks for the first time knows of no death"
+        );
         roster.set_incarnation(Process::Belief, 1);
-        assert!(failures.of_processes(&roster).is_empty());
+        assert!(failures.check_processes(&roster).is_empty());
         roster.set_incarnation(Process::Motor, 2);
         roster.set_incarnation(Process::Belief, 4);
-        assert_eq!(words(&failures.of_processes(&roster)), ["belief", "motor"]);
-        assert!(failures.of_processes(&roster).is_empty());
+        assert_eq!(words(&failures.check_processes(&roster)), ["belief", "motor"]);
+        assert!(failures.check_processes(&roster).is_empty());
     }
 
     #[test]
-    fn a_joint_is_told_of_once_however_often_it_comes_and_goes() {
-        let mut failures = Failures::default();
+    fn a_quarantined_joint_is_reported_once() {
+        let mut failures = FailureDetector::default();
         let names = ["neck".to_owned()];
-        assert_eq!(failures.of_joints(&[0, 7], &names)[0].what, "neck and 1 further joints are quarantined");
-        assert!(failures.of_joints(&[], &names).is_empty());
-        assert!(failures.of_joints(&[0], &names).is_empty());
-        assert_eq!(failures.of_joints(&[0, 8], &names)[0].what, "joint 8 is quarantined");
+        assert_eq!(
+            failures.check_joints(&[0, 7], &names)[0].what,
+            "neck and 1 further joints are quarantined"
+        );
+        assert!(failures.check_joints(&[], &names).is_empty());
+        assert!(failures.check_joints(&[0], &names).is_empty());
+        assert_eq!(failures.check_joints(&[0, 8], &names)[0].what, "joint 8 is quarantined");
     }
 
     #[test]
     fn an_emergency_stop_counts_as_it_is_raised() {
-        let mut failures = Failures::default();
-        assert!(failures.of_emergency(true).is_empty(), "it was raised before anybody looked");
-        assert!(failures.of_emergency(false).is_empty());
-        assert_eq!(words(&failures.of_emergency(true)), ["emergency-stop"]);
-        assert!(failures.of_emergency(true).is_empty());
+        let mut failures = FailureDetector::default();
+        assert!(failures.check_emergency_stop(true).is_empty(), "it was raised before anybody looked");
+        assert!(failures.check_emergency_stop(false).is_empty());
+        assert_eq!(words(&failures.check_emergency_stop(true)), ["emergency-stop"]);
+        assert!(failures.check_emergency_stop(true).is_empty());
     }
 }

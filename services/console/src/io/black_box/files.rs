@@ -7,7 +7,7 @@ use folder::{Folder, FolderError};
 /// Prefix of a dump's file name; a number and the failure words follow.
 const PREFIX: &str = "black_box_";
 /// The word in the name of a requested dump.
-pub(super) const ASKED: &str = "asked";
+pub(super) const REQUESTED: &str = "asked";
 /// Extensions of a complete dump and of one being written.
 pub(super) const FINISHED: &str = ".mcap";
 pub(super) const UNFINISHED: &str = ".unfinished";
@@ -17,7 +17,7 @@ pub(super) const UNFINISHED: &str = ".unfinished";
 pub(super) struct Files {
     pub(super) folder: PathBuf,
     /// Maximum number of failure dumps, and of requested dumps.
-    pub(super) most: usize,
+    pub(super) max_per_kind: usize,
 }
 
 impl Files {
@@ -39,14 +39,14 @@ impl Files {
     }
 
     /// Removes the oldest surplus dumps. Failure dumps and requested dumps have separate quotas.
-    pub(super) fn thin_out(&self, folder: &Folder) -> io::Result<()> {
+    pub(super) fn evict_oldest(&self, folder: &Folder) -> io::Result<()> {
         let is_asked = |(_, name): &(u64, String)| {
             let stem = name.strip_suffix(FINISHED).and_then(|name| name.rsplit_once('_'));
-            stem.is_some_and(|(_, word)| word == ASKED)
+            stem.is_some_and(|(_, word)| word == REQUESTED)
         };
         let (asked, failures): (Vec<_>, Vec<_>) = self.all()?.into_iter().partition(is_asked);
         for kind in [asked, failures] {
-            let surplus = kind.len().saturating_sub(self.most);
+            let surplus = kind.len().saturating_sub(self.max_per_kind);
             kind.iter().take(surplus).try_for_each(|(_, name)| folder.remove(name))?;
         }
         Ok(())
@@ -75,14 +75,14 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_oldest_give_way_and_what_is_not_theirs_stays() {
+    fn the_oldest_dumps_are_evicted_and_other_files_stay() {
         let folder = tempfile::tempdir().unwrap();
-        let files = Files { folder: folder.path().join("recordings"), most: 2 };
+        let files = Files { folder: folder.path().join("recordings"), max_per_kind: 2 };
         let written = |word: &str| {
             let own = files.open().unwrap();
             let file = files.folder.join(files.next(word).unwrap() + FINISHED);
             fs::write(&file, word).unwrap();
-            files.thin_out(&own).unwrap();
+            files.evict_oldest(&own).unwrap();
             file
         };
         let first = written("belief");
@@ -96,7 +96,7 @@ mod tests {
         assert!(!first.exists() && second.exists() && third.exists() && theirs.exists());
         assert_eq!(files.next("x").unwrap(), "black_box_0004_x");
         // A new requested dump evicts only older requested ones.
-        let [fourth, fifth, sixth] = [ASKED; 3].map(written);
+        let [fourth, fifth, sixth] = [REQUESTED; 3].map(written);
         assert!(second.exists() && third.exists() && !fourth.exists() && fifth.exists() && sixth.exists());
         let seventh = written("quarantine");
         assert!(!second.exists() && third.exists() && fifth.exists() && sixth.exists() && seventh.exists());

@@ -59,13 +59,13 @@ fn answered(tape: &mut Tape, answers: &mut Answers<String>) -> Value {
 }
 
 fn is_on(tape: &Tape) -> bool {
-    let mut sheet = Sheet::default();
-    tape.show(NOW, &mut sheet);
-    sheet.since(0).unwrap().contains("\"on\":true")
+    let mut state_store = StateStore::default();
+    tape.show(NOW, &mut state_store);
+    state_store.since(0).unwrap().contains("\"on\":true")
 }
 
 #[test]
-fn nobody_waits_for_a_disk_but_who_asked() {
+fn only_the_requester_waits_for_the_disk() {
     let folder = tempfile::tempdir().unwrap();
     let (mut tape, disk) = tape(folder.path());
     let [mut begun, mut joined, mut ended] = [true, true, false].map(|on| asked(&mut tape, on));
@@ -94,7 +94,7 @@ fn answered_none(tape: &mut Tape) -> Value {
 }
 
 #[test]
-fn what_cannot_begin_leaves_no_file() {
+fn a_recording_that_cannot_start_leaves_no_file() {
     let folder = tempfile::tempdir().unwrap();
     let (mut tape, disk) = tape(folder.path());
     let mut answers = asked(&mut tape, true);
@@ -111,12 +111,12 @@ fn what_cannot_begin_leaves_no_file() {
 }
 
 #[test]
-fn who_asks_again_and_again_while_a_disk_stalls_is_told_so() {
+fn repeated_requests_during_a_disk_stall_are_refused() {
     let folder = tempfile::tempdir().unwrap();
     let (mut tape, disk) = tape(folder.path());
     let _first = asked(&mut tape, true);
     tape.step(NOW);
-    let waiting: Vec<_> = (0..WAITING_MOST).map(|_| asked(&mut tape, true)).collect();
+    let waiting: Vec<_> = (0..MAX_WAITING).map(|_| asked(&mut tape, true)).collect();
     let told: Value = serde_json::from_str(&asked(&mut tape, true).try_recv().unwrap()).unwrap();
     assert_eq!(told["error"], "recordings wait for the disk: ask again later");
     drop((waiting, disk));

@@ -116,17 +116,22 @@ mod tests {
     use std::process::Command;
 
     use transport::janitor::{Janitor, claim};
-    use transport::{Delivery, Domain, HealthWriter, Queues, RosterWriter};
+    use transport::{Domain, HealthWriter, OverflowPolicy, Queues, RosterWriter};
 
     use super::*;
 
     #[test]
-    fn a_life_that_is_dead_or_has_not_said_anything_is_told_not_to_run() {
+    fn a_dead_process_and_one_without_a_board_are_reported_as_down() {
         let domain = Domain::named(&format!("boards-{}", std::process::id())).unwrap();
         let claim = claim(&domain).unwrap();
         domain.make().unwrap();
-        let node =
-            Node::join(&domain, "boards", 1, Queues { frames: 1, delivery: Delivery::Newest }).unwrap();
+        let node = Node::join(
+            &domain,
+            "boards",
+            1,
+            Queues { frames: 1, overflow_policy: OverflowPolicy::DropOldest },
+        )
+        .unwrap();
         let mut roster = message::Roster::default();
         let lives = [(Process::Motor, 1), (Process::Sensor, 2), (Process::Belief, 3)];
         lives.into_iter().for_each(|(process, life)| roster.set_incarnation(process, life));

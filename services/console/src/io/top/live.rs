@@ -12,7 +12,7 @@ use crate::view::draw::draw;
 use crate::view::screen::{Key, Screen};
 
 /// Polling interval.
-const EVERY: Duration = Duration::from_secs(1);
+const POLL_INTERVAL: Duration = Duration::from_secs(1);
 
 /// Shows the live table until the user quits or the terminal closes. Restores the terminal afterwards.
 pub(super) fn show(top: &mut Top) -> io::Result<()> {
@@ -31,10 +31,10 @@ fn watch(top: &mut Top, terminal: &mut DefaultTerminal, stop: &AtomicBool) -> io
         let now = clock::now();
         if now >= next {
             let (readings, rows) = top.look();
-            screen.see(readings, rows);
-            screen.is_there = top.is_there();
+            screen.update(readings, rows);
+            screen.is_running = top.is_running();
             // Skip missed seconds instead of catching up.
-            next = (next + EVERY).max(now);
+            next = (next + POLL_INTERVAL).max(now);
         }
         terminal.draw(|frame| draw(frame, &screen))?;
         if event::poll(next.since(clock::now()))?

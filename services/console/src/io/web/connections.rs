@@ -16,15 +16,15 @@ use tokio::io::{AsyncRead, AsyncWrite};
 use tokio::net::TcpListener;
 use tokio::time::{sleep, timeout};
 
-use super::{Patience, Shared};
+use super::{Shared, Timeouts};
 pub(super) use table::{Class, Connection, Table};
 
 /// Pause after a failed accept, for example when file descriptors are exhausted.
-const NO_ROOM: Duration = Duration::from_millis(100);
+const ACCEPT_RETRY: Duration = Duration::from_millis(100);
 /// Size of the read buffer of a connection. Longer request heads are refused (431).
-const HEAD_MAX: usize = 16 << 10;
+const MAX_HEAD_BYTES: usize = 16 << 10;
 /// Maximum number of header fields of a request.
-const FIELDS_MAX: usize = 64;
+const MAX_HEADER_FIELDS: usize = 64;
 
 /// Accepts and serves connections for as long as it is polled. At a limit an old connection is evicted; accepting
 /// pauses until that one has reached its minimum age.
@@ -37,15 +37,15 @@ pub(super) async fn serve(listener: TcpListener, routes: Router, shared: Arc<Sha
                     sleep(wait).await;
                 }
                 let connection = table.enter(from.ip(), clock::now());
-                let (routes, patience) = (TowerToHyperService::new(routes.clone()), shared.patience);
-                let served = tokio::spawn(answer(stream, routes, patience, Arc::clone(&connection)));
+                let (routes, timeouts) = (TowerToHyperService::new(routes.clone()), shared.timeouts);
+                let served = tokio::spawn(answer(stream, routes, timeouts, Arc::clone(&connection)));
                 connection.ends_with(served.abort_handle());
             }
             // The client closed the connection before it was accepted.
             Err(error) if error.kind() == io::ErrorKind::ConnectionAborted => {}
             Err(error) => {
                 tracing::debug!(%error, "no connection is accepted for a moment");
-                sleep(NO_ROOM).await;
+                sleep(ACCEPT_RETRY).await;
             }
         }
     }
@@ -55,13 +55,13 @@ pub(super) async fn serve(listener: TcpListener, routes: Router, shared: Arc<Sha
 pub(super) async fn answer(
     stream: impl AsyncRead + AsyncWrite + Send + Unpin + 'static,
     routes: TowerToHyperService<Router>,
-    patience: Patience,
+    timeouts: Timeouts,
     connection: Arc<Connection>,
 ) {
     connection.begins(clock::now());
     let mut http = http1::Builder::new();
-    http.timer(TokioTimer::new()).header_read_timeout(patience.question);
-    http.max_buf_size(HEAD_MAX).max_headers(FIELDS_MAX);
+    http.timer(TokioTimer::new()).header_read_timeout(timeouts.request_head);
+    http.max_buf_size(MAX_HEAD_BYTES).max_headers(MAX_HEADER_FIELDS);
     let service = service_fn(move |mut request: hyper::Request<hyper::body::Incoming>| {
         request.extensions_mut().insert(Arc::clone(&connection));
         routes.call(request)
@@ -69,8 +69,8 @@ pub(super) async fn answer(
     let served = http.serve_connection(TokioIo::new(stream), service).with_upgrades();
     let mut served = pin!(served);
     // Errors of a connection concern only the browser.
-    if timeout(patience.connection, served.as_mut()).await.is_err() {
+    if timeout(timeouts.connection, served.as_mut()).await.is_err() {
         served.as_mut().graceful_shutdown();
-        let _ended = timeout(patience.send, served).await;
+        let _ended = timeout(timeouts.send, served).await;
     }
 }

@@ -11,18 +11,18 @@ use hyper_util::service::TowerToHyperService;
 use tokio::io::{AsyncReadExt as _, AsyncWriteExt as _};
 use tokio::time::timeout;
 
-use super::guard::Lock;
+use super::guard::AccessPolicy;
 use super::stop::Stop;
-use super::{Asked, Patience, Shared, Token, connections, routes};
+use super::{QueuedRequest, Shared, Timeouts, Token, connections, routes};
 
 /// The token of the test server.
 const TOKEN: &str = "00112233445566778899aabbccddeeff";
 /// Content that requires the token.
 const SECRET: &str = "what needs the token";
 /// Maximum size of an answer; more than the whole page.
-const ANSWER_MAX: u64 = 1 << 20;
+const MAX_ANSWER_BYTES: u64 = 1 << 20;
 /// An idle connection must be closed within this time. The paused clock advances it at once.
-const WITHIN: Duration = Duration::from_secs(120);
+const CLOSE_TIMEOUT: Duration = Duration::from_secs(120);
 /// The request head that opens a page's WebSocket.
 const UPGRADE: &str = "GET /live HTTP/1.1\r\nHost: 127.0.0.1:7780\r\nConnection: Upgrade\r\nUpgrade: websocket\r\n\
                        Sec-WebSocket-Version: 13\r\nSec-WebSocket-Key: dGhlIHNhbXBsZSBub25jZQ==\r\n";
@@ -31,7 +31,7 @@ const UPGRADE: &str = "GET /live HTTP/1.1\r\nHost: 127.0.0.1:7780\r\nConnection:
 pub struct FedPage {
     runtime: tokio::runtime::Runtime,
     shared: Arc<Shared>,
-    wishes: Receiver<Asked>,
+    pending_requests: Receiver<QueuedRequest>,
 }
 
 /// The result of a script.
@@ -40,7 +40,7 @@ pub struct Fed {
     /// The bytes of the answer.
     pub answer: Vec<u8>,
     /// Number of requests passed to the robot.
-    pub wishes: usize,
+    pub pending_requests: usize,
 }
 
 impl FedPage {
@@ -51,17 +51,17 @@ impl FedPage {
     /// The async runtime cannot be created.
     pub fn new() -> std::io::Result<Self> {
         let token = Token::read(TOKEN).ok_or(std::io::ErrorKind::InvalidInput)?;
-        let lock = Lock { token, port: 7780, open: ReadWithoutToken::Nothing };
+        let lock = AccessPolicy { token, port: 7780, open: ReadWithoutToken::Nothing };
         // There is no motor process, so a stop has no effect.
         let stop = Stop::new(PathBuf::new(), false);
         // A short heartbeat closes silent pages soon.
-        let patience = Patience { beat: Duration::from_millis(50), ..Patience::default() };
-        let (shared, wishes) = Shared::new(SECRET.to_owned(), 1, lock, stop, patience);
+        let timeouts = Timeouts { beat: Duration::from_millis(50), ..Timeouts::default() };
+        let (shared, pending_requests) = Shared::new(SECRET.to_owned(), 1, lock, stop, timeouts);
         shared.set_metrics(SECRET.to_owned());
-        shared.sheet().put("secret", &SECRET);
+        shared.state_store().put("secret", &SECRET);
         let runtime =
             tokio::runtime::Builder::new_current_thread().enable_all().start_paused(true).build()?;
-        Ok(Self { runtime, shared, wishes })
+        Ok(Self { runtime, shared, pending_requests })
     }
 
     /// Plays a script: its first byte selects the kind of connection, the others are sent on it.
@@ -84,7 +84,7 @@ impl FedPage {
         let fed = self.feed(&bytes);
         let holds = |text: &[u8], what: &str| text.windows(what.len()).any(|some| some == what.as_bytes());
         let is_known = holds(&bytes, TOKEN);
-        assert!(is_known || fed.wishes == 0, "something is done without the token");
+        assert!(is_known || fed.pending_requests == 0, "something is done without the token");
         assert!(is_known || !holds(&fed.answer, SECRET), "something is shown without the token");
         assert_eq!(
             self.shared.counts.open.load(std::sync::atomic::Ordering::Relaxed),
@@ -101,7 +101,7 @@ impl FedPage {
             let (server, client) = tokio::io::duplex(64 << 10);
             let connection = shared.connections.enter(IpAddr::V4(Ipv4Addr::LOCALHOST), clock::now());
             let routes = TowerToHyperService::new(routes(shared));
-            let served = tokio::spawn(connections::answer(server, routes, shared.patience, connection));
+            let served = tokio::spawn(connections::answer(server, routes, shared.timeouts, connection));
             let (reads, mut writes) = tokio::io::split(client);
             let mut answer = Vec::new();
             let talk = async {
@@ -110,16 +110,16 @@ impl FedPage {
                     let _said = writes.write_all(bytes).await;
                 };
                 let hears = async {
-                    let _heard = reads.take(ANSWER_MAX).read_to_end(&mut answer).await;
+                    let _heard = reads.take(MAX_ANSWER_BYTES).read_to_end(&mut answer).await;
                 };
                 tokio::join!(says, hears);
                 served.await
             };
-            let talked = timeout(WITHIN, talk).await;
+            let talked = timeout(CLOSE_TIMEOUT, talk).await;
             assert!(matches!(talked, Ok(Ok(()))), "it panicked, or is not shut: {talked:?}");
             answer
         });
-        Fed { answer, wishes: self.wishes.try_iter().count() }
+        Fed { answer, pending_requests: self.pending_requests.try_iter().count() }
     }
 }
 
@@ -146,7 +146,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_fed_reaches_the_server_and_its_pages() {
+    fn bytes_reach_the_server_and_its_pages() {
         let page = FedPage::new().unwrap();
         let asked = page.play(b"\0GET /metrics HTTP/1.1\r\nHost: leo\r\n\r\n");
         assert!(said(&asked).starts_with("HTTP/1.1 401"), "{asked:?}");
@@ -157,7 +157,7 @@ mod tests {
         let wished = page.play(b"\x03{\"do\":\"undo\",\"id\":5}\n{\"do\":\"arm\",\"id\":6}\nno message");
         assert!(said(&wished).starts_with("HTTP/1.1 101"), "{wished:?}");
         // The third request releases what the page's hand holds.
-        assert_eq!(wished.wishes, 3, "{wished:?}");
+        assert_eq!(wished.pending_requests, 3, "{wished:?}");
         let frames = page.play(&[2, 0x81, 0x80 | 2, 0, 0, 0, 0, b'{', b'}']);
         assert!(said(&frames).contains("missing field"), "{frames:?}");
     }

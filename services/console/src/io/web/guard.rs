@@ -16,7 +16,7 @@ use super::connections::{Class, Connection};
 use super::{Shared, notice};
 
 /// Random bytes of a token.
-const BYTES: usize = 16;
+const TOKEN_BYTES: usize = 16;
 /// The path that raises the emergency stop; needs no token.
 pub(super) const STOP: &str = "/stop";
 
@@ -26,14 +26,14 @@ pub(crate) struct Token(String);
 
 impl Token {
     pub(crate) fn new() -> io::Result<Self> {
-        let mut bytes = [0_u8; BYTES];
+        let mut bytes = [0_u8; TOKEN_BYTES];
         getrandom::fill(&mut bytes).map_err(|error| io::Error::other(error.to_string()))?;
         Ok(Self(bytes.iter().map(|byte| format!("{byte:02x}")).collect()))
     }
 
     /// Parses a stored token; `None` if malformed.
     pub(crate) fn read(text: &str) -> Option<Self> {
-        let is_token = text.len() == 2 * BYTES && text.bytes().all(|byte| byte.is_ascii_hexdigit());
+        let is_token = text.len() == 2 * TOKEN_BYTES && text.bytes().all(|byte| byte.is_ascii_hexdigit());
         is_token.then(|| Self(text.to_owned()))
     }
 
@@ -106,22 +106,22 @@ impl Refusal {
 
 /// Middleware: passes permitted requests on with their [`Access`] and refuses all others.
 pub(super) async fn guard(State(shared): State<Arc<Shared>>, mut request: Request, next: Next) -> Response {
-    let asks = Asks { method: request.method(), headers: request.headers(), uri: request.uri() };
+    let asks = AccessRequest { method: request.method(), headers: request.headers(), uri: request.uri() };
     let judged = asks.access(&shared.lock);
     let connection = request.extensions().get::<Arc<Connection>>();
     match judged {
         Ok(access) => {
             if let Some(connection) = connection {
                 if access == Access::Command {
-                    connection.is_used_for(Class::Authorised);
+                    connection.set_class(Class::Authorised);
                 } else if asks.is_stop() {
-                    connection.is_used_for(Class::Stopping);
+                    connection.set_class(Class::Stopping);
                 }
             }
             if access == Access::Command
-                && let Some(entered) = asks.entered(&shared.lock)
+                && let Some(login_response) = asks.login_response(&shared.lock)
             {
-                return entered;
+                return login_response;
             }
             request.extensions_mut().insert(access);
             next.run(request).await
@@ -138,28 +138,28 @@ pub(super) async fn guard(State(shared): State<Arc<Shared>>, mut request: Reques
 
 /// The token, and what is accessible without it.
 #[derive(Debug)]
-pub(crate) struct Lock {
+pub(crate) struct AccessPolicy {
     pub(crate) token: Token,
     /// The port of the server, part of the cookie's name: browsers share cookies between the ports of a host.
     pub(crate) port: u16,
     pub(crate) open: ReadWithoutToken,
 }
 
-impl Lock {
+impl AccessPolicy {
     fn cookie_name(&self) -> String {
         format!("leo_{}", self.port)
     }
 }
 
 /// The parts of a request that decide on its access.
-struct Asks<'a> {
+struct AccessRequest<'a> {
     method: &'a Method,
     headers: &'a HeaderMap,
     uri: &'a Uri,
 }
 
-impl Asks<'_> {
-    fn access(&self, lock: &Lock) -> Result<Access, Refusal> {
+impl AccessRequest<'_> {
+    fn access(&self, lock: &AccessPolicy) -> Result<Access, Refusal> {
         let said = self.token(lock);
         let is_known = said.is_some_and(|said| lock.token.is(said));
         let host = host(self.headers, self.uri).ok_or(Refusal::NoHost)?;
@@ -201,7 +201,7 @@ impl Asks<'_> {
     }
 
     /// The token of the request: from the query, the authorization header, or the cookie.
-    fn token(&self, lock: &Lock) -> Option<&str> {
+    fn token(&self, lock: &AccessPolicy) -> Option<&str> {
         let bearer = || {
             let (scheme, token) = text(self.headers, header::AUTHORIZATION)?.split_once(' ')?;
             scheme.eq_ignore_ascii_case("bearer").then_some(token)
@@ -223,7 +223,7 @@ impl Asks<'_> {
 
     /// The response to the address with the token: stores the token in a cookie and redirects to the address
     /// without it.
-    fn entered(&self, lock: &Lock) -> Option<Response> {
+    fn login_response(&self, lock: &AccessPolicy) -> Option<Response> {
         let query = self.uri.query()?;
         self.token_of_address()?;
         if self.uri.path() != "/" {

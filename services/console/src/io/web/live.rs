@@ -15,10 +15,10 @@ use serde_json::json;
 use tokio::sync::mpsc;
 use tokio::time::{MissedTickBehavior, interval, timeout};
 
-use super::pace::{Pace, SECOND_MOST, Taken};
-use super::{Access, Asked, PAGES_MOST, Place, READERS_MAX, Shared};
-use crate::requests::{Malformed, Wish, number, parse};
-use crate::sheet::Sheet;
+use super::pace::{RateLimit, SECOND_MOST, Verdict};
+use super::{Access, MAX_PAGES, MAX_READERS, PageSlot, QueuedRequest, Shared};
+use crate::requests::{Malformed, PageRequest, number, parse};
+use crate::state_store::StateStore;
 
 /// Maximum size of a page's message, in bytes.
 const MESSAGE_MOST: usize = 4096;
@@ -26,32 +26,32 @@ const MESSAGE_MOST: usize = 4096;
 const READ_ONLY: &str =
     "this page may look and stop the robot, and nothing else: open the whole address that `leo run` prints";
 /// Minimum interval between two state updates of a page.
-const SHOWS: Duration = Duration::from_millis(33);
+const MIN_UPDATE_INTERVAL: Duration = Duration::from_millis(33);
 /// Maximum number of consecutive unanswered pings.
-const UNANSWERED_MOST: u32 = 6;
+const MAX_UNANSWERED_PINGS: u32 = 6;
 /// Size of the answer queue of a page; further answers are dropped.
-const ANSWERS: usize = 128;
+const ANSWER_QUEUE_SIZE: usize = 128;
 
 /// Time-outs of the pages and connections.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Patience {
+pub(crate) struct Timeouts {
     /// Interval of the pings, which the browser answers, and of the heartbeat that tells the page that the server
     /// is alive.
     pub(crate) beat: Duration,
     /// Send time-out: a page that does not read is closed.
     pub(crate) send: Duration,
     /// Time-out of a request head, and of an idle keep-alive connection.
-    pub(crate) question: Duration,
+    pub(crate) request_head: Duration,
     /// Maximum lifetime of an HTTP connection; browsers open another one.
     pub(crate) connection: Duration,
 }
 
-impl Default for Patience {
+impl Default for Timeouts {
     fn default() -> Self {
         Self {
             beat: Duration::from_secs(1),
             send: Duration::from_secs(5),
-            question: Duration::from_secs(1),
+            request_head: Duration::from_secs(1),
             connection: Duration::from_secs(60),
         }
     }
@@ -73,10 +73,10 @@ pub(super) async fn live(
     upgrade: WebSocketUpgrade,
 ) -> Response {
     // The slot is taken before the next request is handled, and is freed whenever the session ends.
-    let Some(place) = Place::take(&shared, access) else {
+    let Some(place) = PageSlot::take(&shared, access) else {
         let (most, which) = match access {
-            Access::Command => (PAGES_MOST, ""),
-            Access::Read => (READERS_MAX, " without the token"),
+            Access::Command => (MAX_PAGES, ""),
+            Access::Read => (MAX_READERS, " without the token"),
         };
         let why = format!("{most} pages{which} are open, which is all there may be\n");
         return (StatusCode::SERVICE_UNAVAILABLE, why).into_response();
@@ -85,7 +85,7 @@ pub(super) async fn live(
     upgrade.on_upgrade(move |socket| async move {
         let shared = &place.shared;
         let number = shared.pages.fetch_add(1, Ordering::Relaxed);
-        let (answer, answers) = mpsc::channel(ANSWERS);
+        let (answer, answers) = mpsc::channel(ANSWER_QUEUE_SIZE);
         let page = Page {
             shared,
             socket,
@@ -94,7 +94,7 @@ pub(super) async fn live(
             hand: u16::try_from(number % u64::from(u16::MAX)).unwrap_or(0),
             version: 0,
             answer,
-            pace: Pace::default(),
+            pace: RateLimit::default(),
             unanswered: 0,
             is_quiet: true,
         };
@@ -110,7 +110,7 @@ struct Page<'a> {
     /// The version of the state that the page has.
     version: u64,
     answer: mpsc::Sender<String>,
-    pace: Pace,
+    pace: RateLimit,
     /// Pings since the last message of the page.
     unanswered: u32,
     /// Whether nothing was sent since the last ping.
@@ -119,9 +119,9 @@ struct Page<'a> {
 
 impl Page<'_> {
     async fn live(mut self, answers: mpsc::Receiver<String>) {
-        let Err(end) = self.talk(answers).await;
+        let Err(end) = self.run_session(answers).await;
         if self.access == Access::Command {
-            self.let_go();
+            self.release();
         }
         if let End::Shut(code, reason) = end {
             let close = Message::Close(Some(CloseFrame { code, reason: reason.into() }));
@@ -131,21 +131,21 @@ impl Page<'_> {
     }
 
     /// Cancels the act of the page's hand: what it holds goes back.
-    fn let_go(&self) {
+    fn release(&self) {
         let cancel = TeacherAct::new(TeacherActKind::Cancel, self.shared.first);
-        self.shared.ask_last(Asked {
+        self.shared.ask_unbounded(QueuedRequest {
             page: self.hand,
             id: None,
-            wish: Wish::Act(Box::new(cancel)),
+            page_request: PageRequest::Act(Box::new(cancel)),
             answer: self.answer.clone(),
         });
     }
 
-    async fn talk(&mut self, mut answers: mpsc::Receiver<String>) -> Result<Infallible, End> {
-        let mut shows = interval(SHOWS);
+    async fn run_session(&mut self, mut answers: mpsc::Receiver<String>) -> Result<Infallible, End> {
+        let mut shows = interval(MIN_UPDATE_INTERVAL);
         shows.set_missed_tick_behavior(MissedTickBehavior::Delay);
         // The first message is the full state, so the first heartbeat comes one interval later.
-        let beat = self.shared.patience.beat;
+        let beat = self.shared.timeouts.beat;
         let mut beats = interval(beat);
         beats.reset();
         beats.set_missed_tick_behavior(MissedTickBehavior::Delay);
@@ -166,7 +166,7 @@ impl Page<'_> {
 
     /// Sends a message, with a time-out.
     async fn send(&mut self, message: Message) -> Result<(), End> {
-        match timeout(self.shared.patience.send, self.socket.send(message)).await {
+        match timeout(self.shared.timeouts.send, self.socket.send(message)).await {
             Ok(Ok(())) => Ok(()),
             Ok(Err(_)) | Err(_) => Err(End::Left),
         }
@@ -174,19 +174,19 @@ impl Page<'_> {
 
     /// Pings the page. If nothing else was sent since the last ping, also returns a heartbeat message.
     async fn beat(&mut self) -> Result<Option<String>, End> {
-        if self.unanswered >= UNANSWERED_MOST {
+        if self.unanswered >= MAX_UNANSWERED_PINGS {
             return Err(End::Left);
         }
         self.unanswered += 1;
         self.send(Message::Ping(axum::body::Bytes::new())).await?;
         let is_quiet = std::mem::replace(&mut self.is_quiet, true);
-        Ok(is_quiet.then(|| Sheet::nothing_since(self.version)))
+        Ok(is_quiet.then(|| StateStore::empty_delta(self.version)))
     }
 
     fn shown(&mut self) -> Option<String> {
-        let sheet = self.shared.sheet();
-        let message = sheet.since(self.version);
-        self.version = sheet.version();
+        let state_store = self.shared.state_store();
+        let message = state_store.since(self.version);
+        self.version = state_store.version();
         message
     }
 
@@ -199,17 +199,17 @@ impl Page<'_> {
         };
         self.unanswered = 0;
         let taken = self.pace.hear(clock::now());
-        if taken == Taken::Flood {
+        if taken == Verdict::Flood {
             self.count();
             return Err(End::Shut(close_code::POLICY, "far too many messages in a second".to_owned()));
         }
         let too_many =
             |id| Malformed { id, reason: format!("more than {SECOND_MOST} messages in a second: say less") };
         match message {
-            Message::Text(text) if taken == Taken::TooMany => {
+            Message::Text(text) if taken == Verdict::TooMany => {
                 Ok(Some(self.malformed(&too_many(number(&text)))))
             }
-            Message::Binary(_) if taken == Taken::TooMany => Ok(Some(self.malformed(&too_many(None)))),
+            Message::Binary(_) if taken == Verdict::TooMany => Ok(Some(self.malformed(&too_many(None)))),
             Message::Text(text) => Ok(self.say(&text)),
             Message::Binary(_) => {
                 let reason = "a message is JSON text".to_owned();
@@ -227,8 +227,13 @@ impl Page<'_> {
                 self.count();
                 Some(json!({ "answer": id, "error": READ_ONLY }).to_string())
             }
-            Ok((id, wish)) => {
-                let asked = Asked { page: self.hand, id: Some(id), wish, answer: self.answer.clone() };
+            Ok((id, page_request)) => {
+                let asked = QueuedRequest {
+                    page: self.hand,
+                    id: Some(id),
+                    page_request,
+                    answer: self.answer.clone(),
+                };
                 let busy = "the robot is busy: say it again";
                 (!self.shared.ask(asked)).then(|| json!({ "answer": id, "error": busy }).to_string())
             }

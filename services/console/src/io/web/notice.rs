@@ -34,7 +34,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn words_stay_words_in_a_page() {
+    fn text_is_escaped_in_html() {
         assert_eq!(escaped("<a> & b"), "&lt;a&gt; &amp; b");
     }
 }

@@ -9,9 +9,9 @@ const FLOOD: u32 = 10 * SECOND_MOST;
 
 /// The verdict on a message.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Taken {
+pub(super) enum Verdict {
     /// It is processed.
-    Heard,
+    Accepted,
     /// It is answered with an error.
     TooMany,
     /// The page is closed.
@@ -20,24 +20,24 @@ pub(super) enum Taken {
 
 /// Counts the messages of a page.
 #[derive(Debug, Default)]
-pub(super) struct Pace {
+pub(super) struct RateLimit {
     /// Start of the current second, and the number of messages since.
     second: Instant,
     heard: u32,
 }
 
-impl Pace {
-    pub(super) fn hear(&mut self, now: Instant) -> Taken {
+impl RateLimit {
+    pub(super) fn hear(&mut self, now: Instant) -> Verdict {
         if now.since(self.second) >= Duration::from_secs(1) {
             (self.second, self.heard) = (now, 0);
         }
         self.heard = self.heard.saturating_add(1);
         if self.heard <= SECOND_MOST {
-            Taken::Heard
+            Verdict::Accepted
         } else if self.heard <= FLOOD {
-            Taken::TooMany
+            Verdict::TooMany
         } else {
-            Taken::Flood
+            Verdict::Flood
         }
     }
 }
@@ -47,15 +47,15 @@ mod tests {
     use super::*;
 
     #[test]
-    fn what_is_too_much_in_one_second_is_heard_in_the_next() {
-        let mut pace = Pace::default();
-        let mut second = |from_s: u64, count: u32| -> Vec<Taken> {
+    fn the_rate_limit_resets_every_second() {
+        let mut pace = RateLimit::default();
+        let mut second = |from_s: u64, count: u32| -> Vec<Verdict> {
             (0..count).map(|_| pace.hear(Instant::EPOCH + Duration::from_secs(from_s))).collect()
         };
         let first = second(5, FLOOD + 1);
-        assert!(first[..60].iter().all(|taken| *taken == Taken::Heard));
-        assert!(first[60..600].iter().all(|taken| *taken == Taken::TooMany));
-        assert_eq!(first[600..], [Taken::Flood]);
-        assert_eq!(second(6, 1), [Taken::Heard]);
+        assert!(first[..60].iter().all(|taken| *taken == Verdict::Accepted));
+        assert!(first[60..600].iter().all(|taken| *taken == Verdict::TooMany));
+        assert_eq!(first[600..], [Verdict::Flood]);
+        assert_eq!(second(6, 1), [Verdict::Accepted]);
     }
 }

@@ -14,24 +14,24 @@ use super::*;
 /// Time-out of these tests, generous for a loaded machine.
 const LONG: Duration = Duration::from_secs(60);
 /// Time-outs far beyond a test's duration, so that each test triggers only the one that it is about.
-const ENDLESS: Patience = Patience { beat: HOUR, send: HOUR, question: HOUR, connection: HOUR };
+const ENDLESS: Timeouts = Timeouts { beat: HOUR, send: HOUR, request_head: HOUR, connection: HOUR };
 const HOUR: Duration = Duration::from_secs(3600);
 
-fn serving(patience: Patience) -> Serving {
+fn serving(timeouts: Timeouts) -> Serving {
     Serving {
         address: SocketAddr::from(([127, 0, 0, 1], 0)),
-        before: Door::default(),
+        before: ServerIdentity::default(),
         urdf: "<robot/>".to_owned(),
         first: 1,
         open: ReadWithoutToken::Nothing,
         domain: PathBuf::from("/dev/shm/leo-there-is-none"),
         moves_here: true,
-        patience,
+        timeouts,
     }
 }
 
-fn served(patience: Patience) -> Web {
-    Web::serve(serving(patience)).unwrap()
+fn served(timeouts: Timeouts) -> Web {
+    Web::serve(serving(timeouts)).unwrap()
 }
 
 /// Host and port, and the token.
@@ -93,9 +93,9 @@ fn farewell(page: &mut WebSocket<TcpStream>) -> (CloseCode, String) {
 }
 
 /// The page that cancelled its act.
-fn let_go(web: &Web) -> u16 {
-    let asked = web.wishes.recv_timeout(LONG).expect("somebody lets go");
-    let Wish::Act(act) = asked.wish else { panic!("an act") };
+fn release(web: &Web) -> u16 {
+    let asked = web.pending_requests.recv_timeout(LONG).expect("somebody lets go");
+    let PageRequest::Act(act) = asked.page_request else { panic!("an act") };
     assert_eq!((act.kind(), asked.id), (Some(TeacherActKind::Cancel), None));
     asked.page
 }
@@ -121,7 +121,7 @@ fn answered(mut stream: TcpStream) -> String {
 }
 
 #[test]
-fn where_it_is_served_at_every_address_one_that_can_be_opened_is_said() {
+fn a_wildcard_address_is_reported_as_an_openable_one() {
     for (every, said) in [("0.0.0.0:0", "http://127.0.0.1:"), ("[::]:0", "http://[::1]:")] {
         let served = Web::serve(Serving { address: every.parse().unwrap(), ..serving(ENDLESS) });
         // Not every machine supports both IP versions.
@@ -200,7 +200,7 @@ fn a_browser_is_given_the_token_as_a_cookie_and_sent_to_the_address_without_it()
 }
 
 #[test]
-fn who_has_no_token_is_told_what_to_do_and_can_stop_the_robot() {
+fn without_the_token_a_notice_with_the_stop_button_is_shown() {
     let domain = tempfile::tempdir().unwrap();
     let web = Web::serve(Serving { domain: domain.path().to_owned(), ..serving(ENDLESS) }).unwrap();
     let page = got(&web, &request(&web, "GET /", "Accept: text/html\r\n"));
@@ -227,7 +227,7 @@ fn who_has_no_token_is_told_what_to_do_and_can_stop_the_robot() {
 }
 
 #[test]
-fn a_stop_that_does_not_come_about_is_no_success() {
+fn a_failed_stop_is_reported_as_an_error() {
     let folder = tempfile::tempdir().unwrap();
     let file = folder.path().join("file");
     std::fs::write(&file, "").unwrap();
@@ -249,18 +249,20 @@ fn a_stop_that_does_not_come_about_is_no_success() {
 #[test]
 fn a_page_without_the_token_reads_where_that_is_open_and_commands_nothing() {
     let web = Web::serve(Serving { open: ReadWithoutToken::Page, ..serving(ENDLESS) }).unwrap();
-    web.shared.sheet().put("cell", &1);
+    web.shared.state_store().put("cell", &1);
     let host = host(&web);
     let mut reader = opened_as(&host, "").unwrap();
     assert_eq!(heard(&mut reader)["cells"]["cell"], 1);
-    for wish in [r#"{"do":"arm","id":5}"#, r#"{"do":"undo","id":6}"#, r#"{"do":"record","id":7,"on":true}"#] {
-        reader.send(Message::text(wish)).unwrap();
+    for page_request in
+        [r#"{"do":"arm","id":5}"#, r#"{"do":"undo","id":6}"#, r#"{"do":"record","id":7,"on":true}"#]
+    {
+        reader.send(Message::text(page_request)).unwrap();
         let answer = heard(&mut reader);
         assert!(answer["error"].as_str().unwrap().contains("`leo run` prints"), "{answer}");
     }
-    assert!(web.wishes.is_empty());
+    assert!(web.pending_requests.is_empty());
     // Read-only pages leave slots for those with the token.
-    let readers: Vec<_> = (1..READERS_MAX).map(|_| opened_as(&host, "").unwrap()).collect();
+    let readers: Vec<_> = (1..MAX_READERS).map(|_| opened_as(&host, "").unwrap()).collect();
     assert!(opened_as(&host, "").unwrap_err().contains("503"));
     let page = opened(&web);
     drop((readers, reader));
@@ -297,7 +299,7 @@ fn a_request_is_answered_within_a_second_beside_250_half_open_connections_of_its
     for flooding in [250, 600] {
         let domain = tempfile::tempdir().unwrap();
         let domain = domain.path().to_owned();
-        let web = Web::serve(Serving { domain, ..serving(Patience::default()) }).unwrap();
+        let web = Web::serve(Serving { domain, ..serving(Timeouts::default()) }).unwrap();
         let others = (0..200).map(|last| [127, 0, 1, last]);
         let flood = flood(&host(&web), std::iter::repeat_n([127, 0, 0, 1], flooding).chain(others));
         // Wait until each was closed and reopened.
@@ -313,7 +315,7 @@ fn a_request_is_answered_within_a_second_beside_250_half_open_connections_of_its
             assert!(
                 answer.contains(said),
                 "beside {flooding}: {answer} after {took:?}, {:?}",
-                web.shared.connections.made_way()
+                web.shared.connections.evicted()
             );
             assert!(took < Duration::from_secs(1), "beside {flooding} it took {took:?}");
         };
@@ -327,8 +329,8 @@ fn a_request_is_answered_within_a_second_beside_250_half_open_connections_of_its
 }
 
 #[test]
-fn a_connection_that_does_not_say_what_it_wants_is_shut_within_some_seconds_and_takes_no_place() {
-    let web = served(Patience { question: Duration::from_millis(200), ..ENDLESS });
+fn an_idle_connection_times_out_and_takes_no_page_slot() {
+    let web = served(Timeouts { request_head: Duration::from_millis(200), ..ENDLESS });
     let silent: Vec<_> = (0..100)
         .map(|number| {
             let mut stream = TcpStream::connect(host(&web)).unwrap();
@@ -360,7 +362,7 @@ fn a_head_that_is_too_long_is_refused_before_it_is_read() {
 
 #[test]
 fn a_connection_ends_after_a_while_whatever_it_asks_and_a_page_of_its_own_does_not() {
-    let web = served(Patience { connection: Duration::from_millis(300), ..ENDLESS });
+    let web = served(Timeouts { connection: Duration::from_millis(300), ..ENDLESS });
     let mut page = opened(&web);
     let mut asks = TcpStream::connect(host(&web)).unwrap();
     let (host, token) = parts(&web);
@@ -374,39 +376,39 @@ fn a_connection_ends_after_a_while_whatever_it_asks_and_a_page_of_its_own_does_n
 }
 
 #[test]
-fn a_page_that_answers_no_beat_is_shut_and_lets_go_and_one_that_does_stays() {
-    let web = served(Patience { beat: Duration::from_millis(200), ..ENDLESS });
+fn a_page_that_answers_no_ping_is_closed_and_releases_its_hand() {
+    let web = served(Timeouts { beat: Duration::from_millis(200), ..ENDLESS });
     // A machine without network goes silent and does not close its end.
     let silent = opened(&web);
     let mut there = opened(&web);
     let end = clock::now() + LONG;
-    while web.wishes.is_empty() {
+    while web.pending_requests.is_empty() {
         assert!(clock::now() < end, "the silent page holds on");
         heard(&mut there);
     }
-    assert_eq!(let_go(&web), 1);
+    assert_eq!(release(&web), 1);
     there.send(Message::text(r#"{"do":"undo","id":5}"#)).unwrap();
-    let asked = web.wishes.recv_timeout(LONG).unwrap();
+    let asked = web.pending_requests.recv_timeout(LONG).unwrap();
     assert_eq!((asked.page, asked.id), (2, Some(5)));
     await_open(&web, 1);
     drop(silent);
 }
 
 #[test]
-fn a_page_that_does_not_read_is_shut_and_lets_go() {
-    let web = served(Patience { send: Duration::from_millis(100), ..ENDLESS });
+fn a_page_that_does_not_read_is_closed_and_releases_its_hand() {
+    let web = served(Timeouts { send: Duration::from_millis(100), ..ENDLESS });
     // More than the socket buffers hold.
-    web.shared.sheet().put("large", &"a".repeat(32 << 20));
+    web.shared.state_store().put("large", &"a".repeat(32 << 20));
     let page = opened(&web);
-    let_go(&web);
+    release(&web);
     await_open(&web, 0);
     drop(page);
 }
 
 #[test]
-fn a_page_hears_that_leo_is_there_where_nothing_changes() {
-    let web = served(Patience { beat: Duration::from_millis(50), ..ENDLESS });
-    web.shared.sheet().put("cell", &1);
+fn a_page_gets_heartbeats_when_nothing_changes() {
+    let web = served(Timeouts { beat: Duration::from_millis(50), ..ENDLESS });
+    web.shared.state_store().put("cell", &1);
     let mut page = opened(&web);
     let cells = heard(&mut page);
     assert_eq!(cells["fresh"], true);
@@ -418,27 +420,32 @@ fn a_page_hears_that_leo_is_there_where_nothing_changes() {
 }
 
 #[test]
-fn what_a_page_holds_is_let_go_however_much_the_loop_has_to_do() {
+fn a_closed_page_releases_its_hand_even_if_the_queue_is_full() {
     let web = served(ENDLESS);
     let mut page = opened(&web);
     assert_eq!(heard(&mut page)["fresh"], true);
     let (answer, _unread) = tokio::sync::mpsc::channel(1);
-    let wish = || {
+    let page_request = || {
         let undo = TeacherAct::new(TeacherActKind::Undo, 1);
-        Asked { page: 9, id: Some(1), wish: Wish::Act(Box::new(undo)), answer: answer.clone() }
+        QueuedRequest {
+            page: 9,
+            id: Some(1),
+            page_request: PageRequest::Act(Box::new(undo)),
+            answer: answer.clone(),
+        }
     };
-    while web.shared.ask(wish()) {}
+    while web.shared.ask(page_request()) {}
     drop(page);
     // The page closed while the loop was busy.
     await_open(&web, 0);
-    for _ in 0..WISHES {
-        assert_eq!(web.wishes.recv_timeout(LONG).unwrap().page, 9);
+    for _ in 0..MAX_PENDING_REQUESTS {
+        assert_eq!(web.pending_requests.recv_timeout(LONG).unwrap().page, 9);
     }
-    assert_eq!(let_go(&web), 1);
+    assert_eq!(release(&web), 1);
 }
 
 #[test]
-fn no_more_pages_are_let_in_than_there_may_be_however_many_come_at_once() {
+fn the_number_of_pages_is_bounded_under_concurrent_opens() {
     let web = served(ENDLESS);
     let (host, token) = parts(&web);
     let request = format!(
@@ -466,7 +473,7 @@ fn no_more_pages_are_let_in_than_there_may_be_however_many_come_at_once() {
 }
 
 #[test]
-fn a_message_that_is_too_long_is_counted_and_its_page_told_why_it_is_shut() {
+fn an_oversized_message_is_counted_and_closes_the_page_with_a_reason() {
     let web = served(ENDLESS);
     let mut page = opened(&web);
     page.send(Message::text("a".repeat(4096))).unwrap();
@@ -477,11 +484,11 @@ fn a_message_that_is_too_long_is_counted_and_its_page_told_why_it_is_shut() {
     page.send(Message::text("a".repeat(4097))).unwrap();
     assert_eq!(farewell(&mut page), (CloseCode::Size, "a message has at most 4096 bytes".to_owned()));
     assert_eq!(web.refused(), 2);
-    let_go(&web);
+    release(&web);
 }
 
 #[test]
-fn what_is_no_message_is_counted_and_its_page_told_so() {
+fn an_invalid_message_is_counted_and_reported_to_its_page() {
     let web = served(ENDLESS);
     let mut page = opened(&web);
     // A text frame that is not UTF-8, with a masking key of zero.
@@ -496,7 +503,7 @@ fn what_is_no_message_is_counted_and_its_page_told_so() {
 }
 
 #[test]
-fn whatever_a_page_says_counts_and_a_flood_shuts_it() {
+fn every_message_counts_and_a_flood_closes_the_page() {
     for message in [
         Message::text(r#"{"do":"undo","id":5}"#),
         Message::binary(vec![0; 8]),
@@ -508,7 +515,7 @@ fn whatever_a_page_says_counts_and_a_flood_shuts_it() {
         let said = (0..200_000).take_while(|_| page.send(message.clone()).is_ok()).count();
         assert!(said >= 600, "shut after {said}");
         let end = clock::now() + LONG;
-        while web.wishes.try_iter().all(|asked| asked.id.is_some()) {
+        while web.pending_requests.try_iter().all(|asked| asked.id.is_some()) {
             assert!(clock::now() < end, "{message:?} is taken without end");
         }
         assert!(web.refused() > 0);
@@ -528,5 +535,5 @@ fn a_message_too_many_is_answered_by_its_number_and_not_heard() {
     assert!(refused["error"].as_str().unwrap().contains("more than 60 messages"), "{refused}");
     // The page is rate-limited although the loop has not processed any request.
     assert!(refused["answer"].as_u64().unwrap() >= 60, "{refused}");
-    assert!(web.wishes.try_iter().all(|asked| asked.id != refused["answer"].as_u64()));
+    assert!(web.pending_requests.try_iter().all(|asked| asked.id != refused["answer"].as_u64()));
 }

@@ -52,7 +52,7 @@ fn seen() -> Screen {
     let mut screen = Screen::default();
     let readings = readings();
     let rows = rows(&readings, &BTreeMap::new());
-    screen.see(readings, rows);
+    screen.update(readings, rows);
     screen
 }
 
@@ -85,10 +85,10 @@ fn the_table_fits_and_sorts_by_the_worst() {
 fn a_frozen_screen_stands_still() {
     let mut screen = seen();
     assert!(shown(&mut screen, &[Key::Freeze])[0].contains("FROZEN"));
-    screen.see(Readings::default(), Vec::new());
+    screen.update(Readings::default(), Vec::new());
     assert_eq!(order(&shown(&mut screen, &[])), ["sensor", "motor"]);
     shown(&mut screen, &[Key::Freeze]);
-    screen.see(Readings::default(), Vec::new());
+    screen.update(Readings::default(), Vec::new());
     assert!(order(&shown(&mut screen, &[])).is_empty());
 }
 
@@ -127,9 +127,9 @@ fn buses_and_joints_in_trouble_have_pages_of_their_own() {
 }
 
 #[test]
-fn a_robot_that_ended_and_one_of_which_nothing_is_known_are_drawn() {
+fn an_ended_robot_and_an_unknown_one_are_drawn() {
     let mut screen = Screen::default();
-    screen.is_there = false;
+    screen.is_running = false;
     assert!(shown(&mut screen, &[])[0].contains("ENDED"));
     for key in [Key::Up, Key::Down, Key::Histogram, Key::Buses, Key::Joints] {
         shown(&mut screen, &[key]);

@@ -12,7 +12,7 @@ use quinn::congestion::{Controller, ControllerFactory, ControllerMetrics, CubicC
 use quinn_proto::RttEstimator;
 
 /// Minimum congestion window in bytes, whatever the losses: a few batches.
-const LEAST_BYTES: u64 = 128 * 1024;
+const MIN_WINDOW_BYTES: u64 = 128 * 1024;
 
 /// CUBIC (RFC 9438) with a minimum window.
 ///
@@ -53,7 +53,7 @@ impl Controller for Floored {
     }
 
     fn window(&self) -> u64 {
-        self.0.window().max(LEAST_BYTES)
+        self.0.window().max(MIN_WINDOW_BYTES)
     }
 
     fn metrics(&self) -> ControllerMetrics {
@@ -65,7 +65,7 @@ impl Controller for Floored {
     }
 
     fn initial_window(&self) -> u64 {
-        self.0.initial_window().max(LEAST_BYTES)
+        self.0.initial_window().max(MIN_WINDOW_BYTES)
     }
 
     fn into_any(self: Box<Self>) -> Box<dyn Any> {

@@ -9,11 +9,11 @@ use tokio::task::JoinSet;
 use tokio::time::{sleep, timeout};
 
 use super::handshakes::{HandshakeSlot, HandshakeSlots, MAX_CONNECTIONS};
-use super::peers::{AGAIN_MOST, Failed, HANDSHAKE_TIMEOUT, Peers, found, handshake_timed_out};
+use super::peers::{Failed, HANDSHAKE_TIMEOUT, MAX_RECONNECT_DELAY, Peers, found, handshake_timed_out};
 use super::verifier::RefusalRecord;
 
 /// Maximum connections with a verified certificate.
-const CONNECTED_MOST: usize = 8;
+const MAX_CONNECTED: usize = 8;
 /// How long QUIC keeps a closed connection: three probe time-outs (RFC 9000, 10.2), computed for an
 /// unmeasured round trip.
 const CLOSING: Duration = Duration::from_secs(1);
@@ -27,7 +27,7 @@ impl Peers {
             if let Err(error) = Rc::clone(&self).let_in(address).await {
                 self.warn(format!("the link cannot be connected to at {}: {error}", address.as_str()));
             }
-            sleep(AGAIN_MOST).await;
+            sleep(MAX_RECONNECT_DELAY).await;
         }
     }
 
@@ -62,7 +62,7 @@ impl Peers {
             let _refused = incoming.retry();
             return None;
         }
-        if self.connected.borrow().len() >= CONNECTED_MOST {
+        if self.connected.borrow().len() >= MAX_CONNECTED {
             incoming.refuse();
             return None;
         }
@@ -106,8 +106,8 @@ impl Peers {
         match ended {
             Ok(Ok(connection)) => {
                 drop(slot);
-                if self.connected.borrow().len() < CONNECTED_MOST {
-                    self.talk(&from, endpoint, connection, &record).await;
+                if self.connected.borrow().len() < MAX_CONNECTED {
+                    self.exchange_messages(&from, endpoint, connection, &record).await;
                 } else {
                     connection.close(FULL, b"");
                 }

@@ -18,16 +18,16 @@ use tokio::time::{sleep, timeout};
 use super::keys::{Keys, accept_bundles, has_expired};
 use super::refusal::KeyFiles;
 use super::verifier::RefusalRecord;
-use super::{Message, OUTGOING, Sort};
-use crate::agreement::Agreement;
-use crate::wire::Pulse;
+use super::{Message, MessageKind, OUTGOING};
+use crate::compatibility::Compatibility;
+use crate::wire::Heartbeat;
 
 /// First delay before another connection attempt; it doubles after each failure ...
 const AGAIN_FIRST: Duration = Duration::from_millis(250);
 /// ... up to this.
-pub(super) const AGAIN_MOST: Duration = Duration::from_secs(2);
+pub(super) const MAX_RECONNECT_DELAY: Duration = Duration::from_secs(2);
 /// Maximum message size in bytes; larger ones are refused before they are in memory.
-const MESSAGE_MOST: u32 = 16 * 1024 * 1024;
+const MAX_MESSAGE_BYTES: u32 = 16 * 1024 * 1024;
 /// Period of the expiry check of certificates.
 const LOOK: Duration = Duration::from_secs(10);
 /// How long a leaving process waits until its peers have received the close.
@@ -36,7 +36,7 @@ const LEAVE: Duration = Duration::from_millis(200);
 pub(super) const HANDSHAKE_TIMEOUT: Duration = Duration::from_secs(10);
 /// Maximum number of different warnings within `SAID_FOR`; each is logged once in that time. Strangers cannot
 /// flood the log.
-const SAID_MOST: usize = 64;
+const MAX_WARNINGS: usize = 64;
 const SAID_FOR: Duration = Duration::from_secs(3600);
 /// Close code: no error.
 const WELL: VarInt = VarInt::from_u32(0);
@@ -50,7 +50,7 @@ pub(super) type Failed = Box<dyn std::error::Error>;
 /// The connected peers.
 pub(super) struct Peers {
     pub(super) keys: Keys,
-    agreement: Agreement,
+    compatibility: Compatibility,
     incoming: crossbeam::channel::Sender<Message>,
     pub(super) connected: RefCell<BTreeMap<usize, Peer>>,
     /// Logged warnings and their times.
@@ -66,14 +66,14 @@ pub(super) struct Peer {
 /// Carries messages until the sender of `outgoing` is dropped.
 pub(super) async fn carry(
     keys: Keys,
-    agreement: Agreement,
+    compatibility: Compatibility,
     listen: Vec<Address>,
     connect: Vec<Address>,
     incoming: crossbeam::channel::Sender<Message>,
-    mut outgoing: mpsc::Receiver<(Sort, Vec<u8>)>,
+    mut outgoing: mpsc::Receiver<(MessageKind, Vec<u8>)>,
 ) {
     let (connected, said) = (RefCell::default(), RefCell::default());
-    let peers = Rc::new(Peers { keys, agreement, incoming, connected, said });
+    let peers = Rc::new(Peers { keys, compatibility, incoming, connected, said });
     let mut tasks = JoinSet::new();
     for address in listen {
         let peers = Rc::clone(&peers);
@@ -100,13 +100,13 @@ pub(super) async fn carry(
 
 impl Peers {
     /// Sends a message to every peer; it is dropped where the queue is full.
-    fn send(&self, sort: Sort, bytes: &Bytes) {
+    fn send(&self, sort: MessageKind, bytes: &Bytes) {
         for Peer { connection, bundles, .. } in self.connected.borrow().values() {
             match sort {
-                Sort::Pulse => {
+                MessageKind::Heartbeat => {
                     let _lost = connection.send_datagram(bytes.clone());
                 }
-                Sort::Bundle => {
+                MessageKind::Batch => {
                     let _lost = bundles.try_send(bytes.clone());
                 }
             }
@@ -119,13 +119,13 @@ impl Peers {
         loop {
             match self.reach(address).await {
                 Ok((endpoint, connection, record)) => {
-                    self.talk(address.as_str(), endpoint, connection, &record).await;
+                    self.exchange_messages(address.as_str(), endpoint, connection, &record).await;
                     again_after = AGAIN_FIRST;
                 }
                 Err(error) => self.warn(error),
             }
             sleep(again_after).await;
-            again_after = (again_after * 2).min(AGAIN_MOST);
+            again_after = (again_after * 2).min(MAX_RECONNECT_DELAY);
         }
     }
 
@@ -158,7 +158,7 @@ impl Peers {
     }
 
     /// Exchanges messages until either side closes the connection or it times out.
-    pub(super) async fn talk(
+    pub(super) async fn exchange_messages(
         &self,
         peer: &str,
         endpoint: Endpoint,
@@ -171,9 +171,9 @@ impl Peers {
             .borrow_mut()
             .insert(number, Peer { connection: connection.clone(), endpoint, bundles });
         let (why, said) = tokio::select! {
-            ended = say_bundles(&connection, waiting) => (WELL, ended),
-            ended = self.hear_bundles(&connection) => (NONSENSE, ended),
-            ended = self.hear_pulses(&connection) => (WELL, ended),
+            ended = send_batches(&connection, waiting) => (WELL, ended),
+            ended = self.receive_batches(&connection) => (NONSENSE, ended),
+            ended = self.receive_heartbeats(&connection) => (WELL, ended),
             ended = expire(&connection) => (EXPIRED, ended),
         };
         self.connected.borrow_mut().remove(&number);
@@ -193,36 +193,36 @@ impl Peers {
         }
     }
 
-    async fn hear_bundles(&self, connection: &Connection) -> Result<(), Failed> {
+    async fn receive_batches(&self, connection: &Connection) -> Result<(), Failed> {
         let mut stream = connection.accept_uni().await?;
         loop {
             let mut length = [0; 4];
             stream.read_exact(&mut length).await?;
             let length = u32::from_le_bytes(length);
-            if length > MESSAGE_MOST {
+            if length > MAX_MESSAGE_BYTES {
                 return Err(format!("a message of {length} bytes is none of a link").into());
             }
             let mut bytes = vec![0; usize::try_from(length)?];
             stream.read_exact(&mut bytes).await?;
-            self.heard(Sort::Bundle, bytes);
+            self.heard(MessageKind::Batch, bytes);
         }
     }
 
-    async fn hear_pulses(&self, connection: &Connection) -> Result<(), Failed> {
+    async fn receive_heartbeats(&self, connection: &Connection) -> Result<(), Failed> {
         let mut is_open = false;
         loop {
             let bytes = connection.read_datagram().await?;
             // Batches are accepted only after a valid heartbeat has proven the peer compatible.
-            if !is_open && Pulse::of_bytes(&bytes, self.agreement).is_ok() {
+            if !is_open && Heartbeat::decode(&bytes, self.compatibility).is_ok() {
                 accept_bundles(connection);
                 is_open = true;
             }
-            self.heard(Sort::Pulse, bytes.into());
+            self.heard(MessageKind::Heartbeat, bytes.into());
         }
     }
 
     /// Queues a message for the main loop; if the loop is behind, the message is lost, as on a network.
-    fn heard(&self, sort: Sort, bytes: Vec<u8>) {
+    fn heard(&self, sort: MessageKind, bytes: Vec<u8>) {
         let _lost = self.incoming.try_send(Message { sort, at: clock::now(), bytes });
     }
 
@@ -231,7 +231,7 @@ impl Peers {
         let now = clock::now();
         let mut said = self.said.borrow_mut();
         said.retain(|_, at| now.since(*at) < SAID_FOR);
-        if said.len() < SAID_MOST && !said.contains_key(&what) {
+        if said.len() < MAX_WARNINGS && !said.contains_key(&what) {
             tracing::warn!("{what}");
             said.insert(what, now);
         }
@@ -247,7 +247,7 @@ pub(super) async fn found(address: &Address) -> Result<Vec<SocketAddr>, Failed> 
     Ok(tokio::net::lookup_host(address.host_and_port()).await?.collect())
 }
 
-async fn say_bundles(connection: &Connection, mut waiting: mpsc::Receiver<Bytes>) -> Result<(), Failed> {
+async fn send_batches(connection: &Connection, mut waiting: mpsc::Receiver<Bytes>) -> Result<(), Failed> {
     let mut stream = connection.open_uni().await?;
     while let Some(bundle) = waiting.recv().await {
         let length = u32::try_from(bundle.len())?.to_le_bytes();

@@ -8,7 +8,7 @@ use tokio::time::timeout;
 
 use self::certificates::{client, everybody_or_skip, free_port, within};
 use super::*;
-use crate::wire::Pulse;
+use crate::wire::Heartbeat;
 
 pub(super) mod certificates;
 
@@ -38,26 +38,34 @@ impl Pair {
     fn robot(&self) -> Net {
         let mut link = self.link(Side::Robot, "robot");
         link.listen = vec![format!("quic/127.0.0.1:{}", self.port).try_into().unwrap()];
-        Net::start(&link, agreement()).unwrap()
+        Net::start(&link, compatibility()).unwrap()
     }
 
     fn away(&self, change: impl FnOnce(&mut Link)) -> Net {
         let mut link = self.link(Side::Away, "away");
         link.connect = vec![format!("quic/localhost:{}", self.port).try_into().unwrap()];
         change(&mut link);
-        Net::start(&link, agreement()).unwrap()
+        Net::start(&link, compatibility()).unwrap()
     }
 }
 
-pub(super) fn agreement() -> Agreement {
-    Agreement::of(&Robot::load(None).unwrap(), 2)
+pub(super) fn compatibility() -> Compatibility {
+    Compatibility::of(&Robot::load(None).unwrap(), 2)
 }
 
 /// The bytes of a heartbeat of an epoch.
-fn pulse(life: u64) -> Vec<u8> {
-    let pulse =
-        Pulse { life, sent_ns: 0, asked_ns: 0, heard_ns: 0, of_life: 0, newest: 0, wanted: 0, joined: 0 };
-    pulse.to_bytes(agreement())
+fn pulse(epoch: u64) -> Vec<u8> {
+    let pulse = Heartbeat {
+        epoch,
+        sent_ns: 0,
+        asked_ns: 0,
+        heard_ns: 0,
+        acked_epoch: 0,
+        newest: 0,
+        wanted: 0,
+        latched_subscribers: 0,
+    };
+    pulse.to_bytes(compatibility())
 }
 
 fn wait<T>(mut what: impl FnMut() -> Option<T>) -> T {
@@ -74,7 +82,7 @@ fn wait<T>(mut what: impl FnMut() -> Option<T>) -> T {
 /// Repeats a heartbeat until the other end receives it; returns that message.
 fn greet(from: &Net, to: &Net, word: &[u8]) -> Message {
     wait(|| {
-        from.send(Sort::Pulse, word.to_vec());
+        from.send(MessageKind::Heartbeat, word.to_vec());
         std::iter::from_fn(|| to.receive()).find(|message| message.bytes == word)
     })
 }
@@ -85,7 +93,7 @@ fn bundles_come_whole_and_in_order_both_ways_and_pulses_beside_them() {
     let (robot, away) = (pair.robot(), pair.away(|_| {}));
     greet(&robot, &away, &pulse(1));
     for (from, to) in [(&away, &robot), (&robot, &away)] {
-        assert_eq!(greet(from, to, &pulse(1)).sort, Sort::Pulse);
+        assert_eq!(greet(from, to, &pulse(1)).sort, MessageKind::Heartbeat);
         // Larger than the flow-control window of one moment.
         let bundle = |number: u8| vec![number; 300_000 + usize::from(number)];
         let mut next = 0;
@@ -93,10 +101,10 @@ fn bundles_come_whole_and_in_order_both_ways_and_pulses_beside_them() {
             let came = wait(|| {
                 // As the link does: a message is lost if there is no room.
                 while next < 40 && next < wanted + 4 && from.has_room() {
-                    from.send(Sort::Bundle, bundle(next));
+                    from.send(MessageKind::Batch, bundle(next));
                     next += 1;
                 }
-                std::iter::from_fn(|| to.receive()).find(|message| message.sort == Sort::Bundle)
+                std::iter::from_fn(|| to.receive()).find(|message| message.sort == MessageKind::Batch)
             });
             assert_eq!(came.bytes, bundle(wanted), "{wanted}");
         }
@@ -107,10 +115,10 @@ fn bundles_come_whole_and_in_order_both_ways_and_pulses_beside_them() {
 fn who_begins_anew_is_found() {
     let Some(pair) = Pair::or_skip() else { return };
     let away = pair.away(|_| {});
-    for life in [b"one", b"two"] {
+    for epoch in [b"one", b"two"] {
         let robot = pair.robot();
-        greet(&robot, &away, life);
-        greet(&away, &robot, life);
+        greet(&robot, &away, epoch);
+        greet(&away, &robot, epoch);
         drop(robot);
         // The port is free as soon as the process has left.
         UdpSocket::bind(("127.0.0.1", pair.port)).unwrap();
@@ -128,7 +136,7 @@ fn who_leaves_says_so() {
         let connection = endpoint.connect(at, "localhost").unwrap().await.unwrap();
         // The robot sends until the connection is set up.
         while timeout(Duration::from_millis(20), connection.read_datagram()).await.is_err() {
-            robot.send(Sort::Pulse, b"hello".to_vec());
+            robot.send(MessageKind::Heartbeat, b"hello".to_vec());
         }
         drop(robot);
         let ended = connection.closed().await;
@@ -147,7 +155,7 @@ fn before_the_other_machine_is_known_to_mean_the_same_nothing_but_pulses_is_take
         let say = |bytes: Vec<u8>| connection.send_datagram(bytes.into()).unwrap();
         let is_heard = |bytes: &[u8]| std::iter::from_fn(|| robot.receive()).any(|came| came.bytes == bytes);
         let strange = {
-            let other = Agreement { layouts: !agreement().layouts, ..agreement() };
+            let other = Compatibility { layouts: !compatibility().layouts, ..compatibility() };
             let numbers = pulse(1).len();
             let mut bytes = other.numbers().map(u64::to_le_bytes).concat();
             bytes.splice(..0, pulse(1)[..8].iter().copied());
@@ -190,9 +198,9 @@ fn another_robot_and_another_of_the_same_side_are_not_talked_to() {
     let strangers = [other, twin];
     // Longer than any of them takes to connect.
     for _again in 0..20 {
-        strangers.iter().for_each(|stranger| stranger.send(Sort::Pulse, b"strange".to_vec()));
+        strangers.iter().for_each(|stranger| stranger.send(MessageKind::Heartbeat, b"strange".to_vec()));
         assert_ne!(greet(&right, &robot, b"right").bytes, b"strange");
-        robot.send(Sort::Pulse, b"secret".to_vec());
+        robot.send(MessageKind::Heartbeat, b"secret".to_vec());
         clock::sleep_until(clock::now() + Duration::from_millis(50));
         assert!(strangers.iter().all(|stranger| stranger.receive().is_none()));
     }

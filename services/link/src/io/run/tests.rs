@@ -5,18 +5,18 @@ use super::*;
 
 /// One of two machines; the test carries its network messages.
 struct End {
-    carrier: Carrier,
+    carrier: LinkRuntime,
     net: Net,
-    sent: Receiver<(Sort, Vec<u8>)>,
+    sent: Receiver<(MessageKind, Vec<u8>)>,
     comes: Sender<Message>,
     /// The incompatibilities it reported.
-    said: Vec<Disagreement>,
+    said: Vec<IncompatiblePeer>,
 }
 
 impl End {
-    fn new(life_ns: u64, agreement: Agreement) -> Self {
+    fn new(life_ns: u64, compatibility: Compatibility) -> Self {
         let (net, (sent, comes)) = Net::by_hand();
-        let carrier = Carrier::new(agreement, &[Stream::Events], Instant::from_nanos(life_ns));
+        let carrier = LinkRuntime::new(compatibility, &[Stream::Events], Instant::from_nanos(life_ns));
         Self { carrier, net, sent, comes, said: Vec::new() }
     }
 
@@ -25,12 +25,12 @@ impl End {
         self.carrier.hear(&self.net).unwrap();
         self.said.extend(self.carrier.refusing.filter(|_| self.carrier.refusing != before));
         self.carrier.listen(now);
-        self.carrier.speak(&self.net, now);
+        self.carrier.transmit(&self.net, now);
     }
 }
 
 /// Runs two ends for two seconds.
-fn talk(ends: &mut [End; 2]) {
+fn session(ends: &mut [End; 2]) {
     for cycle in 0..400 {
         let now = Instant::from_nanos(1_000_000_000 + cycle * 5_000_000);
         let [one, other] = &mut *ends;
@@ -41,36 +41,36 @@ fn talk(ends: &mut [End; 2]) {
     }
 }
 
-fn deliver(now: Instant, sent: &mut Receiver<(Sort, Vec<u8>)>, comes: &Sender<Message>) {
+fn deliver(now: Instant, sent: &mut Receiver<(MessageKind, Vec<u8>)>, comes: &Sender<Message>) {
     while let Ok((sort, bytes)) = sent.try_recv() {
         let _full = comes.try_send(Message { sort, at: now, bytes });
     }
 }
 
-fn agreement() -> Agreement {
-    Agreement::of(&Robot::load(None).unwrap(), 2)
+fn compatibility() -> Compatibility {
+    Compatibility::of(&Robot::load(None).unwrap(), 2)
 }
 
 #[test]
 fn two_machines_of_versions_with_other_layouts_refuse_each_other_and_each_says_so_once() {
-    let here = agreement();
-    let there = Agreement { layouts: here.layouts ^ 1, ..here };
+    let here = compatibility();
+    let there = Compatibility { layouts: here.layouts ^ 1, ..here };
     let mut ends = [End::new(1, here), End::new(2, there)];
-    talk(&mut ends);
+    session(&mut ends);
     let [one, other] = &ends;
-    assert_eq!(one.said, [Disagreement::Meaning { here, there }]);
-    assert_eq!(other.said, [Disagreement::Meaning { here: there, there: here }]);
+    assert_eq!(one.said, [IncompatiblePeer::Meaning { here, there }]);
+    assert_eq!(other.said, [IncompatiblePeer::Meaning { here: there, there: here }]);
     for end in &ends {
         assert!(end.carrier.refused() > 1, "each of their words is refused");
-        assert_eq!((end.carrier.talk.is_heard(), end.carrier.health.received), (false, 0));
+        assert_eq!((end.carrier.session.is_heard(), end.carrier.health.received), (false, 0));
     }
 }
 
 #[test]
 fn two_machines_that_mean_the_same_hear_each_other() {
-    let mut ends = [1, 2].map(|life| End::new(life, agreement()));
-    talk(&mut ends);
+    let mut ends = [1, 2].map(|epoch| End::new(epoch, compatibility()));
+    session(&mut ends);
     for end in &ends {
-        assert!(end.carrier.talk.is_heard() && end.said.is_empty() && end.carrier.refused() == 0);
+        assert!(end.carrier.session.is_heard() && end.said.is_empty() && end.carrier.refused() == 0);
     }
 }

@@ -1,7 +1,7 @@
 use super::*;
 use message::{JointCause, JointMode, JointState};
-use mock_bus_process::Ptys;
-use serial::{Lost, Pty};
+use mock_bus_process::MockBuses;
+use serial::{LineLostError, Pty};
 use servo::table::{BUS_WATCHDOG, Item, MOVING, TORQUE_ENABLE};
 use servo::{Id, Instruction, Parser, Status};
 
@@ -9,8 +9,8 @@ mod campaign;
 mod end;
 mod fault_table;
 mod killed;
+mod progress_port;
 mod rig;
-mod watched;
 
 use rig::{LONG, PERIOD, Rig, Time};
 
@@ -45,7 +45,7 @@ fn in_wall_time_joints_come_up_arrive_and_come_back_when_their_buses_were_lost()
     rig.until("there", is_there);
     rig.ptys = None;
     rig.until("lost", |state| state.cause() == Some(JointCause::BusLost));
-    rig.ptys = Some(Ptys::open(&rig.robot.motor, rig.folder.path(), false).unwrap());
+    rig.ptys = Some(MockBuses::open(&rig.robot.motor, rig.folder.path(), false).unwrap());
     rig.until("following again", follows);
 }
 
@@ -54,10 +54,10 @@ fn a_bus_that_does_not_come_back_is_lost_after_25_cycles_and_the_body_stops_unti
     let mut rig = Rig::new(Time::Wall);
     rig.until("following", follows);
     // Requests to this bus remain here, like with a device that hangs without a hang-up.
-    let hung = Arc::new(Inbox::new());
-    let inbox = std::mem::replace(&mut rig.threads.ends[0].to, Arc::clone(&hung));
+    let hung = Arc::new(JobSlot::new());
+    let inbox = std::mem::replace(&mut rig.threads.workers[0].to, Arc::clone(&hung));
     rig.until_so("given to the one that hangs", |_| !hung.jobs.is_empty());
-    for cycle in 1..AWAY_MOST {
+    for cycle in 1..MAX_SKIPPED {
         rig.cycle();
         assert!(!rig.motor.is_lost(0), "cycle {cycle}");
     }
@@ -69,13 +69,13 @@ fn a_bus_that_does_not_come_back_is_lost_after_25_cycles_and_the_body_stops_unti
     assert!(are(&rig, &lost, JointCause::BusLost));
     rig.until_so("stopped", |rig| are(rig, &others, JointCause::BodyStopped));
     // It still hangs, and is not counted again.
-    for _ in 0..3 * AWAY_MOST {
+    for _ in 0..3 * MAX_SKIPPED {
         rig.cycle();
     }
     assert!(are(&rig, &lost, JointCause::BusLost));
     assert_eq!(rig.motor.bus_counts(0).hang_ups, 1);
     inbox.jobs.push(hung.jobs.pop().unwrap()).unwrap();
-    rig.threads.ends[0].to = inbox;
+    rig.threads.workers[0].to = inbox;
     rig.until("following again", follows);
     assert!(!rig.motor.is_lost(0));
 }
@@ -90,13 +90,13 @@ fn a_thread_whose_line_takes_no_bytes_says_so_and_closes_it_without_being_asked_
     while tty.write(&[0; 64], clock::now() + Duration::from_millis(500)).is_ok() {}
     let patience = (PERIOD / 4, 2 * PERIOD);
     let line = Line::new(Some(tty), pty.path().to_owned(), bus.baud);
-    let end = End::start(bus, line, patience, Lookout::default()).unwrap();
+    let end = BusWorker::start(bus, line, patience, EmergencyFlag::default()).unwrap();
     let mut exchange = Box::<Exchange>::default();
     let mut motor = Motor::new(&robot.motor, &robot.leo.motor).unwrap();
     motor.request(0, clock::now(), &mut exchange.request);
     end.give(exchange).unwrap();
     let exchange = end.from.recv_timeout(LONG).unwrap();
-    assert_eq!(exchange.replies.lost, Some(Lost::Stuck));
+    assert_eq!(exchange.replies.lost, Some(LineLostError::WriteTimeout));
     let give_up = clock::now() + LONG;
     while Tty::open(pty.path(), bus.baud).is_err() {
         assert!(clock::now() < give_up, "it is not closed");
@@ -136,7 +136,7 @@ fn servos_whose_commander_died_in_motion_stop_by_themselves() {
         assert!(clock::now() < give_up, "they do not move");
     }
     // The commander disappears during the motion.
-    rig.threads = Threads { ends: Vec::new() };
+    rig.threads = BusThreads { workers: Vec::new() };
     let silent_since = clock::now();
     // Any instruction on the bus would reset the watchdog. So nothing is sent during its timeout and the time a servo
     // needs to stop.
@@ -162,23 +162,24 @@ fn a_mock_servo_bus_may_come_after_the_motor_and_an_adapter_too() {
     // A real device instead of the mock: only its path is known.
     let path = rig.folder.path().join(format!("bus-{}", buses[0].name));
     buses[0].device = Device::Tty(path);
-    let (patience, calm) = ((PERIOD / 4, 2 * PERIOD), Lookout::default());
-    rig.threads = Threads::start(&buses, rig.folder.path(), patience, Instant::EPOCH, true, &calm).unwrap();
+    let (patience, calm) = ((PERIOD / 4, 2 * PERIOD), EmergencyFlag::default());
+    rig.threads =
+        BusThreads::start(&buses, rig.folder.path(), patience, Instant::EPOCH, true, &calm).unwrap();
     rig.until("lost", |state| state.cause() == Some(JointCause::BusLost));
-    rig.ptys = Some(Ptys::open(&rig.robot.motor, rig.folder.path(), false).unwrap());
+    rig.ptys = Some(MockBuses::open(&rig.robot.motor, rig.folder.path(), false).unwrap());
     rig.until("following", follows);
 }
 
 #[test]
 fn a_device_that_must_be_there_and_is_not_is_named() {
     let robot = config::Robot::load(None).unwrap();
-    let started = Threads::start(
+    let started = BusThreads::start(
         &robot.motor.buses,
         Path::new("/nowhere"),
         (PERIOD, PERIOD),
         Instant::EPOCH,
         false,
-        &Lookout::default(),
+        &EmergencyFlag::default(),
     );
     let said = started.unwrap_err().to_string();
     assert!(said.starts_with("bus `face_left`: cannot open /nowhere/bus-face_left: "), "{said}");

@@ -4,7 +4,7 @@ use servo::mock::Servo;
 use servo::table::{GOAL_POSITION, Item, PROFILE_ACCELERATION, PROFILE_VELOCITY, TORQUE_ENABLE};
 use servo::{acceleration_count, position_count, velocity_count};
 
-use super::DOUBLED;
+use super::DUPLICATED_BUS;
 
 /// Rounding error, in radians and in radians per second.
 const SLIGHT: f64 = 1e-9;
@@ -66,7 +66,7 @@ pub(crate) fn check_causes(states: impl Iterator<Item = JointState>, robot: &Mot
     for (state, joint) in states.zip(&robot.joints) {
         let is_wrong = match state.cause() {
             Some(JointCause::Refused) => true,
-            Some(JointCause::DuplicateId) => robot.buses[joint.bus].name != DOUBLED,
+            Some(JointCause::DuplicateId) => robot.buses[joint.bus].name != DUPLICATED_BUS,
             _ => false,
         };
         assert!(!is_wrong, "{}: {state:?}", joint.name);

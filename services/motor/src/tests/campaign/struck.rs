@@ -1,7 +1,7 @@
 use clock::Duration;
 use config::motor::{Joint, Motor};
 use message::{JointMode, JointState};
-use servo::mock::{Injection, Kind};
+use servo::mock::{FaultKind, FaultSpec};
 
 /// How long before its fault a joint is observed.
 const BEFORE: Duration = Duration::from_millis(500);
@@ -23,7 +23,7 @@ struct Blow {
 
 /// Counts how many joints were moving when their fault occurred.
 #[derive(Debug)]
-pub(crate) struct Struck {
+pub(crate) struct FaultTargets {
     blows: Vec<Blow>,
     /// Joints whose servos' clocks stop for a while, so that their ticks no longer show when a reading was sampled.
     without_clock: Vec<usize>,
@@ -32,20 +32,20 @@ pub(crate) struct Struck {
     pub(crate) moving: u64,
 }
 
-impl Struck {
-    pub(crate) fn new(faults: &[Injection], robot: &Motor) -> Self {
+impl FaultTargets {
+    pub(crate) fn new(faults: &[FaultSpec], robot: &Motor) -> Self {
         let once =
             faults.iter().filter_map(|fault| Some((fault, fault.at.filter(|_| !fault.ids.is_empty())?)));
         let blows = once.flat_map(|(fault, at)| {
             let is_whose = |joint: &Joint| fault.is_on(&robot.buses[joint.bus].name) && fault.is_to(joint.id);
-            let lasts = fault.lasts.filter(|_| fault.kind == Kind::DuplicateId);
+            let lasts = fault.lasts.filter(|_| fault.kind == FaultKind::DuplicateId);
             let doubled_until = lasts.map(|lasts| at + lasts + AFTER);
             let whose = robot.joints.iter().enumerate().filter(move |(_, joint)| is_whose(joint));
             whose.map(move |(joint, _)| Blow { joint, at, doubled_until, moved: false })
         });
         let blows = blows.collect();
         let stands = |joint: &Joint| {
-            let stopped = faults.iter().filter(|fault| fault.kind == Kind::StoppedClock);
+            let stopped = faults.iter().filter(|fault| fault.kind == FaultKind::StoppedClock);
             let mut on_bus = stopped.filter(|fault| fault.is_on(&robot.buses[joint.bus].name));
             on_bus.any(|fault| fault.is_to(joint.id))
         };

@@ -7,8 +7,8 @@ use std::time::Duration;
 
 use config::leo::{Priority, Rights};
 use message::{Belief, Histogram, Perceived};
-use transport::bare::{BareInlet, BareOutlet};
-use transport::{Delivery, Domain, Node, Queues};
+use transport::bare::{BarePublisher, BareSubscriber};
+use transport::{Domain, Node, OverflowPolicy, Queues};
 
 use super::{BenchError, Case};
 use crate::Children;
@@ -33,8 +33,8 @@ pub(super) fn round_trips(domain: &Domain, node: &Node, case: Case) -> Result<Hi
     let (there, back) = sizes(case.objects);
     // One topic per case, because a topic has a fixed size.
     let name = format!("{}-{}", case.rate_hz, case.objects);
-    let outlet = BareOutlet::open(node, &format!("{THERE}/{name}"), there).map_err(BenchError::port)?;
-    let inlet = BareInlet::open(node, &format!("{BACK}/{name}")).map_err(BenchError::port)?;
+    let publisher = BarePublisher::open(node, &format!("{THERE}/{name}"), there).map_err(BenchError::port)?;
+    let subscriber = BareSubscriber::open(node, &format!("{BACK}/{name}")).map_err(BenchError::port)?;
     let mut echo = Children::new().map_err(crate::RunError::Executable)?;
     let root = domain.root().display().to_string();
     echo.start_command(&["bench-echo", "--domain", &root, "--name", &name, "--bytes", &back.to_string()])?;
@@ -46,8 +46,9 @@ pub(super) fn round_trips(domain: &Domain, node: &Node, case: Case) -> Result<Hi
     while clock::now() < end {
         clock::sleep_until(release);
         let start = clock::now();
-        outlet.send(&bytes).map_err(BenchError::port)?;
-        let came = inlet.receive(if answered { SILENCE } else { case.period() }).map_err(BenchError::port)?;
+        publisher.send(&bytes).map_err(BenchError::port)?;
+        let came =
+            subscriber.receive(if answered { SILENCE } else { case.period() }).map_err(BenchError::port)?;
         if came.is_some() {
             if !answered {
                 answered = true;
@@ -77,17 +78,17 @@ pub fn echo(root: &Path, name: &str, bytes: usize) -> Result<(), BenchError> {
     // The benchmark itself reports missing rights.
     let _missing = realtime::apply(&rights);
     let domain = Domain::at(root).map_err(BenchError::port)?;
-    let queues = Queues { frames: 4, delivery: Delivery::Newest };
+    let queues = Queues { frames: 4, overflow_policy: OverflowPolicy::DropOldest };
     let node = Node::join(&domain, "bench-echo", 1, queues).map_err(BenchError::port)?;
-    let inlet = BareInlet::open(&node, &format!("{THERE}/{name}")).map_err(BenchError::port)?;
-    let outlet = BareOutlet::open(&node, &format!("{BACK}/{name}"), bytes).map_err(BenchError::port)?;
+    let subscriber = BareSubscriber::open(&node, &format!("{THERE}/{name}")).map_err(BenchError::port)?;
+    let publisher = BarePublisher::open(&node, &format!("{BACK}/{name}"), bytes).map_err(BenchError::port)?;
     let mut answer = vec![0; bytes];
     let mut give_up = clock::now() + SILENCE;
     while clock::now() < give_up {
-        while let Some(sum) = inlet.receive(SILENCE / 4).map_err(BenchError::port)? {
+        while let Some(sum) = subscriber.receive(SILENCE / 4).map_err(BenchError::port)? {
             // The sum goes into the reply, so that the reads cannot be optimised away.
             answer.fill(u8::try_from(sum & 0xff).unwrap_or(0));
-            outlet.send(&answer).map_err(BenchError::port)?;
+            publisher.send(&answer).map_err(BenchError::port)?;
             give_up = clock::now() + SILENCE;
         }
     }

@@ -4,10 +4,10 @@ use std::time::Duration;
 
 use message::{BeliefHead, Beliefs, Health, Histogram, Hop, Process, ProcessState};
 use process::Launch;
-use transport::{Domain, HealthReader, Inlet, Node};
+use transport::{Domain, FrameSubscriber, HealthReader, Node};
 
 use super::{BenchError, Case, bare};
-use crate::{Children, Lives};
+use crate::{Children, RosterPublisher};
 
 /// The processes from an observation to a belief, in start order.
 const PROCESSES: [Process; 3] = [Process::Belief, Process::Sensor, Process::Simulator];
@@ -51,11 +51,11 @@ pub(super) fn percept_to_belief(domain: &Domain, node: &Node, case: Case) -> Res
         ("simulator.rate_hz", rate),
     ]);
     std::fs::write(&file, text)?;
-    let lives = Lives::put_up(node, &PROCESSES).map_err(BenchError::port)?;
-    let mut children = Children::new().map_err(crate::RunError::Executable)?.with_lives(lives);
+    let lives = RosterPublisher::publish_members(node, &PROCESSES).map_err(BenchError::port)?;
+    let mut children = Children::new().map_err(crate::RunError::Executable)?.with_roster(lives);
     // Unique per incarnation of each process, because the board names of one domain contain it.
     let incarnation = u64::from(case.rate_hz) * 100_000 + u64::from(case.objects);
-    let mut beliefs = node.waking_inlet::<Beliefs>(Some(LAST_PERSPECTIVE)).map_err(BenchError::port)?;
+    let mut beliefs = node.waking_subscriber::<Beliefs>(Some(LAST_PERSPECTIVE)).map_err(BenchError::port)?;
     let measured = (|| {
         for process in PROCESSES {
             let launch = Launch {
@@ -83,7 +83,7 @@ pub(super) fn percept_to_belief(domain: &Domain, node: &Node, case: Case) -> Res
     let give_up = clock::now() + READY_WITHIN;
     let mut look = clock::now();
     while !children.is_empty() && clock::now() < give_up {
-        children.bury();
+        children.reap();
         look += Duration::from_millis(5);
         clock::sleep_until(look);
     }
@@ -115,7 +115,7 @@ fn health(node: &Node, process: Process, incarnation: u64) -> Option<Health> {
 }
 
 fn read(
-    beliefs: &mut Inlet<Beliefs>,
+    beliefs: &mut FrameSubscriber<Beliefs>,
     node: &Node,
     case: Case,
     incarnation: u64,
@@ -156,7 +156,7 @@ fn read(
 fn note(measured: &mut Measured, head: &BeliefHead, now_ns: u64) {
     let header = &head.header;
     if let (Some(perceived), Some(started), Some(believed)) =
-        (header.passed(Hop::Perceived), header.passed(Hop::BeliefStarted), header.passed(Hop::Believed))
+        (header.hop_time(Hop::Perceived), header.hop_time(Hop::BeliefStarted), header.hop_time(Hop::Believed))
     {
         measured.latency.record(now_ns.saturating_sub(perceived));
         measured.step.record(believed.saturating_sub(started));

@@ -7,7 +7,7 @@ use std::time::Duration;
 use config::leo::{Priority, Rights};
 use message::Histogram;
 
-use crate::readiness::{Hot, Wakeup};
+use crate::readiness::{HotProcess, Wakeup};
 
 /// Measures all periodic processes at the same time, as in the running robot. Returns nothing if the duration is
 /// zero.
@@ -15,7 +15,7 @@ use crate::readiness::{Hot, Wakeup};
 /// # Errors
 ///
 /// The system cannot create another thread.
-pub(super) fn wakeups(hot: &[Hot], lasting: Duration) -> io::Result<Vec<Wakeup>> {
+pub(super) fn wakeups(hot: &[HotProcess], lasting: Duration) -> io::Result<Vec<Wakeup>> {
     if lasting.is_zero() {
         return Ok(Vec::new());
     }
@@ -34,7 +34,7 @@ pub(super) fn wakeups(hot: &[Hot], lasting: Duration) -> io::Result<Vec<Wakeup>>
 }
 
 /// A thread with the rights of a process, which sleeps until the releases of that process.
-fn sleeper(process: &Hot, period: Duration, lasting: Duration) -> io::Result<JoinHandle<Histogram>> {
+fn sleeper(process: &HotProcess, period: Duration, lasting: Duration) -> io::Result<JoinHandle<Histogram>> {
     let rights = Rights {
         fifo_priority: Priority::try_from(process.priority).map_err(io::Error::other)?,
         cores: process.cores.clone(),

@@ -20,8 +20,8 @@ fn folder() -> tempfile::TempDir {
     root
 }
 
-fn inquiry(root: &Path, deed: Deed) -> Inquiry {
-    Inquiry {
+fn inquiry(root: &Path, deed: MachineChange) -> CheckOptions {
+    CheckOptions {
         config: None,
         versions: Vec::new(),
         json: false,
@@ -74,7 +74,10 @@ fn a_bus_is_a_thread_of_the_motor_process_and_a_mock_bus_one_of_its_own() {
 
 #[test]
 fn a_wrong_file_is_named() {
-    let wrong = Inquiry { config: Some("/nowhere/leo.toml".into()), ..inquiry(Path::new("/"), Deed::Look) };
+    let wrong = CheckOptions {
+        config: Some("/nowhere/leo.toml".into()),
+        ..inquiry(Path::new("/"), MachineChange::Inspect)
+    };
     let refused = check(&wrong, &mut Vec::new()).unwrap_err();
     assert!(refused.to_string().contains("/nowhere/leo.toml"), "{refused}");
 }
@@ -82,8 +85,11 @@ fn a_wrong_file_is_named() {
 #[test]
 fn what_is_found_is_one_json_document() {
     let mut out = Vec::new();
-    let measured =
-        Inquiry { json: true, measure: Duration::from_millis(50), ..inquiry(Path::new("/"), Deed::Look) };
+    let measured = CheckOptions {
+        json: true,
+        measure: Duration::from_millis(50),
+        ..inquiry(Path::new("/"), MachineChange::Inspect)
+    };
     check(&measured, &mut out).unwrap();
     let findings: serde_json::Value = serde_json::from_slice(&out).unwrap();
     let abouts: Vec<&str> =
@@ -97,7 +103,7 @@ fn what_is_found_is_one_json_document() {
 fn a_look_changes_nothing() {
     let root = folder();
     let mut out = Vec::new();
-    check(&inquiry(root.path(), Deed::Look), &mut out).unwrap();
+    check(&inquiry(root.path(), MachineChange::Inspect), &mut out).unwrap();
     let said = String::from_utf8(out).unwrap();
     assert!(said.contains("mend, or --apply: cpupower"), "{said}");
     assert_eq!(governor(root.path()), "powersave\n");
@@ -108,7 +114,7 @@ fn a_look_changes_nothing() {
 fn what_is_applied_is_said_noted_and_taken_back() {
     let root = folder();
     let mut out = Vec::new();
-    check(&inquiry(root.path(), Deed::Apply), &mut out).unwrap();
+    check(&inquiry(root.path(), MachineChange::Apply), &mut out).unwrap();
     let said = String::from_utf8(out).unwrap();
     let file = "/sys/devices/system/cpu/cpu0/cpufreq/scaling_governor";
     assert!(
@@ -118,12 +124,12 @@ fn what_is_applied_is_said_noted_and_taken_back() {
     assert!(said.contains("no core is slowed down"), "{said}");
     assert_eq!(governor(root.path()), "performance");
     // Applying twice changes nothing and keeps the journal.
-    check(&inquiry(root.path(), Deed::Apply), &mut Vec::new()).unwrap();
-    check(&inquiry(root.path(), Deed::Revert), &mut Vec::new()).unwrap();
+    check(&inquiry(root.path(), MachineChange::Apply), &mut Vec::new()).unwrap();
+    check(&inquiry(root.path(), MachineChange::Revert), &mut Vec::new()).unwrap();
     assert_eq!(governor(root.path()), "powersave");
     let timer = root.path().join("sys/bus/usb-serial/devices/ttyUSB0/latency_timer");
     assert_eq!(fs::read_to_string(timer).unwrap(), "16");
-    let nothing = check(&inquiry(root.path(), Deed::Revert), &mut Vec::new()).unwrap_err();
+    let nothing = check(&inquiry(root.path(), MachineChange::Revert), &mut Vec::new()).unwrap_err();
     assert!(nothing.to_string().contains("nothing to take back"), "{nothing}");
 }
 
@@ -131,7 +137,7 @@ fn what_is_applied_is_said_noted_and_taken_back() {
 fn what_cannot_be_noted_is_not_changed() {
     let root = folder();
     fs::remove_dir_all(root.path().join("run")).unwrap();
-    let refused = check(&inquiry(root.path(), Deed::Apply), &mut Vec::new()).unwrap_err();
+    let refused = check(&inquiry(root.path(), MachineChange::Apply), &mut Vec::new()).unwrap_err();
     assert!(refused.to_string().contains("as root"), "{refused}");
     assert_eq!(governor(root.path()), "powersave\n");
 }

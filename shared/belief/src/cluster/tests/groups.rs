@@ -6,7 +6,7 @@ use super::*;
 /// the thing's position.
 type Glances = Vec<Option<(bool, [i8; 3])>>;
 
-fn glances(most_mm: i8) -> impl Strategy<Value = Glances> {
+fn can_associate_by_summary(most_mm: i8) -> impl Strategy<Value = Glances> {
     prop::sample::select(vec![0.95, 0.95, 0.9, 0.3]).prop_flat_map(move |seen| {
         let beside = prop::array::uniform3(prop_oneof![Just(0), -most_mm..=most_mm]);
         prop::collection::vec(prop::option::weighted(seen, (prop::bool::weighted(0.9), beside)), 12)
@@ -18,7 +18,7 @@ fn several_at_once() -> impl Strategy<Value = Vec<(Vec<Glances>, u64, bool)>> {
     let late = prop::sample::select(vec![0_u64, 0, 0, 4, 30, 50, 80]);
     let how = (prop::sample::select(vec![2_i8, 2, 8, 40]), prop::sample::select(vec![2_usize, 2, 3, 10]));
     how.prop_flat_map(move |(most_mm, sources)| {
-        let sources = prop::collection::vec(glances(most_mm), 1..=sources);
+        let sources = prop::collection::vec(can_associate_by_summary(most_mm), 1..=sources);
         prop::collection::vec((sources, late.clone(), prop::bool::weighted(0.95)), 2..14)
     })
 }
@@ -39,9 +39,9 @@ fn what_several_sources_see_at_once_is_merged_group_by_group_as_the_loop_of_the_
         let turns = turns.map(|weight| Distance { percept, measure: Measure::AngleRad, weight });
         percepts.belief.distance.extend(turns);
         let mut twins = Twins::new(percepts);
-        for (at, (sources, late, settled)) in (1..).zip(steps) {
-            let of_source = |(group, glances): (usize, &Glances)| -> Vec<Seen> {
-                let things = (0_i8..).zip(glances).zip(&colours);
+        for (at, (sources, late, is_clustered)) in (1..).zip(steps) {
+            let of_source = |(group, can_associate_by_summary): (usize, &Glances)| -> Vec<Seen> {
+                let things = (0_i8..).zip(can_associate_by_summary).zip(&colours);
                 let seen = things.filter_map(|((index, beside), colour)| {
                     let (is_made_out, beside_mm) = (*beside)?;
                     Some(Seen {
@@ -57,7 +57,7 @@ fn what_several_sources_see_at_once_is_merged_group_by_group_as_the_loop_of_the_
                 seen.collect()
             };
             let seen: Vec<_> = sources.iter().enumerate().flat_map(of_source).collect();
-            let [expected, merged] = twins.step_late(5 * at, late, &seen, settled);
+            let [expected, merged] = twins.step_late(5 * at, late, &seen, is_clustered);
             prop_assert_eq!(merged, expected);
             let [expected, contents] = twins.contents();
             prop_assert_eq!(contents, expected);

@@ -109,7 +109,7 @@ proptest! {
     fn what_is_but_noted_becomes_what_it_becomes_as_a_belief_of_its_own(
         instances in prop::collection::vec(instance(), 1..12),
         capacity in 3..12_usize,
-        trusts in any::<bool>(),
+        prevalidated in any::<bool>(),
         normalised in prop::bool::weighted(0.1),
         symbols_tell in prop::bool::weighted(0.8),
         counts_greys in prop::bool::weighted(0.2),
@@ -121,8 +121,8 @@ proptest! {
         }
         let perception = Perception::new(&percepts).unwrap();
         let mut noting = BeliefSystem::new(&percepts, capacity).unwrap();
-        if trusts {
-            noting = noting.trusting();
+        if prevalidated {
+            noting = noting.assume_validated();
         }
         let mut creating = noting.clone();
         let mut now_ms = 0;
@@ -133,18 +133,18 @@ proptest! {
                 let at_ns = now.as_nanos().saturating_add_signed(after_ms * 1_000_000);
                 let perceived =
                     |thing: &Thing| thing.perceived(&perception, (*source, at_ns), &percepts, counts_greys);
-                let may_enter = |perceived: &Perceived| !trusts || perceived.is_sound();
+                let may_enter = |perceived: &Perceived| !prevalidated || perceived.is_sound();
                 things.iter().map(perceived).filter(may_enter).collect::<Vec<_>>()
             };
             let perceived: Vec<_> = sights.iter().flat_map(of_sight).collect();
             let looked: SourceSet = sights.iter().map(|(source, ..)| SourceSet::of(*source)).collect();
-            for (system, notes) in [(&mut noting, true), (&mut creating, false)] {
-                let mut intake = system.begin(now);
-                intake.system.notes &= notes;
+            for (system, defers_creation) in [(&mut noting, true), (&mut creating, false)] {
+                let mut step_builder = system.begin(now);
+                step_builder.system.defers_creation &= defers_creation;
                 for (index, perceived) in perceived.iter().enumerate() {
-                    intake.take_in(index, perceived);
+                    step_builder.add_observation(index, perceived);
                 }
-                intake.finish(&perceived, looked, |_| in_view);
+                step_builder.finish(&perceived, looked, |_| in_view);
             }
             prop_assert_eq!(contents(&noting), contents(&creating));
             prop_assert_eq!(noting.counts(), creating.counts());
@@ -157,7 +157,7 @@ proptest! {
 fn whose_symbol_becomes_a_number_may_become_one_with_its_neighbour() {
     let percepts = Percepts::builtin();
     let perception = Perception::new(&percepts).unwrap();
-    let mut noting = BeliefSystem::new(&percepts, 8).unwrap().trusting();
+    let mut noting = BeliefSystem::new(&percepts, 8).unwrap().assume_validated();
     let mut creating = noting.clone();
     // Two things of different colours, each seen alone and near each other; then one equally near without a colour.
     for (now_ms, x, colour) in [(5, 0.50, 0), (10, 0.52, 1), (15, 0.50, GREY)] {
@@ -170,11 +170,11 @@ fn whose_symbol_becomes_a_number_may_become_one_with_its_neighbour() {
             held_by: NOBODY,
         };
         let perceived = [thing.perceived(&perception, (0, ms(now_ms).as_nanos()), &percepts, true)];
-        for (system, notes) in [(&mut noting, true), (&mut creating, false)] {
-            let mut intake = system.begin(ms(now_ms));
-            intake.system.notes &= notes;
-            intake.take_in(0, &perceived[0]);
-            intake.finish(&perceived, SourceSet::of(0), |_| false);
+        for (system, defers_creation) in [(&mut noting, true), (&mut creating, false)] {
+            let mut step_builder = system.begin(ms(now_ms));
+            step_builder.system.defers_creation &= defers_creation;
+            step_builder.add_observation(0, &perceived[0]);
+            step_builder.finish(&perceived, SourceSet::of(0), |_| false);
         }
         assert_eq!(contents(&noting), contents(&creating));
     }
@@ -189,12 +189,12 @@ fn what_is_not_among_what_was_perceived_is_not_believed_and_counted() {
         observation,
         snapshot: robot.perception.perceive(&observation, &Frame { agent: 0 }),
     });
-    let mut intake = robot.system.begin(ms(0));
+    let mut step_builder = robot.system.begin(ms(0));
     for (index, perceived) in perceived.iter().enumerate() {
-        intake.take_in(index, perceived);
+        step_builder.add_observation(index, perceived);
     }
     let (told, _not_told) = perceived.split_at(1);
-    intake.finish(told, SourceSet::of(0), |_| true);
+    step_builder.finish(told, SourceSet::of(0), |_| true);
     assert_eq!(robot.ids(), [1]);
     assert_eq!((robot.system.counts().overflowed, robot.system.counts().created), (1, 1));
 }

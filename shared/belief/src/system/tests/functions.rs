@@ -9,7 +9,7 @@ use super::*;
 /// A plug-in history that keeps the highest number.
 struct Highest;
 
-impl own::History for Highest {
+impl plugin::History for Highest {
     fn samples(&self) -> usize {
         1
     }
@@ -35,7 +35,7 @@ impl own::History for Highest {
 /// A history that returns invalid evaluations.
 struct Nonsense;
 
-impl own::History for Nonsense {
+impl plugin::History for Nonsense {
     fn samples(&self) -> usize {
         2
     }
@@ -52,8 +52,8 @@ impl own::History for Nonsense {
 /// A plug-in culling function: not held, observed once, and in view.
 struct Fleeting;
 
-impl own::Cull for Fleeting {
-    fn agrees(&self, belief: &Doubtful<'_>) -> bool {
+impl plugin::Cull for Fleeting {
+    fn agrees(&self, belief: &CullContext<'_>) -> bool {
         let is_filled = belief.percept(Percepts::builtin().index("filled").unwrap());
         assert!(is_filled.is_some_and(|filled| filled.confidence <= 0.9));
         assert!(belief.place_m().is_some() && belief.born_at() <= belief.perceived_at());
@@ -64,8 +64,8 @@ impl own::Cull for Fleeting {
     }
 }
 
-fn functions() -> Functions {
-    let mut functions = Functions::default();
+fn functions() -> BeliefPlugins {
+    let mut functions = BeliefPlugins::default();
     functions.culls.push(("fleeting".to_owned(), Arc::new(Fleeting)));
     functions.histories.push(("highest".to_owned(), Arc::new(Highest)));
     functions.histories.push(("nonsense".to_owned(), Arc::new(Nonsense)));
@@ -77,7 +77,7 @@ fn a_culling_function_of_the_programs_own_has_its_say_among_the_others() {
     let mut percepts = Percepts::builtin();
     percepts.belief.cull = vec![Cull::Own("fleeting".to_owned())];
     let mut robot = Robot::new(&Percepts::builtin());
-    robot.system = BeliefSystem::with_own(&percepts, &functions(), 16).unwrap();
+    robot.system = BeliefSystem::with_plugins(&percepts, &functions(), 16).unwrap();
     let (often, once) = ([0.5, 0.0, 0.0], [0.5, 0.5, 0.0]);
     robot.see(ms(0), &[block(ms(0), often, RED), block(ms(0), once, RED)], true);
     assert_eq!(robot.ids(), [1, 2]);
@@ -94,7 +94,7 @@ fn a_history_of_the_programs_own_says_what_is_remembered() {
     percepts.percepts[usize::from(filled)].history = History::Own("highest".to_owned());
     percepts.percepts[usize::from(marked)].history = History::Own("nonsense".to_owned());
     let mut robot = Robot::new(&Percepts::builtin());
-    robot.system = BeliefSystem::with_own(&percepts, &functions(), 16).unwrap();
+    robot.system = BeliefSystem::with_plugins(&percepts, &functions(), 16).unwrap();
     for (step, degree) in [0.25, 1.0, 0.5].into_iter().enumerate() {
         let now = ms(5 * u64::try_from(step).unwrap());
         let mut seen = block(now, [0.5, 0.0, 0.0], RED);
@@ -126,7 +126,7 @@ fn a_function_that_the_program_lacks_is_named() {
     let said = |change: fn(&mut Percepts, String)| {
         let mut percepts = Percepts::builtin();
         change(&mut percepts, name());
-        BeliefSystem::with_own(&percepts, &functions(), 16).unwrap_err().to_string()
+        BeliefSystem::with_plugins(&percepts, &functions(), 16).unwrap_err().to_string()
     };
     let distance = said(|percepts, name| percepts.belief.distance[0].measure = Measure::Own(name));
     assert_eq!(

@@ -7,18 +7,18 @@ use std::time::Duration;
 use toml::Spanned;
 
 use super::super::{Act, Destination, Object, Occluder, Role, Step, raw};
-use super::{Catalogue, Fault, named, standing};
+use super::{Catalogue, SpannedError, named, standing};
 use crate::number::Coordinate;
 
 /// The objects and occluders on the table.
-pub(super) struct Lying<'a> {
+pub(super) struct TableContents<'a> {
     pub(super) objects: &'a [Object],
     pub(super) occluders: &'a [Occluder],
 }
 
 /// The state after the steps checked so far.
 #[derive(Default)]
-struct Course {
+struct ScriptState {
     last: Duration,
     /// The time at which each teacher's hand is free again.
     hand_free: BTreeMap<u16, Duration>,
@@ -31,11 +31,11 @@ struct Course {
 pub(super) fn script(
     raw: &[Spanned<raw::Step>],
     table: Range<usize>,
-    lying: &Lying<'_>,
+    lying: &TableContents<'_>,
     catalogue: &Catalogue,
     away: &mut Vec<u16>,
-) -> Result<Vec<Step>, Fault> {
-    let mut course = Course { away: std::mem::take(away), ..Course::default() };
+) -> Result<Vec<Step>, SpannedError> {
+    let mut course = ScriptState { away: std::mem::take(away), ..ScriptState::default() };
     let mut steps = Vec::with_capacity(raw.len());
     for raw in raw {
         let span = raw.span();
@@ -47,7 +47,7 @@ pub(super) fn script(
     }
     *away = course.away;
     if course.said == 0 {
-        return Err(Fault::at(
+        return Err(SpannedError::at(
             table,
             "nobody says a word here, so Leo cannot know what it is about: add `say` steps",
         ));
@@ -55,30 +55,33 @@ pub(super) fn script(
     Ok(steps)
 }
 
-impl Course {
+impl ScriptState {
     fn take(
         &mut self,
         step: &Step,
         raw: &raw::Step,
         objects: &[Object],
         catalogue: &Catalogue,
-    ) -> Result<(), Fault> {
+    ) -> Result<(), SpannedError> {
         let who = step.who;
         let at_s = raw.at_s.get_ref().get();
         if !catalogue.teachers.contains(&who) {
             let reason = format!("there is no teacher {who}: there is {:?}", catalogue.teachers);
-            return Err(Fault::at(raw.who.span(), reason));
+            return Err(SpannedError::at(raw.who.span(), reason));
         }
         if step.at < self.last {
             let last = self.last.as_secs_f64();
             let reason =
                 format!("{at_s} s is before the step above it at {last} s: steps stand in the order of time");
-            return Err(Fault::at(raw.at_s.span(), reason));
+            return Err(SpannedError::at(raw.at_s.span(), reason));
         }
         self.last = step.at;
         let is_away = self.away.contains(&who);
         if is_away && step.act != Act::Return {
-            return Err(Fault::at(raw.who.span(), format!("teacher {who} is away: let him return first")));
+            return Err(SpannedError::at(
+                raw.who.span(),
+                format!("teacher {who} is away: let him return first"),
+            ));
         }
         match &step.act {
             Act::Say(_) => self.said += 1,
@@ -87,7 +90,10 @@ impl Course {
             Act::Leave => self.away.push(who),
             Act::Return if is_away => self.away.retain(|other| *other != who),
             Act::Return => {
-                return Err(Fault::at(raw.who.span(), format!("teacher {who} is here: he has not left")));
+                return Err(SpannedError::at(
+                    raw.who.span(),
+                    format!("teacher {who} is here: he has not left"),
+                ));
             }
             Act::Move { object, to, takes } => {
                 self.use_hand(step, *takes, raw)?;
@@ -100,23 +106,29 @@ impl Course {
         Ok(())
     }
 
-    fn use_hand(&mut self, step: &Step, takes: Duration, raw: &raw::Step) -> Result<(), Fault> {
+    fn use_hand(&mut self, step: &Step, takes: Duration, raw: &raw::Step) -> Result<(), SpannedError> {
         let free = self.hand_free.entry(step.who).or_default();
         if step.at < *free {
             let (who, free) = (step.who, free.as_secs_f64());
             let reason = format!("teacher {who} still moves something until {free} s: he has one hand");
-            return Err(Fault::at(raw.at_s.span(), reason));
+            return Err(SpannedError::at(raw.at_s.span(), reason));
         }
         *free = step.at + takes;
         Ok(())
     }
 
-    fn fill(&mut self, peg: usize, block: usize, raw: &raw::Step, objects: &[Object]) -> Result<(), Fault> {
+    fn fill(
+        &mut self,
+        peg: usize,
+        block: usize,
+        raw: &raw::Step,
+        objects: &[Object],
+    ) -> Result<(), SpannedError> {
         let span = raw.into.as_ref().map_or(0..0, Spanned::span);
         let name = |index: usize| objects.get(index).map_or("", |object| object.name.as_str());
         if let Some(sits) = self.filled.iter().find_map(|(peg, hole)| (*hole == block).then_some(*peg)) {
             let reason = format!("the hole of `{}` holds `{}` already", name(block), name(sits));
-            return Err(Fault::at(span, reason));
+            return Err(SpannedError::at(span, reason));
         }
         self.filled.insert(peg, block);
         Ok(())
@@ -124,7 +136,7 @@ impl Course {
 }
 
 /// The single action of a step.
-fn act(raw: &raw::Step, span: Range<usize>, lying: &Lying<'_>) -> Result<Act, Fault> {
+fn act(raw: &raw::Step, span: Range<usize>, lying: &TableContents<'_>) -> Result<Act, SpannedError> {
     let objects = lying.objects;
     let acts = [
         raw.say.as_ref().map(Spanned::span),
@@ -137,13 +149,13 @@ fn act(raw: &raw::Step, span: Range<usize>, lying: &Lying<'_>) -> Result<Act, Fa
     ];
     let mut acts = acts.into_iter().flatten();
     if acts.next().is_none() {
-        return Err(Fault::at(
+        return Err(SpannedError::at(
             span,
             "a step needs one of `say`, `move`, `slide`, `look_at_m`, `eyes_to_m`, `leave` and `return`",
         ));
     }
     if let Some(second) = acts.next() {
-        return Err(Fault::at(second, "a step does one thing: make this a step of its own"));
+        return Err(SpannedError::at(second, "a step does one thing: make this a step of its own"));
     }
     let moves = raw.object.is_some();
     let slides = raw.slide.is_some();
@@ -169,7 +181,7 @@ fn act(raw: &raw::Step, span: Range<usize>, lying: &Lying<'_>) -> Result<Act, Fa
         ),
     ] {
         if let Some(span) = given.filter(|_| !belongs) {
-            return Err(Fault::at(span, rule));
+            return Err(SpannedError::at(span, rule));
         }
     }
     if let Some(text) = &raw.say {
@@ -185,7 +197,7 @@ fn act(raw: &raw::Step, span: Range<usize>, lying: &Lying<'_>) -> Result<Act, Fa
         let known = known.map(|(index, occluder)| (occluder.name.as_str(), (index, occluder)));
         let (index, occluder) = named(name, "occluder", known)?;
         let Some(to_m) = &raw.to_m else {
-            return Err(Fault::at(
+            return Err(SpannedError::at(
                 name.span(),
                 "where to? A `slide` needs `to_m`, the middle of the occluder",
             ));
@@ -202,34 +214,38 @@ fn act(raw: &raw::Step, span: Range<usize>, lying: &Lying<'_>) -> Result<Act, Fa
     let (flag, act) = match (&raw.leave, &raw.comes_back) {
         (Some(flag), _) => (flag, Act::Leave),
         (None, Some(flag)) => (flag, Act::Return),
-        (None, None) => return Err(Fault::at(span, "a step does one thing")),
+        (None, None) => return Err(SpannedError::at(span, "a step does one thing")),
     };
-    if *flag.get_ref() { Ok(act) } else { Err(Fault::at(flag.span(), "write `true`, or take the step out")) }
+    if *flag.get_ref() {
+        Ok(act)
+    } else {
+        Err(SpannedError::at(flag.span(), "write `true`, or take the step out"))
+    }
 }
 
-fn said(text: &Spanned<String>) -> Result<Act, Fault> {
+fn said(text: &Spanned<String>) -> Result<Act, SpannedError> {
     let length = text.get_ref().len();
     if text.get_ref().trim().is_empty() || length > message::TEXT_CAPACITY {
         let most = message::TEXT_CAPACITY;
         let reason =
             format!("a sentence has 1 to {most} bytes, and this one has {length}: say it in several");
-        return Err(Fault::at(text.span(), reason));
+        return Err(SpannedError::at(text.span(), reason));
     }
     Ok(Act::Say(text.get_ref().clone()))
 }
 
-fn takes(raw: &raw::Step, span: Range<usize>) -> Result<Duration, Fault> {
+fn takes(raw: &raw::Step, span: Range<usize>) -> Result<Duration, SpannedError> {
     let Some(takes) = &raw.duration_s else {
-        return Err(Fault::at(span, "missing `duration_s`: how long it takes"));
+        return Err(SpannedError::at(span, "missing `duration_s`: how long it takes"));
     };
     if takes.get_ref().get() > 0.0 {
         Ok(takes.get_ref().duration())
     } else {
-        Err(Fault::at(takes.span(), "it cannot be done in no time: `duration_s` must be above 0"))
+        Err(SpannedError::at(takes.span(), "it cannot be done in no time: `duration_s` must be above 0"))
     }
 }
 
-fn find<'a>(name: &Spanned<String>, objects: &'a [Object]) -> Result<(usize, &'a Object), Fault> {
+fn find<'a>(name: &Spanned<String>, objects: &'a [Object]) -> Result<(usize, &'a Object), SpannedError> {
     named(
         name,
         "object",
@@ -243,18 +259,18 @@ fn destination(
     index: usize,
     object: &Object,
     objects: &[Object],
-) -> Result<Destination, Fault> {
+) -> Result<Destination, SpannedError> {
     match (&raw.into, &raw.onto, &raw.to_m) {
         (Some(name), None, None) => {
             let (block, target) = find(name, objects)?;
             if !target.kind.hole {
-                return Err(Fault::at(
+                return Err(SpannedError::at(
                     name.span(),
                     format!("`{}` has no hole: its kind says `hole = false`", target.name),
                 ));
             }
             if object.kind.role != Role::Peg {
-                return Err(Fault::at(
+                return Err(SpannedError::at(
                     name.span(),
                     format!("`{}` is no peg and fits into no hole", object.name),
                 ));
@@ -264,11 +280,11 @@ fn destination(
         (None, Some(name), None) => {
             let (below, target) = find(name, objects)?;
             if below == index {
-                return Err(Fault::at(name.span(), "nothing can be put onto itself"));
+                return Err(SpannedError::at(name.span(), "nothing can be put onto itself"));
             }
             if object.kind.role == Role::Marker && !target.kind.markable {
                 let reason = format!("`{}` cannot be marked: its kind says `markable = false`", target.name);
-                return Err(Fault::at(name.span(), reason));
+                return Err(SpannedError::at(name.span(), reason));
             }
             Ok(Destination::Top(below))
         }
@@ -277,11 +293,11 @@ fn destination(
             let heading_deg =
                 heading.map_or(object.place.heading_rad.to_degrees(), |heading| heading.get_ref().get());
             let underside_m = raw.underside_m.as_ref().map_or(0.0, |underside| underside.get_ref().get());
-            Ok(Destination::Place(standing(*to_m.get_ref(), underside_m, heading_deg, &object.kind)))
+            Ok(Destination::UprightPose(standing(*to_m.get_ref(), underside_m, heading_deg, &object.kind)))
         }
         (None, None, None) => {
-            Err(Fault::at(span, "where to? A `move` needs one of `into`, `onto` and `to_m`"))
+            Err(SpannedError::at(span, "where to? A `move` needs one of `into`, `onto` and `to_m`"))
         }
-        _ => Err(Fault::at(span, "a `move` has one end: keep one of `into`, `onto` and `to_m`")),
+        _ => Err(SpannedError::at(span, "a `move` has one end: keep one of `into`, `onto` and `to_m`")),
     }
 }

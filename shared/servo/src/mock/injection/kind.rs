@@ -4,7 +4,7 @@ use clock::Duration;
 
 /// A kind of fault.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Kind {
+pub enum FaultKind {
     /// A reply is lost.
     Drop,
     /// A bit of a reply flips.
@@ -52,17 +52,17 @@ pub enum Kind {
 }
 
 /// Maximum error number: the bit above is the hardware alert.
-const ERROR_MOST: u16 = 0x7F;
+const MAX_ERROR: u16 = 0x7F;
 
 /// Maximum voltage, in 0.1 V.
-const DECIVOLTS_MOST: u16 = 200;
+const MAX_DECIVOLTS: u16 = 200;
 
 /// Number of kinds.
-pub(in crate::mock) const KINDS: usize = 22;
+pub(in crate::mock) const FAULT_KINDS: usize = 22;
 
-impl Kind {
+impl FaultKind {
     /// Every kind.
-    pub const ALL: [Self; KINDS] = [
+    pub const ALL: [Self; FAULT_KINDS] = [
         Self::Drop,
         Self::Flip,
         Self::Truncate,
@@ -125,7 +125,7 @@ impl Kind {
     }
 
     /// Whether it is a lasting condition, instead of an event or a fault of a single reply.
-    pub(super) const fn is_held(self) -> bool {
+    pub(super) const fn is_lasting(self) -> bool {
         matches!(
             self,
             Self::BrownOut
@@ -148,9 +148,9 @@ impl Kind {
         if self == Self::Length {
             Some((0..=u16::MAX, "lengths are from 0 to 65535"))
         } else if self == Self::Error {
-            Some((1..=ERROR_MOST, "errors are from 1 to 127"))
+            Some((1..=MAX_ERROR, "errors are from 1 to 127"))
         } else if self == Self::Sag {
-            Some((0..=DECIVOLTS_MOST, "voltages are from 0 to 200, in 0.1 V"))
+            Some((0..=MAX_DECIVOLTS, "voltages are from 0 to 200, in 0.1 V"))
         } else {
             None
         }

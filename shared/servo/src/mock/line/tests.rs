@@ -90,13 +90,13 @@ fn encoded(to: Address, instruction: Instruction<'_>) -> Vec<u8> {
     bytes
 }
 
-fn listen(line: &mut Line, now: Instant, to: Address, instruction: Instruction<'_>) -> Vec<Answer> {
-    let mut answers = Answers::default();
+fn listen(line: &mut Line, now: Instant, to: Address, instruction: Instruction<'_>) -> Vec<Reply> {
+    let mut answers = Replies::default();
     line.listen(now, &encoded(to, instruction), &mut answers);
     answers.get().to_vec()
 }
 
-fn ids(answers: &[Answer]) -> Vec<u8> {
+fn ids(answers: &[Reply]) -> Vec<u8> {
     answers.iter().map(|answer| answer.id).collect()
 }
 
@@ -138,7 +138,7 @@ fn who_follows_a_silent_servo_is_silent_or_goes_on() {
     let asked = Instruction::FastSyncRead { address: 146, length: 1, ids: &[1, 3, 7] };
     let order = [(1, 1), (3, 1), (7, 1)];
     assert_eq!(fast(&mut line(), at(0), &order, asked), [(1, vec![25])]);
-    let mut going_on = line().with_followers(Followers::GoOn);
+    let mut going_on = line().with_followers(FollowerBehaviour::Continue);
     assert_eq!(fast(&mut going_on, at(0), &order, asked), [(1, vec![25]), (7, vec![25])]);
     // A dropped reply is treated like a missing servo.
     assert_eq!(fast(&mut injected(&["drop id=2"], 0), at(0), &[(1, 4), (2, 4), (7, 4)], FAST).len(), 1);
@@ -218,7 +218,7 @@ fn a_secondary_identifier_is_obeyed_in_silence() {
 }
 
 /// A few seconds of instructions, and all replies to them.
-fn play(line: &mut Line) -> Vec<Vec<Answer>> {
+fn play(line: &mut Line) -> Vec<Vec<Reply>> {
     let told = Instruction::SyncWrite { address: 116, length: 4, records: &[1, 0, 9, 0, 0] };
     (0..400)
         .map(|step| {
@@ -230,14 +230,20 @@ fn play(line: &mut Line) -> Vec<Vec<Answer>> {
 
 #[test]
 fn the_same_seed_and_the_same_instructions_make_the_same_faults() {
-    let faults: Vec<String> = Kind::ALL
+    let faults: Vec<String> = FaultKind::ALL
         .into_iter()
         .map(|kind| {
-            let held =
-                [Kind::Baud, Kind::DuplicateId, Kind::HangUp, Kind::StoppedClock, Kind::Blocked, Kind::Sag];
+            let held = [
+                FaultKind::Baud,
+                FaultKind::DuplicateId,
+                FaultKind::HangUp,
+                FaultKind::StoppedClock,
+                FaultKind::Blocked,
+                FaultKind::Sag,
+            ];
             let held = held.contains(&kind);
             let when = if held { "from=1s for=300ms" } else { "p=0.05" };
-            let when = if kind == Kind::BrownOut { "at=200ms" } else { when };
+            let when = if kind == FaultKind::BrownOut { "at=200ms" } else { when };
             format!("{} {when}", kind.name())
         })
         .collect();
@@ -255,9 +261,9 @@ fn the_same_seed_and_the_same_instructions_make_the_same_faults() {
         assert!(count > 0, "{kind:?} never happened");
     }
     // Disabled faults have no effect.
-    assert_eq!(run(7, &[]), (play(&mut line()), Injected::default()));
+    assert_eq!(run(7, &[]), (play(&mut line()), FaultCounts::default()));
     // An additional fault does not change when the others occur.
-    let flips = |faults: &[&str]| run(7, faults).1.of(Kind::Flip);
+    let flips = |faults: &[&str]| run(7, faults).1.of(FaultKind::Flip);
     assert_eq!(flips(&["flip id=7 p=0.3"]), flips(&["noise p=0.2", "flip id=7 p=0.3"]));
 }
 
@@ -267,7 +273,7 @@ fn a_fault_happens_in_its_window_to_whom_it_is_for() {
     for (ms, heard) in [(0, &[1, 2, 7][..]), (9, &[1, 2, 7]), (10, &[1]), (19, &[1]), (20, &[1, 2, 7])] {
         assert_eq!(ids(&listen(&mut line, at(ms), Address::All, SYNC)), heard, "{ms}");
     }
-    assert_eq!(line.injected().of(Kind::Drop), 4);
+    assert_eq!(line.injected().of(FaultKind::Drop), 4);
     let mut once = injected(&["drop id=2 at=5ms"], 0);
     let heard: Vec<_> = [0, 6, 7].map(|ms| ids(&listen(&mut once, at(ms), Address::All, SYNC)).len()).into();
     assert_eq!(heard, [3, 2, 3]);
@@ -277,7 +283,7 @@ fn a_fault_happens_in_its_window_to_whom_it_is_for() {
 fn every_kind_of_spoiled_answer_is_what_its_name_says() {
     let whole = listen(&mut line(), at(0), Address::All, SYNC);
     let spoiled = |fault| listen(&mut injected(&[fault], 3), at(0), Address::All, SYNC);
-    let of = |answers: &[Answer], id| answers.iter().find(|answer| answer.id == id).unwrap().bytes.clone();
+    let of = |answers: &[Reply], id| answers.iter().find(|answer| answer.id == id).unwrap().bytes.clone();
     let good = of(&whole, 2);
 
     let bits = |bytes: &[u8]| bytes.iter().zip(&good).map(|(a, b)| (a ^ b).count_ones()).sum::<u32>();
@@ -318,19 +324,20 @@ fn an_error_within_a_fast_reply_is_told_with_its_data_and_costs_nobody_his_part(
         told.push((status.id.get(), status.fault));
     }
     assert_eq!(told, [(1, None), (2, Some(Fault::Access)), (7, None)]);
-    assert_eq!(line.injected().of(Kind::Error), 1);
+    assert_eq!(line.injected().of(FaultKind::Error), 1);
 }
 
 #[test]
 fn an_instruction_that_is_lost_or_damaged_is_obeyed_by_nobody_and_costs_no_other_that_comes_with_it() {
     let led = Instruction::SyncWrite { address: 65, length: 1, records: &[1, 1] };
     let both = [encoded(Address::All, led), encoded(Address::All, SYNC)].concat();
-    for (fault, kind) in
-        [("drop-instruction at=0s", Kind::DropInstruction), ("flip-instruction at=0s", Kind::FlipInstruction)]
-    {
+    for (fault, kind) in [
+        ("drop-instruction at=0s", FaultKind::DropInstruction),
+        ("flip-instruction at=0s", FaultKind::FlipInstruction),
+    ] {
         for seed in 0..200 {
             let mut line = injected(&[fault], seed);
-            let mut answers = Answers::default();
+            let mut answers = Replies::default();
             line.listen(at(0), &both, &mut answers);
             assert_eq!(line.injected().of(kind), 1);
             assert_eq!(line.servos()[0].read(65, 1), Ok(&[0][..]), "{fault}, seed {seed}");
@@ -342,7 +349,7 @@ fn an_instruction_that_is_lost_or_damaged_is_obeyed_by_nobody_and_costs_no_other
     }
     // An instruction that arrives in pieces is one instruction.
     let mut line = injected(&["drop-instruction p=0"], 0);
-    let mut answers = Answers::default();
+    let mut answers = Replies::default();
     for byte in &both {
         line.listen(at(0), &[*byte], &mut answers);
     }
@@ -417,7 +424,7 @@ fn a_brown_out_takes_the_bus_away_and_a_double_identifier_garbles() {
 #[test]
 fn faults_are_switched_while_it_runs_and_those_that_stay_go_on() {
     let mut line = injected(&["drop id=1 from=10ms"], 0);
-    let (one, two): (Injection, Injection) =
+    let (one, two): (FaultSpec, FaultSpec) =
         ("drop id=1 from=10ms".parse().unwrap(), "drop id=2".parse().unwrap());
     line.inject(at(9), &[one, two]);
     assert_eq!(ids(&listen(&mut line, at(10), Address::All, SYNC)), [7]);
@@ -434,7 +441,7 @@ fn a_clock_that_stood_still_goes_on_from_where_it_stood() {
     };
     let seen = [99, 100, 149, 150, 160].map(&mut ticks);
     assert_eq!(seen, [[99, 99], [100, 100], [149, 100], [150, 100], [160, 110]]);
-    assert_eq!(line.injected().of(Kind::StoppedClock), 1);
+    assert_eq!(line.injected().of(FaultKind::StoppedClock), 1);
 }
 
 #[test]
@@ -443,7 +450,7 @@ fn a_servo_at_a_wrong_speed_misses_each_instruction_once() {
     for ms in 0..3 {
         assert_eq!(ids(&listen(&mut line, at(ms), Address::All, SYNC)), [1, 7]);
     }
-    assert_eq!(line.injected().of(Kind::Baud), 3);
+    assert_eq!(line.injected().of(FaultKind::Baud), 3);
 }
 
 /// The vendor's SDK and LeRobot's motor set-up wait for the status packet after a write.
@@ -473,5 +480,5 @@ fn an_obstacle_and_a_sagging_supply_last_as_long_as_their_faults_and_leave_a_cal
         );
         assert_eq!(two.read(144, 2), Ok(&[volts, 0][..]), "{ms} ms");
     }
-    assert_eq!((line.injected().of(Kind::Blocked), line.injected().of(Kind::Sag)), (1, 2));
+    assert_eq!((line.injected().of(FaultKind::Blocked), line.injected().of(FaultKind::Sag)), (1, 2));
 }

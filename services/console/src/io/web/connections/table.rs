@@ -42,7 +42,7 @@ pub(crate) struct Table(Mutex<Entries>);
 #[derive(Debug, Default)]
 struct Entries {
     last: u64,
-    made_way: u64,
+    evicted: u64,
     /// Class and address of every connection.
     places: BTreeMap<u64, (Class, IpAddr)>,
     /// Connections per class and address, in order of arrival.
@@ -72,7 +72,7 @@ impl Table {
     /// How long a new connection of an address must wait until one is old enough to be evicted; `None` if it need not.
     pub(super) fn wait_for_room(&self, address: IpAddr, now: Instant) -> Option<Duration> {
         let entries = self.entries();
-        let address = entries.to_make_way(Class::Unknown, network(address))?;
+        let address = entries.address_to_evict(Class::Unknown, network(address))?;
         let (_, oldest) = entries.by_address.get(&(Class::Unknown, address))?.first_key_value()?;
         let age = now.since(oldest.since);
         (age < MIN_AGE).then(|| MIN_AGE - age)
@@ -83,7 +83,7 @@ impl Table {
     pub(crate) fn enter(self: &Arc<Self>, address: IpAddr, now: Instant) -> Arc<Connection> {
         let mut entries = self.entries();
         let address = network(address);
-        entries.make_room(Class::Unknown, address);
+        entries.evict_one(Class::Unknown, address);
         entries.last += 1;
         let number = entries.last;
         entries.insert(number, Class::Unknown, address, Entry { since: now, served: None });
@@ -97,8 +97,8 @@ impl Table {
     }
 
     /// Number of evicted connections.
-    pub(crate) fn made_way(&self) -> u64 {
-        self.entries().made_way
+    pub(crate) fn evicted(&self) -> u64 {
+        self.entries().evicted
     }
 }
 
@@ -127,7 +127,7 @@ impl Entries {
     }
 
     /// The address whose oldest connection must be evicted for a further one of this class and address, if any.
-    fn to_make_way(&self, class: Class, address: IpAddr) -> Option<IpAddr> {
+    fn address_to_evict(&self, class: Class, address: IpAddr) -> Option<IpAddr> {
         let (max, max_of_address) = class.max();
         if self.by_address.get(&(class, address)).is_some_and(|some| some.len() >= max_of_address) {
             return Some(address);
@@ -139,11 +139,11 @@ impl Entries {
         of_class.max_by_key(|(_, some)| some.len()).map(|((_, address), _)| *address)
     }
 
-    fn make_room(&mut self, class: Class, address: IpAddr) {
-        while let Some(address) = self.to_make_way(class, address) {
+    fn evict_one(&mut self, class: Class, address: IpAddr) {
+        while let Some(address) = self.address_to_evict(class, address) {
             let of_address = self.by_address.get(&(class, address));
             let Some(oldest) = of_address.and_then(|some| some.keys().next().copied()) else { return };
-            self.made_way += 1;
+            self.evicted += 1;
             if let Some(served) = self.remove(oldest).and_then(|entry| entry.served) {
                 served.abort();
             }
@@ -173,7 +173,7 @@ impl Connection {
     }
 
     /// Changes the class of the connection.
-    pub(crate) fn is_used_for(&self, class: Class) {
+    pub(crate) fn set_class(&self, class: Class) {
         let mut entries = self.table.entries();
         // A connection that used the token stays authorised.
         if entries
@@ -183,7 +183,7 @@ impl Connection {
         {
             return;
         }
-        entries.make_room(class, self.address);
+        entries.evict_one(class, self.address);
         if let Some(entry) = entries.remove(self.number) {
             entries.insert(self.number, class, self.address, entry);
         }
@@ -229,19 +229,19 @@ mod tests {
     }
 
     #[test]
-    fn an_address_that_has_all_its_connections_makes_way_for_itself_alone() {
+    fn an_address_at_its_limit_evicts_only_its_own_connections() {
         let table = Arc::new(Table::default());
         let other = table.enter(address(2), at(0));
         let flood: Vec<_> = (0..500).map(|_| table.enter(address(1), at(1))).collect();
         let left = of(&table, Class::Unknown);
-        assert_eq!((left.len(), left[0], table.made_way()), (257, other.number, 244));
+        assert_eq!((left.len(), left[0], table.evicted()), (257, other.number, 244));
         assert_eq!(left.last(), Some(&flood[499].number));
         drop(flood);
         assert_eq!(of(&table, Class::Unknown), [other.number]);
     }
 
     #[test]
-    fn where_there_are_as_many_as_there_may_be_the_address_that_has_most_makes_way() {
+    fn a_full_table_evicts_from_the_address_with_most_connections() {
         let table = Arc::new(Table::default());
         let flood: Vec<_> = (0..250).map(|_| table.enter(address(1), at(0))).collect();
         let others = (0..200).flat_map(|last| [2, 3].map(|net| IpAddr::from([127, 0, net, last])));
@@ -253,24 +253,24 @@ mod tests {
     }
 
     #[test]
-    fn a_connection_with_the_token_or_of_a_stop_makes_way_for_none_without() {
+    fn authorised_and_stopping_connections_are_not_evicted_by_unknown_ones() {
         let table = Arc::new(Table::default());
         let known = table.enter(address(1), at(0));
-        known.is_used_for(Class::Authorised);
-        known.is_used_for(Class::Stopping);
+        known.set_class(Class::Authorised);
+        known.set_class(Class::Stopping);
         let stops = table.enter(address(1), at(0));
-        stops.is_used_for(Class::Stopping);
+        stops.set_class(Class::Stopping);
         let flood: Vec<_> = (0..500).map(|_| table.enter(address(1), at(0))).collect();
         assert_eq!(of(&table, Class::Authorised), [known.number]);
         assert_eq!(of(&table, Class::Stopping), [stops.number]);
         for one in flood.iter().rev() {
-            one.is_used_for(Class::Authorised);
+            one.set_class(Class::Authorised);
         }
         assert_eq!(of(&table, Class::Authorised).len(), 64, "they are bounded too");
     }
 
     #[test]
-    fn no_connection_makes_way_before_it_had_time_to_say_what_it_wants() {
+    fn no_connection_is_evicted_before_its_minimum_age() {
         let table = Arc::new(Table::default());
         let _flood: Vec<_> = (0..256).map(|_| table.enter(address(1), at(100))).collect();
         assert_eq!(table.wait_for_room(address(2), at(100)), None);

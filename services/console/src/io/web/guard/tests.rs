@@ -1,12 +1,12 @@
 use super::*;
 
-fn lock(open: ReadWithoutToken) -> Lock {
-    Lock { token: Token::new().unwrap(), port: 7780, open }
+fn lock(open: ReadWithoutToken) -> AccessPolicy {
+    AccessPolicy { token: Token::new().unwrap(), port: 7780, open }
 }
 
 /// The access of a request with additional header fields.
 fn asked(
-    lock: &Lock,
+    lock: &AccessPolicy,
     method: &Method,
     host: &str,
     path: &str,
@@ -17,10 +17,10 @@ fn asked(
     for (name, value) in more {
         headers.append(*name, value.parse().unwrap());
     }
-    Asks { method, headers: &headers, uri: &path.parse().unwrap() }.access(lock)
+    AccessRequest { method, headers: &headers, uri: &path.parse().unwrap() }.access(lock)
 }
 
-fn got(lock: &Lock, path: &str, more: &[(&'static str, String)]) -> Result<Access, Refusal> {
+fn got(lock: &AccessPolicy, path: &str, more: &[(&'static str, String)]) -> Result<Access, Refusal> {
     asked(lock, &Method::GET, "127.0.0.1:7780", path, more)
 }
 
@@ -50,7 +50,7 @@ fn the_token_is_taken_from_the_address_a_header_or_the_cookie_of_this_port() {
 }
 
 #[test]
-fn what_is_opened_by_the_configuration_is_read_without_the_token_and_nothing_else() {
+fn only_configured_resources_are_readable_without_the_token() {
     for (open, without) in [
         (ReadWithoutToken::Nothing, &[][..]),
         (ReadWithoutToken::Metrics, &["/metrics"][..]),
@@ -102,7 +102,7 @@ fn a_page_of_another_origin_commands_nothing_though_the_browser_sends_the_cookie
 }
 
 #[test]
-fn everybody_may_stop_the_robot_but_a_page_of_another_origin() {
+fn every_client_may_stop_the_robot_except_pages_of_another_origin() {
     let lock = lock(ReadWithoutToken::Nothing);
     let stop = |host, more: &[_]| asked(&lock, &Method::POST, host, "/stop", more);
     let origin = |origin: &str| ("origin", origin.to_owned());
@@ -114,7 +114,7 @@ fn everybody_may_stop_the_robot_but_a_page_of_another_origin() {
 }
 
 #[test]
-fn a_page_may_reach_the_host_that_it_was_asked_of_and_nobody_else() {
+fn a_page_may_connect_only_to_the_host_that_served_it() {
     let reached = |host: &str| {
         let headers = HeaderMap::from_iter([(header::HOST, host.parse().unwrap())]);
         let policy = policy(&headers, &Uri::from_static("/"));

@@ -19,8 +19,8 @@ use tokio::task::JoinSet;
 use tokio::time::timeout;
 
 use crate::io::net::keys::protocol;
-use crate::io::net::tests::agreement;
-use crate::io::net::{Net, Sort};
+use crate::io::net::tests::compatibility;
+use crate::io::net::{MessageKind, Net};
 
 /// A certificate of the tests.
 #[derive(Clone, Copy, Debug)]
@@ -188,9 +188,11 @@ fn a_machine_is_believed_whose_certificate_the_authority_meant_for_it_and_no_oth
     within(async {
         let servers = SHOWN.map(|shown| (shown, server(folder, shown.file)));
         let everywhere = servers.iter().map(|(_, (_, port))| format!("quic/localhost:{port}")).collect();
-        let net =
-            Net::start(&link(folder, &format!("quic/127.0.0.1:{}", free_port()), everywhere), agreement())
-                .unwrap();
+        let net = Net::start(
+            &link(folder, &format!("quic/127.0.0.1:{}", free_port()), everywhere),
+            compatibility(),
+        )
+        .unwrap();
         let mut comers = JoinSet::new();
         for (shown, (endpoint, _)) in servers {
             comers.spawn(async move {
@@ -214,7 +216,7 @@ fn a_certificate_lets_in_whom_the_authority_meant_it_for_and_nobody_else() {
     let Some(keys) = everybody_or_skip() else { return };
     let folder = keys.path();
     let at = SocketAddr::from((Ipv4Addr::LOCALHOST, free_port()));
-    let net = Net::start(&link(folder, &format!("quic/{at}"), Vec::new()), agreement()).unwrap();
+    let net = Net::start(&link(folder, &format!("quic/{at}"), Vec::new()), compatibility()).unwrap();
     within(async {
         let mut comers = JoinSet::new();
         let all = SHOWN.iter().map(|shown| Some(*shown)).chain([None]);
@@ -232,7 +234,7 @@ fn a_certificate_lets_in_whom_the_authority_meant_it_for_and_nobody_else() {
         }
         let mut left = SHOWN.len() + 1;
         while left > 0 {
-            net.send(Sort::Pulse, b"hello".to_vec());
+            net.send(MessageKind::Heartbeat, b"hello".to_vec());
             let Ok(comer) = timeout(Duration::from_millis(20), comers.join_next()).await else { continue };
             left -= 1;
             match comer.unwrap().unwrap() {

@@ -3,9 +3,9 @@
 use config::leo::OnAlert;
 
 use super::*;
-use crate::motor::STEP_MOST;
+use crate::motor::MAX_STEP;
 use crate::tests::campaign::{
-    Commands, ROUND, Struck, check_causes, check_servo, faults, is_back, is_held_up, swing, waits,
+    Commands, FaultTargets, ROUND, check_causes, check_servo, faults, is_back, is_held_up, swing, waits,
 };
 
 /// The realtime tick counts milliseconds modulo this value.
@@ -30,7 +30,7 @@ struct Seen {
 struct Last {
     asked_at: Vec<Instant>,
     commands: Commands,
-    struck: Struck,
+    struck: FaultTargets,
     /// When the round began.
     round_at: Instant,
 }
@@ -47,7 +47,7 @@ fn cycle(rig: &mut Rig, last: &mut Last, seen: &mut Seen) {
     let stepped_at = rig.now;
     rig.cycle();
     seen.cycles += 1;
-    let dt_s = rig.now.since(stepped_at).min(STEP_MOST).as_secs_f64();
+    let dt_s = rig.now.since(stepped_at).min(MAX_STEP).as_secs_f64();
     last.commands.check(dt_s, rig.motor.states(), &rig.robot.motor.joints);
     last.struck.note(rig.now.since(last.round_at), rig.motor.states(), &rig.robot.motor.joints);
     check_causes(rig.motor.states(), &rig.robot.motor);
@@ -85,13 +85,13 @@ fn lost(rig: &Rig) -> Vec<(&str, JointState)> {
 fn campaign(lasts: Duration) {
     let mut robot = config::Robot::load(None).unwrap();
     robot.leo.motor.on_alert = OnAlert::Reboot;
-    let mut rig = Rig::of(robot, Time::Wall, &Lookout::default());
+    let mut rig = Rig::of(robot, Time::Wall, &EmergencyFlag::default());
     rig.until("following", follows);
-    let skipped = |rig: &Rig| rig.threads.fared().map(|(skipped, _)| skipped).sum::<u64>();
+    let skipped = |rig: &Rig| rig.threads.exchange_stats().map(|(skipped, _)| skipped).sum::<u64>();
     let skipped_before = skipped(&rig);
     assert_eq!(rig.motor.states().len(), 65);
     let faults = faults();
-    let struck = Struck::new(&faults, &rig.robot.motor);
+    let struck = FaultTargets::new(&faults, &rig.robot.motor);
     let (asked_at, commands) = (vec![Instant::EPOCH; 65], Commands::new(65));
     let mut last = Last { asked_at, commands, struck, round_at: rig.now };
     let mut seen = Seen::default();
@@ -106,7 +106,7 @@ fn campaign(lasts: Duration) {
         }
         last.struck.end_round();
         if rig.motor.states().any(|state| waits(&state)) {
-            rig.motor.start_anew();
+            rig.motor.recover();
         }
     }
     let (stale, skipped) = (rig.motor.counts().stale, skipped(&rig) - skipped_before);
@@ -115,7 +115,7 @@ fn campaign(lasts: Duration) {
     // An overloaded machine skips requests. Of the requests sent, to 13 servos each, most readings must arrive.
     let requests = 5 * seen.cycles - skipped;
     assert!(seen.readings > 13 * requests / 2, "{seen:?}, {requests} requests");
-    let Struck { times, moving, .. } = last.struck;
+    let FaultTargets { times, moving, .. } = last.struck;
     println!("{moving} of {times} struck as they moved");
     assert!(2 * moving > times, "{moving} of {times} were struck as they moved");
     rig.ptys.as_ref().unwrap().inject(&[]);
@@ -128,7 +128,7 @@ fn campaign(lasts: Duration) {
     };
     until(&mut rig, |lost| lost.iter().all(|(_, state)| is_held_up(state)));
     if rig.motor.states().any(|state| waits(&state)) {
-        rig.motor.start_anew();
+        rig.motor.recover();
     }
     until(&mut rig, |lost| lost.is_empty());
     let Commands { compared, obeyed, .. } = last.commands;

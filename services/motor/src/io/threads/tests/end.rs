@@ -1,16 +1,16 @@
 //! The orderly end of the motor process.
 
 use message::JointCause;
-use process::{Emergency, Lookout};
+use process::{Emergency, EmergencyFlag};
 
 use super::rig::{PERIOD, Rig, Time};
-use crate::io::run::lay_down;
+use crate::io::run::shutdown;
 
 /// A robot in motion, whose joints need longer to stop than an orderly end may take.
-fn on_the_move(lookout: &Lookout) -> Rig {
+fn on_the_move(emergency_flag: &EmergencyFlag) -> Rig {
     let mut robot = config::Robot::load(None).unwrap();
     robot.motor.joints.iter_mut().for_each(|joint| joint.acceleration_rad_s2 = 0.05);
-    let mut rig = Rig::of(robot, Time::Wall, lookout);
+    let mut rig = Rig::of(robot, Time::Wall, emergency_flag);
     rig.share = 0.9;
     // Decelerating takes two seconds.
     rig.until_so("on the move", |rig| {
@@ -23,14 +23,14 @@ fn on_the_move(lookout: &Lookout) -> Rig {
 fn an_emergency_stop_is_heeded_at_once_in_an_orderly_end() {
     let folder = tempfile::tempdir().unwrap();
     let emergency = Emergency::watch(folder.path()).unwrap();
-    let lookout = emergency.lookout();
-    let Rig { mut motor, mut threads, ptys: _ptys, folder: _folder, .. } = on_the_move(&lookout);
+    let emergency_flag = emergency.emergency_flag();
+    let Rig { mut motor, mut threads, ptys: _ptys, folder: _folder, .. } = on_the_move(&emergency_flag);
     process::emergency::raise(folder.path(), "a test").unwrap();
-    while !lookout.is_raised() {
+    while !emergency_flag.is_raised() {
         clock::sleep_until(clock::now() + PERIOD);
     }
     let mut causes = Vec::new();
-    lay_down(&mut motor, &mut threads, PERIOD, &lookout, |motor, _| {
+    shutdown(&mut motor, &mut threads, PERIOD, &emergency_flag, |motor, _| {
         causes.push(motor.letting_go());
         Ok(())
     })
@@ -40,9 +40,10 @@ fn an_emergency_stop_is_heeded_at_once_in_an_orderly_end() {
 
 #[test]
 fn an_orderly_end_leaves_no_torque_on_where_a_joint_cannot_stop_in_time() {
-    let Rig { mut motor, mut threads, ptys: _ptys, folder: _folder, .. } = on_the_move(&Lookout::default());
+    let Rig { mut motor, mut threads, ptys: _ptys, folder: _folder, .. } =
+        on_the_move(&EmergencyFlag::default());
     let mut causes = Vec::new();
-    lay_down(&mut motor, &mut threads, PERIOD, &Lookout::default(), |motor, _| {
+    shutdown(&mut motor, &mut threads, PERIOD, &EmergencyFlag::default(), |motor, _| {
         causes.push(motor.letting_go());
         Ok(())
     })

@@ -6,10 +6,10 @@
 //! documentation of the servo bus lists these tests row by row.
 
 use message::{JointCause, JointMode};
-use servo::mock::Kind;
+use servo::mock::FaultKind;
 
 use super::rig::{PERIOD, Rig, Time};
-use crate::BusCounts;
+use crate::BusCounters;
 use clock::Duration;
 
 mod answers;
@@ -39,7 +39,7 @@ fn following_as(change: impl FnOnce(&mut config::Robot)) -> Rig {
         *reaction = config::leo::AlertReaction::Limp;
     }
     change(&mut robot);
-    let mut rig = Rig::of(robot, Time::Lockstep, &process::Lookout::default());
+    let mut rig = Rig::of(robot, Time::Lockstep, &process::EmergencyFlag::default());
     calm(&mut rig);
     rig
 }
@@ -47,10 +47,10 @@ fn following_as(change: impl FnOnce(&mut config::Robot)) -> Rig {
 /// A robot in simulated time whose servos do not support fast sync reads. All joints follow.
 fn following_on_old_firmware() -> Rig {
     let robot = config::Robot::load(None).unwrap();
-    let mut rig = Rig::of(robot, Time::Lockstep, &process::Lookout::default());
+    let mut rig = Rig::of(robot, Time::Lockstep, &process::EmergencyFlag::default());
     for joint in everybody() {
         rig.servo(joint, |servo| *servo = servo.clone().with_firmware(OLD_FIRMWARE));
-        assert!(!rig.servo(joint, |servo| servo.knows_fast_reads()));
+        assert!(!rig.servo(joint, |servo| servo.supports_fast_reads()));
     }
     calm(&mut rig);
     rig
@@ -105,7 +105,7 @@ fn expect(holds: bool, what: impl FnOnce() -> String) -> Verdict {
 }
 
 /// A counter of a bus.
-type Counter = fn(&BusCounts) -> u64;
+type Counter = fn(&BusCounters) -> u64;
 
 /// The counter of each bus.
 fn counted(rig: &Rig, of: Counter) -> Vec<u64> {

@@ -3,15 +3,15 @@ use std::cell::Cell;
 use config::Robot;
 use config::motor::Bus;
 use message::{JointCause, JointGoal, JointMode, JointState};
-use mock_bus_process::Ptys;
-use servo::mock::{Injection, Kind, Servo};
+use mock_bus_process::MockBuses;
+use servo::mock::{FaultKind, FaultSpec, Servo};
 use servo::table::TORQUE_ENABLE;
 
-use super::Threads;
-use super::watched::Watched;
+use super::BusThreads;
+use super::progress_port::ProgressPort;
 use crate::{Line, Motor};
 use clock::{Duration, Instant};
-use process::Lookout;
+use process::EmergencyFlag;
 
 pub(super) const PERIOD: Duration = Duration::from_millis(4);
 pub(super) const LONG: Duration = Duration::from_secs(20);
@@ -31,8 +31,8 @@ pub(super) enum Time {
 pub(super) struct Rig {
     pub(super) robot: Robot,
     pub(super) folder: tempfile::TempDir,
-    pub(super) ptys: Option<Ptys>,
-    pub(super) threads: Threads,
+    pub(super) ptys: Option<MockBuses>,
+    pub(super) threads: BusThreads,
     pub(super) motor: Motor,
     pub(super) now: Instant,
     time: Time,
@@ -48,12 +48,12 @@ pub(super) struct Rig {
 
 impl Rig {
     pub(super) fn new(time: Time) -> Self {
-        Self::of(Robot::load(None).unwrap(), time, &Lookout::default())
+        Self::of(Robot::load(None).unwrap(), time, &EmergencyFlag::default())
     }
 
-    pub(super) fn of(robot: Robot, time: Time, lookout: &Lookout) -> Self {
+    pub(super) fn of(robot: Robot, time: Time, emergency_flag: &EmergencyFlag) -> Self {
         let folder = tempfile::tempdir().unwrap();
-        let ptys = Ptys::open(&robot.motor, folder.path(), time != Time::Wall).unwrap();
+        let ptys = MockBuses::open(&robot.motor, folder.path(), time != Time::Wall).unwrap();
         let (patience, now) = match time {
             Time::Wall => ((PERIOD / 4, 2 * PERIOD), clock::now()),
             Time::Lockstep => ((LONG, LONG), Instant::EPOCH),
@@ -61,12 +61,12 @@ impl Rig {
         let until = clock::now() + LONG;
         let buses = &robot.motor.buses;
         let threads = match time {
-            Time::Wall => Threads::start(buses, folder.path(), patience, until, false, lookout),
+            Time::Wall => BusThreads::start(buses, folder.path(), patience, until, false, emergency_flag),
             Time::Lockstep => {
-                let lines = Threads::lines(buses, folder.path(), until, false).unwrap();
-                let watched =
-                    |(bus, line): (&Bus, Line)| Watched::new(line, ptys.progress(&bus.name).unwrap());
-                Threads::over(buses, buses.iter().zip(lines).map(watched), patience, lookout)
+                let lines = BusThreads::lines(buses, folder.path(), until, false).unwrap();
+                let progress_port =
+                    |(bus, line): (&Bus, Line)| ProgressPort::new(line, ptys.progress(&bus.name).unwrap());
+                BusThreads::over(buses, buses.iter().zip(lines).map(progress_port), patience, emergency_flag)
             }
         };
         Self {
@@ -170,7 +170,7 @@ impl Rig {
     pub(super) fn servo<T>(&self, joint: usize, with: impl FnOnce(&mut Servo) -> T) -> T {
         let id = self.robot.motor.joints[joint].id;
         let ptys = self.ptys.as_ref().unwrap();
-        ptys.tamper(self.bus_of(joint), |servos| {
+        ptys.with_servos(self.bus_of(joint), |servos| {
             with(servos.iter_mut().find(|servo| servo.id() == id).unwrap())
         })
         .unwrap()
@@ -183,7 +183,7 @@ impl Rig {
 
     /// Injects a fault into the servos of joints, with the arguments `more`, and removes all other faults.
     pub(super) fn inject(&self, kind: &str, joints: &[usize], more: &str) {
-        let faults: Vec<Injection> = joints
+        let faults: Vec<FaultSpec> = joints
             .iter()
             .map(|joint| {
                 let id = self.robot.motor.joints[*joint].id;
@@ -194,7 +194,7 @@ impl Rig {
     }
 
     /// How often a kind of fault occurred on the bus of a joint.
-    pub(super) fn injected(&self, joint: usize, kind: Kind) -> u64 {
+    pub(super) fn injected(&self, joint: usize, kind: FaultKind) -> u64 {
         let bus = self.bus_of(joint);
         let ptys = self.ptys.as_ref().unwrap();
         ptys.injected().find(|(name, _)| *name == bus).unwrap().1.of(kind)

@@ -53,7 +53,7 @@ fn torque_on_in_position_mode_forgets_whole_turns_and_in_extended_position_mode_
     for (mode, kept) in [(3, false), (4, true)] {
         let mut servo = servo();
         put(&mut servo, OPERATING_MODE, mode).unwrap();
-        servo.push_by(2.0 * std::f64::consts::TAU);
+        servo.displace(2.0 * std::f64::consts::TAU);
         let turned = i64::from(position_count(0.5)) + 8192;
         assert_eq!(get(&servo, PRESENT_POSITION), turned, "without torque it counts on in every mode");
         put(&mut servo, TORQUE_ENABLE, 1).unwrap();

@@ -1,7 +1,7 @@
 //! Answers that arrive corrupt, late or not at all.
 
 use super::*;
-use crate::Trouble;
+use crate::JointFault;
 
 /// Number of faults counted on the bus of a joint.
 fn noticed(rig: &Rig, joint: usize) -> u64 {
@@ -10,7 +10,7 @@ fn noticed(rig: &Rig, joint: usize) -> u64 {
 }
 
 /// How often a fault occurred on the bus of each joint, and how many faults were counted.
-fn happened(rig: &Rig, joints: &[usize], kind: Kind) -> Vec<(u64, u64)> {
+fn happened(rig: &Rig, joints: &[usize], kind: FaultKind) -> Vec<(u64, u64)> {
     joints.iter().map(|&joint| (rig.injected(joint, kind), noticed(rig, joint))).collect()
 }
 
@@ -26,7 +26,14 @@ fn an_answer_of_older_firmware_that_arrives_broken_costs_no_other_servo_a_readin
 
 /// Corrupts an answer of each joint in every way, with fast sync reads or sync reads.
 fn broken_answers(rig: &mut Rig, is_chain: bool) {
-    for kind in [Kind::Flip, Kind::Truncate, Kind::Length, Kind::Noise, Kind::Duplicate, Kind::Swap] {
+    for kind in [
+        FaultKind::Flip,
+        FaultKind::Truncate,
+        FaultKind::Length,
+        FaultKind::Noise,
+        FaultKind::Duplicate,
+        FaultKind::Swap,
+    ] {
         let seen = std::cell::Cell::new(0);
         in_turn(rig, |rig, struck| {
             let before: Vec<u64> = struck.iter().map(|&joint| rig.state(joint).sampled_at_ns).collect();
@@ -43,7 +50,7 @@ fn broken_answers(rig: &mut Rig, is_chain: bool) {
             for ((times, counts), (before, counted)) in happened(rig, struck, kind).into_iter().zip(counted) {
                 // Answers that carry their identifiers may arrive in another order.
                 let is_well =
-                    kind == Kind::Swap && !is_chain && struck.iter().all(|&joint| rig.is_read(joint));
+                    kind == FaultKind::Swap && !is_chain && struck.iter().all(|&joint| rig.is_read(joint));
                 let is_noticed = counts > counted || is_well;
                 expect(times == before || is_noticed, || format!("nobody noticed {kind:?}"))?;
                 seen.set(seen.get() + times - before);
@@ -53,7 +60,7 @@ fn broken_answers(rig: &mut Rig, is_chain: bool) {
             others_go_on(rig, &[])
         });
         // In a chain only the first servo of each bus sends a length.
-        let least = if kind == Kind::Length && is_chain { 5 } else { 60 };
+        let least = if kind == FaultKind::Length && is_chain { 5 } else { 60 };
         assert!(seen.get() >= least, "{kind:?} happened {} times", seen.get());
     }
 }
@@ -79,7 +86,8 @@ fn a_servo_is_quarantined_after_three_silent_cycles_costs_no_other_a_reading_and
             expect(counts.missed >= missed + 3, || "not counted as missed".to_owned())?;
         }
         // It is pinged after 0.1 s and after 0.2 s more, and not in between.
-        let asked = |rig: &Rig| -> u64 { struck.iter().map(|&joint| rig.injected(joint, Kind::Drop)).sum() };
+        let asked =
+            |rig: &Rig| -> u64 { struck.iter().map(|&joint| rig.injected(joint, FaultKind::Drop)).sum() };
         let (before, once) = (asked(rig), u64::try_from(struck.len()).unwrap());
         for (time, times) in [(90, 0), (60, 1), (130, 1), (80, 2)] {
             for _ in 0..cycles_in(Duration::from_millis(time)) {
@@ -103,7 +111,7 @@ fn a_servo_whose_clock_stands_still_is_quarantined_after_25_readings_and_costs_n
     in_turn(&mut rig, |rig, struck| {
         let verdict = stopped_clocks(rig, struck);
         rig.inject("", &[], "");
-        rig.motor.start_anew();
+        rig.motor.recover();
         verdict
     });
 }
@@ -119,7 +127,7 @@ fn stopped_clocks(rig: &mut Rig, struck: &[usize]) -> Verdict {
     within(rig, 2, |rig| are(rig, struck, JointMode::Quarantined, JointCause::Unbelieved))?;
     for &joint in struck {
         let trouble = rig.motor.trouble(joint);
-        expect(trouble == Some(Trouble::Unbelieved), || format!("{trouble:?}"))?;
+        expect(trouble == Some(JointFault::Unbelieved), || format!("{trouble:?}"))?;
         expect(rig.motor.quarantined(bus(rig, joint)) == 1, || "not counted as quarantined".to_owned())?;
     }
     // It keeps answering, but its readings are still rejected.
@@ -137,7 +145,7 @@ fn an_answer_to_an_earlier_question_is_counted_and_never_believed() {
     // Three cycles later an answer of the same length is expected.
     for late in ["by=3ms", "by=10ms", "by=12ms"] {
         in_turn(&mut rig, |rig, struck| {
-            let counted = happened(rig, struck, Kind::Late);
+            let counted = happened(rig, struck, FaultKind::Late);
             rig.inject("late", struck, late);
             for _ in 0..2 {
                 rig.cycle();
@@ -151,7 +159,7 @@ fn an_answer_to_an_earlier_question_is_counted_and_never_believed() {
                 struck.iter().for_each(|&joint| _ = rig.is_read(joint));
             }
             for ((times, counts), (before, counted)) in
-                happened(rig, struck, Kind::Late).into_iter().zip(counted)
+                happened(rig, struck, FaultKind::Late).into_iter().zip(counted)
             {
                 expect(times > before && counts > counted, || "nobody noticed".to_owned())?;
             }

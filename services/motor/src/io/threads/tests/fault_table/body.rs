@@ -24,7 +24,10 @@ fn watchdogs_that_tripped_are_found_within_half_a_second_and_all_joints_go_on() 
         found.extend(all().filter(|&joint| rig.cause(joint) == JointCause::Watchdog));
     }
     assert_eq!(found.len(), 65);
-    assert_eq!(counted_once(&rig, &everybody(), |counts| counts.incidents.watchdogs, vec![0; 5]), Ok(()));
+    assert_eq!(
+        counted_once(&rig, &everybody(), |counts| counts.fault_counters.watchdogs, vec![0; 5]),
+        Ok(())
+    );
     // The joints of a group wait for each other.
     assert_eq!(within(&mut rig, 250, all_follow), Ok(()));
     assert!(all().all(|joint| watchdog(&rig, joint) == 10), "they are armed again");
@@ -125,7 +128,7 @@ fn an_emergency_stop_takes_every_torque_at_once_and_is_confirmed_by_each_servo_t
     in_turn(&mut rig, |rig, struck| {
         let verdict = emergency(rig, struck);
         rig.inject("", &[], "");
-        rig.motor.start_anew();
+        rig.motor.recover();
         verdict
     });
 }
@@ -151,7 +154,7 @@ fn an_emergency_stop_takes_every_torque_while_the_cycle_hangs() {
     let folder = tempfile::tempdir().unwrap();
     let emergency = Emergency::watch(folder.path()).unwrap();
     let robot = config::Robot::load(None).unwrap();
-    let mut rig = Rig::of(robot, Time::Wall, &emergency.lookout());
+    let mut rig = Rig::of(robot, Time::Wall, &emergency.emergency_flag());
     rig.until("following", |state| state.mode() == Some(JointMode::Following));
     assert!(all().all(|joint| rig.has_torque(joint)));
     process::emergency::raise(folder.path(), "a test").unwrap();

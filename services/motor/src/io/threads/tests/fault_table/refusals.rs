@@ -6,7 +6,7 @@ use servo::mock::Servo;
 use servo::table::TORQUE_ENABLE;
 
 use super::*;
-use crate::{Motor, Topic, Trouble};
+use crate::{JointFault, Motor, PartKind};
 
 /// Starts a new motor process with another configuration of some joints.
 fn configured(rig: &mut Rig, struck: &[usize], change: impl Fn(&mut config::motor::Joint)) {
@@ -14,7 +14,7 @@ fn configured(rig: &mut Rig, struck: &[usize], change: impl Fn(&mut config::moto
     struck.iter().for_each(|&joint| change(&mut robot.joints[joint]));
     rig.motor = Motor::new(&robot, &rig.robot.leo.motor).unwrap();
     // Some servos had the limits of another joint before.
-    rig.motor.start_anew();
+    rig.motor.recover();
 }
 
 /// A limit beyond the range of position mode: a range error.
@@ -47,7 +47,7 @@ fn refused(rig: &mut Rig, struck: &[usize], fault: Fault) -> Verdict {
     })?;
     for &joint in struck {
         let trouble = rig.motor.trouble(joint);
-        expect(trouble == Some(Trouble::Refused(fault)), || format!("{trouble:?}, not {fault:?}"))?;
+        expect(trouble == Some(JointFault::Refused(fault)), || format!("{trouble:?}, not {fault:?}"))?;
         expect(!rig.has_torque(joint), || "it has torque".to_owned())?;
     }
     for _ in 0..50 {
@@ -55,13 +55,13 @@ fn refused(rig: &mut Rig, struck: &[usize], fault: Fault) -> Verdict {
         others_go_on(rig, struck)?;
         for &joint in struck {
             let settings = &rig.robot.motor.joints[joint];
-            let exchange = rig.threads.ends[settings.bus].exchange.as_ref().unwrap();
-            let mut jobs = exchange.request.parts().filter(|(part, _)| part.topic == Topic::Job);
+            let exchange = rig.threads.workers[settings.bus].exchange.as_ref().unwrap();
+            let mut jobs = exchange.request.parts().filter(|(part, _)| part.topic == PartKind::Job);
             let told = jobs.any(|(part, _)| part.ids().contains(&settings.id));
             expect(!told, || "it is told again".to_owned())?;
         }
     }
-    counted_once(rig, struck, |counts| counts.incidents.refusals, vec![0; 5])
+    counted_once(rig, struck, |counts| counts.fault_counters.refusals, vec![0; 5])
 }
 
 #[test]
@@ -76,7 +76,7 @@ fn a_servo_that_refuses_an_instruction_gets_no_torque_and_is_not_told_again() {
             provoke(rig, struck);
             let verdict = refused(rig, struck, fault).map_err(|wrong| format!("{fault:?}: {wrong}"));
             rig.motor = Motor::new(&rig.robot.motor, &rig.robot.leo.motor).unwrap();
-            rig.motor.start_anew();
+            rig.motor.recover();
             verdict.and_then(|()| within(rig, 500, all_follow))
         });
     }

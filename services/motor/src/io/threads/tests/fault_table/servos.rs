@@ -7,10 +7,10 @@ use std::cell::RefCell;
 use std::collections::BTreeSet;
 
 use super::*;
-use crate::Trouble;
+use crate::JointFault;
 
-const ALERTS: Counter = |counts| counts.incidents.alerts;
-const RESTARTS: Counter = |counts| counts.incidents.restarts;
+const ALERTS: Counter = |counts| counts.fault_counters.alerts;
+const RESTARTS: Counter = |counts| counts.fault_counters.restarts;
 const DUPLICATES: Counter = |counts| counts.duplicates;
 
 /// Checks that the groups of these joints hold, and no other joints do.
@@ -48,7 +48,7 @@ fn an_alert_is_read_in_its_cycle_stops_its_group_takes_its_torque_and_is_reboote
             are(rig, struck, JointMode::Releasing, JointCause::Alert)?;
             for &joint in struck {
                 let trouble = rig.motor.trouble(joint);
-                let read = trouble == Some(Trouble::Alert(servo::HardwareErrors(bit)));
+                let read = trouble == Some(JointFault::Alert(servo::HardwareErrors(bit)));
                 expect(read, || format!("item 70 was not read: {trouble:?}"))?;
             }
             rig.inject("", &[], "");
@@ -89,7 +89,7 @@ fn an_alert_stays_until_a_person_has_looked_where_no_reboot_is_wanted() {
     assert_eq!(counted_once(&rig, &struck, ALERTS, vec![0; 5]), Ok(()));
     // The operator reboots the servos by hand, and restarts the motor process.
     struck.iter().for_each(|&joint| rig.servo(joint, servo::mock::Servo::reboot));
-    rig.motor.start_anew();
+    rig.motor.recover();
     assert_eq!(within(&mut rig, cycles_in(Duration::from_secs(3)), all_follow), Ok(()));
 }
 
@@ -141,7 +141,7 @@ fn two_servos_of_one_identifier_cost_their_bus_its_torque_and_are_named() {
     in_turn(&mut rig, |rig, struck| {
         let verdict = duplicated(rig, struck);
         rig.inject("", &[], "");
-        rig.motor.start_anew();
+        rig.motor.recover();
         verdict
     });
 }
@@ -161,7 +161,7 @@ fn duplicated(rig: &mut Rig, struck: &[usize]) -> Verdict {
     })?;
     for (&joint, id) in on_bus.iter().zip(ids) {
         let (name, trouble) = (&rig.robot.motor.joints[joint].name, rig.motor.trouble(joint));
-        expect(trouble == Some(Trouble::Duplicate(id)), || format!("{name}: {trouble:?}, not {id}"))?;
+        expect(trouble == Some(JointFault::Duplicate(id)), || format!("{name}: {trouble:?}, not {id}"))?;
     }
     counted_once(rig, struck, DUPLICATES, before)?;
     // Each servo is told separately, and both servos of one identifier receive it. Their simultaneous answers confirm
@@ -171,10 +171,10 @@ fn duplicated(rig: &mut Rig, struck: &[usize]) -> Verdict {
         let torque = on_bus.iter().find(|joint| rig.has_torque(**joint));
         expect(torque.is_none(), || format!("{torque:?} has torque"))?;
         for &joint in struck {
-            let twins = rig.ptys.as_ref().unwrap().twins(rig.bus_of(joint)).unwrap();
+            let duplicate_servos = rig.ptys.as_ref().unwrap().duplicate_servos(rig.bus_of(joint)).unwrap();
             let has_torque = |twin: &servo::mock::Servo| twin.read(TORQUE_ENABLE.address, 1) == Ok(&[1]);
-            let limp = twins.len() == 1 && !has_torque(&twins[0]);
-            expect(limp, || format!("the twin of {joint} has torque, of {} twins", twins.len()))?;
+            let limp = duplicate_servos.len() == 1 && !has_torque(&duplicate_servos[0]);
+            expect(limp, || format!("the twin of {joint} has torque, of {} twins", duplicate_servos.len()))?;
         }
         are(rig, &single, JointMode::Limp, JointCause::DuplicateId)?;
         are(rig, struck, JointMode::Releasing, JointCause::DuplicateId)?;
@@ -223,7 +223,7 @@ fn spared(worsen: impl Fn(&mut servo::mock::Servo), mend: impl Fn(&mut servo::mo
 fn a_servo_that_gets_hot_is_seen_within_half_a_second_and_spared_before_it_trips() {
     // Seven degrees below its limit a servo has half of its speed.
     let limit = |servo: &servo::mock::Servo| f64::from(servo.read(TEMPERATURE_LIMIT.address, 1).unwrap()[0]);
-    spared(|servo| servo.warm_to(limit(servo) - 7.0), |servo| servo.warm_to(30.0));
+    spared(|servo| servo.set_temperature(limit(servo) - 7.0), |servo| servo.set_temperature(30.0));
 }
 
 #[test]

@@ -1,0 +1,191 @@
+use std::collections::VecDeque;
+use std::thread::JoinHandle;
+
+use clock::Duration;
+use crossbeam::channel::{Receiver, RecvTimeoutError, Sender, unbounded};
+
+use crate::Kept;
+
+/// The result of storing an example.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) enum Outcome<E> {
+    /// It is durable.
+    Durable(Kept),
+    /// Storing failed and will be retried.
+    Pending(Kept, E),
+    /// An earlier failed example is durable now.
+    PersistedLate(Kept),
+}
+
+/// A thread that stores examples, one after the other, so that a slow disk blocks nothing else. Examples that could
+/// not be stored are retried in order, and no later example is stored before them. So a full disk loses nothing
+/// while the process lives. Dropping it blocks until every example is stored or its last attempt has failed.
+#[derive(Debug)]
+pub(crate) struct Persister<E> {
+    to: Option<Sender<Kept>>,
+    from: Receiver<Outcome<E>>,
+    thread: Option<JoinHandle<()>>,
+    in_flight: usize,
+}
+
+/// The error when the thread has ended, which only happens after a panic: nothing more is stored.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("the thread that makes what was learned durable ended")]
+pub(crate) struct PersisterEndedError;
+
+impl<E: Send + 'static> Persister<E> {
+    /// Starts the thread. `keep` stores one example; after a failure it is called again after the time `again`.
+    ///
+    /// # Errors
+    /// The thread could not be spawned.
+    pub(crate) fn start(
+        mut keep: impl FnMut(&Kept) -> Result<(), E> + Send + 'static,
+        again: Duration,
+    ) -> std::io::Result<Self> {
+        let (to, orders) = unbounded::<Kept>();
+        let (done, from) = unbounded();
+        let work = move || {
+            let mut owed = VecDeque::new();
+            loop {
+                let order = if owed.is_empty() {
+                    orders.recv().map_err(|_| RecvTimeoutError::Disconnected)
+                } else {
+                    orders.recv_timeout(again)
+                };
+                let mut wrong = None;
+                while let Some(oldest) = owed.pop_front() {
+                    if let Err(error) = keep(&oldest) {
+                        owed.push_front(oldest);
+                        wrong = Some(error);
+                        break;
+                    }
+                    // Sending fails only at shutdown, when the receiver is gone.
+                    let _told = done.send(Outcome::PersistedLate(oldest));
+                }
+                match order {
+                    Ok(kept) => {
+                        let outcome = match wrong.map_or_else(|| keep(&kept), Err) {
+                            Ok(()) => Outcome::Durable(kept),
+                            Err(error) => {
+                                owed.push_back(kept.clone());
+                                Outcome::Pending(kept, error)
+                            }
+                        };
+                        let _told = done.send(outcome);
+                    }
+                    Err(RecvTimeoutError::Timeout) => {}
+                    Err(RecvTimeoutError::Disconnected) => break,
+                }
+            }
+        };
+        let thread = std::thread::Builder::new().name("keeper".to_owned()).spawn(work)?;
+        Ok(Self { to: Some(to), from, thread: Some(thread), in_flight: 0 })
+    }
+
+    /// Queues an example for storing; does not block.
+    pub(crate) fn keep(&mut self, kept: Kept) -> Result<(), PersisterEndedError> {
+        let sent = self.to.as_ref().is_some_and(|to| to.send(kept).is_ok());
+        self.in_flight += usize::from(sent);
+        if sent { Ok(()) } else { Err(PersisterEndedError) }
+    }
+
+    /// The next result, in the order of the examples; [`Outcome::PersistedLate`] comes in between. Does not block.
+    pub(crate) fn kept(&mut self) -> Option<Outcome<E>> {
+        let outcome = self.from.try_recv().ok()?;
+        Some(self.note(outcome))
+    }
+
+    /// Blocks for the next result; `None` if nothing is queued.
+    pub(crate) fn wait(&mut self) -> Result<Option<Outcome<E>>, PersisterEndedError> {
+        if self.in_flight == 0 {
+            return Ok(None);
+        }
+        let outcome = self.from.recv().map_err(|_gone| PersisterEndedError)?;
+        Ok(Some(self.note(outcome)))
+    }
+
+    fn note(&mut self, outcome: Outcome<E>) -> Outcome<E> {
+        self.in_flight -= usize::from(!matches!(outcome, Outcome::PersistedLate(_)));
+        outcome
+    }
+}
+
+impl<E> Drop for Persister<E> {
+    fn drop(&mut self) {
+        self.to = None;
+        if let Some(thread) = self.thread.take() {
+            // A panic was already reported by the panic hook.
+            let _ended = thread.join();
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use tasks::Example;
+
+    use super::*;
+
+    fn example(place: u64) -> Kept {
+        let example = Example { teacher: 1, views: Vec::new() };
+        Kept { key: "task 1".to_owned(), task: "Task 1".to_owned(), place, example }
+    }
+
+    const SOON: Duration = Duration::from_millis(1);
+    const NEVER: Duration = Duration::from_secs(3600);
+
+    #[test]
+    fn acknowledged_only_when_durable_without_blocking() {
+        let (disk, turns) = unbounded::<Result<(), &str>>();
+        let mut persister = Persister::start(move |_| turns.recv().unwrap(), NEVER).unwrap();
+        // The disk blocks; the caller does not.
+        for place in 0..3 {
+            persister.keep(example(place)).unwrap();
+        }
+        assert_eq!(persister.kept(), None);
+        disk.send(Ok(())).unwrap();
+        assert_eq!(persister.wait(), Ok(Some(Outcome::Durable(example(0)))));
+        // The disk is full: the next example is not stored before the failed one.
+        disk.send(Err("full")).unwrap();
+        assert_eq!(persister.wait(), Ok(Some(Outcome::Pending(example(1), "full"))));
+        disk.send(Err("still full")).unwrap();
+        assert_eq!(persister.wait(), Ok(Some(Outcome::Pending(example(2), "still full"))));
+        assert_eq!(persister.wait(), Ok(None));
+        // The disk has space again when the next example comes.
+        (0..3).for_each(|_| disk.send(Ok(())).unwrap());
+        persister.keep(example(3)).unwrap();
+        let became = [1, 2].map(|place| Outcome::PersistedLate(example(place)));
+        for outcome in became.into_iter().chain([Outcome::Durable(example(3))]) {
+            assert_eq!(persister.wait(), Ok(Some(outcome)));
+        }
+        assert_eq!(persister.wait(), Ok(None));
+    }
+
+    #[test]
+    fn what_is_owed_is_tried_again_by_itself() {
+        let (disk, turns) = unbounded::<Result<(), &str>>();
+        for turn in [Err("full"), Err("full"), Err("full"), Ok(())] {
+            disk.send(turn).unwrap();
+        }
+        let mut persister = Persister::start(move |_| turns.recv().unwrap(), SOON).unwrap();
+        persister.keep(example(0)).unwrap();
+        assert_eq!(persister.wait(), Ok(Some(Outcome::Pending(example(0), "full"))));
+        assert_eq!(persister.from.recv(), Ok(Outcome::PersistedLate(example(0))));
+    }
+
+    #[test]
+    fn what_is_under_way_or_owed_is_durable_when_the_keeper_is_gone() {
+        let (done, count) = unbounded();
+        let mut tries = 0;
+        let keep = move |kept: &Kept| {
+            tries += 1;
+            if tries < 60 { Err("full") } else { done.send(kept.place).map_err(|_| "gone") }
+        };
+        let mut persister = Persister::start(keep, NEVER).unwrap();
+        for place in 0..100 {
+            persister.keep(example(place)).unwrap();
+        }
+        drop(persister);
+        assert_eq!(count.iter().collect::<Vec<u64>>(), (0..100).collect::<Vec<u64>>());
+    }
+}

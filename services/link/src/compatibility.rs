@@ -1,0 +1,221 @@
+//! Compatibility of two machines: message layouts and configuration.
+
+use std::fmt;
+
+use config::Robot;
+use config::leo::OffBoard;
+
+use crate::wire::LANGUAGE;
+
+/// What both machines must have in common for frames to mean the same. It is part of every message.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Compatibility {
+    /// The version of Leo, 16 bits for each of its three numbers. It is reported, not compared.
+    pub version: u64,
+    /// Hash of the layouts of all messages, see [`message::layouts`].
+    pub layouts: u64,
+    /// Hash of the joints: names and ranges.
+    pub joints: u64,
+    /// Hash of the percepts: names and classifiers.
+    pub percepts: u64,
+    /// Number of perspectives.
+    pub perspectives: u64,
+    /// The processes that run on the remote machine, one bit each.
+    pub off_board: u64,
+}
+
+/// Number of fields of an `Compatibility`.
+pub(crate) const NUMBERS: usize = 6;
+
+impl Compatibility {
+    /// The values of this program, a robot's configuration and its number of perspectives.
+    pub(crate) fn of(robot: &Robot, perspectives: u32) -> Self {
+        let joints = robot.motor.joints.iter();
+        let joints = joints.map(|joint| format!("{} {:?} {:?}", joint.name, joint.min_rad, joint.max_rad));
+        let off_board = robot.leo.link.off_board.iter().map(|process| match process {
+            OffBoard::Learner => 1,
+            OffBoard::Console => 2,
+        });
+        Self {
+            version: packed(env!("CARGO_PKG_VERSION")),
+            layouts: message::layouts(),
+            joints: hash(joints),
+            percepts: hash(robot.percepts.percepts.iter().map(|percept| format!("{percept:?}"))),
+            perspectives: u64::from(perspectives),
+            off_board: off_board.fold(0, |bits, bit| bits | bit),
+        }
+    }
+
+    pub(crate) const fn numbers(self) -> [u64; NUMBERS] {
+        let Self { version, layouts, joints, percepts, perspectives, off_board } = self;
+        [version, layouts, joints, percepts, perspectives, off_board]
+    }
+
+    pub(crate) const fn of_numbers(numbers: [u64; NUMBERS]) -> Self {
+        let [version, layouts, joints, percepts, perspectives, off_board] = numbers;
+        Self { version, layouts, joints, percepts, perspectives, off_board }
+    }
+
+    /// Whether frames mean the same to both.
+    #[must_use]
+    pub const fn agrees(self, other: Self) -> bool {
+        self.layouts == other.layouts
+            && self.joints == other.joints
+            && self.percepts == other.percepts
+            && self.perspectives == other.perspectives
+            && self.off_board == other.off_board
+    }
+}
+
+/// The peer is incompatible. The message says what differs and what to do.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum IncompatiblePeer {
+    /// The peer uses another version of the link protocol.
+    Language {
+        /// The peer's protocol version.
+        there: u64,
+    },
+    /// Message layouts or configuration differ.
+    Meaning {
+        /// The values of this machine.
+        here: Compatibility,
+        /// The values of the peer.
+        there: Compatibility,
+    },
+}
+
+impl fmt::Display for IncompatiblePeer {
+    fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(out, "the other machine and this one take nothing from each other: ")?;
+        let (here, there) = match self {
+            Self::Language { there } => {
+                return write!(
+                    out,
+                    "its link speaks version {there} of the language of links, and this one version {LANGUAGE}. \
+                     Install the same version of Leo on both, and restart both"
+                );
+            }
+            Self::Meaning { here, there } => (here, there),
+        };
+        if here.layouts != there.layouts {
+            // With another version, the other values may differ for that reason alone.
+            return write!(
+                out,
+                "it runs Leo {} with messages {:016x}, and this is Leo {} with messages {:016x}. Install the same \
+                 version of Leo on both, and restart both",
+                unpacked(there.version),
+                there.layouts,
+                unpacked(here.version),
+                here.layouts
+            );
+        }
+        let differs = [
+            (here.joints != there.joints, "the joints of motor.toml or their ranges"),
+            (here.percepts != there.percepts, "the percepts of percepts.toml"),
+            (here.perspectives != there.perspectives, "`partners` or `depth` of [belief] in leo.toml"),
+            (here.off_board != there.off_board, "`off_board` of [link] in leo.toml"),
+        ];
+        let what: Vec<&str> = differs.iter().filter(|(differs, _)| *differs).map(|(_, what)| *what).collect();
+        write!(
+            out,
+            "they are configured otherwise, in {}. Make that the same on both, and restart both",
+            what.join(", and in ")
+        )
+    }
+}
+
+/// FNV-1a hash (64 bits) of some texts.
+fn hash(texts: impl Iterator<Item = String>) -> u64 {
+    let mut hash = 0xcbf2_9ce4_8422_2325_u64;
+    for text in texts {
+        for byte in text.bytes().chain([0]) {
+            hash = (hash ^ u64::from(byte)).wrapping_mul(0x0100_0000_01b3);
+        }
+    }
+    hash
+}
+
+/// Packs the three numbers of a version; any suffix is ignored.
+fn packed(version: &str) -> u64 {
+    let number = |part: &str| {
+        let digits = part.split(|letter: char| !letter.is_ascii_digit()).next();
+        digits.and_then(|digits| digits.parse::<u16>().ok()).unwrap_or(0)
+    };
+    version.splitn(3, '.').fold(0, |all, part| all << 16 | u64::from(number(part)))
+}
+
+fn unpacked(version: u64) -> String {
+    let [_, major, minor, patch] = [48, 32, 16, 0].map(|bits| version >> bits & 0xffff);
+    format!("{major}.{minor}.{patch}")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn robot() -> Robot {
+        Robot::load(None).unwrap()
+    }
+
+    #[test]
+    fn messages_that_are_laid_out_otherwise_are_named_on_both_sides_with_what_to_do() {
+        let here = Compatibility::of(&robot(), 2);
+        assert_eq!(here.layouts, message::layouts());
+        let there = Compatibility { version: packed("3.14.15-beta"), layouts: here.layouts ^ 1, ..here };
+        assert!(!here.agrees(there) && !there.agrees(here));
+        let told = IncompatiblePeer::Meaning { here, there }.to_string();
+        let heard = IncompatiblePeer::Meaning { here: there, there: here }.to_string();
+        let this = concat!("Leo ", env!("CARGO_PKG_VERSION"));
+        assert!(
+            told.contains(&format!("it runs Leo 3.14.15 with messages {:016x}", there.layouts)),
+            "{told}"
+        );
+        assert!(told.contains(&format!("and this is {this} with messages {:016x}", here.layouts)), "{told}");
+        assert!(heard.contains(&format!("it runs {this} with")), "{heard}");
+        for text in [told, heard] {
+            assert!(text.ends_with("Install the same version of Leo on both, and restart both"), "{text}");
+        }
+    }
+
+    #[test]
+    fn a_version_alone_divides_nobody() {
+        let here = Compatibility::of(&robot(), 2);
+        assert!(here.agrees(Compatibility { version: packed("3.0.0"), ..here }));
+    }
+
+    #[test]
+    fn whatever_is_configured_otherwise_is_named_and_nothing_else() {
+        let (robot, mut other) = (robot(), robot());
+        other.motor.joints.first_mut().unwrap().max_rad += 1e-9;
+        other.percepts.percepts.first_mut().unwrap().name.push('x');
+        other.leo.link.off_board.pop();
+        let here = Compatibility::of(&robot, 2);
+        let all = Compatibility::of(&other, 3);
+        let words = ["motor.toml", "percepts.toml", "`partners`", "`off_board`"];
+        let of_numbers = |differs: usize| {
+            let mut numbers = here.numbers();
+            let place = differs + NUMBERS - words.len();
+            numbers[place] = all.numbers()[place];
+            Compatibility::of_numbers(numbers)
+        };
+        for (differs, word) in words.iter().enumerate() {
+            let there = of_numbers(differs);
+            assert!(!here.agrees(there), "{word}");
+            let text = IncompatiblePeer::Meaning { here, there }.to_string();
+            for other in words {
+                assert_eq!(text.contains(other), other == *word, "{text}");
+            }
+        }
+        let text = IncompatiblePeer::Meaning { here, there: all }.to_string();
+        assert!(
+            words.iter().all(|word| text.contains(word)) && text.contains("Make that the same"),
+            "{text}"
+        );
+    }
+
+    #[test]
+    fn texts_are_told_apart_wherever_they_are_split() {
+        let split = |words: [&str; 2]| hash(words.map(str::to_owned).into_iter());
+        assert_ne!(split(["ab", "c"]), split(["a", "bc"]));
+    }
+}

@@ -1,0 +1,335 @@
+use clock::Instant;
+use message::{Feature, MAX_PERCEPTS, Perceived, Snapshot, SourceSet};
+use quantity::number::saturating_u32;
+
+use super::{Arena, Step, Storage, evaluation};
+use crate::cluster::{AssociationProblem, GateKeys, MemberSummary};
+use crate::detection_history::Interval;
+use crate::memory::Memory;
+use crate::metric::Gate;
+use crate::room::BoundedVec;
+
+/// The detections of one frame that are not assigned yet, each with only the data needed to find its belief.
+///
+/// Nearly every detection belongs to an existing belief and is discarded after the step. Creating a belief for each (N,
+/// Eq. 6) would write, read and free a slot, which would dominate the cost. Unassigned detections [become
+/// beliefs](Self::admit) at the end. If the association needs the full clustering loop, all of them do.
+#[derive(Clone, Debug)]
+pub(crate) struct Detections {
+    things: BoundedVec<Detection>,
+    /// The member numbers of the detections, which follow those of all slots.
+    numbers: Box<[u32]>,
+    /// The frame of the detections, if it is only one.
+    frame: Interval,
+    /// The time at which they are stored.
+    at: Instant,
+}
+
+#[derive(Clone, Copy, Debug)]
+struct Detection {
+    /// Index into the perceived things; [`ASSIGNED`] once assigned to a belief.
+    entry: u32,
+    place_m: Option<[f32; 3]>,
+    gate_keys: GateKeys,
+}
+
+const ASSIGNED: u32 = u32::MAX;
+
+impl Detections {
+    /// Capacity for as many detections as there are slots.
+    pub(crate) fn new(slots: usize) -> Self {
+        let first = saturating_u32(slots);
+        Self {
+            things: BoundedVec::with_bound(slots),
+            numbers: (first..first.saturating_mul(2)).collect(),
+            frame: Interval::of(0, Instant::EPOCH),
+            at: Instant::EPOCH,
+        }
+    }
+
+    /// Records a detection by its entry, to be stored with time `at`. `false` if the arena has no free slot for it.
+    #[inline]
+    pub(crate) fn record(&mut self, arena: &Arena, at: Instant, entry: u32, perceived: &Perceived) -> bool {
+        if self.things.len() + arena.live().len() >= arena.slots() {
+            return false;
+        }
+        if self.things.is_empty() {
+            let Perceived { observation, .. } = perceived;
+            self.frame = Interval::of(observation.source, Instant::from_nanos(observation.observed_at_ns));
+            self.at = at;
+        }
+        let (place_m, gate_keys) = arena.summary(&perceived.snapshot);
+        self.things.push(Detection { entry, place_m, gate_keys });
+        true
+    }
+
+    /// Called once all detections are recorded, which are all of one frame. `before` returns the instant of a source's
+    /// frame that precedes the given one.
+    pub(crate) fn set_previous_frame(
+        &mut self,
+        arena: &mut Arena,
+        before: impl Fn(u16, Instant) -> Option<Instant>,
+    ) {
+        self.frame.previous_frame = before(self.frame.source, self.frame.first);
+        if let Some(detection_history) = &mut arena.detection_history {
+            detection_history.set_step_frame((!self.things.is_empty()).then_some(self.frame));
+        }
+    }
+
+    /// Removes the detections whose entry is not below `entries`; returns their number.
+    pub(crate) fn truncate_entries(&mut self, entries: usize) -> u64 {
+        let before = self.things.len();
+        // They are in the order of their entries.
+        while self.things.pop_if(|detection| detection.entry as usize >= entries).is_some() {}
+        u64::from(saturating_u32(before - self.things.len()))
+    }
+
+    /// Creates a belief for each unassigned detection, in a step at `now`. Identity `first_new` belongs to the first of
+    /// all detections.
+    pub(crate) fn admit(&mut self, arena: &mut Arena, first_new: u64, now: Instant, perceived: &[Perceived]) {
+        for (id, detection) in (first_new..).zip(self.things.drain(..)) {
+            let Detection { entry, .. } = detection;
+            // An assigned detection has no entry.
+            if let Some(perceived) = perceived.get(entry as usize) {
+                let at = Instant::from_nanos(perceived.observation.observed_at_ns).min(now);
+                arena.create(id, [at, now], entry, perceived);
+            }
+        }
+    }
+}
+
+/// The association problem of one frame: the beliefs of earlier steps and the detections.
+pub(crate) struct FrameAssociation<'a> {
+    pub(crate) step: Step<'a>,
+    pub(crate) detections: &'a mut Detections,
+    pub(crate) first_new: u64,
+    pub(crate) now: Instant,
+}
+
+impl FrameAssociation<'_> {
+    fn index(&self, number: u32) -> Option<usize> {
+        (number as usize).checked_sub(self.step.arena.slots())
+    }
+
+    #[inline]
+    fn detection(&self, number: u32) -> Option<&Detection> {
+        self.detections.things.get(self.index(number)?)
+    }
+
+    fn perceived(&self, number: u32) -> Option<&Perceived> {
+        self.step.perceived.get(self.detection(number)?.entry as usize)
+    }
+}
+
+/// Tracks are numbered by their slots; the numbers of detections follow.
+impl AssociationProblem for FrameAssociation<'_> {
+    #[inline]
+    fn old(&self) -> &[u32] {
+        self.step.old()
+    }
+
+    #[inline]
+    fn fresh(&self) -> &[u32] {
+        self.detections.numbers.get(..self.detections.things.len()).unwrap_or(&[])
+    }
+
+    fn is_live(&self, number: u32) -> bool {
+        match self.index(number) {
+            None => self.step.is_live(number),
+            Some(_) => self.detection(number).is_some_and(|detection| detection.entry != ASSIGNED),
+        }
+    }
+
+    #[inline]
+    fn id(&self, number: u32) -> u64 {
+        match self.index(number) {
+            None => self.step.id(number),
+            Some(index) => self.first_new + u64::from(saturating_u32(index)),
+        }
+    }
+
+    /// Not used: no pair waits in a queue.
+    fn version(&self, _number: u32) -> u32 {
+        0
+    }
+
+    #[inline]
+    fn place(&self, number: u32) -> Option<[f32; 3]> {
+        match self.detection(number) {
+            None => self.step.place(number),
+            Some(detection) => detection.place_m,
+        }
+    }
+
+    #[inline]
+    fn gate_keys(&self, number: u32) -> GateKeys {
+        self.detection(number).map_or_else(|| self.step.gate_keys(number), |detection| detection.gate_keys)
+    }
+
+    fn distance(&self, old: u32, fresh: u32) -> Option<f64> {
+        self.step.arena.distance_to(old, self.perceived(fresh)?, &self.detections.frame)
+    }
+
+    #[inline]
+    fn gated_distance(
+        &self,
+        (old, of_old): (u32, &MemberSummary),
+        (fresh, of_fresh): (u32, &MemberSummary),
+    ) -> Option<f64> {
+        match self.step.arena.distance_from_summaries(of_old, of_fresh) {
+            Some(distance) => {
+                distance.filter(|_| !self.step.arena.was_detected_in(old, &self.detections.frame))
+            }
+            None => self.distance(old, fresh),
+        }
+    }
+
+    #[inline]
+    fn gate_radius_m(&self, distance: f64) -> f64 {
+        self.step.gate_radius_m(distance)
+    }
+
+    #[inline]
+    fn is_convex_merge(&self, old: u32, fresh: u32) -> bool {
+        let arena = &*self.step.arena;
+        let Some(Detection { gate_keys, .. }) = self.detection(fresh) else { return false };
+        let features = || self.perceived(fresh).map(|perceived| arena.features_in(&perceived.snapshot));
+        arena.is_older(old, self.detections.at) && arena.keeps_gate_keys(old, *gate_keys, features)
+    }
+
+    #[inline]
+    fn co_detected(&self, old: u32) -> bool {
+        self.step.co_detected(old)
+    }
+
+    fn remains_cannot_link(&self, a: u32, b: u32) -> bool {
+        self.step.remains_cannot_link(a, b)
+    }
+
+    fn wants_prefetch(&self) -> bool {
+        self.step.arena.exceeds_cache()
+    }
+
+    #[inline]
+    fn expect(&self, old: u32, fresh: u32, soon: bool) {
+        self.step.arena.prefetch(old, soon);
+        if !soon && let Some(perceived) = self.perceived(fresh) {
+            prefetch::prefetch_whole(perceived);
+        }
+    }
+
+    fn merge(&mut self, old: u32, fresh: u32) {
+        let Some(index) = self.index(fresh) else { return };
+        let Detections { things, frame, at, .. } = &mut *self.detections;
+        let Some(Detection { entry, gate_keys, .. }) = things.get_mut(index) else { return };
+        if let Some(perceived) = self.step.perceived.get(*entry as usize) {
+            self.step.arena.add_observation(old, [*at, self.now], perceived, *gate_keys, frame);
+            *entry = ASSIGNED;
+        }
+    }
+}
+
+impl Arena {
+    /// Whether position and symbols usually suffice to find the belief of a detection, and the belief's new features
+    /// can be predicted before its histories are updated.
+    pub(crate) fn can_associate_by_summary(&self) -> bool {
+        let finds = self.gate.is_some() && self.metric.weight_of_place().is_some();
+        self.predictable && finds && self.has_cannot_link() && self.terms.len() <= MAX_PERCEPTS
+    }
+
+    /// Position and gate keys of a snapshot.
+    #[inline(always)]
+    fn summary(&self, snapshot: &Snapshot) -> (Option<[f32; 3]>, GateKeys) {
+        let feature = |term: usize| self.feature_in(snapshot, *self.terms.get(term)?);
+        let place = self.gate.and_then(|Gate { term, .. }| feature(term)?.vector());
+        (place, self.metric.gate_keys(feature))
+    }
+
+    /// The features of a snapshot that the metric compares, in the order of its terms.
+    fn features_in(&self, snapshot: &Snapshot) -> [Option<Feature>; MAX_PERCEPTS] {
+        let mut features = [None; MAX_PERCEPTS];
+        for (feature, percept) in features.iter_mut().zip(&self.terms) {
+            *feature = self.feature_in(snapshot, *percept);
+        }
+        features
+    }
+
+    /// D between a belief and a detection of a frame; `None` if it is not below the threshold or the two cannot be
+    /// linked.
+    fn distance_to(&self, slot: u32, perceived: &Perceived, frame: &Interval) -> Option<f64> {
+        let features = self.features_in(&perceived.snapshot);
+        let distance = self.metric.below_threshold(self.features(slot), &features)?;
+        (!self.was_detected_in(slot, frame)).then_some(distance)
+    }
+
+    #[inline]
+    fn was_detected_in(&self, slot: u32, frame: &Interval) -> bool {
+        self.detection_history
+            .as_ref()
+            .is_some_and(|detection_history| detection_history.was_detected_in(slot as usize, frame))
+    }
+
+    /// Whether a belief has histories, and all its samples are older than `at`.
+    #[inline]
+    fn is_older(&self, slot: u32, at: Instant) -> bool {
+        let has_histories = matches!(self.storage(slot), Storage::Histories(_));
+        let is_older = |memory: &Memory| memory.perceived_at < at;
+        has_histories && (self.latest < at || self.memory(slot).is_some_and(is_older))
+    }
+
+    /// Assigns a detection of a `frame` to a belief. `at` is the detection's time, later than every sample of the
+    /// belief; `now` is the step's. The result equals [`Self::create`] followed by [`Self::merge`].
+    fn add_observation(
+        &mut self,
+        slot: u32,
+        [at, now]: [Instant; 2],
+        perceived: &Perceived,
+        newer: GateKeys,
+        frame: &Interval,
+    ) {
+        let Perceived { observation, snapshot } = perceived;
+        let (Some(row), Some(memory)) = (self.row(slot), self.memories.get_mut(slot as usize)) else {
+            return;
+        };
+        memory.add_observation(at, now, observation.held_by, SourceSet::of(observation.source));
+        self.latest = self.latest.max(at);
+        let phase = memory.id;
+        // Usually the symbols are unchanged, and only the position needs an update.
+        if self.gate_keys.get(slot as usize) == Some(&newer)
+            && self.metric.cover_all_terms(newer)
+            && let Some(Gate { term, .. }) = self.gate
+        {
+            let feature = self.features.get_mut(slot as usize * self.terms.len() + term);
+            if let (Some(feature), Some(percept)) = (feature, self.terms.get(term))
+                && let Some(value) = evaluation(snapshot, *percept, self.prevalidated)
+            {
+                self.histories.predict_feature(*percept, feature, value);
+            }
+        } else {
+            self.predict_features(slot, snapshot);
+        }
+        self.change(slot);
+        if let Some(detection_history) = &mut self.detection_history {
+            detection_history.add(slot as usize, frame);
+        }
+        self.unsound += self.histories.add_snapshot(row, snapshot.values(), self.prevalidated, at, phase);
+    }
+
+    /// Updates the compared features to the values they have once the belief has stored the snapshot.
+    #[inline(never)]
+    fn predict_features(&mut self, slot: u32, snapshot: &Snapshot) {
+        let terms = self.terms.len();
+        let features = slot as usize * terms..(slot as usize + 1) * terms;
+        let (Some(features), Some(gate_keys)) =
+            (self.features.get_mut(features), self.gate_keys.get_mut(slot as usize))
+        else {
+            return;
+        };
+        for (feature, percept) in features.iter_mut().zip(&self.terms) {
+            if let Some(value) = evaluation(snapshot, *percept, self.prevalidated) {
+                self.histories.predict_feature(*percept, feature, value);
+            }
+        }
+        *gate_keys = self.metric.gate_keys_of(features);
+    }
+}

@@ -1,0 +1,443 @@
+use clock::Instant;
+
+/// Largest number of detection intervals per belief.
+const MAX_INTERVALS: usize = 8;
+
+/// The detection history of each belief, which yields the cannot-link constraints: two things that one sensor sees in
+/// one frame are two.
+///
+/// A history is a list of intervals of consecutive frames of a source. So a thing that is always seen needs no more
+/// memory than one seen once. Two beliefs cannot be linked exactly if an interval of one overlaps an interval of the
+/// other. A belief stores eight intervals. When it is full, the two intervals of one source with the shortest gap are
+/// merged. This may add false cannot-links and never removes one. If all intervals are of different sources, the one
+/// that ended first is evicted. An interval that contains the frame of the step is never evicted, so a belief cannot be
+/// linked with the other detections of that frame.
+#[derive(Clone, Debug)]
+pub(crate) struct DetectionHistory {
+    /// Per slot the only interval, which nearly all beliefs have, in a dense array for the common case.
+    only: Box<[InlineIntervals]>,
+    /// Per slot the intervals of those that have more than one.
+    of: Box<[IntervalList]>,
+    /// The frame of the step; the last one if there are several.
+    frame: Option<Interval>,
+    /// The previous frame of the same source.
+    before: Option<Interval>,
+    /// Number of frames in the step.
+    frames: usize,
+}
+
+/// The detection history of a belief.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum InlineIntervals {
+    Never,
+    /// One interval.
+    Interval(Interval),
+    /// More than one interval.
+    More,
+}
+
+/// An interval of consecutive frames of a source, in each of which the belief was detected.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct Interval {
+    pub(crate) source: u16,
+    pub(crate) first: Instant,
+    pub(crate) last: Instant,
+    /// The source's frame before the first one of the interval.
+    pub(crate) previous_frame: Option<Instant>,
+}
+
+impl Interval {
+    /// The interval of a single frame.
+    pub(crate) fn of(source: u16, at: Instant) -> Self {
+        Self { source, first: at, last: at, previous_frame: None }
+    }
+
+    fn overlaps(&self, other: &Self) -> bool {
+        self.source == other.source && self.first <= other.last && other.first <= self.last
+    }
+
+    /// Whether the intervals are adjacent: no frame of the source lies between them.
+    fn continues(&self, other: &Self) -> bool {
+        self.source == other.source
+            && (self.previous_frame == Some(other.last) || other.previous_frame == Some(self.last))
+    }
+
+    fn touches(&self, other: &Self) -> bool {
+        self.overlaps(other) || self.continues(other)
+    }
+
+    fn joined(mut self, other: &Self) -> Self {
+        self.join(other);
+        self
+    }
+
+    fn join(&mut self, other: &Self) {
+        if other.first < self.first {
+            (self.first, self.previous_frame) = (other.first, other.previous_frame);
+        }
+        self.last = self.last.max(other.last);
+    }
+}
+
+/// Intervals, ordered by source and start.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+struct IntervalList {
+    len: usize,
+    intervals: [Interval; MAX_INTERVALS],
+}
+
+const EMPTY_INTERVAL: Interval =
+    Interval { source: 0, first: Instant::EPOCH, last: Instant::EPOCH, previous_frame: None };
+const NO_INTERVALS: IntervalList = IntervalList { len: 0, intervals: [EMPTY_INTERVAL; MAX_INTERVALS] };
+
+impl DetectionHistory {
+    pub(crate) fn new(slots: usize) -> Self {
+        Self {
+            only: vec![InlineIntervals::Never; slots].into_boxed_slice(),
+            of: vec![NO_INTERVALS; slots].into_boxed_slice(),
+            frame: None,
+            before: None,
+            frames: 0,
+        }
+    }
+
+    /// Starts the history of a new belief.
+    pub(crate) fn begin(&mut self, slot: usize, run: Interval) {
+        if let Some(only) = self.only.get_mut(slot) {
+            *only = InlineIntervals::Interval(run);
+        }
+    }
+
+    /// Clears the history of a slot.
+    pub(crate) fn clear(&mut self, slot: usize) {
+        if let Some(only) = self.only.get_mut(slot) {
+            *only = InlineIntervals::Never;
+        }
+    }
+
+    /// Sets the previous frame of beliefs that were each detected once, in the frames of one step.
+    pub(crate) fn set_previous_frame(
+        &mut self,
+        slots: &[u32],
+        before: impl Fn(u16, Instant) -> Option<Instant>,
+    ) {
+        (self.frame, self.before, self.frames) = (None, None, 0);
+        for &slot in slots {
+            let Some(InlineIntervals::Interval(run)) = self.only.get_mut(slot as usize) else { continue };
+            // Observations are grouped by frame.
+            if !self.frame.is_some_and(|frame| frame.overlaps(run)) {
+                self.frame = Some(*run);
+                self.frames += 1;
+                self.before = before(run.source, run.first).map(|at| Interval::of(run.source, at));
+            }
+            run.previous_frame = self.before.map(|before| before.first);
+        }
+    }
+
+    /// Whether a belief was detected in the previous frame of the step's source, if the step has only one frame. Any
+    /// two such beliefs cannot be linked.
+    #[inline]
+    pub(crate) fn was_in_previous_frame(&self, slot: usize) -> bool {
+        self.before.as_ref().is_some_and(|before| self.was_detected_in(slot, before))
+    }
+
+    /// Whether two beliefs cannot be linked, and still cannot after each was detected in every frame of the step.
+    pub(crate) fn remains_cannot_link(&self, a: usize, b: usize) -> bool {
+        let remembers = |slot| self.has_room_for(slot, self.frames.max(1));
+        self.cannot_link(a, b) && remembers(a) && remembers(b)
+    }
+
+    /// Whether `more` intervals can be added to a belief without evicting one.
+    pub(crate) fn has_room_for(&self, slot: usize, more: usize) -> bool {
+        let intervals = self.intervals(slot);
+        // When the list is full, two intervals of one source are merged, which keeps the constraint. An interval is
+        // evicted only if there are no such two.
+        let room = MAX_INTERVALS.saturating_sub(intervals.len());
+        let joins = intervals.windows(2).filter(|pair| matches!(pair, [a, b] if a.source == b.source));
+        room >= more || room + joins.count() >= more
+    }
+
+    /// Sets the frame of a step whose observations are all of one frame, or that has none.
+    pub(crate) fn set_step_frame(&mut self, frame: Option<Interval>) {
+        self.frame = frame;
+        self.before = frame.and_then(|frame| Some(Interval::of(frame.source, frame.previous_frame?)));
+        self.frames = usize::from(frame.is_some());
+    }
+
+    /// Whether a belief was detected in an interval.
+    #[inline]
+    pub(crate) fn was_detected_in(&self, slot: usize, run: &Interval) -> bool {
+        match self.only.get(slot) {
+            Some(InlineIntervals::Interval(only)) => only.overlaps(run),
+            _ => self.intervals(slot).iter().any(|other| other.overlaps(run)),
+        }
+    }
+
+    /// Whether two beliefs cannot be linked.
+    #[inline]
+    pub(crate) fn cannot_link(&self, a: usize, b: usize) -> bool {
+        if let (Some(InlineIntervals::Interval(a)), Some(InlineIntervals::Interval(b))) =
+            (self.only.get(a), self.only.get(b))
+        {
+            return a.overlaps(b);
+        }
+        self.intervals(a).iter().any(|run| self.intervals(b).iter().any(|other| run.overlaps(other)))
+    }
+
+    /// Adds the history of the belief in `gone` to that of the one in `kept`.
+    pub(crate) fn merge(&mut self, kept: usize, gone: usize) {
+        match self.only.get(gone).copied() {
+            Some(InlineIntervals::Interval(next)) => self.add(kept, &next),
+            Some(InlineIntervals::More) => {
+                let others = self.of.get(gone).copied().unwrap_or(NO_INTERVALS);
+                self.unite(kept, others.as_slice());
+            }
+            Some(InlineIntervals::Never) | None => {}
+        }
+    }
+
+    /// Adds an interval to the history of a belief.
+    #[inline]
+    pub(crate) fn add(&mut self, slot: usize, next: &Interval) {
+        // The common case: the interval extends an existing one.
+        match self.only.get_mut(slot) {
+            Some(InlineIntervals::Interval(run)) if run.touches(next) => run.join(next),
+            Some(InlineIntervals::More) if self.of.get_mut(slot).is_some_and(|of| of.extend(next)) => {}
+            _ => self.unite(slot, std::slice::from_ref(next)),
+        }
+    }
+
+    fn unite(&mut self, kept: usize, others: &[Interval]) {
+        let mut all = NO_INTERVALS;
+        for run in self.intervals(kept).iter().chain(others) {
+            all.add(*run, self.frame.as_ref());
+        }
+        let only = match *all.as_slice() {
+            [] => InlineIntervals::Never,
+            [run] => InlineIntervals::Interval(run),
+            _ => InlineIntervals::More,
+        };
+        if let (Some(held), Some(intervals)) = (self.only.get_mut(kept), self.of.get_mut(kept)) {
+            (*held, *intervals) = (only, all);
+        }
+    }
+
+    #[inline]
+    pub(crate) fn intervals(&self, slot: usize) -> &[Interval] {
+        match self.only.get(slot) {
+            Some(InlineIntervals::Interval(run)) => std::slice::from_ref(run),
+            Some(InlineIntervals::More) => self.of.get(slot).map_or(&[], IntervalList::as_slice),
+            Some(InlineIntervals::Never) | None => &[],
+        }
+    }
+}
+
+impl IntervalList {
+    fn as_slice(&self) -> &[Interval] {
+        self.intervals.get(..self.len).unwrap_or(&[])
+    }
+
+    /// Adds an interval. `frame` is that of the step.
+    fn add(&mut self, mut run: Interval, frame: Option<&Interval>) {
+        while let Some(index) = self.as_slice().iter().position(|other| run.touches(other)) {
+            run.join(&self.remove(index));
+        }
+        if self.len == MAX_INTERVALS {
+            run = self.make_room(run, frame);
+        }
+        let key = |run: &Interval| (run.source, run.first);
+        let index = self.as_slice().partition_point(|other| key(other) < key(&run));
+        self.len += 1;
+        if let Some(tail) = self.intervals.get_mut(index..self.len) {
+            tail.rotate_right(1);
+        }
+        if let Some(place) = self.intervals.get_mut(index) {
+            *place = run;
+        }
+    }
+
+    /// Adds an interval that touches exactly one other and does not start before it. Otherwise returns `false`, with
+    /// nothing changed.
+    fn extend(&mut self, run: &Interval) -> bool {
+        let mut touched = self.intervals.iter_mut().take(self.len).filter(|other| run.touches(other));
+        match (touched.next(), touched.next()) {
+            (Some(only), None) if only.first <= run.first => {
+                only.join(run);
+                true
+            }
+            _ => false,
+        }
+    }
+
+    fn remove(&mut self, index: usize) -> Interval {
+        if let Some(tail) = self.intervals.get_mut(index..self.len) {
+            tail.rotate_left(1);
+            self.len -= 1;
+        }
+        self.intervals.get(self.len).copied().unwrap_or(EMPTY_INTERVAL)
+    }
+
+    /// Makes room for `run` and returns the interval that remains to be added. Merges the two intervals of one source
+    /// with the shortest gap. If all are of different sources, it evicts the one that ended first, except one that
+    /// contains the `frame` of the step.
+    fn make_room(&mut self, run: Interval, frame: Option<&Interval>) -> Interval {
+        let gap = |a: &Interval, b: &Interval| {
+            let (earlier, later) = if a.first <= b.first { (a, b) } else { (b, a) };
+            later.first.since(earlier.last)
+        };
+        let intervals = self.as_slice();
+        let neighbours = intervals.windows(2).enumerate().filter_map(|(index, pair)| {
+            let [a, b] = pair else { return None };
+            (a.source == b.source).then(|| (gap(a, b), a.first, index, index + 1))
+        });
+        let of_new = intervals.iter().enumerate().filter(|(_, other)| other.source == run.source);
+        let of_new =
+            of_new.map(|(index, other)| (gap(other, &run), other.first.min(run.first), index, MAX_INTERVALS));
+        match neighbours.chain(of_new).min() {
+            Some((_, _, index, MAX_INTERVALS)) => run.joined(&self.remove(index)),
+            Some((_, _, index, next)) => {
+                let joined = self.remove(next).joined(&self.remove(index));
+                self.add(joined, frame);
+                run
+            }
+            None => {
+                let all = intervals.iter().chain([&run]).enumerate();
+                let may_go = all.filter(|(_, run)| !frame.is_some_and(|frame| run.overlaps(frame)));
+                match may_go.min_by_key(|(_, run)| run.last) {
+                    Some((index, _)) if index < MAX_INTERVALS => {
+                        self.remove(index);
+                        run
+                    }
+                    // `run` itself is the one to evict: return an existing interval, which is added again.
+                    Some(_) | None => self.remove(MAX_INTERVALS - 1),
+                }
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::collections::BTreeSet;
+
+    use proptest::prelude::*;
+
+    use super::*;
+
+    /// Beliefs and the frames in which they were detected: a set of (source, frame number).
+    fn sighted() -> impl Strategy<Value = Vec<BTreeSet<(u16, u64)>>> {
+        let frames = prop::collection::btree_set((0..2_u16, 0..24_u64), 1..10);
+        prop::collection::vec(frames, 2..6)
+    }
+
+    /// The history of a belief whose detections come one by one, in any order.
+    fn remembered(frames: &[(u16, u64)]) -> IntervalList {
+        let at = |number: u64| Instant::from_nanos(100 + 10 * number);
+        let mut intervals = NO_INTERVALS;
+        for &(source, number) in frames {
+            let previous_frame = number.checked_sub(1).map(at);
+            intervals.add(Interval { previous_frame, ..Interval::of(source, at(number)) }, None);
+        }
+        intervals
+    }
+
+    /// Two beliefs, in slots 0 and 1.
+    fn two(a: IntervalList, b: IntervalList) -> DetectionHistory {
+        let mut detection_history = DetectionHistory::new(4);
+        for (slot, intervals) in [a, b].iter().enumerate() {
+            for run in intervals.as_slice() {
+                detection_history.begin(3, *run);
+                detection_history.merge(slot, 3);
+            }
+        }
+        detection_history
+    }
+
+    fn apart(a: IntervalList, b: IntervalList) -> bool {
+        two(a, b).cannot_link(0, 1)
+    }
+
+    proptest! {
+        #![proptest_config(ProptestConfig::with_cases(2_000))]
+
+        #[test]
+        fn two_beliefs_sighted_at_once_are_apart_and_within_the_room_no_others(sighted in sighted(), seed in any::<u64>()) {
+            let intervals: Vec<_> = sighted.iter().map(|frames| {
+                let mut order: Vec<_> = frames.iter().copied().collect();
+                order.sort_by_key(|(source, number)| (number ^ seed).wrapping_mul(0x9E37_79B9_7F4A_7C15) ^ u64::from(*source));
+                remembered(&order)
+            }).collect();
+            for (a, of_a) in sighted.iter().zip(&intervals) {
+                for (b, of_b) in sighted.iter().zip(&intervals) {
+                    let at_once = !a.is_disjoint(b);
+                    if at_once || (of_a.len < MAX_INTERVALS && of_b.len < MAX_INTERVALS) {
+                        prop_assert_eq!(apart(*of_a, *of_b), at_once, "{:?} {:?}", of_a, of_b);
+                    }
+                }
+            }
+        }
+
+        #[test]
+        fn who_stay_apart_are_apart_whatever_each_is_sighted_in_once_more(
+            of in prop::array::uniform2(prop::collection::vec((0..10_u16, 0..40_u64), 1..24)),
+            more in prop::array::uniform2((0..10_u16, 0..50_u64)),
+            sources in 1..11_u16,
+            numbers in 1..40_u64,
+        ) {
+            let few = |frames: &[(u16, u64)]| -> Vec<_> {
+                frames.iter().map(|(source, number)| (source % sources, number % numbers)).collect()
+            };
+            let [a, b] = of.map(|frames| remembered(&few(&frames)));
+            let mut detection_history = two(a, b);
+            let remains_cannot_link = detection_history.remains_cannot_link(0, 1);
+            for (slot, frame) in few(&more).iter().enumerate() {
+                for run in remembered(&[*frame]).as_slice() {
+                    detection_history.begin(3, *run);
+                    detection_history.merge(slot, 3);
+                }
+            }
+            prop_assert!(detection_history.cannot_link(0, 1) || !remains_cannot_link);
+        }
+
+        #[test]
+        fn within_the_room_the_order_of_merging_makes_no_difference(sighted in sighted()) {
+            let all: Vec<_> = sighted.iter().flatten().copied().take(MAX_INTERVALS).collect();
+            let mut backwards = all.clone();
+            backwards.reverse();
+            let (one, other) = (remembered(&all), remembered(&backwards));
+            prop_assert_eq!(one.as_slice(), other.as_slice());
+        }
+    }
+
+    #[test]
+    fn a_thing_seen_all_the_time_is_one_run() {
+        let frames: Vec<_> = (0..1_000).map(|number| (0, number)).collect();
+        assert_eq!(remembered(&frames).len, 1);
+    }
+
+    #[test]
+    fn without_room_the_shortest_interruption_is_forgotten() {
+        // Nine detections with growing gaps: the first two are merged into one interval.
+        let frames: Vec<_> = (0..9).map(|number| (0, number * (number + 3))).collect();
+        let intervals = remembered(&frames);
+        assert_eq!(intervals.len, MAX_INTERVALS);
+        assert!(apart(intervals, remembered(&[(0, 2)])), "between the first and the second");
+        assert!(!apart(intervals, remembered(&[(0, 7)])), "between the second and the third");
+    }
+
+    #[test]
+    fn two_that_were_missed_often_stay_apart() {
+        // Each belief misses every third frame, in turn.
+        let frames = |first| (0..60).filter(move |number| number % 3 != first).map(|number| (0, number));
+        let [a, b] = [0, 1].map(|first| remembered(&frames(first).collect::<Vec<_>>()));
+        assert_eq!([a.len, b.len], [MAX_INTERVALS; 2]);
+        assert!(two(a, b).remains_cannot_link(0, 1));
+    }
+
+    #[test]
+    fn of_more_sources_than_there_is_room_for_the_latest_count() {
+        let frames: Vec<_> = (0..9).map(|number| (u16::try_from(number).unwrap(), number)).collect();
+        let intervals = remembered(&frames);
+        assert!(!apart(intervals, remembered(&[(0, 0)])) && apart(intervals, remembered(&[(8, 8)])));
+    }
+}

@@ -1,0 +1,275 @@
+//! The serialised form of a frame: a JSON object, as a line or as a message of an MCAP file.
+
+use message::{Modality, NOBODY, Observation, ObservationKind, STATES, State};
+use quantity::number::single;
+use serde::de::{Error as _, SeqAccess, Visitor};
+use serde::{Deserialize, Deserializer, Serialize, Serializer};
+
+use crate::Frame;
+
+/// A frame. `schema.json` describes it to viewers.
+#[derive(Deserialize, Serialize)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct SerializedFrame {
+    pub(crate) at_ns: u64,
+    #[serde(default)]
+    pub(crate) source: u16,
+    #[serde(deserialize_with = "bounded")]
+    observations: Vec<SerializedObservation>,
+}
+
+/// Maximum number of observations per frame: each takes several times as many bytes in memory as in the file.
+const MAX_OBSERVATIONS: usize = 1 << 16;
+
+#[derive(Deserialize, Serialize)]
+#[serde(deny_unknown_fields)]
+struct SerializedObservation {
+    #[serde(default)]
+    kind: Kind,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    partner: Option<u16>,
+    position_m: Reals<3>,
+    #[serde(default = "upright")]
+    orientation_xyzw: Reals<4>,
+    #[serde(default)]
+    half_extents_m: Reals<3>,
+    #[serde(default)]
+    colour_rgb: Reals<3>,
+    #[serde(default)]
+    shape: Reals<4>,
+    #[serde(default, skip_serializing_if = "States::is_empty")]
+    states: States,
+    #[serde(default = "sure")]
+    confidence: Real,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    held_by: Option<u16>,
+    #[serde(default)]
+    modality: Sense,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    observed_at_ns: Option<u64>,
+}
+
+#[derive(Clone, Copy, Default, Deserialize, Serialize)]
+#[serde(rename_all = "snake_case")]
+enum Kind {
+    #[default]
+    Object,
+    Person,
+    Occluder,
+}
+
+#[derive(Clone, Copy, Default, Deserialize, Serialize)]
+#[serde(rename_all = "snake_case")]
+enum Sense {
+    #[default]
+    Vision,
+    Hearing,
+    Touch,
+}
+
+#[derive(Default, Deserialize, Serialize)]
+#[serde(deny_unknown_fields)]
+struct States {
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    filled: Option<Real>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    marked: Option<Real>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    inserted: Option<Real>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    on: Option<Real>,
+}
+
+/// A number; NaN is written as `null`, because JSON has no NaN.
+#[derive(Clone, Copy)]
+struct Real(f32);
+
+/// Exactly N numbers.
+struct Reals<const N: usize>([f32; N]);
+
+/// Deserialises at most [`MAX_OBSERVATIONS`] observations.
+fn bounded<'de, D: Deserializer<'de>>(from: D) -> Result<Vec<SerializedObservation>, D::Error> {
+    struct Bounded;
+
+    impl<'de> Visitor<'de> for Bounded {
+        type Value = Vec<SerializedObservation>;
+
+        fn expecting(&self, out: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+            out.write_str("a sequence")
+        }
+
+        fn visit_seq<A: SeqAccess<'de>>(self, mut from: A) -> Result<Self::Value, A::Error> {
+            let mut observations = Vec::new();
+            while let Some(observation) = from.next_element()? {
+                if observations.len() >= MAX_OBSERVATIONS {
+                    return Err(A::Error::custom(format_args!(
+                        "a frame holds at most {MAX_OBSERVATIONS} observations: make several frames of them"
+                    )));
+                }
+                observations.push(observation);
+            }
+            Ok(observations)
+        }
+    }
+
+    from.deserialize_seq(Bounded)
+}
+
+fn upright() -> Reals<4> {
+    Reals([0.0, 0.0, 0.0, 1.0])
+}
+
+fn sure() -> Real {
+    Real(1.0)
+}
+
+impl SerializedFrame {
+    /// Converts to a frame, without checking whether perception can use it.
+    ///
+    /// # Errors
+    ///
+    /// The index of an observation that lacks something its kind needs, and what it lacks.
+    pub(crate) fn read(self) -> Result<Frame, (usize, &'static str)> {
+        let Self { at_ns, source, observations } = self;
+        let read = |(index, serialized): (usize, SerializedObservation)| {
+            serialized.read(source, at_ns).map_err(|reason| (index, reason))
+        };
+        let observations = observations.into_iter().enumerate().map(read).collect::<Result<_, _>>()?;
+        Ok(Frame { at_ns, source, observations })
+    }
+}
+
+impl From<&Frame> for SerializedFrame {
+    fn from(frame: &Frame) -> Self {
+        let observations = frame.observations.iter();
+        Self {
+            at_ns: frame.at_ns,
+            source: frame.source,
+            observations: observations
+                .map(|observation| SerializedObservation::new(observation, frame.at_ns))
+                .collect(),
+        }
+    }
+}
+
+impl SerializedObservation {
+    fn read(self, source: u16, at_ns: u64) -> Result<Observation, &'static str> {
+        let kind = match self.kind {
+            Kind::Object => ObservationKind::Object,
+            Kind::Person if self.partner.is_none() => {
+                return Err(
+                    "a person needs `partner`: 1, 2, …, or 0 for the robot itself; the same number in every frame",
+                );
+            }
+            Kind::Person => ObservationKind::Person,
+            Kind::Occluder => ObservationKind::Occluder,
+        };
+        if self.partner == Some(NOBODY) {
+            return Err("a partner's number is from 1 to 65534 (0 is the robot's own head)");
+        }
+        let modality = match self.modality {
+            Sense::Vision => Modality::Vision,
+            Sense::Hearing => Modality::Hearing,
+            Sense::Touch => Modality::Touch,
+        };
+        let mut observation = Observation {
+            modality: modality.raw(),
+            kind: kind.raw(),
+            partner: self.partner.unwrap_or(NOBODY),
+            held_by: self.held_by.unwrap_or(NOBODY),
+            confidence: self.confidence.0,
+            position_m: self.position_m.0,
+            orientation_xyzw: self.orientation_xyzw.0,
+            half_extents_m: self.half_extents_m.0,
+            colour_rgb: self.colour_rgb.0,
+            shape: self.shape.0,
+            ..Observation::object(source, self.observed_at_ns.unwrap_or(at_ns))
+        };
+        let States { filled, marked, inserted, on } = self.states;
+        let states =
+            [(State::Filled, filled), (State::Marked, marked), (State::Inserted, inserted), (State::On, on)];
+        for (state, degree) in states {
+            observation.set_state(state, degree.map_or(f32::NAN, |degree| degree.0));
+        }
+        Ok(observation)
+    }
+
+    /// Undefined values, such as an unknown kind, are written as the default.
+    fn new(observation: &Observation, at_ns: u64) -> Self {
+        let agent = |number: u16| (number != NOBODY).then_some(number);
+        let state = |state: State| {
+            let degree = observation.states.get(usize::from(state.raw())).copied();
+            degree.filter(|degree| !degree.is_nan()).map(Real)
+        };
+        Self {
+            kind: match observation.kind() {
+                Some(ObservationKind::Object) | None => Kind::Object,
+                Some(ObservationKind::Person) => Kind::Person,
+                Some(ObservationKind::Occluder) => Kind::Occluder,
+            },
+            partner: agent(observation.partner),
+            position_m: Reals(observation.position_m),
+            orientation_xyzw: Reals(observation.orientation_xyzw),
+            half_extents_m: Reals(observation.half_extents_m),
+            colour_rgb: Reals(observation.colour_rgb),
+            shape: Reals(observation.shape),
+            states: States {
+                filled: state(State::Filled),
+                marked: state(State::Marked),
+                inserted: state(State::Inserted),
+                on: state(State::On),
+            },
+            confidence: Real(observation.confidence),
+            held_by: agent(observation.held_by),
+            modality: match observation.modality() {
+                Some(Modality::Vision) | None => Sense::Vision,
+                Some(Modality::Hearing) => Sense::Hearing,
+                Some(Modality::Touch) => Sense::Touch,
+            },
+            observed_at_ns: (observation.observed_at_ns != at_ns).then_some(observation.observed_at_ns),
+        }
+    }
+}
+
+impl States {
+    fn is_empty(&self) -> bool {
+        let Self { filled, marked, inserted, on } = self;
+        [filled, marked, inserted, on].iter().all(|state| state.is_none())
+    }
+}
+
+impl Serialize for Real {
+    fn serialize<S: Serializer>(&self, to: S) -> Result<S::Ok, S::Error> {
+        to.serialize_f32(self.0)
+    }
+}
+
+impl<'de> Deserialize<'de> for Real {
+    fn deserialize<D: Deserializer<'de>>(from: D) -> Result<Self, D::Error> {
+        Ok(Self(Option::<f64>::deserialize(from)?.map_or(f32::NAN, single)))
+    }
+}
+
+impl<const N: usize> Default for Reals<N> {
+    fn default() -> Self {
+        Self([0.0; N])
+    }
+}
+
+impl<const N: usize> Serialize for Reals<N> {
+    fn serialize<S: Serializer>(&self, to: S) -> Result<S::Ok, S::Error> {
+        to.collect_seq(&self.0)
+    }
+}
+
+impl<'de, const N: usize> Deserialize<'de> for Reals<N> {
+    fn deserialize<D: Deserializer<'de>>(from: D) -> Result<Self, D::Error> {
+        let numbers: Vec<f32> = Vec::<Real>::deserialize(from)?.into_iter().map(|real| real.0).collect();
+        let given = numbers.len();
+        let exactly = numbers.try_into().map_err(|_| D::Error::custom(format!("{given} numbers: give {N}")));
+        Ok(Self(exactly?))
+    }
+}
+
+// A new state must be added to the serialised form too.
+const _: () = assert!(State::ALL.len() == 4 && State::ALL.len() <= STATES);
