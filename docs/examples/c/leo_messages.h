@@ -29,228 +29,228 @@
 #define LEO_TEXT_CAPACITY 252
 #define LEO_DEPTH_MOST 6
 
-/* What the learner reports. */
+/* Kind of an event of the learner. */
 enum leo_event_kind {
-    /* Leo said something; the text is what. */
+    /* Leo said something; the text is the sentence. */
     LEO_EVENT_KIND_SAID = 1,
     /* A lesson about a task began; the text is its name. */
     LEO_EVENT_KIND_TEACHING_STARTED = 2,
-    /* An action was recognised; the text says whose and what. */
+    /* An action was recognised; the text names actor and action. */
     LEO_EVENT_KIND_ACTION_SEEN = 3,
     /* A demonstration ended and became an example; the text is the task's name. */
     LEO_EVENT_KIND_DEMONSTRATION_ENDED = 4,
     /* A hypothesis with its posterior, tally and rank; the text is its computed name. */
     LEO_EVENT_KIND_HYPOTHESIS = 5,
-    /* The primary hypothesis of a task; the text is its computed name. */
+    /* The primary hypothesis of a task was chosen; the text is its computed name. */
     LEO_EVENT_KIND_RULE_CHOSEN = 6,
     /* Why the hypotheses of two perspectives differ; the text explains it. */
     LEO_EVENT_KIND_EXPLAINED = 7,
     /* Leo began to perform a task; the text is its name. */
     LEO_EVENT_KIND_PERFORMANCE_STARTED = 8,
-    /* A step of the performance began; the text says which. */
+    /* A step of the performance began; the text names it. */
     LEO_EVENT_KIND_STEP_STARTED = 9,
-    /* A step ended, and the belief of the robot confirms it; the text says which. */
+    /* A step ended, and the robot's beliefs confirm it; the text names it. */
     LEO_EVENT_KIND_STEP_DONE = 10,
-    /* A step ended without the effect it should have had; the text says why. */
+    /* A step ended without its expected effect; the text gives the reason. */
     LEO_EVENT_KIND_STEP_FAILED = 11,
-    /* The performance ended; the text says with what result. */
+    /* The performance ended; the text gives the result. */
     LEO_EVENT_KIND_PERFORMANCE_ENDED = 12,
-    /* The belief buffer's continuity was broken: its process began anew. */
+    /* The continuity of the belief buffer was broken, because its process restarted. */
     LEO_EVENT_KIND_CONTINUITY_BROKEN = 13,
-    /* What a perspective has before it as a demonstration or a performance begins; the text lists it. */
+    /* The objects in a perspective when a demonstration or a performance begins; the text lists them. */
     LEO_EVENT_KIND_SEEN = 14,
-    /* Leo was asked to perform a task and does not; the text is what it says about that. */
+    /* Leo refused to perform a task; the text is its reply. */
     LEO_EVENT_KIND_DECLINED = 15,
-    /* What Leo asked about a task was answered, and the answer became an example; the text is "yes" or "no". */
+    /* Leo's question about a task was answered, and the answer became an example; the text is "yes" or "no". */
     LEO_EVENT_KIND_ANSWERED = 16,
-    /* A movement of somebody's is one of Leo's own; the text says whose, and what he is about to do. */
+    /* An agent's movement matched one of Leo's own movements; the text names agent and expected action. */
     LEO_EVENT_KIND_MOVEMENT_SEEN = 17,
-    /* A task is remembered, and what it comes to follows: told to whoever has just begun to listen. */
+    /* A task from memory, followed by its hypotheses; sent to new subscribers. */
     LEO_EVENT_KIND_REMEMBERED = 18,
 };
 
-/* A point on the way of a frame, in the direction the data flows. */
+/* A stage that a frame passes, in the direction of the data flow. */
 enum leo_hop {
     /* The source published the observations. */
     LEO_HOP_OBSERVED = 0,
-    /* The sensor process began the cycle that read them. */
+    /* The sensor process started the cycle that read them. */
     LEO_HOP_SENSOR_STARTED = 1,
     /* The sensor process published the percept buffer. */
     LEO_HOP_PERCEIVED = 2,
-    /* The belief process began its step on it. */
+    /* The belief process started its step on the percepts. */
     LEO_HOP_BELIEF_STARTED = 3,
     /* The belief process published the belief buffers. */
     LEO_HOP_BELIEVED = 4,
     /* The learner published the joint goals. */
     LEO_HOP_DECIDED = 5,
-    /* The motor process took the joint goals. */
+    /* The motor process received the joint goals. */
     LEO_HOP_COMMANDED = 6,
     /* The motor process published the joint states. */
     LEO_HOP_MOVED = 7,
 };
 
-/* Why a joint is in its mode. */
+/* Cause of a joint's mode. */
 enum leo_joint_cause {
-    /* As it should be. */
+    /* Normal operation. */
     LEO_JOINT_CAUSE_NONE = 0,
     /* Not started yet. */
     LEO_JOINT_CAUSE_NOT_STARTED = 1,
-    /* No new goals for longer than the command time-out. */
+    /* No new goals within the command timeout. */
     LEO_JOINT_CAUSE_COMMAND_TIMEOUT = 2,
-    /* The servo does not answer. */
+    /* The servo does not reply. */
     LEO_JOINT_CAUSE_SILENT = 3,
     /* The servo reports a hardware alert. */
     LEO_JOINT_CAUSE_ALERT = 4,
-    /* The servo's own bus watchdog tripped. */
+    /* The servo's bus watchdog tripped. */
     LEO_JOINT_CAUSE_WATCHDOG = 5,
-    /* The bus itself is lost. */
+    /* The bus is lost. */
     LEO_JOINT_CAUSE_BUS_LOST = 6,
-    /* Stopped by order. */
+    /* Stopped by command. */
     LEO_JOINT_CAUSE_STOPPED = 7,
-    /* The servo refused an instruction, or is another model than the configured one. */
+    /* The servo rejected an instruction, or is not the configured model. */
     LEO_JOINT_CAUSE_REFUSED = 8,
-    /* Another joint of its group is in trouble: the group stops together. */
+    /* Another joint of its group failed, and the group stops together. */
     LEO_JOINT_CAUSE_GROUP_STOPPED = 9,
-    /* A bus is lost: the body stops together. */
+    /* A bus is lost, and the whole body stops together. */
     LEO_JOINT_CAUSE_BODY_STOPPED = 10,
     /* The emergency stop. */
     LEO_JOINT_CAUSE_EMERGENCY = 11,
-    /* The servo started anew by itself: its power or its firmware gave way for a moment. */
+    /* The servo rebooted by itself, because of its power supply or firmware. */
     LEO_JOINT_CAUSE_RESTARTED = 12,
-    /* Two servos answer to one identifier on its bus. */
+    /* Two servos reply to the same identifier on its bus. */
     LEO_JOINT_CAUSE_DUPLICATE_ID = 13,
-    /* The servo is hot or short of voltage: it moves more slowly. */
+    /* The servo is hot or its voltage low, so its speed is reduced. */
     LEO_JOINT_CAUSE_DERATED = 14,
-    /* The servo answers, and nothing shows that its answers are new: its own clock does not go right. */
+    /* The servo replies, but its clock does not advance correctly. So its replies may be outdated. */
     LEO_JOINT_CAUSE_UNBELIEVED = 15,
-    /* The joint did not follow its command: something held it, or its servo is too weak. */
+    /* The joint did not follow its command: it was blocked, or its servo is too weak. */
     LEO_JOINT_CAUSE_BLOCKED = 16,
-    /* It stands further beyond its limits than the tolerance: a slipped horn, a wrong offset, a swapped servo. */
+    /* Further beyond its limits than the tolerance: a slipped horn, a wrong offset, or a swapped servo. */
     LEO_JOINT_CAUSE_BEYOND_LIMITS = 17,
 };
 
-/* Whether a joint may move. */
+/* Arming state of a joint. */
 enum leo_joint_licence {
-    /* Not until its cause is gone and a person has acknowledged it. */
+    /* May not move until its cause is gone and an operator has acknowledged it. */
     LEO_JOINT_LICENCE_LOCKED = 0,
-    /* Not until a person arms it. */
+    /* May not move until an operator arms it. */
     LEO_JOINT_LICENCE_DISARMED = 1,
-    /* It may. */
+    /* May move. */
     LEO_JOINT_LICENCE_ARMED = 2,
 };
 
-/* What is known of the connection to a joint's servo. */
+/* State of the connection to a joint's servo. */
 enum leo_joint_link {
-    /* It has not been asked yet. */
+    /* Not contacted yet. */
     LEO_JOINT_LINK_UNKNOWN = 0,
-    /* It is there, and is the configured model; how it is set up is being read or written. */
+    /* Found, and of the configured model; its settings are being read or written. */
     LEO_JOINT_LINK_IDENTIFIED = 1,
-    /* It is set up and read in every cycle. */
+    /* Configured, and read in every cycle. */
     LEO_JOINT_LINK_ANSWERING = 2,
-    /* It does not answer, or cannot be believed: quarantined, and asked again now and then. */
+    /* Quarantined, and probed at intervals: it does not reply, or its replies are not trusted. */
     LEO_JOINT_LINK_SILENT = 3,
-    /* Its answers arrive broken: two servos may answer at once. */
+    /* Its replies arrive corrupt: two servos may reply at the same time. */
     LEO_JOINT_LINK_DOUBTED = 4,
 };
 
-/* What the motor process does with a joint. */
+/* Mode of a joint in the motor process. */
 enum leo_joint_mode {
-    /* No torque: the joint hangs free. */
+    /* Torque off: the joint moves freely. */
     LEO_JOINT_MODE_LIMP = 0,
-    /* Being brought up: found, checked, torque not yet on. */
+    /* Being initialised: found and checked, torque still off. */
     LEO_JOINT_MODE_STARTING = 1,
     /* Following goals. */
     LEO_JOINT_MODE_FOLLOWING = 2,
-    /* The commander is gone: slowing down. */
+    /* No goals arrive any more: decelerating. */
     LEO_JOINT_MODE_DECELERATING = 3,
     /* Holding the position where it stopped. */
     LEO_JOINT_MODE_HOLDING = 4,
-    /* Its servo does not answer, or cannot be believed: no goal is sent, it is asked again now and then. */
+    /* The servo does not reply, or its replies are not trusted. No goal is sent; it is probed at intervals. */
     LEO_JOINT_MODE_QUARANTINED = 5,
-    /* Told to switch its torque off, and its servo has not confirmed it yet. */
+    /* Torque off was commanded, but the servo has not confirmed it. */
     LEO_JOINT_MODE_RELEASING = 6,
-    /* Moving slowly from where torque came on, a little beyond its limits, back within them. */
+    /* Moving slowly back within its limits, which it slightly exceeded when torque was switched on. */
     LEO_JOINT_MODE_ALIGNING = 7,
-    /* Moving slowly to its rest pose, before its torque goes off. */
+    /* Moving slowly to its rest pose before torque is switched off. */
     LEO_JOINT_MODE_LOWERING = 8,
 };
 
-/* How a joint moves. */
+/* Motion state of a joint. */
 enum leo_joint_motion {
-    /* No goal is sent: it is limp, or its servo stays where it is. */
+    /* No goal is sent: torque is off, or its servo keeps its position. */
     LEO_JOINT_MOTION_IDLE = 0,
-    /* Slowly back within its limits. */
+    /* Moving slowly back within its limits. */
     LEO_JOINT_MOTION_ALIGN = 1,
-    /* After goals, no faster than the soft start. */
+    /* Following goals with the speed limit of the soft start. */
     LEO_JOINT_MOTION_SOFT = 2,
-    /* After goals. */
+    /* Following goals. */
     LEO_JOINT_MOTION_TRACK = 3,
-    /* Slowing down to a stop. */
+    /* Decelerating to a stop. */
     LEO_JOINT_MOTION_HALT = 4,
-    /* Held at the place where it stopped, for goals to come. */
+    /* Holding the position where it stopped, ready for new goals. */
     LEO_JOINT_MOTION_HOLD = 5,
-    /* Slowly to its rest pose. */
+    /* Moving slowly to its rest pose. */
     LEO_JOINT_MOTION_RETREAT = 6,
 };
 
-/* What is known of the torque of a joint's servo. */
+/* State of the torque of a joint's servo. */
 enum leo_joint_power {
-    /* Nothing: it may be on. */
+    /* Unknown: it may be on. */
     LEO_JOINT_POWER_UNKNOWN = 0,
-    /* The servo has said that it is off. */
+    /* The servo has confirmed that it is off. */
     LEO_JOINT_POWER_OFF = 1,
-    /* It was found on: another process switched it on. */
+    /* Found on at start-up: another process switched it on. */
     LEO_JOINT_POWER_FOUND = 2,
-    /* It is being switched on. */
+    /* Being switched on. */
     LEO_JOINT_POWER_RISING = 3,
-    /* The motor process switched it on, and the servo's bus watchdog is armed. */
+    /* On, and the servo's bus watchdog is armed. */
     LEO_JOINT_POWER_ON = 4,
-    /* The servo is told to switch it off, and has not confirmed it. */
+    /* Being switched off, not confirmed by the servo yet. */
     LEO_JOINT_POWER_CUTTING = 5,
 };
 
-/* Why something that a source reported did not become a percept. Frames are lost whole for
- * the first six reasons, single observations for the others. */
+/* Why an observation of a source did not become a percept. The first six reasons concern whole frames, the
+ * others single observations. */
 enum leo_loss {
-    /* A newer frame of its source came before the cycle that would have taken it. */
+    /* A newer frame of its source arrived before the cycle that would have processed it. */
     LEO_LOSS_OVERTAKEN = 0,
-    /* It was dropped before the sensor process came to take it: a gap of the sequence. */
+    /* Dropped before the sensor process received it: a gap of the sequence number. */
     LEO_LOSS_MISSED = 1,
-    /* The middleware could not give it to the sensor process. */
+    /* The middleware could not deliver it to the sensor process. */
     LEO_LOSS_UNREADABLE = 2,
-    /* Its number did not grow, or grew by more than a source can have sent. */
+    /* Its sequence number did not increase, or increased by more than a source can have sent. */
     LEO_LOSS_MISNUMBERED = 3,
-    /* It bore no stamp of `Hop::Observed`, or one of another time than the present. */
+    /* The stamp of `Hop::Observed` is missing, or not of the present time. */
     LEO_LOSS_UNSTAMPED = 4,
-    /* A frame was later or much earlier than the present, or not newer than its predecessor. */
+    /* The frame's time stamp is in the future, too old, or not newer than the previous one. */
     LEO_LOSS_UNTIMELY = 5,
-    /* It was later than the present. */
+    /* Its time stamp is in the future. */
     LEO_LOSS_FUTURE = 6,
-    /* It was so old that it says nothing of the present. */
+    /* It is too old to be useful. */
     LEO_LOSS_PAST = 7,
-    /* It was not newer than what its source reported in an earlier frame. */
+    /* It is not newer than its source's earlier frames. */
     LEO_LOSS_STALE = 8,
-    /* It was of no known kind. */
+    /* Its kind is unknown. */
     LEO_LOSS_KIND = 9,
-    /* It was made by no known sense. */
+    /* Its modality is unknown. */
     LEO_LOSS_SENSE = 10,
-    /* Its place was no number, or out of reach. */
+    /* Its position is not finite, or out of range. */
     LEO_LOSS_PLACE = 11,
-    /* Its orientation was no quaternion of norm one. */
+    /* Its orientation is not a unit quaternion. */
     LEO_LOSS_ORIENTATION = 12,
-    /* Its extents were no number, negative, or out of reach. */
+    /* Its extents are not finite, negative, or out of range. */
     LEO_LOSS_EXTENTS = 13,
-    /* Its colour or its shape was not in [0, 1]. */
+    /* Its colour or shape is not in [0, 1]. */
     LEO_LOSS_LOOK = 14,
-    /* Its confidence was not in [0, 1]. */
+    /* Its confidence is not in [0, 1]. */
     LEO_LOSS_CONFIDENCE = 15,
-    /* It was of a person who is nobody. */
+    /* It is of a person, but names no person. */
     LEO_LOSS_PERSON = 16,
-    /* There was no room for it. */
+    /* The buffer was full. */
     LEO_LOSS_LEFT_OUT = 17,
-    /* The degree of a state was neither in [0, 1] nor NaN, which says that the thing has no such state. */
+    /* The degree of a state is neither in [0, 1] nor NaN, which means that the object has no such state. */
     LEO_LOSS_STATE = 18,
-    /* It was of a person of whom there was another one of the same instant in the frame. */
+    /* Another observation of the same person at the same instant is in the frame. */
     LEO_LOSS_TWICE = 19,
 };
 
@@ -260,67 +260,67 @@ enum leo_modality {
     LEO_MODALITY_VISION = 1,
     /* Heard. */
     LEO_MODALITY_HEARING = 2,
-    /* Felt, or known from one's own joints. */
+    /* Felt, or known from the robot's own joints. */
     LEO_MODALITY_TOUCH = 3,
 };
 
-/* What an observation is of. */
+/* Kind of the observed object. */
 enum leo_observation_kind {
-    /* A thing on the table. */
+    /* An object on the table. */
     LEO_OBSERVATION_KIND_OBJECT = 1,
     /* A partner, or the robot's own head; the pose is that of the eyes (x along the line of sight). */
     LEO_OBSERVATION_KIND_PERSON = 2,
-    /* A thing that hides what lies behind it; the extents are those of a box. */
+    /* An object that hides what is behind it; the extents are those of a box. */
     LEO_OBSERVATION_KIND_OCCLUDER = 3,
 };
 
-/* A process of Leo, in the direction the data flows. */
+/* A process of Leo, in the direction of the data flow. */
 enum leo_process {
-    /* The workspace, the teacher and Leo's body. */
+    /* Simulates the workspace, the teacher and Leo's body. */
     LEO_PROCESS_SIMULATOR = 0,
-    /* Observations to percepts. */
+    /* Turns observations into percepts. */
     LEO_PROCESS_SENSOR = 1,
-    /* Percepts to beliefs. */
+    /* Turns percepts into beliefs. */
     LEO_PROCESS_BELIEF = 2,
-    /* Beliefs to tasks, tasks to joint goals. */
+    /* Learns tasks from beliefs, and turns tasks into joint goals. */
     LEO_PROCESS_LEARNER = 3,
-    /* The other end of the servo buses. */
+    /* Simulates the servos at the other end of the buses. */
     LEO_PROCESS_MOCK_BUS = 4,
-    /* Joint goals to servos, servos to joint states. */
+    /* Sends joint goals to servos and publishes joint states. */
     LEO_PROCESS_MOTOR = 5,
-    /* Tells people what happens. */
+    /* Serves the page, and reports events to people. */
     LEO_PROCESS_CONSOLE = 6,
-    /* Starts and watches the others. */
+    /* Starts and monitors the other processes. */
     LEO_PROCESS_SUPERVISOR = 7,
-    /* Carries frames between this machine and another one. */
+    /* Transfers frames between this machine and another one. */
     LEO_PROCESS_LINK = 8,
 };
 
-/* Where a process is in its life. */
+/* State of a process. */
 enum leo_process_state {
-    /* Nothing was written yet. */
+    /* The board has not been written yet. */
     LEO_PROCESS_STATE_ABSENT = 0,
-    /* Opening its ports, locking its memory. */
+    /* Opening its ports and locking its memory. */
     LEO_PROCESS_STATE_STARTING = 1,
-    /* In its loop. */
+    /* In its main loop. */
     LEO_PROCESS_STATE_RUNNING = 2,
-    /* Told to stop. */
+    /* Received a stop request. */
     LEO_PROCESS_STATE_STOPPING = 3,
 };
 
-/* Who moves what is on the table. */
+/* Mode of the simulated lesson. */
 enum leo_scene_mode {
     /* The lesson's script is played. */
     LEO_SCENE_MODE_SCRIPT = 1,
-    /* A teacher sets the table by hand: things come, go and move as he likes. */
+    /* A teacher sets up the table interactively: objects may be added, removed and moved freely. */
     LEO_SCENE_MODE_SET_UP = 2,
-    /* A teacher teaches by hand: things move, and what he does is written down. */
+    /* A teacher teaches interactively: objects are moved, and the steps are recorded. */
     LEO_SCENE_MODE_TEACHING = 3,
-    /* The lesson's script was played to its end; Leo may still be at work. */
+    /* The lesson's script has ended; Leo may still be performing. */
     LEO_SCENE_MODE_OVER = 4,
 };
 
-/* A discrete state of a thing, observed as a degree in [0, 1]. */
+/* A discrete state of an object, observed as a degree in [0, 1]. */
 enum leo_state {
     /* Its hole holds a peg. */
     LEO_STATE_FILLED = 0,
@@ -332,59 +332,59 @@ enum leo_state {
     LEO_STATE_ON = 3,
 };
 
-/* What a teacher does by hand in the simulated workspace. */
+/* Kind of an interactive act of a teacher in the simulated workspace. */
 enum leo_teacher_act_kind {
     /* Says the text. */
     LEO_TEACHER_ACT_KIND_SAY = 1,
-    /* Takes the thing that `text` names in his hand. */
+    /* Takes the object named by `text` in hand. */
     LEO_TEACHER_ACT_KIND_TAKE = 2,
-    /* Moves what is in his hand to a place. */
+    /* Moves the object in hand to a position. */
     LEO_TEACHER_ACT_KIND_CARRY = 3,
-    /* Lets go what is in his hand, at a place. */
+    /* Puts the object in hand down at a position. */
     LEO_TEACHER_ACT_KIND_PUT = 4,
-    /* Puts what is in his hand back where it was taken. */
+    /* Returns the object in hand to where it was taken. */
     LEO_TEACHER_ACT_KIND_CANCEL = 5,
-    /* Moves his eyes to a place, and looks at another. */
+    /* Moves the teacher's eyes to a position, and directs their gaze to another. */
     LEO_TEACHER_ACT_KIND_SEAT = 6,
-    /* Goes away. */
+    /* Leaves the workspace. */
     LEO_TEACHER_ACT_KIND_LEAVE = 7,
-    /* Comes back. */
+    /* Returns to the workspace. */
     LEO_TEACHER_ACT_KIND_RETURN = 8,
-    /* Moves the occluder that `text` names, or puts up a new one. */
+    /* Moves the occluder named by `text`, or creates a new one. */
     LEO_TEACHER_ACT_KIND_SCREEN = 9,
-    /* Lays a new object of the kind `text` and the colour `colour`. */
+    /* Adds a new object of the kind `text` and the colour `colour`. */
     LEO_TEACHER_ACT_KIND_ADD = 10,
-    /* Takes the object or the occluder that `text` names off the table. */
+    /* Removes the object or occluder named by `text`. */
     LEO_TEACHER_ACT_KIND_REMOVE = 11,
-    /* Begins an empty table. */
+    /* Starts with an empty table. */
     LEO_TEACHER_ACT_KIND_CLEAR = 12,
-    /* Lays a table of the lesson. */
+    /* Sets up a table of the lesson. */
     LEO_TEACHER_ACT_KIND_LAY = 13,
-    /* Opens the lesson that `text` names, and plays it. */
+    /* Opens the lesson named by `text`, and plays it. */
     LEO_TEACHER_ACT_KIND_OPEN = 14,
-    /* Plays the open lesson from its beginning. */
+    /* Restarts the open lesson. */
     LEO_TEACHER_ACT_KIND_PLAY = 15,
-    /* Takes the last act back. */
+    /* Undoes the last act. */
     LEO_TEACHER_ACT_KIND_UNDO = 16,
-    /* Writes what was taught by hand as a lesson of the title `text`. */
+    /* Saves the interactive lesson with the title `text`. */
     LEO_TEACHER_ACT_KIND_SAVE = 17,
 };
 
-/* What a thing on the table is for. */
+/* Role of an object on the table. */
 enum leo_thing_role {
-    /* To be worked on. */
+    /* A block to work on. */
     LEO_THING_ROLE_BLOCK = 1,
-    /* To be put into a hole. */
+    /* A peg, to be inserted into a hole. */
     LEO_THING_ROLE_PEG = 2,
-    /* To mark what it is put onto. */
+    /* A marker, to be put onto an object. */
     LEO_THING_ROLE_MARKER = 3,
 };
 
-/* What a process shall do with its turn. */
+/* Kind of a turn. */
 enum leo_turn_kind {
-    /* One step at the given instant. */
+    /* Make one step at the given instant. */
     LEO_TURN_KIND_STEP = 1,
-    /* End the process. */
+    /* Exit the process. */
     LEO_TURN_KIND_STOP = 2,
 };
 
@@ -399,15 +399,15 @@ LEO_ASSERT(sizeof(struct leo_text) == 256, "size of leo/Text/1");
 LEO_ASSERT(offsetof(struct leo_text, length) == 0, "place of length");
 LEO_ASSERT(offsetof(struct leo_text, bytes) == 4, "place of bytes");
 
-/* What became of an act. */
+/* Result of an act. */
 #define LEO_ACT_ANSWER_TYPE "leo/ActAnswer/1"
 struct leo_act_answer {
     LEO_NAMED(LEO_ACT_ANSWER_TYPE)
     /* The act's serial number. */
     uint64_t serial;
-    /* 1 where it was refused, 0 where it was done. */
+    /* 1 if the act was refused, 0 if it was done. */
     uint64_t refused;
-    /* Why it was refused; or what came of it: the new object's name, the file that was written. */
+    /* Reason for the refusal, or the result: the new object's name, the file written. */
     struct leo_text text;
 };
 LEO_ASSERT(sizeof(struct leo_act_answer) == 272, "size of leo/ActAnswer/1");
@@ -415,8 +415,8 @@ LEO_ASSERT(offsetof(struct leo_act_answer, serial) == 0, "place of serial");
 LEO_ASSERT(offsetof(struct leo_act_answer, refused) == 8, "place of refused");
 LEO_ASSERT(offsetof(struct leo_act_answer, text) == 16, "place of text");
 
-/* One percept about which two beliefs in the same thing differ. Places and orientations are in
- * the robot's base frame. */
+/* One percept in which two beliefs about the same object differ. Positions and orientations are in the robot's base
+ * frame. */
 #define LEO_ASPECT_TYPE "leo/Aspect/1"
 struct leo_aspect {
     LEO_NAMED(LEO_ASPECT_TYPE)
@@ -442,7 +442,7 @@ LEO_ASSERT(offsetof(struct leo_aspect, other) == 32, "place of other");
 #define LEO_REMEMBERED_TYPE "leo/Remembered/1"
 struct leo_remembered {
     LEO_NAMED(LEO_REMEMBERED_TYPE)
-    /* When the newest sample behind it was taken, in nanoseconds of the clock. */
+    /* Time stamp of its newest sample, in nanoseconds of the clock. */
     uint64_t sampled_at_ns;
     /* The percept: its index in the configured set P. */
     uint16_t percept;
@@ -469,14 +469,13 @@ struct leo_belief {
     uint64_t id;
     /* When the object was first perceived, in nanoseconds of the clock. */
     uint64_t born_at_ns;
-    /* When it was last perceived. */
+    /* When it was last perceived, in nanoseconds of the clock. */
     uint64_t perceived_at_ns;
-    /* Observations behind it. */
+    /* Number of observations merged into it. */
     uint64_t observations;
-    /* The agent who last was perceived to hold it at this instant, or `NOBODY`. */
+    /* The agent last perceived to hold it, as of this instant, or `NOBODY`. */
     uint16_t held_by;
-    /* The agent to whom the thing belongs in the eyes of this perspective, or `NOBODY` for what is
-     * everybody's. */
+    /* The owner according to this perspective, or `NOBODY` for a shared object. */
     uint16_t owner;
     uint32_t count;
     struct leo_remembered percepts[12];
@@ -495,15 +494,15 @@ LEO_ASSERT(offsetof(struct leo_belief, percepts) == 40, "place of percepts");
 #define LEO_HEADER_TYPE "leo/Header/1"
 struct leo_header {
     LEO_NAMED(LEO_HEADER_TYPE)
-    /* The instant that the frame speaks about, in nanoseconds of the clock. */
+    /* Time stamp of the frame's content, in nanoseconds of the clock. */
     uint64_t valid_at_ns;
-    /* Counts the writer's frames from one, without gaps: a gap at the reader is a loss. */
+    /* Sequence number of the writer's frames, from one without gaps. A gap at the reader means lost frames. */
     uint64_t sequence;
-    /* Counts the writer's lives from one: a change says that its memory began anew. */
+    /* Incarnation of the writer, from one. A change means that the writer restarted and lost its state. */
     uint64_t incarnation;
-    /* When the frame, or what it was made from, passed each hop; zero where it did not. */
+    /* When the frame or its inputs passed each hop; zero for hops not passed. */
     uint64_t hops_ns[8];
-    /* Entries that did not fit into this frame, or into those it was made from, and were left out. */
+    /* Number of entries left out for lack of space, in this frame or its inputs. */
     uint64_t left_out;
 };
 LEO_ASSERT(sizeof(struct leo_header) == 96, "size of leo/Header/1");
@@ -513,11 +512,10 @@ LEO_ASSERT(offsetof(struct leo_header, incarnation) == 16, "place of incarnation
 LEO_ASSERT(offsetof(struct leo_header, hops_ns) == 24, "place of hops_ns");
 LEO_ASSERT(offsetof(struct leo_header, left_out) == 88, "place of left_out");
 
-/* Whose perspective it is, and within whose: `[]` is the robot's own, `[1]` what it takes partner 1
- * to believe, `[1, 0]` what it takes partner 1 to take the robot to believe.
+/* Path of a perspective: `[]` is the robot's own, `[1]` is partner 1's as the robot models it. `[1, 0]` is the
+ * robot's as partner 1 models it, according to the robot.
  * 
- * Nobody stands twice in a row, nor the robot first: what somebody takes himself to believe is
- * what he believes. */
+ * Consecutive agents differ, and the robot is never first: an agent's model of itself is its own perspective. */
 #define LEO_PATH_TYPE "leo/Path/1"
 struct leo_path {
     LEO_NAMED(LEO_PATH_TYPE)
@@ -528,17 +526,17 @@ LEO_ASSERT(sizeof(struct leo_path) == 16, "size of leo/Path/1");
 LEO_ASSERT(offsetof(struct leo_path, depth) == 0, "place of depth");
 LEO_ASSERT(offsetof(struct leo_path, agents) == 4, "place of agents");
 
-/* The head of a belief buffer: whose beliefs, and the frame they are in. */
+/* Head of a belief buffer: the perspective and its coordinate frame. */
 #define LEO_BELIEF_HEAD_TYPE "leo/BeliefHead/2"
 struct leo_belief_head {
     LEO_NAMED(LEO_BELIEF_HEAD_TYPE)
     /* The frame's header. */
     struct leo_header header;
-    /* Which perspective's beliefs, by the number of the buffer: 0 the robot's own, n what it takes
-     * partner n to believe, and from there on those nested deeper, in the order of their paths. */
+    /* Number of the perspective's buffer: 0 is the robot's own, n is that of partner n. Nested perspectives follow
+     * in the order of their paths. */
     uint32_t perspective;
-    /* Whether the perspective perceived anything possible at this instant: 1 yes, 0 the partner
-     * is absent or his pose unknown, and his beliefs are frozen. */
+    /* Whether the perspective could perceive at this instant: 1 yes, 0 no. With 0 the partner is absent or their
+     * pose unknown, and the beliefs are frozen. */
     uint32_t present;
     /* Position of the perspective's frame in the robot's base frame, in metres. */
     double frame_position_m[3];
@@ -550,9 +548,9 @@ struct leo_belief_head {
     double eye_orientation_xyzw[4];
     /* Observations of this instant that the perspective could perceive. */
     uint32_t perceivable;
-    /* Observations of this instant that it could not. */
+    /* Observations of this instant that the perspective could not perceive. */
     uint32_t hidden;
-    /* Observations refused because their numbers were unsound, since the process started. */
+    /* Observations refused because of invalid numbers, since the process started. */
     uint64_t refused;
     /* Beliefs created, since the process started. */
     uint64_t created;
@@ -560,10 +558,9 @@ struct leo_belief_head {
     uint64_t merged;
     /* Beliefs culled, since the process started. */
     uint64_t culled;
-    /* Observations dropped because no belief was free, and those of occluders that hide nothing because
-     * more stood there at once than are remembered, since the process started. */
+    /* Observations dropped since the process started: no belief was free, or the occluder memory was full. */
     uint64_t overflowed;
-    /* Whose beliefs, and within whose. */
+    /* Path of the perspective. */
     struct leo_path path;
 };
 LEO_ASSERT(sizeof(struct leo_belief_head) == 280, "size of leo/BeliefHead/2");
@@ -583,9 +580,8 @@ LEO_ASSERT(offsetof(struct leo_belief_head, culled) == 248, "place of culled");
 LEO_ASSERT(offsetof(struct leo_belief_head, overflowed) == 256, "place of overflowed");
 LEO_ASSERT(offsetof(struct leo_belief_head, path) == 264, "place of path");
 
-/* A distribution of durations in nanoseconds with a bounded relative error of 1/16, in the
- * log-linear layout of HDR histograms, as plain memory: recording is a handful of instructions,
- * publishing is a copy, and nothing allocates. */
+/* Histogram of durations in nanoseconds with a relative error of at most 1/16, in the log-linear layout of HDR
+ * histograms. It is plain memory: recording takes a few instructions, publishing is a copy, and nothing allocates. */
 #define LEO_HISTOGRAM_TYPE "leo/Histogram/1"
 struct leo_histogram {
     LEO_NAMED(LEO_HISTOGRAM_TYPE)
@@ -600,43 +596,43 @@ LEO_ASSERT(offsetof(struct leo_histogram, max_ns) == 8, "place of max_ns");
 LEO_ASSERT(offsetof(struct leo_histogram, buckets) == 16, "place of buckets");
 LEO_ASSERT(offsetof(struct leo_histogram, reserved) == 1748, "place of reserved");
 
-/* How one servo bus fares, since the motor process's life began. */
+/* Health of one servo bus, counted since this incarnation of the motor process started. */
 #define LEO_BUS_HEALTH_TYPE "leo/BusHealth/2"
 struct leo_bus_health {
     LEO_NAMED(LEO_BUS_HEALTH_TYPE)
-    /* What the configuration calls it. */
+    /* Its name in the configuration. */
     struct leo_text name;
     /* Joints on it. */
     uint64_t joints;
-    /* Joints of it that are quarantined now. */
+    /* Joints on it that are quarantined now. */
     uint64_t quarantined;
-    /* Whether its line is lost now: 1 yes, 0 no. */
+    /* Whether its serial line is lost now: 1 yes, 0 no. */
     uint64_t lost;
-    /* Requests carried out. */
+    /* Requests completed. */
     uint64_t exchanges;
-    /* Cycles in which it was still busy with the request before. */
+    /* Cycles skipped because the bus was still busy with the previous request. */
     uint64_t skipped;
-    /* Answers that did not come. */
+    /* Status packets that did not arrive. */
     uint64_t missed;
-    /* Answers that arrived broken. */
+    /* Status packets that arrived corrupt. */
     uint64_t broken;
-    /* Answers dropped because nobody awaited them, or because they were sampled too early. */
+    /* Status packets dropped because they were not expected, or because they were sampled too early. */
     uint64_t stale;
-    /* Bytes that came after their time. */
+    /* Bytes that arrived after the reply timeout. */
     uint64_t late_bytes;
     /* Hardware alerts of its servos. */
     uint64_t alerts;
-    /* Times that a servo of it began anew by itself. */
+    /* Unexpected reboots of its servos. */
     uint64_t restarts;
-    /* Bus watchdogs of its servos that were found to have tripped. */
+    /* Bus watchdogs of its servos that have tripped. */
     uint64_t watchdogs;
-    /* Instructions that a servo refused by an error number. */
+    /* Instructions that a servo rejected with an error number. */
     uint64_t refusals;
-    /* Identifiers to which two servos were found to answer. */
+    /* Identifiers to which two servos replied. */
     uint64_t duplicates;
-    /* Times that its line was lost. */
+    /* Times that its serial line was lost. */
     uint64_t hang_ups;
-    /* How long the requests took, in nanoseconds. */
+    /* Duration of the requests, in nanoseconds. */
     struct leo_histogram exchange;
 };
 LEO_ASSERT(sizeof(struct leo_bus_health) == 2128, "size of leo/BusHealth/2");
@@ -658,20 +654,20 @@ LEO_ASSERT(offsetof(struct leo_bus_health, duplicates) == 360, "place of duplica
 LEO_ASSERT(offsetof(struct leo_bus_health, hang_ups) == 368, "place of hang_ups");
 LEO_ASSERT(offsetof(struct leo_bus_health, exchange) == 376, "place of exchange");
 
-/* How the servo buses fare: the motor process writes it to a board of its own. */
+/* Health of all servo buses. The motor process writes it to its board. */
 #define LEO_BUSES_TYPE "leo/Buses/2"
 struct leo_buses {
     LEO_NAMED(LEO_BUSES_TYPE)
-    /* How many buses there are. */
+    /* Number of buses. */
     uint64_t count;
-    /* Each of them, in the order of the configuration. */
+    /* The buses, in the order of the configuration. */
     struct leo_bus_health buses[16];
 };
 LEO_ASSERT(sizeof(struct leo_buses) == 34056, "size of leo/Buses/2");
 LEO_ASSERT(offsetof(struct leo_buses, count) == 0, "place of count");
 LEO_ASSERT(offsetof(struct leo_buses, buses) == 8, "place of buses");
 
-/* An entry of a divergence buffer: how two perspectives differ about one thing. */
+/* An entry of a divergence buffer: the differences of two perspectives about one object. */
 #define LEO_DIFFERENCE_TYPE "leo/Difference/1"
 struct leo_difference {
     LEO_NAMED(LEO_DIFFERENCE_TYPE)
@@ -688,23 +684,22 @@ LEO_ASSERT(offsetof(struct leo_difference, count) == 16, "place of count");
 LEO_ASSERT(offsetof(struct leo_difference, reserved) == 20, "place of reserved");
 LEO_ASSERT(offsetof(struct leo_difference, aspects) == 24, "place of aspects");
 
-/* The head of a divergence buffer: which two perspectives are compared. Of the same instant and
- * number as the belief buffers of both. */
+/* Head of a divergence buffer: the two perspectives compared. Has the same time stamp and sequence number as their
+ * belief buffers. */
 #define LEO_DIVERGENCE_HEAD_TYPE "leo/DivergenceHead/1"
 struct leo_divergence_head {
     LEO_NAMED(LEO_DIVERGENCE_HEAD_TYPE)
     /* The frame's header. */
     struct leo_header header;
-    /* The other of the two perspectives, by the number of its buffers. */
+    /* The `other` perspective, by the number of its buffers. */
     uint32_t perspective;
-    /* The one of the two: the perspective that the other is nested in, 0 for a partner's. */
+    /* The `one` perspective, which the other is nested in; 0 for a partner's. */
     uint32_t within;
-    /* Things about which the two believe the same. */
+    /* Number of objects about which the two agree. */
     uint32_t agreed;
-    /* 1 where the two are compared, 0 as long as he whose the other perspective is was not
-     * observed yet. */
+    /* 1 if the two are compared, 0 until the agent of the other perspective is first observed. */
     uint32_t compared;
-    /* Whose the other perspective is, and within whose. */
+    /* Path of the other perspective. */
     struct leo_path path;
 };
 LEO_ASSERT(sizeof(struct leo_divergence_head) == 128, "size of leo/DivergenceHead/1");
@@ -715,14 +710,13 @@ LEO_ASSERT(offsetof(struct leo_divergence_head, agreed) == 104, "place of agreed
 LEO_ASSERT(offsetof(struct leo_divergence_head, compared) == 108, "place of compared");
 LEO_ASSERT(offsetof(struct leo_divergence_head, path) == 112, "place of path");
 
-/* Lockstep: a process has done its turn. */
+/* Lockstep: a process has completed its turn. */
 #define LEO_DONE_TYPE "leo/Done/1"
 struct leo_done {
     LEO_NAMED(LEO_DONE_TYPE)
-    /* The turn that is done. */
+    /* The number of the completed turn. */
     uint64_t round;
-    /* Whether the process has nothing left to do: 1 yes, 0 no. The lesson is over when the
-     * simulator says so. */
+    /* Whether the process has nothing left to do: 1 yes, 0 no. The simulator ends the lesson. */
     uint64_t finished;
 };
 LEO_ASSERT(sizeof(struct leo_done) == 16, "size of leo/Done/1");
@@ -737,7 +731,7 @@ struct leo_event {
     double posterior;
     /* An `EventKind`. */
     uint16_t kind;
-    /* Whose perspective it belongs to: 0 the robot's, n partner n's. */
+    /* The perspective it belongs to: 0 the robot's, n partner n's. */
     uint16_t perspective;
     /* Rank of a hypothesis from 1; hypotheses that tie share their rank. */
     uint32_t rank;
@@ -749,9 +743,9 @@ struct leo_event {
     uint32_t high_likelihood;
     /* Steps of a performance that succeeded. */
     uint32_t succeeded;
-    /* The task it is about. */
+    /* The task that the event is about. */
     struct leo_text task;
-    /* What it says. */
+    /* The text of the event. */
     struct leo_text text;
 };
 LEO_ASSERT(sizeof(struct leo_event) == 544, "size of leo/Event/1");
@@ -766,51 +760,50 @@ LEO_ASSERT(offsetof(struct leo_event, succeeded) == 28, "place of succeeded");
 LEO_ASSERT(offsetof(struct leo_event, task) == 32, "place of task");
 LEO_ASSERT(offsetof(struct leo_event, text) == 288, "place of text");
 
-/* The health of one process: what its loop counted, for whoever looks.
+/* Health of one process: the counters of its main loop.
  * 
- * It stands on a blackboard in shared memory, so that looking never touches the thread that is
- * looked at. */
+ * It is on a board in shared memory, so that reading it never blocks the monitored thread. */
 #define LEO_HEALTH_TYPE "leo/Health/2"
 struct leo_health {
     LEO_NAMED(LEO_HEALTH_TYPE)
-    /* The operating system's process number. */
+    /* The operating system's process id. */
     uint32_t pid;
     uint32_t state;
-    /* Counts the process's lives from one. */
+    /* Incarnation of the process, from one. */
     uint64_t incarnation;
-    /* Grows with every turn of the loop: a beat that stands still is a process that hangs. */
+    /* Heartbeat: incremented in every iteration of the main loop. */
     uint64_t beat;
-    /* When the beat last grew, in nanoseconds of the monotonic clock. */
+    /* Time of the last heartbeat, in nanoseconds of the monotonic clock. */
     uint64_t beat_at_ns;
-    /* When this life began. */
+    /* Start time of this incarnation, in nanoseconds of the monotonic clock. */
     uint64_t started_at_ns;
-    /* Configured period of the cycle; zero for a process that is woken. */
+    /* Configured cycle period; zero for an event-driven process. */
     uint64_t period_ns;
-    /* Cycles begun. */
+    /* Cycles started. */
     uint64_t cycles;
-    /* Cycles that ended after their deadline. */
+    /* Cycles that missed their deadline. */
     uint64_t overruns;
-    /* Releases skipped because a cycle ran past them; never made up. */
+    /* Releases skipped because of an overrun; they are not made up for. */
     uint64_t skipped;
-    /* Frames lost at the process's inlets, by gaps of the sequence. */
+    /* Frames lost at the process's subscribers, by gaps of the sequence number. */
     uint64_t drops;
-    /* Frames that an outlet could not deliver to some reader. */
+    /* Frames that a publisher could not deliver to some subscriber. */
     uint64_t undelivered;
-    /* Frames or entries refused because they were nonsense. */
+    /* Frames or entries refused as invalid. */
     uint64_t refused;
-    /* Frames refused because the supervisor's roster does not name the process that published them. */
+    /* Frames refused because their publisher is not on the supervisor's roster. */
     uint64_t unlisted_frames;
-    /* The process number of the newest such publisher; zero where there was none. */
+    /* Process id of the last such publisher; zero if there was none. */
     uint64_t unlisted_pid;
-    /* Page faults since the loop began, minor and major. */
+    /* Minor and major page faults since the main loop started. */
     uint64_t page_faults;
-    /* Rights that were asked for and not granted, one bit each: scheduling, affinity, memory. */
+    /* Rights that were requested and not granted, one bit each: scheduling, affinity, memory. */
     uint64_t missing_rights;
-    /* Release to start. */
+    /* Wake-up latency: from release to start. */
     struct leo_histogram wakeup;
-    /* Start to end. */
+    /* Execution time: from start to end. */
     struct leo_histogram execution;
-    /* Age of the input when its step began: from the previous hop's publication. */
+    /* Age of the input when its step started, measured from its publication by the previous hop. */
     struct leo_histogram latency;
 };
 LEO_ASSERT(sizeof(struct leo_health) == 5384, "size of leo/Health/2");
@@ -835,7 +828,7 @@ LEO_ASSERT(offsetof(struct leo_health, wakeup) == 128, "place of wakeup");
 LEO_ASSERT(offsetof(struct leo_health, execution) == 1880, "place of execution");
 LEO_ASSERT(offsetof(struct leo_health, latency) == 3632, "place of latency");
 
-/* Where one joint shall be, and when. */
+/* Goal position of one joint, with arrival time. */
 #define LEO_JOINT_GOAL_TYPE "leo/JointGoal/1"
 struct leo_joint_goal {
     LEO_NAMED(LEO_JOINT_GOAL_TYPE)
@@ -845,8 +838,8 @@ struct leo_joint_goal {
     uint32_t reserved;
     /* Goal position, in radians from the joint's zero. */
     double goal_position_rad;
-    /* When it shall be there, in nanoseconds of the clock; the motor process moves smoothly and
-     * arrives later where the joint's limits ask for it. */
+    /* Requested arrival time, in nanoseconds of the clock. The motor process moves smoothly, and arrives later if
+     * the joint's limits require it. */
     uint64_t arrive_at_ns;
 };
 LEO_ASSERT(sizeof(struct leo_joint_goal) == 24, "size of leo/JointGoal/1");
@@ -855,7 +848,7 @@ LEO_ASSERT(offsetof(struct leo_joint_goal, reserved) == 4, "place of reserved");
 LEO_ASSERT(offsetof(struct leo_joint_goal, goal_position_rad) == 8, "place of goal_position_rad");
 LEO_ASSERT(offsetof(struct leo_joint_goal, arrive_at_ns) == 16, "place of arrive_at_ns");
 
-/* What one joint does. */
+/* State of one joint. */
 #define LEO_JOINT_STATE_TYPE "leo/JointState/3"
 struct leo_joint_state {
     LEO_NAMED(LEO_JOINT_STATE_TYPE)
@@ -863,7 +856,7 @@ struct leo_joint_state {
     uint32_t joint;
     uint16_t mode;
     uint16_t cause;
-    /* When the servo was read, in nanoseconds of the clock; zero when it never was. */
+    /* When the servo was read, in nanoseconds of the clock; zero if never. */
     uint64_t sampled_at_ns;
     double present_position_rad;
     double present_velocity_rad_s;
@@ -897,22 +890,21 @@ LEO_ASSERT(offsetof(struct leo_joint_state, motion) == 62, "place of motion");
 LEO_ASSERT(offsetof(struct leo_joint_state, licence_cause) == 64, "place of licence_cause");
 LEO_ASSERT(offsetof(struct leo_joint_state, reserved) == 66, "place of reserved");
 
-/* The newest joint states, for whoever looks now and then: the motor process writes them to a board of
- * its own. Who reads a topic is known to its writer, and costs it a page now and then; who reads a board
- * is not. */
+/* The newest joint states, on a board of the motor process, for occasional readers. Unlike a subscriber to the
+ * topic, a reader of a board costs the writer no memory. */
 #define LEO_JOINTS_TYPE "leo/Joints/2"
 struct leo_joints {
     LEO_NAMED(LEO_JOINTS_TYPE)
-    /* How many joints there are. */
+    /* Number of joints. */
     uint64_t count;
-    /* How often a joint was locked since the motor process started. An acknowledgement names the newest that
-     * was seen, so that it acknowledges no other. */
+    /* Number of times that a joint was locked since the motor process started. An acknowledgement contains the last
+     * value read, so that it never covers a newer lock. */
     uint64_t locks;
-    /* Goals beyond a joint's limits, which became the limit. */
+    /* Goals beyond a joint's limits, which were clamped. */
     uint64_t limited;
-    /* Goals refused: no number, or for no joint. */
+    /* Goals refused: not a number, or for an unknown joint. */
     uint64_t refused;
-    /* What each of them does. */
+    /* The joint states. */
     struct leo_joint_state states[256];
 };
 LEO_ASSERT(sizeof(struct leo_joints) == 18464, "size of leo/Joints/2");
@@ -922,19 +914,19 @@ LEO_ASSERT(offsetof(struct leo_joints, limited) == 16, "place of limited");
 LEO_ASSERT(offsetof(struct leo_joints, refused) == 24, "place of refused");
 LEO_ASSERT(offsetof(struct leo_joints, states) == 32, "place of states");
 
-/* One life of a process, as its supervisor knows it. */
+/* One incarnation of a process, as recorded by the supervisor. */
 #define LEO_LIFE_TYPE "leo/Life/1"
 struct leo_life {
     LEO_NAMED(LEO_LIFE_TYPE)
-    /* Counts the lives of the process from one; zero where it was never started. */
+    /* Number of the incarnation, from one; zero if the process was never started. */
     uint64_t incarnation;
     /* When the supervisor began to start it, in nanoseconds of the monotonic clock. */
     uint64_t began_at_ns;
-    /* When the supervisor learned of its end; zero while it lives. No other process has its number before that. */
+    /* When the supervisor detected its end; zero while it runs. Until then its process id is not reused. */
     uint64_t ended_at_ns;
-    /* The operating system's process number, in the outermost namespace that can be seen; zero while it is unknown. */
+    /* The operating system's process id in the outermost visible namespace; zero while unknown. */
     uint32_t pid;
-    /* 1 where the process is one of this robot on this machine, else 0. */
+    /* 1 if the process belongs to this robot on this machine, else 0. */
     uint32_t is_member;
 };
 LEO_ASSERT(sizeof(struct leo_life) == 32, "size of leo/Life/1");
@@ -944,41 +936,39 @@ LEO_ASSERT(offsetof(struct leo_life, ended_at_ns) == 16, "place of ended_at_ns")
 LEO_ASSERT(offsetof(struct leo_life, pid) == 24, "place of pid");
 LEO_ASSERT(offsetof(struct leo_life, is_member) == 28, "place of is_member");
 
-/* How the link to another machine fares, since the link process's life began: it writes this to a board of
- * its own. Delays are between the two machines, in nanoseconds. */
+/* Health of the link to another machine, counted since this incarnation of the link process started. The link
+ * process writes it to its board. Delays are between the two machines, in nanoseconds. */
 #define LEO_LINK_HEALTH_TYPE "leo/LinkHealth/1"
 struct leo_link_health {
     LEO_NAMED(LEO_LINK_HEALTH_TYPE)
-    /* Whether the other machine is heard now: 1 yes, 0 no. */
+    /* Whether the link to the other machine is up: 1 yes, 0 no. */
     uint64_t is_heard;
-    /* How often it came to be heard: once, and once more after each silence. */
+    /* Number of times that the link came up: once, and once more after each interruption. */
     uint64_t hearings;
-    /* The newest round trip to the other machine and back, without the time that it took to answer. */
+    /* The last round-trip time, without the processing time of the other machine. */
     uint64_t round_trip_ns;
-    /* By how much the instants of frames that came over the link are wrong at most: what is not known of the
-     * difference between the two machines' clocks. */
+    /* Bound on the error of time stamps received over the link, from the uncertainty of the clock offset. */
     uint64_t clock_error_ns;
-    /* Frames that were handed to the network. */
+    /* Frames passed to the network. */
     uint64_t sent;
-    /* Frames that were not sent because a newer one of their topic overtook them: the network is slower than
-     * their writer. */
+    /* Frames replaced by a newer one of their topic before they were sent, because the network is slower than their
+     * writer. */
     uint64_t overtaken;
-    /* Frames that waited for the other machine for too long, or were too many, and were given up. */
+    /* Frames dropped while the link was down, because of their age or number. */
     uint64_t given_up;
-    /* Frames that came and were published here. */
+    /* Frames received and published here. */
     uint64_t received;
-    /* Bundles of frames that were sent to this machine and did not arrive. */
+    /* Batches sent to this machine that did not arrive. */
     uint64_t lost;
-    /* Frames and messages from the other machine that were nonsense, or of another version. */
+    /* Frames and messages of the other machine that were malformed or of another version. */
     uint64_t refused;
-    /* Commands that came too late to be carried out. */
+    /* Commands that arrived too late to be executed. */
     uint64_t late;
-    /* Bytes that were handed to the network. */
+    /* Bytes passed to the network. */
     uint64_t bytes_sent;
-    /* Bytes that came. */
+    /* Bytes received. */
     uint64_t bytes_received;
-    /* How long bundles of frames took from the other machine to this one, wrong by
-     * `Self::clock_error_ns` at most. */
+    /* One-way delay of batches from the other machine, with an error of at most `Self::clock_error_ns`. */
     struct leo_histogram delay;
 };
 LEO_ASSERT(sizeof(struct leo_link_health) == 1856, "size of leo/LinkHealth/1");
@@ -997,16 +987,16 @@ LEO_ASSERT(offsetof(struct leo_link_health, bytes_sent) == 88, "place of bytes_s
 LEO_ASSERT(offsetof(struct leo_link_health, bytes_received) == 96, "place of bytes_received");
 LEO_ASSERT(offsetof(struct leo_link_health, delay) == 104, "place of delay");
 
-/* What one sensory process reported of one thing at one instant, in the robot's base frame.
+/* An observation of one object by one sensory source at one instant, in the robot's base frame.
  * 
- * An observation carries no identity of the thing: finding out which thing it was is the Belief
- * System's work (Berlin et al. 2006, "Belief Modeling"). */
+ * An observation carries no object identity; association is the Belief System's task (Berlin et al. 2006, "Belief
+ * Modeling"). */
 #define LEO_OBSERVATION_TYPE "leo/Observation/1"
 struct leo_observation {
     LEO_NAMED(LEO_OBSERVATION_TYPE)
-    /* When the sensory process observed it, in nanoseconds of the clock. */
+    /* When the source observed it, in nanoseconds of the clock. */
     uint64_t observed_at_ns;
-    /* The sensory process that reported it. */
+    /* The sensory source that reported it. */
     uint16_t source;
     /* A `Modality`. */
     uint16_t modality;
@@ -1014,23 +1004,23 @@ struct leo_observation {
     uint16_t kind;
     /* For a person: which partner (1, 2, …), or 0 for the robot itself. */
     uint16_t partner;
-    /* The agent who holds or moves it, or `NOBODY`. */
+    /* The agent that holds or moves it, or `NOBODY`. */
     uint16_t held_by;
     /* Not used; zero. */
     uint16_t reserved;
-    /* How sure the sensory process is, in [0, 1]. */
+    /* Confidence of the source, in [0, 1]. */
     float confidence;
     /* Position in the robot's base frame, in metres. */
     float position_m[3];
     /* Orientation in the robot's base frame, quaternion `[x, y, z, w]`. */
     float orientation_xyzw[4];
-    /* Half the extents along the thing's own axes, in metres. */
+    /* Half extents along the object's own axes, in metres. */
     float half_extents_m[3];
     /* Colour, linear red, green and blue in [0, 1]. */
     float colour_rgb[3];
-    /* Shape descriptor: how elongated, how flat, how round, how tapered; each in [0, 1]. */
+    /* Shape descriptor: elongation, flatness, roundness, taper; each in [0, 1]. */
     float shape[4];
-    /* Degree of each `State`; NaN where the thing has no such state. */
+    /* Degree of each `State`; NaN if the object has no such state. */
     float states[8];
 };
 LEO_ASSERT(sizeof(struct leo_observation) == 128, "size of leo/Observation/1");
@@ -1080,14 +1070,13 @@ LEO_ASSERT(sizeof(struct leo_snapshot) == 340, "size of leo/Snapshot/1");
 LEO_ASSERT(offsetof(struct leo_snapshot, count) == 0, "place of count");
 LEO_ASSERT(offsetof(struct leo_snapshot, values) == 4, "place of values");
 
-/* An entry of the percept buffer: an observation and what the robot perceives in it.
+/* An entry of the percept buffer: an observation and the robot's percept snapshot of it.
  * 
- * The observation travels along because another perspective perceives it anew in its own frame
- * (Eq. 7). */
+ * It includes the observation, because other perspectives perceive it anew in their own frames (Eq. 7). */
 #define LEO_PERCEIVED_TYPE "leo/Perceived/1"
 struct leo_perceived {
     LEO_NAMED(LEO_PERCEIVED_TYPE)
-    /* What was observed. */
+    /* The observation. */
     struct leo_observation observation;
     /* The robot's own percept snapshot of it. */
     struct leo_snapshot snapshot;
@@ -1096,32 +1085,32 @@ LEO_ASSERT(sizeof(struct leo_perceived) == 472, "size of leo/Perceived/1");
 LEO_ASSERT(offsetof(struct leo_perceived, observation) == 0, "place of observation");
 LEO_ASSERT(offsetof(struct leo_perceived, snapshot) == 128, "place of snapshot");
 
-/* The head of a percept buffer: who looked. */
+/* Head of a percept buffer: the sources that delivered a frame. */
 #define LEO_PERCEPT_HEAD_TYPE "leo/PerceptHead/1"
 struct leo_percept_head {
     LEO_NAMED(LEO_PERCEPT_HEAD_TYPE)
     /* The frame's header. */
     struct leo_header header;
-    /* The sources that looked: bit n for source n, the last bit for all beyond. */
+    /* Sources that delivered a frame: bit n for source n, the last bit for all beyond. */
     uint64_t looked;
 };
 LEO_ASSERT(sizeof(struct leo_percept_head) == 104, "size of leo/PerceptHead/1");
 LEO_ASSERT(offsetof(struct leo_percept_head, header) == 0, "place of header");
 LEO_ASSERT(offsetof(struct leo_percept_head, looked) == 96, "place of looked");
 
-/* What was computed of one perspective, since its process's life began. */
+/* Counters of one perspective, since this incarnation of the process started. */
 #define LEO_PERSPECTIVE_HEALTH_TYPE "leo/PerspectiveHealth/2"
 struct leo_perspective_health {
     LEO_NAMED(LEO_PERSPECTIVE_HEALTH_TYPE)
-    /* Whose it is, and within whose. */
+    /* Its path. */
     struct leo_path path;
-    /* How often its beliefs were brought to an instant. */
+    /* Number of update steps. */
     uint64_t steps;
-    /* Beliefs that it held after each of these steps, all together. */
+    /* Sum over these steps of the number of beliefs after the step. */
     uint64_t beliefs;
-    /* Observations, beliefs and occluders for which it had no room. */
+    /* Observations, beliefs and occluders dropped for lack of space. */
     uint64_t left_out;
-    /* Observations and evaluations that it refused as nonsense. */
+    /* Observations and evaluations refused as invalid. */
     uint64_t refused;
 };
 LEO_ASSERT(sizeof(struct leo_perspective_health) == 48, "size of leo/PerspectiveHealth/2");
@@ -1131,22 +1120,22 @@ LEO_ASSERT(offsetof(struct leo_perspective_health, beliefs) == 24, "place of bel
 LEO_ASSERT(offsetof(struct leo_perspective_health, left_out) == 32, "place of left_out");
 LEO_ASSERT(offsetof(struct leo_perspective_health, refused) == 40, "place of refused");
 
-/* What was computed of each perspective: the belief process writes it to a board of its own. Where
- * perspective taking is off there is one, the robot's own. */
+/* Counters of all perspectives. The belief process writes them to its board. Without perspective taking there is
+ * one, the robot's own. */
 #define LEO_PERSPECTIVES_TYPE "leo/Perspectives/2"
 struct leo_perspectives {
     LEO_NAMED(LEO_PERSPECTIVES_TYPE)
-    /* How many perspectives there are. */
+    /* Number of perspectives. */
     uint64_t count;
-    /* Each of them, by its number. */
+    /* The perspectives, by number. */
     struct leo_perspective_health perspectives[256];
 };
 LEO_ASSERT(sizeof(struct leo_perspectives) == 12296, "size of leo/Perspectives/2");
 LEO_ASSERT(offsetof(struct leo_perspectives, count) == 0, "place of count");
 LEO_ASSERT(offsetof(struct leo_perspectives, perspectives) == 8, "place of perspectives");
 
-/* Which life of each process is the newest, as the supervisor knows it: the roster names the board on which the
- * `Health`(crate::Health) of that life stands, and the process that may publish. */
+/* The newest incarnation of each process, as recorded by the supervisor. It determines the board of that
+ * incarnation's `Health`(crate::Health), and the process that may publish. */
 #define LEO_ROSTER_TYPE "leo/Roster/3"
 struct leo_roster {
     LEO_NAMED(LEO_ROSTER_TYPE)
@@ -1155,7 +1144,7 @@ struct leo_roster {
 LEO_ASSERT(sizeof(struct leo_roster) == 512, "size of leo/Roster/3");
 LEO_ASSERT(offsetof(struct leo_roster, lives) == 0, "place of lives");
 
-/* The head of the simulator's scene: where the lesson is, and the robot in the world. */
+/* Head of the simulator's scene: progress of the lesson, and pose of the robot in the world. */
 #define LEO_SCENE_HEAD_TYPE "leo/SceneHead/1"
 struct leo_scene_head {
     LEO_NAMED(LEO_SCENE_HEAD_TYPE)
@@ -1165,17 +1154,17 @@ struct leo_scene_head {
     double base_position_m[3];
     /* Orientation of the robot's base in the world, quaternion `[x, y, z, w]`. */
     double base_orientation_xyzw[4];
-    /* When the script or the first table laid by hand began, in nanoseconds of the clock. */
+    /* When the script or the first interactive table began, in nanoseconds of the clock. */
     uint64_t began_at_ns;
     /* A `SceneMode`. */
     uint32_t mode;
-    /* Which of the lesson's tables is laid, from 0, or `NO_TABLE`. */
+    /* Number of the lesson's current table, from 0, or `NO_TABLE`. */
     uint32_t table;
-    /* Tables of the lesson: the demonstrations, and then the novel set if it has one. */
+    /* Number of tables of the lesson: the demonstrations, then the novel set if there is one. */
     uint32_t tables;
-    /* Steps taught by hand that are written down. */
+    /* Number of recorded interactive steps. */
     uint32_t steps;
-    /* Which lesson is open: empty for the one that the robot was started with. */
+    /* The open lesson; empty for the one that the robot was started with. */
     struct leo_text lesson;
 };
 LEO_ASSERT(sizeof(struct leo_scene_head) == 432, "size of leo/SceneHead/1");
@@ -1189,9 +1178,9 @@ LEO_ASSERT(offsetof(struct leo_scene_head, tables) == 168, "place of tables");
 LEO_ASSERT(offsetof(struct leo_scene_head, steps) == 172, "place of steps");
 LEO_ASSERT(offsetof(struct leo_scene_head, lesson) == 176, "place of lesson");
 
-/* What the simulator knows to be true of one thing, in the world frame.
+/* Ground truth of one object in the simulator, in the world frame.
  * 
- * For people who look on, and for checking what Leo did; no other process of the robot reads it. */
+ * For visualisation and for checking Leo's actions; no other process of the robot reads it. */
 #define LEO_SCENE_OBJECT_TYPE "leo/SceneObject/2"
 struct leo_scene_object {
     LEO_NAMED(LEO_SCENE_OBJECT_TYPE)
@@ -1199,21 +1188,21 @@ struct leo_scene_object {
     double position_m[3];
     /* Orientation in the world, quaternion `[x, y, z, w]`. */
     double orientation_xyzw[4];
-    /* Half the extents along its own axes, in metres. */
+    /* Half extents along its own axes, in metres. */
     double half_extents_m[3];
     /* Colour, linear red, green and blue in [0, 1]. */
     float colour_rgb[3];
-    /* How elongated, flat, round and tapered it is, each in [0, 1]. */
+    /* Shape descriptor: elongation, flatness, roundness, taper; each in [0, 1]. */
     float shape[4];
-    /* Degree of each `State`; NaN where the thing has no such state. */
+    /* Degree of each `State`; NaN if the object has no such state. */
     float states[8];
     /* An `ObservationKind`. */
     uint16_t kind;
-    /* The agent who holds it, or `NOBODY`. */
+    /* The agent that holds it, or `NOBODY`. */
     uint16_t held_by;
-    /* The partner that a person is, or `NOBODY`. */
+    /* The partner number of a person, or `NOBODY`. */
     uint16_t partner;
-    /* A `ThingRole` of an object; 0 of a person or an occluder. */
+    /* A `ThingRole` of an object; 0 for a person or an occluder. */
     uint16_t role;
     /* Its name in the lesson. */
     struct leo_text name;
@@ -1231,21 +1220,21 @@ LEO_ASSERT(offsetof(struct leo_scene_object, partner) == 144, "place of partner"
 LEO_ASSERT(offsetof(struct leo_scene_object, role) == 146, "place of role");
 LEO_ASSERT(offsetof(struct leo_scene_object, name) == 148, "place of name");
 
-/* What became of what one source reported. */
+/* Counters of the frames and observations of one source. */
 #define LEO_SOURCE_HEALTH_TYPE "leo/SourceHealth/1"
 struct leo_source_health {
     LEO_NAMED(LEO_SOURCE_HEALTH_TYPE)
-    /* What people call it. */
+    /* Its display name. */
     struct leo_text name;
-    /* Frames that were taken. */
+    /* Frames accepted. */
     uint64_t frames;
-    /* Observations that entered the percept buffer. */
+    /* Observations added to the percept buffer. */
     uint64_t observations;
-    /* When a frame was taken last, in nanoseconds of the clock; zero where none was. */
+    /* When a frame was last accepted, in nanoseconds of the clock; zero if never. */
     uint64_t heard_at_ns;
-    /* Whether it has been silent for longer than its rate lets expect: 1 yes, 0 no. */
+    /* Whether it has been silent for longer than its rate allows: 1 yes, 0 no. */
     uint64_t silent;
-    /* What was lost, by the number of the `Loss`. */
+    /* Number of losses, indexed by `Loss`. */
     uint64_t losses[24];
 };
 LEO_ASSERT(sizeof(struct leo_source_health) == 480, "size of leo/SourceHealth/1");
@@ -1256,45 +1245,45 @@ LEO_ASSERT(offsetof(struct leo_source_health, heard_at_ns) == 272, "place of hea
 LEO_ASSERT(offsetof(struct leo_source_health, silent) == 280, "place of silent");
 LEO_ASSERT(offsetof(struct leo_source_health, losses) == 288, "place of losses");
 
-/* What became of what each source reported: the sensor process writes it to a board of its own. */
+/* Counters of all sources. The sensor process writes them to its board. */
 #define LEO_SOURCES_TYPE "leo/Sources/1"
 struct leo_sources {
     LEO_NAMED(LEO_SOURCES_TYPE)
-    /* How many sources there are. */
+    /* Number of sources. */
     uint64_t count;
-    /* Each of them, by its number. */
+    /* The sources, by number. */
     struct leo_source_health sources[16];
 };
 LEO_ASSERT(sizeof(struct leo_sources) == 7688, "size of leo/Sources/1");
 LEO_ASSERT(offsetof(struct leo_sources, count) == 0, "place of count");
 LEO_ASSERT(offsetof(struct leo_sources, sources) == 8, "place of sources");
 
-/* Something that a teacher does by hand. Places are in the world, in metres. */
+/* An interactive act of a teacher. Positions are in the world frame, in metres. */
 #define LEO_TEACHER_ACT_TYPE "leo/TeacherAct/1"
 struct leo_teacher_act {
     LEO_NAMED(LEO_TEACHER_ACT_TYPE)
-    /* Counts the acts of the console's life from one. */
+    /* Serial number of the act, from one in each incarnation of the console. */
     uint64_t serial;
-    /* Where: of a thing's or an occluder's centre, or of his eyes. The height of something new is its
-     * own, and that of something put down follows from what is below. */
+    /* Target position: centre of an object or occluder, or the teacher's eyes. Heights of added and put down objects
+     * are computed. */
     double position_m[3];
-    /* What he looks at, of a seat; half the extents, of a new occluder. */
+    /* Point that the teacher looks at, for a seat; half extents, for a new occluder. */
     double also_m[3];
-    /* Heading, anticlockwise from the world's x axis, in radians; NaN to leave it as it is. */
+    /* Heading, anticlockwise from the world's x axis, in radians; NaN keeps the current heading. */
     double heading_rad;
     /* A `TeacherActKind`. */
     uint16_t kind;
-    /* Who: partner 1, 2, … */
+    /* The teacher: partner 1, 2, … */
     uint16_t teacher;
-    /* Whose hand on the console: several people may teach at once, each with one hand. */
+    /* Hand on the console; several people may teach at once, each with one hand. */
     uint16_t hand;
-    /* Zero. */
+    /* Not used; zero. */
     uint16_t reserved;
-    /* Which table, of laying. */
+    /* Number of the table to set up. */
     uint64_t table;
-    /* What is said, named or opened. */
+    /* Sentence, name or lesson, depending on the kind. */
     struct leo_text text;
-    /* The colour's name, of something new. */
+    /* Name of the colour of a new object. */
     struct leo_text colour;
 };
 LEO_ASSERT(sizeof(struct leo_teacher_act) == 592, "size of leo/TeacherAct/1");
@@ -1310,8 +1299,8 @@ LEO_ASSERT(offsetof(struct leo_teacher_act, table) == 72, "place of table");
 LEO_ASSERT(offsetof(struct leo_teacher_act, text) == 80, "place of text");
 LEO_ASSERT(offsetof(struct leo_teacher_act, colour) == 336, "place of colour");
 
-/* Lockstep: the conductor gives one process its turn at an instant of simulated time. The
- * header's `valid_at_ns` is that instant. */
+/* Lockstep: the conductor gives one process a turn at an instant of simulated time. The header's `valid_at_ns` is
+ * that instant. */
 #define LEO_TURN_TYPE "leo/Turn/1"
 struct leo_turn {
     LEO_NAMED(LEO_TURN_TYPE)
@@ -1319,7 +1308,7 @@ struct leo_turn {
     uint32_t kind;
     /* Not used; zero. */
     uint32_t reserved;
-    /* Counts the turns of the run from one. */
+    /* Number of the turn in the run, from one. */
     uint64_t round;
 };
 LEO_ASSERT(sizeof(struct leo_turn) == 16, "size of leo/Turn/1");
@@ -1327,13 +1316,13 @@ LEO_ASSERT(offsetof(struct leo_turn, kind) == 0, "place of kind");
 LEO_ASSERT(offsetof(struct leo_turn, reserved) == 4, "place of reserved");
 LEO_ASSERT(offsetof(struct leo_turn, round) == 8, "place of round");
 
-/* A sentence that somebody said. */
+/* A sentence of a teacher. */
 #define LEO_UTTERANCE_TYPE "leo/Utterance/1"
 struct leo_utterance {
     LEO_NAMED(LEO_UTTERANCE_TYPE)
-    /* Who said it: partner 1, 2, … */
+    /* The speaker: partner 1, 2, … */
     uint32_t speaker;
-    /* What was said. */
+    /* The sentence. */
     struct leo_text text;
 };
 LEO_ASSERT(sizeof(struct leo_utterance) == 260, "size of leo/Utterance/1");

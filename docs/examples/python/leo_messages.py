@@ -20,228 +20,228 @@ TEXT_CAPACITY = 252
 DEPTH_MOST = 6
 
 
-# What the learner reports.
+# Kind of an event of the learner.
 class EventKind(enum.IntEnum):
-    # Leo said something; the text is what.
+    # Leo said something; the text is the sentence.
     SAID = 1
     # A lesson about a task began; the text is its name.
     TEACHING_STARTED = 2
-    # An action was recognised; the text says whose and what.
+    # An action was recognised; the text names actor and action.
     ACTION_SEEN = 3
     # A demonstration ended and became an example; the text is the task's name.
     DEMONSTRATION_ENDED = 4
     # A hypothesis with its posterior, tally and rank; the text is its computed name.
     HYPOTHESIS = 5
-    # The primary hypothesis of a task; the text is its computed name.
+    # The primary hypothesis of a task was chosen; the text is its computed name.
     RULE_CHOSEN = 6
     # Why the hypotheses of two perspectives differ; the text explains it.
     EXPLAINED = 7
     # Leo began to perform a task; the text is its name.
     PERFORMANCE_STARTED = 8
-    # A step of the performance began; the text says which.
+    # A step of the performance began; the text names it.
     STEP_STARTED = 9
-    # A step ended, and the belief of the robot confirms it; the text says which.
+    # A step ended, and the robot's beliefs confirm it; the text names it.
     STEP_DONE = 10
-    # A step ended without the effect it should have had; the text says why.
+    # A step ended without its expected effect; the text gives the reason.
     STEP_FAILED = 11
-    # The performance ended; the text says with what result.
+    # The performance ended; the text gives the result.
     PERFORMANCE_ENDED = 12
-    # The belief buffer's continuity was broken: its process began anew.
+    # The continuity of the belief buffer was broken, because its process restarted.
     CONTINUITY_BROKEN = 13
-    # What a perspective has before it as a demonstration or a performance begins; the text lists it.
+    # The objects in a perspective when a demonstration or a performance begins; the text lists them.
     SEEN = 14
-    # Leo was asked to perform a task and does not; the text is what it says about that.
+    # Leo refused to perform a task; the text is its reply.
     DECLINED = 15
-    # What Leo asked about a task was answered, and the answer became an example; the text is "yes" or "no".
+    # Leo's question about a task was answered, and the answer became an example; the text is "yes" or "no".
     ANSWERED = 16
-    # A movement of somebody's is one of Leo's own; the text says whose, and what he is about to do.
+    # An agent's movement matched one of Leo's own movements; the text names agent and expected action.
     MOVEMENT_SEEN = 17
-    # A task is remembered, and what it comes to follows: told to whoever has just begun to listen.
+    # A task from memory, followed by its hypotheses; sent to new subscribers.
     REMEMBERED = 18
 
 
-# A point on the way of a frame, in the direction the data flows.
+# A stage that a frame passes, in the direction of the data flow.
 class Hop(enum.IntEnum):
     # The source published the observations.
     OBSERVED = 0
-    # The sensor process began the cycle that read them.
+    # The sensor process started the cycle that read them.
     SENSOR_STARTED = 1
     # The sensor process published the percept buffer.
     PERCEIVED = 2
-    # The belief process began its step on it.
+    # The belief process started its step on the percepts.
     BELIEF_STARTED = 3
     # The belief process published the belief buffers.
     BELIEVED = 4
     # The learner published the joint goals.
     DECIDED = 5
-    # The motor process took the joint goals.
+    # The motor process received the joint goals.
     COMMANDED = 6
     # The motor process published the joint states.
     MOVED = 7
 
 
-# Why a joint is in its mode.
+# Cause of a joint's mode.
 class JointCause(enum.IntEnum):
-    # As it should be.
+    # Normal operation.
     NONE = 0
     # Not started yet.
     NOT_STARTED = 1
-    # No new goals for longer than the command time-out.
+    # No new goals within the command timeout.
     COMMAND_TIMEOUT = 2
-    # The servo does not answer.
+    # The servo does not reply.
     SILENT = 3
     # The servo reports a hardware alert.
     ALERT = 4
-    # The servo's own bus watchdog tripped.
+    # The servo's bus watchdog tripped.
     WATCHDOG = 5
-    # The bus itself is lost.
+    # The bus is lost.
     BUS_LOST = 6
-    # Stopped by order.
+    # Stopped by command.
     STOPPED = 7
-    # The servo refused an instruction, or is another model than the configured one.
+    # The servo rejected an instruction, or is not the configured model.
     REFUSED = 8
-    # Another joint of its group is in trouble: the group stops together.
+    # Another joint of its group failed, and the group stops together.
     GROUP_STOPPED = 9
-    # A bus is lost: the body stops together.
+    # A bus is lost, and the whole body stops together.
     BODY_STOPPED = 10
     # The emergency stop.
     EMERGENCY = 11
-    # The servo started anew by itself: its power or its firmware gave way for a moment.
+    # The servo rebooted by itself, because of its power supply or firmware.
     RESTARTED = 12
-    # Two servos answer to one identifier on its bus.
+    # Two servos reply to the same identifier on its bus.
     DUPLICATE_ID = 13
-    # The servo is hot or short of voltage: it moves more slowly.
+    # The servo is hot or its voltage low, so its speed is reduced.
     DERATED = 14
-    # The servo answers, and nothing shows that its answers are new: its own clock does not go right.
+    # The servo replies, but its clock does not advance correctly. So its replies may be outdated.
     UNBELIEVED = 15
-    # The joint did not follow its command: something held it, or its servo is too weak.
+    # The joint did not follow its command: it was blocked, or its servo is too weak.
     BLOCKED = 16
-    # It stands further beyond its limits than the tolerance: a slipped horn, a wrong offset, a swapped servo.
+    # Further beyond its limits than the tolerance: a slipped horn, a wrong offset, or a swapped servo.
     BEYOND_LIMITS = 17
 
 
-# Whether a joint may move.
+# Arming state of a joint.
 class JointLicence(enum.IntEnum):
-    # Not until its cause is gone and a person has acknowledged it.
+    # May not move until its cause is gone and an operator has acknowledged it.
     LOCKED = 0
-    # Not until a person arms it.
+    # May not move until an operator arms it.
     DISARMED = 1
-    # It may.
+    # May move.
     ARMED = 2
 
 
-# What is known of the connection to a joint's servo.
+# State of the connection to a joint's servo.
 class JointLink(enum.IntEnum):
-    # It has not been asked yet.
+    # Not contacted yet.
     UNKNOWN = 0
-    # It is there, and is the configured model; how it is set up is being read or written.
+    # Found, and of the configured model; its settings are being read or written.
     IDENTIFIED = 1
-    # It is set up and read in every cycle.
+    # Configured, and read in every cycle.
     ANSWERING = 2
-    # It does not answer, or cannot be believed: quarantined, and asked again now and then.
+    # Quarantined, and probed at intervals: it does not reply, or its replies are not trusted.
     SILENT = 3
-    # Its answers arrive broken: two servos may answer at once.
+    # Its replies arrive corrupt: two servos may reply at the same time.
     DOUBTED = 4
 
 
-# What the motor process does with a joint.
+# Mode of a joint in the motor process.
 class JointMode(enum.IntEnum):
-    # No torque: the joint hangs free.
+    # Torque off: the joint moves freely.
     LIMP = 0
-    # Being brought up: found, checked, torque not yet on.
+    # Being initialised: found and checked, torque still off.
     STARTING = 1
     # Following goals.
     FOLLOWING = 2
-    # The commander is gone: slowing down.
+    # No goals arrive any more: decelerating.
     DECELERATING = 3
     # Holding the position where it stopped.
     HOLDING = 4
-    # Its servo does not answer, or cannot be believed: no goal is sent, it is asked again now and then.
+    # The servo does not reply, or its replies are not trusted. No goal is sent; it is probed at intervals.
     QUARANTINED = 5
-    # Told to switch its torque off, and its servo has not confirmed it yet.
+    # Torque off was commanded, but the servo has not confirmed it.
     RELEASING = 6
-    # Moving slowly from where torque came on, a little beyond its limits, back within them.
+    # Moving slowly back within its limits, which it slightly exceeded when torque was switched on.
     ALIGNING = 7
-    # Moving slowly to its rest pose, before its torque goes off.
+    # Moving slowly to its rest pose before torque is switched off.
     LOWERING = 8
 
 
-# How a joint moves.
+# Motion state of a joint.
 class JointMotion(enum.IntEnum):
-    # No goal is sent: it is limp, or its servo stays where it is.
+    # No goal is sent: torque is off, or its servo keeps its position.
     IDLE = 0
-    # Slowly back within its limits.
+    # Moving slowly back within its limits.
     ALIGN = 1
-    # After goals, no faster than the soft start.
+    # Following goals with the speed limit of the soft start.
     SOFT = 2
-    # After goals.
+    # Following goals.
     TRACK = 3
-    # Slowing down to a stop.
+    # Decelerating to a stop.
     HALT = 4
-    # Held at the place where it stopped, for goals to come.
+    # Holding the position where it stopped, ready for new goals.
     HOLD = 5
-    # Slowly to its rest pose.
+    # Moving slowly to its rest pose.
     RETREAT = 6
 
 
-# What is known of the torque of a joint's servo.
+# State of the torque of a joint's servo.
 class JointPower(enum.IntEnum):
-    # Nothing: it may be on.
+    # Unknown: it may be on.
     UNKNOWN = 0
-    # The servo has said that it is off.
+    # The servo has confirmed that it is off.
     OFF = 1
-    # It was found on: another process switched it on.
+    # Found on at start-up: another process switched it on.
     FOUND = 2
-    # It is being switched on.
+    # Being switched on.
     RISING = 3
-    # The motor process switched it on, and the servo's bus watchdog is armed.
+    # On, and the servo's bus watchdog is armed.
     ON = 4
-    # The servo is told to switch it off, and has not confirmed it.
+    # Being switched off, not confirmed by the servo yet.
     CUTTING = 5
 
 
-# Why something that a source reported did not become a percept. Frames are lost whole for
-# the first six reasons, single observations for the others.
+# Why an observation of a source did not become a percept. The first six reasons concern whole frames, the
+# others single observations.
 class Loss(enum.IntEnum):
-    # A newer frame of its source came before the cycle that would have taken it.
+    # A newer frame of its source arrived before the cycle that would have processed it.
     OVERTAKEN = 0
-    # It was dropped before the sensor process came to take it: a gap of the sequence.
+    # Dropped before the sensor process received it: a gap of the sequence number.
     MISSED = 1
-    # The middleware could not give it to the sensor process.
+    # The middleware could not deliver it to the sensor process.
     UNREADABLE = 2
-    # Its number did not grow, or grew by more than a source can have sent.
+    # Its sequence number did not increase, or increased by more than a source can have sent.
     MISNUMBERED = 3
-    # It bore no stamp of `Hop::Observed`, or one of another time than the present.
+    # The stamp of `Hop::Observed` is missing, or not of the present time.
     UNSTAMPED = 4
-    # A frame was later or much earlier than the present, or not newer than its predecessor.
+    # The frame's time stamp is in the future, too old, or not newer than the previous one.
     UNTIMELY = 5
-    # It was later than the present.
+    # Its time stamp is in the future.
     FUTURE = 6
-    # It was so old that it says nothing of the present.
+    # It is too old to be useful.
     PAST = 7
-    # It was not newer than what its source reported in an earlier frame.
+    # It is not newer than its source's earlier frames.
     STALE = 8
-    # It was of no known kind.
+    # Its kind is unknown.
     KIND = 9
-    # It was made by no known sense.
+    # Its modality is unknown.
     SENSE = 10
-    # Its place was no number, or out of reach.
+    # Its position is not finite, or out of range.
     PLACE = 11
-    # Its orientation was no quaternion of norm one.
+    # Its orientation is not a unit quaternion.
     ORIENTATION = 12
-    # Its extents were no number, negative, or out of reach.
+    # Its extents are not finite, negative, or out of range.
     EXTENTS = 13
-    # Its colour or its shape was not in [0, 1].
+    # Its colour or shape is not in [0, 1].
     LOOK = 14
-    # Its confidence was not in [0, 1].
+    # Its confidence is not in [0, 1].
     CONFIDENCE = 15
-    # It was of a person who is nobody.
+    # It is of a person, but names no person.
     PERSON = 16
-    # There was no room for it.
+    # The buffer was full.
     LEFT_OUT = 17
-    # The degree of a state was neither in [0, 1] nor NaN, which says that the thing has no such state.
+    # The degree of a state is neither in [0, 1] nor NaN, which means that the object has no such state.
     STATE = 18
-    # It was of a person of whom there was another one of the same instant in the frame.
+    # Another observation of the same person at the same instant is in the frame.
     TWICE = 19
 
 
@@ -251,67 +251,67 @@ class Modality(enum.IntEnum):
     VISION = 1
     # Heard.
     HEARING = 2
-    # Felt, or known from one's own joints.
+    # Felt, or known from the robot's own joints.
     TOUCH = 3
 
 
-# What an observation is of.
+# Kind of the observed object.
 class ObservationKind(enum.IntEnum):
-    # A thing on the table.
+    # An object on the table.
     OBJECT = 1
     # A partner, or the robot's own head; the pose is that of the eyes (x along the line of sight).
     PERSON = 2
-    # A thing that hides what lies behind it; the extents are those of a box.
+    # An object that hides what is behind it; the extents are those of a box.
     OCCLUDER = 3
 
 
-# A process of Leo, in the direction the data flows.
+# A process of Leo, in the direction of the data flow.
 class Process(enum.IntEnum):
-    # The workspace, the teacher and Leo's body.
+    # Simulates the workspace, the teacher and Leo's body.
     SIMULATOR = 0
-    # Observations to percepts.
+    # Turns observations into percepts.
     SENSOR = 1
-    # Percepts to beliefs.
+    # Turns percepts into beliefs.
     BELIEF = 2
-    # Beliefs to tasks, tasks to joint goals.
+    # Learns tasks from beliefs, and turns tasks into joint goals.
     LEARNER = 3
-    # The other end of the servo buses.
+    # Simulates the servos at the other end of the buses.
     MOCK_BUS = 4
-    # Joint goals to servos, servos to joint states.
+    # Sends joint goals to servos and publishes joint states.
     MOTOR = 5
-    # Tells people what happens.
+    # Serves the page, and reports events to people.
     CONSOLE = 6
-    # Starts and watches the others.
+    # Starts and monitors the other processes.
     SUPERVISOR = 7
-    # Carries frames between this machine and another one.
+    # Transfers frames between this machine and another one.
     LINK = 8
 
 
-# Where a process is in its life.
+# State of a process.
 class ProcessState(enum.IntEnum):
-    # Nothing was written yet.
+    # The board has not been written yet.
     ABSENT = 0
-    # Opening its ports, locking its memory.
+    # Opening its ports and locking its memory.
     STARTING = 1
-    # In its loop.
+    # In its main loop.
     RUNNING = 2
-    # Told to stop.
+    # Received a stop request.
     STOPPING = 3
 
 
-# Who moves what is on the table.
+# Mode of the simulated lesson.
 class SceneMode(enum.IntEnum):
     # The lesson's script is played.
     SCRIPT = 1
-    # A teacher sets the table by hand: things come, go and move as he likes.
+    # A teacher sets up the table interactively: objects may be added, removed and moved freely.
     SET_UP = 2
-    # A teacher teaches by hand: things move, and what he does is written down.
+    # A teacher teaches interactively: objects are moved, and the steps are recorded.
     TEACHING = 3
-    # The lesson's script was played to its end; Leo may still be at work.
+    # The lesson's script has ended; Leo may still be performing.
     OVER = 4
 
 
-# A discrete state of a thing, observed as a degree in [0, 1].
+# A discrete state of an object, observed as a degree in [0, 1].
 class State(enum.IntEnum):
     # Its hole holds a peg.
     FILLED = 0
@@ -323,59 +323,59 @@ class State(enum.IntEnum):
     ON = 3
 
 
-# What a teacher does by hand in the simulated workspace.
+# Kind of an interactive act of a teacher in the simulated workspace.
 class TeacherActKind(enum.IntEnum):
     # Says the text.
     SAY = 1
-    # Takes the thing that `text` names in his hand.
+    # Takes the object named by `text` in hand.
     TAKE = 2
-    # Moves what is in his hand to a place.
+    # Moves the object in hand to a position.
     CARRY = 3
-    # Lets go what is in his hand, at a place.
+    # Puts the object in hand down at a position.
     PUT = 4
-    # Puts what is in his hand back where it was taken.
+    # Returns the object in hand to where it was taken.
     CANCEL = 5
-    # Moves his eyes to a place, and looks at another.
+    # Moves the teacher's eyes to a position, and directs their gaze to another.
     SEAT = 6
-    # Goes away.
+    # Leaves the workspace.
     LEAVE = 7
-    # Comes back.
+    # Returns to the workspace.
     RETURN = 8
-    # Moves the occluder that `text` names, or puts up a new one.
+    # Moves the occluder named by `text`, or creates a new one.
     SCREEN = 9
-    # Lays a new object of the kind `text` and the colour `colour`.
+    # Adds a new object of the kind `text` and the colour `colour`.
     ADD = 10
-    # Takes the object or the occluder that `text` names off the table.
+    # Removes the object or occluder named by `text`.
     REMOVE = 11
-    # Begins an empty table.
+    # Starts with an empty table.
     CLEAR = 12
-    # Lays a table of the lesson.
+    # Sets up a table of the lesson.
     LAY = 13
-    # Opens the lesson that `text` names, and plays it.
+    # Opens the lesson named by `text`, and plays it.
     OPEN = 14
-    # Plays the open lesson from its beginning.
+    # Restarts the open lesson.
     PLAY = 15
-    # Takes the last act back.
+    # Undoes the last act.
     UNDO = 16
-    # Writes what was taught by hand as a lesson of the title `text`.
+    # Saves the interactive lesson with the title `text`.
     SAVE = 17
 
 
-# What a thing on the table is for.
+# Role of an object on the table.
 class ThingRole(enum.IntEnum):
-    # To be worked on.
+    # A block to work on.
     BLOCK = 1
-    # To be put into a hole.
+    # A peg, to be inserted into a hole.
     PEG = 2
-    # To mark what it is put onto.
+    # A marker, to be put onto an object.
     MARKER = 3
 
 
-# What a process shall do with its turn.
+# Kind of a turn.
 class TurnKind(enum.IntEnum):
-    # One step at the given instant.
+    # Make one step at the given instant.
     STEP = 1
-    # End the process.
+    # Exit the process.
     STOP = 2
 
 
@@ -391,14 +391,14 @@ class Text(ctypes.Structure):
         return "leo/Text/1"
 
 
-# What became of an act.
+# Result of an act.
 class ActAnswer(ctypes.Structure):
     _fields_ = [
         # The act's serial number.
         ("serial", ctypes.c_uint64),
-        # 1 where it was refused, 0 where it was done.
+        # 1 if the act was refused, 0 if it was done.
         ("refused", ctypes.c_uint64),
-        # Why it was refused; or what came of it: the new object's name, the file that was written.
+        # Reason for the refusal, or the result: the new object's name, the file written.
         ("text", Text),
     ]
 
@@ -407,8 +407,8 @@ class ActAnswer(ctypes.Structure):
         return "leo/ActAnswer/1"
 
 
-# One percept about which two beliefs in the same thing differ. Places and orientations are in
-# the robot's base frame.
+# One percept in which two beliefs about the same object differ. Positions and orientations are in the robot's base
+# frame.
 class Aspect(ctypes.Structure):
     _fields_ = [
         ("apart", ctypes.c_double),
@@ -429,7 +429,7 @@ class Aspect(ctypes.Structure):
 # The remembered evaluation of one percept at the frame's instant: h(t) = (m', c', d') (Eq. 3).
 class Remembered(ctypes.Structure):
     _fields_ = [
-        # When the newest sample behind it was taken, in nanoseconds of the clock.
+        # Time stamp of its newest sample, in nanoseconds of the clock.
         ("sampled_at_ns", ctypes.c_uint64),
         # The percept: its index in the configured set P.
         ("percept", ctypes.c_uint16),
@@ -453,14 +453,13 @@ class Belief(ctypes.Structure):
         ("id", ctypes.c_uint64),
         # When the object was first perceived, in nanoseconds of the clock.
         ("born_at_ns", ctypes.c_uint64),
-        # When it was last perceived.
+        # When it was last perceived, in nanoseconds of the clock.
         ("perceived_at_ns", ctypes.c_uint64),
-        # Observations behind it.
+        # Number of observations merged into it.
         ("observations", ctypes.c_uint64),
-        # The agent who last was perceived to hold it at this instant, or `NOBODY`.
+        # The agent last perceived to hold it, as of this instant, or `NOBODY`.
         ("held_by", ctypes.c_uint16),
-        # The agent to whom the thing belongs in the eyes of this perspective, or `NOBODY` for what is
-        # everybody's.
+        # The owner according to this perspective, or `NOBODY` for a shared object.
         ("owner", ctypes.c_uint16),
         ("count", ctypes.c_uint32),
         ("percepts", Remembered * 12),
@@ -474,15 +473,15 @@ class Belief(ctypes.Structure):
 # The beginning of every frame.
 class Header(ctypes.Structure):
     _fields_ = [
-        # The instant that the frame speaks about, in nanoseconds of the clock.
+        # Time stamp of the frame's content, in nanoseconds of the clock.
         ("valid_at_ns", ctypes.c_uint64),
-        # Counts the writer's frames from one, without gaps: a gap at the reader is a loss.
+        # Sequence number of the writer's frames, from one without gaps. A gap at the reader means lost frames.
         ("sequence", ctypes.c_uint64),
-        # Counts the writer's lives from one: a change says that its memory began anew.
+        # Incarnation of the writer, from one. A change means that the writer restarted and lost its state.
         ("incarnation", ctypes.c_uint64),
-        # When the frame, or what it was made from, passed each hop; zero where it did not.
+        # When the frame or its inputs passed each hop; zero for hops not passed.
         ("hops_ns", ctypes.c_uint64 * 8),
-        # Entries that did not fit into this frame, or into those it was made from, and were left out.
+        # Number of entries left out for lack of space, in this frame or its inputs.
         ("left_out", ctypes.c_uint64),
     ]
 
@@ -491,11 +490,10 @@ class Header(ctypes.Structure):
         return "leo/Header/1"
 
 
-# Whose perspective it is, and within whose: `[]` is the robot's own, `[1]` what it takes partner 1
-# to believe, `[1, 0]` what it takes partner 1 to take the robot to believe.
+# Path of a perspective: `[]` is the robot's own, `[1]` is partner 1's as the robot models it. `[1, 0]` is the
+# robot's as partner 1 models it, according to the robot.
 #
-# Nobody stands twice in a row, nor the robot first: what somebody takes himself to believe is
-# what he believes.
+# Consecutive agents differ, and the robot is never first: an agent's model of itself is its own perspective.
 class Path(ctypes.Structure):
     _fields_ = [
         ("depth", ctypes.c_uint32),
@@ -507,16 +505,16 @@ class Path(ctypes.Structure):
         return "leo/Path/1"
 
 
-# The head of a belief buffer: whose beliefs, and the frame they are in.
+# Head of a belief buffer: the perspective and its coordinate frame.
 class BeliefHead(ctypes.Structure):
     _fields_ = [
         # The frame's header.
         ("header", Header),
-        # Which perspective's beliefs, by the number of the buffer: 0 the robot's own, n what it takes
-        # partner n to believe, and from there on those nested deeper, in the order of their paths.
+        # Number of the perspective's buffer: 0 is the robot's own, n is that of partner n. Nested perspectives follow
+        # in the order of their paths.
         ("perspective", ctypes.c_uint32),
-        # Whether the perspective perceived anything possible at this instant: 1 yes, 0 the partner
-        # is absent or his pose unknown, and his beliefs are frozen.
+        # Whether the perspective could perceive at this instant: 1 yes, 0 no. With 0 the partner is absent or their
+        # pose unknown, and the beliefs are frozen.
         ("present", ctypes.c_uint32),
         # Position of the perspective's frame in the robot's base frame, in metres.
         ("frame_position_m", ctypes.c_double * 3),
@@ -528,9 +526,9 @@ class BeliefHead(ctypes.Structure):
         ("eye_orientation_xyzw", ctypes.c_double * 4),
         # Observations of this instant that the perspective could perceive.
         ("perceivable", ctypes.c_uint32),
-        # Observations of this instant that it could not.
+        # Observations of this instant that the perspective could not perceive.
         ("hidden", ctypes.c_uint32),
-        # Observations refused because their numbers were unsound, since the process started.
+        # Observations refused because of invalid numbers, since the process started.
         ("refused", ctypes.c_uint64),
         # Beliefs created, since the process started.
         ("created", ctypes.c_uint64),
@@ -538,10 +536,9 @@ class BeliefHead(ctypes.Structure):
         ("merged", ctypes.c_uint64),
         # Beliefs culled, since the process started.
         ("culled", ctypes.c_uint64),
-        # Observations dropped because no belief was free, and those of occluders that hide nothing because
-        # more stood there at once than are remembered, since the process started.
+        # Observations dropped since the process started: no belief was free, or the occluder memory was full.
         ("overflowed", ctypes.c_uint64),
-        # Whose beliefs, and within whose.
+        # Path of the perspective.
         ("path", Path),
     ]
 
@@ -550,9 +547,8 @@ class BeliefHead(ctypes.Structure):
         return "leo/BeliefHead/2"
 
 
-# A distribution of durations in nanoseconds with a bounded relative error of 1/16, in the
-# log-linear layout of HDR histograms, as plain memory: recording is a handful of instructions,
-# publishing is a copy, and nothing allocates.
+# Histogram of durations in nanoseconds with a relative error of at most 1/16, in the log-linear layout of HDR
+# histograms. It is plain memory: recording takes a few instructions, publishing is a copy, and nothing allocates.
 class Histogram(ctypes.Structure):
     _fields_ = [
         ("count", ctypes.c_uint64),
@@ -566,42 +562,42 @@ class Histogram(ctypes.Structure):
         return "leo/Histogram/1"
 
 
-# How one servo bus fares, since the motor process's life began.
+# Health of one servo bus, counted since this incarnation of the motor process started.
 class BusHealth(ctypes.Structure):
     _fields_ = [
-        # What the configuration calls it.
+        # Its name in the configuration.
         ("name", Text),
         # Joints on it.
         ("joints", ctypes.c_uint64),
-        # Joints of it that are quarantined now.
+        # Joints on it that are quarantined now.
         ("quarantined", ctypes.c_uint64),
-        # Whether its line is lost now: 1 yes, 0 no.
+        # Whether its serial line is lost now: 1 yes, 0 no.
         ("lost", ctypes.c_uint64),
-        # Requests carried out.
+        # Requests completed.
         ("exchanges", ctypes.c_uint64),
-        # Cycles in which it was still busy with the request before.
+        # Cycles skipped because the bus was still busy with the previous request.
         ("skipped", ctypes.c_uint64),
-        # Answers that did not come.
+        # Status packets that did not arrive.
         ("missed", ctypes.c_uint64),
-        # Answers that arrived broken.
+        # Status packets that arrived corrupt.
         ("broken", ctypes.c_uint64),
-        # Answers dropped because nobody awaited them, or because they were sampled too early.
+        # Status packets dropped because they were not expected, or because they were sampled too early.
         ("stale", ctypes.c_uint64),
-        # Bytes that came after their time.
+        # Bytes that arrived after the reply timeout.
         ("late_bytes", ctypes.c_uint64),
         # Hardware alerts of its servos.
         ("alerts", ctypes.c_uint64),
-        # Times that a servo of it began anew by itself.
+        # Unexpected reboots of its servos.
         ("restarts", ctypes.c_uint64),
-        # Bus watchdogs of its servos that were found to have tripped.
+        # Bus watchdogs of its servos that have tripped.
         ("watchdogs", ctypes.c_uint64),
-        # Instructions that a servo refused by an error number.
+        # Instructions that a servo rejected with an error number.
         ("refusals", ctypes.c_uint64),
-        # Identifiers to which two servos were found to answer.
+        # Identifiers to which two servos replied.
         ("duplicates", ctypes.c_uint64),
-        # Times that its line was lost.
+        # Times that its serial line was lost.
         ("hang_ups", ctypes.c_uint64),
-        # How long the requests took, in nanoseconds.
+        # Duration of the requests, in nanoseconds.
         ("exchange", Histogram),
     ]
 
@@ -610,12 +606,12 @@ class BusHealth(ctypes.Structure):
         return "leo/BusHealth/2"
 
 
-# How the servo buses fare: the motor process writes it to a board of its own.
+# Health of all servo buses. The motor process writes it to its board.
 class Buses(ctypes.Structure):
     _fields_ = [
-        # How many buses there are.
+        # Number of buses.
         ("count", ctypes.c_uint64),
-        # Each of them, in the order of the configuration.
+        # The buses, in the order of the configuration.
         ("buses", BusHealth * 16),
     ]
 
@@ -624,7 +620,7 @@ class Buses(ctypes.Structure):
         return "leo/Buses/2"
 
 
-# An entry of a divergence buffer: how two perspectives differ about one thing.
+# An entry of a divergence buffer: the differences of two perspectives about one object.
 class Difference(ctypes.Structure):
     _fields_ = [
         ("one", ctypes.c_uint64),
@@ -639,22 +635,21 @@ class Difference(ctypes.Structure):
         return "leo/Difference/1"
 
 
-# The head of a divergence buffer: which two perspectives are compared. Of the same instant and
-# number as the belief buffers of both.
+# Head of a divergence buffer: the two perspectives compared. Has the same time stamp and sequence number as their
+# belief buffers.
 class DivergenceHead(ctypes.Structure):
     _fields_ = [
         # The frame's header.
         ("header", Header),
-        # The other of the two perspectives, by the number of its buffers.
+        # The `other` perspective, by the number of its buffers.
         ("perspective", ctypes.c_uint32),
-        # The one of the two: the perspective that the other is nested in, 0 for a partner's.
+        # The `one` perspective, which the other is nested in; 0 for a partner's.
         ("within", ctypes.c_uint32),
-        # Things about which the two believe the same.
+        # Number of objects about which the two agree.
         ("agreed", ctypes.c_uint32),
-        # 1 where the two are compared, 0 as long as he whose the other perspective is was not
-        # observed yet.
+        # 1 if the two are compared, 0 until the agent of the other perspective is first observed.
         ("compared", ctypes.c_uint32),
-        # Whose the other perspective is, and within whose.
+        # Path of the other perspective.
         ("path", Path),
     ]
 
@@ -663,13 +658,12 @@ class DivergenceHead(ctypes.Structure):
         return "leo/DivergenceHead/1"
 
 
-# Lockstep: a process has done its turn.
+# Lockstep: a process has completed its turn.
 class Done(ctypes.Structure):
     _fields_ = [
-        # The turn that is done.
+        # The number of the completed turn.
         ("round", ctypes.c_uint64),
-        # Whether the process has nothing left to do: 1 yes, 0 no. The lesson is over when the
-        # simulator says so.
+        # Whether the process has nothing left to do: 1 yes, 0 no. The simulator ends the lesson.
         ("finished", ctypes.c_uint64),
     ]
 
@@ -685,7 +679,7 @@ class Event(ctypes.Structure):
         ("posterior", ctypes.c_double),
         # An `EventKind`.
         ("kind", ctypes.c_uint16),
-        # Whose perspective it belongs to: 0 the robot's, n partner n's.
+        # The perspective it belongs to: 0 the robot's, n partner n's.
         ("perspective", ctypes.c_uint16),
         # Rank of a hypothesis from 1; hypotheses that tie share their rank.
         ("rank", ctypes.c_uint32),
@@ -697,9 +691,9 @@ class Event(ctypes.Structure):
         ("high_likelihood", ctypes.c_uint32),
         # Steps of a performance that succeeded.
         ("succeeded", ctypes.c_uint32),
-        # The task it is about.
+        # The task that the event is about.
         ("task", Text),
-        # What it says.
+        # The text of the event.
         ("text", Text),
     ]
 
@@ -708,50 +702,49 @@ class Event(ctypes.Structure):
         return "leo/Event/1"
 
 
-# The health of one process: what its loop counted, for whoever looks.
+# Health of one process: the counters of its main loop.
 #
-# It stands on a blackboard in shared memory, so that looking never touches the thread that is
-# looked at.
+# It is on a board in shared memory, so that reading it never blocks the monitored thread.
 class Health(ctypes.Structure):
     _fields_ = [
-        # The operating system's process number.
+        # The operating system's process id.
         ("pid", ctypes.c_uint32),
         ("state", ctypes.c_uint32),
-        # Counts the process's lives from one.
+        # Incarnation of the process, from one.
         ("incarnation", ctypes.c_uint64),
-        # Grows with every turn of the loop: a beat that stands still is a process that hangs.
+        # Heartbeat: incremented in every iteration of the main loop.
         ("beat", ctypes.c_uint64),
-        # When the beat last grew, in nanoseconds of the monotonic clock.
+        # Time of the last heartbeat, in nanoseconds of the monotonic clock.
         ("beat_at_ns", ctypes.c_uint64),
-        # When this life began.
+        # Start time of this incarnation, in nanoseconds of the monotonic clock.
         ("started_at_ns", ctypes.c_uint64),
-        # Configured period of the cycle; zero for a process that is woken.
+        # Configured cycle period; zero for an event-driven process.
         ("period_ns", ctypes.c_uint64),
-        # Cycles begun.
+        # Cycles started.
         ("cycles", ctypes.c_uint64),
-        # Cycles that ended after their deadline.
+        # Cycles that missed their deadline.
         ("overruns", ctypes.c_uint64),
-        # Releases skipped because a cycle ran past them; never made up.
+        # Releases skipped because of an overrun; they are not made up for.
         ("skipped", ctypes.c_uint64),
-        # Frames lost at the process's inlets, by gaps of the sequence.
+        # Frames lost at the process's subscribers, by gaps of the sequence number.
         ("drops", ctypes.c_uint64),
-        # Frames that an outlet could not deliver to some reader.
+        # Frames that a publisher could not deliver to some subscriber.
         ("undelivered", ctypes.c_uint64),
-        # Frames or entries refused because they were nonsense.
+        # Frames or entries refused as invalid.
         ("refused", ctypes.c_uint64),
-        # Frames refused because the supervisor's roster does not name the process that published them.
+        # Frames refused because their publisher is not on the supervisor's roster.
         ("unlisted_frames", ctypes.c_uint64),
-        # The process number of the newest such publisher; zero where there was none.
+        # Process id of the last such publisher; zero if there was none.
         ("unlisted_pid", ctypes.c_uint64),
-        # Page faults since the loop began, minor and major.
+        # Minor and major page faults since the main loop started.
         ("page_faults", ctypes.c_uint64),
-        # Rights that were asked for and not granted, one bit each: scheduling, affinity, memory.
+        # Rights that were requested and not granted, one bit each: scheduling, affinity, memory.
         ("missing_rights", ctypes.c_uint64),
-        # Release to start.
+        # Wake-up latency: from release to start.
         ("wakeup", Histogram),
-        # Start to end.
+        # Execution time: from start to end.
         ("execution", Histogram),
-        # Age of the input when its step began: from the previous hop's publication.
+        # Age of the input when its step started, measured from its publication by the previous hop.
         ("latency", Histogram),
     ]
 
@@ -760,7 +753,7 @@ class Health(ctypes.Structure):
         return "leo/Health/2"
 
 
-# Where one joint shall be, and when.
+# Goal position of one joint, with arrival time.
 class JointGoal(ctypes.Structure):
     _fields_ = [
         # The joint: its index in the robot's configuration.
@@ -769,8 +762,8 @@ class JointGoal(ctypes.Structure):
         ("reserved", ctypes.c_uint32),
         # Goal position, in radians from the joint's zero.
         ("goal_position_rad", ctypes.c_double),
-        # When it shall be there, in nanoseconds of the clock; the motor process moves smoothly and
-        # arrives later where the joint's limits ask for it.
+        # Requested arrival time, in nanoseconds of the clock. The motor process moves smoothly, and arrives later if
+        # the joint's limits require it.
         ("arrive_at_ns", ctypes.c_uint64),
     ]
 
@@ -779,14 +772,14 @@ class JointGoal(ctypes.Structure):
         return "leo/JointGoal/1"
 
 
-# What one joint does.
+# State of one joint.
 class JointState(ctypes.Structure):
     _fields_ = [
         # The joint: its index in the robot's configuration.
         ("joint", ctypes.c_uint32),
         ("mode", ctypes.c_uint16),
         ("cause", ctypes.c_uint16),
-        # When the servo was read, in nanoseconds of the clock; zero when it never was.
+        # When the servo was read, in nanoseconds of the clock; zero if never.
         ("sampled_at_ns", ctypes.c_uint64),
         ("present_position_rad", ctypes.c_double),
         ("present_velocity_rad_s", ctypes.c_double),
@@ -808,21 +801,20 @@ class JointState(ctypes.Structure):
         return "leo/JointState/3"
 
 
-# The newest joint states, for whoever looks now and then: the motor process writes them to a board of
-# its own. Who reads a topic is known to its writer, and costs it a page now and then; who reads a board
-# is not.
+# The newest joint states, on a board of the motor process, for occasional readers. Unlike a subscriber to the
+# topic, a reader of a board costs the writer no memory.
 class Joints(ctypes.Structure):
     _fields_ = [
-        # How many joints there are.
+        # Number of joints.
         ("count", ctypes.c_uint64),
-        # How often a joint was locked since the motor process started. An acknowledgement names the newest that
-        # was seen, so that it acknowledges no other.
+        # Number of times that a joint was locked since the motor process started. An acknowledgement contains the last
+        # value read, so that it never covers a newer lock.
         ("locks", ctypes.c_uint64),
-        # Goals beyond a joint's limits, which became the limit.
+        # Goals beyond a joint's limits, which were clamped.
         ("limited", ctypes.c_uint64),
-        # Goals refused: no number, or for no joint.
+        # Goals refused: not a number, or for an unknown joint.
         ("refused", ctypes.c_uint64),
-        # What each of them does.
+        # The joint states.
         ("states", JointState * 256),
     ]
 
@@ -831,18 +823,18 @@ class Joints(ctypes.Structure):
         return "leo/Joints/2"
 
 
-# One life of a process, as its supervisor knows it.
+# One incarnation of a process, as recorded by the supervisor.
 class Life(ctypes.Structure):
     _fields_ = [
-        # Counts the lives of the process from one; zero where it was never started.
+        # Number of the incarnation, from one; zero if the process was never started.
         ("incarnation", ctypes.c_uint64),
         # When the supervisor began to start it, in nanoseconds of the monotonic clock.
         ("began_at_ns", ctypes.c_uint64),
-        # When the supervisor learned of its end; zero while it lives. No other process has its number before that.
+        # When the supervisor detected its end; zero while it runs. Until then its process id is not reused.
         ("ended_at_ns", ctypes.c_uint64),
-        # The operating system's process number, in the outermost namespace that can be seen; zero while it is unknown.
+        # The operating system's process id in the outermost visible namespace; zero while unknown.
         ("pid", ctypes.c_uint32),
-        # 1 where the process is one of this robot on this machine, else 0.
+        # 1 if the process belongs to this robot on this machine, else 0.
         ("is_member", ctypes.c_uint32),
     ]
 
@@ -851,40 +843,38 @@ class Life(ctypes.Structure):
         return "leo/Life/1"
 
 
-# How the link to another machine fares, since the link process's life began: it writes this to a board of
-# its own. Delays are between the two machines, in nanoseconds.
+# Health of the link to another machine, counted since this incarnation of the link process started. The link
+# process writes it to its board. Delays are between the two machines, in nanoseconds.
 class LinkHealth(ctypes.Structure):
     _fields_ = [
-        # Whether the other machine is heard now: 1 yes, 0 no.
+        # Whether the link to the other machine is up: 1 yes, 0 no.
         ("is_heard", ctypes.c_uint64),
-        # How often it came to be heard: once, and once more after each silence.
+        # Number of times that the link came up: once, and once more after each interruption.
         ("hearings", ctypes.c_uint64),
-        # The newest round trip to the other machine and back, without the time that it took to answer.
+        # The last round-trip time, without the processing time of the other machine.
         ("round_trip_ns", ctypes.c_uint64),
-        # By how much the instants of frames that came over the link are wrong at most: what is not known of the
-        # difference between the two machines' clocks.
+        # Bound on the error of time stamps received over the link, from the uncertainty of the clock offset.
         ("clock_error_ns", ctypes.c_uint64),
-        # Frames that were handed to the network.
+        # Frames passed to the network.
         ("sent", ctypes.c_uint64),
-        # Frames that were not sent because a newer one of their topic overtook them: the network is slower than
-        # their writer.
+        # Frames replaced by a newer one of their topic before they were sent, because the network is slower than their
+        # writer.
         ("overtaken", ctypes.c_uint64),
-        # Frames that waited for the other machine for too long, or were too many, and were given up.
+        # Frames dropped while the link was down, because of their age or number.
         ("given_up", ctypes.c_uint64),
-        # Frames that came and were published here.
+        # Frames received and published here.
         ("received", ctypes.c_uint64),
-        # Bundles of frames that were sent to this machine and did not arrive.
+        # Batches sent to this machine that did not arrive.
         ("lost", ctypes.c_uint64),
-        # Frames and messages from the other machine that were nonsense, or of another version.
+        # Frames and messages of the other machine that were malformed or of another version.
         ("refused", ctypes.c_uint64),
-        # Commands that came too late to be carried out.
+        # Commands that arrived too late to be executed.
         ("late", ctypes.c_uint64),
-        # Bytes that were handed to the network.
+        # Bytes passed to the network.
         ("bytes_sent", ctypes.c_uint64),
-        # Bytes that came.
+        # Bytes received.
         ("bytes_received", ctypes.c_uint64),
-        # How long bundles of frames took from the other machine to this one, wrong by
-        # `Self::clock_error_ns` at most.
+        # One-way delay of batches from the other machine, with an error of at most `Self::clock_error_ns`.
         ("delay", Histogram),
     ]
 
@@ -893,15 +883,15 @@ class LinkHealth(ctypes.Structure):
         return "leo/LinkHealth/1"
 
 
-# What one sensory process reported of one thing at one instant, in the robot's base frame.
+# An observation of one object by one sensory source at one instant, in the robot's base frame.
 #
-# An observation carries no identity of the thing: finding out which thing it was is the Belief
-# System's work (Berlin et al. 2006, "Belief Modeling").
+# An observation carries no object identity; association is the Belief System's task (Berlin et al. 2006, "Belief
+# Modeling").
 class Observation(ctypes.Structure):
     _fields_ = [
-        # When the sensory process observed it, in nanoseconds of the clock.
+        # When the source observed it, in nanoseconds of the clock.
         ("observed_at_ns", ctypes.c_uint64),
-        # The sensory process that reported it.
+        # The sensory source that reported it.
         ("source", ctypes.c_uint16),
         # A `Modality`.
         ("modality", ctypes.c_uint16),
@@ -909,23 +899,23 @@ class Observation(ctypes.Structure):
         ("kind", ctypes.c_uint16),
         # For a person: which partner (1, 2, …), or 0 for the robot itself.
         ("partner", ctypes.c_uint16),
-        # The agent who holds or moves it, or `NOBODY`.
+        # The agent that holds or moves it, or `NOBODY`.
         ("held_by", ctypes.c_uint16),
         # Not used; zero.
         ("reserved", ctypes.c_uint16),
-        # How sure the sensory process is, in [0, 1].
+        # Confidence of the source, in [0, 1].
         ("confidence", ctypes.c_float),
         # Position in the robot's base frame, in metres.
         ("position_m", ctypes.c_float * 3),
         # Orientation in the robot's base frame, quaternion `[x, y, z, w]`.
         ("orientation_xyzw", ctypes.c_float * 4),
-        # Half the extents along the thing's own axes, in metres.
+        # Half extents along the object's own axes, in metres.
         ("half_extents_m", ctypes.c_float * 3),
         # Colour, linear red, green and blue in [0, 1].
         ("colour_rgb", ctypes.c_float * 3),
-        # Shape descriptor: how elongated, how flat, how round, how tapered; each in [0, 1].
+        # Shape descriptor: elongation, flatness, roundness, taper; each in [0, 1].
         ("shape", ctypes.c_float * 4),
-        # Degree of each `State`; NaN where the thing has no such state.
+        # Degree of each `State`; NaN if the object has no such state.
         ("states", ctypes.c_float * 8),
     ]
 
@@ -964,13 +954,12 @@ class Snapshot(ctypes.Structure):
         return "leo/Snapshot/1"
 
 
-# An entry of the percept buffer: an observation and what the robot perceives in it.
+# An entry of the percept buffer: an observation and the robot's percept snapshot of it.
 #
-# The observation travels along because another perspective perceives it anew in its own frame
-# (Eq. 7).
+# It includes the observation, because other perspectives perceive it anew in their own frames (Eq. 7).
 class Perceived(ctypes.Structure):
     _fields_ = [
-        # What was observed.
+        # The observation.
         ("observation", Observation),
         # The robot's own percept snapshot of it.
         ("snapshot", Snapshot),
@@ -981,12 +970,12 @@ class Perceived(ctypes.Structure):
         return "leo/Perceived/1"
 
 
-# The head of a percept buffer: who looked.
+# Head of a percept buffer: the sources that delivered a frame.
 class PerceptHead(ctypes.Structure):
     _fields_ = [
         # The frame's header.
         ("header", Header),
-        # The sources that looked: bit n for source n, the last bit for all beyond.
+        # Sources that delivered a frame: bit n for source n, the last bit for all beyond.
         ("looked", ctypes.c_uint64),
     ]
 
@@ -995,18 +984,18 @@ class PerceptHead(ctypes.Structure):
         return "leo/PerceptHead/1"
 
 
-# What was computed of one perspective, since its process's life began.
+# Counters of one perspective, since this incarnation of the process started.
 class PerspectiveHealth(ctypes.Structure):
     _fields_ = [
-        # Whose it is, and within whose.
+        # Its path.
         ("path", Path),
-        # How often its beliefs were brought to an instant.
+        # Number of update steps.
         ("steps", ctypes.c_uint64),
-        # Beliefs that it held after each of these steps, all together.
+        # Sum over these steps of the number of beliefs after the step.
         ("beliefs", ctypes.c_uint64),
-        # Observations, beliefs and occluders for which it had no room.
+        # Observations, beliefs and occluders dropped for lack of space.
         ("left_out", ctypes.c_uint64),
-        # Observations and evaluations that it refused as nonsense.
+        # Observations and evaluations refused as invalid.
         ("refused", ctypes.c_uint64),
     ]
 
@@ -1015,13 +1004,13 @@ class PerspectiveHealth(ctypes.Structure):
         return "leo/PerspectiveHealth/2"
 
 
-# What was computed of each perspective: the belief process writes it to a board of its own. Where
-# perspective taking is off there is one, the robot's own.
+# Counters of all perspectives. The belief process writes them to its board. Without perspective taking there is
+# one, the robot's own.
 class Perspectives(ctypes.Structure):
     _fields_ = [
-        # How many perspectives there are.
+        # Number of perspectives.
         ("count", ctypes.c_uint64),
-        # Each of them, by its number.
+        # The perspectives, by number.
         ("perspectives", PerspectiveHealth * 256),
     ]
 
@@ -1030,8 +1019,8 @@ class Perspectives(ctypes.Structure):
         return "leo/Perspectives/2"
 
 
-# Which life of each process is the newest, as the supervisor knows it: the roster names the board on which the
-# `Health`(crate::Health) of that life stands, and the process that may publish.
+# The newest incarnation of each process, as recorded by the supervisor. It determines the board of that
+# incarnation's `Health`(crate::Health), and the process that may publish.
 class Roster(ctypes.Structure):
     _fields_ = [
         ("lives", Life * 16),
@@ -1042,7 +1031,7 @@ class Roster(ctypes.Structure):
         return "leo/Roster/3"
 
 
-# The head of the simulator's scene: where the lesson is, and the robot in the world.
+# Head of the simulator's scene: progress of the lesson, and pose of the robot in the world.
 class SceneHead(ctypes.Structure):
     _fields_ = [
         # The frame's header.
@@ -1051,17 +1040,17 @@ class SceneHead(ctypes.Structure):
         ("base_position_m", ctypes.c_double * 3),
         # Orientation of the robot's base in the world, quaternion `[x, y, z, w]`.
         ("base_orientation_xyzw", ctypes.c_double * 4),
-        # When the script or the first table laid by hand began, in nanoseconds of the clock.
+        # When the script or the first interactive table began, in nanoseconds of the clock.
         ("began_at_ns", ctypes.c_uint64),
         # A `SceneMode`.
         ("mode", ctypes.c_uint32),
-        # Which of the lesson's tables is laid, from 0, or `NO_TABLE`.
+        # Number of the lesson's current table, from 0, or `NO_TABLE`.
         ("table", ctypes.c_uint32),
-        # Tables of the lesson: the demonstrations, and then the novel set if it has one.
+        # Number of tables of the lesson: the demonstrations, then the novel set if there is one.
         ("tables", ctypes.c_uint32),
-        # Steps taught by hand that are written down.
+        # Number of recorded interactive steps.
         ("steps", ctypes.c_uint32),
-        # Which lesson is open: empty for the one that the robot was started with.
+        # The open lesson; empty for the one that the robot was started with.
         ("lesson", Text),
     ]
 
@@ -1070,30 +1059,30 @@ class SceneHead(ctypes.Structure):
         return "leo/SceneHead/1"
 
 
-# What the simulator knows to be true of one thing, in the world frame.
+# Ground truth of one object in the simulator, in the world frame.
 #
-# For people who look on, and for checking what Leo did; no other process of the robot reads it.
+# For visualisation and for checking Leo's actions; no other process of the robot reads it.
 class SceneObject(ctypes.Structure):
     _fields_ = [
         # Position in the world, in metres.
         ("position_m", ctypes.c_double * 3),
         # Orientation in the world, quaternion `[x, y, z, w]`.
         ("orientation_xyzw", ctypes.c_double * 4),
-        # Half the extents along its own axes, in metres.
+        # Half extents along its own axes, in metres.
         ("half_extents_m", ctypes.c_double * 3),
         # Colour, linear red, green and blue in [0, 1].
         ("colour_rgb", ctypes.c_float * 3),
-        # How elongated, flat, round and tapered it is, each in [0, 1].
+        # Shape descriptor: elongation, flatness, roundness, taper; each in [0, 1].
         ("shape", ctypes.c_float * 4),
-        # Degree of each `State`; NaN where the thing has no such state.
+        # Degree of each `State`; NaN if the object has no such state.
         ("states", ctypes.c_float * 8),
         # An `ObservationKind`.
         ("kind", ctypes.c_uint16),
-        # The agent who holds it, or `NOBODY`.
+        # The agent that holds it, or `NOBODY`.
         ("held_by", ctypes.c_uint16),
-        # The partner that a person is, or `NOBODY`.
+        # The partner number of a person, or `NOBODY`.
         ("partner", ctypes.c_uint16),
-        # A `ThingRole` of an object; 0 of a person or an occluder.
+        # A `ThingRole` of an object; 0 for a person or an occluder.
         ("role", ctypes.c_uint16),
         # Its name in the lesson.
         ("name", Text),
@@ -1104,20 +1093,20 @@ class SceneObject(ctypes.Structure):
         return "leo/SceneObject/2"
 
 
-# What became of what one source reported.
+# Counters of the frames and observations of one source.
 class SourceHealth(ctypes.Structure):
     _fields_ = [
-        # What people call it.
+        # Its display name.
         ("name", Text),
-        # Frames that were taken.
+        # Frames accepted.
         ("frames", ctypes.c_uint64),
-        # Observations that entered the percept buffer.
+        # Observations added to the percept buffer.
         ("observations", ctypes.c_uint64),
-        # When a frame was taken last, in nanoseconds of the clock; zero where none was.
+        # When a frame was last accepted, in nanoseconds of the clock; zero if never.
         ("heard_at_ns", ctypes.c_uint64),
-        # Whether it has been silent for longer than its rate lets expect: 1 yes, 0 no.
+        # Whether it has been silent for longer than its rate allows: 1 yes, 0 no.
         ("silent", ctypes.c_uint64),
-        # What was lost, by the number of the `Loss`.
+        # Number of losses, indexed by `Loss`.
         ("losses", ctypes.c_uint64 * 24),
     ]
 
@@ -1126,12 +1115,12 @@ class SourceHealth(ctypes.Structure):
         return "leo/SourceHealth/1"
 
 
-# What became of what each source reported: the sensor process writes it to a board of its own.
+# Counters of all sources. The sensor process writes them to its board.
 class Sources(ctypes.Structure):
     _fields_ = [
-        # How many sources there are.
+        # Number of sources.
         ("count", ctypes.c_uint64),
-        # Each of them, by its number.
+        # The sources, by number.
         ("sources", SourceHealth * 16),
     ]
 
@@ -1140,31 +1129,31 @@ class Sources(ctypes.Structure):
         return "leo/Sources/1"
 
 
-# Something that a teacher does by hand. Places are in the world, in metres.
+# An interactive act of a teacher. Positions are in the world frame, in metres.
 class TeacherAct(ctypes.Structure):
     _fields_ = [
-        # Counts the acts of the console's life from one.
+        # Serial number of the act, from one in each incarnation of the console.
         ("serial", ctypes.c_uint64),
-        # Where: of a thing's or an occluder's centre, or of his eyes. The height of something new is its
-        # own, and that of something put down follows from what is below.
+        # Target position: centre of an object or occluder, or the teacher's eyes. Heights of added and put down objects
+        # are computed.
         ("position_m", ctypes.c_double * 3),
-        # What he looks at, of a seat; half the extents, of a new occluder.
+        # Point that the teacher looks at, for a seat; half extents, for a new occluder.
         ("also_m", ctypes.c_double * 3),
-        # Heading, anticlockwise from the world's x axis, in radians; NaN to leave it as it is.
+        # Heading, anticlockwise from the world's x axis, in radians; NaN keeps the current heading.
         ("heading_rad", ctypes.c_double),
         # A `TeacherActKind`.
         ("kind", ctypes.c_uint16),
-        # Who: partner 1, 2, …
+        # The teacher: partner 1, 2, …
         ("teacher", ctypes.c_uint16),
-        # Whose hand on the console: several people may teach at once, each with one hand.
+        # Hand on the console; several people may teach at once, each with one hand.
         ("hand", ctypes.c_uint16),
-        # Zero.
+        # Not used; zero.
         ("reserved", ctypes.c_uint16),
-        # Which table, of laying.
+        # Number of the table to set up.
         ("table", ctypes.c_uint64),
-        # What is said, named or opened.
+        # Sentence, name or lesson, depending on the kind.
         ("text", Text),
-        # The colour's name, of something new.
+        # Name of the colour of a new object.
         ("colour", Text),
     ]
 
@@ -1173,15 +1162,15 @@ class TeacherAct(ctypes.Structure):
         return "leo/TeacherAct/1"
 
 
-# Lockstep: the conductor gives one process its turn at an instant of simulated time. The
-# header's `valid_at_ns` is that instant.
+# Lockstep: the conductor gives one process a turn at an instant of simulated time. The header's `valid_at_ns` is
+# that instant.
 class Turn(ctypes.Structure):
     _fields_ = [
         # A `TurnKind`.
         ("kind", ctypes.c_uint32),
         # Not used; zero.
         ("reserved", ctypes.c_uint32),
-        # Counts the turns of the run from one.
+        # Number of the turn in the run, from one.
         ("round", ctypes.c_uint64),
     ]
 
@@ -1190,12 +1179,12 @@ class Turn(ctypes.Structure):
         return "leo/Turn/1"
 
 
-# A sentence that somebody said.
+# A sentence of a teacher.
 class Utterance(ctypes.Structure):
     _fields_ = [
-        # Who said it: partner 1, 2, …
+        # The speaker: partner 1, 2, …
         ("speaker", ctypes.c_uint32),
-        # What was said.
+        # The sentence.
         ("text", Text),
     ]
 

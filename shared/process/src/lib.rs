@@ -3,13 +3,13 @@
 //! A process's shell is a loop around its core, the same in wall time and in lockstep time:
 //!
 //! ```text
-//! let mut member = ProcessNode::join(launch, Process::Sensor, &config.buffers, &config.sensor.realtime)?;
-//! let mut observations = member.inlet::<Observations>(Some(0))?;
-//! let mut percepts = member.outlet::<Percepts>(None, capacity)?;
+//! let mut node = ProcessNode::join(launch, Process::Sensor, &config.buffers, &config.sensor.realtime)?;
+//! let mut observations = node.subscriber::<Observations>(Some(0))?;
+//! let mut percepts = node.publisher::<Percepts>(None, capacity)?;
 //! member.begin(Some(config.sensor.rate_hz.period()))?;
-//! while let Some(now) = member.next_cycle()? {
+//! while let Some(now) = node.next_cycle()? {
 //!     // receive, step the core, send
-//!     member.end_cycle(Progress::More)?;
+//!     node.end_cycle(Progress::More)?;
 //! }
 //! ```
 

@@ -26,7 +26,7 @@ fn rig(faults: &[&str]) -> Rig {
     let ptys = MockBuses::with_faults(&robot.motor, folder.path(), false, &faults).unwrap();
     for bus in &robot.motor.buses {
         ptys.with_servos(&bus.name, |servos| {
-            servos.iter_mut().for_each(|servo| servo.write(64, &[1]).unwrap())
+            servos.iter_mut().for_each(|servo| servo.write(64, &[1]).unwrap());
         })
         .unwrap();
     }

@@ -176,7 +176,7 @@ impl Joint {
     pub(super) fn advance(&mut self, now: Instant, job: Job, answer: &[u8]) {
         match (self.link, self.power, job) {
             (Link::Unknown | Link::Silent { .. }, _, Job::Ping | Job::TorqueOff) => {
-                self.identified(now, answer)
+                self.identified(now, answer);
             }
             (Link::Identified(Setup::Inspect), _, Job::Inspect) if !job::answers_all(answer) => {
                 // The servo did not take over the status return level.

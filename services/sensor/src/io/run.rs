@@ -135,7 +135,7 @@ fn sum(losses: &[u64; LOSSES], among: impl Fn(Loss) -> bool) -> u64 {
 fn tell(source: &str, news: SourceEvent) {
     match news {
         SourceEvent::Silent => {
-            tracing::warn!(source, "is silent: is its process alive, and does it publish here?")
+            tracing::warn!(source, "is silent: is its process alive, and does it publish here?");
         }
         // Same level as the warning of the silence.
         SourceEvent::Heard => tracing::warn!(source, "is heard again"),

@@ -309,7 +309,7 @@ impl RobotSupervisor<'_> {
                 match deed {
                     FaultAction::Kill => self.children.kill(process),
                     FaultAction::Freeze | FaultAction::Thaw => {
-                        self.children.set_stopped(process, deed == FaultAction::Freeze)
+                        self.children.set_stopped(process, deed == FaultAction::Freeze);
                     }
                 }
             }

@@ -133,7 +133,10 @@ impl FaultSpec {
                 self.is = Some(value.parse().map_err(|_| FaultSpecError::new(word, wrong))?);
             }
             _ => {
-                return Err(FaultSpecError::new(word, format!("says nothing that a fault knows: say {KEYS}")));
+                return Err(FaultSpecError::new(
+                    word,
+                    format!("says nothing that a fault knows: say {KEYS}"),
+                ));
             }
         }
         Ok(())
