@@ -763,7 +763,7 @@ LEO_ASSERT(offsetof(struct leo_event, text) == 288, "place of text");
 /* Health of one process: the counters of its main loop.
  * 
  * It is on a board in shared memory, so that reading it never blocks the monitored thread. */
-#define LEO_HEALTH_TYPE "leo/Health/2"
+#define LEO_HEALTH_TYPE "leo/Health/3"
 struct leo_health {
     LEO_NAMED(LEO_HEALTH_TYPE)
     /* The operating system's process id. */
@@ -795,6 +795,8 @@ struct leo_health {
     uint64_t unlisted_frames;
     /* Process id of the last such publisher; zero if there was none. */
     uint64_t unlisted_pid;
+    /* Failed checks of invariants since the process started; any value above zero is a bug. */
+    uint64_t broken_invariants;
     /* Minor and major page faults since the main loop started. */
     uint64_t page_faults;
     /* Rights that were requested and not granted, one bit each: scheduling, affinity, memory. */
@@ -806,7 +808,7 @@ struct leo_health {
     /* Age of the input when its step started, measured from its publication by the previous hop. */
     struct leo_histogram latency;
 };
-LEO_ASSERT(sizeof(struct leo_health) == 5384, "size of leo/Health/2");
+LEO_ASSERT(sizeof(struct leo_health) == 5392, "size of leo/Health/3");
 LEO_ASSERT(offsetof(struct leo_health, pid) == 0, "place of pid");
 LEO_ASSERT(offsetof(struct leo_health, state) == 4, "place of state");
 LEO_ASSERT(offsetof(struct leo_health, incarnation) == 8, "place of incarnation");
@@ -822,11 +824,12 @@ LEO_ASSERT(offsetof(struct leo_health, undelivered) == 80, "place of undelivered
 LEO_ASSERT(offsetof(struct leo_health, refused) == 88, "place of refused");
 LEO_ASSERT(offsetof(struct leo_health, unlisted_frames) == 96, "place of unlisted_frames");
 LEO_ASSERT(offsetof(struct leo_health, unlisted_pid) == 104, "place of unlisted_pid");
-LEO_ASSERT(offsetof(struct leo_health, page_faults) == 112, "place of page_faults");
-LEO_ASSERT(offsetof(struct leo_health, missing_rights) == 120, "place of missing_rights");
-LEO_ASSERT(offsetof(struct leo_health, wakeup) == 128, "place of wakeup");
-LEO_ASSERT(offsetof(struct leo_health, execution) == 1880, "place of execution");
-LEO_ASSERT(offsetof(struct leo_health, latency) == 3632, "place of latency");
+LEO_ASSERT(offsetof(struct leo_health, broken_invariants) == 112, "place of broken_invariants");
+LEO_ASSERT(offsetof(struct leo_health, page_faults) == 120, "place of page_faults");
+LEO_ASSERT(offsetof(struct leo_health, missing_rights) == 128, "place of missing_rights");
+LEO_ASSERT(offsetof(struct leo_health, wakeup) == 136, "place of wakeup");
+LEO_ASSERT(offsetof(struct leo_health, execution) == 1888, "place of execution");
+LEO_ASSERT(offsetof(struct leo_health, latency) == 3640, "place of latency");
 
 /* Goal position of one joint, with arrival time. */
 #define LEO_JOINT_GOAL_TYPE "leo/JointGoal/1"

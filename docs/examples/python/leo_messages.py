@@ -736,6 +736,8 @@ class Health(ctypes.Structure):
         ("unlisted_frames", ctypes.c_uint64),
         # Process id of the last such publisher; zero if there was none.
         ("unlisted_pid", ctypes.c_uint64),
+        # Failed checks of invariants since the process started; any value above zero is a bug.
+        ("broken_invariants", ctypes.c_uint64),
         # Minor and major page faults since the main loop started.
         ("page_faults", ctypes.c_uint64),
         # Rights that were requested and not granted, one bit each: scheduling, affinity, memory.
@@ -750,7 +752,7 @@ class Health(ctypes.Structure):
 
     @staticmethod
     def type_name():
-        return "leo/Health/2"
+        return "leo/Health/3"
 
 
 # Goal position of one joint, with arrival time.
@@ -1209,7 +1211,7 @@ _LAYOUT = [
     (DivergenceHead, 128, [0, 96, 100, 104, 108, 112]),
     (Done, 16, [0, 8]),
     (Event, 544, [0, 8, 10, 12, 16, 20, 24, 28, 32, 288]),
-    (Health, 5384, [0, 4, 8, 16, 24, 32, 40, 48, 56, 64, 72, 80, 88, 96, 104, 112, 120, 128, 1880, 3632]),
+    (Health, 5392, [0, 4, 8, 16, 24, 32, 40, 48, 56, 64, 72, 80, 88, 96, 104, 112, 120, 128, 136, 1888, 3640]),
     (JointGoal, 24, [0, 4, 8, 16]),
     (JointState, 72, [0, 4, 6, 8, 16, 24, 32, 40, 48, 52, 56, 58, 60, 62, 64, 66]),
     (Joints, 18464, [0, 8, 16, 24, 32]),

@@ -1,8 +1,9 @@
+use arrayvec::ArrayVec;
 use clock::Instant;
+use invariant::{invariant, require};
 use servo::table::{GOAL_POSITION, PROFILE_VELOCITY, TORQUE_ENABLE};
 use servo::{Address, Id, Instruction, Reading};
 
-use crate::byte_buf::ByteBuf;
 use crate::counts::BusCounters;
 use crate::duplicate_id_check::ProbeResult;
 use crate::job::Job;
@@ -147,12 +148,12 @@ impl Bus {
             }
             let asked = self.asked.get(first..).unwrap_or_default();
             let who = || asked.iter().filter_map(|(index, _)| Some(joints.get(*index)?.id()));
-            let ids: ByteBuf<SERVOS_MOST> = who().map(Id::get).collect();
+            let ids: ArrayVec<u8, SERVOS_MOST> = who().map(Id::get).take(SERVOS_MOST).collect();
             let (address, length) = (Reading::ITEM.address, self.asked_length);
             let question = if fast {
-                Instruction::FastSyncRead { address, length, ids: ids.get() }
+                Instruction::FastSyncRead { address, length, ids: &ids }
             } else {
-                Instruction::SyncRead { address, length, ids: ids.get() }
+                Instruction::SyncRead { address, length, ids: &ids }
             };
             let question = Some(question).filter(|_| !asked.is_empty());
             if question.is_none() && (fast || goals.is_empty()) {
@@ -197,16 +198,17 @@ impl Bus {
             );
         }
         let who = || self.asked.iter().filter_map(|(index, _)| Some(joints.get(*index)?.id()));
-        let ids: ByteBuf<SERVOS_MOST> = who().map(Id::get).collect();
+        let ids: ArrayVec<u8, SERVOS_MOST> = who().map(Id::get).take(SERVOS_MOST).collect();
         let length = TORQUE_ENABLE.length + self.more;
         let off = Instruction::Write { address: TORQUE_ENABLE.address, data: &[0] };
-        let question = Instruction::SyncRead { address: TORQUE_ENABLE.address, length, ids: ids.get() };
+        let question = Instruction::SyncRead { address: TORQUE_ENABLE.address, length, ids: &ids };
         self.asked_length = length;
         request.add(PartKind::Torque, who(), usize::from(length), |out| {
             let mut end = 0;
             for instruction in std::iter::repeat_n(off, BROADCASTS).chain([question]) {
                 let place = out.get_mut(end..).unwrap_or_default();
-                end += instruction.encode(Address::All, place).unwrap_or(0);
+                let length = instruction.encode(Address::All, place).ok();
+                end += require!(length, "an instruction of a cycle fits").unwrap_or(0);
             }
             end
         });
@@ -331,7 +333,7 @@ impl Bus {
         missing: [Option<usize>; SERVOS_MOST],
     ) {
         let Some((index, job)) = job else { return };
-        let Some(joint) = joints.get_mut(index) else { return };
+        let Some(joint) = require!(joints.get_mut(index), "joint {index} exists") else { return };
         self.counts.broken += u64::from(replies.corrupt_replies(job.topic()));
         let fits = |status: &servo::Status<'_>| {
             let length = status.params.len();
@@ -417,41 +419,43 @@ impl Bus {
 #[derive(Default)]
 struct Goals {
     /// Records of identifier and goal position.
-    positions: ByteBuf<{ 5 * SERVOS_MOST }>,
+    positions: ArrayVec<u8, { 5 * SERVOS_MOST }>,
     /// Records of identifier, profile velocity and goal position; the two items are adjacent in the control table.
-    with_velocities: ByteBuf<{ 9 * SERVOS_MOST }>,
+    with_velocities: ArrayVec<u8, { 9 * SERVOS_MOST }>,
 }
 
 impl Goals {
     fn add(&mut self, id: Id, command: Command) {
         let Command { position, velocity } = command;
-        if let Some(velocity) = velocity {
-            self.with_velocities.push(&[id.get()]);
-            self.with_velocities.push(&velocity.to_le_bytes());
-            self.with_velocities.push(&position.to_le_bytes());
+        let [a, b, c, d] = position.to_le_bytes();
+        let id = id.get();
+        // A record that is written in part would shift the values of all servos behind it.
+        let added = if let Some(velocity) = velocity {
+            let [e, f, g, h] = velocity.to_le_bytes();
+            self.with_velocities.try_extend_from_slice(&[id, e, f, g, h, a, b, c, d])
         } else {
-            self.positions.push(&[id.get()]);
-            self.positions.push(&position.to_le_bytes());
-        }
+            self.positions.try_extend_from_slice(&[id, a, b, c, d])
+        };
+        invariant!(added.is_ok(), "the goal of servo {id} fits");
     }
 
     fn is_empty(&self) -> bool {
-        self.positions.get().is_empty() && self.with_velocities.get().is_empty()
+        self.positions.is_empty() && self.with_velocities.is_empty()
     }
 
     /// Writes the goals followed by the read of the measurements. Returns the length in bytes.
     fn encode_with(&self, question: Option<Instruction<'_>>, out: &mut [u8]) -> usize {
         let write = |address, length, records| Instruction::SyncWrite { address, length, records };
         let (both, goal) = (PROFILE_VELOCITY.length + GOAL_POSITION.length, GOAL_POSITION.length);
-        let with_velocities = self.with_velocities.get();
-        let positions = self.positions.get();
+        let Self { positions, with_velocities } = self;
         let with_velocities =
             (!with_velocities.is_empty()).then(|| write(PROFILE_VELOCITY.address, both, with_velocities));
         let positions = (!positions.is_empty()).then(|| write(GOAL_POSITION.address, goal, positions));
         let mut end = 0;
         for instruction in with_velocities.into_iter().chain(positions).chain(question) {
             let place = out.get_mut(end..).unwrap_or_default();
-            end += instruction.encode(Address::All, place).unwrap_or(0);
+            let length = instruction.encode(Address::All, place).ok();
+            end += require!(length, "an instruction of a cycle fits").unwrap_or(0);
         }
         end
     }

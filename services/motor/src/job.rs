@@ -1,3 +1,4 @@
+use invariant::require;
 use servo::table::{
     BUS_WATCHDOG, CURRENT_LIMIT, DRIVE_MODE, GOAL_PWM, HARDWARE_ERROR_STATUS, HOMING_OFFSET, Item,
     MAX_POSITION_LIMIT, MIN_POSITION_LIMIT, MIN_VOLTAGE_LIMIT, OPERATING_MODE, PRESENT_INPUT_VOLTAGE,
@@ -101,7 +102,8 @@ impl Job {
 
     /// Writes the instruction and returns its length in bytes; 0 if it does not fit.
     pub(crate) fn encode(self, id: Id, out: &mut [u8]) -> usize {
-        let mut say = |instruction: Instruction<'_>| instruction.encode(Address::One(id), out).unwrap_or(0);
+        let mut say =
+            |instruction: Instruction<'_>| encoded_length(instruction.encode(Address::One(id), out));
         let write = |item: Item, data| Instruction::Write { address: item.address, data };
         let read = |item: Item| Instruction::Read { address: item.address, length: item.length };
         match self {
@@ -140,14 +142,19 @@ impl Job {
 /// acknowledged. So there is exactly one answer, also from a servo that does not acknowledge writes yet.
 fn encode_two(id: Id, first: (Item, u8), then: Instruction<'_>, out: &mut [u8]) -> usize {
     let end = encode_one(id, first, out);
-    end + then.encode(Address::One(id), out.get_mut(end..).unwrap_or_default()).unwrap_or(0)
+    end + encoded_length(then.encode(Address::One(id), out.get_mut(end..).unwrap_or_default()))
 }
 
 /// Writes a sync write of one byte, which is not acknowledged.
 fn encode_one(id: Id, (item, byte): (Item, u8), out: &mut [u8]) -> usize {
     let Item { address, length } = item;
     let write = Instruction::SyncWrite { address, length, records: &[id.get(), byte] };
-    write.encode(Address::All, out).unwrap_or(0)
+    encoded_length(write.encode(Address::All, out))
+}
+
+/// Length of an encoded instruction. The buffer of a request has room for every job.
+fn encoded_length<E>(encoded: Result<usize, E>) -> usize {
+    require!(encoded.ok(), "an instruction fits into its request").unwrap_or(0)
 }
 
 fn words([a, b, c]: [i32; 3]) -> [u8; 12] {

@@ -4,7 +4,6 @@
 //! states. A [`Master`] carries out a request over a [`Port`].
 
 mod bus;
-mod byte_buf;
 mod counts;
 mod derating;
 mod duplicate_id_check;

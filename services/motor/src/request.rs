@@ -1,4 +1,5 @@
 use clock::{Duration, Instant};
+use invariant::require;
 use serial::LineLostError;
 use servo::{Id, Status};
 
@@ -15,7 +16,7 @@ const CHAIN_BYTES: usize = 8;
 /// Bytes of one answer within a fast sync read status, without data: error, identifier, check sum.
 const LINK_BYTES: usize = 4;
 /// Capacity of the answers to one request. Further answers are dropped.
-const ANSWERS: usize = 3 * SERVOS_MOST;
+const ANSWERS: usize = 4 * SERVOS_MOST;
 
 /// Kind of a part of a request, and of the answers to it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -132,7 +133,11 @@ impl Request {
         write: impl FnOnce(&mut [u8]) -> usize,
     ) {
         let sent = write(self.bytes.get_mut(self.end..).unwrap_or_default());
-        let Some(place) = self.parts.get_mut(self.count).filter(|_| sent > 0) else { return };
+        if sent == 0 {
+            return;
+        }
+        let part = require!(self.parts.get_mut(self.count), "a request has room for a part of {sent} bytes");
+        let Some(place) = part else { return };
         *place = Some(Part::new(topic, sent, data, who));
         self.end += sent;
         self.count += 1;

@@ -5,6 +5,7 @@ mod tests;
 
 use clock::Instant;
 use config::percepts::Percepts;
+use invariant::{invariant, require};
 use message::{Feature, Perceived, PerceptValue, Snapshot, SourceSet};
 
 pub(crate) use detections::{Detections, FrameAssociation};
@@ -365,9 +366,14 @@ impl Arena {
 
     /// Frees the slot and its row of histories.
     pub(crate) fn free_slot(&mut self, number: u32) {
-        let Some(storage) = self.storage.get_mut(number as usize) else { return };
+        let Some(storage) = require!(self.storage.get_mut(number as usize), "slot {number} exists") else {
+            return;
+        };
         match std::mem::replace(storage, Storage::Nothing) {
-            Storage::Nothing => return,
+            Storage::Nothing => {
+                invariant!(false, "slot {number} is freed once");
+                return;
+            }
             Storage::Snapshot => {}
             Storage::Histories(row) => self.histories.free_row(row),
         }
@@ -456,7 +462,7 @@ impl Arena {
 
     /// Recomputes the cached features and symbols of a belief from its histories.
     pub(crate) fn refresh(&mut self, slot: u32) {
-        let Some(row) = self.row(slot) else { return };
+        let Some(row) = require!(self.row(slot), "slot {slot} has histories") else { return };
         let features = self.features.iter_mut().skip(slot as usize * self.terms.len());
         for (feature, percept) in features.zip(&self.terms) {
             *feature = self.histories.newest(row, *percept).map(|sample| sample.feature);

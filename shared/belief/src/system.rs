@@ -5,6 +5,7 @@ mod tests;
 
 use clock::{Duration, Instant};
 use config::percepts::{self, Percept, Percepts};
+use invariant::require;
 use message::{Belief, Perceived, PerceptValue, Remembered, SourceSet};
 use quantity::number::saturating_u32;
 
@@ -388,7 +389,7 @@ impl BeliefSystem {
     /// this step, the state is unchanged, as between two images of a slow camera.
     fn update_empty_since(&mut self, slot: u32, looked: SourceSet, in_view: impl Fn([f32; 3]) -> bool) {
         let (now, observing_since) = (self.now, self.observing_since);
-        let Some(memory) = self.arena.memory(slot) else { return };
+        let Some(memory) = require!(self.arena.memory(slot), "slot {slot} is live") else { return };
         // Whatever is at that position now was not associated with this belief, so the position counts as empty.
         if memory.updated_at >= now || !looked.intersects(memory.seen_by) {
             return;
@@ -402,7 +403,7 @@ impl BeliefSystem {
 
     /// Evaluates a culling function c for a belief.
     fn agrees(&self, cull: &Cull, slot: u32, looked: SourceSet, in_view: impl Fn([f32; 3]) -> bool) -> bool {
-        let Some(memory) = self.arena.memory(slot) else { return false };
+        let Some(memory) = require!(self.arena.memory(slot), "slot {slot} is live") else { return false };
         match cull {
             // In nanoseconds, because this is evaluated for every belief in every step.
             Cull::UnseenLongerThan(limit_ns) => {
@@ -462,7 +463,8 @@ impl BeliefSystem {
         let is_old = |slot: &u32| self.arena.memory(*slot).is_some_and(|memory| memory.id < first_new);
         for index in self.arena.live().partition_point(is_old)..self.len() {
             let slot = self.arena.live().get(index).copied();
-            let Some(memory) = slot.and_then(|slot| self.arena.memory_mut(slot)) else { return };
+            let memory = slot.and_then(|slot| self.arena.memory_mut(slot));
+            let Some(memory) = require!(memory, "the belief at index {index} is live") else { return };
             memory.id = self.next_id;
             self.next_id += 1;
         }

@@ -90,7 +90,7 @@ numbered! {
 /// It is on a board in shared memory, so that reading it never blocks the monitored thread.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ZeroCopySend)]
 #[repr(C)]
-#[type_name("leo/Health/2")]
+#[type_name("leo/Health/3")]
 pub struct Health {
     /// The operating system's process id.
     pub pid: u32,
@@ -121,6 +121,8 @@ pub struct Health {
     pub unlisted_frames: u64,
     /// Process id of the last such publisher; zero if there was none.
     pub unlisted_pid: u64,
+    /// Failed checks of invariants since the process started; any value above zero is a bug.
+    pub broken_invariants: u64,
     /// Minor and major page faults since the main loop started.
     pub page_faults: u64,
     /// Rights that were requested and not granted, one bit each: scheduling, affinity, memory.

@@ -9,7 +9,7 @@ use crate::readings::Readings;
 /// A counter of a process: family name, help text, field.
 type Count = (&'static str, &'static str, fn(&Health) -> u64);
 
-const COUNTS: [Count; 10] = [
+const COUNTS: [Count; 11] = [
     ("leo_process_restarts", "Lives begun after the first.", |health| health.incarnation.saturating_sub(1)),
     ("leo_process_heartbeats", "Turns of the loop: what stands still hangs.", |health| health.beat),
     ("leo_process_cycles", "Cycles begun.", |health| health.cycles),
@@ -27,6 +27,9 @@ const COUNTS: [Count; 10] = [
         "Frames refused because the roster does not name their publisher.",
         |health| health.unlisted_frames,
     ),
+    ("leo_process_broken_invariants", "Failed checks of invariants; each is a bug.", |health| {
+        health.broken_invariants
+    }),
     ("leo_process_page_faults", "Page faults since the loop began.", |health| health.page_faults),
 ];
 

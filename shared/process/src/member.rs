@@ -402,9 +402,24 @@ impl ProcessNode {
         let unlisted = self.node.unlisted();
         self.health.unlisted_frames = unlisted.frames;
         self.health.unlisted_pid = u64::from(unlisted.pid);
+        self.note_broken_invariants();
         self.health.page_faults = realtime::page_faults().saturating_sub(self.faults_at_start);
         self.board.write(&self.health);
         self.published_at = now;
+    }
+
+    /// Counts broken invariants, and logs where the first one was.
+    fn note_broken_invariants(&mut self) {
+        let broken = invariant::broken();
+        if self.health.broken_invariants == 0
+            && let Some(place) = invariant::first()
+        {
+            tracing::error!(
+                process = %self.process,
+                "broken invariant at {place}: this is a bug, please report it; the process goes on"
+            );
+        }
+        self.health.broken_invariants = broken;
     }
 
     fn stopped(&mut self) -> Option<Instant> {

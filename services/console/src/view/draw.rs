@@ -10,7 +10,7 @@ use ratatui::widgets::{Cell, Paragraph, Row, Table, TableState};
 use super::histogram;
 use super::rows::BusRow;
 use super::screen::{Screen, View};
-use super::table::{rare_events, said, unlisted_message};
+use super::table::{rare_events, said, warnings};
 
 const KEYS: &str = "q quit  s sort  r reverse  space freeze  h histogram  b buses  j joints  ? help";
 
@@ -71,11 +71,10 @@ fn title(screen: &Screen) -> String {
 }
 
 fn processes(frame: &mut Frame<'_>, area: Rect, screen: &Screen) {
-    let refusals: Vec<Line<'_>> =
-        screen.rows().into_iter().filter_map(unlisted_message).map(Line::from).collect();
-    let height = u16::try_from(refusals.len()).unwrap_or(0);
+    let warnings: Vec<Line<'_>> = screen.rows().into_iter().flat_map(warnings).map(Line::from).collect();
+    let height = u16::try_from(warnings.len()).unwrap_or(0);
     let [area, below] = Layout::vertical([Constraint::Min(0), Constraint::Length(height)]).areas(area);
-    frame.render_widget(Paragraph::new(refusals), below);
+    frame.render_widget(Paragraph::new(warnings), below);
     let head = [
         "process", "state", "Hz", "wake50", "wake99", "exec50", "exec99", "age99", "over", "skip", "drop",
         "re",

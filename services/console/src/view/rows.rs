@@ -37,6 +37,8 @@ pub struct Row {
     pub unlisted_frames: u64,
     /// The process id of the newest such publisher; zero if there was none.
     pub unlisted_pid: u64,
+    /// Failed checks of invariants.
+    pub broken_invariants: u64,
     /// Sensor process only: its sensory sources.
     pub sources: Vec<SourceRow>,
     /// Motor process only: its servo buses.
@@ -333,6 +335,7 @@ fn row(process: Process, health: &Health, earlier: Option<&Health>) -> Row {
         refused: health.refused,
         unlisted_frames: health.unlisted_frames,
         unlisted_pid: health.unlisted_pid,
+        broken_invariants: health.broken_invariants,
         sources: Vec::new(),
         buses: Vec::new(),
         joints: None,

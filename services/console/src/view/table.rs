@@ -34,10 +34,8 @@ pub fn table(rows: &[Row]) -> String {
             row.restarts,
         );
     }
-    for row in rows {
-        if let Some(line) = unlisted_message(row) {
-            let _ = writeln!(out, "{line}");
-        }
+    for line in rows.iter().flat_map(warnings) {
+        let _ = writeln!(out, "{line}");
     }
     for (number, source) in rows.iter().flat_map(|row| row.sources.iter().enumerate()) {
         let lost: Vec<String> =
@@ -81,14 +79,19 @@ pub fn table(rows: &[Row]) -> String {
     out
 }
 
-/// The line about frames of processes that the supervisor did not start, if any were refused.
-pub(super) fn unlisted_message(row: &Row) -> Option<String> {
-    (row.unlisted_frames > 0).then(|| {
+/// A line about frames of processes that the supervisor did not start, and one about broken invariants, if any.
+pub(super) fn warnings(row: &Row) -> impl Iterator<Item = String> {
+    let unlisted = (row.unlisted_frames > 0).then(|| {
         format!(
             "{:<10} refused {} frames of process {}, which the supervisor did not start",
             row.process, row.unlisted_frames, row.unlisted_pid
         )
-    })
+    });
+    let broken = (row.broken_invariants > 0).then(|| {
+        let count = row.broken_invariants;
+        format!("{:<10} found {count} broken invariants: a bug; the journal names the place", row.process)
+    });
+    unlisted.into_iter().chain(broken)
 }
 
 /// The non-zero fault counters of a bus.
@@ -181,6 +184,18 @@ mod tests {
         let rows = rows(&Readings { processes, ..Readings::default() }, &[].into());
         let line = words(table(&rows).lines().last().unwrap());
         assert_eq!(line, "motor refused 3 frames of process 77, which the supervisor did not start");
+    }
+
+    #[test]
+    fn broken_invariants_are_listed_below_the_table() {
+        let mut health = Health::default();
+        health.broken_invariants = 2;
+        let rows = rows(
+            &Readings { processes: [(Process::Belief, health)].into(), ..Readings::default() },
+            &[].into(),
+        );
+        let line = words(table(&rows).lines().last().unwrap());
+        assert_eq!(line, "belief found 2 broken invariants: a bug; the journal names the place");
     }
 
     #[test]

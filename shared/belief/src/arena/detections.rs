@@ -1,4 +1,5 @@
 use clock::Instant;
+use invariant::require;
 use message::{Feature, MAX_PERCEPTS, Perceived, Snapshot, SourceSet};
 use quantity::number::saturating_u32;
 
@@ -219,10 +220,12 @@ impl AssociationProblem for FrameAssociation<'_> {
     }
 
     fn merge(&mut self, old: u32, fresh: u32) {
-        let Some(index) = self.index(fresh) else { return };
+        let Some(index) = require!(self.index(fresh), "{fresh} is a detection of this step") else { return };
         let Detections { things, frame, at, .. } = &mut *self.detections;
-        let Some(Detection { entry, gate_keys, .. }) = things.get_mut(index) else { return };
-        if let Some(perceived) = self.step.perceived.get(*entry as usize) {
+        let detection = require!(things.get_mut(index), "detection {index} exists");
+        let Some(Detection { entry, gate_keys, .. }) = detection else { return };
+        let perceived = self.step.perceived.get(*entry as usize);
+        if let Some(perceived) = require!(perceived, "detection {index} is assigned once") {
             self.step.arena.add_observation(old, [*at, self.now], perceived, *gate_keys, frame);
             *entry = ASSIGNED;
         }

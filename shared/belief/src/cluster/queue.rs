@@ -1,3 +1,4 @@
+use invariant::require;
 use std::cmp::Ordering;
 
 use crate::room::BoundedVec;
@@ -72,7 +73,8 @@ impl Queue {
     /// [`Self::heapify`] afterwards.
     pub(crate) fn propose(&mut self, pair: Pair) {
         let slot = pair.older_slot as usize;
-        let (Some(place), Some(held)) = (self.places.get_mut(slot), self.pairs.get_mut(slot)) else { return };
+        let entries = self.places.get_mut(slot).zip(self.pairs.get_mut(slot));
+        let Some((place, held)) = require!(entries, "slot {slot} exists") else { return };
         let entry = Entry { distance: pair.distance, slot: pair.older_slot };
         match self.heap.get_mut(*place as usize) {
             Some(waiting) if pair.is_before(held) => *waiting = entry,
@@ -94,7 +96,7 @@ impl Queue {
 
     /// Sets or removes the pair of a slot.
     pub(crate) fn set(&mut self, slot: u32, pair: Option<Pair>) {
-        let Some(&place) = self.places.get(slot as usize) else { return };
+        let Some(&place) = require!(self.places.get(slot as usize), "slot {slot} exists") else { return };
         match (pair, place) {
             (None, OUT) => {}
             (None, place) => self.remove(place as usize),
@@ -117,7 +119,7 @@ impl Queue {
     }
 
     fn remove(&mut self, place: usize) {
-        let Some(last) = self.heap.pop() else { return };
+        let Some(last) = require!(self.heap.pop(), "the queue has an entry {place}") else { return };
         let removed = self.heap.get(place).copied().unwrap_or(last);
         if let Some(place) = self.places.get_mut(removed.slot as usize) {
             *place = OUT;

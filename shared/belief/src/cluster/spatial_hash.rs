@@ -1,3 +1,4 @@
+use invariant::require;
 use quantity::number::{float_of_signed, floor_i64, single};
 
 use super::{AssociationProblem, GateKeys, MemberSummary};
@@ -82,7 +83,8 @@ impl SpatialHash {
     #[inline]
     pub(crate) fn insert(&mut self, problem: &impl AssociationProblem, slot: u32) {
         let place = self.place(problem, slot);
-        let Some(node) = self.nodes.get_mut(slot as usize) else { return };
+        let node = require!(self.nodes.get_mut(slot as usize), "slot {slot} exists");
+        let Some(node) = node else { return };
         (node.place_m, node.gate_keys) = (place.unwrap_or([0.0; 3]), problem.gate_keys(slot));
         // The cell is usually unchanged.
         let stays = |(metres, corner): (&f32, &f64)| {
@@ -107,7 +109,7 @@ impl SpatialHash {
             }
             None => (self.unplaced_cell, NO_CORNER),
         };
-        let Some(first) = self.first.get_mut(cell as usize) else { return };
+        let Some(first) = require!(self.first.get_mut(cell as usize), "cell {cell} exists") else { return };
         let next = std::mem::replace(first, slot);
         if let Some(follower) = self.nodes.get_mut(next as usize) {
             follower.previous = slot;

@@ -1,3 +1,4 @@
+use invariant::require;
 use std::ops::Deref;
 
 use clock::Instant;
@@ -260,7 +261,10 @@ impl<T: CellFormat> Series<T> {
         // The remaining samples are moved next to each other.
         let mut place = cells.place(self.cell(cells.len(), 0));
         let mut this = cells.successor(place);
-        let (Some(mut at_older), Some(mut at_this)) = (at(cells, place), at(cells, this)) else { return };
+        let two = at(cells, place).zip(at(cells, this));
+        let Some((mut at_older, mut at_this)) = require!(two, "a series to thin holds two samples") else {
+            return;
+        };
         let (mut dropped, mut left) = (0, self.len);
         while left > 2 {
             let until = represents_until(at_older, newest);

@@ -2,6 +2,7 @@
 
 use config::percepts::{Kernel, Range, Region, origin};
 use geometry::{Pose, Position};
+use invariant::require;
 use message::Feature;
 use quantity::number::single;
 
@@ -18,9 +19,12 @@ impl BeliefSystem {
         // Rounding may have brought two beliefs closer than they were.
         self.is_clustered = false;
         for index in 0..self.len() {
-            let Some(&slot) = self.arena.live().get(index) else { return };
+            let Some(&slot) = require!(self.arena.live().get(index), "belief {index} is live") else {
+                return;
+            };
             for (number, percept) in (0..).zip(&self.percepts) {
-                let Some((histories, row)) = self.arena.histories_mut(slot) else { return };
+                let histories = require!(self.arena.histories_mut(slot), "slot {slot} has histories");
+                let Some((histories, row)) = histories else { return };
                 match &percept.kernel {
                     Kernel::Position => histories.map(row, number, |feature| moved(x_new_old, feature)),
                     Kernel::Orientation => histories.map(row, number, |feature| turned(x_new_old, feature)),
@@ -43,7 +47,8 @@ impl BeliefSystem {
     /// so they are already in the new frame.
     fn see_places_anew(&mut self, slot: u32) {
         for (number, percept) in (0..).zip(&self.percepts) {
-            let Some((histories, row)) = self.arena.histories_mut(slot) else { return };
+            let histories = require!(self.arena.histories_mut(slot), "slot {slot} has histories");
+            let Some((histories, row)) = histories else { return };
             let above = percept.parent.and_then(|parent| self.percepts.get(usize::from(parent)));
             let parent = percept.parent.and_then(|parent| histories.newest(row, parent));
             let read = parent.filter(|_| above.is_some_and(|above| percept.kernel.reads(&above.kernel)));

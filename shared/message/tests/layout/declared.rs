@@ -56,7 +56,7 @@ pub(crate) fn compiled() -> Vec<Compiled> {
         Header { valid_at_ns, sequence, incarnation, hops_ns, left_out }
         Health {
             pid, incarnation, beat, beat_at_ns, started_at_ns, period_ns, cycles, overruns, skipped, drops,
-            undelivered, refused, unlisted_frames, unlisted_pid, page_faults, missing_rights, wakeup, execution, latency
+            undelivered, refused, unlisted_frames, unlisted_pid, broken_invariants, page_faults, missing_rights, wakeup, execution, latency
         }
         Histogram {}
         JointGoal { joint, reserved, goal_position_rad, arrive_at_ns }
