@@ -111,7 +111,7 @@ if [ "$granted" = 1 ]; then
   expect "warnings of its rights" "$(said | grep -c 'timing is not guaranteed')" 0
   echo "with its rights: $(show StatusText)"
 else
-  echo "with its rights: not tried, nobody can be granted any here"
+  echo "with its rights: not tested, systemd cannot grant them here"
 fi
 
 # Without this file no process can join the domain.
@@ -153,7 +153,7 @@ until_said "died and starts anew"
 until_metric "$missing" 1
 until_is StatusText "all 7 processes run"
 until_all_follow
-passed "a right taken away$([ "$granted" = 1 ] || echo " that nobody can be granted here")"
+passed "a right taken away$([ "$granted" = 1 ] || echo ", which cannot be granted here")"
 
 # An adapter: mock servos outside the service, which are attached to this path or detached.
 mkdir /run/adapter

@@ -33,7 +33,7 @@ picture() {
   inside find /etc -type f ! -path '/etc/*-' ! -path /etc/.pwd.lock -exec sha256sum {} + | sort
 }
 say() { printf '== %s\n' "$*"; }
-expect() { if ! inside sh -c "$1"; then printf 'it does not hold: %s\n' "$1" >&2; exit 1; fi; }
+expect() { if ! inside sh -c "$1"; then printf 'failed: %s\n' "$1" >&2; exit 1; fi; }
 
 picture >"$copy/before"
 
@@ -46,7 +46,7 @@ expect 'test -f /usr/lib/udev/rules.d/60-leo.rules -a -f /usr/share/man/man1/leo
 expect 'test ! -e /etc/systemd/system/multi-user.target.wants/leo.service'
 expect 'systemd-analyze verify --man=no /usr/lib/systemd/system/leo.service'
 
-say "run as its user, with what it learned kept"
+say "run as its user, and keep the learned tasks"
 inside install -d -o leo -g leo -m 750 /var/lib/leo
 as_leo leo check --config /etc/leo/leo.toml --seconds 0 | sed 's/^/   /'
 as_leo leo run --config /etc/leo/leo.toml --domain /dev/shm/leo-try --for 12 >"$copy/told"
