@@ -261,7 +261,7 @@ until_all_follow
 until_said "I learned"
 expect lives "$(said | grep -c 'starts anew')" 0
 passed "its clock jumped a year ahead and two years back"
-# After a jump back, a running server repeats its last date until the clock passes it. Only a new one shows the new time.
+# After a jump back, a running server repeats its last date until the clock passes it. A restart shows the new time.
 systemctl restart leo
 until_is StatusText "all 7 processes run"
 until_ahead "-3153[56]???"
