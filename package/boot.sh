@@ -1,10 +1,9 @@
 #!/usr/bin/env bash
-# Runs the package's service under a systemd of its own, in namespaces over a copy of this machine's root that is
-# thrown away: package/boot.sh PACKAGE.deb. It starts it, starves its watchdog by a process that hangs and
-# cannot be replaced, sees it started anew, takes away its real-time rights, an adapter and the room on its disk,
-# has its clock jump by a year, and stops it: two minutes or four. The machine's own clock is left alone: there is
-# one for all namespaces, and what the service takes for it is libfaketime's, which is fetched where the machine lacks
-# it. Needs root, overlayfs, systemd and curl.
+# Tests the package's service under a systemd of its own: package/boot.sh PACKAGE.deb.
+# It runs in namespaces, over a temporary copy of this machine's root, and takes two to four minutes. The test starts
+# the service, lets its watchdog expire, takes away its real-time rights, an adapter and the disk space, shifts its
+# clock by a year, and stops it. The machine's own clock does not change: the service sees the clock of libfaketime,
+# which the script downloads if necessary. Needs root, overlayfs, systemd and curl.
 set -euo pipefail
 
 if [ "${1:-}" != --inside ]; then
@@ -12,7 +11,7 @@ if [ "${1:-}" != --inside ]; then
   out="$(mktemp -d)"
   trap 'rm -rf "$out"' EXIT
   compgen -G '/usr/lib/*/faketime/libfaketimeMT.so.1' >/dev/null || (cd "$out" && apt-get download --quiet=2 libfaketime)
-  # In a network of its own, whatever has the page's port on this machine.
+  # A network namespace, because another program of this machine may use the port of the page.
   unshare --mount --pid --fork --uts --ipc --cgroup --net --propagation private "$0" --inside "$package" "$out" >"$out/boot" 2>&1 || true
   cat "$out/told" 2>/dev/null || cat "$out/boot"
   grep -qx 'all is well' "$out/told"
@@ -21,7 +20,7 @@ fi
 package="$2"
 out="$3"
 
-# Everything mounted from here on goes with the namespace.
+# All mounts below end with the namespace.
 copy="$out/copy"
 mkdir "$copy"
 mount -t tmpfs tmpfs "$copy"
@@ -45,7 +44,7 @@ cp "$package" "$out/leo.deb"
 mount --bind "$out" "$root/probe"
 chroot "$root" sh -c 'dpkg -i /probe/*.deb'
 
-# The kernel is the machine's own: no driver is loaded into it.
+# The kernel is shared with the machine, so the test loads no driver.
 for driver in usbserial cdc_acm; do ln -s /dev/null "$root/etc/systemd/system/modprobe@$driver.service"; done
 cat >"$root/etc/systemd/system/probe.service" <<'UNIT'
 [Service]
@@ -61,7 +60,7 @@ show() { systemctl show leo --value -p "$1"; }
 expect() { if [[ "$2" != $3 ]]; then echo "$1 is \`$2\`, not \`$3\`"; journalctl -u leo --no-pager | tail -40; exit 1; fi; }
 until_is() { for _ in $(seq 60); do if [ "$(show "$1")" = "$2" ]; then return; fi; sleep 1; done; expect "$1" "$(show "$1")" "$2"; }
 
-# What the robot has said since it was started last, and what of it is urgent.
+# The journal since the last start, and its lines of a priority.
 said() { journalctl "_SYSTEMD_INVOCATION_ID=$(show InvocationID)" --no-pager -o cat "$@"; }
 urgent() { said -u leo -p "$1"; }
 fail() { said | tail -40; echo "$1"; exit 1; }
@@ -70,9 +69,9 @@ until_said() {
   fail "it does not say \`$1\`"
 }
 
-# The metrics, for who has the token of the robot's page.
+# The metrics, read with the token of the page.
 metrics() { curl -s -H "Authorization: Bearer $(cut -d' ' -f2 /dev/shm/leo-robot/page)" http://127.0.0.1:7780/metrics; }
-# A number of the metrics, by its name and labels.
+# The value of a metric, by its name and labels.
 metric() { metrics | awk -v name="$1" '$1 == name { print $2 }'; }
 until_metric() {
   for _ in $(seq 60); do if [ "$(metric "$1")" = "$2" ]; then return; fi; sleep 1; done
@@ -80,7 +79,7 @@ until_metric() {
 }
 until_all_follow() { until_metric 'leo_joints{mode="following"}' 65; }
 as_leo=(setpriv --reuid leo --regid leo --init-groups)
-# How many joints were ever read, and how far the one that moves most goes within five seconds, in radians.
+# The number of joints that were ever read, and the largest movement of a joint within five seconds, in radians.
 moved() {
   for _ in $(seq 10); do
     metrics | grep '^leo_joint_position_radians' || true
@@ -91,7 +90,7 @@ moved() {
     END { for (joint in low) { read++; most = high[joint] - low[joint] > most ? high[joint] - low[joint] : most }; printf "%d %.3f\n", read, most }'
 }
 
-# A supervisor that never gives up by itself: what is left is the watchdog.
+# The supervisor never gives up, so only the watchdog can end the service.
 sed -i 's/^deaths_most = .*/deaths_most = 1000000/' /etc/leo/leo.toml
 systemctl start leo
 expect state "$(show ActiveState)" active
@@ -99,23 +98,23 @@ expect status "$(show StatusText)" "all 7 processes run"
 expect user "$(show User)" leo
 supervisor="$(show MainPID)"
 expect seccomp "$(grep Seccomp: "/proc/$supervisor/status")" "*2"
-# Bit 23 is CAP_SYS_NICE: the supervisor may change the kernel's workers, and nobody else anything.
+# Bit 23 is CAP_SYS_NICE: only the supervisor may change the priority of kernel workers.
 expect "the supervisor's capabilities" "$(grep CapEff: "/proc/$supervisor/status")" "*0000000000800000"
 for child in $(pgrep -P "$supervisor"); do
   expect "a process's capabilities" "$(grep CapEff: "/proc/$child/status")" "*0000000000000000"
 done
 echo "started: $(show StatusText)"
-# What systemd itself may not raise, it cannot grant: bit 24 is CAP_SYS_RESOURCE.
+# Without CAP_SYS_RESOURCE (bit 24) systemd cannot grant the rights.
 granted=$((0x$(sed -n 's/^CapEff:\s*//p' /proc/1/status) >> 24 & 1))
 if [ "$granted" = 1 ]; then
   until_said "watches how to do"
   expect "warnings of its rights" "$(said | grep -c 'timing is not guaranteed')" 0
   echo "with its rights: $(show StatusText)"
 else
-  echo "with its rights: not tried, nobody can be granted any here"
+  echo "with its rights: not tested, systemd cannot grant them here"
 fi
 
-# Nobody can join the domain any more.
+# Without this file no process can join the domain.
 rm /dev/shm/leo-robot/iceoryx2.toml
 kill -STOP "$(pgrep -P "$supervisor" -f "leo belief")"
 until_is StatusText "6 of 7 processes run, the others are being replaced"
@@ -127,7 +126,7 @@ expect restarts "$(show NRestarts)" "[1-5]"
 echo "started anew: $(show StatusText)"
 
 changed() { mkdir -p /etc/systemd/system/leo.service.d; cat >/etc/systemd/system/leo.service.d/probe.conf; systemctl daemon-reload; }
-# Who starts it by hand begins to count anew: nothing of what follows may make systemd start it again.
+# A manual start resets the restart counter. Nothing below may make systemd restart the service.
 passed() { expect restarts "$(show NRestarts)" 0; echo "$1: $(show StatusText)"; }
 
 printf '[Service]\nLimitRTPRIO=0\nLimitMEMLOCK=65536\nAmbientCapabilities=\n' | changed
@@ -135,14 +134,14 @@ systemctl restart leo
 until_is StatusText "all 7 processes run"
 until_said "timing is not guaranteed"
 expect "warnings of its rights" "$(said | grep -c 'timing is not guaranteed')" 1
-# Who asks the journal for warnings hears it, and nothing that is none.
+# The journal has it at warning priority, and no other line at that priority.
 expect "urgent warnings of its rights" "$(urgent warning | grep -c 'timing is not guaranteed')" 1
 expect "news among the warnings" "$(urgent warning | grep -c 'the robot runs')" 0
 expect "errors" "$(urgent err)" ""
 passed "without its rights"
 printf '' | changed
 
-# A right that goes while it runs: the next life of a process finds out.
+# A right is lost during the run: the next incarnation of a process detects it.
 systemctl restart leo
 until_is StatusText "all 7 processes run"
 until_all_follow
@@ -154,9 +153,9 @@ until_said "died and starts anew"
 until_metric "$missing" 1
 until_is StatusText "all 7 processes run"
 until_all_follow
-passed "a right taken away$([ "$granted" = 1 ] || echo " that nobody can be granted here")"
+passed "a right taken away$([ "$granted" = 1 ] || echo ", which cannot be granted here")"
 
-# An adapter: mock servos outside the service, which are at this path or are not.
+# An adapter: mock servos outside the service, which are attached to this path or detached.
 mkdir /run/adapter
 cp /etc/leo/*.toml /etc/leo/leo.urdf /run/adapter
 sed -i '0,/device = "mock"/s//device = "\/dev\/ttyUSB9"/' /etc/leo/motor.toml
@@ -166,7 +165,7 @@ plug_in() {
   adapter=$!
   for _ in $(seq 60); do if grep -q "^$bus " /run/adapter/told; then break; fi; sleep 1; done
   expect "what the mock servos say" "$(cat /run/adapter/told)" "*baud*"
-  # The link that it made lies in a folder that the service does not see.
+  # The service cannot see the folder of the mock's own symbolic link.
   ln -sf "$(readlink "$(awk -v bus="$bus" '$1 == bus { print $2 }' /run/adapter/told)")" /dev/ttyUSB9
 }
 systemctl restart leo
@@ -181,7 +180,7 @@ plug_in
 until_all_follow
 expect "the lost bus" "$(metric "leo_bus_lost{bus=\"$bus\"}")" 0
 passed "its adapter is plugged in, all joints follow"
-# It goes while they move.
+# The adapter disappears while the joints move.
 systemctl restart leo
 until_said "performs task 1"
 until_all_follow
@@ -209,14 +208,14 @@ recording=/var/lib/leo/recording.mcap
 recorder=$!
 for _ in $(seq 60); do if [ -s "$recording" ]; then break; fi; sleep 1; done
 expect "the recording before" "$(cat /run/recorded)" ""
-# Less than a twentieth of it is left: the recording ends, whole, while the robot has room yet.
+# Less than a twentieth of the disk is free: the recording ends complete, before the disk is full for the robot.
 fallocate -l "$(($(df --output=avail -B1 /var/lib/leo | tail -1) - 1500000))" /var/lib/leo/most
 status=0
 wait "$recorder" || status=$?
 expect "the recorder's exit status" "$status" 1
 expect "what the recorder says" "$(cat /run/recorded)" "leo: $recording: less than 3 MB of its disk are free*is whole"
 expect "lines that the recorder says" "$(wc -l </run/recorded)" 1
-# An MCAP file that was closed ends in this.
+# The magic bytes at the end of a complete MCAP file.
 expect "the recording's end" "$(tail -c 8 "$recording" | od -An -tx1 | tr -d ' ')" 894d434150300d0a
 expect "what could not be written" "$(urgent err)" ""
 dd if=/dev/zero of=/var/lib/leo/fill bs=1k 2>/dev/null || true
@@ -229,11 +228,10 @@ until_all_follow
 passed "with a full disk, and a recording that ended whole"
 rm /var/lib/leo/most "$recording"
 
-# What the service takes for the time is the machine's, and as much more as this file says; of how long things take
-# nothing is changed.
+# The service sees the machine's wall clock plus the offset in this file. The monotonic clock does not change.
 clock=/run/wrong-clock
 jump() { echo "$1" >"$clock.new"; mv "$clock.new" "$clock"; }
-# How far its page is ahead of the machine, in seconds.
+# Offset of the page's clock from the machine's, in seconds.
 ahead() { echo $(($(date -d "$(curl -sI http://127.0.0.1:7780/ | sed -n 's/^date: //Ip' | tr -d '\r')" +%s) - $(date +%s))); }
 until_ahead() {
   for _ in $(seq 20); do if [[ "$(ahead)" = $1 ]]; then return; fi; sleep 1; done
@@ -263,7 +261,7 @@ until_all_follow
 until_said "I learned"
 expect lives "$(said | grep -c 'starts anew')" 0
 passed "its clock jumped a year ahead and two years back"
-# What a page was told last of the time it is told until the time has come there: only who begins now tells what it is.
+# After a jump back, a running server repeats its last date until the clock passes it. A restart shows the new time.
 systemctl restart leo
 until_is StatusText "all 7 processes run"
 until_ahead "-3153[56]???"
@@ -271,7 +269,7 @@ until_all_follow
 expect lives "$(said | grep -c 'starts anew')" 0
 passed "with a wrong clock from the start"
 
-# It moves as it is stopped.
+# The robot moves when it is stopped.
 until_said "performs task 1"
 until_all_follow
 life="$(show InvocationID)"
@@ -282,7 +280,7 @@ journalctl --sync
 expect "how often every servo said that its torque is off" \
   "$(journalctl "_SYSTEMD_INVOCATION_ID=$life" --no-pager -o cat | grep -c 'every servo says that its torque is off')" 1
 echo "stopped: every servo says that its torque is off"
-# What libfaketime leaves of processes that were killed is not Leo's.
+# libfaketime leaves files of killed processes.
 expect "shared memory" "$(ls /dev/shm | grep -v faketime || true)" ""
 test -s /var/lib/leo/learned.store
 echo "all is well"

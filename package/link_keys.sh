@@ -1,8 +1,8 @@
 #!/usr/bin/env bash
-# Makes the keys of a link between two machines: docs/more_than_one_machine.md.
+# Creates the keys of a link between two machines, see docs/more_than_one_machine.md.
 #   link_keys.sh FOLDER robot=DNS:leo.local,IP:192.0.2.7 away=DNS:desk.local
-# In FOLDER afterwards: authority.pem for both machines, NAME.pem and NAME.key for one each. authority.key signs: keep
-# it away from both; who has it can be anybody.
+# Writes to FOLDER: authority.pem for both machines, NAME.pem and NAME.key for one each, and authority.key. Keep
+# authority.key away from both machines: its holder can sign a certificate for any machine.
 set -euo pipefail
 [ $# -ge 2 ] || { sed -n 2,5p "$0" >&2; exit 2; }
 umask 077

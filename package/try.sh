@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
-# Installs, runs, upgrades, removes and purges the package in a copy of this machine's root that is thrown
-# away: package/try.sh OLD.deb NEW.deb. Fails where something does not work, or anything is left behind.
-# Needs root, overlayfs, and what the package depends on. The machine itself is not changed.
+# Installs, runs, upgrades, removes and purges the package in a temporary copy of this machine's root:
+# package/try.sh OLD.deb NEW.deb. Fails if a step fails, or if the purge leaves a file.
+# Needs root, overlayfs, and the dependencies of the package. The machine itself does not change.
 set -euo pipefail
 
 if [ "${1:-}" != --inside ]; then
@@ -24,8 +24,8 @@ cp "$new" "$copy/root/tmp/new.deb"
 
 inside() { env -i PATH=/usr/sbin:/usr/bin:/sbin:/bin LC_ALL=C.UTF-8 DEBIAN_FRONTEND=noninteractive chroot "$copy/root" "$@"; }
 as_leo() { inside setpriv --reuid leo --regid leo --init-groups env XDG_STATE_HOME=/var/lib "$@"; }
-# Every file with its owner, its rights and where it leads, and what stands in /etc; without dpkg's own notes,
-# and the copies of user files that every change of them leaves.
+# Every file with its owner, mode and link target, and the checksums of /etc. Excludes the files of dpkg and the backups
+# of user databases.
 picture() {
   inside find /etc /usr /var /opt /srv /home \
     \( -path /var/lib/dpkg -o -path /var/log -o -path /var/cache -o -path /var/tmp \) -prune -o \
@@ -33,7 +33,7 @@ picture() {
   inside find /etc -type f ! -path '/etc/*-' ! -path /etc/.pwd.lock -exec sha256sum {} + | sort
 }
 say() { printf '== %s\n' "$*"; }
-expect() { if ! inside sh -c "$1"; then printf 'it does not hold: %s\n' "$1" >&2; exit 1; fi; }
+expect() { if ! inside sh -c "$1"; then printf 'failed: %s\n' "$1" >&2; exit 1; fi; }
 
 picture >"$copy/before"
 
@@ -46,13 +46,13 @@ expect 'test -f /usr/lib/udev/rules.d/60-leo.rules -a -f /usr/share/man/man1/leo
 expect 'test ! -e /etc/systemd/system/multi-user.target.wants/leo.service'
 expect 'systemd-analyze verify --man=no /usr/lib/systemd/system/leo.service'
 
-say "run as its user, with what it learned kept"
+say "run as its user, and keep the learned tasks"
 inside install -d -o leo -g leo -m 750 /var/lib/leo
 as_leo leo check --config /etc/leo/leo.toml --seconds 0 | sed 's/^/   /'
 as_leo leo run --config /etc/leo/leo.toml --domain /dev/shm/leo-try --for 12 >"$copy/told"
 grep -q 'What Leo learned' "$copy/told"
 as_leo leo tasks list | sed 's/^/   /'
-# An older version has it in a database.
+# Older versions use a database.
 expect 'test -s /var/lib/leo/learned.store -o -s /var/lib/leo/learned.redb'
 
 say "upgrade, with a changed file"

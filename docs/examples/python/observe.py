@@ -1,8 +1,8 @@
 #!/usr/bin/env python3
-"""A sensory source for Leo in Python: reports a red block that goes round in a circle.
+"""A sensory source for Leo in Python: reports a red block that moves in a circle.
 
-It stands for any perception of your own: replace `look` by what your camera sees. It needs a
-running robot whose leo.toml has an external source; docs/sources.md explains both.
+Replace `look` by your own perception. The robot must run, and its leo.toml must have an external
+source; docs/sources.md explains both.
 
     pip install iceoryx2==0.10.0
     python3 docs/examples/python/observe.py --source 1 --rate 30
@@ -33,7 +33,7 @@ def arguments():
 
 
 def find_domain(named):
-    """A robot's domain is a directory of shared memory that holds the middleware's configuration."""
+    """Returns the domain of a robot: a directory of shared memory with the middleware's configuration."""
     found = [named] if named else sorted(glob.glob("/dev/shm/leo-*"))
     found = [root for root in found if os.path.isfile(os.path.join(root, "iceoryx2.toml"))]
     if not found:
@@ -44,19 +44,19 @@ def find_domain(named):
 
 
 def open_publisher(root, source, capacity):
-    """Joins the domain and opens the writing end of `observations/<source>`."""
+    """Joins the domain and opens a publisher of `observations/<source>`."""
     iox2.set_log_level(iox2.LogLevel.Fatal)
     iox2.config.setup_global_config_from_file(iox2.FilePath.new(os.path.join(root, "iceoryx2.toml")))
     node = (
         iox2.NodeBuilder.new()
         .name(iox2.NodeName.new(f"source-{source}"))
-        # Ctrl-C is Python's.
+        # Python handles Ctrl-C.
         .signal_handling_mode(iox2.SignalHandlingMode.Disabled)
         .create(iox2.ServiceType.Ipc)
     )
     topic = f"observations/{source}"
     try:
-        # The sensor process has made the topic with all its settings; `open` takes them as they are.
+        # The sensor process creates the topic; `open` uses its settings.
         service = (
             node.service_builder(iox2.ServiceName.new(topic))
             .publish_subscribe(iox2.Slice[Observation])
@@ -76,12 +76,12 @@ def open_publisher(root, source, capacity):
         except iox2.PublisherCreateError as error:
             if attempt > 0:
                 sys.exit(f"cannot write `{topic}`: {error}\nDoes another process publish it already?")
-            # It may be one that was killed: then its place is free once it is cleaned up.
+            # A killed publisher keeps its slot until the cleanup.
             node.blocking_cleanup_dead_nodes(iox2.Duration.from_millis(500))
 
 
 def look(now_ns, centre):
-    """What is seen at an instant: here, one red block on a circle of 10 cm, once round in 4 s."""
+    """Returns the observations of an instant: one red block on a circle of 10 cm radius, once around in 4 s."""
     angle = now_ns * 1e-9 * math.tau / 4.0
     block = Observation()
     block.observed_at_ns = now_ns
@@ -104,19 +104,19 @@ def main():
     root = find_domain(options.domain)
     node, publisher = open_publisher(root, options.source, capacity=16)
     print(f"publishes observations/{options.source} in {root}; Ctrl-C ends it", flush=True)
-    # Any number that is another in every life of this process.
+    # A number that differs in every incarnation of this process.
     incarnation = time.monotonic_ns()
     sequence = 0
     release = time.monotonic()
     while options.frames is None or sequence < options.frames:
-        # The instant at which the world was as reported: when the picture was taken, not when
-        # it was understood. time.monotonic_ns() is CLOCK_MONOTONIC, the clock of all processes.
+        # The instant of the observation: the exposure of the image, not the end of its processing.
+        # time.monotonic_ns() is CLOCK_MONOTONIC, the clock of all processes.
         now_ns = time.monotonic_ns()
         seen = look(now_ns, options.centre)
         sequence += 1
         sample = publisher.loan_slice_uninit(len(seen))
         header = sample.user_header().contents
-        # The memory is not cleared: what is not written is what was there before.
+        # The memory is not cleared: fields that are not written keep old bytes.
         ctypes.memset(ctypes.addressof(header), 0, ctypes.sizeof(Header))
         header.valid_at_ns = now_ns
         header.sequence = sequence
