@@ -140,7 +140,11 @@ fn every_long_name_in_a_document_exists() {
     let mut wrong = Vec::new();
     let mut names = 0;
     for (path, text) in files(&[".md"]) {
-        for word in words(&text).filter(|word| word.split('_').count() >= PARTS_OF_A_NAME) {
+        // Names of the middleware, and of files with a number, are not in the sources.
+        let is_ours =
+            |word: &&str| !word.starts_with("iox2_") && !word.starts_with('_') && !word.contains("_00");
+        let long = |word: &&str| word.split('_').count() >= PARTS_OF_A_NAME;
+        for word in words(&text).filter(long).filter(is_ours) {
             names += 1;
             // A metric is exported with a suffix of its kind.
             let stem =

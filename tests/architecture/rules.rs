@@ -42,7 +42,7 @@ const IO_METHODS: [&str; 7] =
 
 /// Plain values of the crates above, which a core may name: two error types, a bit and a table of words.
 const VALUES: [&str; 4] =
-    ["realtime::MEMORY", "realtime::SerialWorkersError", "realtime::grants", "serial::Lost"];
+    ["realtime::MEMORY", "realtime::SerialWorkersError", "realtime::grants", "serial::LineLostError"];
 
 /// Reading the machine's clock, or waiting by it, however it is imported.
 const CLOCK_PATHS: [&str; 7] = [
