@@ -9,6 +9,7 @@ mod live_top;
 mod metrics;
 mod onlookers;
 mod refused_calls;
+mod refused_memory;
 mod robot;
 mod service_manager;
 mod upgrade;
