@@ -370,10 +370,11 @@ fn what_is_overwritten_in_a_servo_is_told_and_what_is_tighter_than_needed_is_nam
     let told: Vec<_> = rig.notices.iter().filter(|(joint, _)| *joint == 0).map(|(_, told)| told).collect();
     for wanted in [
         "EEPROM: highest position limit (item 48) was 3000, and is set to 2700",
-        "EEPROM: drive mode (item 10) was 1, and is set to 0; it turned the other way, which `sign` in motor.toml says instead",
-        "the servo's PWM limit (item 36) is 400, and 885 would be needed",
-        "the servo's velocity limit (item 44) is 20, and 83 would be needed",
-        "another program left profile velocity (item 112) at 1",
+        "EEPROM: drive mode (item 10) was 1, and is set to 0; it turned the other way, which belongs in `sign` in \
+         motor.toml",
+        "the servo's PWM limit (item 36) is 400, and the joint needs 885",
+        "the servo's velocity limit (item 44) is 20, and the joint needs 83",
+        "another program set profile velocity (item 112) to 1",
     ] {
         let times = told.iter().filter(|line| line.starts_with(wanted)).count();
         assert_eq!(times, 1, "{wanted}: {told:#?}");

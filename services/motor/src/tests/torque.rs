@@ -202,10 +202,14 @@ fn a_joint_that_stands_beyond_its_limits_comes_back_to_them_slowly() {
 fn a_servo_that_was_set_up_for_another_robot_gets_no_torque() {
     for (item, data, says) in [
         (HOMING_OFFSET, &500_i32.to_le_bytes()[..], "its homing offset (item 20) is 500 counts"),
-        (SHUTDOWN, &[0][..], "by its item 63, shutdown, which is 0"),
-        (SECONDARY_ID, &[7][..], "by its secondary id (item 12) it also does what servo 7 is told"),
-        (STARTUP_CONFIGURATION, &[1][..], "by its item 60, startup configuration, which is 1"),
-        (STARTUP_CONFIGURATION, &[2][..], "by its item 60, startup configuration, which is 2"),
+        (SHUTDOWN, &[0][..], "its item 63, shutdown, is 0"),
+        (
+            SECONDARY_ID,
+            &[7][..],
+            "its secondary id (item 12) is 7: it also executes the instructions to servo 7",
+        ),
+        (STARTUP_CONFIGURATION, &[1][..], "its item 60, startup configuration, is 1"),
+        (STARTUP_CONFIGURATION, &[2][..], "its item 60, startup configuration, is 2"),
     ] {
         let mut rig = Rig::new();
         rig.tamper(item, data);

@@ -38,7 +38,10 @@ fn a_servo_whose_clock_stands_still_as_it_starts_gets_no_torque_and_holds_up_no_
     rig.until(150, 0.3, |rig| rig.modes() == [Quarantined, Following, Following]);
     assert_eq!(rig.causes()[0], JointCause::Unbelieved);
     let said = rig.motor.trouble(0).unwrap().to_string();
-    assert!(said.starts_with("its servo answers and cannot be believed: its clock (item 120)"), "{said}");
+    assert!(
+        said.starts_with("its servo answers with readings that cannot be trusted: its clock (item 120)"),
+        "{said}"
+    );
     for _ in 0..2 * PROVEN {
         rig.commanded(1, 0.3, rig.now);
         assert_eq!((rig.modes(), rig.torque(0, 0)), (vec![Quarantined, Following, Following], 0));
