@@ -35,7 +35,7 @@ fn a_check_says_what_mends_changes_it_when_told_and_takes_it_back() {
     let told = check(&[&at[..], &["--revert"]].concat());
     assert!(told.status == Some(0) && told.out.starts_with("changed  echo 16 > /sys/bus"), "{told:?}");
     assert_eq!(timer(), "16");
-    assert_refused(&check(&[&at[..], &["--revert"]].concat()), 1, &["nothing to take back"]);
+    assert_refused(&check(&[&at[..], &["--revert"]].concat()), 1, &["nothing to revert"]);
     for (usage, word) in
         [(["check", "--apply", "--json"], "--json"), (["check", "--seconds", "-1"], "seconds")]
     {
@@ -296,6 +296,6 @@ fn a_check_says_whether_the_robots_that_run_have_the_messages_of_this_program() 
 fn a_check_says_of_which_version_the_configuration_is() {
     let told = check(&[]);
     let line = about(&told, "configuration");
-    let this = format!("right, and of this version, Leo {}", env!("CARGO_PKG_VERSION"));
+    let this = format!("valid for this version, Leo {}", env!("CARGO_PKG_VERSION"));
     assert!(line.starts_with("good ") && line.contains(&this), "{told:?}");
 }

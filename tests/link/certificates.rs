@@ -32,8 +32,8 @@ const SERVER: &str = "(CN=server, issued by CN=the authority of a link of Leo) i
 const CLIENT: &str = "(CN=client, issued by CN=the authority of a link of Leo) is refused: its extendedKeyUsage does \
                       not allow this side";
 const OTHER_NAME: &str = "(CN=other-name, issued by CN=the authority of a link of Leo) is refused: it is for \
-                          DnsName(\"elsewhere.example\"), and `connect` of [link] looks for localhost";
-const NONE: &str = "127.0.0.1 showed no certificate. A link needs one of the authority of this machine (";
+                          DnsName(\"elsewhere.example\"), and `connect` of [link] expects localhost";
+const NONE: &str = "127.0.0.1 sent no certificate. A link needs one from the authority of this machine (";
 
 /// For each certificate of a peer: the result when the peer connects, and when the robot connects.
 const TABLE: [(&str, Gets, Option<Gets>); 13] = [
@@ -126,6 +126,6 @@ fn a_peer_that_asks_for_no_protocol_or_another_robot_is_told_so_before_any_certi
         assert_eq!(alert, (!is_let_in).then_some(120), "{protocol}: {line}");
     }
     let sentence =
-        "no connection with 127.0.0.1: its link is of another robot, or of the same side of this one";
+        "no connection with 127.0.0.1: its link belongs to another robot, or has the same side as this one";
     assert!(wait_until(|| robot.said().contains(sentence)), "{}", robot.said());
 }

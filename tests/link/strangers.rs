@@ -45,13 +45,17 @@ fn strangers_and_other_robots_are_not_heard() {
             &other,
             [
                 &format!("no connection with {connect}"),
-                "its link is of another robot",
+                "its link belongs to another robot",
                 "the same `robot` in [link]",
             ],
         ),
         (
             &robot,
-            ["no connection with 127.0.0.1", "its link is of another robot", "the same `robot` in [link]"],
+            [
+                "no connection with 127.0.0.1",
+                "its link belongs to another robot",
+                "the same `robot` in [link]",
+            ],
         ),
     ] {
         let says = || machine.said().lines().any(|line| parts.iter().all(|part| line.contains(part)));

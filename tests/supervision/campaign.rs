@@ -53,7 +53,7 @@ fn a_campaign_that_is_none_is_refused_before_anything_starts() {
         ("[[percepts]]\nkind = \"drop\"\nchance = 2", "campaign.toml:3"),
         (
             "[[processes]]\nkind = \"kill\"\nprocess = \"mind\"\nat_s = 1",
-            "campaign.toml:3:11: `mind` is no process",
+            "campaign.toml:3:11: `mind` is not a process",
         ),
         ("sede = 1", "seed"),
     ] {

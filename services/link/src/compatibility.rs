@@ -86,13 +86,13 @@ pub enum IncompatiblePeer {
 
 impl fmt::Display for IncompatiblePeer {
     fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(out, "the other machine and this one take nothing from each other: ")?;
+        write!(out, "the two machines refuse each other's messages: ")?;
         let (here, there) = match self {
             Self::Language { there } => {
                 return write!(
                     out,
-                    "its link speaks version {there} of the language of links, and this one version {LANGUAGE}. \
-                     Install the same version of Leo on both, and restart both"
+                    "its link uses version {there} of the link protocol, and this one version {LANGUAGE}. Install the \
+                     same version of Leo on both, and restart both"
                 );
             }
             Self::Meaning { here, there } => (here, there),
@@ -118,7 +118,7 @@ impl fmt::Display for IncompatiblePeer {
         let what: Vec<&str> = differs.iter().filter(|(differs, _)| *differs).map(|(_, what)| *what).collect();
         write!(
             out,
-            "they are configured otherwise, in {}. Make that the same on both, and restart both",
+            "their configurations differ in {}. Make that the same on both, and restart both",
             what.join(", and in ")
         )
     }

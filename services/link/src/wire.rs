@@ -82,7 +82,7 @@ pub struct Batch {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum DecodeError {
     /// The bytes are malformed.
-    #[error("what came from the other machine is no message of a link")]
+    #[error("the other machine sent a malformed link message")]
     Malformed,
     /// The sender is incompatible.
     #[error("{0}")]
@@ -296,7 +296,7 @@ mod tests {
         let other = DecodeError::IncompatiblePeer(IncompatiblePeer::Language { there: 7 });
         assert_eq!(Heartbeat::decode(&bytes, compatibility()), Err(other));
         assert!(
-            other.to_string().contains("version 7 of the language of links, and this one version 2"),
+            other.to_string().contains("version 7 of the link protocol, and this one version 2"),
             "{other}"
         );
         // Even if the rest is missing.

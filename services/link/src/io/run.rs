@@ -59,7 +59,7 @@ pub fn run(launch: &Launch, robot: &Robot) -> Result<(), Failure> {
     member.begin(Some(link.link_rate_hz.period()))?;
     while let Some(now) = member.next_cycle()? {
         if net.is_over() {
-            return Err(Failure::own("what carries the link's messages has ended"));
+            return Err(Failure::own("the link's network thread has ended"));
         }
         taps.take(&mut |stream, place, bytes| carrier.session.push(now, stream, place, bytes))?;
         carrier.session.latched_subscribers += u64::from(carrier.springs.has_new_subscribers());
@@ -220,8 +220,9 @@ impl LinkRuntime {
         self.health.is_heard = u64::from(is_heard);
         if self.session.has_second_peer() && !std::mem::replace(&mut self.has_second_peer, true) {
             tracing::warn!(
-                "a second machine speaks for the other side of this robot's link: nothing is taken from it while the \
-                 first one is heard. Robots of one network need different names, and a robot has one other machine"
+                "a second machine claims to be the other side of this robot's link. Its messages are refused while the \
+                 first one is connected. Each robot on a network needs its own name, and a robot has only one other \
+                 machine"
             );
         }
         if is_heard && !was_heard {

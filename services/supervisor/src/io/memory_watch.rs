@@ -47,7 +47,7 @@ impl MemoryWatch {
         let files = folder.chain(files_mapped(&mapped, domain)).map(|path| (path.clone(), file(&path)));
         let segment = Segment::of(domain);
         if segment.is_none() {
-            tracing::warn!("the middleware's management segment is not to be found, and is not watched");
+            tracing::warn!("the middleware's management segment was not found and is not watched");
         }
         Self { files: files.collect(), segment, told: None, look_at: Instant::EPOCH }
     }

@@ -130,7 +130,7 @@ fn what_is_applied_is_said_noted_and_taken_back() {
     let timer = root.path().join("sys/bus/usb-serial/devices/ttyUSB0/latency_timer");
     assert_eq!(fs::read_to_string(timer).unwrap(), "16");
     let nothing = check(&inquiry(root.path(), MachineChange::Revert), &mut Vec::new()).unwrap_err();
-    assert!(nothing.to_string().contains("nothing to take back"), "{nothing}");
+    assert!(nothing.to_string().contains("nothing to revert"), "{nothing}");
 }
 
 #[test]

@@ -44,7 +44,7 @@ fn each_alert_of_the_other_machine_names_the_certificate_of_this_one_and_what_to
         &RefusalRecord::default(),
         &ended_by(AlertDescription::NoApplicationProtocol),
     );
-    assert!(other.contains("of another robot") && other.contains("`robot` in [link]"), "{other}");
+    assert!(other.contains("another robot") && other.contains("`robot` in [link]"), "{other}");
 }
 
 #[test]
