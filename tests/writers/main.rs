@@ -182,7 +182,7 @@ fn a_learner_started_by_hand_is_refused(robot: &Robot) {
     let said = learner.wait_with_output().expect("ends").stderr;
     let said = String::from_utf8_lossy(&said);
     assert!(is_refused, "{said}\n{}", robot.said());
-    assert!(said.contains("the robot refuses what it publishes"), "{said}");
+    assert!(said.contains("the robot refuses its frames"), "{said}");
 }
 
 /// Kills the sensor process and publishes a non-existing object in its place.

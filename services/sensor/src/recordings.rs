@@ -30,8 +30,8 @@ pub enum Reason {
     Playback(#[from] PlaybackError),
     /// The mean interval of its frames is below the minimum.
     #[error(
-        "the frames of {} are {gap:?} apart on an average, and no source reports that often: `at_ns` and \
-         `observed_at_ns` count nanoseconds (5 ms are 5000000)",
+        "the frames of {} are {gap:?} apart on average, which is too often for a source: `at_ns` and `observed_at_ns` \
+         count nanoseconds (5 ms are 5000000)",
         file.display()
     )]
     TooDense {

@@ -78,7 +78,8 @@ fn say(words: &Receiver<Message>, dropped_lines: &AtomicU64, mark: &str, out: &m
         };
         let left_out = dropped_lines.swap(0, Ordering::Relaxed);
         if left_out > 0 {
-            let line = format!("{mark}({left_out} lines were left out here: nobody read them)\n");
+            let line =
+                format!("{mark}({left_out} lines were dropped here: the output was not read in time)\n");
             // As one write call, because other processes write to the same pipe.
             let _written = out.write_all(line.as_bytes());
         }
@@ -123,7 +124,7 @@ mod tests {
         assert!(screen.try_recv().is_err());
         release.send(()).unwrap();
         let mut heard = String::new();
-        while !heard.contains("left out here") {
+        while !heard.contains("dropped here") {
             heard += &screen.recv().unwrap();
         }
         assert!(heard.starts_with("0\n") && heard.contains("\n<4>("), "{heard}");

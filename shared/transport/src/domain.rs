@@ -44,7 +44,7 @@ pub enum DomainError {
     Folder(#[from] FolderError),
     /// Shared memory with the domain's name belongs to another user.
     #[error(
-        "{} belongs to the user with the number {owner}, and the robot could not use it: have that user or root remove \
+        "{} belongs to the user with the number {owner}, and the robot cannot use it: ask that user or root to remove \
          it, or give this robot another name with --domain",
         path.display()
     )]
@@ -70,7 +70,8 @@ pub enum DomainError {
 
 /// The robot in a domain uses another version of the message layouts than this program.
 #[derive(Debug, thiserror::Error)]
-#[error("the robot in {} runs {runs} with other messages, and this is {THIS}: restart it, or use its own program", root.display())]
+#[error("the robot in {} runs {runs} with other messages, and this is {THIS}: restart it, or use its own \
+         program", root.display())]
 pub struct IncompatibleProgramError {
     root: PathBuf,
     runs: String,

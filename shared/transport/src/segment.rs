@@ -55,7 +55,7 @@ pub struct Replaced {
 
 impl fmt::Display for Replaced {
     fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(out, "{}: {}; it was made anew", self.path.display(), self.what)
+        write!(out, "{}: {}; it was recreated", self.path.display(), self.what)
     }
 }
 

@@ -35,7 +35,7 @@ pub fn run(launch: &Launch, robot: &Robot) -> Result<(), Failure> {
         }
         if source.kind == SourceKind::External && member.is_lockstep() {
             let name = &source.name;
-            tracing::info!(source = name, "is not heard: in simulated time nobody outside knows when it is");
+            tracing::info!(source = name, "is ignored: an external source cannot follow simulated time");
             source.rate_hz = None;
         } else {
             // An external source may be any process of this user.
@@ -81,7 +81,10 @@ pub fn run(launch: &Launch, robot: &Robot) -> Result<(), Failure> {
             shown_at = now;
         }
         if let Some(source) = recordings.ended() {
-            tracing::warn!(source = name_of(&sources, source), "the trace is over: nothing more comes of it");
+            tracing::warn!(
+                source = name_of(&sources, source),
+                "the trace has ended: the source sends no more frames"
+            );
         }
         while let Some((source, news)) = sensor.news() {
             tell(name_of(&sources, source), news);

@@ -408,5 +408,5 @@ fn a_source_that_there_is_not_is_ignored() {
 fn more_sources_than_can_be_told_apart_are_refused() {
     let refused =
         Sensor::new(&Percepts::builtin(), &sources(&[""; 17]), 4).err().map(|error| error.to_string());
-    assert_eq!(refused.as_deref(), Some("17 sources are too many: at most 16 can be told apart"));
+    assert_eq!(refused.as_deref(), Some("17 sources are too many: at most 16 are possible"));
 }

@@ -131,7 +131,7 @@ fn a_function_that_the_program_lacks_is_named() {
     let distance = said(|percepts, name| percepts.belief.distance[0].measure = Measure::Own(name));
     assert_eq!(
         distance,
-        "the configuration wants the program's own distance `mine`, which this program lacks"
+        "the configuration names the custom distance `mine`, which this program does not have"
     );
     assert!(
         said(|percepts, name| percepts.belief.cull.push(Cull::Own(name))).contains("culling function `mine`")
