@@ -207,7 +207,7 @@ fn policies_of_serial_workers() -> Vec<String> {
 #[test]
 fn who_carries_the_bytes_of_serial_lines_does_not_wait_for_ordinary_work() {
     let check = leo(&["check", "--seconds", "0", "--json"]).output().expect("runs");
-    if !String::from_utf8_lossy(&check.stdout).contains("what they carry goes before other work") {
+    if !String::from_utf8_lossy(&check.stdout).contains("their bytes have priority over other work") {
         eprintln!("SKIPPED: needs CAP_SYS_NICE, and to see the kernel's threads");
         return;
     }

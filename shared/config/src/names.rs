@@ -29,7 +29,7 @@ impl TryFrom<Vec<String>> for Names {
                 return Err(format!("{name:?} is no name: it needs 1 to {LONGEST} bytes, on one line"));
             }
             if !known.insert(name) {
-                return Err(format!("{name:?} is the name of two: nobody could tell them apart"));
+                return Err(format!("{name:?} is used twice: every name must be unique"));
             }
         }
         Ok(Self(names))

@@ -34,7 +34,7 @@ pub enum SerialWorkersError {
     #[error("changing the kernel's threads takes the capability CAP_SYS_NICE")]
     Forbidden,
     /// The kernel threads are not visible, as in a container.
-    #[error("the kernel's threads are not to be seen from here")]
+    #[error("the kernel's threads are not visible from here")]
     Hidden,
 }
 

@@ -76,7 +76,7 @@ pub enum TraceError {
         reason: String,
     },
     /// A size limit or the memory budget is exceeded.
-    #[error("{name} is not read on after {place}: {source}")]
+    #[error("reading {name} stopped after {place}: {source}")]
     Budget {
         /// The file.
         name: String,

@@ -15,7 +15,7 @@ pub(super) fn of_adapters(system: &System, hot: &[HotProcess], cores: &[u16]) ->
     let chosen = chosen(hot);
     let others: Vec<u16> = cores.iter().copied().filter(|core| !chosen.contains(core)).collect();
     if chosen.is_empty() || others.is_empty() {
-        return Finding::good(about, "no core is set apart from which they should be kept");
+        return Finding::good(about, "no cores are reserved for the hot path");
     }
     let mut interrupts: Vec<u32> = adapters.iter().flat_map(|adapter| of(system, adapter)).collect();
     interrupts.sort_unstable();

@@ -41,10 +41,10 @@ pub(super) fn carriers(carriers: SerialWorkerPriority) -> Finding {
     let about = "serial lines";
     let refused = match carriers {
         SerialWorkerPriority::Ordinary => {
-            return Finding::good(about, "what they carry waits for other work, as `leo.toml` has it");
+            return Finding::good(about, "their bytes may wait for other work, as `leo.toml` says");
         }
         SerialWorkerPriority::Prompt => {
-            return Finding::good(about, "what they carry goes before other work while the robot runs");
+            return Finding::good(about, "their bytes have priority over other work while the robot runs");
         }
         SerialWorkerPriority::Refused(refused) => refused,
     };
@@ -57,6 +57,6 @@ pub(super) fn carriers(carriers: SerialWorkerPriority) -> Finding {
              kworker/u); do chrt --fifo --pid 1 $worker; done`"
         }
     };
-    let text = format!("other programs may keep what they carry waiting for tens of milliseconds: {refused}");
+    let text = format!("other programs may delay their bytes by tens of milliseconds: {refused}");
     Finding::slower(about, text, mend)
 }

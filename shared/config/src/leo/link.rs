@@ -120,7 +120,7 @@ impl TryFrom<String> for Endpoint {
                  \"quic/{address}\", with the same keys (a firewall has to let UDP through)"
             )),
             "tcp" => Err(format!(
-                "{text:?} would send everything in the clear, and take commands from anybody: say \
+                "{text:?} would send everything in the clear, and accept commands from any machine: say \
                  \"quic/{address}\", with keys"
             )),
             _ => Err(format!("{text:?} does not begin with \"quic/\"")),
@@ -202,7 +202,7 @@ pub(crate) fn fault(link: &Link) -> Option<(&'static str, String)> {
         return None;
     }
     if link.listen.is_empty() && link.connect.is_empty() {
-        return Some(("listen", "the link is on, and neither `listen` nor `connect` says where".to_owned()));
+        return Some(("listen", "the link is on, and needs `listen` or `connect`".to_owned()));
     }
     let keys = [&link.authority, &link.certificate, &link.private_key];
     if keys.iter().any(|file| file.as_os_str().is_empty()) {

@@ -101,7 +101,7 @@ fn teachers(raw: &[raw::Teacher]) -> Result<Vec<Teacher>, SpannedError> {
         if teachers.iter().any(|other| other.number == number) {
             return Err(SpannedError::at(
                 span,
-                format!("there is a teacher {number} already: each has his own number"),
+                format!("there is a teacher {number} already: every teacher needs a different number"),
             ));
         }
         let eyes_m = teacher.eyes_m.map(Coordinate::get);
@@ -109,7 +109,7 @@ fn teachers(raw: &[raw::Teacher]) -> Result<Vec<Teacher>, SpannedError> {
         if distance(eyes_m, looks_at_m) < 0.01 {
             return Err(SpannedError::at(
                 teacher.looks_at_m.span(),
-                "he cannot look at his own eyes: name a point before them",
+                "a teacher cannot look at their own eyes: name a point before them",
             ));
         }
         teachers.push(Teacher { number, eyes_m, looks_at_m });

@@ -60,12 +60,12 @@ fn a_role_that_goals_cannot_give_is_refused() {
     };
     for (name, role) in [("marked", "criteria"), ("position", "criteria")] {
         let said = of(name, role).unwrap_err();
-        assert!(said.contains("only the nearest of prototypes says which things are meant"), "{said}");
+        assert!(said.contains("criteria need a kernel with `nearest` prototypes"), "{said}");
         assert!(!said.starts_with("p.toml:1:"), "{said}");
     }
     for name in ["colour", "extents"] {
         let said = of(name, "expectation").unwrap_err();
-        assert!(said.contains("only states, positions and orientations are what is to become"), "{said}");
+        assert!(said.contains("only states, positions and orientations can be an expectation"), "{said}");
     }
     for (name, role) in [("colour", "neither"), ("marked", "neither"), ("orientation", "expectation")] {
         assert_eq!(of(name, role), Ok(()), "{name}");
@@ -106,7 +106,7 @@ fn a_source_is_a_symbol_without_a_name_that_tells_things_apart() {
     let said = with_source("neither", "low_pass = { share = 0.5 }", "differs").unwrap_err();
     assert!(said.contains("symbols cannot be filtered"), "{said}");
     let said = with_source("criteria", lossless, "differs").unwrap_err();
-    assert!(said.contains("only the nearest of prototypes says which things are meant"), "{said}");
+    assert!(said.contains("criteria need a kernel with `nearest` prototypes"), "{said}");
 }
 
 #[test]

@@ -133,10 +133,7 @@ impl FaultSpec {
                 self.is = Some(value.parse().map_err(|_| FaultSpecError::new(word, wrong))?);
             }
             _ => {
-                return Err(FaultSpecError::new(
-                    word,
-                    format!("says nothing that a fault knows: say {KEYS}"),
-                ));
+                return Err(FaultSpecError::new(word, format!("is not a key of a fault: say {KEYS}")));
             }
         }
         Ok(())
@@ -151,7 +148,7 @@ impl FaultSpec {
             return no("at=", "say at= for once, or from= and for= for a while");
         }
         if self.at.is_some() && self.chance.is_some() {
-            return no("p=", "what happens at= a time happens, so leave p= out");
+            return no("p=", "a fault with at= always happens, so leave p= out");
         }
         if self.at.is_some() && self.lasts.is_some() && !self.kind.is_lasting() {
             return no("for=", "it happens once at= a time; say from= and for= for a while");
@@ -315,7 +312,7 @@ mod tests {
             ("drop 5", "`5` has no value: say bus=, id=, p=, at=, from=, for=, by= or is="),
             (
                 "drop x=5",
-                "`x=5` says nothing that a fault knows: say bus=, id=, p=, at=, from=, for=, by= or is=",
+                "`x=5` is not a key of a fault: say bus=, id=, p=, at=, from=, for=, by= or is=",
             ),
             ("drop p=2", "`p=2` is no probability: say one from 0 to 1, such as p=0.01"),
             ("drop p=NaN", "`p=NaN` is no probability: say one from 0 to 1, such as p=0.01"),
