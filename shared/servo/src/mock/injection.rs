@@ -310,10 +310,7 @@ mod tests {
                   duplicate-id, hang-up, reboot, stopped-clock, blocked, sag",
             ),
             ("drop 5", "`5` has no value: say bus=, id=, p=, at=, from=, for=, by= or is="),
-            (
-                "drop x=5",
-                "`x=5` is not a key of a fault: say bus=, id=, p=, at=, from=, for=, by= or is=",
-            ),
+            ("drop x=5", "`x=5` is not a key of a fault: say bus=, id=, p=, at=, from=, for=, by= or is="),
             ("drop p=2", "`p=2` is no probability: say one from 0 to 1, such as p=0.01"),
             ("drop p=NaN", "`p=NaN` is no probability: say one from 0 to 1, such as p=0.01"),
             ("drop id=253", "`id=253` names no servos: say id=5, id=1,3 or id=1-13, from 0 to 252"),
