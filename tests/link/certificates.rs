@@ -70,7 +70,7 @@ fn assert_gets(robot: &Machine, name: &str, gets: Gets, line: &serde_json::Value
 }
 
 #[test]
-fn each_certificate_of_a_peer_of_another_implementation_gets_what_the_table_says_on_both_sides() {
+fn each_certificate_of_a_foreign_peer_gives_the_results_of_the_table() {
     let _alone = alone();
     let (Some(keys), Some(peer)) = (keys_or_skip("DNS:localhost"), Peer::or_skip()) else { return };
     let folder = keys.path().to_str().expect("a name");
@@ -108,7 +108,7 @@ fn each_certificate_of_a_peer_of_another_implementation_gets_what_the_table_says
 }
 
 #[test]
-fn a_peer_that_asks_for_no_protocol_or_another_robot_is_told_so_before_any_certificate() {
+fn a_peer_of_another_protocol_or_robot_is_refused_before_any_certificate() {
     let _alone = alone();
     let (Some(keys), Some(peer)) = (keys_or_skip("DNS:localhost"), Peer::or_skip()) else { return };
     let folder = keys.path().to_str().expect("a name");

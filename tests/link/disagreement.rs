@@ -4,7 +4,7 @@ use crate::machine::{Machine, wait_until};
 use crate::{Side, alone, free_port, keys_or_skip};
 
 #[test]
-fn machines_that_are_configured_otherwise_take_nothing_from_each_other_and_both_say_what_to_do() {
+fn differently_configured_machines_refuse_each_other_with_the_remedy() {
     let _alone = alone();
     let Some(keys) = keys_or_skip("DNS:localhost") else { return };
     let port = free_port();

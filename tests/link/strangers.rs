@@ -4,7 +4,7 @@ use crate::machine::{Machine, wait_until};
 use crate::{Side, alone, free_port, keys_or_skip};
 
 #[test]
-fn strangers_and_other_robots_are_not_heard() {
+fn unknown_peers_and_other_robots_are_refused() {
     let _alone = alone();
     let [Some(ours), Some(theirs)] = ["DNS:localhost"; 2].map(keys_or_skip) else { return };
     let port = free_port();

@@ -93,7 +93,7 @@ fn is_refused<T: Topic>(
 }
 
 #[test]
-fn a_process_in_the_place_of_one_that_died_is_neither_obeyed_nor_believed_and_is_named() {
+fn an_impostor_of_a_dead_process_is_refused_and_named() {
     let folder = tempfile::tempdir().expect("a folder");
     let lesson = quiet_lesson(folder.path());
     let patient = [("deaths_most", "1000000"), ("backoff_most_ms", "40.0")];

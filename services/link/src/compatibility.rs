@@ -158,7 +158,7 @@ mod tests {
     }
 
     #[test]
-    fn messages_that_are_laid_out_otherwise_are_named_on_both_sides_with_what_to_do() {
+    fn different_message_layouts_are_reported_on_both_sides_with_what_to_do() {
         let here = Compatibility::of(&robot(), 2);
         assert_eq!(here.layouts, message::layouts());
         let there = Compatibility { version: packed("3.14.15-beta"), layouts: here.layouts ^ 1, ..here };
@@ -178,7 +178,7 @@ mod tests {
     }
 
     #[test]
-    fn a_version_alone_divides_nobody() {
+    fn a_different_version_alone_is_compatible() {
         let here = Compatibility::of(&robot(), 2);
         assert!(here.agrees(Compatibility { version: packed("3.0.0"), ..here }));
     }

@@ -281,7 +281,7 @@ mod tests {
     }
 
     #[test]
-    fn who_means_something_else_is_told_apart() {
+    fn a_peer_with_another_meaning_is_distinguished() {
         let here = compatibility();
         let there = Compatibility { layouts: 99, ..here };
         let disagreement = DecodeError::IncompatiblePeer(IncompatiblePeer::Meaning { here, there });
@@ -290,7 +290,7 @@ mod tests {
     }
 
     #[test]
-    fn another_language_is_told_from_what_is_none() {
+    fn another_protocol_version_is_distinguished_from_malformed_bytes() {
         let mut bytes = PULSE.to_bytes(compatibility());
         bytes[0] = 7;
         let other = DecodeError::IncompatiblePeer(IncompatiblePeer::Language { there: 7 });

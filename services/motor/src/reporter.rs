@@ -262,7 +262,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn that_every_torque_is_off_is_told_once_in_an_emergency() {
+    fn torque_off_is_logged_once_in_an_emergency() {
         let mut reporter = Reporter::new(&Robot::load(None).unwrap());
         let steps =
             [(false, 65), (true, 65), (true, 0), (true, 1), (true, 0), (false, 65), (true, 2), (true, 0)];
@@ -271,14 +271,14 @@ mod tests {
     }
 
     #[test]
-    fn a_servo_that_is_rebooted_is_not_said_to_be_silent() {
+    fn a_rebooting_servo_is_not_reported_as_silent() {
         let told = |cause| explain((JointMode::Quarantined, cause)).unwrap();
         assert!(told(JointCause::Silent).contains("does not answer"));
         assert!(told(JointCause::Alert).contains("reboots"), "{}", told(JointCause::Alert));
     }
 
     #[test]
-    fn a_trouble_is_told_once_and_not_again_when_the_torque_has_gone_off() {
+    fn a_fault_is_logged_once_and_not_again_at_torque_off() {
         let mut reporter = Reporter::new(&Robot::load(None).unwrap());
         let mut told = 0;
         let mut update = |mode, trouble: Option<JointFault>| {
@@ -295,7 +295,7 @@ mod tests {
     }
 
     #[test]
-    fn a_bus_that_is_away_as_a_whole_is_named_once_and_a_servo_by_itself() {
+    fn a_lost_bus_is_logged_once_and_a_single_servo_by_name() {
         let robot = Robot::load(None).unwrap();
         let mut reporter = Reporter::new(&robot);
         let bus_of = |index: usize| robot.motor.joints[index].bus;

@@ -335,7 +335,7 @@ fn goals_are_reached_when_asked_and_within_the_limits() {
 }
 
 #[test]
-fn a_goal_beyond_a_limit_becomes_the_limit_and_one_that_is_no_number_is_refused() {
+fn a_goal_beyond_a_limit_is_limited_and_a_nan_is_refused() {
     let mut rig = following();
     rig.commanded(400, 7.0, rig.now);
     assert!((rig.position(0) - 1.0).abs() < 0.003);
@@ -354,7 +354,7 @@ fn a_goal_beyond_a_limit_becomes_the_limit_and_one_that_is_no_number_is_refused(
 }
 
 #[test]
-fn without_a_commander_joints_slow_down_hold_go_limp_and_come_back_without_a_jump() {
+fn without_a_commander_joints_hold_go_limp_and_return_without_a_jump() {
     let mut rig = following();
     rig.commanded(60, -1.0, rig.now);
     let mut trace = vec![rig.state(0).mode().unwrap()];
@@ -508,7 +508,7 @@ fn a_crowded_bus_is_refused() {
 }
 
 #[test]
-fn on_a_noisy_wire_every_joint_goes_on_or_comes_back_and_no_command_jumps() {
+fn on_a_noisy_wire_every_joint_recovers_and_no_command_jumps() {
     let mut rig = following();
     let mut interrupted = 0;
     for seed in 0..6 {

@@ -378,7 +378,7 @@ mod tests {
         }
 
         #[test]
-        fn who_stay_apart_are_apart_whatever_each_is_sighted_in_once_more(
+        fn cannot_links_persist_after_further_detections(
             of in prop::array::uniform2(prop::collection::vec((0..10_u16, 0..40_u64), 1..24)),
             more in prop::array::uniform2((0..10_u16, 0..50_u64)),
             sources in 1..11_u16,

@@ -60,13 +60,13 @@ mod tests {
     }
 
     #[test]
-    fn whoever_has_no_name_is_called_by_his_number() {
+    fn an_unnamed_agent_is_called_by_its_number() {
         let anna = names(&["Anna"]).unwrap();
         assert_eq!([1, 2, NOBODY].map(|agent| anna.of(agent)), ["Anna", "partner 2", "somebody"]);
     }
 
     #[test]
-    fn names_that_tell_nobody_apart_are_refused() {
+    fn duplicate_names_are_refused() {
         for wrong in [&["Leo"][..], &["Anna", "Anna"], &[""], &["  "], &["a\nb"], &[&"x".repeat(64)]] {
             assert!(names(wrong).is_err(), "{wrong:?}");
         }

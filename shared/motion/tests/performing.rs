@@ -463,7 +463,7 @@ fn check_table(table: &Table, x_base_world: &Pose<Base, World>) -> usize {
 }
 
 #[test]
-fn what_a_lesson_asks_leo_to_do_is_within_his_reach() {
+fn every_lesson_is_within_leos_reach() {
     let lessons = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../config/lessons");
     let mut seen = 0;
     for file in std::fs::read_dir(lessons).expect("there are lessons") {

@@ -113,7 +113,7 @@ mod tests {
     }
 
     #[test]
-    fn a_terminal_that_stands_still_holds_nobody_up_and_hears_what_it_missed() {
+    fn a_blocked_terminal_delays_no_writer_and_gets_what_it_missed() {
         let (release, go) = sync_channel(1);
         let (shown, screen) = sync_channel(10 * LINES);
         let mut aside = NonBlockingWriter::over(Terminal { go, went: false, shown }, "<4>");
@@ -134,7 +134,7 @@ mod tests {
     }
 
     #[test]
-    fn what_was_said_is_written_before_the_end() {
+    fn pending_lines_are_written_before_the_end() {
         let (release, go) = sync_channel(1);
         let (shown, screen) = sync_channel(10);
         let mut aside = NonBlockingWriter::over(Terminal { go, went: false, shown }, "");

@@ -257,7 +257,7 @@ mod tests {
     }
 
     #[test]
-    fn to_connect_is_to_stop_and_the_answer_says_what_came_of_it() {
+    fn a_connection_raises_the_stop_and_gets_the_result() {
         let domain = domain("socket");
         assert!(StoppedRobot::stop(&domain, soon()).is_err());
         let (stopped, stops) = channel();
@@ -278,7 +278,7 @@ mod tests {
     }
 
     #[test]
-    fn those_who_connect_and_say_nothing_keep_nobody_from_stopping() {
+    fn silent_connections_do_not_block_a_stop() {
         let domain = domain("silent");
         let (stopped, stops) = channel();
         let (go, wait) = channel::<()>();
@@ -301,7 +301,7 @@ mod tests {
     }
 
     #[test]
-    fn whoever_holds_the_name_and_takes_no_connection_or_sends_bytes_now_and_then_keeps_nobody_waiting() {
+    fn a_foreign_or_slow_stop_socket_does_not_block_the_caller() {
         let domain = domain("held");
         let held = UnixListener::bind_addr(&SocketAddr::from_abstract_name(name(&domain)).unwrap()).unwrap();
         rustix::net::listen(&held, 0).unwrap();

@@ -201,7 +201,7 @@ fn numbers_that_are_no_cone_are_refused() {
 }
 
 #[test]
-fn nobody_sees_a_place_that_is_none() {
+fn an_invalid_place_is_not_visible() {
     let occluders = Occluders::new(0);
     let cone = Cone::new(std::f64::consts::PI, 100.0).unwrap();
     let sight = Sight::new(Pose::identity(), cone, &occluders);

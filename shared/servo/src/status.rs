@@ -126,7 +126,7 @@ mod tests {
     }
 
     #[test]
-    fn alert_and_fault_are_told_apart() {
+    fn alert_and_fault_are_distinguished() {
         let status = Status { id: Id::new(4).unwrap(), alert: true, fault: Some(Fault::Access), params: &[] };
         let mut bytes = [0; 16];
         let length = status.encode(&mut bytes).unwrap();

@@ -116,7 +116,7 @@ fn a_file_in_use_is_refused_by_name() {
 }
 
 #[test]
-fn a_full_disk_and_a_file_of_another_user_are_told_with_what_helps() {
+fn a_full_disk_and_a_foreign_file_are_reported_with_the_remedy() {
     let told = |kind: ErrorKind| {
         let source = io::Error::from(kind);
         OpenError::Unreadable { path: "learned.store".into(), source }.to_string()
@@ -179,7 +179,7 @@ fn files_are_of_this_user_alone() {
 }
 
 #[test]
-fn what_another_program_changes_while_the_store_is_open_is_an_error_and_then_mended() {
+fn a_foreign_change_of_an_open_store_is_repaired() {
     let (_folder, path) = file();
     let mut store = Store::open(&path).unwrap();
     store.put("task 1", &"TASK 1", 0, &1).unwrap();

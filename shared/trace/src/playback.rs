@@ -332,7 +332,7 @@ mod tests {
     }
 
     #[test]
-    fn what_cannot_be_played_says_why() {
+    fn an_unplayable_trace_reports_why() {
         let said = |playback: Result<Playback, PlaybackError>| playback.unwrap_err().to_string();
         assert!(said(open(&[], None, true)).contains("a.jsonl has no frames"));
         let frames = [frame(100, 0, ""), frame(104, 3, "")];

@@ -252,7 +252,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_domain_of_a_program_with_other_messages_says_whose_it_is_and_what_to_do() {
+    fn a_domain_with_other_messages_names_its_program_and_the_remedy() {
         let domain = Domain::named(&format!("other-program-{}", std::process::id())).unwrap();
         assert!(domain.check_layouts().is_ok(), "there is none yet");
         domain.make().unwrap();

@@ -106,7 +106,7 @@ fn a_slow_reader_loses_the_oldest_frames_and_knows_how_many() {
 }
 
 #[test]
-fn who_looks_on_loses_nothing_of_a_burst_that_a_process_loses_frames_of() {
+fn an_onlooker_loses_no_frame_of_a_burst() {
     let node = node(OverflowPolicy::DropOldest);
     let mut publisher = node.publisher::<Events>(Some(9), 1).expect("a free writer");
     let mut process = node.subscriber::<Events>(Some(9)).expect("a free reader");
@@ -172,7 +172,7 @@ fn a_writer_finds_room_while_every_reader_holds_old_frames_and_has_a_full_queue(
 }
 
 #[test]
-fn a_writer_finds_room_in_a_topic_that_was_made_for_longer_queues_than_his() {
+fn a_writer_finds_room_in_a_topic_with_longer_queues() {
     let node = node(OverflowPolicy::DropOldest);
     let queues = Queues { frames: 50, overflow_policy: OverflowPolicy::DropOldest };
     let elsewhere = Node::join(&node._domain.domain, "elsewhere", 1, queues).expect("the domain was made");
@@ -268,7 +268,7 @@ fn entries_beyond_the_capacity_are_left_out_and_counted() {
 }
 
 #[test]
-fn a_writer_hears_once_of_everybody_who_begins_to_read() {
+fn a_writer_is_notified_once_of_every_new_reader() {
     let node = node(OverflowPolicy::DropOldest);
     let mut publisher = node.publisher::<Events>(Some(8), 1).expect("opens");
     assert!(!publisher.has_new_subscribers(), "nobody reads");
@@ -345,7 +345,7 @@ fn health_is_read_as_it_was_written() {
 }
 
 #[test]
-fn a_domain_is_claimed_for_as_long_as_its_claim_lives() {
+fn a_domain_stays_claimed_until_its_claim_is_dropped() {
     let domain = Domain::named(&format!("claims-{}", std::process::id())).expect("a legal name");
     assert!(!is_claimed(&domain));
     let held = claim(&domain).expect("nobody holds it");

@@ -236,7 +236,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn identifiers_are_said_as_runs() {
+    fn identifiers_are_printed_as_ranges() {
         assert_eq!(ranges(vec![7, 1, 2, 3]), "1-3,7");
         assert_eq!(ranges(vec![252]), "252");
         assert_eq!(ranges(Vec::new()), "");

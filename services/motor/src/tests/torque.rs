@@ -31,7 +31,7 @@ fn begun_anew() -> Rig {
 }
 
 #[test]
-fn a_sign_of_life_from_the_future_grows_old_like_any_other() {
+fn a_heartbeat_from_the_future_ages_like_any_other() {
     let mut rig = following();
     rig.motor.goals(Instant::from_nanos(u64::MAX), &[]);
     rig.cycle();
@@ -88,7 +88,7 @@ fn a_servo_that_comes_back_with_torque_after_its_commander_went_is_let_go() {
 }
 
 #[test]
-fn a_servo_that_hears_and_is_not_heard_is_let_go_when_its_commander_was_gone_for_long() {
+fn a_servo_with_lost_replies_is_released_long_after_its_commander_left() {
     for fault in ["drop id=1", "flip id=1"] {
         let mut rig = following();
         rig.inject(0, fault);
@@ -116,7 +116,7 @@ fn a_servo_that_hears_and_is_not_heard_is_let_go_when_its_commander_was_gone_for
 }
 
 #[test]
-fn a_servo_that_was_never_heard_is_let_go_too() {
+fn a_servo_that_never_answered_is_released_too() {
     let mut rig = begun_anew();
     rig.inject(0, "drop id=1");
     for _ in 0..300 {
@@ -223,7 +223,7 @@ fn a_servo_that_was_set_up_for_another_robot_gets_no_torque() {
 }
 
 #[test]
-fn what_firmware_without_a_startup_configuration_says_there_matters_nothing() {
+fn a_startup_configuration_is_ignored_on_firmware_without_one() {
     let mut rig = Rig::new();
     rig.tamper(STARTUP_CONFIGURATION, &[1]);
     let servo = rig.servo(0, 0);
@@ -258,7 +258,7 @@ fn a_goal_is_written_only_to_a_servo_that_follows() {
 }
 
 #[test]
-fn a_servo_that_refuses_to_let_go_is_told_again_but_not_in_every_cycle() {
+fn a_refused_torque_off_is_repeated_but_not_in_every_cycle() {
     let robot = config::motor::parse(ROBOT, "motor.toml".as_ref()).unwrap();
     let policy = Policy::new(&config::parse(SETTINGS, "leo.toml".as_ref()).unwrap(), true);
     let id = Id::new(1).unwrap();

@@ -31,7 +31,7 @@ impl Rig {
 }
 
 #[test]
-fn a_servo_whose_clock_stands_still_as_it_starts_gets_no_torque_and_holds_up_no_other_group() {
+fn a_servo_with_a_stopped_clock_at_start_gets_no_torque() {
     let mut rig = Rig::new();
     rig.inject(0, "stopped-clock id=1");
     // It is the only servo of the first group.
@@ -54,7 +54,7 @@ fn a_servo_whose_clock_stands_still_as_it_starts_gets_no_torque_and_holds_up_no_
 }
 
 #[test]
-fn a_servo_whose_clock_loses_more_than_two_in_a_hundred_is_quarantined_and_does_not_come_and_go() {
+fn a_servo_with_a_slow_clock_is_quarantined_without_flapping() {
     // By 5 % and by 2.5 %.
     for of in [5, 10] {
         let mut rig = following();
@@ -73,7 +73,7 @@ fn a_servo_whose_clock_loses_more_than_two_in_a_hundred_is_quarantined_and_does_
 }
 
 #[test]
-fn a_servo_that_is_not_believed_is_said_to_be_limp_in_an_emergency() {
+fn an_untrusted_servo_is_reported_as_limp_in_an_emergency() {
     let mut rig = following();
     rig.inject(0, "stopped-clock id=1");
     rig.until(60, 0.3, |rig| rig.modes()[0] == Quarantined);

@@ -244,7 +244,7 @@ mod tests {
     }
 
     #[test]
-    fn who_goes_on_behind_the_last_cell_comes_to_the_first() {
+    fn after_the_last_cell_comes_the_first() {
         let (views, count) = interleave_layout(&[(3, 'a'), (3, 'a'), (1, 'b')], |kind| kind == 'a');
         let mut block: Vec<usize> = (0..count).collect();
         let block_slots = || 0..BLOCK_SLOTS as usize;

@@ -247,7 +247,7 @@ mod tests {
     }
 
     #[test]
-    fn what_earlier_versions_spoke_is_told_what_it_has_become() {
+    fn an_endpoint_of_an_earlier_version_is_explained() {
         let told = endpoint("tls/leo.local:7447").unwrap_err();
         assert!(told.contains("say \"quic/leo.local:7447\""), "{told}");
     }

@@ -177,7 +177,7 @@ fn a_lesson_that_shows_nothing_is_refused() {
 }
 
 #[test]
-fn an_order_is_told_from_an_offer_to_teach() {
+fn an_order_is_distinguished_from_an_offer_to_teach() {
     for (text, is_order) in [
         ("Leo, do task 1", true),
         ("leo do it!", true),
@@ -272,7 +272,7 @@ fn the_library_holds_every_lesson_of_the_folder() {
 }
 
 #[test]
-fn who_has_left_is_away_at_the_next_table_too() {
+fn a_teacher_that_left_is_away_at_the_next_table_too() {
     let (head, table) = SMALL.split_once("[[demonstration]]").unwrap();
     let stays_away = table.replace(
         "  { at_s = 7.0, who = 1, return = true },\n  { at_s = 8.0, who = 1, say = \"It is done\" },\n",

@@ -245,7 +245,7 @@ fn one_limit_is_enough() {
 }
 
 #[test]
-fn a_range_of_a_number_that_nobody_derives_is_refused_where_it_stands() {
+fn a_range_of_an_underived_number_is_refused_at_its_place() {
     let said = with_range(None, "of = \"z_m\", from = 0.1").unwrap_err();
     assert!(said.contains("a range without a parent, from which it takes its `z_m`: name an"), "{said}");
     assert!(said.starts_with("p.toml:") && !said.starts_with("p.toml:1:"), "{said}");

@@ -279,7 +279,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_said_is_said_back_the_same() {
+    fn a_fault_prints_as_it_was_written() {
         for text in [
             "drop",
             "drop bus=torso id=5 p=0.01 from=2s for=10s",
@@ -301,7 +301,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_wrong_is_named_with_what_could_be_said() {
+    fn an_invalid_fault_is_named_with_the_valid_ones() {
         for (text, said) in [
             (
                 "",
@@ -352,7 +352,7 @@ mod tests {
 
     proptest! {
         #[test]
-        fn whatever_is_said_is_taken_or_refused(text in ".{0,60}") {
+        fn any_text_is_accepted_or_refused(text in ".{0,60}") {
             if let Ok(said) = text.parse::<FaultSpec>() {
                 prop_assert_eq!(said.to_string().parse::<FaultSpec>().map(|again| again.to_string()), Ok(said.to_string()));
             }

@@ -252,7 +252,7 @@ mod tests {
     }
 
     #[test]
-    fn models_differ_where_the_manual_says_so() {
+    fn models_differ_as_in_the_manual() {
         let initial = |model, item: Item| by_address(model, item.address).unwrap().initial;
         assert_eq!(initial(Model::Xm430W350, SHUTDOWN), 52);
         assert_eq!(initial(Model::Xl330M288, SHUTDOWN), 53);

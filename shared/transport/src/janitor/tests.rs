@@ -42,7 +42,7 @@ fn file(path: &Path, bytes: &[u8], mode: u32) {
 const LATER: Instant = Instant::from_nanos(200_000_000);
 
 #[test]
-fn a_half_made_file_is_mended_once_it_has_been_so_for_a_while() {
+fn a_file_that_stays_incomplete_is_repaired() {
     let place = Place::new("mend");
     file(&place.shared("a.connection"), b"", 0o600);
     file(&place.below("services/b.service"), b"{", UNFINISHED);
@@ -107,7 +107,7 @@ fn a_domain_is_claimed_once_until_its_holder_is_gone() {
 }
 
 #[test]
-fn a_domain_that_is_claimed_while_another_is_wiping_it_is_held_or_his() {
+fn a_domain_claimed_during_a_wipe_has_one_holder() {
     let domain = Domain::named(&format!("janitor-contended-{}", std::process::id())).unwrap();
     let claimed = std::thread::scope(|scope| {
         let claimers = [0, 1].map(|_| {
@@ -184,7 +184,7 @@ fn an_emergency_stop_outlives_a_wipe_and_a_sweep_and_nothing_else_does() {
 }
 
 #[test]
-fn a_link_in_the_place_of_a_domain_is_refused_and_what_it_leads_to_is_left_alone() {
+fn a_link_in_the_place_of_a_domain_is_refused() {
     let precious = tempfile::tempdir().unwrap();
     fs::write(precious.path().join("learned"), "all").unwrap();
     fs::write(precious.path().join(claim::CLAIM_FILE), "").unwrap();

@@ -43,7 +43,7 @@ fn this_machine_has_cores_and_shared_memory() {
 
 /// With isolated cores: a process does not get them unless it requests them.
 #[test]
-fn cores_that_nobody_is_given_unless_he_asks_are_cores_of_the_machine() {
+fn isolated_cores_are_cores_of_the_machine() {
     let all = machine(&Robot::load(None).unwrap()).cores;
     let first = all.first().copied().unwrap();
     let kept_off = move || {
@@ -111,7 +111,7 @@ fn a_look_changes_nothing() {
 }
 
 #[test]
-fn what_is_applied_is_said_noted_and_taken_back() {
+fn applied_changes_are_printed_recorded_and_reverted() {
     let root = folder();
     let mut out = Vec::new();
     check(&inquiry(root.path(), MachineChange::Apply), &mut out).unwrap();
