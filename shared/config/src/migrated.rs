@@ -94,8 +94,8 @@ impl Migration {
         self.text = self.text.replacen(&old, &old.replace(NAMES[0], NAMES[1]), 1);
         let key = key_of(&old).unwrap_or_default();
         self.steps.push(format!(
-            "`{key}` of [link] is by \"quic/\", no longer by \"tls/\": the same on the other machine; firewalls \
-             have to let UDP through"
+            "`{key}` of [link] uses \"quic/\" instead of \"tls/\": change the other machine too; firewalls have to let \
+             UDP through"
         ));
         true
     }

@@ -26,7 +26,7 @@ impl TryFrom<Vec<String>> for Names {
         let mut known = BTreeSet::from([ROBOT]);
         for name in &names {
             if name.trim().is_empty() || name.chars().any(char::is_control) || name.len() > LONGEST {
-                return Err(format!("{name:?} is no name: it needs 1 to {LONGEST} bytes, on one line"));
+                return Err(format!("{name:?} is not a name: it needs 1 to {LONGEST} bytes, on one line"));
             }
             if !known.insert(name) {
                 return Err(format!("{name:?} is used twice: every name must be unique"));

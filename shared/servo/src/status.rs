@@ -12,7 +12,7 @@ pub enum Fault {
     #[error("the servo failed to process the instruction")]
     Result,
     /// Instruction error: an undefined instruction, or an Action without a registered write.
-    #[error("the servo knows no such instruction")]
+    #[error("the servo does not support the instruction")]
     Instruction,
     /// CRC error: the instruction arrived with a wrong CRC.
     #[error("the instruction arrived with a wrong check sum")]

@@ -66,7 +66,7 @@ pub enum TraceError {
         reason: String,
     },
     /// The records of an MCAP file are damaged.
-    #[error("{name} is damaged after message {after}: {reason}; what stands before it was read")]
+    #[error("{name} is damaged after message {after}: {reason}; everything before it was read")]
     Damaged {
         /// The file.
         name: String,

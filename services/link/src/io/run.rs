@@ -68,7 +68,7 @@ pub fn run(launch: &Launch, robot: &Robot) -> Result<(), Failure> {
             // The writer sees this reader as the new subscriber and replays to it.
             let took = &mut |stream, place, bytes| carrier.session.push(now, stream, place, bytes);
             if let Err(error) = taps.resubscribe(&member, took) {
-                tracing::warn!(%error, "who begins to listen on the other machine is not told what was learned before");
+                tracing::warn!(%error, "new subscribers on the other machine do not get what was learned before");
             }
         }
         carrier.listen(now);
@@ -227,9 +227,9 @@ impl LinkRuntime {
         }
         if is_heard && !was_heard {
             self.refusing = None;
-            tracing::info!("the other machine is heard");
+            tracing::info!("connected to the other machine");
         } else if was_heard && !is_heard {
-            tracing::warn!("the other machine is not heard any more; the link goes on trying");
+            tracing::warn!("the connection to the other machine is lost; the link keeps trying");
         }
     }
 

@@ -138,10 +138,13 @@ fn sum(losses: &[u64; LOSSES], among: impl Fn(Loss) -> bool) -> u64 {
 fn tell(source: &str, news: SourceEvent) {
     match news {
         SourceEvent::Silent => {
-            tracing::warn!(source, "is silent: is its process alive, and does it publish here?");
+            tracing::warn!(
+                source,
+                "sends no frames: is its process alive, and does it publish in this domain?"
+            );
         }
         // Same level as the warning of the silence.
-        SourceEvent::Heard => tracing::warn!(source, "is heard again"),
+        SourceEvent::Heard => tracing::warn!(source, "sends frames again"),
         // Occasional losses are normal with unsynchronised clocks or high load; they are counted as drops.
         SourceEvent::Lost(loss @ (Loss::Overtaken | Loss::Missed)) => {
             tracing::debug!(source, loss = loss.name(), "{}", loss.advice());

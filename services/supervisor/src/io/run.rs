@@ -118,7 +118,7 @@ pub enum RunError {
 /// The domain cannot be claimed or created, or the system refuses a resource that the supervisor needs.
 pub fn run(orders: &RunOptions) -> Result<Outcome, RunError> {
     for name in sweep_stale() {
-        tracing::info!(domain = name, "removed what a killed robot left behind");
+        tracing::info!(domain = name, "removed the files of a killed robot");
     }
     let partners = orders.partners.unwrap_or(orders.settings.belief.partners);
     check_shared_memory(&orders.settings, partners, false).map_err(RunError::NoRoom)?;

@@ -222,8 +222,8 @@ pub(super) fn governors(system: &System, cores: &[u16]) -> Finding {
     }
 }
 
-const HALTS: &str = "this kernel has no driver for them: an idle core halts whatever Leo asks for, and is the host's \
-                     until the host gives it back";
+const HALTS: &str = "this kernel has no driver for them: an idle core always halts, and the host decides when it runs \
+                     again";
 const NO_HALT: &str =
     "add `idle=poll` to the kernel's command line (a guest of KVM: `cpuidle_haltpoll.force=1`)";
 

@@ -37,7 +37,7 @@ pub(super) fn of_adapters(system: &System, hot: &[HotProcess], cores: &[u16]) ->
                 changes.len(),
                 interrupts.len()
             );
-            let mend = format!("{first}, and tell irqbalance, where it runs, to leave it there");
+            let mend = format!("{first}, and exclude them from irqbalance, where it runs");
             Finding::slower(about, text, mend).with_changes(changes)
         }
     }

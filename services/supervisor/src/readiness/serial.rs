@@ -25,10 +25,10 @@ pub(super) fn latency_timers(system: &System) -> Finding {
     }
     match changes.first() {
         None if known == 0 => Finding::good(about, "no serial adapter with a timer is plugged in"),
-        None => Finding::good(about, format!("{known} serial adapters hand over at once")),
+        None => Finding::good(about, format!("{known} serial adapters deliver received bytes at once")),
         Some(first) => {
             let text = format!(
-                "{} of {known} serial adapters keep what they received for up to {worst} ms",
+                "{} of {known} serial adapters deliver received bytes up to {worst} ms late",
                 changes.len()
             );
             let mend = format!("{first}; for good with the udev rule of the package");

@@ -116,7 +116,7 @@ impl TryFrom<String> for Endpoint {
         match protocol {
             "quic" => Ok(Self(text)),
             "tls" => Err(format!(
-                "{text:?} was TLS over TCP; this version has it over UDP, and so must the other machine: say \
+                "{text:?} is TLS over TCP, which this version replaces with QUIC over UDP: on both machines, say \
                  \"quic/{address}\", with the same keys (a firewall has to let UDP through)"
             )),
             "tcp" => Err(format!(

@@ -76,7 +76,7 @@ fn laying(raw: &raw::TableTiming) -> Result<TableTiming, SpannedError> {
     let first = &raw.occluders_first_s;
     if first.get_ref() > &raw.empty_s {
         let reason = format!(
-            "the occluders cannot stand {} s before the objects: the table lies empty for {} s only",
+            "the occluders cannot appear {} s before the objects: the table is empty for only {} s",
             first.get_ref().get(),
             raw.empty_s.get()
         );

@@ -151,7 +151,7 @@ fn faults_between_fields_are_named_where_they_stand() {
         ("owner = 1", "owner = 3", "there is no agent 3"),
         ("number = 1", "number = 0", "0 is no partner"),
         ("looks_at_m = [0.0, 0.75, 0.0]", "looks_at_m = [0.0, 1.5, 0.55]", "their own eyes"),
-        ("occluders_first_s = 0.2", "occluders_first_s = 3.0", "the table lies empty for 1 s only"),
+        ("occluders_first_s = 0.2", "occluders_first_s = 3.0", "the table is empty for only 1 s"),
         (r#"say = "It is done""#, r#"say = " ""#, "a sentence has 1 to"),
         ("position_sigma_m = 0.0", "position_sigma_m = nan", "out of range"),
     ];

@@ -56,7 +56,7 @@ pub(super) fn apply(system: &System, changes: &[Change], out: &mut impl Write) -
         }
     }
     if changes.is_empty() {
-        writeln!(out, "nothing is to be changed").map_err(ApplyError::Write)?;
+        writeln!(out, "nothing needs to be changed").map_err(ApplyError::Write)?;
     } else {
         writeln!(
             out,
