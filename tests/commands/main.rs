@@ -132,7 +132,7 @@ fn a_wrong_configuration_is_one_error_that_names_the_place() {
         ("listen = []", "listen = [\"tcp/0.0.0.0:7447\"]", "in the clear"),
         ("side = \"off\"", "side = \"robot\"", "needs `listen` or `connect`"),
         ("off_board = [", "off_board = [\"motor\", ", "unknown variant `motor`"),
-        ("topics = []", "topics = [\"observations\"]", "none of the topics that can be sent"),
+        ("topics = []", "topics = [\"observations\"]", "not a topic that can be sent"),
     ] {
         let wrong = right.replacen(from, to, 1);
         assert_ne!(wrong, right, "{from}");

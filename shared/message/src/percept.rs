@@ -87,7 +87,7 @@ impl Feature {
             #[expect(
                 clippy::cast_possible_truncation,
                 clippy::cast_sign_loss,
-                reason = "what stands for a symbol is in its range"
+                reason = "the number of a symbol is in its range"
             )]
             SYMBOL => Self::Symbol(a as u16),
             NUMBER => Self::Number(a),

@@ -73,7 +73,7 @@ fn advice(error: &io::Error) -> &'static str {
     if is_refused {
         return "allow this user to read and write it, or use another state directory";
     }
-    "look whether its disk is sound, or use another state directory"
+    "check its disk for faults, or use another state directory"
 }
 
 /// The error when an entry of an older version cannot be migrated.

@@ -123,7 +123,7 @@ fn a_full_disk_and_a_foreign_file_are_reported_with_the_remedy() {
     };
     assert!(told(ErrorKind::StorageFull).ends_with("make room on its disk, or use another state directory"));
     assert!(told(ErrorKind::PermissionDenied).contains("allow this user to read and write it"));
-    assert!(told(ErrorKind::InvalidData).contains("look whether its disk is sound"));
+    assert!(told(ErrorKind::InvalidData).contains("check its disk for faults"));
 }
 
 #[test]

@@ -44,8 +44,8 @@ pub enum TraceError {
     },
     /// The trace has an unsupported version.
     #[error(
-        "{name} is a trace of version {found}: this Leo reads version 1; write it anew as version 1, or use the \
-             Leo that it was made for"
+        "{name} is a trace of version {found}: this Leo reads version 1; write it again as version 1, or use the Leo \
+         that it was made for"
     )]
     Version {
         /// The file.

@@ -51,7 +51,7 @@ fn look(domain: &PathBuf, user: u32) -> StopAnswer {
             StopAnswer { status, text: String::from_utf8_lossy(&text).into_owned() }
         }
         Err(error) => {
-            StopAnswer { status: 1, text: format!("raised, but NOT CONFIRMED: nobody could look: {error}\n") }
+            StopAnswer { status: 1, text: format!("raised, but NOT CONFIRMED: the check failed: {error}\n") }
         }
     }
 }

@@ -195,7 +195,7 @@ pub(crate) fn fault(link: &Link) -> Option<(&'static str, String)> {
     if let Some(unknown) = link.topics.iter().find(|name| !LINKED.contains(&name.as_str())) {
         return Some((
             "topics",
-            format!("{unknown:?} is none of the topics that can be sent: {}", LINKED.join(", ")),
+            format!("{unknown:?} is not a topic that can be sent: use one of {}", LINKED.join(", ")),
         ));
     }
     if link.side == Side::Off {
@@ -206,7 +206,7 @@ pub(crate) fn fault(link: &Link) -> Option<(&'static str, String)> {
     }
     let keys = [&link.authority, &link.certificate, &link.private_key];
     if keys.iter().any(|file| file.as_os_str().is_empty()) {
-        let reason = "the link is on, and wants `authority`, `certificate` and `private_key`; \
+        let reason = "the link is on, and needs `authority`, `certificate` and `private_key`; \
                       docs/more_than_one_machine.md says how to make them";
         return Some(("authority", reason.to_owned()));
     }
