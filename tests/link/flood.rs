@@ -107,7 +107,7 @@ fn an_unproven_address_gets_fewer_bytes_than_it_sends() {
 }
 
 #[test]
-fn connections_without_a_certificate_are_bounded_by_address_and_in_all_and_given_back() {
+fn connections_without_a_certificate_are_bounded_and_released() {
     let _alone = alone();
     let Some(flooded) = Flooded::or_skip("link-stalled") else { return };
     let link = flooded.link();

@@ -63,7 +63,7 @@ impl OnTerminal {
 }
 
 #[test]
-fn leo_top_answers_to_its_keys_and_leaves_the_terminal_as_it_was() {
+fn leo_top_handles_its_keys_and_restores_the_terminal() {
     let robot = Robot::ready("terminal", &[]);
     let mut command = Command::new(env!("CARGO_BIN_EXE_leo"));
     command.args(["top", "--domain"]).arg(robot.domain());

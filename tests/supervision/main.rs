@@ -175,7 +175,7 @@ fn without_perspective_taking_no_perspective_but_the_robots_is_computed() {
 }
 
 #[test]
-fn the_cores_are_kept_awake_while_the_robot_runs_where_that_is_wanted() {
+fn the_cores_are_kept_awake_while_the_robot_runs_if_configured() {
     let request = Path::new("/dev/cpu_dma_latency");
     if fs::OpenOptions::new().write(true).open(request).is_err() {
         eprintln!("SKIPPED: needs the right to write to {}", request.display());

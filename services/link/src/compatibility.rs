@@ -214,7 +214,7 @@ mod tests {
     }
 
     #[test]
-    fn texts_are_told_apart_wherever_they_are_split() {
+    fn texts_are_distinguished_wherever_they_are_split() {
         let split = |words: [&str; 2]| hash(words.map(str::to_owned).into_iter());
         assert_ne!(split(["ab", "c"]), split(["a", "bc"]));
     }

@@ -456,7 +456,7 @@ fn a_lost_bus_stops_the_body_until_it_is_back() {
 }
 
 #[test]
-fn a_servo_that_started_anew_or_whose_watchdog_tripped_is_brought_up_again() {
+fn a_restarted_servo_or_tripped_watchdog_is_brought_up_again() {
     let mut rig = following();
     rig.lines[0].servos_mut()[0].reboot();
     rig.commanded(3, 0.0, rig.now);
@@ -557,7 +557,7 @@ fn an_answer_that_comes_once_more_a_cycle_later_is_dropped() {
 }
 
 #[test]
-fn after_an_answer_that_is_missing_none_of_its_length_is_awaited_for_long() {
+fn after_a_missing_reply_none_of_its_length_is_awaited() {
     let mut rig = following();
     rig.commanded(100, 0.0, rig.now);
     let lengths = |rig: &mut Rig, cycles: usize| {
@@ -579,7 +579,7 @@ fn after_an_answer_that_is_missing_none_of_its_length_is_awaited_for_long() {
 }
 
 #[test]
-fn a_bus_whose_adapter_gives_back_what_is_said_is_calm() {
+fn a_bus_with_an_echoing_adapter_is_clean() {
     let mut rig = following();
     for bus in 0..2 {
         rig.inject(bus, "echo");

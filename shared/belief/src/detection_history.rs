@@ -361,7 +361,7 @@ mod tests {
         #![proptest_config(ProptestConfig::with_cases(2_000))]
 
         #[test]
-        fn two_beliefs_sighted_at_once_are_apart_and_within_the_room_no_others(sighted in sighted(), seed in any::<u64>()) {
+        fn only_simultaneous_detections_cannot_link_within_the_capacity(sighted in sighted(), seed in any::<u64>()) {
             let intervals: Vec<_> = sighted.iter().map(|frames| {
                 let mut order: Vec<_> = frames.iter().copied().collect();
                 order.sort_by_key(|(source, number)| (number ^ seed).wrapping_mul(0x9E37_79B9_7F4A_7C15) ^ u64::from(*source));

@@ -94,7 +94,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_longer_file_may_cost_more_and_what_is_given_back_can_be_spent_again() {
+    fn the_budget_grows_with_the_file_and_released_bytes_return() {
         let mut budget = Budget::memory("split it");
         budget.spend(MEMORY_FLOOR).unwrap();
         let error = budget.spend(1).unwrap_err();

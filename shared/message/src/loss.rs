@@ -133,7 +133,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn every_loss_has_a_name_of_its_own_and_a_place_among_the_counts() {
+    fn every_loss_has_a_unique_name_and_index() {
         let mut names: Vec<_> = Loss::ALL.iter().map(|loss| loss.name()).collect();
         names.sort_unstable();
         names.dedup();

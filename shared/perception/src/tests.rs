@@ -88,7 +88,7 @@ fn a_child_is_evaluated_only_where_its_parent_passed() {
 }
 
 #[test]
-fn an_empty_hole_is_perceived_and_a_hole_that_does_not_exist_is_not() {
+fn only_an_existing_empty_hole_is_perceived() {
     let percepts = Percepts::builtin();
     let filled = percepts.index("filled").unwrap();
     let perception = Perception::new(&percepts).unwrap();
@@ -350,7 +350,7 @@ fn a_range_without_softness_is_inside_or_outside() {
 }
 
 #[test]
-fn a_range_of_extents_is_of_whole_sides_and_one_of_a_state_of_its_degree() {
+fn ranges_apply_to_whole_sides_and_to_state_degrees() {
     let text = percept("extents", "kernel = \"extents\"")
         + &percept("filled", "kernel = { state = \"filled\" }")
         + &percept("long", "parent = \"extents\"\nkernel = { range = { of = \"longest_m\", from = 0.1 } }")

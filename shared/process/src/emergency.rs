@@ -364,7 +364,7 @@ mod tests {
     }
 
     #[test]
-    fn a_link_of_its_name_raises_it_wherever_it_leads_and_is_released() {
+    fn a_symbolic_link_of_its_name_raises_the_stop() {
         let domain = tempfile::tempdir().unwrap();
         fs::write(domain.path().join("supervisor.lock"), "").unwrap();
         let elsewhere = domain.path().join("elsewhere");
@@ -402,7 +402,7 @@ mod tests {
     }
 
     #[test]
-    fn a_stop_that_was_raised_anew_in_a_folder_made_anew_is_released() {
+    fn a_stop_raised_again_in_a_recreated_folder_is_released() {
         let parent = tempfile::tempdir().unwrap();
         let domain = parent.path().join("leo-robot");
         fs::create_dir(&domain).unwrap();

@@ -291,7 +291,7 @@ mod tests {
     }
 
     #[test]
-    fn it_begins_anew_where_it_shall_and_keeps_step_with_the_other_sources() {
+    fn a_repeated_trace_restarts_in_step_with_other_sources() {
         let frames = [frame(100, 0, ""), frame(104, 3, ""), frame(108, 0, "")];
         let frames = frames.each_ref().map(String::as_str);
         let mut zero = open(&frames, Some(0), true).unwrap();

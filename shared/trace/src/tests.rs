@@ -199,7 +199,7 @@ proptest! {
 }
 
 #[test]
-fn half_of_a_written_trace_is_still_there_after_the_other_half_is_lost() {
+fn a_truncated_trace_keeps_its_first_half() {
     let frame = |at_ns| Frame { at_ns, source: 0, observations: vec![Observation::object(0, at_ns); 20] };
     let frames: Vec<Frame> = (1..500).map(frame).collect();
     for bytes in both(&frames) {
@@ -358,7 +358,7 @@ fn a_foreign_file_is_distinguished_from_another_trace_version() {
 }
 
 #[test]
-fn what_cannot_be_used_is_refused_with_its_reason_and_the_rest_goes_on() {
+fn an_unusable_frame_is_refused_with_its_reason() {
     let text = r#"{"leo_trace": 1, "title": "refusals"}
 {"at_ns": 5, "observations": [{"position_m": [null, 0, 0]}, {"position_m": [1, 0, 0]}]}
 
@@ -439,7 +439,7 @@ fn the_schema_for_viewers_has_exactly_the_known_keys() {
 }
 
 #[test]
-fn frames_of_one_instant_come_together_and_a_mistake_after_all_before_it() {
+fn frames_of_one_instant_come_together_and_mistakes_in_order() {
     let frame = |at_ns, source| format!(r#"{{"at_ns": {at_ns}, "source": {source}, "observations": []}}"#);
     let lines = [
         r#"{"leo_trace": 1}"#.to_owned(),

@@ -127,7 +127,7 @@ fn an_onlooker_loses_no_frame_of_a_burst() {
 }
 
 #[test]
-fn a_writer_finds_room_while_every_reader_holds_old_frames_and_has_a_full_queue() {
+fn a_writer_finds_room_despite_full_queues_and_held_frames() {
     let node = node(OverflowPolicy::DropOldest);
     let mut publisher = node.publisher::<Events>(Some(10), 1).expect("a free writer");
     let mut send = |times: usize| {
@@ -186,7 +186,7 @@ fn a_writer_finds_room_in_a_topic_with_longer_queues() {
 }
 
 #[test]
-fn a_writer_finds_room_while_readers_come_and_go_and_take_frames_at_any_moment() {
+fn a_writer_finds_room_while_readers_come_and_go() {
     let writer = node(OverflowPolicy::DropOldest);
     let mut publisher = writer.publisher::<Events>(Some(11), 1).expect("a free writer");
     let ends = AtomicBool::new(false);
@@ -307,7 +307,7 @@ impl Topic for OtherEvents {
 }
 
 #[test]
-fn a_topic_that_another_process_made_for_other_messages_is_refused_in_words() {
+fn a_topic_with_other_message_layouts_is_refused_with_the_reason() {
     let node = node(OverflowPolicy::DropOldest);
     let _theirs = node.publisher::<OtherEvents>(Some(7), 1).expect("a free writer");
     let refusals =

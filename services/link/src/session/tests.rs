@@ -149,7 +149,7 @@ fn a_way_is_measured_across_two_clocks() {
 }
 
 #[test]
-fn nothing_is_taken_of_a_machine_whose_clock_is_not_known() {
+fn nothing_is_accepted_before_the_peers_clock_is_known() {
     let mut away = Session::new(1, &[], clock_of(0, 0));
     let frames = vec![Frame { stream: Stream::Events, bytes: bytes(1) }];
     let bundle = Batch { epoch: 5, number: 1, sent_ns: 9, oldest: 1, first: 1, numbered: 1, frames };

@@ -120,7 +120,7 @@ fn after_power_came_back_nothing_moves_before_it_is_armed_again() {
 }
 
 #[test]
-fn after_a_lost_line_came_back_nothing_moves_before_it_is_armed_again() {
+fn after_a_lost_line_returns_nothing_moves_before_arming() {
     let mut rig = Rig::armed_hardware();
     rig.lost = Some(1);
     rig.commanded(100, 0.3, rig.now);
@@ -175,7 +175,7 @@ fn an_order_does_not_arm_a_silent_servo() {
 }
 
 #[test]
-fn an_order_does_not_arm_a_waiting_joint_whose_servo_fell_silent() {
+fn an_order_does_not_arm_a_waiting_joint_with_a_silent_servo() {
     let mut rig = Rig::armed_hardware();
     // The line of the others is lost for a while: the whole body stops.
     rig.lost = Some(1);
@@ -309,7 +309,7 @@ fn a_servo_with_torque_is_never_without_its_watchdog() {
 }
 
 #[test]
-fn nothing_of_a_servo_that_has_the_limits_of_another_joint_is_written() {
+fn a_servo_with_the_limits_of_another_joint_is_not_written() {
     let mut robot = ROBOT.replace("\"mock\"", "\"/dev/ttyUSB0\"");
     // Each joint has its own limits, as in a real body.
     for (joint, limit) in [("shoulder", "max_rad = 0.9"), ("elbow", "max_rad = 0.7")] {
@@ -448,7 +448,7 @@ fn a_servo_that_refuses_its_duty_for_another_reason_fails() {
 }
 
 #[test]
-fn a_watchdog_that_trips_while_torque_comes_on_is_cleared_and_is_no_refusal() {
+fn a_watchdog_that_trips_at_torque_on_is_no_refusal() {
     for at in 0..12 {
         let mut rig = following();
         rig = Rig { lines: rig.lines, now: rig.now, ..Rig::new() };

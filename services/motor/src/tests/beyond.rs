@@ -33,7 +33,7 @@ fn stops(rig: &mut Rig, cause: JointCause, mut cycle: impl FnMut(&mut Rig)) {
 }
 
 #[test]
-fn it_stops_while_a_line_is_lost_and_comes_back_when_the_line_does() {
+fn it_stops_while_a_line_is_lost_and_returns_with_it() {
     let mut rig = coming_back();
     rig.lost = Some(1);
     stops(&mut rig, JointCause::BodyStopped, |rig| rig.commanded(1, 0.0, rig.now));
@@ -71,7 +71,7 @@ fn it_stops_without_a_commander_and_goes_limp_later() {
 }
 
 #[test]
-fn it_stops_when_its_motor_process_was_killed_and_the_next_one_has_no_commander() {
+fn it_stops_after_a_killed_motor_process_without_a_commander() {
     let mut rig = coming_back();
     let robot = config::motor::parse(ROBOT, "motor.toml".as_ref()).unwrap();
     rig.motor = Motor::new(&robot, &config::parse(SETTINGS, "leo.toml".as_ref()).unwrap()).unwrap();

@@ -127,7 +127,7 @@ fn a_hot_servo_is_spared_before_it_switches_itself_off() {
 }
 
 #[test]
-fn a_servo_that_gets_hot_at_full_speed_still_stops_within_its_limits() {
+fn a_hot_servo_at_full_speed_stops_within_its_limits() {
     // Its condition is read twice a second, so it is found to be hot somewhere on its way.
     for from_rad in [-0.8, -0.6, -0.4, -0.2, 0.0] {
         let mut rig = following();
@@ -144,7 +144,7 @@ fn a_servo_that_gets_hot_at_full_speed_still_stops_within_its_limits() {
 }
 
 #[test]
-fn an_emergency_stop_takes_every_torque_in_the_same_cycle_and_confirms_it() {
+fn an_emergency_stop_switches_torque_off_in_the_same_cycle() {
     let mut rig = following();
     rig.commanded(30, 0.9, rig.now);
     rig.motor.let_go(JointCause::Emergency);
@@ -258,7 +258,7 @@ fn answers_to_an_earlier_question_are_never_taken_whatever_their_length() {
 }
 
 #[test]
-fn noise_whose_check_sum_is_right_by_chance_is_neither_an_alert_nor_a_refusal() {
+fn noise_with_a_valid_check_sum_is_no_alert_or_refusal() {
     let mut rig = following();
     rig.commanded(1, 0.0, rig.now);
     for (alert, fault) in
@@ -369,7 +369,7 @@ fn one_bad_servo_costs_one_servo() {
 }
 
 #[test]
-fn a_servo_of_older_firmware_is_read_by_itself_and_the_others_together() {
+fn a_servo_of_older_firmware_is_read_separately() {
     // XM430 supports fast sync reads from firmware 45 on.
     for (versions, questions) in [([44, 46], 2), ([45, 45], 1), ([44, 44], 1)] {
         let mut rig = Rig::new();

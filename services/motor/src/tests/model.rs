@@ -446,7 +446,7 @@ fn explore(category: u8, mutation: Mutation) -> Vec<String> {
 }
 
 #[test]
-fn no_state_moves_without_the_guard_and_every_ending_comes_to_an_end() {
+fn no_state_moves_without_the_guard_and_every_ending_terminates() {
     assert_eq!(explore(0, Mutation::None), [] as [&str; 0]);
 }
 

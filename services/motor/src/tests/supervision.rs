@@ -57,7 +57,7 @@ fn a_command_is_bounded_and_a_blocked_joint_stops_pressing() {
 }
 
 #[test]
-fn a_joint_that_is_freed_in_time_catches_up_no_faster_than_it_may() {
+fn a_freed_joint_catches_up_within_its_speed_limit() {
     let mut rig = following();
     rig.commanded(150, 0.3, rig.now);
     // The servo's own trajectory continues while an obstacle holds the shaft.
@@ -173,7 +173,7 @@ fn lowering() -> String {
 }
 
 #[test]
-fn after_an_undervoltage_a_joint_holds_is_lowered_slowly_and_then_lets_go() {
+fn after_an_undervoltage_a_joint_is_lowered_slowly_and_released() {
     let mut rig = Rig::with(&lowering());
     rig.until(200, 0.3, |rig| rig.modes() == [Following; 3]);
     rig.commanded(500, 0.8, rig.now);
@@ -220,7 +220,7 @@ fn an_alert_of_two_kinds_gets_the_weaker_reaction() {
 }
 
 #[test]
-fn an_emergency_stop_of_category_1_slows_down_first_and_of_category_2_keeps_torque() {
+fn stop_category_1_slows_down_first_and_category_2_keeps_torque() {
     for (category, trace) in
         [(0, &[Limp][..]), (1, &[Decelerating, Holding, Limp]), (2, &[Decelerating, Holding])]
     {
@@ -326,7 +326,7 @@ fn a_lock_from_before_an_emergency_stop_is_acknowledged_after_it() {
 }
 
 #[test]
-fn a_blocked_joint_that_keeps_its_torque_loses_it_by_an_alert_or_a_refusal() {
+fn a_blocked_joint_loses_its_torque_by_an_alert_or_refusal() {
     let fail: [fn(&mut Rig); 2] =
         [|rig| rig.servo(0, 0).fail(HardwareError::Encoder), |rig| rig.inject(0, "error id=1 is=7")];
     for fail in fail {
@@ -346,7 +346,7 @@ fn a_blocked_joint_that_keeps_its_torque_loses_it_by_an_alert_or_a_refusal() {
 }
 
 #[test]
-fn a_supply_that_sags_lowers_one_joint_after_the_other_and_drops_none() {
+fn a_sagging_supply_lowers_joints_one_after_the_other() {
     let mut rig = Rig::with(&lowering());
     rig.until(200, 0.3, |rig| rig.modes() == [Following; 3]);
     rig.commanded(400, 0.8, rig.now);

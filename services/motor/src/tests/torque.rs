@@ -50,7 +50,7 @@ fn a_heartbeat_from_the_future_ages_like_any_other() {
 }
 
 #[test]
-fn torque_that_is_found_on_stays_on_for_a_commander_and_goes_off_without_one() {
+fn torque_found_on_stays_on_only_with_a_commander() {
     let mut rig = begun_anew();
     for _ in 0..250 {
         rig.cycle();
@@ -73,7 +73,7 @@ fn torque_that_is_found_on_stays_on_for_a_commander_and_goes_off_without_one() {
 }
 
 #[test]
-fn a_servo_that_comes_back_with_torque_after_its_commander_went_is_let_go() {
+fn a_servo_that_returns_with_torque_without_a_commander_is_released() {
     let mut rig = following();
     rig.mute.insert((0, 1));
     for _ in 0..400 {
@@ -130,7 +130,7 @@ fn a_servo_that_never_answered_is_released_too() {
 }
 
 #[test]
-fn torque_that_comes_on_by_another_hand_is_seen_within_half_a_second_and_goes_off() {
+fn foreign_torque_on_is_detected_within_half_a_second() {
     let mut rig = following();
     for _ in 0..400 {
         rig.cycle();
@@ -149,7 +149,7 @@ fn torque_that_comes_on_by_another_hand_is_seen_within_half_a_second_and_goes_of
 }
 
 #[test]
-fn torque_does_not_come_on_once_the_commander_is_gone_or_a_bus_is_lost() {
+fn torque_stays_off_without_a_commander_or_with_a_lost_bus() {
     // A single late frame exceeds the timeout.
     let mut rig = Rig::with(&SETTINGS.replace("command_timeout_ms = 200", "command_timeout_ms = 4"));
     while !rig.is_guarded(0, 0) {
@@ -232,7 +232,7 @@ fn a_startup_configuration_is_ignored_on_firmware_without_one() {
 }
 
 #[test]
-fn a_servo_that_garbles_its_answers_before_it_begins_anew_holds_its_group_too() {
+fn a_servo_with_corrupt_replies_before_its_restart_holds_its_group() {
     let mut rig = following();
     rig.inject(0, "flip id=2");
     rig.commanded(3, 0.4, rig.now);

@@ -75,7 +75,7 @@ fn an_observation_bears_the_number_of_the_source_that_it_came_from() {
 }
 
 #[test]
-fn an_unsound_observation_is_refused_by_its_reason_and_the_others_are_taken() {
+fn an_invalid_observation_is_refused_and_the_others_are_accepted() {
     let mut sensor = sensor(&[""]);
     let nan = Observation { confidence: f32::NAN, ..seen(9) };
     let nobody = Observation { kind: ObservationKind::Person.raw(), partner: NOBODY, ..seen(9) };
@@ -135,7 +135,7 @@ fn a_person_is_in_one_place_at_an_instant() {
 }
 
 #[test]
-fn the_frame_of_a_source_is_turned_and_moved_into_the_base_frame() {
+fn the_frame_of_a_source_is_transformed_into_the_base_frame() {
     // A camera one metre ahead of the robot that looks back at it.
     let mut sensor = sensor(&["frame = { position_m = [1.0, 0.0, 0.5], heading_deg = 180.0 }"]);
     let thing = Observation { position_m: [0.25, 0.1, -0.5], ..seen(9) };
@@ -201,7 +201,7 @@ fn frames_of_all_sources_become_one_frame_of_the_newest_instant() {
 }
 
 #[test]
-fn a_count_of_what_was_left_out_that_is_a_lie_does_not_overflow() {
+fn a_false_count_of_dropped_observations_does_not_overflow() {
     let mut sensor = sensor(&["", ""]);
     let lie = Header { left_out: u64::MAX, ..header(1, 8) };
     let merged = cycle(&mut sensor, 10, &[(0, lie, &[seen(8); 9]), (1, lie, &[seen(8); 9])]);
@@ -258,7 +258,7 @@ fn a_frame_of_another_time_is_refused_whole() {
 }
 
 #[test]
-fn time_that_stands_still_or_runs_backwards_is_refused_for_its_source_alone() {
+fn time_that_stops_or_runs_backwards_is_refused_per_source() {
     let mut sensor = sensor(&["", ""]);
     cycle(&mut sensor, 10, &[(0, header(1, 9), &[seen(9)])]);
     // The first source repeats a timestamp and then sends an older one; the second is not affected.

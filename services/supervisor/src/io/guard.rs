@@ -249,7 +249,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_last_word_counts_and_a_motor_process_that_has_ended_is_not_killed() {
+    fn the_last_message_counts_and_an_ended_motor_process_is_not_killed() {
         let begun = |torque_state: &TorqueState| matches!(torque_state, TorqueState::Begun { .. });
         let torque_state = TorqueState::Ended.told(STARTING);
         assert!(begun(&torque_state));

@@ -111,7 +111,7 @@ mod tests {
     }
 
     #[test]
-    fn a_folder_that_is_removed_or_made_anew_is_noticed_and_what_is_added_is_not() {
+    fn a_removed_or_recreated_folder_is_detected() {
         let domain = Domain::named(&format!("memory-watch-{}", std::process::id())).unwrap();
         domain.make().unwrap();
         let mut watch = MemoryWatch::of(&domain);

@@ -43,7 +43,7 @@ fn all_beat(beat: u64) -> Vec<Event> {
 }
 
 #[test]
-fn processes_start_one_after_the_other_each_when_the_one_before_is_ready() {
+fn each_process_starts_when_the_previous_one_is_ready() {
     let mut policy = Policy::new(SETTINGS, &ORDER, at(0));
     assert_eq!(policy.step(at(0), &[]), [start(Process::Motor, 1)]);
     let starting = Event::Heartbeat { process: Process::Motor, state: ProcessState::Starting, beat: 1 };
@@ -55,7 +55,7 @@ fn processes_start_one_after_the_other_each_when_the_one_before_is_ready() {
 }
 
 #[test]
-fn a_process_that_is_not_ready_in_time_is_killed_and_counts_as_dead() {
+fn a_process_that_is_not_ready_in_time_is_killed() {
     let mut policy = Policy::new(SETTINGS, &ORDER, at(0));
     policy.step(at(0), &[]);
     assert_eq!(policy.step(at(1000), &[]), []);
@@ -157,7 +157,7 @@ fn the_wait_before_a_restart_doubles_up_to_its_bound() {
 }
 
 #[test]
-fn too_many_deaths_within_the_window_end_the_run_and_stop_the_others_in_reverse() {
+fn too_many_deaths_end_the_run_and_stop_processes_in_reverse() {
     let mut policy = running();
     let mut now = 0;
     let mut beat = 1;
@@ -347,7 +347,7 @@ fn a_failing_run_ends_the_same_when_it_is_stopped_meanwhile() {
 }
 
 #[test]
-fn the_robot_is_well_while_every_heart_beats_and_not_while_one_is_replaced() {
+fn the_robot_is_well_while_every_heartbeat_advances() {
     let mut policy = Policy::new(SETTINGS, &ORDER, at(0));
     assert_eq!(policy.robot_state().to_string(), "starting: 0 of 3 processes run");
     assert!(!policy.robot_state().is_well());

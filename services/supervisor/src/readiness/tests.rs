@@ -311,7 +311,7 @@ fn virtual_cores_that_always_halt_are_reported() {
 }
 
 #[test]
-fn a_kernel_that_can_preempt_more_is_told_to() {
+fn a_more_preemptible_kernel_mode_is_recommended() {
     let (root, machine) = good();
     put(&root, "proc/version", "Linux version 6.12 SMP PREEMPT_DYNAMIC");
     put(&root, "sys/kernel/debug/sched/preempt", "none (voluntary) full lazy");

@@ -298,7 +298,7 @@ proptest! {
     #![proptest_config(ProptestConfig::with_cases(2_000))]
 
     #[test]
-    fn the_fast_clustering_gives_bit_for_bit_what_the_loop_of_the_paper_gives(
+    fn the_fast_clustering_equals_the_loop_of_the_paper_bit_for_bit(
         percepts in percepts(),
         frames in prop::collection::vec((prop::collection::vec(seen(), 0..24), 0..60_u64, any::<bool>()), 1..6),
         sources in prop::sample::select(vec![1, 2, 3, SOURCES]),
@@ -418,7 +418,7 @@ fn wandering_objects_of_one_source_are_matched_as_in_the_paper() {
 }
 
 #[test]
-fn a_thing_that_comes_within_reach_of_one_never_seen_with_it_is_that_one() {
+fn an_object_merges_with_a_near_unconstrained_one() {
     let mut percepts = Percepts::builtin();
     percepts.belief.threshold = 0.16;
     let at = |x| alike(x, 0);
@@ -483,7 +483,7 @@ fn of_equally_near_pairs_the_lowest_identities_merge_first() {
 }
 
 #[test]
-fn what_is_no_distance_keeps_two_apart_and_no_order_of_the_beliefs_matters() {
+fn an_invalid_distance_separates_in_any_belief_order() {
     let mut percepts = Percepts::builtin();
     make_own(&mut percepts, [false, true, false]);
     percepts.belief.threshold = 0.3;

@@ -197,7 +197,7 @@ mod tests {
     }
 
     #[test]
-    fn each_series_of_each_belief_has_its_own_cells_and_equal_ones_share_lines() {
+    fn each_series_has_its_own_cells_and_equal_ones_are_interleaved() {
         let series = [(4, 'a'), (4, 'b'), (4, 'a'), (2, 'a'), (4, 'a')];
         let (views, count) = interleave_layout(&series, |kind| kind == 'a');
         assert_eq!(count, (4 * 4 + 2) * BLOCK_SLOTS as usize);

@@ -102,7 +102,7 @@ impl History {
 }
 
 #[test]
-fn before_the_first_sample_there_is_none_and_after_the_last_confidence_decays() {
+fn a_history_starts_at_its_first_sample_and_decays_after_the_last() {
     for generator in [series(4, WhenFull::ForgetOldest), log_timescale(4), low_pass(0.5)] {
         let history =
             grown(&generator, &[sample(1_000, Feature::Number(1.0)), sample(2_000, Feature::Number(1.0))]);
@@ -178,7 +178,7 @@ fn a_static_pose_is_remembered_exactly_and_turns_have_norm_one() {
 }
 
 #[test]
-fn half_a_day_at_20_hz_fits_a_log_timescale_of_64_and_reaches_back_to_its_beginning() {
+fn a_log_timescale_of_64_holds_half_a_day_at_20_hz() {
     let period = 50_000_000;
     let mut history = grown(&log_timescale(64), &[]);
     let mut most = 0;
@@ -465,7 +465,7 @@ proptest! {
     }
 
     #[test]
-    fn a_lossless_history_with_room_answers_exactly_in_whatever_order_its_samples_came(
+    fn a_lossless_history_is_exact_in_any_sample_order(
         drawn in samples(30), instant in 0..70_u64,
     ) {
         let mut histories = histories_of([(&series(64, WhenFull::ForgetOldest), Kernel::Position)]);
@@ -479,7 +479,7 @@ proptest! {
     }
 
     #[test]
-    fn a_log_timescale_answers_a_question_about_any_age_within_a_factor_of_two(
+    fn a_log_timescale_answers_any_age_within_a_factor_of_two(
         // With the smaller capacity the series fills up before a thinning pass is due.
         (room, gaps) in prop_oneof![
             prop::collection::vec(1..1_000_u64, 1..400).prop_map(|gaps| (48, gaps)),

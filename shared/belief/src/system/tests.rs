@@ -173,7 +173,7 @@ fn unsound_and_repeated_observations_are_refused_and_counted() {
 }
 
 #[test]
-fn an_observation_a_little_ahead_of_the_step_is_remembered_at_the_step() {
+fn an_observation_slightly_ahead_is_stored_at_the_step() {
     let mut robot = Robot::new(&Percepts::builtin());
     robot.see(ms(0), &[block(ms(2), [0.5, 0.0, 0.0], RED)], true);
     assert!(!robot.system.beliefs().next().unwrap().percepts().is_empty());
@@ -403,7 +403,7 @@ fn wobble(seed: &mut u32) -> f32 {
 }
 
 #[test]
-fn alike_things_close_together_keep_their_identities_while_one_is_carried_over_them() {
+fn similar_near_objects_keep_their_identities_during_a_carry() {
     let mut robot = Robot::new(&Percepts::builtin());
     let mut seed = 1;
     let home = |index: u16| [0.5, f32::from(index) * 0.09, 0.025];

@@ -32,7 +32,7 @@ fn an_empty_place_is_found_by_one_look_or_for_a_while() {
 }
 
 #[test]
-fn a_name_that_is_meant_and_not_given_is_refused_where_it_stands() {
+fn an_unknown_reference_is_refused_at_its_place() {
     let said = refusal("parent = \"position\"", "parent = \"place\"");
     assert!(said.contains("no percept above is named `place`; there are position, orientation"), "{said}");
     assert!(!said.starts_with("p.toml:1:"), "{said}");
@@ -151,7 +151,7 @@ fn a_region_holds_its_sides_and_no_nan() {
 }
 
 #[test]
-fn taken_at_its_word_the_paper_merges_without_cannot_link_infinity_or_norm() {
+fn the_literal_paper_merges_without_cannot_link_infinity_or_norm() {
     let mut belief = Percepts::builtin().belief;
     belief.normalised = true;
     let settings = belief.make_literal();

@@ -364,7 +364,7 @@ fn a_pile_is_paired_a_part_at_each_instant() {
 }
 
 #[test]
-fn how_long_a_thing_is_is_compared_and_how_near_it_is_to_whom_is_not() {
+fn length_is_compared_and_nearness_is_not() {
     let mut percepts = Percepts::builtin();
     let state = percepts.percepts[8].clone();
     percepts.percepts.truncate(6);

@@ -19,7 +19,7 @@ const SECOND: Duration = Duration::from_secs(1);
 const UP: [f64; 3] = [0.06, 0.0, 2.6];
 
 #[test]
-fn i_saw_it_you_did_not_and_you_do_not_know_that_i_saw_it() {
+fn an_unshared_sighting_stays_out_of_the_partners_nested_perspective() {
     let mut minds = Minds::new(1, 3);
     let on = |minds: &Minds| {
         [&[][..], &[1], &[1, 0], &[1, 0, 1]].map(|path| minds.on(path).map(|degree| degree > 0.5))
@@ -137,7 +137,7 @@ fn a_remembered_wall_stays_in_the_nested_perspective() {
 }
 
 #[test]
-fn a_partner_attributes_to_the_robot_what_it_handles_and_hears() {
+fn a_partner_attributes_handled_and_audible_objects_to_the_robot() {
     let mut minds = Minds::new(1, 2);
     // Beside the robot: out of the robot's view and in the partner's.
     let beside = Observation { position_m: [0.0, 0.9, 0.03], ..button(1.0) };

@@ -85,7 +85,7 @@ fn a_barrier_is_missed_by_the_source_that_saw_it() {
 }
 
 #[test]
-fn a_barrier_that_was_out_of_view_is_not_gone_at_the_first_glance() {
+fn a_barrier_out_of_view_is_not_culled_at_first_sight() {
     let mut world = Workspace::with(&looking_aside([0.5, 0.0, 0.0]));
     world.run(SECOND, &[wall(WALL), person(EYES, TABLE)]);
     let aside = Observation { partner: 0, ..person([0.06, 0.0, 0.62], [0.0, 2.0, 0.5]) };

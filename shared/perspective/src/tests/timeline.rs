@@ -87,7 +87,7 @@ fn a_partner_perceives_handled_objects_without_looking() {
 }
 
 #[test]
-fn what_is_heard_goes_round_barriers_and_what_the_robot_feels_is_its_own() {
+fn hearing_passes_barriers_and_touch_is_private() {
     let mut world = Workspace::new();
     let felt = Observation { modality: Modality::Touch.raw(), ..block([0.6, 0.0, 0.03]) };
     world.step(&[person(EYES, TABLE), felt]);

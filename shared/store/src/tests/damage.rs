@@ -214,7 +214,7 @@ fn losses_are_counted_and_kept_until_reported() {
 }
 
 #[test]
-fn two_empty_files_where_a_store_was_are_damage_and_no_new_store() {
+fn two_empty_files_are_damage_and_no_new_store() {
     let (_folder, path, _) = store();
     for name in ["tasks.store", "tasks.copy.store"] {
         fs::write(path.with_file_name(name), "").unwrap();

@@ -49,7 +49,7 @@ fn any_failing_disk_call_loses_nothing_acknowledged_and_can_be_retried() {
 }
 
 #[test]
-fn a_disk_that_fails_for_good_keeps_what_was_acknowledged_and_a_full_one_can_be_read() {
+fn a_failed_disk_keeps_acknowledged_writes_and_a_full_one_is_readable() {
     let states = states();
     for (after, error) in (0..calls()).flat_map(|after| KINDS.map(|kind| (after, kind))) {
         let drive = SimulatedDisk::default();

@@ -83,7 +83,7 @@ fn whole_files_are_left_alone() {
 }
 
 #[test]
-fn a_file_that_was_finished_or_made_anew_in_between_is_no_longer_suspected() {
+fn a_completed_or_recreated_file_is_no_longer_suspected() {
     let place = Place::new("anew");
     let path = place.shared("a.data");
     file(&path, b"", 0o600);
@@ -133,7 +133,7 @@ fn a_domain_claimed_during_a_wipe_has_one_holder() {
 }
 
 #[test]
-fn a_sweep_removes_a_domain_whose_holder_is_gone_and_no_other() {
+fn a_sweep_removes_only_domains_without_a_holder() {
     let living = Place::new("living");
     file(&living.shared("a.data"), b"whole", 0o600);
     let mut dead = Place::new("dead");
@@ -160,7 +160,7 @@ fn a_wipe_leaves_nothing() {
 }
 
 #[test]
-fn an_emergency_stop_outlives_a_wipe_and_a_sweep_and_nothing_else_does() {
+fn only_an_emergency_stop_outlives_a_wipe_and_a_sweep() {
     for ends_in_order in [true, false] {
         let mut place = Place::new("stopped");
         let stop = Domain::emergency_stop(place.domain.root());

@@ -19,7 +19,7 @@ fn follows(state: &JointState) -> bool {
 }
 
 #[test]
-fn in_lockstep_65_joints_do_the_same_to_the_last_bit_in_every_run() {
+fn in_lockstep_65_joints_move_bit_for_bit_the_same() {
     let run = || {
         let mut rig = Rig::new(Time::Lockstep);
         let mut trace = String::new();
@@ -123,7 +123,7 @@ fn item(tty: &Tty, id: u8, item: Item) -> i64 {
 }
 
 #[test]
-fn servos_whose_commander_died_stop_by_themselves() {
+fn servos_stop_by_themselves_after_the_commander_died() {
     let mut rig = Rig::new(Time::Wall);
     rig.until("following", follows);
     let moves = |state: JointState| state.present_velocity_rad_s().is_some_and(|speed| speed.abs() > 0.1);
@@ -155,7 +155,7 @@ fn servos_whose_commander_died_stop_by_themselves() {
 }
 
 #[test]
-fn a_mock_servo_bus_may_come_after_the_motor_and_an_adapter_too() {
+fn a_mock_bus_or_an_adapter_may_appear_after_the_motor() {
     let mut rig = Rig::new(Time::Wall);
     rig.ptys = None;
     let mut buses = rig.robot.motor.buses.clone();

@@ -60,7 +60,7 @@ fn isolated_cores_are_cores_of_the_machine() {
 }
 
 #[test]
-fn a_bus_is_a_thread_of_the_motor_process_and_a_mock_bus_one_of_its_own() {
+fn each_bus_adds_a_motor_thread_and_each_mock_bus_another() {
     let threads = |robot: &Robot| -> Vec<(&str, usize)> {
         machine(robot).hot.iter().map(|hot| (hot.name, hot.threads)).collect()
     };

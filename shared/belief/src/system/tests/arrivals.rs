@@ -154,7 +154,7 @@ proptest! {
 }
 
 #[test]
-fn whose_symbol_becomes_a_number_may_become_one_with_its_neighbour() {
+fn a_belief_whose_symbol_becomes_a_number_may_merge() {
     let percepts = Percepts::builtin();
     let perception = Perception::new(&percepts).unwrap();
     let mut noting = BeliefSystem::new(&percepts, 8).unwrap().assume_validated();

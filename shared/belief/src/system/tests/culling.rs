@@ -5,7 +5,7 @@ use config::percepts::Cull;
 use super::*;
 
 #[test]
-fn an_unseen_thing_is_culled_where_the_view_is_free_and_kept_where_it_is_not() {
+fn an_unseen_object_is_culled_only_in_free_view() {
     for (in_view, left) in [(true, 0), (false, 1)] {
         let mut robot = Robot::new(&Percepts::builtin());
         robot.see(ms(0), &[block(ms(0), [0.5, 0.0, 0.0], RED)], true);
@@ -65,7 +65,7 @@ fn a_hidden_or_unobserved_place_is_found_empty_again() {
 }
 
 #[test]
-fn a_source_that_is_slow_to_understand_does_not_lose_what_it_sees() {
+fn a_source_with_late_frames_does_not_lose_its_beliefs() {
     for cull in [Percepts::builtin().belief.cull, vec![Cull::PlaceEmptyFor(Duration::from_millis(600))]] {
         let mut configured = Percepts::builtin();
         configured.belief.cull = cull;
@@ -89,7 +89,7 @@ fn a_source_that_is_slow_to_understand_does_not_lose_what_it_sees() {
 }
 
 #[test]
-fn a_source_that_died_misses_nothing_though_it_found_a_place_empty_at_last() {
+fn a_dead_source_misses_nothing_after_an_empty_place() {
     let mut robot = patient();
     robot.see(ms(5), &[], true);
     for at in (10..5000).step_by(5) {

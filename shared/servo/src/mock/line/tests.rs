@@ -28,7 +28,7 @@ fn one(id: u8) -> Address {
 }
 
 #[test]
-fn a_ping_to_all_is_answered_by_all_and_to_one_by_one() {
+fn a_broadcast_ping_is_answered_by_all_servos() {
     let mut line = line();
     assert_eq!(say(&mut line, Address::All, Instruction::Ping), [(1, None, 3), (2, None, 3), (7, None, 3)]);
     assert_eq!(say(&mut line, one(2), Instruction::Ping), [(2, None, 3)]);
@@ -198,7 +198,7 @@ fn a_backup_brings_the_eeprom_back_and_a_factory_reset_the_box() {
 }
 
 #[test]
-fn a_servo_at_another_speed_hears_nothing() {
+fn a_servo_at_another_baud_rate_receives_nothing() {
     let mut line = line();
     say(&mut line, one(2), Instruction::Write { address: 8, data: &[6] });
     line.set_baud(57_600);

@@ -158,7 +158,7 @@ fn a_hot_servo_releases_and_reports_why() {
 }
 
 #[test]
-fn an_extended_position_goes_beyond_a_turn_and_a_clear_forgets_the_turns() {
+fn an_extended_position_exceeds_a_turn_until_a_clear() {
     let mut servo = servo();
     put(&mut servo, OPERATING_MODE, 4).unwrap();
     put(&mut servo, TORQUE_ENABLE, 1).unwrap();

@@ -50,7 +50,7 @@ fn on_the_way() -> Rig {
 }
 
 #[test]
-fn servos_whose_commander_is_killed_in_motion_stand_within_their_watchdogs_time() {
+fn servos_stop_within_their_watchdog_time_after_the_commander_is_killed() {
     let rig = on_the_way();
     let alone = |time| rig.ptys.as_ref().unwrap().advance(rig.now + time);
     let watchdog = Duration::from_millis(200);
