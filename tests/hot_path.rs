@@ -262,7 +262,7 @@ impl Robots {
 }
 
 #[test]
-fn after_warm_up_a_cycle_allocates_once_per_frame_and_only_in_the_middleware() {
+fn after_warm_up_only_the_middleware_allocates_once_per_frame() {
     let mut robot = Robot::load(None).expect("built in");
     // Without real-time scheduling, because the threads share the process with the test.
     let none = Rights { fifo_priority: 0.try_into().unwrap(), cores: Vec::new(), lock_memory: false };

@@ -112,7 +112,7 @@ fn a_running_robot_believes_of_a_trace_what_leo_believe_says_of_it() {
         assert!(expected.any(|told| told == state), "{state:?}\nof {seen:#?}\nis not in {told:#?}");
     }
     assert!(seen.len() > told.len() / 2, "{seen:#?}");
-    assert!(wait_until(|| robot.said().contains("the trace is over")), "{}", robot.said());
+    assert!(wait_until(|| robot.said().contains("the trace has ended")), "{}", robot.said());
 
     drop((differences, node));
     let domain = robot.domain().to_owned();

@@ -84,7 +84,7 @@ fn a_small_recording_that_expands_to_gigabytes_is_refused_by_its_name_and_costs_
     let files = expanding(false, |number| attachment(&number.to_string(), MIB));
     for (name, bytes) in [("schemas.mcap", schemas), ("files.mcap", files)] {
         let recording = small(&folder, name, &bytes);
-        let words = ["after frame 0", "needs more than 64 MiB of memory", "no recording of Leo", &recording];
+        let words = ["after frame 0", "need more than 64 MiB of memory", "no recording of Leo", &recording];
         assert_bounded(&["replay", &recording], Stdio::null(), &words);
     }
     for is_checked in [true, false] {

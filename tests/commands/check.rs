@@ -23,19 +23,19 @@ fn a_check_says_what_mends_changes_it_when_told_and_takes_it_back() {
 
     let told = check(&at);
     assert!(
-        told.status == Some(0) && told.out.contains("keep what they received for up to 16 ms"),
+        told.status == Some(0) && told.out.contains("deliver received bytes up to 16 ms late"),
         "{told:?}"
     );
     assert!(!told.out.contains("wake-up"), "{told:?}");
     assert_eq!(timer(), "16\n");
     let told = check(&[&at[..], &["--apply"]].concat());
     assert!(told.status == Some(0) && told.out.contains("   (back: echo 16 > /sys/bus"), "{told:?}");
-    assert!(told.out.contains("1 serial adapters hand over at once"), "{told:?}");
+    assert!(told.out.contains("1 serial adapters deliver received bytes at once"), "{told:?}");
     assert_eq!(timer(), "1");
     let told = check(&[&at[..], &["--revert"]].concat());
     assert!(told.status == Some(0) && told.out.starts_with("changed  echo 16 > /sys/bus"), "{told:?}");
     assert_eq!(timer(), "16");
-    assert_refused(&check(&[&at[..], &["--revert"]].concat()), 1, &["nothing to take back"]);
+    assert_refused(&check(&[&at[..], &["--revert"]].concat()), 1, &["nothing to revert"]);
     for (usage, word) in
         [(["check", "--apply", "--json"], "--json"), (["check", "--seconds", "-1"], "seconds")]
     {
@@ -151,7 +151,7 @@ fn a_key_that_an_older_perspective_lacks_is_an_error_that_says_what_puts_it_in()
     let config = write(&files, "leo.toml", &read("config/leo.toml"));
     let perspective = read("config/perspective.toml").replace("hearing_range_m", "# hearing_range_m");
     write(&files, "perspective.toml", &perspective);
-    let mend = format!("an older file? `leo check --config {config} --migrate` puts it in");
+    let mend = format!("an older file? `leo check --config {config} --migrate` adds it");
     assert_refused(&check(&["--config", &config]), 2, &["perspective.toml:", "missing field", &mend]);
     let told = check(&["--config", &config, "--migrate"]);
     assert!(told.status == Some(0) && told.out.contains("perspective.toml was migrated"), "{told:?}");
@@ -296,6 +296,6 @@ fn a_check_says_whether_the_robots_that_run_have_the_messages_of_this_program() 
 fn a_check_says_of_which_version_the_configuration_is() {
     let told = check(&[]);
     let line = about(&told, "configuration");
-    let this = format!("right, and of this version, Leo {}", env!("CARGO_PKG_VERSION"));
+    let this = format!("valid for this version, Leo {}", env!("CARGO_PKG_VERSION"));
     assert!(line.starts_with("good ") && line.contains(&this), "{told:?}");
 }

@@ -130,9 +130,9 @@ fn a_wrong_configuration_is_one_error_that_names_the_place() {
         ("on_conflict = \"human\"", "on_conflict = \"humna\"", "did you mean `human`?"),
         ("objects = 64 ", "objects = ", "expected"),
         ("listen = []", "listen = [\"tcp/0.0.0.0:7447\"]", "in the clear"),
-        ("side = \"off\"", "side = \"robot\"", "neither `listen` nor `connect` says where"),
+        ("side = \"off\"", "side = \"robot\"", "needs `listen` or `connect`"),
         ("off_board = [", "off_board = [\"motor\", ", "unknown variant `motor`"),
-        ("topics = []", "topics = [\"observations\"]", "none of the topics that can be sent"),
+        ("topics = []", "topics = [\"observations\"]", "not a topic that can be sent"),
     ] {
         let wrong = right.replacen(from, to, 1);
         assert_ne!(wrong, right, "{from}");
@@ -425,7 +425,8 @@ fn a_full_shared_memory_is_refused() {
     for size in ["4k", "1m"] {
         let (command, files) = leo(&[]);
         let script = format!(
-            "mount -t tmpfs -o size={size} tmpfs /dev/shm || exit 77; \"$0\" run --for 1; status=$?; ls /dev/shm; exit $status"
+            "mount -t tmpfs -o size={size} tmpfs /dev/shm || exit 77; \"$0\" run --for 1; status=$?; ls /dev/shm; exit \
+             $status"
         );
         let mut inside = std::process::Command::new("unshare");
         inside.args(["-m", "sh", "-c", &script]).arg(command.get_program());

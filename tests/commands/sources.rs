@@ -90,10 +90,10 @@ fn a_function_that_this_program_lacks_is_refused_before_anything_starts() {
     let config = write(&files, "leo.toml", &read("config/leo.toml"));
     let percepts = read("config/percepts.toml");
     for (from, to, words) in [
-        ("measure = \"metres\"", "measure = { own = \"mine\" }", "own distance `mine`"),
-        ("when = \"place_in_view_and_empty\"", "when = { own = \"mine\" }", "own culling function `mine`"),
-        ("history = { low_pass = { share = 0.5 } }", "history = { own = \"mine\" }", "own history `mine`"),
-        ("kernel = \"orientation\"", "kernel = { own = \"mine\" }", "own classifier `mine`"),
+        ("measure = \"metres\"", "measure = { own = \"mine\" }", "custom distance `mine`"),
+        ("when = \"place_in_view_and_empty\"", "when = { own = \"mine\" }", "custom culling function `mine`"),
+        ("history = { low_pass = { share = 0.5 } }", "history = { own = \"mine\" }", "custom history `mine`"),
+        ("kernel = \"orientation\"", "kernel = { own = \"mine\" }", "custom classifier `mine`"),
     ] {
         assert!(percepts.contains(from), "{from}");
         write(&files, "percepts.toml", &percepts.replacen(from, to, 1));

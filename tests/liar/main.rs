@@ -33,7 +33,7 @@ fn sensor(robot: &Robot) -> serde_json::Value {
 }
 
 #[test]
-fn a_lesson_goes_on_and_beliefs_stay_sound_while_a_source_floods_garbage() {
+fn a_garbage_flood_leaves_lesson_and_beliefs_intact() {
     let liar = "name = \"liar\"\nkind = \"external\"\nrate_hz = 1000.0";
     let robot = Robot::ready("liar", &[("[[sensor.source]]", liar)]);
     let domain = Domain::at(robot.domain()).expect("a domain");

@@ -32,8 +32,8 @@ const SERVER: &str = "(CN=server, issued by CN=the authority of a link of Leo) i
 const CLIENT: &str = "(CN=client, issued by CN=the authority of a link of Leo) is refused: its extendedKeyUsage does \
                       not allow this side";
 const OTHER_NAME: &str = "(CN=other-name, issued by CN=the authority of a link of Leo) is refused: it is for \
-                          DnsName(\"elsewhere.example\"), and `connect` of [link] looks for localhost";
-const NONE: &str = "127.0.0.1 showed no certificate. A link needs one of the authority of this machine (";
+                          DnsName(\"elsewhere.example\"), and `connect` of [link] expects localhost";
+const NONE: &str = "127.0.0.1 sent no certificate. A link needs one from the authority of this machine (";
 
 /// For each certificate of a peer: the result when the peer connects, and when the robot connects.
 const TABLE: [(&str, Gets, Option<Gets>); 13] = [
@@ -70,7 +70,7 @@ fn assert_gets(robot: &Machine, name: &str, gets: Gets, line: &serde_json::Value
 }
 
 #[test]
-fn each_certificate_of_a_peer_of_another_implementation_gets_what_the_table_says_on_both_sides() {
+fn each_certificate_of_a_foreign_peer_gives_the_results_of_the_table() {
     let _alone = alone();
     let (Some(keys), Some(peer)) = (keys_or_skip("DNS:localhost"), Peer::or_skip()) else { return };
     let folder = keys.path().to_str().expect("a name");
@@ -108,7 +108,7 @@ fn each_certificate_of_a_peer_of_another_implementation_gets_what_the_table_says
 }
 
 #[test]
-fn a_peer_that_asks_for_no_protocol_or_another_robot_is_told_so_before_any_certificate() {
+fn a_peer_of_another_protocol_or_robot_is_refused_before_any_certificate() {
     let _alone = alone();
     let (Some(keys), Some(peer)) = (keys_or_skip("DNS:localhost"), Peer::or_skip()) else { return };
     let folder = keys.path().to_str().expect("a name");
@@ -126,6 +126,6 @@ fn a_peer_that_asks_for_no_protocol_or_another_robot_is_told_so_before_any_certi
         assert_eq!(alert, (!is_let_in).then_some(120), "{protocol}: {line}");
     }
     let sentence =
-        "no connection with 127.0.0.1: its link is of another robot, or of the same side of this one";
+        "no connection with 127.0.0.1: its link belongs to another robot, or has the same side as this one";
     assert!(wait_until(|| robot.said().contains(sentence)), "{}", robot.said());
 }

@@ -9,7 +9,7 @@ use crate::{Side, alone, free_port, keys_or_skip};
 const REMEMBERS: &str = "remembers task 1: 2 examples";
 
 #[test]
-fn a_console_that_begins_anew_on_another_machine_is_told_what_was_learned_before() {
+fn a_restarted_remote_console_gets_the_learned_tasks() {
     let _alone = alone();
     let Some(keys) = keys_or_skip("DNS:localhost") else { return };
     let port = free_port();

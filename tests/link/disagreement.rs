@@ -4,7 +4,7 @@ use crate::machine::{Machine, wait_until};
 use crate::{Side, alone, free_port, keys_or_skip};
 
 #[test]
-fn machines_that_are_configured_otherwise_take_nothing_from_each_other_and_both_say_what_to_do() {
+fn differently_configured_machines_refuse_each_other_with_the_remedy() {
     let _alone = alone();
     let Some(keys) = keys_or_skip("DNS:localhost") else { return };
     let port = free_port();
@@ -24,7 +24,7 @@ fn machines_that_are_configured_otherwise_take_nothing_from_each_other_and_both_
     for machine in both {
         let said = machine.said();
         let errors: Vec<&str> =
-            said.lines().filter(|line| line.contains("take nothing from each other")).collect();
+            said.lines().filter(|line| line.contains("refuse each other's messages")).collect();
         let [error] = errors.as_slice() else { panic!("it is said once: {said}") };
         assert!(error.contains("ERROR") && error.contains("in `partners` or `depth` of [belief]"), "{error}");
         assert!(error.contains("Make that the same on both, and restart both"), "{error}");

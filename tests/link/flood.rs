@@ -83,7 +83,7 @@ impl Flooded {
 }
 
 #[test]
-fn an_address_that_is_not_proven_gets_less_than_it_sends_and_nothing_of_it_is_kept() {
+fn an_unproven_address_gets_fewer_bytes_than_it_sends() {
     let _alone = alone();
     let Some(flooded) = Flooded::or_skip("link-initials") else { return };
     let link = flooded.link();
@@ -107,7 +107,7 @@ fn an_address_that_is_not_proven_gets_less_than_it_sends_and_nothing_of_it_is_ke
 }
 
 #[test]
-fn connections_without_a_certificate_are_bounded_by_address_and_in_all_and_given_back() {
+fn connections_without_a_certificate_are_bounded_and_released() {
     let _alone = alone();
     let Some(flooded) = Flooded::or_skip("link-stalled") else { return };
     let link = flooded.link();
@@ -143,7 +143,7 @@ fn connections_without_a_certificate_are_bounded_by_address_and_in_all_and_given
 }
 
 #[test]
-fn the_other_machine_gets_in_beside_a_flood_of_unfinished_handshakes_from_its_own_address() {
+fn the_other_machine_connects_during_a_flood_from_its_own_address() {
     let _alone = alone();
     let Some(flooded) = Flooded::or_skip("link-beside") else { return };
     let folder = flooded.keys.path().to_str().expect("a name");

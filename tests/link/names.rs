@@ -19,7 +19,7 @@ impl Pair {
 }
 
 #[test]
-fn two_robots_of_one_network_are_heard_by_their_own_machines_alone() {
+fn two_robots_of_one_network_connect_only_to_their_own_machines() {
     let _alone = alone();
     let Some(keys) = keys_or_skip("DNS:localhost") else { return };
     let ports = [free_port(), free_port()];
@@ -50,7 +50,7 @@ fn two_robots_of_one_network_are_heard_by_their_own_machines_alone() {
             // No message of another robot even arrived.
             assert_eq!(machine.count("leo_link_refused_total"), 0, "{said}");
             assert_eq!(machine.count("leo_link_hearings_total"), 1, "{said}");
-            assert!(!machine.said().contains("a second machine speaks"), "{said}");
+            assert!(!machine.said().contains("a second machine claims"), "{said}");
         }
     }
     let [ada, bea] = &pairs;

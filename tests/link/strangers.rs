@@ -4,7 +4,7 @@ use crate::machine::{Machine, wait_until};
 use crate::{Side, alone, free_port, keys_or_skip};
 
 #[test]
-fn strangers_and_other_robots_are_not_heard() {
+fn unknown_peers_and_other_robots_are_refused() {
     let _alone = alone();
     let [Some(ours), Some(theirs)] = ["DNS:localhost"; 2].map(keys_or_skip) else { return };
     let port = free_port();
@@ -45,13 +45,17 @@ fn strangers_and_other_robots_are_not_heard() {
             &other,
             [
                 &format!("no connection with {connect}"),
-                "its link is of another robot",
+                "its link belongs to another robot",
                 "the same `robot` in [link]",
             ],
         ),
         (
             &robot,
-            ["no connection with 127.0.0.1", "its link is of another robot", "the same `robot` in [link]"],
+            [
+                "no connection with 127.0.0.1",
+                "its link belongs to another robot",
+                "the same `robot` in [link]",
+            ],
         ),
     ] {
         let says = || machine.said().lines().any(|line| parts.iter().all(|part| line.contains(part)));

@@ -139,7 +139,7 @@ fn what_goes_wrong_on_one_bus_keeps_torque_on_on_no_other() {
     }
     assert_eq!(said.lines().count(), 2, "{said}");
     let line = |begins: &str| wrong.lines().find(|line| line.trim_start_matches("leo: ").starts_with(begins));
-    assert!(line("face_left: the other end of the line hung up").is_some(), "{wrong}");
+    assert!(line("face_left: the other end of the line was closed").is_some(), "{wrong}");
     assert!(line("face_right: cannot open /dev/nowhere").is_some(), "{wrong}");
     assert!(line("left_arm: bus `left_arm` is a mock servo bus").is_some(), "{wrong}");
     let dead = [dies_at.to_str().expect("letters"), "/dev/nowhere", "bus `left_arm`"];

@@ -134,7 +134,7 @@ fn faults_are_switched_on_and_off_while_it_runs() {
         mock.tell("fault drop bus=torsoo"),
         "`bus=torsoo` names no mock bus: there are face_left, face_right, left_arm, right_arm, torso"
     );
-    assert_eq!(mock.tell("dance"), "`dance` is no command: say `fault KIND ..`, `clear` or `list`");
+    assert_eq!(mock.tell("dance"), "`dance` is not a command: use `fault KIND ..`, `clear` or `list`");
     assert_eq!(mock.tell("clear"), "no faults");
     assert!(comes(|| found(&mut port) == TORSO));
 

@@ -75,7 +75,7 @@ fn is_silent(robot: &Robot) -> Option<bool> {
 }
 
 #[test]
-fn a_process_in_another_language_is_a_source_is_missed_when_it_dies_and_is_heard_again() {
+fn a_source_in_another_language_is_missed_and_reconnects() {
     let Some(python) = Python::find() else { return };
     let robot = Robot::ready("sources", &[("[[sensor.source]]", CAMERA)]);
     let domain = Domain::at(robot.domain()).expect("a domain");

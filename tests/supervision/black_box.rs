@@ -84,7 +84,7 @@ fn what_was_before_a_death_and_after_it_is_in_a_file() {
 }
 
 #[test]
-fn an_emergency_stop_and_a_joint_without_a_servo_are_failures_and_an_end_in_order_is_none() {
+fn an_emergency_stop_and_a_silent_servo_are_failures() {
     let mut robot = Robot::ready("stopped-box", &[]);
     assert!(robot.works(), "{}", robot.said());
     fs::write(robot.domain().join("emergency-stop"), "a test\n").expect("raised");
@@ -107,7 +107,7 @@ fn an_emergency_stop_and_a_joint_without_a_servo_are_failures_and_an_end_in_orde
 }
 
 #[test]
-fn a_robot_without_a_black_box_says_so() {
+fn a_robot_without_a_black_box_reports_it() {
     let robot = Robot::ready("no-box", &[("black_box_s", "0.0")]);
     let (status, out, err) = asked(&robot);
     assert_eq!((status, out.as_str()), (Some(1), ""));

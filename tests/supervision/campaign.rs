@@ -9,7 +9,7 @@ use super::robot::{Robot, leo, wait_until};
 const CAMPAIGN: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/config/campaigns/a_bad_day.toml");
 
 #[test]
-fn the_robot_goes_on_through_a_bad_day_and_all_its_joints_follow_at_the_end_of_it() {
+fn the_robot_survives_a_fault_campaign_with_all_joints_following() {
     let robot = Robot::with("campaign", &[], &["--faults", CAMPAIGN]);
     assert!(wait_until(|| robot.said().contains("the robot runs")), "{}", robot.said());
     let lives = |process: &str| {
@@ -53,7 +53,7 @@ fn a_campaign_that_is_none_is_refused_before_anything_starts() {
         ("[[percepts]]\nkind = \"drop\"\nchance = 2", "campaign.toml:3"),
         (
             "[[processes]]\nkind = \"kill\"\nprocess = \"mind\"\nat_s = 1",
-            "campaign.toml:3:11: `mind` is no process",
+            "campaign.toml:3:11: `mind` is not a process",
         ),
         ("sede = 1", "seed"),
     ] {

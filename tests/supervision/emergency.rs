@@ -87,7 +87,7 @@ fn arm(robot: &Robot) {
 
 /// One test with one robot, because a process can join one domain only.
 #[test]
-fn however_the_motor_is_stopped_no_joint_jumps_and_what_shall_be_limp_is_limp() {
+fn no_stop_of_the_motor_makes_a_joint_jump() {
     let robot = Robot::ready("emergency", &[]);
     let mut joints = Joints::of(&robot);
     let following = all_are(JointMode::Following, JointCause::None);
@@ -120,7 +120,7 @@ fn until_told(robot: &Robot, line: &str) {
 }
 
 #[test]
-fn a_stop_outlives_its_robot_and_the_next_one_of_that_name_is_limp_until_it_is_released() {
+fn a_stop_outlives_its_robot_until_it_is_released() {
     let name = "stays-stopped";
     let (following, limp) = ("leo_joints{mode=\"following\"} 65", "leo_joints{mode=\"limp\"} 65");
     let robot = Robot::ready(name, &[]);
@@ -167,7 +167,7 @@ fn a_stop_outlives_its_robot_and_the_next_one_of_that_name_is_limp_until_it_is_r
 }
 
 #[test]
-fn a_stop_is_confirmed_however_short_the_queues_and_however_many_look_on() {
+fn a_stop_is_confirmed_with_short_queues_and_many_onlookers() {
     let robot = Robot::ready("looked-at", &[("frames", "1")]);
     let folder = tempfile::tempdir().expect("a folder");
     let mut recorders: Vec<_> = (0..4)

@@ -58,7 +58,7 @@ fn is_marked(line: &str) -> bool {
 }
 
 #[test]
-fn the_journal_hears_how_urgent_every_line_is_whichever_process_says_it() {
+fn the_journal_gets_the_priority_of_every_line() {
     let files = tempfile::tempdir().expect("a folder");
     let heard = heard(robot(files.path(), "urgent"), Listener::Journal);
     let says = |begin: &str, what: &str| {
@@ -74,7 +74,7 @@ fn the_journal_hears_how_urgent_every_line_is_whichever_process_says_it() {
 }
 
 #[test]
-fn nobody_but_the_journal_reads_how_urgent_a_line_is() {
+fn only_the_journal_gets_line_priorities() {
     for (listener, name) in [(Listener::Other, "other"), (Listener::Unnamed, "unnamed")] {
         let files = tempfile::tempdir().expect("a folder");
         let heard = heard(robot(files.path(), name), listener);

@@ -63,7 +63,7 @@ impl OnTerminal {
 }
 
 #[test]
-fn leo_top_answers_to_its_keys_and_leaves_the_terminal_as_it_was() {
+fn leo_top_handles_its_keys_and_restores_the_terminal() {
     let robot = Robot::ready("terminal", &[]);
     let mut command = Command::new(env!("CARGO_BIN_EXE_leo"));
     command.args(["top", "--domain"]).arg(robot.domain());
@@ -93,7 +93,7 @@ fn leo_top_answers_to_its_keys_and_leaves_the_terminal_as_it_was() {
 }
 
 #[test]
-fn leo_top_ends_in_order_when_it_is_told_that_its_terminal_hung_up() {
+fn leo_top_ends_in_order_after_a_terminal_hang_up() {
     let robot = Robot::ready("hung-up", &[]);
     let mut command = Command::new(env!("CARGO_BIN_EXE_leo"));
     command.args(["top", "--domain"]).arg(robot.domain());

@@ -100,7 +100,7 @@ fn a_process_that_hangs_is_replaced() {
 }
 
 #[test]
-fn a_killed_supervisor_takes_every_process_with_it_and_the_next_run_clears_up() {
+fn a_killed_supervisor_ends_every_process_and_the_next_run_cleans_up() {
     let robot = Robot::ready("orphan", &[]);
     let processes = robot.processes();
     assert_eq!(processes.len(), PROCESSES.len());
@@ -176,7 +176,7 @@ fn without_perspective_taking_no_perspective_but_the_robots_is_computed() {
 }
 
 #[test]
-fn the_cores_are_kept_awake_while_the_robot_runs_where_that_is_wanted() {
+fn the_cores_are_kept_awake_while_the_robot_runs_if_configured() {
     let request = Path::new("/dev/cpu_dma_latency");
     if fs::OpenOptions::new().write(true).open(request).is_err() {
         eprintln!("SKIPPED: needs the right to write to {}", request.display());
@@ -206,9 +206,9 @@ fn policies_of_serial_workers() -> Vec<String> {
 }
 
 #[test]
-fn who_carries_the_bytes_of_serial_lines_does_not_wait_for_ordinary_work() {
+fn serial_line_workers_do_not_wait_for_ordinary_work() {
     let check = leo(&["check", "--seconds", "0", "--json"]).output().expect("runs");
-    if !String::from_utf8_lossy(&check.stdout).contains("what they carry goes before other work") {
+    if !String::from_utf8_lossy(&check.stdout).contains("their bytes have priority over other work") {
         eprintln!("SKIPPED: needs CAP_SYS_NICE, and to see the kernel's threads");
         return;
     }

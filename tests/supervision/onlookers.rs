@@ -14,7 +14,7 @@ fn nodes(robot: &Robot) -> usize {
 }
 
 #[test]
-fn an_onlooker_that_is_killed_is_cleaned_up_while_nobody_of_the_robot_dies() {
+fn a_killed_onlooker_is_cleaned_up_without_a_process_death() {
     let robot = Robot::ready("onlooker", &[]);
     let before = nodes(&robot);
     assert!(before > 0, "{}", robot.said());

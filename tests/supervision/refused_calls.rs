@@ -31,7 +31,7 @@ const REFUSED: [(&str, &str, &[u32]); 16] = [
 const STREAMS: usize = 3;
 
 #[test]
-fn whichever_system_call_the_kernel_refuses_the_robot_runs_or_ends_with_a_reason_and_leaves_nothing() {
+fn any_refused_system_call_leaves_a_running_robot_or_a_reason() {
     let is_there = Command::new("strace").arg("--version").stdout(Stdio::null()).status().is_ok();
     assert!(is_there || std::env::var_os(REQUIRED).is_none(), "strace is needed to refuse system calls");
     if !is_there {

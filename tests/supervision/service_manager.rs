@@ -54,7 +54,7 @@ fn running(robot: &Robot) -> usize {
 }
 
 #[test]
-fn the_service_manager_hears_when_all_are_ready_that_they_live_and_that_they_stop() {
+fn the_service_manager_is_notified_of_ready_watchdog_and_stopping() {
     let manager = Manager::listens();
     let robot = manager.starts("notify", &[]);
     assert!(wait_until(|| manager.count("READY=1") > 0), "{:?}\n{}", manager.heard(), robot.said());

@@ -9,7 +9,7 @@ use rustix::process::Signal;
 use super::robot::{PROCESSES, Robot, left_behind, leo, signal, wait_until};
 
 #[test]
-fn a_process_starts_anew_as_it_was_started_though_the_program_and_its_files_are_others_by_now() {
+fn a_process_restarts_with_its_original_program_and_files() {
     let folder = tempfile::tempdir().expect("a folder");
     let program = folder.path().join("leo");
     fs::copy(env!("CARGO_BIN_EXE_leo"), &program).expect("copies");
@@ -55,7 +55,7 @@ fn a_process_starts_anew_as_it_was_started_though_the_program_and_its_files_are_
 }
 
 #[test]
-fn who_has_other_messages_than_the_robot_is_told_so_once_and_can_stop_it_all_the_same() {
+fn a_program_with_other_messages_can_still_stop_the_robot() {
     let robot = Robot::ready("other", &[]);
     // As an older program would have left it.
     fs::write(robot.domain().join("program"), "Leo 0.0.1\n0123456789abcdef\n").expect("writes");

@@ -215,7 +215,7 @@ fn nothing_of_a_running_robot_can_be_opened_by_another_user_and_a_damaged_segmen
 
     // Accidental damage by the owner does not keep a process from restarting.
     fs::write(segment, [0xA5; 16]).expect("this user may");
-    until(|| place.said().contains("it was made anew"));
+    until(|| place.said().contains("it was recreated"));
     assert!(place.said().contains(&segment.display().to_string()), "{}", place.said());
     let sensor = || sensor_of(&place.root);
     let before = sensor().expect("it runs");
@@ -377,7 +377,8 @@ fn root_raises_and_releases_the_stop_of_another_users_robot_and_reads_nothing_of
     let root = place.root.display();
     // Reading their configuration would be an error.
     let made = format!(
-        "mkdir -m 700 {root} {root}/configuration && touch {root}/iceoryx2.toml && echo x > {root}/configuration/leo.toml"
+        "mkdir -m 700 {root} {root}/configuration && touch {root}/iceoryx2.toml && echo x > \
+         {root}/configuration/leo.toml"
     );
     assert!(other(&made).0);
     let leo = |arguments: &[&str]| {
@@ -434,7 +435,7 @@ fn a_user_who_holds_the_name_of_the_stop_socket_is_told_of_and_believed_by_nobod
         Command::new("/bin/sh").args(["-c", &stop]).uid(OTHER + 1).gid(OTHER).output().expect("a shell");
     let said = String::from_utf8_lossy(&[stopped.stdout, stopped.stderr].concat()).into_owned();
     assert!(!stopped.status.success(), "{said}");
-    assert!(said.contains(&format!("the user with the number {OTHER} holds the name")), "{said}");
+    assert!(said.contains(&format!("the user with the number {OTHER} owns the name")), "{said}");
 }
 
 #[test]

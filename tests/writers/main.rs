@@ -93,7 +93,7 @@ fn is_refused<T: Topic>(
 }
 
 #[test]
-fn a_process_in_the_place_of_one_that_died_is_neither_obeyed_nor_believed_and_is_named() {
+fn an_impostor_of_a_dead_process_is_refused_and_named() {
     let folder = tempfile::tempdir().expect("a folder");
     let lesson = quiet_lesson(folder.path());
     let patient = [("deaths_most", "1000000"), ("backoff_most_ms", "40.0")];
@@ -182,7 +182,7 @@ fn a_learner_started_by_hand_is_refused(robot: &Robot) {
     let said = learner.wait_with_output().expect("ends").stderr;
     let said = String::from_utf8_lossy(&said);
     assert!(is_refused, "{said}\n{}", robot.said());
-    assert!(said.contains("the robot refuses what it publishes"), "{said}");
+    assert!(said.contains("the robot refuses its frames"), "{said}");
 }
 
 /// Kills the sensor process and publishes a non-existing object in its place.

@@ -70,7 +70,7 @@ proptest! {
     #![proptest_config(ProptestConfig { cases: 200, rng_seed: RngSeed::Fixed(4), ..ProptestConfig::default() })]
 
     #[test]
-    fn whatever_the_percept_buffer_says_each_perspective_stays_within_its_capacity_and_sound(
+    fn any_percept_buffer_keeps_each_perspective_sound_and_within_its_capacity(
         frames in prop::collection::vec((any::<bool>(), 0..4_u16, prop::collection::vec(entry(), 0..12)), 1..12),
     ) {
         let percepts = config::percepts::Percepts::builtin();
@@ -100,7 +100,7 @@ proptest! {
 }
 
 #[test]
-fn the_allegations_of_these_tests_are_believed_and_refused() {
+fn the_allegations_of_these_tests_are_accepted_and_refused() {
     let mut runner = proptest::test_runner::TestRunner::deterministic();
     let percepts = config::percepts::Percepts::builtin();
     let config = config::perspective::Perspective::builtin();

@@ -9,7 +9,7 @@ use frames::{Frames, capacity};
 use testkit::allocations_in;
 
 #[test]
-fn hundreds_of_frames_with_two_partners_nested_twice_and_64_things_allocate_nothing() {
+fn frames_with_two_nested_partners_and_64_objects_allocate_nothing() {
     let percepts = config::percepts::Percepts::builtin();
     let mut config = config::perspective::Perspective::builtin();
     config.resource.by = config::perspective::OwnershipRule::Territory;

@@ -15,13 +15,13 @@ proptest! {
     #![proptest_config(ProptestConfig { cases: 100, rng_seed: RngSeed::Fixed(7), ..ProptestConfig::default() })]
 
     #[test]
-    fn whatever_bytes_say_the_beliefs_are_sound(script in script()) {
+    fn any_bytes_leave_the_beliefs_sound(script in script()) {
         bytes::play(&script);
     }
 }
 
 #[test]
-fn the_bytes_of_these_tests_are_believed_and_refused() {
+fn the_bytes_of_these_tests_are_accepted_and_refused() {
     let mut runner = TestRunner::deterministic();
     let mut play = || bytes::play(&script().new_tree(&mut runner).unwrap().current());
     let seen: Vec<bytes::Seen> = (0..20).map(|_| play()).collect();

@@ -43,7 +43,7 @@ fn without_partners_there_is_the_robots_perspective_alone() {
 }
 
 #[test]
-fn every_perspective_speaks_about_the_instant_of_the_frame() {
+fn every_perspective_has_the_instant_of_the_frame() {
     let mut believer = believer(2);
     let mut frames = Frames::new(4);
     let (now, mut frame, entries) = frames.next();

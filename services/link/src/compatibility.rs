@@ -86,13 +86,13 @@ pub enum IncompatiblePeer {
 
 impl fmt::Display for IncompatiblePeer {
     fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(out, "the other machine and this one take nothing from each other: ")?;
+        write!(out, "the two machines refuse each other's messages: ")?;
         let (here, there) = match self {
             Self::Language { there } => {
                 return write!(
                     out,
-                    "its link speaks version {there} of the language of links, and this one version {LANGUAGE}. \
-                     Install the same version of Leo on both, and restart both"
+                    "its link uses version {there} of the link protocol, and this one version {LANGUAGE}. Install the \
+                     same version of Leo on both, and restart both"
                 );
             }
             Self::Meaning { here, there } => (here, there),
@@ -118,7 +118,7 @@ impl fmt::Display for IncompatiblePeer {
         let what: Vec<&str> = differs.iter().filter(|(differs, _)| *differs).map(|(_, what)| *what).collect();
         write!(
             out,
-            "they are configured otherwise, in {}. Make that the same on both, and restart both",
+            "their configurations differ in {}. Make that the same on both, and restart both",
             what.join(", and in ")
         )
     }
@@ -158,7 +158,7 @@ mod tests {
     }
 
     #[test]
-    fn messages_that_are_laid_out_otherwise_are_named_on_both_sides_with_what_to_do() {
+    fn different_message_layouts_are_reported_on_both_sides_with_what_to_do() {
         let here = Compatibility::of(&robot(), 2);
         assert_eq!(here.layouts, message::layouts());
         let there = Compatibility { version: packed("3.14.15-beta"), layouts: here.layouts ^ 1, ..here };
@@ -178,7 +178,7 @@ mod tests {
     }
 
     #[test]
-    fn a_version_alone_divides_nobody() {
+    fn a_different_version_alone_is_compatible() {
         let here = Compatibility::of(&robot(), 2);
         assert!(here.agrees(Compatibility { version: packed("3.0.0"), ..here }));
     }
@@ -214,7 +214,7 @@ mod tests {
     }
 
     #[test]
-    fn texts_are_told_apart_wherever_they_are_split() {
+    fn texts_are_distinguished_wherever_they_are_split() {
         let split = |words: [&str; 2]| hash(words.map(str::to_owned).into_iter());
         assert_ne!(split(["ab", "c"]), split(["a", "bc"]));
     }

@@ -166,7 +166,7 @@ mod tests {
     }
 
     #[test]
-    fn a_machine_that_started_anew_is_believed() {
+    fn a_restarted_machine_is_trusted() {
         let mut offset = ClockOffset::default();
         for there in [900_000_000_000, -5] {
             let exchange = exchange(1_000_000, there, (100, 100), 10);

@@ -206,7 +206,7 @@ mod tests {
     }
 
     #[test]
-    fn what_was_said_waits_until_it_was_heard() {
+    fn a_message_waits_until_it_is_acknowledged() {
         let mut outbox = Outbox::new(&[Stream::Events]);
         for value in 1..=3 {
             outbox.push(at(1), Stream::Events, (1, u64::from(value)), bytes(value));
@@ -224,7 +224,7 @@ mod tests {
     }
 
     #[test]
-    fn nobody_waits_for_ever() {
+    fn no_frame_waits_for_ever() {
         let mut outbox = Outbox::new(&[Stream::Events]);
         outbox.push(at(1), Stream::Events, (1, 1), bytes(1));
         outbox.push(at(50), Stream::Events, (1, 2), bytes(2));

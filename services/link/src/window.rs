@@ -181,7 +181,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_never_heard_of_is_given_up() {
+    fn what_is_never_acknowledged_is_given_up() {
         let mut window = Window::new();
         let mut number = 0;
         while window.has_room() {

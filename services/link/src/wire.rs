@@ -82,7 +82,7 @@ pub struct Batch {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum DecodeError {
     /// The bytes are malformed.
-    #[error("what came from the other machine is no message of a link")]
+    #[error("the other machine sent a malformed link message")]
     Malformed,
     /// The sender is incompatible.
     #[error("{0}")]
@@ -281,7 +281,7 @@ mod tests {
     }
 
     #[test]
-    fn who_means_something_else_is_told_apart() {
+    fn a_peer_with_another_meaning_is_distinguished() {
         let here = compatibility();
         let there = Compatibility { layouts: 99, ..here };
         let disagreement = DecodeError::IncompatiblePeer(IncompatiblePeer::Meaning { here, there });
@@ -290,13 +290,13 @@ mod tests {
     }
 
     #[test]
-    fn another_language_is_told_from_what_is_none() {
+    fn another_protocol_version_is_distinguished_from_malformed_bytes() {
         let mut bytes = PULSE.to_bytes(compatibility());
         bytes[0] = 7;
         let other = DecodeError::IncompatiblePeer(IncompatiblePeer::Language { there: 7 });
         assert_eq!(Heartbeat::decode(&bytes, compatibility()), Err(other));
         assert!(
-            other.to_string().contains("version 7 of the language of links, and this one version 2"),
+            other.to_string().contains("version 7 of the link protocol, and this one version 2"),
             "{other}"
         );
         // Even if the rest is missing.

@@ -14,7 +14,7 @@ proptest! {
     #![proptest_config(ProptestConfig { cases: 600, rng_seed: RngSeed::Fixed(8), ..ProptestConfig::default() })]
 
     #[test]
-    fn whatever_comes_from_the_network_the_link_goes_on_and_takes_nothing_twice(script in script()) {
+    fn any_network_input_leaves_the_link_running_and_nothing_is_accepted_twice(script in script()) {
         let _seen = bytes::play(&script);
     }
 }

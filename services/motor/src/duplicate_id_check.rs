@@ -79,7 +79,7 @@ mod tests {
     }
 
     #[test]
-    fn two_servos_are_told_from_a_broken_one_from_noise_and_from_silence() {
+    fn two_servos_are_distinguished_from_a_broken_one_noise_and_silence() {
         assert!(verdict(&[BROKEN], WELL), "they collide but where they say the same");
         assert!(verdict(&[LONG], LONG), "they never speak at quite the same moment");
         assert!(verdict(&[ProbeResult { answers: 2, ..LONG }], LONG), "one waits for the other");

@@ -43,7 +43,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn what_hangs_from_a_group_stops_with_it_and_not_the_other_way_round() {
+    fn dependent_groups_stop_with_their_group_but_not_the_reverse() {
         // A torso, a shoulder on it, a hand on that, and a wheel.
         let group_dependencies = GroupDependencies::new(4, &[0, 1, 2, 3], &[None, Some(0), Some(1), None]);
         assert_eq!(

@@ -23,7 +23,7 @@ const STOP_WITHIN: Duration = Duration::from_millis(750);
 pub enum MotorError {
     /// One bus has more servos than one cycle can serve.
     #[error(
-        "bus `{bus}` has {servos} servos, and a cycle has room for {SERVOS_MOST}: spread them over more buses"
+        "bus `{bus}` has {servos} servos, and a cycle serves at most {SERVOS_MOST}: spread them over more buses"
     )]
     Crowded {
         /// The bus.
@@ -41,7 +41,8 @@ pub enum MotorError {
     },
     /// The alert configuration names a group that motor.toml does not define.
     #[error(
-        "there is no group `{group}` in motor.toml, and `groups` of [motor.alert] in leo.toml names it; there are {known}"
+        "there is no group `{group}` in motor.toml, and `groups` of [motor.alert] in leo.toml names it; there are \
+         {known}"
     )]
     UnknownGroup {
         /// The group.

@@ -90,7 +90,7 @@ impl fmt::Display for Notice {
         match *self {
             Self::Overwritten { item, old, new, .. } => {
                 let what = match (item.address, old & 1) {
-                    (10, 1) => "; it turned the other way, which `sign` in motor.toml says instead",
+                    (10, 1) => "; it turned the other way, which belongs in `sign` in motor.toml",
                     _ => "",
                 };
                 write!(out, "EEPROM: {} was {old}, and is set to {new}{what}", Named(item))
@@ -98,14 +98,15 @@ impl fmt::Display for Notice {
             Self::Tighter { item, found, needed } => {
                 write!(
                     out,
-                    "the servo's {} is {found}, and {needed} would be needed for all that the joint may do; it stays so",
+                    "the servo's {} is {found}, and the joint needs {needed} for its whole range and speed; it stays \
+                     as it is",
                     Named(item)
                 )
             }
             Self::LeftOver { item, found } => {
                 write!(
                     out,
-                    "another program left {} at {found}; it is overwritten before torque comes on",
+                    "another program set {} to {found}; it is overwritten before torque comes on",
                     Named(item)
                 )
             }

@@ -80,7 +80,7 @@ mod tests {
     }
 
     #[test]
-    fn patience_grows_where_answers_are_late_and_shrinks_when_they_no_longer_are() {
+    fn the_reply_timeout_grows_with_late_replies_and_shrinks_again() {
         let mut patience = grown();
         for _ in 0..EXCHANGES - 1 {
             patience.record(false, Duration::ZERO);

@@ -118,13 +118,11 @@ impl Reporter {
         self.tell_goals_at = now + GOALS_EVERY;
         if more_refused > 0 {
             tracing::warn!(
-                "{more_refused} goals were refused: no number, or of a joint that motor.toml does not have"
+                "{more_refused} goals were refused: not a number, or for a joint that motor.toml does not have"
             );
         }
         if more_limited > 0 {
-            tracing::warn!(
-                "{more_limited} goals were beyond the limits of their joints, and became the limit"
-            );
+            tracing::warn!("{more_limited} goals were beyond the limits of their joints, and were limited");
         }
     }
 
@@ -141,7 +139,7 @@ impl Reporter {
         let is_steady = std::mem::replace(&mut self.disarmed, disarmed) == disarmed;
         if is_steady && disarmed > self.told_disarmed {
             tracing::warn!(
-                "{disarmed} joints are disarmed, and move once `leo arm` or the page has armed them"
+                "{disarmed} joints are disarmed. They move once they are armed with `leo arm` or on the page"
             );
         }
         if is_steady {
@@ -222,12 +220,12 @@ fn explain_bus<'a>(mut joints: impl Iterator<Item = &'a Known>) -> Option<&'stat
     let is_one = joints.all(|known| known.state == Some(first));
     match first {
         (JointMode::Quarantined, JointCause::BusLost) if is_one => {
-            Some("its line is lost, and its joints with it")
+            Some("its serial line is lost: all of its joints are quarantined")
         }
         (JointMode::Quarantined, JointCause::Silent) if is_one => Some(
-            "none of its servos answers, and its joints are quarantined; has it power, is its cable in, and do its servos \
-             listen at this speed (`leo bus scan --all-speeds`)? If so, this machine was too busy to carry its bytes: see \
-             `leo check`",
+            "none of its servos answers: all of its joints are quarantined. Check its power, its cable and the baud \
+             rate of its servos (`leo bus scan --all-speeds`). If they are right, this machine is too busy for the \
+             serial line: see `leo check`",
         ),
         _ => None,
     }
@@ -237,23 +235,23 @@ fn explain_bus<'a>(mut joints: impl Iterator<Item = &'a Known>) -> Option<&'stat
 const fn explain(state: (JointMode, JointCause)) -> Option<&'static str> {
     match state {
         (JointMode::Quarantined, JointCause::BusLost) => Some("is quarantined: its bus is lost"),
-        (JointMode::Quarantined, JointCause::Alert) => Some(
-            "is away for a moment: its servo begins anew after a hardware alert. Its group holds meanwhile",
-        ),
+        (JointMode::Quarantined, JointCause::Alert) => {
+            Some("is quarantined while its servo reboots after a hardware alert. Its group holds meanwhile")
+        }
         (JointMode::Quarantined, _) => {
             Some("is quarantined: its servo does not answer; is it powered, and on this bus with this id?")
         }
         (JointMode::Starting, JointCause::Restarted) => Some(
-            "is brought up again: its servo restarted by itself; look at its supply. Its group holds meanwhile",
+            "is brought up again: its servo restarted by itself. Check its power supply. Its group holds meanwhile",
         ),
         (JointMode::Starting, JointCause::Watchdog) => {
             Some("is armed again: the servo's own bus watchdog had tripped")
         }
         (JointMode::Lowering, JointCause::Alert) => {
-            Some("is lowered to its rest pose after a hardware alert, and lets go then")
+            Some("is lowered to its rest pose after a hardware alert, and then its torque is switched off")
         }
         (JointMode::Following, JointCause::Derated) => {
-            Some("moves more slowly: its servo is hot or short of voltage")
+            Some("moves more slowly: its servo is hot or its voltage is low")
         }
         _ => None,
     }
@@ -264,7 +262,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn that_every_torque_is_off_is_told_once_in_an_emergency() {
+    fn torque_off_is_logged_once_in_an_emergency() {
         let mut reporter = Reporter::new(&Robot::load(None).unwrap());
         let steps =
             [(false, 65), (true, 65), (true, 0), (true, 1), (true, 0), (false, 65), (true, 2), (true, 0)];
@@ -273,14 +271,14 @@ mod tests {
     }
 
     #[test]
-    fn a_servo_that_is_rebooted_is_not_said_to_be_silent() {
+    fn a_rebooting_servo_is_not_reported_as_silent() {
         let told = |cause| explain((JointMode::Quarantined, cause)).unwrap();
         assert!(told(JointCause::Silent).contains("does not answer"));
-        assert!(told(JointCause::Alert).contains("begins anew"), "{}", told(JointCause::Alert));
+        assert!(told(JointCause::Alert).contains("reboots"), "{}", told(JointCause::Alert));
     }
 
     #[test]
-    fn a_trouble_is_told_once_and_not_again_when_the_torque_has_gone_off() {
+    fn a_fault_is_logged_once_and_not_again_at_torque_off() {
         let mut reporter = Reporter::new(&Robot::load(None).unwrap());
         let mut told = 0;
         let mut update = |mode, trouble: Option<JointFault>| {
@@ -297,7 +295,7 @@ mod tests {
     }
 
     #[test]
-    fn a_bus_that_is_away_as_a_whole_is_named_once_and_a_servo_by_itself() {
+    fn a_lost_bus_is_logged_once_and_a_single_servo_by_name() {
         let robot = Robot::load(None).unwrap();
         let mut reporter = Reporter::new(&robot);
         let bus_of = |index: usize| robot.motor.joints[index].bus;

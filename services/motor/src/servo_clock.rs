@@ -135,7 +135,7 @@ mod tests {
 
     proptest! {
         #[test]
-        fn fresh_readings_are_taken_through_every_wrap_and_answers_three_cycles_old_never(
+        fn fresh_readings_are_accepted_at_every_wrap_and_old_ones_refused(
             rate in 0.985..1.015f64,
             start_ms in 0.0..40_000.0f64,
             delays in proptest::collection::vec((0.0..3.0f64, 0.0..3.0f64), 2000..3000),

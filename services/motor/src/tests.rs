@@ -335,7 +335,7 @@ fn goals_are_reached_when_asked_and_within_the_limits() {
 }
 
 #[test]
-fn a_goal_beyond_a_limit_becomes_the_limit_and_one_that_is_no_number_is_refused() {
+fn a_goal_beyond_a_limit_is_limited_and_a_nan_is_refused() {
     let mut rig = following();
     rig.commanded(400, 7.0, rig.now);
     assert!((rig.position(0) - 1.0).abs() < 0.003);
@@ -354,7 +354,7 @@ fn a_goal_beyond_a_limit_becomes_the_limit_and_one_that_is_no_number_is_refused(
 }
 
 #[test]
-fn without_a_commander_joints_slow_down_hold_go_limp_and_come_back_without_a_jump() {
+fn without_a_commander_joints_hold_go_limp_and_return_without_a_jump() {
     let mut rig = following();
     rig.commanded(60, -1.0, rig.now);
     let mut trace = vec![rig.state(0).mode().unwrap()];
@@ -456,7 +456,7 @@ fn a_lost_bus_stops_the_body_until_it_is_back() {
 }
 
 #[test]
-fn a_servo_that_started_anew_or_whose_watchdog_tripped_is_brought_up_again() {
+fn a_restarted_servo_or_tripped_watchdog_is_brought_up_again() {
     let mut rig = following();
     rig.lines[0].servos_mut()[0].reboot();
     rig.commanded(3, 0.0, rig.now);
@@ -508,7 +508,7 @@ fn a_crowded_bus_is_refused() {
 }
 
 #[test]
-fn on_a_noisy_wire_every_joint_goes_on_or_comes_back_and_no_command_jumps() {
+fn on_a_noisy_wire_every_joint_recovers_and_no_command_jumps() {
     let mut rig = following();
     let mut interrupted = 0;
     for seed in 0..6 {
@@ -557,7 +557,7 @@ fn an_answer_that_comes_once_more_a_cycle_later_is_dropped() {
 }
 
 #[test]
-fn after_an_answer_that_is_missing_none_of_its_length_is_awaited_for_long() {
+fn after_a_missing_reply_none_of_its_length_is_awaited() {
     let mut rig = following();
     rig.commanded(100, 0.0, rig.now);
     let lengths = |rig: &mut Rig, cycles: usize| {
@@ -579,7 +579,7 @@ fn after_an_answer_that_is_missing_none_of_its_length_is_awaited_for_long() {
 }
 
 #[test]
-fn a_bus_whose_adapter_gives_back_what_is_said_is_calm() {
+fn a_bus_with_an_echoing_adapter_is_clean() {
     let mut rig = following();
     for bus in 0..2 {
         rig.inject(bus, "echo");

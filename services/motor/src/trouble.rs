@@ -15,13 +15,13 @@ pub enum JointFault {
     },
     /// The servo adds an offset to its positions.
     #[error(
-        "its homing offset (item 20) is {0} counts, and every limit would be off by as much: offsets belong into \
-         motor.toml; write 0 with `leo bus write`, and check offset_rad"
+        "its homing offset (item 20) is {0} counts, which would shift every limit by as much. Offsets belong in \
+         motor.toml: write 0 with `leo bus write`, and check offset_rad"
     )]
     HomingOffset(i32),
     /// The servo would not shut down on errors for which the manufacturer enables that.
     #[error(
-        "by its item 63, shutdown, which is {found}, it would go on when it is hot or overloaded; write \
+        "its item 63, shutdown, is {found}: the servo would not switch off when it is hot or overloaded; write \
          {expected} with `leo bus write`"
     )]
     Shutdown {
@@ -32,32 +32,32 @@ pub enum JointFault {
     },
     /// The servo also executes instructions to another identifier.
     #[error(
-        "by its secondary id (item 12) it also does what servo {0} is told, and says nothing of it; write 255 with \
-         `leo bus write`"
+        "its secondary id (item 12) is {0}: it also executes the instructions to servo {0}, without an answer; write \
+         255 with `leo bus write`"
     )]
     SecondaryId(u8),
     /// The servo changes settings by itself at power-on.
     #[error(
-        "by its item 60, startup configuration, which is {0}, it has its torque on, or settings that somebody once \
-         stored, as soon as its power comes on; write 0 with `leo bus write`"
+        "its item 60, startup configuration, is {0}: at power-on the servo switches its torque on or restores stored \
+         settings; write 0 with `leo bus write`"
     )]
     Startup(u8),
     /// The servo has the limits of another joint.
     #[error(
         "its limits (items 48 and 52) are exactly those of joint number {0} in motor.toml: are two servos swapped, or \
-         their ids? If so, put them right. `leo arm --acknowledge` has its limits overwritten"
+         their ids? If so, correct that first. `leo arm --acknowledge` overwrites the limits"
     )]
     OtherJoint(usize),
     /// A limit is 0, so that the servo cannot move.
     #[error(
-        "its item {0}, a limit of its power, is 0, so that it cannot move; write what it comes with from the factory \
-         with `leo bus write`, and then `leo arm --acknowledge`"
+        "its item {0}, a limit of its power, is 0, so that it cannot move; write the factory value with `leo bus \
+         write`, and then `leo arm --acknowledge`"
     )]
     Powerless(u16),
     /// The joint did not follow its setpoint.
     #[error(
-        "blocked: it was {} rad from its command for longer than `blocked_after_ms`; look what holds it, then \
-         `leo arm --acknowledge`", f64_of_mrad(*by_mrad)
+        "blocked: it was {} rad from its command for longer than `blocked_after_ms`; remove what holds it, then `leo \
+         arm --acknowledge`", f64_of_mrad(*by_mrad)
     )]
     Blocked {
         /// Tracking error, in thousandths of a radian.
@@ -77,15 +77,15 @@ pub enum JointFault {
     Refused(servo::Fault),
     /// The servo reports a hardware alert.
     #[error(
-        "hardware alert: {0}; its group holds. Once its torque is off it stays off until its servo begins anew, where \
+        "hardware alert: {0}; its group holds. Once its torque is off, it stays off until its servo reboots, where \
          `on_alert` says so, or until `leo arm --acknowledge`"
     )]
     Alert(HardwareErrors),
     /// The servo's readings cannot be shown to be fresh.
     #[error(
-        "its servo answers and cannot be believed: its clock (item 120) stands still or is too slow, or its position \
-         leaps, so that nobody knows where it stands; it is quarantined until all of that has been right for 15 s. \
-         Take its power off and on; if that does not help, replace it"
+        "its servo answers with readings that cannot be trusted: its clock (item 120) stands still or is too slow, or \
+         its position jumps. It is quarantined until its readings have been right for 15 s. Switch its power off and \
+         on; if that does not help, replace it"
     )]
     Unbelieved,
     /// Two servos answer to one identifier.

@@ -150,7 +150,7 @@ mod tests {
     }
 
     #[test]
-    fn every_kind_does_what_it_says() {
+    fn every_kind_injects_its_fault() {
         let kind =
             |kind, more| fault_injector(&format!("[[percepts]]\nkind = \"{kind}\"\nchance = 1\n{more}"));
         assert_eq!(frames(&mut kind("drop", "from_s = 0.005"), 2), [vec![0, 1, 2, 3], vec![]]);

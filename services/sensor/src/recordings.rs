@@ -30,8 +30,8 @@ pub enum Reason {
     Playback(#[from] PlaybackError),
     /// The mean interval of its frames is below the minimum.
     #[error(
-        "the frames of {} are {gap:?} apart on an average, and no source reports that often: `at_ns` and \
-         `observed_at_ns` count nanoseconds (5 ms are 5000000)",
+        "the frames of {} are {gap:?} apart on average, which is too often for a source: `at_ns` and `observed_at_ns` \
+         count nanoseconds (5 ms are 5000000)",
         file.display()
     )]
     TooDense {
@@ -143,7 +143,7 @@ mod tests {
     }
 
     #[test]
-    fn a_trace_whose_instants_are_in_milliseconds_is_refused_and_told_what_they_are() {
+    fn a_trace_with_instants_in_milliseconds_is_refused_with_their_unit() {
         let folder = tempfile::tempdir().unwrap();
         let every_5_ms = || (0..200_u64).map(|frame| frame * 5);
         assert!(check_traces(&[source(folder.path(), every_5_ms().map(|ms| ms * 1_000_000))]).is_ok());
@@ -153,7 +153,7 @@ mod tests {
     }
 
     #[test]
-    fn of_many_frames_in_one_cycle_the_newest_is_taken_and_all_others_are_counted() {
+    fn of_many_frames_in_one_cycle_the_newest_is_used() {
         const BURST: u64 = 5000;
         let folder = tempfile::tempdir().unwrap();
         let sources = [source(folder.path(), (0..BURST).chain([10_000_000_000]))];

@@ -15,13 +15,13 @@ pub enum SensorError {
     #[error(transparent)]
     Percepts(#[from] PerceptionError),
     /// A source's frame is no valid pose.
-    #[error("the frame of the source `{name}` is no pose")]
+    #[error("the coordinate frame of the source `{name}` is not a valid pose")]
     Frame {
         /// Name of the source.
         name: String,
     },
     /// There are more than [`MAX_SOURCES`] sources.
-    #[error("{sources} sources are too many: at most {most} can be told apart", most = MAX_SOURCES)]
+    #[error("{sources} sources are too many: at most {most} are possible", most = MAX_SOURCES)]
     Sources {
         /// Configured number of sources.
         sources: usize,

@@ -14,7 +14,7 @@ proptest! {
     #![proptest_config(ProptestConfig { cases: 300, rng_seed: RngSeed::Fixed(6), ..ProptestConfig::default() })]
 
     #[test]
-    fn whatever_the_sources_say_the_percept_buffer_is_sound_and_every_loss_is_counted(script in script()) {
+    fn any_source_input_leaves_a_sound_percept_buffer_with_counted_losses(script in script()) {
         bytes::play(&script);
     }
 }

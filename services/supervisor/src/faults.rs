@@ -9,7 +9,7 @@ const SLOW_INTERVAL: Duration = Duration::from_millis(5);
 
 /// A fault names an unknown process.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-#[error("`{name}` is no process: say one of {}", known())]
+#[error("`{name}` is not a process: use one of {}", known())]
 pub struct UnknownProcess {
     name: String,
 }
@@ -172,6 +172,8 @@ mod tests {
     #[test]
     fn a_process_that_there_is_not_is_refused() {
         let error = faults("[[processes]]\nkind = \"kill\"\nprocess = \"mind\"\nat_s = 1").unwrap_err();
-        assert!(error.to_string().starts_with("`mind` is no process: say one of console, mock-bus, motor"));
+        assert!(
+            error.to_string().starts_with("`mind` is not a process: use one of console, mock-bus, motor")
+        );
     }
 }

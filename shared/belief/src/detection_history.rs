@@ -361,7 +361,7 @@ mod tests {
         #![proptest_config(ProptestConfig::with_cases(2_000))]
 
         #[test]
-        fn two_beliefs_sighted_at_once_are_apart_and_within_the_room_no_others(sighted in sighted(), seed in any::<u64>()) {
+        fn only_simultaneous_detections_cannot_link_within_the_capacity(sighted in sighted(), seed in any::<u64>()) {
             let intervals: Vec<_> = sighted.iter().map(|frames| {
                 let mut order: Vec<_> = frames.iter().copied().collect();
                 order.sort_by_key(|(source, number)| (number ^ seed).wrapping_mul(0x9E37_79B9_7F4A_7C15) ^ u64::from(*source));
@@ -378,7 +378,7 @@ mod tests {
         }
 
         #[test]
-        fn who_stay_apart_are_apart_whatever_each_is_sighted_in_once_more(
+        fn cannot_links_persist_after_further_detections(
             of in prop::array::uniform2(prop::collection::vec((0..10_u16, 0..40_u64), 1..24)),
             more in prop::array::uniform2((0..10_u16, 0..50_u64)),
             sources in 1..11_u16,

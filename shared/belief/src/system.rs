@@ -137,7 +137,7 @@ pub enum BeliefSystemError {
         capacity: usize,
     },
     /// The configuration names a plug-in function that the program does not supply.
-    #[error("the configuration wants the program's own {what} `{name}`, which this program lacks")]
+    #[error("the configuration names the custom {what} `{name}`, which this program does not have")]
     NoSuchFunction {
         /// The kind of function.
         what: &'static str,
@@ -145,7 +145,7 @@ pub enum BeliefSystemError {
         name: String,
     },
     /// A plug-in history keeps too many samples, or none.
-    #[error("the program's own history `{name}` keeps {samples} samples: it must be from 1 to 4096")]
+    #[error("the custom history `{name}` keeps {samples} samples: it must be from 1 to 4096")]
     Samples {
         /// Its name.
         name: String,

@@ -133,7 +133,7 @@ proptest! {
     #![proptest_config(ProptestConfig::with_cases(1_000))]
 
     #[test]
-    fn with_a_linkage_as_distance_the_clusters_are_those_of_an_independent_library(
+    fn linkage_clusters_equal_those_of_an_independent_library(
         points in prop::collection::vec([0.0..2.0_f64, 0.0..2.0_f64, 0.0..0.5_f64], 2..60),
         threshold in 0.05..0.9_f64,
         complete in any::<bool>(),

@@ -97,7 +97,7 @@ proptest! {
     #![proptest_config(ProptestConfig::with_cases(300))]
 
     #[test]
-    fn whatever_comes_in_what_is_believed_is_sound_and_every_observation_is_accounted_for(
+    fn any_input_gives_sound_beliefs_and_counts_every_observation(
         frames in prop::collection::vec(
             (prop::collection::vec((observation(), alleged()), 0..40), offset_ms(), any::<bool>()), 1..12,
         ),

@@ -24,8 +24,8 @@ pub enum BudgetError {
     },
     /// Compressed data expands to too much.
     #[error(
-        "its first {read_bytes} bytes expand to more than {}, the most that Leo expands so many to: it is damaged or was \
-         made to exhaust the machine; write it anew from what it was made of",
+        "its first {read_bytes} bytes expand to more than {}, the limit for so many bytes: it is damaged or was made \
+         to exhaust the machine; create the file again from its source",
         Bytes(*max_bytes)
     )]
     Expansion {
@@ -35,7 +35,7 @@ pub enum BudgetError {
         max_bytes: u64,
     },
     /// The data to keep in memory is too large.
-    #[error("what is to be kept of it needs more than {} of memory: {advice}", Bytes(*max_bytes))]
+    #[error("its contents need more than {} of memory: {advice}", Bytes(*max_bytes))]
     Memory {
         /// The limit in bytes.
         max_bytes: u64,

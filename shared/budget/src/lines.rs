@@ -77,7 +77,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_line_without_end_is_refused_by_its_number_and_costs_no_memory() {
+    fn an_endless_line_is_refused_by_number_without_memory() {
         let source = BufReader::new(b"{}\n\n".chain(io::repeat(b'a')));
         let mut lines = Lines::new(source, "example", 1 << 10);
         assert_eq!(lines.next_line().unwrap(), Some(&b"{}\n"[..]));

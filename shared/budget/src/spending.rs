@@ -94,11 +94,11 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_longer_file_may_cost_more_and_what_is_given_back_can_be_spent_again() {
+    fn the_budget_grows_with_the_file_and_released_bytes_return() {
         let mut budget = Budget::memory("split it");
         budget.spend(MEMORY_FLOOR).unwrap();
         let error = budget.spend(1).unwrap_err();
-        assert_eq!(error.to_string(), "what is to be kept of it needs more than 64 MiB of memory: split it");
+        assert_eq!(error.to_string(), "its contents need more than 64 MiB of memory: split it");
         budget.set_read_bytes(1);
         budget.spend(MEMORY_RATIO).unwrap();
         assert!(budget.spend(1).is_err());

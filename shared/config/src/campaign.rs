@@ -183,7 +183,7 @@ mod tests {
     }
 
     #[test]
-    fn a_fault_lasts_as_long_as_it_says() {
+    fn a_fault_lasts_for_its_duration() {
         let text = "[[percepts]]\nkind = \"nan\"\nchance = 1\nfrom_s = 2\nfor_s = 3";
         let fault = parse::<Campaign>(text, Path::new("c.toml")).unwrap().percepts[0];
         let on = |ms| fault.is_on(Duration::from_millis(ms));

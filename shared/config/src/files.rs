@@ -95,7 +95,7 @@ mod tests {
     use crate::Robot;
 
     #[test]
-    fn what_was_kept_is_the_same_robot_however_the_files_change_and_errors_name_the_files() {
+    fn a_kept_configuration_is_independent_of_later_changes() {
         let [own, folder] = [(); 2].map(|()| tempfile::tempdir().unwrap());
         let leo = own.path().join("robot.toml");
         fs::write(&leo, builtin::LEO.replace("frames = 4 ", "frames = 3 ")).unwrap();

@@ -94,8 +94,8 @@ impl Migration {
         self.text = self.text.replacen(&old, &old.replace(NAMES[0], NAMES[1]), 1);
         let key = key_of(&old).unwrap_or_default();
         self.steps.push(format!(
-            "`{key}` of [link] is by \"quic/\", no longer by \"tls/\": the same on the other machine; firewalls \
-             have to let UDP through"
+            "`{key}` of [link] uses \"quic/\" instead of \"tls/\": change the other machine too; firewalls have to let \
+             UDP through"
         ));
         true
     }
@@ -207,7 +207,7 @@ mod tests {
     }
 
     #[test]
-    fn whatever_key_is_missing_is_put_in_where_it_belongs_with_what_is_said_of_it() {
+    fn any_missing_key_is_added_in_its_place_with_its_comment() {
         let old = without(&["language", "                        #", "noise", "on_alert"])
             .replace("rate_hz = 250.0 ", "rate_hz = 125.0 ");
         let migrated = leo(&old).unwrap();
@@ -249,7 +249,7 @@ mod tests {
     }
 
     #[test]
-    fn a_file_from_before_joints_were_armed_by_order_gets_the_keys_and_the_table_of_that() {
+    fn a_file_from_before_arming_gets_its_keys_and_table() {
         let keys = [
             "automatic_arming",
             "stop_category",

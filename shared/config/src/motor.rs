@@ -337,7 +337,7 @@ fn check(raw: RawMotor) -> Result<Motor, SpannedError> {
             return Err(wrong(&bus.name, format!("there are two buses named `{name}`; rename one")));
         }
         if !BAUDS.contains(&baud) {
-            return Err(wrong(&bus.baud, format!("no servo speaks at {baud} baud: use one of {BAUDS:?}")));
+            return Err(wrong(&bus.baud, format!("no servo supports {baud} baud: use one of {BAUDS:?}")));
         }
         motor.buses.push(Bus { name: bus.name.into_inner(), device: bus.device, baud });
     }
@@ -359,7 +359,7 @@ fn check_joint(raw: RawJoint, motor: &mut Motor) -> Result<Joint, SpannedError> 
         return Err(wrong(&raw.bus, reason));
     };
     if motor.buses.get(bus).is_some_and(|bus| bus.baud > raw.model.max_baud()) {
-        let reason = format!("this servo speaks at no more than {} baud", raw.model.max_baud());
+        let reason = format!("this servo supports at most {} baud", raw.model.max_baud());
         return Err(wrong(&raw.bus, reason));
     }
     let id = *raw.id.get_ref();
@@ -493,10 +493,10 @@ mod tests {
             ("velocity_rad_s = 2.0", "velocity_rad_s = nan", ":23:18: NaN is out of range"),
             ("name = \"face\"", "name = \"torso\"", ":10:8: there are two buses named `torso`"),
             ("name = \"face\"", "name = \"fa/ce\"", ":10:8: `fa/ce` cannot name a bus"),
-            ("baud = 4000000", "baud = 4000001", ":7:8: no servo speaks at 4000001 baud"),
+            ("baud = 4000000", "baud = 4000001", ":7:8: no servo supports 4000001 baud"),
             ("name = \"jaw_pitch_joint\"", "name = \"torso_yaw_joint\"", ":28:8: there are two joints"),
             ("bus = \"face\"", "bus = \"torso\"", ":30:6: id 1 on bus `torso` belongs to `torso_yaw_joint`"),
-            ("baud = 2000000", "baud = 4500000", ":29:7: this servo speaks at no more than 4000000 baud"),
+            ("baud = 2000000", "baud = 4500000", ":29:7: this servo supports at most 4000000 baud"),
             ("sign = 1 ", "sgn = 1 ", "did you mean `sign`?"),
             (
                 "model = \"XM430-W350\"",

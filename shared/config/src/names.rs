@@ -26,10 +26,10 @@ impl TryFrom<Vec<String>> for Names {
         let mut known = BTreeSet::from([ROBOT]);
         for name in &names {
             if name.trim().is_empty() || name.chars().any(char::is_control) || name.len() > LONGEST {
-                return Err(format!("{name:?} is no name: it needs 1 to {LONGEST} bytes, on one line"));
+                return Err(format!("{name:?} is not a name: it needs 1 to {LONGEST} bytes, on one line"));
             }
             if !known.insert(name) {
-                return Err(format!("{name:?} is the name of two: nobody could tell them apart"));
+                return Err(format!("{name:?} is used twice: every name must be unique"));
             }
         }
         Ok(Self(names))
@@ -60,13 +60,13 @@ mod tests {
     }
 
     #[test]
-    fn whoever_has_no_name_is_called_by_his_number() {
+    fn an_unnamed_agent_is_called_by_its_number() {
         let anna = names(&["Anna"]).unwrap();
         assert_eq!([1, 2, NOBODY].map(|agent| anna.of(agent)), ["Anna", "partner 2", "somebody"]);
     }
 
     #[test]
-    fn names_that_tell_nobody_apart_are_refused() {
+    fn duplicate_names_are_refused() {
         for wrong in [&["Leo"][..], &["Anna", "Anna"], &[""], &["  "], &["a\nb"], &[&"x".repeat(64)]] {
             assert!(names(wrong).is_err(), "{wrong:?}");
         }

@@ -233,7 +233,7 @@ mod tests {
     }
 
     #[test]
-    fn a_region_is_whose_it_is_told_to_be_and_an_empty_one_is_refused() {
+    fn a_region_has_its_configured_owner_and_an_empty_one_is_refused() {
         let told = |region: &str| {
             let text = BUILTIN.replace("told = []", &format!("told = [{region}]"));
             parse::<Perspective>(&text, Path::new("p.toml"))

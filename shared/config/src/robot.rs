@@ -131,7 +131,8 @@ fn with_migration_hint(mut error: ConfigError, leo: &Path) -> ConfigError {
     if let ConfigError::Invalid { reason, .. } = &mut error
         && reason.starts_with("missing field")
     {
-        *reason += &format!("; an older file? `leo check --config {} --migrate` puts it in", leo.display());
+        *reason +=
+            &format!("; is it an older file? `leo check --config {} --migrate` adds it", leo.display());
     }
     error
 }

@@ -137,7 +137,7 @@ mod tests {
     }
 
     #[test]
-    fn a_link_is_not_followed_and_what_is_there_stays_unless_it_is_to_be_replaced() {
+    fn a_link_is_not_followed_and_files_stay_unless_overwritten() {
         let folder = tempfile::tempdir().unwrap();
         let place = |name: &str| folder.path().join(name);
         let [theirs, link, dangling, new] = ["theirs", "link", "dangling", "new"].map(place);

@@ -8,7 +8,7 @@ fn parent() -> tempfile::TempDir {
 }
 
 #[test]
-fn a_folder_is_made_for_this_user_alone_and_holds_files_of_theirs() {
+fn a_folder_is_created_for_this_user_alone() {
     let parent = parent();
     let path = parent.path().join("own");
     assert!(Folder::open(&path).unwrap_err().is_missing());
@@ -54,7 +54,7 @@ fn a_link_is_not_followed_and_nothing_behind_it_is_touched() {
 }
 
 #[test]
-fn a_folder_in_which_others_may_write_is_refused_and_so_is_a_file() {
+fn a_folder_or_file_writable_by_others_is_refused() {
     let parent = parent();
     let path = parent.path().join("open");
     fs::create_dir(&path).unwrap();

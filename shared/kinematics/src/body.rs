@@ -123,7 +123,7 @@ pub enum BodyError {
         other: String,
     },
     /// The joints form a cycle.
-    #[error("link `{link}` hangs on a ring of joints")]
+    #[error("link `{link}` is part of a loop of joints")]
     Ring {
         /// A link of the cycle.
         link: String,

@@ -148,7 +148,7 @@ proptest! {
 }
 
 #[test]
-fn a_point_out_of_reach_says_how_far_away_the_hand_stays() {
+fn an_unreachable_point_reports_the_remaining_distance() {
     let body = leo();
     let error = body
         .inverse_kinematics(Side::Left, &HandGoal::Down(Position::new(2.0, 0.0, 0.2)), &seed(body))

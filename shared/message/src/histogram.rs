@@ -170,7 +170,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn every_value_lies_in_a_bucket_whose_bound_is_at_most_a_sixteenth_above() {
+    fn every_bucket_bound_is_at_most_a_sixteenth_above_its_values() {
         let mut nanos: u64 = 1 << LOWEST_BITS;
         let mut checked = 0;
         while nanos < (1 << (LOWEST_BITS + OCTAVES)) - 1 {

@@ -58,7 +58,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn what_there_is_room_for_is_told_and_a_lying_count_tells_no_more() {
+    fn a_false_count_is_limited_to_the_capacity() {
         let state = |joint| JointState::unread(joint, JointMode::Limp, JointCause::NotStarted);
         let mut joints = Joints::default();
         joints.set((0..300).map(state));

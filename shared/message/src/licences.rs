@@ -202,7 +202,7 @@ mod tests {
     }
 
     #[test]
-    fn joints_are_grouped_by_licence_and_cause_with_the_most_frequent_cause_first() {
+    fn joints_are_grouped_by_licence_with_the_most_frequent_cause_first() {
         let states = [
             joint(0, JointLicence::Armed, JointCause::None),
             joint(1, JointLicence::Disarmed, JointCause::Silent),
@@ -236,7 +236,7 @@ mod tests {
     }
 
     #[test]
-    fn a_reading_has_an_age_and_a_joint_that_was_never_read_has_none() {
+    fn a_reading_has_an_age_and_an_unread_joint_has_none() {
         let unread = JointState::unread(0, JointMode::Limp, JointCause::NotStarted);
         assert_eq!(unread.reading_age_s(5), None);
         let read = unread.with_reading(1_000_000_000, 0.0, 0.0, 0.0);

@@ -90,14 +90,14 @@ impl Loss {
     #[must_use]
     pub const fn advice(self) -> &'static str {
         match self {
-            Self::Overtaken => "two of its frames came in one cycle of the sensor: the newest was taken",
+            Self::Overtaken => "two of its frames arrived in one cycle of the sensor: the newest was used",
             Self::Missed => {
-                "frames of it were dropped before they were taken: the sensor was late, or it sends more in one cycle than \
-                 `buffers.frames` hold"
+                "frames of it were dropped before they were read: the sensor was late, or the source sends more in one \
+                 cycle than `buffers.frames` hold"
             }
             Self::Unreadable => "a frame could not be read: was its process killed, or is /dev/shm full?",
             Self::Misnumbered => {
-                "`sequence` must count its frames from one without gaps, in every life of its own"
+                "`sequence` must count the source's frames from 1 without gaps, from each start of the source"
             }
             Self::Unstamped => {
                 "`hops_ns[0]` must say when the observations were complete, in nanoseconds of CLOCK_MONOTONIC"
@@ -116,12 +116,13 @@ impl Loss {
             Self::Look => "`colour_rgb` and `shape` must be from 0 to 1",
             Self::Confidence => "`confidence` must be from 0 to 1",
             Self::Person => "`partner` of a person must be 1, 2, ..., or 0 for the robot's own head",
-            Self::LeftOut => "there was no room for all its observations: raise `buffers.objects`",
+            Self::LeftOut => "not all of its observations fit: raise `buffers.objects`",
             Self::State => {
-                "each of `states` must be from 0 to 1; one that the thing has not is NaN, or left out of a trace"
+                "each of `states` must be from 0 to 1; a state that the object does not have is NaN, or left out of a \
+                 trace"
             }
             Self::Twice => {
-                "a person may be in one place at an instant: the first observation of each was taken"
+                "a person can be in only one place at an instant: the first observation of each person was used"
             }
         }
     }
@@ -132,7 +133,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn every_loss_has_a_name_of_its_own_and_a_place_among_the_counts() {
+    fn every_loss_has_a_unique_name_and_index() {
         let mut names: Vec<_> = Loss::ALL.iter().map(|loss| loss.name()).collect();
         names.sort_unstable();
         names.dedup();

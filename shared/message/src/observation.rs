@@ -254,7 +254,7 @@ mod tests {
     }
 
     #[test]
-    fn every_fault_is_told_from_the_others() {
+    fn every_fault_is_distinguished() {
         let sound =
             Observation { kind: ObservationKind::Person.raw(), partner: 1, ..Observation::object(1, 5) };
         assert_eq!(sound.fault(), None);

@@ -87,7 +87,7 @@ impl Feature {
             #[expect(
                 clippy::cast_possible_truncation,
                 clippy::cast_sign_loss,
-                reason = "what stands for a symbol is in its range"
+                reason = "the number of a symbol is in its range"
             )]
             SYMBOL => Self::Symbol(a as u16),
             NUMBER => Self::Number(a),
@@ -316,7 +316,7 @@ mod tests {
     }
 
     #[test]
-    fn a_full_snapshot_says_so() {
+    fn a_full_snapshot_is_marked_as_full() {
         let mut snapshot = Snapshot::default();
         for index in 0..12 {
             assert!(snapshot.push(PerceptValue::new(index, 1.0, 1.0, Feature::None)));

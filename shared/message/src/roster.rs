@@ -95,7 +95,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_newest_life_may_publish_and_no_other_process_of_its_number() {
+    fn only_the_newest_instance_may_publish() {
         let mut roster = Roster::default();
         let may = |roster: &Roster, pid, at| roster.may_publish(Process::Learner, pid, at);
         assert!(!may(&roster, 0, 0) && roster.incarnation(Process::Learner).is_none());

@@ -17,12 +17,12 @@ fn sources(readings: &Readings, page: &mut MetricsText) {
         "leo_source_silent",
         Kind::Gauge,
         None,
-        "1 while frames are expected of the source and none come.",
+        "1 while the source should send frames and sends none.",
     );
     for source in &readings.sources {
         page.gauge(&[("source", source.name.as_str())], f64::from(u8::from(source.silent != 0)));
     }
-    page.family("leo_source_frames", Kind::Counter, None, "Frames taken of the source.");
+    page.family("leo_source_frames", Kind::Counter, None, "Frames read from the source.");
     for source in &readings.sources {
         page.count(&[("source", source.name.as_str())], source.frames);
     }
@@ -50,12 +50,7 @@ fn perspectives(readings: &Readings, page: &mut MetricsText) {
         .map(|perspective| format!("{:?}", perspective.path.agents().unwrap_or_default()))
         .collect();
     let each = || paths.iter().map(String::as_str).zip(&readings.perspectives);
-    page.family(
-        "leo_perspective_steps",
-        Kind::Counter,
-        None,
-        "How often the perspective's beliefs were brought to an instant.",
-    );
+    page.family("leo_perspective_steps", Kind::Counter, None, "Steps of the perspective's belief system.");
     for (path, perspective) in each() {
         page.count(&[("perspective", path)], perspective.steps);
     }
@@ -63,7 +58,7 @@ fn perspectives(readings: &Readings, page: &mut MetricsText) {
         "leo_perspective_beliefs",
         Kind::Counter,
         None,
-        "Beliefs held after each step, all together: divide by the steps.",
+        "Sum of the numbers of beliefs after each step: divide by the steps.",
     );
     for (path, perspective) in each() {
         page.count(&[("perspective", path)], perspective.beliefs);
@@ -72,7 +67,7 @@ fn perspectives(readings: &Readings, page: &mut MetricsText) {
         "leo_perspective_left_out",
         Kind::Counter,
         None,
-        "Observations, beliefs and occluders for which the perspective had no room.",
+        "Observations, beliefs and occluders beyond the perspective's capacity.",
     );
     for (path, perspective) in each() {
         page.count(&[("perspective", path)], perspective.left_out);
@@ -81,7 +76,7 @@ fn perspectives(readings: &Readings, page: &mut MetricsText) {
         "leo_perspective_refused",
         Kind::Counter,
         None,
-        "Observations and evaluations that the perspective refused as nonsense.",
+        "Observations and evaluations that the perspective refused as invalid.",
     );
     for (path, perspective) in each() {
         page.count(&[("perspective", path)], perspective.refused);
@@ -89,12 +84,7 @@ fn perspectives(readings: &Readings, page: &mut MetricsText) {
 }
 
 fn tasks(readings: &Readings, page: &mut MetricsText) {
-    page.family(
-        "leo_store_bytes",
-        Kind::Gauge,
-        Some("bytes"),
-        "Size of the file in which is kept what was learned.",
-    );
+    page.family("leo_store_bytes", Kind::Gauge, Some("bytes"), "Size of the file of the learned tasks.");
     if let Some(bytes) = readings.store_bytes {
         page.gauge(&[], float(bytes));
     }
@@ -106,7 +96,7 @@ fn tasks(readings: &Readings, page: &mut MetricsText) {
         "leo_task_hypotheses",
         Kind::Gauge,
         None,
-        "Hypotheses told of the task after its last demonstration.",
+        "Hypotheses published for the task after its last demonstration.",
     );
     for task in &readings.tasks {
         for (perspective, count) in &task.hypotheses {

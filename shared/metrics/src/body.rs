@@ -14,10 +14,10 @@ type Count = (&'static str, &'static str, fn(&BusHealth) -> u64);
 
 const COUNTS: [Count; 3] = [
     ("leo_bus_exchanges", "Requests carried out.", |bus| bus.exchanges),
-    ("leo_bus_skipped_cycles", "Cycles in which the bus was still busy with the one before.", |bus| {
+    ("leo_bus_skipped_cycles", "Cycles in which the bus was still busy with the previous cycle.", |bus| {
         bus.skipped
     }),
-    ("leo_bus_late_bytes", "Bytes that came after their time.", |bus| bus.late_bytes),
+    ("leo_bus_late_bytes", "Bytes that arrived after the reply timeout.", |bus| bus.late_bytes),
 ];
 
 /// A kind of fault: label, field.
@@ -65,7 +65,7 @@ fn buses(buses: &[BusHealth], page: &mut MetricsText) {
         "leo_bus_errors",
         Kind::Counter,
         None,
-        "Answers that did not come, came broken, or were of another cycle.",
+        "Replies that were missing, corrupt or of another cycle.",
     );
     for bus in buses {
         for (error, of) in FAULTS {
@@ -76,7 +76,7 @@ fn buses(buses: &[BusHealth], page: &mut MetricsText) {
         "leo_bus_incidents",
         Kind::Counter,
         None,
-        "What befell servos, by themselves or by what they were told, and the line.",
+        "Incidents of the servos and of the serial line, by kind.",
     );
     for bus in buses {
         for (incident, of) in INCIDENTS {
@@ -91,17 +91,12 @@ fn joints(readings: &Readings, page: &mut MetricsText) {
     if readings.joints.is_empty() {
         return;
     }
-    page.family("leo_joints", Kind::Gauge, None, "Joints by what the motor process does with them.");
+    page.family("leo_joints", Kind::Gauge, None, "Joints by their mode in the motor process.");
     for mode in JointMode::ALL {
         let count = readings.joints.iter().filter(|joint| joint.mode() == Some(*mode)).count();
         page.gauge(&[("mode", mode.name())], float_of_count(count));
     }
-    page.family(
-        "leo_joints_in_trouble",
-        Kind::Gauge,
-        None,
-        "Joints that are not as they should be, by the cause.",
-    );
+    page.family("leo_joints_in_trouble", Kind::Gauge, None, "Joints with a fault, by the cause.");
     for cause in JointCause::ALL.iter().filter(|cause| **cause != JointCause::None) {
         let count = readings.joints.iter().filter(|joint| joint.cause() == Some(*cause)).count();
         page.gauge(&[("cause", cause.name())], float_of_count(count));
@@ -111,7 +106,7 @@ fn joints(readings: &Readings, page: &mut MetricsText) {
         "leo_joint_position_radians",
         Kind::Gauge,
         Some("radians"),
-        "Where the joint was when it was read last.",
+        "Last position of the joint that was read.",
     );
     for joint in &readings.joints {
         if let Some(radians) = joint.present_position_rad() {
@@ -184,12 +179,12 @@ fn machines(readings: &Readings, page: &mut MetricsText) {
     gauge("leo_joints_by_motion", "motion", "Joints by how they move.", &counted!(JointMotion, motion));
     for (name, help, count) in [
         ("leo_joint_locks", "How often a joint was locked.", readings.joint_locks),
+        ("leo_goals_limited", "Goals beyond a joint's limits, which were limited.", readings.goals_limited),
         (
-            "leo_goals_limited",
-            "Goals beyond a joint's limits, which became the limit.",
-            readings.goals_limited,
+            "leo_goals_refused",
+            "Goals that are not a number, or for an unknown joint.",
+            readings.goals_refused,
         ),
-        ("leo_goals_refused", "Goals that are no number, or for no joint.", readings.goals_refused),
     ] {
         page.family(name, Kind::Counter, None, help);
         page.count(&[], count);

@@ -11,21 +11,23 @@ use crate::readings::Readings;
 type Count = (&'static str, Option<&'static str>, &'static str, fn(&LinkHealth) -> u64);
 
 const COUNTS: [Count; 10] = [
-    ("leo_link_hearings", None, "How often the other machine came to be heard.", |link| link.hearings),
+    ("leo_link_hearings", None, "How often the link to the other machine was established.", |link| {
+        link.hearings
+    }),
     ("leo_link_sent_frames", None, "Frames handed to the network.", |link| link.sent),
     ("leo_link_overtaken_frames", None, "Frames not sent because a newer one came first.", |link| {
         link.overtaken
     }),
-    ("leo_link_given_up_frames", None, "Frames that waited for the other machine for too long.", |link| {
+    ("leo_link_given_up_frames", None, "Frames dropped after waiting too long to be sent.", |link| {
         link.given_up
     }),
     ("leo_link_received_frames", None, "Frames of the other machine that were published here.", |link| {
         link.received
     }),
-    ("leo_link_lost_bundles", None, "Bundles of frames that were sent here and did not come.", |link| {
+    ("leo_link_lost_bundles", None, "Bundles of frames that were lost on the way to this machine.", |link| {
         link.lost
     }),
-    ("leo_link_refused", None, "Messages and frames of the other machine refused as nonsense.", |link| {
+    ("leo_link_refused", None, "Messages and frames of the other machine refused as malformed.", |link| {
         link.refused
     }),
     ("leo_link_late_commands", None, "Commands that came too late to be carried out.", |link| link.late),
@@ -35,20 +37,20 @@ const COUNTS: [Count; 10] = [
 
 pub(crate) fn write(readings: &Readings, page: &mut MetricsText) {
     let Some(link) = &readings.link else { return };
-    page.family("leo_link_heard", Kind::Gauge, None, "1 while the other machine is heard.");
+    page.family("leo_link_heard", Kind::Gauge, None, "1 while the link to the other machine is up.");
     page.gauge(&[], float(link.is_heard));
     page.family(
         "leo_link_round_trip_seconds",
         Kind::Gauge,
         Some("seconds"),
-        "To the other machine and back, the newest.",
+        "Latest round-trip time to the other machine.",
     );
     page.gauge(&[], seconds(link.round_trip_ns));
     page.family(
         "leo_link_clock_error_seconds",
         Kind::Gauge,
         Some("seconds"),
-        "By how much instants from the other machine are wrong at most.",
+        "Maximum error of the timestamps from the other machine.",
     );
     page.gauge(&[], seconds(link.clock_error_ns));
     for (name, unit, help, of) in COUNTS {

@@ -10,18 +10,20 @@ use crate::readings::Readings;
 type Count = (&'static str, &'static str, fn(&Health) -> u64);
 
 const COUNTS: [Count; 11] = [
-    ("leo_process_restarts", "Lives begun after the first.", |health| health.incarnation.saturating_sub(1)),
-    ("leo_process_heartbeats", "Turns of the loop: what stands still hangs.", |health| health.beat),
+    ("leo_process_restarts", "Restarts of the process.", |health| health.incarnation.saturating_sub(1)),
+    ("leo_process_heartbeats", "Cycles of the loop; a process whose value is constant hangs.", |health| {
+        health.beat
+    }),
     ("leo_process_cycles", "Cycles begun.", |health| health.cycles),
     ("leo_process_overruns", "Cycles that ended after their deadline.", |health| health.overruns),
     ("leo_process_skipped_releases", "Releases that an overrun ran past.", |health| health.skipped),
     ("leo_process_dropped_frames", "Frames lost because the process was slow to read them.", |health| {
         health.drops
     }),
-    ("leo_process_undelivered_frames", "Frames that some reader could not be given.", |health| {
+    ("leo_process_undelivered_frames", "Frames that could not be delivered to a subscriber.", |health| {
         health.undelivered
     }),
-    ("leo_process_refused", "Frames or entries refused as nonsense.", |health| health.refused),
+    ("leo_process_refused", "Frames or entries refused as malformed.", |health| health.refused),
     (
         "leo_process_unlisted_frames",
         "Frames refused because the roster does not name their publisher.",
@@ -37,7 +39,7 @@ const COUNTS: [Count; 11] = [
 type Distribution = (&'static str, &'static str, fn(&Health) -> &Histogram);
 
 const DISTRIBUTIONS: [Distribution; 3] = [
-    ("leo_wakeup", "From the release, or the bell, to the start of the cycle", |health| &health.wakeup),
+    ("leo_wakeup", "From the release or the notification to the start of the cycle", |health| &health.wakeup),
     ("leo_execution", "From start to end of the cycle", |health| &health.execution),
     ("leo_input_age", "Age of the input when the step on it began", |health| &health.latency),
 ];
@@ -57,7 +59,7 @@ pub(crate) fn write(readings: &Readings, page: &mut MetricsText) {
         "leo_process_rate_hertz",
         Kind::Gauge,
         Some("hertz"),
-        "Configured rate; none for those that are woken.",
+        "Configured rate; absent for event-driven processes.",
     );
     for (process, health) in each().filter(|(_, health)| health.period_ns > 0) {
         page.gauge(&[("process", process)], 1e9 / float(health.period_ns));
@@ -95,12 +97,12 @@ pub(crate) fn distribution(
     for (name, histogram) in told() {
         page.buckets(&[(label, name)], histogram);
     }
-    let life = format!("{help}, over the whole life of the process.");
+    let life = format!("{help}, since the process started.");
     page.family(&format!("{stem}_life_seconds"), Kind::Summary, Some("seconds"), &life);
     for (name, histogram) in told() {
         page.quantiles(&[(label, name)], histogram);
     }
-    let most = format!("{help}: the most in the life of the process.");
+    let most = format!("{help}: the maximum since the process started.");
     page.family(&format!("{stem}_max_seconds"), Kind::Gauge, Some("seconds"), &most);
     for (name, histogram) in told() {
         page.gauge(&[(label, name)], seconds(histogram.max_ns()));

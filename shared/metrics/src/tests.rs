@@ -53,7 +53,7 @@ fn readings() -> Readings {
 }
 
 #[test]
-fn what_was_read_is_told_with_its_labels() {
+fn readings_are_exported_with_their_labels() {
     let text = openmetrics(&readings());
     for line in [
         "leo_process_running{process=\"sensor\"} 1",
@@ -145,7 +145,7 @@ fn names(text: &str) -> BTreeSet<&str> {
 }
 
 #[test]
-fn whatever_the_dashboard_asks_for_is_told_and_whatever_is_told_is_explained() {
+fn every_dashboard_query_is_exported_and_every_metric_is_documented() {
     let text = openmetrics(&readings());
     let samples: String =
         text.lines().filter(|line| !line.starts_with('#')).map(|line| format!("{line}\n")).collect();

@@ -204,7 +204,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_lifted_carried_and_lowered_is_told_once_as_it_comes_down() {
+    fn a_carried_object_is_reported_once_when_it_is_lowered() {
         for step_m in [0.001, 0.004, 0.02, 0.05] {
             let movements = seen(&carried(step_m), 2);
             let [PartnerMovement { actor: 2, thing: 7, from, above }] = movements[..] else {
@@ -216,7 +216,7 @@ mod tests {
     }
 
     #[test]
-    fn what_leo_would_not_do_and_what_leo_does_is_not_told() {
+    fn what_leo_itself_does_is_not_reported() {
         let pushed = through(&[TAKEN, [0.6, -0.2, 0.025], [0.6, -0.2, 0.01]], 0.004);
         assert_eq!(seen(&pushed, 1), []);
         let put_back = through(&[TAKEN, [0.5, 0.1, 0.16], TAKEN], 0.004);
@@ -228,7 +228,7 @@ mod tests {
     }
 
     #[test]
-    fn who_thinks_better_of_it_is_told_of_again_where_it_comes_down_then() {
+    fn a_changed_destination_is_reported_again() {
         let twice = [TAKEN, [0.5, 0.1, 0.16], OVER, [0.6, -0.2, 0.1], [0.4, 0.3, 0.1], [0.4, 0.3, 0.05]];
         let above: Vec<f64> = seen(&through(&twice, 0.004), 1).iter().map(|it| it.above.point().y).collect();
         assert!(
@@ -237,7 +237,7 @@ mod tests {
     }
 
     #[test]
-    fn what_passes_to_another_hand_is_a_movement_of_his() {
+    fn a_hand_over_is_a_movement_of_the_receiver() {
         let mut mirror = Mirror::default();
         let way = carried(0.004);
         let half = way.len() / 2;

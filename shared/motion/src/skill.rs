@@ -130,7 +130,7 @@ pub enum FailureReason {
         away_rad: f64,
     },
     /// The position of a joint is unknown.
-    #[error("joint {joint} does not say where it is")]
+    #[error("the position of joint {joint} is unknown")]
     Silent {
         /// Index of the joint.
         joint: usize,
@@ -141,10 +141,10 @@ pub enum FailureReason {
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 pub enum SkillError {
     /// A coordinate or a height is not finite, or a height is negative.
-    #[error("the skill's coordinates are no numbers")]
+    #[error("the skill's coordinates are not numbers")]
     NotFinite,
     /// No arm can follow the whole path.
-    #[error("no way in phase {phase:?}: {why}")]
+    #[error("no path in phase {phase:?}: {why}")]
     Unreachable {
         /// Phase in which the first attempt failed.
         phase: Phase,
@@ -158,7 +158,7 @@ pub enum SkillError {
         side: Side,
     },
     /// The path exceeds the maximum number of waypoints.
-    #[error("the way has more than {most} waypoints")]
+    #[error("the path has more than {most} waypoints")]
     TooLong {
         /// The maximum.
         most: usize,

@@ -241,7 +241,7 @@ fn pegs_come_into_holes_without_sweeping_the_table() {
 }
 
 #[test]
-fn joints_that_have_to_speed_up_and_slow_down_keep_to_the_way_too() {
+fn joints_that_accelerate_and_brake_stay_on_the_path() {
     let (seen, longest) = check_insertions(Follow::WithinLimits);
     assert_eq!(seen, 36);
     println!("the longest takes {longest:?}");
@@ -361,7 +361,7 @@ fn what_is_out_of_reach_is_refused_and_nothing_begins() {
 }
 
 #[test]
-fn a_joint_that_stays_behind_fails_the_phase_and_a_silent_neck_does_not() {
+fn a_lagging_joint_fails_the_phase_but_a_silent_neck_does_not() {
     let peg = Position::new(0.4, 0.1, HALF_HEIGHT_M);
     let skill = insert(peg, Position::new(0.35, 0.25, 0.05));
     let elbow = LEO.body.joint("left_elbow_pitch_joint").expect("an elbow");
@@ -463,7 +463,7 @@ fn check_table(table: &Table, x_base_world: &Pose<Base, World>) -> usize {
 }
 
 #[test]
-fn what_a_lesson_asks_leo_to_do_is_within_his_reach() {
+fn every_lesson_is_within_leos_reach() {
     let lessons = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../config/lessons");
     let mut seen = 0;
     for file in std::fs::read_dir(lessons).expect("there are lessons") {

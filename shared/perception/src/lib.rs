@@ -162,7 +162,7 @@ pub type Own = Vec<(String, Arc<dyn Classify>)>;
 pub enum PerceptionError {
     /// The configuration names a classifier that the program does not supply.
     #[error(
-        "percept `{percept}` wants the program's own classifier `{classifier}`, which this program lacks"
+        "percept `{percept}` names the custom classifier `{classifier}`, which this program does not have"
     )]
     NoSuchClassifier {
         /// The percept.

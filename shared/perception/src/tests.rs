@@ -46,7 +46,7 @@ fn match_times_confidence_equal_to_the_threshold_does_not_pass() {
 }
 
 #[test]
-fn the_source_is_a_symbol_and_the_same_for_everybody() {
+fn the_source_is_one_symbol_in_every_perspective() {
     let perception = Perception::new(&percepts(&percept("seen_by", "kernel = \"source\""))).unwrap();
     let seen = Observation { source: 7, ..cube() };
     let known = perception.perceive(&seen, &ROBOT);
@@ -88,7 +88,7 @@ fn a_child_is_evaluated_only_where_its_parent_passed() {
 }
 
 #[test]
-fn an_empty_hole_is_perceived_and_a_hole_that_does_not_exist_is_not() {
+fn only_an_existing_empty_hole_is_perceived() {
     let percepts = Percepts::builtin();
     let filled = percepts.index("filled").unwrap();
     let perception = Perception::new(&percepts).unwrap();
@@ -108,7 +108,7 @@ fn an_unsound_observation_is_not_perceived() {
 }
 
 #[test]
-fn a_region_speaks_of_the_frame_the_observation_is_in() {
+fn a_region_is_in_the_frame_of_the_observation() {
     let percepts = Percepts::builtin();
     let left = percepts.index("left").unwrap();
     let perception = Perception::new(&percepts).unwrap();
@@ -332,7 +332,7 @@ fn said(text: &str, thing: &Observation, name: &str) -> Option<(f32, f32, Featur
 }
 
 #[test]
-fn a_range_says_inside_and_outside_and_nothing_half_way() {
+fn a_range_without_softness_is_inside_or_outside() {
     let text = percept("position", "kernel = \"position\"")
         + &percept(
             "raised",
@@ -350,7 +350,7 @@ fn a_range_says_inside_and_outside_and_nothing_half_way() {
 }
 
 #[test]
-fn a_range_of_extents_is_of_whole_sides_and_one_of_a_state_of_its_degree() {
+fn ranges_apply_to_whole_sides_and_to_state_degrees() {
     let text = percept("extents", "kernel = \"extents\"")
         + &percept("filled", "kernel = { state = \"filled\" }")
         + &percept("long", "parent = \"extents\"\nkernel = { range = { of = \"longest_m\", from = 0.1 } }")
@@ -398,7 +398,7 @@ const NEAREST_EDGE: &str = "parent = \"extents\"\nkernel = { nearest = { of = \"
     [{ name = \"a\", at = [0.03] }, { name = \"b\", at = [0.1] }] } }";
 
 #[test]
-fn what_ones_own_extracted_is_what_its_children_read_as_sure_as_it_is() {
+fn children_read_the_value_and_confidence_of_a_plugin_percept() {
     // The position half a metre to the left of the thing, with a confidence of 0.9.
     let text = percept("beside", "kernel = { own = \"told\" }")
         + &percept(

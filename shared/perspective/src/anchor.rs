@@ -90,7 +90,7 @@ mod tests {
     }
 
     #[test]
-    fn who_looks_straight_down_keeps_his_heading() {
+    fn an_agent_looking_straight_down_keeps_its_heading() {
         let mut anchor = Anchor::new(0.3, 0.7);
         let (first, _) = anchor.follow(&eye([1.5, 0.0, 0.55], [0.75, 0.0, 0.0]));
         assert_eq!(anchor.follow(&eye([1.5, 0.0, 0.55], [1.5, 0.0, 0.0])), (first, None));

@@ -4,7 +4,7 @@ use message::{DEPTH_MOST, PERSPECTIVES_MOST};
 #[derive(Debug, thiserror::Error)]
 pub enum PerspectiveError {
     /// The belief system cannot be created.
-    #[error("the belief system of perspective {agent} cannot be made: {source}")]
+    #[error("the belief system of perspective {agent} cannot be created: {source}")]
     Belief {
         /// The agent: 0 the robot, n partner n.
         agent: u16,
@@ -12,7 +12,7 @@ pub enum PerspectiveError {
         source: belief::BeliefSystemError,
     },
     /// The configured field of view is invalid.
-    #[error("the cone of sight of perspective {agent} is none: {source}")]
+    #[error("the cone of sight of perspective {agent} is invalid: {source}")]
     Cone {
         /// The agent: 0 the robot, n partner n.
         agent: u16,

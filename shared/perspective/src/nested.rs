@@ -60,7 +60,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn there_are_as_many_as_are_counted_each_made_from_an_earlier_one_and_none_twice() {
+    fn nested_perspectives_are_counted_ordered_and_unique() {
         let mut seen = 0;
         for (partners, depth) in [(0, 1), (0, 6), (1, 1), (1, 6), (2, 4), (3, 4), (6, 2), (255, 1)] {
             let all = NestedPerspective::all(partners, depth).unwrap();

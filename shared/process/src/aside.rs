@@ -78,7 +78,8 @@ fn say(words: &Receiver<Message>, dropped_lines: &AtomicU64, mark: &str, out: &m
         };
         let left_out = dropped_lines.swap(0, Ordering::Relaxed);
         if left_out > 0 {
-            let line = format!("{mark}({left_out} lines were left out here: nobody read them)\n");
+            let line =
+                format!("{mark}({left_out} lines were dropped here: the output was not read in time)\n");
             // As one write call, because other processes write to the same pipe.
             let _written = out.write_all(line.as_bytes());
         }
@@ -112,7 +113,7 @@ mod tests {
     }
 
     #[test]
-    fn a_terminal_that_stands_still_holds_nobody_up_and_hears_what_it_missed() {
+    fn a_blocked_terminal_delays_no_writer_and_gets_what_it_missed() {
         let (release, go) = sync_channel(1);
         let (shown, screen) = sync_channel(10 * LINES);
         let mut aside = NonBlockingWriter::over(Terminal { go, went: false, shown }, "<4>");
@@ -123,7 +124,7 @@ mod tests {
         assert!(screen.try_recv().is_err());
         release.send(()).unwrap();
         let mut heard = String::new();
-        while !heard.contains("left out here") {
+        while !heard.contains("dropped here") {
             heard += &screen.recv().unwrap();
         }
         assert!(heard.starts_with("0\n") && heard.contains("\n<4>("), "{heard}");
@@ -133,7 +134,7 @@ mod tests {
     }
 
     #[test]
-    fn what_was_said_is_written_before_the_end() {
+    fn pending_lines_are_written_before_the_end() {
         let (release, go) = sync_channel(1);
         let (shown, screen) = sync_channel(10);
         let mut aside = NonBlockingWriter::over(Terminal { go, went: false, shown }, "");

@@ -61,7 +61,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn who_asks_is_answered_once_and_by_his_word() {
+    fn a_request_is_answered_once_by_its_token() {
         let domain = tempfile::tempdir().unwrap();
         let domain = domain.path();
         assert!(ask(&domain.join("nowhere"), "1").is_err());

@@ -291,7 +291,7 @@ mod tests {
     }
 
     #[test]
-    fn it_is_raised_by_anybody_and_by_a_signal_and_stays_so_until_it_is_released() {
+    fn a_stop_by_file_or_signal_stays_until_it_is_released() {
         let domain = tempfile::tempdir().unwrap();
         fs::write(domain.path().join("supervisor.lock"), "").unwrap();
         assert!(raise(&domain.path().join("supervisor.lock"), "x").is_err());
@@ -317,7 +317,7 @@ mod tests {
     }
 
     #[test]
-    fn a_stop_whose_folder_is_removed_is_not_released_and_the_signal_still_raises_one() {
+    fn a_stop_survives_its_removed_folder_and_the_signal_still_works() {
         let parent = tempfile::tempdir().unwrap();
         let domain = parent.path().join("leo-robot");
         fs::create_dir(&domain).unwrap();
@@ -342,7 +342,7 @@ mod tests {
     }
 
     #[test]
-    fn whoever_sees_a_stop_sees_its_reason() {
+    fn a_visible_stop_has_its_reason() {
         let domain = tempfile::tempdir().unwrap();
         fs::write(domain.path().join("supervisor.lock"), "").unwrap();
         let over = AtomicBool::new(false);
@@ -364,7 +364,7 @@ mod tests {
     }
 
     #[test]
-    fn a_link_of_its_name_raises_it_wherever_it_leads_and_is_released() {
+    fn a_symbolic_link_of_its_name_raises_the_stop() {
         let domain = tempfile::tempdir().unwrap();
         fs::write(domain.path().join("supervisor.lock"), "").unwrap();
         let elsewhere = domain.path().join("elsewhere");
@@ -378,7 +378,7 @@ mod tests {
     }
 
     #[test]
-    fn a_stop_of_which_no_file_can_be_written_holds_by_its_signal_until_there_is_room() {
+    fn a_stop_without_a_file_holds_by_its_signal() {
         let parent = tempfile::tempdir().unwrap();
         let domain = parent.path().join("leo-robot");
         // Nothing can be written below a regular file.
@@ -402,7 +402,7 @@ mod tests {
     }
 
     #[test]
-    fn a_stop_that_was_raised_anew_in_a_folder_made_anew_is_released() {
+    fn a_stop_raised_again_in_a_recreated_folder_is_released() {
         let parent = tempfile::tempdir().unwrap();
         let domain = parent.path().join("leo-robot");
         fs::create_dir(&domain).unwrap();

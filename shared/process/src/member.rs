@@ -449,14 +449,14 @@ fn follow_roster(
         followed?;
         while !node.is_on_roster(process) {
             if stop.load(Ordering::Relaxed) {
-                return Err(Failure::own("told to stop before the supervisor's roster named this process"));
+                return Err(Failure::own("stopped before the supervisor's roster named this process"));
             }
             clock::sleep_until(clock::now() + NAMED_EVERY);
         }
     } else if followed.is_err() {
         tracing::warn!(%process, "no supervisor runs here: frames are taken from every process of this user");
     } else if !node.is_on_roster(process) {
-        tracing::warn!(%process, "the supervisor did not start this process: the robot refuses what it publishes");
+        tracing::warn!(%process, "the supervisor did not start this process: the robot refuses its frames");
     }
     Ok(())
 }

@@ -89,7 +89,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_motor_process_is_known_by_its_command_line_and_by_its_program() {
+    fn a_motor_process_is_identified_by_command_line_and_program() {
         let line = b"/usr/bin/leo\0motor\0--incarnation\x001\0--domain\0/dev/shm/leo-7\0--parent\x0042\0";
         assert_eq!(domain_of(line).as_deref(), Some(Path::new("/dev/shm/leo-7")));
         for other in [

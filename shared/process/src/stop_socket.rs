@@ -82,7 +82,7 @@ impl StoppedRobot {
         let real = fs::symlink_metadata(domain).map(|folder| folder.uid()).ok();
         if let Some(real) = real.filter(|real| *real != owner) {
             return Err(io::Error::other(format!(
-                "the user with the number {owner} holds the name of its stop socket, and the robot is that of the user \
+                "the user with the number {owner} owns the name of its stop socket, and the robot belongs to the user \
                  with the number {real}"
             )));
         }
@@ -115,7 +115,7 @@ impl StoppedRobot {
         let text = String::from_utf8_lossy(&text);
         let answer = text.split_once('\n').and_then(|(status, text)| Some((status.parse().ok()?, text)));
         let (status, text) =
-            answer.ok_or_else(|| io::Error::other("it was reached, and does not say what came of it"))?;
+            answer.ok_or_else(|| io::Error::other("it was reached, and did not report the result"))?;
         // Another user's text is printed to a terminal, so remove control characters.
         let is_plain = |letter: &char| !letter.is_control() || *letter == '\n';
         Ok(StopAnswer { status, text: text.chars().filter(is_plain).collect() })
@@ -219,7 +219,7 @@ fn accept(
         if answered.load(Ordering::Relaxed) >= MAX_CONCURRENT_ANSWERS {
             say(
                 stream,
-                &StopAnswer { status: 1, text: "raised, but NOT CONFIRMED: too many ask\n".to_owned() },
+                &StopAnswer { status: 1, text: "raised, but NOT CONFIRMED: too many requests\n".to_owned() },
             );
             continue;
         }
@@ -257,7 +257,7 @@ mod tests {
     }
 
     #[test]
-    fn to_connect_is_to_stop_and_the_answer_says_what_came_of_it() {
+    fn a_connection_raises_the_stop_and_gets_the_result() {
         let domain = domain("socket");
         assert!(StoppedRobot::stop(&domain, soon()).is_err());
         let (stopped, stops) = channel();
@@ -278,7 +278,7 @@ mod tests {
     }
 
     #[test]
-    fn those_who_connect_and_say_nothing_keep_nobody_from_stopping() {
+    fn silent_connections_do_not_block_a_stop() {
         let domain = domain("silent");
         let (stopped, stops) = channel();
         let (go, wait) = channel::<()>();
@@ -295,13 +295,13 @@ mod tests {
         }
         // The last client is told at once that the result is not confirmed.
         let last = robots.into_iter().next_back().unwrap().answer(soon()).unwrap();
-        assert!(last.status == 1 && last.text.contains("too many ask"), "{last:?}");
+        assert!(last.status == 1 && last.text.contains("too many requests"), "{last:?}");
         drop(go);
         drop(socket);
     }
 
     #[test]
-    fn whoever_holds_the_name_and_takes_no_connection_or_sends_bytes_now_and_then_keeps_nobody_waiting() {
+    fn a_foreign_or_slow_stop_socket_does_not_block_the_caller() {
         let domain = domain("held");
         let held = UnixListener::bind_addr(&SocketAddr::from_abstract_name(name(&domain)).unwrap()).unwrap();
         rustix::net::listen(&held, 0).unwrap();

@@ -8,7 +8,7 @@ use transport::janitor::{Janitor, claim};
 use transport::{Domain, HealthReader, Node};
 
 #[test]
-fn the_heart_beats_while_one_call_goes_on_and_on_and_while_the_end_takes_its_time() {
+fn the_heartbeat_continues_during_long_calls_and_a_slow_end() {
     let leo = Robot::load(None).expect("the built-in configuration").leo;
     let domain = Domain::named(&format!("busy-{}", std::process::id())).expect("a legal name");
     let claim = claim(&domain).expect("nobody else's");

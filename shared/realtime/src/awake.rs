@@ -38,7 +38,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_latency_of_zero_is_asked_for_in_the_kernels_form_and_nowhere_else() {
+    fn a_latency_of_zero_is_requested_in_the_kernels_format() {
         let folder = tempfile::tempdir().unwrap();
         let file = folder.path().join("latency");
         assert_eq!(IdleStateGuard::ask_at(&file).unwrap_err().kind(), io::ErrorKind::NotFound);

@@ -57,7 +57,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_process_and_its_threads_have_it_until_it_ends_and_what_they_were_given_since_stays() {
+    fn a_start_up_priority_ends_and_later_priorities_stay() {
         let own = i32::try_from(std::process::id()).unwrap();
         let started = thread::spawn(move || {
             // This thread stands for a process that was just started.

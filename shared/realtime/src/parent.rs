@@ -81,7 +81,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_process_whose_parent_is_another_is_told_so() {
+    fn a_process_with_another_parent_is_refused() {
         assert!(matches!(die_with_parent(-7), Err(ParentError::Gone { expected: -7 })));
         assert!(matches!(stop_with_parent(-7), Err(ParentError::Gone { expected: -7 })));
         set_parent_process_death_signal(None).unwrap();

@@ -112,7 +112,7 @@ mod tests {
     }
 
     #[test]
-    fn without_rights_work_goes_on_and_the_report_says_how_to_grant_them() {
+    fn without_rights_work_continues_and_the_report_names_the_remedy() {
         let report = unprivileged(|| apply(&rights(70, &[0], true)));
         assert_eq!(report.missing_bits(), 1 | 4, "{report}");
         let said = report.to_string();

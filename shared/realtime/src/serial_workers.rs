@@ -34,7 +34,7 @@ pub enum SerialWorkersError {
     #[error("changing the kernel's threads takes the capability CAP_SYS_NICE")]
     Forbidden,
     /// The kernel threads are not visible, as in a container.
-    #[error("the kernel's threads are not to be seen from here")]
+    #[error("the kernel's threads are not visible from here")]
     Hidden,
 }
 
@@ -164,7 +164,7 @@ mod tests {
     }
 
     #[test]
-    fn the_kernels_unbound_workers_are_told_from_whoever_takes_their_name() {
+    fn the_kernels_unbound_workers_are_distinguished_from_processes_of_their_name() {
         let worker = |is_ordinary, is_ours| Some(Worker { pid: 7, is_ordinary, is_ours });
         let kernels = KERNEL_THREAD | 0x0420_8060;
         for (line, is) in [
@@ -189,7 +189,7 @@ mod tests {
     }
 
     #[test]
-    fn who_is_none_is_not_read_again_while_he_is_there() {
+    fn a_process_that_is_no_worker_is_not_read_again() {
         let folder = tempfile::tempdir().unwrap();
         let write = |pid: &str, line: &str| {
             fs::create_dir_all(folder.path().join(pid)).unwrap();

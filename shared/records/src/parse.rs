@@ -70,7 +70,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn an_attachment_that_ends_before_its_check_sum_is_damaged_and_no_panic() {
+    fn an_attachment_without_its_check_sum_is_damaged_without_a_panic() {
         let mut whole = vec![0; 16];
         for text in [&b"name"[..], b"text/plain"] {
             whole.extend(u32::try_from(text.len()).unwrap().to_le_bytes());

@@ -80,7 +80,7 @@ proptest! {
     }
 
     #[test]
-    fn the_share_is_that_of_the_samples_in_the_cone_and_behind_nothing(
+    fn the_visible_share_counts_samples_in_the_cone_and_unoccluded(
         walls in prop::collection::vec(occluder(), 0..24),
         thing in pose(), x in 0.0..0.3, y in 0.01..0.3, z in 0.01..0.3,
         from in position(), towards in position(), half_angle in 0.1..3.0_f64, range_m in 0.5..4.0_f64,
@@ -169,7 +169,7 @@ fn the_slab_test_of_these_tests_sees_both_answers() {
 }
 
 #[test]
-fn a_thing_in_front_of_a_wall_and_one_that_leans_on_it_are_not_hidden() {
+fn objects_before_a_wall_or_touching_it_are_not_hidden() {
     let mut occluders = Occluders::new(1);
     occluders.add(&Pose::upright(1.0, 0.0, 0.0, 0.0), [0.1, 0.5, 0.5]).unwrap();
     let eye = Position::new(0.0, 0.0, 0.0);
@@ -201,7 +201,7 @@ fn numbers_that_are_no_cone_are_refused() {
 }
 
 #[test]
-fn nobody_sees_a_place_that_is_none() {
+fn an_invalid_place_is_not_visible() {
     let occluders = Occluders::new(0);
     let cone = Cone::new(std::f64::consts::PI, 100.0).unwrap();
     let sight = Sight::new(Pose::identity(), cone, &occluders);

@@ -17,13 +17,14 @@ pub enum OpenError {
         source: Errno,
     },
     /// Another program uses it.
-    #[error("{} is in use by another program: two masters on one bus would talk at once; end the other one", path.display())]
+    #[error("{} is in use by another program: two masters on one bus would collide; end the other one", path.display())]
     Busy {
         /// The device.
         path: PathBuf,
     },
     /// It is no tty, or does not support the speed.
-    #[error("cannot set {} to {baud} baud, raw: {source}; is it a serial line that is as fast?", path.display())]
+    #[error("cannot set {} to {baud} baud, raw: {source}; does this serial line support that baud \
+             rate?", path.display())]
     Mode {
         /// The device.
         path: PathBuf,
@@ -44,7 +45,7 @@ pub enum OpenError {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum LineLostError {
     /// The other end hung up.
-    #[error("the other end of the line hung up")]
+    #[error("the other end of the line was closed")]
     HangUp,
     /// It accepted no bytes before the deadline.
     #[error("the line took no bytes before the deadline")]

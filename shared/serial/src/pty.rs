@@ -127,7 +127,7 @@ mod tests {
     }
 
     #[test]
-    fn the_line_survives_its_user_and_says_when_its_maker_is_gone() {
+    fn the_line_survives_its_user_and_reports_a_closed_other_end() {
         let pty = Pty::new(1_000_000).unwrap();
         drop(Tty::open(pty.path(), 1_000_000).unwrap());
         assert_eq!(pty.read(&mut [0; 8], Instant::EPOCH), Ok(0));

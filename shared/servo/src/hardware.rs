@@ -44,7 +44,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn every_bit_is_told() {
+    fn every_bit_is_named() {
         assert_eq!(HardwareErrors(0).to_string(), "no hardware error");
         assert_eq!(HardwareErrors(0b10_0100).to_string(), "overheating, overload");
         assert_eq!(HardwareErrors(0b100_0001).to_string(), "input voltage out of range, error bits 0x40");

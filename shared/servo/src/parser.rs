@@ -274,7 +274,7 @@ mod tests {
     }
 
     #[test]
-    fn a_false_length_keeps_nobody_waiting() {
+    fn a_false_length_blocks_no_reader() {
         let mut chunks = chain();
         chunks[11][5..7].copy_from_slice(&1000_u16.to_le_bytes());
         let (ids, losses) = ids(&chunks);

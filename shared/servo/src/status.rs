@@ -12,7 +12,7 @@ pub enum Fault {
     #[error("the servo failed to process the instruction")]
     Result,
     /// Instruction error: an undefined instruction, or an Action without a registered write.
-    #[error("the servo knows no such instruction")]
+    #[error("the servo does not support the instruction")]
     Instruction,
     /// CRC error: the instruction arrived with a wrong CRC.
     #[error("the instruction arrived with a wrong check sum")]
@@ -126,7 +126,7 @@ mod tests {
     }
 
     #[test]
-    fn alert_and_fault_are_told_apart() {
+    fn alert_and_fault_are_distinguished() {
         let status = Status { id: Id::new(4).unwrap(), alert: true, fault: Some(Fault::Access), params: &[] };
         let mut bytes = [0; 16];
         let length = status.encode(&mut bytes).unwrap();

@@ -7,13 +7,15 @@ use folder::FolderError;
 #[derive(Debug, thiserror::Error)]
 pub enum OpenError {
     /// Another process has it open.
-    #[error("{}: another Leo has the learned tasks open: stop it first, or use another state directory", path.display())]
+    #[error("{}: another Leo has the learned tasks open: stop it first, or use another state \
+             directory", path.display())]
     InUse {
         /// The file.
         path: PathBuf,
     },
     /// It has another version, which this code cannot migrate.
-    #[error("{}: the learned tasks have schema version {found}, this Leo knows version {known}: use the Leo that wrote them, or another state directory", path.display())]
+    #[error("{}: the learned tasks have schema version {found}, this Leo knows version {known}: use the Leo that wrote \
+             them, or another state directory", path.display())]
     Version {
         /// The file.
         path: PathBuf,
@@ -23,7 +25,8 @@ pub enum OpenError {
         known: u64,
     },
     /// It has an older version and the migration failed. It is unchanged.
-    #[error("{}: the learned tasks of version {from} cannot be taken over: {source}: use the Leo that wrote them, or another state directory", path.display())]
+    #[error("{}: the learned tasks of version {from} cannot be migrated: {source}: use the Leo that wrote them, or \
+             another state directory", path.display())]
     Migration {
         /// The file.
         path: PathBuf,
@@ -70,7 +73,7 @@ fn advice(error: &io::Error) -> &'static str {
     if is_refused {
         return "allow this user to read and write it, or use another state directory";
     }
-    "look whether its disk is sound, or use another state directory"
+    "check its disk for faults, or use another state directory"
 }
 
 /// The error when an entry of an older version cannot be migrated.
@@ -103,7 +106,8 @@ pub enum ReadError {
         found: u64,
     },
     /// An entry does not have the expected type.
-    #[error("{}: the entry {key:?} is no learned task: {source}: use the Leo that wrote it, or another state directory", path.display())]
+    #[error("{}: the entry {key:?} is no learned task: {source}: use the Leo that wrote it, or another state \
+             directory", path.display())]
     Entry {
         /// The file.
         path: PathBuf,

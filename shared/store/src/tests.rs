@@ -76,7 +76,7 @@ fn items_come_in_the_order_of_their_places() {
 }
 
 #[test]
-fn what_was_forgotten_is_gone_with_all_its_items_and_nothing_else_is() {
+fn a_deleted_task_is_removed_with_all_its_items() {
     let (_folder, path) = file();
     let mut store = Store::open(&path).unwrap();
     store.save_all(&[entry("task 1", &[1, 2]), entry("task 10", &[3])]).unwrap();
@@ -88,7 +88,7 @@ fn what_was_forgotten_is_gone_with_all_its_items_and_nothing_else_is() {
 }
 
 #[test]
-fn a_store_of_a_newer_version_is_refused_and_left_as_it_is() {
+fn a_store_of_a_newer_version_is_refused_unchanged() {
     let (_folder, path) = file();
     let mut store = Store::open(&path).unwrap();
     store.put("task 1", &"TASK 1", 0, &1).unwrap();
@@ -116,18 +116,18 @@ fn a_file_in_use_is_refused_by_name() {
 }
 
 #[test]
-fn a_full_disk_and_a_file_of_another_user_are_told_with_what_helps() {
+fn a_full_disk_and_a_foreign_file_are_reported_with_the_remedy() {
     let told = |kind: ErrorKind| {
         let source = io::Error::from(kind);
         OpenError::Unreadable { path: "learned.store".into(), source }.to_string()
     };
     assert!(told(ErrorKind::StorageFull).ends_with("make room on its disk, or use another state directory"));
     assert!(told(ErrorKind::PermissionDenied).contains("allow this user to read and write it"));
-    assert!(told(ErrorKind::InvalidData).contains("look whether its disk is sound"));
+    assert!(told(ErrorKind::InvalidData).contains("check its disk for faults"));
 }
 
 #[test]
-fn a_link_and_what_is_no_file_are_refused_and_nothing_behind_them_is_touched() {
+fn symbolic_links_and_non_files_are_refused_untouched() {
     for name in ["tasks.store", "tasks.copy.store", "tasks.lock", "tasks.redb"] {
         let (folder, path) = file();
         let precious = folder.path().join("precious");
@@ -179,7 +179,7 @@ fn files_are_of_this_user_alone() {
 }
 
 #[test]
-fn what_another_program_changes_while_the_store_is_open_is_an_error_and_then_mended() {
+fn a_foreign_change_of_an_open_store_is_repaired() {
     let (_folder, path) = file();
     let mut store = Store::open(&path).unwrap();
     store.put("task 1", &"TASK 1", 0, &1).unwrap();

@@ -25,7 +25,7 @@ LEO_TEST_DISK="$1" exec "$0" histories --exact --ignored --nocapture
 "#;
 
 #[test]
-fn what_was_acknowledged_is_durable_whatever_kills_stops_full_disks_and_jumping_clocks_do() {
+fn acknowledged_writes_survive_kills_full_disks_and_clock_jumps() {
     let disk = tempfile::tempdir().expect("a folder");
     let mut inside = Command::new("unshare");
     inside.args(["--mount", "sh", "-c", SCRIPT]).arg(program()).arg(disk.path());

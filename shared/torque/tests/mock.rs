@@ -57,7 +57,7 @@ fn every_servo_confirms_that_its_torque_is_off() {
 }
 
 #[test]
-fn a_silent_servo_is_named_and_one_that_answers_now_and_then_is_asked_again() {
+fn a_silent_servo_is_named_and_an_unreliable_one_is_retried() {
     let rig = rig(&["drop bus=torso id=3", "drop bus=torso id=5 p=0.5"]);
     let report = switch_off(&rig.buses(), SHORT);
     assert_eq!(report.confirmed, 64, "{report:?}");
@@ -66,7 +66,7 @@ fn a_silent_servo_is_named_and_one_that_answers_now_and_then_is_asked_again() {
 }
 
 #[test]
-fn a_line_of_another_process_is_waited_for_and_named_where_it_stays_so() {
+fn a_busy_line_is_awaited_and_then_named() {
     let rig = rig(&[]);
     let all = rig.buses();
     let torso = all.iter().find(|bus| bus.name == "torso").unwrap();
@@ -86,7 +86,7 @@ fn a_line_of_another_process_is_waited_for_and_named_where_it_stays_so() {
 }
 
 #[test]
-fn a_line_that_is_lost_or_not_there_costs_no_other_bus_its_torque() {
+fn a_lost_or_absent_line_does_not_affect_other_buses() {
     let rig = rig(&["hang-up bus=torso at=0s for=60s"]);
     let mut all = rig.buses();
     let absent = Servo { joint: "absent_joint".to_owned(), id: 1 };

@@ -44,8 +44,8 @@ pub enum TraceError {
     },
     /// The trace has an unsupported version.
     #[error(
-        "{name} is a trace of version {found}: this Leo reads version 1; write it anew as version 1, or use the \
-             Leo that it was made for"
+        "{name} is a trace of version {found}: this Leo reads version 1; write it again as version 1, or use the Leo \
+         that it was made for"
     )]
     Version {
         /// The file.
@@ -66,7 +66,7 @@ pub enum TraceError {
         reason: String,
     },
     /// The records of an MCAP file are damaged.
-    #[error("{name} is damaged after message {after}: {reason}; what stands before it was read")]
+    #[error("{name} is damaged after message {after}: {reason}; everything before it was read")]
     Damaged {
         /// The file.
         name: String,
@@ -76,7 +76,7 @@ pub enum TraceError {
         reason: String,
     },
     /// A size limit or the memory budget is exceeded.
-    #[error("{name} is not read on after {place}: {source}")]
+    #[error("reading {name} stopped after {place}: {source}")]
     Budget {
         /// The file.
         name: String,

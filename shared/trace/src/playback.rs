@@ -291,7 +291,7 @@ mod tests {
     }
 
     #[test]
-    fn it_begins_anew_where_it_shall_and_keeps_step_with_the_other_sources() {
+    fn a_repeated_trace_restarts_in_step_with_other_sources() {
         let frames = [frame(100, 0, ""), frame(104, 3, ""), frame(108, 0, "")];
         let frames = frames.each_ref().map(String::as_str);
         let mut zero = open(&frames, Some(0), true).unwrap();
@@ -332,7 +332,7 @@ mod tests {
     }
 
     #[test]
-    fn what_cannot_be_played_says_why() {
+    fn an_unplayable_trace_reports_why() {
         let said = |playback: Result<Playback, PlaybackError>| playback.unwrap_err().to_string();
         assert!(said(open(&[], None, true)).contains("a.jsonl has no frames"));
         let frames = [frame(100, 0, ""), frame(104, 3, "")];

@@ -199,7 +199,7 @@ proptest! {
 }
 
 #[test]
-fn half_of_a_written_trace_is_still_there_after_the_other_half_is_lost() {
+fn a_truncated_trace_keeps_its_first_half() {
     let frame = |at_ns| Frame { at_ns, source: 0, observations: vec![Observation::object(0, at_ns); 20] };
     let frames: Vec<Frame> = (1..500).map(frame).collect();
     for bytes in both(&frames) {
@@ -210,7 +210,7 @@ fn half_of_a_written_trace_is_still_there_after_the_other_half_is_lost() {
 }
 
 #[test]
-fn a_damaged_chunk_is_told_and_what_stands_before_it_is_read() {
+fn a_damaged_chunk_is_reported_and_everything_before_it_is_read() {
     let frame = |at_ns| Frame { at_ns, source: 0, observations: vec![Observation::object(0, at_ns); 20] };
     let frames: Vec<Frame> = (1..500).map(frame).collect();
     let [_, mut bytes] = both(&frames);
@@ -224,7 +224,7 @@ fn a_damaged_chunk_is_told_and_what_stands_before_it_is_read() {
 }
 
 #[test]
-fn a_mistake_is_told_with_its_place_and_what_would_be_right() {
+fn a_mistake_is_reported_with_its_place_and_correction() {
     let cases = [
         (
             r#"{"at_ns": 1, "observation": []}"#,
@@ -293,7 +293,7 @@ fn a_mistake_is_told_with_its_place_and_what_would_be_right() {
 }
 
 #[test]
-fn a_mistake_in_a_message_is_told_with_its_number() {
+fn a_mistake_in_a_message_is_reported_with_its_number() {
     let mut out =
         mcap::WriteOptions::new().profile("leo_trace/1").create(std::io::Cursor::new(Vec::new())).unwrap();
     let channel_id =
@@ -326,7 +326,7 @@ fn what_else_is_in_an_mcap_file_is_left_alone() {
 }
 
 #[test]
-fn what_is_no_trace_is_told_apart_from_one_of_another_version() {
+fn a_foreign_file_is_distinguished_from_another_trace_version() {
     let mcap = |profile: &str, encoding: &str| {
         let mut out =
             mcap::WriteOptions::new().profile(profile).create(std::io::Cursor::new(Vec::new())).unwrap();
@@ -358,7 +358,7 @@ fn what_is_no_trace_is_told_apart_from_one_of_another_version() {
 }
 
 #[test]
-fn what_cannot_be_used_is_refused_with_its_reason_and_the_rest_goes_on() {
+fn an_unusable_frame_is_refused_with_its_reason() {
     let text = r#"{"leo_trace": 1, "title": "refusals"}
 {"at_ns": 5, "observations": [{"position_m": [null, 0, 0]}, {"position_m": [1, 0, 0]}]}
 
@@ -404,7 +404,7 @@ fn a_line_without_an_end_is_refused_before_it_fills_the_memory() {
 }
 
 #[test]
-fn viewers_are_told_of_every_key_and_of_no_other() {
+fn the_schema_for_viewers_has_exactly_the_known_keys() {
     let mut person = Observation::object(3, 9);
     person.kind = ObservationKind::Person.raw();
     (person.partner, person.held_by) = (1, 2);
@@ -439,7 +439,7 @@ fn viewers_are_told_of_every_key_and_of_no_other() {
 }
 
 #[test]
-fn frames_of_one_instant_come_together_and_a_mistake_after_all_before_it() {
+fn frames_of_one_instant_come_together_and_mistakes_in_order() {
     let frame = |at_ns, source| format!(r#"{{"at_ns": {at_ns}, "source": {source}, "observations": []}}"#);
     let lines = [
         r#"{"leo_trace": 1}"#.to_owned(),

@@ -44,7 +44,7 @@ pub enum DomainError {
     Folder(#[from] FolderError),
     /// Shared memory with the domain's name belongs to another user.
     #[error(
-        "{} belongs to the user with the number {owner}, and the robot could not use it: have that user or root remove \
+        "{} belongs to the user with the number {owner}, and the robot cannot use it: ask that user or root to remove \
          it, or give this robot another name with --domain",
         path.display()
     )]
@@ -70,7 +70,8 @@ pub enum DomainError {
 
 /// The robot in a domain uses another version of the message layouts than this program.
 #[derive(Debug, thiserror::Error)]
-#[error("the robot in {} runs {runs} with other messages, and this is {THIS}: restart it, or use its own program", root.display())]
+#[error("the robot in {} runs {runs} with other messages, and this is {THIS}: restart it, or use its own \
+         program", root.display())]
 pub struct IncompatibleProgramError {
     root: PathBuf,
     runs: String,
@@ -251,7 +252,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_domain_of_a_program_with_other_messages_says_whose_it_is_and_what_to_do() {
+    fn a_domain_with_other_messages_names_its_program_and_the_remedy() {
         let domain = Domain::named(&format!("other-program-{}", std::process::id())).unwrap();
         assert!(domain.check_layouts().is_ok(), "there is none yet");
         domain.make().unwrap();

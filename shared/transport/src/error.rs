@@ -9,7 +9,7 @@ pub enum JoinError {
     #[error(transparent)]
     IncompatibleProgramError(#[from] IncompatibleProgramError),
     /// The domain's middleware configuration is missing or damaged.
-    #[error("cannot read {}: {reason}; start the robot anew with `leo run`", file.display())]
+    #[error("cannot read {}: {reason}; restart the robot with `leo run`", file.display())]
     Configuration {
         /// The file.
         file: PathBuf,
@@ -55,7 +55,8 @@ impl PortError {
 
     /// A process of this domain opened the topic with other message types.
     pub(crate) fn other_messages(topic: &str, purpose: &'static str) -> Self {
-        let reason = "another process made it for other messages: has it the layouts of this version of Leo?";
+        let reason =
+            "another process created it with other message layouts: is that process of this version of Leo?";
         Self { topic: topic.to_owned(), purpose, reason: reason.to_owned() }
     }
 }
@@ -72,7 +73,7 @@ pub enum SendError {
         reason: String,
     },
     /// In lockstep: a subscriber's queue is full.
-    #[error("a reader of `{topic}` did not take its frames: its queue is full")]
+    #[error("a subscriber of `{topic}` does not read its frames: its queue is full")]
     QueueFull {
         /// The topic.
         topic: String,

@@ -133,7 +133,7 @@ impl<T: Topic> FrameSubscriber<T> {
     /// The subscriber was opened without notifications, or the middleware failed.
     pub fn wait(&mut self, most: Duration) -> Result<(), ReceiveError> {
         let Some(notifications) = &self.notifications else {
-            return Err(self.failed(&"the inlet was opened without a bell"));
+            return Err(self.failed(&"the subscriber was opened without a notifier"));
         };
         match notifications.timed_wait(|_| {}, most) {
             Ok(_) => Ok(()),

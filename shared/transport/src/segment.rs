@@ -55,7 +55,7 @@ pub struct Replaced {
 
 impl fmt::Display for Replaced {
     fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(out, "{}: {}; it was made anew", self.path.display(), self.what)
+        write!(out, "{}: {}; it was recreated", self.path.display(), self.what)
     }
 }
 
@@ -241,7 +241,7 @@ mod tests {
     }
 
     #[test]
-    fn the_segment_is_this_users_alone_and_is_made_anew_where_it_is_damaged() {
+    fn the_segment_is_private_and_recreated_when_damaged() {
         let domain = Domain::named(&format!("segment-{}", std::process::id())).unwrap();
         let claimed = claim(&domain).unwrap();
         domain.make().unwrap();

@@ -94,7 +94,7 @@ fn look_until(stop: &AtomicBool, repaired: &AtomicUsize, domain: &Domain) {
 }
 
 #[test]
-fn a_process_killed_at_any_moment_of_its_start_keeps_nobody_out() {
+fn a_process_killed_during_its_start_blocks_no_other() {
     let domain = Domain::named(&format!("killed-{}", std::process::id())).expect("a legal name");
     let claim = claim(&domain).expect("free");
     domain.make().expect("/dev/shm is writable");

@@ -106,7 +106,7 @@ fn a_slow_reader_loses_the_oldest_frames_and_knows_how_many() {
 }
 
 #[test]
-fn who_looks_on_loses_nothing_of_a_burst_that_a_process_loses_frames_of() {
+fn an_onlooker_loses_no_frame_of_a_burst() {
     let node = node(OverflowPolicy::DropOldest);
     let mut publisher = node.publisher::<Events>(Some(9), 1).expect("a free writer");
     let mut process = node.subscriber::<Events>(Some(9)).expect("a free reader");
@@ -127,7 +127,7 @@ fn who_looks_on_loses_nothing_of_a_burst_that_a_process_loses_frames_of() {
 }
 
 #[test]
-fn a_writer_finds_room_while_every_reader_holds_old_frames_and_has_a_full_queue() {
+fn a_writer_finds_room_despite_full_queues_and_held_frames() {
     let node = node(OverflowPolicy::DropOldest);
     let mut publisher = node.publisher::<Events>(Some(10), 1).expect("a free writer");
     let mut send = |times: usize| {
@@ -172,7 +172,7 @@ fn a_writer_finds_room_while_every_reader_holds_old_frames_and_has_a_full_queue(
 }
 
 #[test]
-fn a_writer_finds_room_in_a_topic_that_was_made_for_longer_queues_than_his() {
+fn a_writer_finds_room_in_a_topic_with_longer_queues() {
     let node = node(OverflowPolicy::DropOldest);
     let queues = Queues { frames: 50, overflow_policy: OverflowPolicy::DropOldest };
     let elsewhere = Node::join(&node._domain.domain, "elsewhere", 1, queues).expect("the domain was made");
@@ -186,7 +186,7 @@ fn a_writer_finds_room_in_a_topic_that_was_made_for_longer_queues_than_his() {
 }
 
 #[test]
-fn a_writer_finds_room_while_readers_come_and_go_and_take_frames_at_any_moment() {
+fn a_writer_finds_room_while_readers_come_and_go() {
     let writer = node(OverflowPolicy::DropOldest);
     let mut publisher = writer.publisher::<Events>(Some(11), 1).expect("a free writer");
     let ends = AtomicBool::new(false);
@@ -268,7 +268,7 @@ fn entries_beyond_the_capacity_are_left_out_and_counted() {
 }
 
 #[test]
-fn a_writer_hears_once_of_everybody_who_begins_to_read() {
+fn a_writer_is_notified_once_of_every_new_reader() {
     let node = node(OverflowPolicy::DropOldest);
     let mut publisher = node.publisher::<Events>(Some(8), 1).expect("opens");
     assert!(!publisher.has_new_subscribers(), "nobody reads");
@@ -307,7 +307,7 @@ impl Topic for OtherEvents {
 }
 
 #[test]
-fn a_topic_that_another_process_made_for_other_messages_is_refused_in_words() {
+fn a_topic_with_other_message_layouts_is_refused_with_the_reason() {
     let node = node(OverflowPolicy::DropOldest);
     let _theirs = node.publisher::<OtherEvents>(Some(7), 1).expect("a free writer");
     let refusals =
@@ -345,7 +345,7 @@ fn health_is_read_as_it_was_written() {
 }
 
 #[test]
-fn a_domain_is_claimed_for_as_long_as_its_claim_lives() {
+fn a_domain_stays_claimed_until_its_claim_is_dropped() {
     let domain = Domain::named(&format!("claims-{}", std::process::id())).expect("a legal name");
     assert!(!is_claimed(&domain));
     let held = claim(&domain).expect("nobody holds it");

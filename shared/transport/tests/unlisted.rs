@@ -25,7 +25,7 @@ fn now_ns() -> u64 {
 }
 
 #[test]
-fn a_reader_takes_frames_of_the_listed_life_alone_and_allocates_nothing_for_it() {
+fn a_reader_accepts_only_the_listed_instance_without_allocation() {
     let domain = Domain::named(&format!("unlisted-{}", std::process::id())).expect("a legal name");
     let claimed = claim(&domain).expect("is free");
     domain.make().expect("/dev/shm is writable");

@@ -26,8 +26,8 @@ pub fn run(launch: &Launch, robot: &Robot) -> Result<(), Failure> {
     let mut percepts = member.waking_subscriber::<Percepts>(None)?;
     if robot.perspective.resource.by == OwnershipRule::Territory && capacity > TERRITORY_MOST {
         tracing::warn!(
-            "buffers.objects is {capacity}: while more than {TERRITORY_MOST} things are believed in there are no \
-             territories, and all are everybody's; `by` in perspective.toml knows other ways"
+            "buffers.objects is {capacity}: with more than {TERRITORY_MOST} beliefs there are no territories, and no \
+             object has an owner; `by` in perspective.toml names other rules"
         );
     }
     let depth = leo.belief.depth.get();

@@ -59,7 +59,7 @@ pub fn run(launch: &Launch, robot: &Robot) -> Result<(), Failure> {
     member.begin(Some(link.link_rate_hz.period()))?;
     while let Some(now) = member.next_cycle()? {
         if net.is_over() {
-            return Err(Failure::own("what carries the link's messages has ended"));
+            return Err(Failure::own("the link's network thread has ended"));
         }
         taps.take(&mut |stream, place, bytes| carrier.session.push(now, stream, place, bytes))?;
         carrier.session.latched_subscribers += u64::from(carrier.springs.has_new_subscribers());
@@ -68,7 +68,7 @@ pub fn run(launch: &Launch, robot: &Robot) -> Result<(), Failure> {
             // The writer sees this reader as the new subscriber and replays to it.
             let took = &mut |stream, place, bytes| carrier.session.push(now, stream, place, bytes);
             if let Err(error) = taps.resubscribe(&member, took) {
-                tracing::warn!(%error, "who begins to listen on the other machine is not told what was learned before");
+                tracing::warn!(%error, "new subscribers on the other machine do not get what was learned before");
             }
         }
         carrier.listen(now);
@@ -220,15 +220,16 @@ impl LinkRuntime {
         self.health.is_heard = u64::from(is_heard);
         if self.session.has_second_peer() && !std::mem::replace(&mut self.has_second_peer, true) {
             tracing::warn!(
-                "a second machine speaks for the other side of this robot's link: nothing is taken from it while the \
-                 first one is heard. Robots of one network need different names, and a robot has one other machine"
+                "a second machine claims to be the other side of this robot's link. Its messages are refused while the \
+                 first one is connected. Each robot on a network needs its own name, and a robot has only one other \
+                 machine"
             );
         }
         if is_heard && !was_heard {
             self.refusing = None;
-            tracing::info!("the other machine is heard");
+            tracing::info!("connected to the other machine");
         } else if was_heard && !is_heard {
-            tracing::warn!("the other machine is not heard any more; the link goes on trying");
+            tracing::warn!("the connection to the other machine is lost; the link keeps trying");
         }
     }
 

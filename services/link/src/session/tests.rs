@@ -100,7 +100,7 @@ proptest! {
     #![proptest_config(ProptestConfig::with_cases(64))]
 
     #[test]
-    fn what_was_said_is_heard_once_and_in_order(
+    fn messages_arrive_once_and_in_order(
         lost_of_100 in 0_u32..40,
         most_ms in 1_u64..300,
         cut in 0_u64..6_000,
@@ -149,7 +149,7 @@ fn a_way_is_measured_across_two_clocks() {
 }
 
 #[test]
-fn nothing_is_taken_of_a_machine_whose_clock_is_not_known() {
+fn nothing_is_accepted_before_the_peers_clock_is_known() {
     let mut away = Session::new(1, &[], clock_of(0, 0));
     let frames = vec![Frame { stream: Stream::Events, bytes: bytes(1) }];
     let bundle = Batch { epoch: 5, number: 1, sent_ns: 9, oldest: 1, first: 1, numbered: 1, frames };
@@ -172,7 +172,7 @@ fn pulse_of(epoch: u64) -> Heartbeat {
 }
 
 #[test]
-fn who_is_heard_stays_the_other_machine_until_it_is_silent() {
+fn the_connected_peer_stays_the_peer_until_it_is_silent() {
     let mut robot = Session::new(11, &[], clock_of(0, 0));
     for ms in (0..4_000).step_by(50) {
         robot.receive_heartbeat(clock_of(ms, 0), &pulse_of(22));
@@ -194,7 +194,7 @@ fn who_is_heard_stays_the_other_machine_until_it_is_silent() {
 }
 
 #[test]
-fn a_machine_that_says_its_way_takes_hours_is_not_there_after_seconds_of_silence() {
+fn a_peer_claiming_a_delay_of_hours_times_out_in_seconds() {
     const HOUR_MS: u64 = 60 * 60 * 1000;
     let mut robot = Session::new(11, &[], clock_of(0, 0));
     let heard_at = clock_of(HOUR_MS, 0);
@@ -208,7 +208,7 @@ fn a_machine_that_says_its_way_takes_hours_is_not_there_after_seconds_of_silence
 }
 
 #[test]
-fn a_link_that_starts_anew_on_the_other_machine_is_no_second_one() {
+fn a_restarted_link_of_the_peer_is_no_second_peer() {
     let mut robot = Session::new(11, &[], clock_of(0, 0));
     robot.receive_heartbeat(clock_of(0, 0), &pulse_of(22));
     for ms in (50..3_000).step_by(50) {
@@ -220,7 +220,7 @@ fn a_link_that_starts_anew_on_the_other_machine_is_no_second_one() {
 }
 
 #[test]
-fn whoever_begins_to_listen_there_is_told_once_and_again_after_a_silence() {
+fn a_new_remote_subscriber_is_resynchronised_once_and_after_a_silence() {
     let mut robot = Session::new(11, &[], clock_of(0, 0));
     let mut hear = |ms, epoch, latched_subscribers| {
         robot.listen(clock_of(ms, 0));
@@ -240,7 +240,7 @@ fn whoever_begins_to_listen_there_is_told_once_and_again_after_a_silence() {
 }
 
 #[test]
-fn a_life_of_the_other_machine_begins_with_what_it_still_has() {
+fn a_restarted_peer_begins_with_the_frames_it_still_has() {
     let mut inbox = Inbox::default();
     let frame = |value| Frame { stream: Stream::Events, bytes: bytes(value) };
     let bundle = |epoch, number, oldest, first, values: &[u8]| Batch {

@@ -93,7 +93,7 @@ impl BusServer {
                 }
                 Some(line) => {
                     if let Err(lost) = self.exchange(line, &mut pacer, &mut reply_writer) {
-                        tracing::warn!("a mock bus is lost: {lost}");
+                        tracing::warn!("a mock bus failed: {lost}");
                         return;
                     }
                 }
@@ -101,7 +101,7 @@ impl BusServer {
                 None => match self.open_pty() {
                     Ok(line) => pty = Some(line),
                     Err(error) => {
-                        tracing::warn!("a mock bus is lost: {error}");
+                        tracing::warn!("a mock bus failed: {error}");
                         return;
                     }
                 },

@@ -29,7 +29,7 @@ pub fn run(launch: &Launch, robot: &Robot) -> Result<(), Failure> {
     }
     let ptys = MockBuses::with_faults(&robot.motor, &launch.domain, launch.lockstep, &faults)
         .map_err(Failure::own)?;
-    tracing::info!("the mock buses draw their faults by the seed {}", faults.seed);
+    tracing::info!("the mock buses inject their faults with the seed {}", faults.seed);
     for (bus, link) in ptys.links() {
         tracing::debug!("the mock bus `{bus}` is at {}", link.display());
     }

@@ -31,7 +31,8 @@ pub struct StandaloneOptions {
 pub enum StandaloneError {
     /// No bus uses the mock device.
     #[error(
-        "no bus of motor.toml has the device \"mock\", so that there is nothing to put up; give one that device"
+        "no bus of motor.toml has the device \"mock\", so there is no bus to simulate; set the device of a bus to \
+         \"mock\""
     )]
     NoMock,
     /// The fault file is invalid.
@@ -186,7 +187,7 @@ impl<'a> Control<'a> {
                 (self.from_file, self.changed) = (from_file, true);
                 vec![said]
             }
-            Err(error) => vec![format!("{error}; the faults stay as they were")],
+            Err(error) => vec![format!("{error}; the faults are unchanged")],
         }
     }
 
@@ -210,7 +211,7 @@ impl<'a> Control<'a> {
                 vec!["no faults".to_owned()]
             }
             "list" => self.list(ptys),
-            _ => vec![format!("`{word}` is no command: say `fault KIND ..`, `clear` or `list`")],
+            _ => vec![format!("`{word}` is not a command: use `fault KIND ..`, `clear` or `list`")],
         }
     }
 
@@ -235,7 +236,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn identifiers_are_said_as_runs() {
+    fn identifiers_are_printed_as_ranges() {
         assert_eq!(ranges(vec![7, 1, 2, 3]), "1-3,7");
         assert_eq!(ranges(vec![252]), "252");
         assert_eq!(ranges(Vec::new()), "");

@@ -109,7 +109,7 @@ impl Port for Trickle {
 }
 
 #[test]
-fn noise_that_trickles_in_holds_the_bus_no_longer_than_every_servo_has_its_turn() {
+fn trickling_noise_delays_the_bus_by_at_most_one_turn_per_servo() {
     let (ids, _) = two_servos();
     let (mut port, mut replies) = (Trickle { now: Instant::EPOCH, sent: 0 }, Replies::default());
     let request = question(ids);
@@ -135,7 +135,7 @@ fn what_a_lost_line_left_is_not_counted_when_it_is_back() {
 }
 
 #[test]
-fn a_late_answer_to_the_first_question_does_not_pass_for_a_sample_made_after_the_second() {
+fn a_late_reply_to_an_earlier_request_is_no_fresh_sample() {
     let (ids, line) = two_servos();
     let mut port = Laggard { line, now: Instant::EPOCH, late: Vec::new(), there: Vec::new() };
     let mut replies = Replies::default();
@@ -188,7 +188,7 @@ fn measurements_of(topic: PartKind, ids: &[u8]) -> Instruction<'_> {
 }
 
 #[test]
-fn one_bad_servo_costs_one_servo_and_one_turn_whatever_is_wrong_with_its_answers() {
+fn one_bad_servo_costs_one_servo_and_one_turn() {
     const BAUD: u32 = 4_000_000;
     let ids: Vec<u8> = (1..=13).collect();
     let who = || ids.iter().filter_map(|id| Id::new(*id));
@@ -350,7 +350,7 @@ impl Port for Tardy {
 }
 
 #[test]
-fn a_line_that_is_slow_loses_nothing_once_patience_has_grown_for_as_long_as_it_is_slow() {
+fn a_slow_line_loses_nothing_once_the_reply_timeout_has_grown() {
     let (ids, line) = two_servos();
     let mut port = Tardy { line, now: Instant::EPOCH, there_at: Instant::EPOCH, there: Vec::new() };
     let (request, mut replies) = (question(ids), Replies::default());

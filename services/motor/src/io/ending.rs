@@ -13,7 +13,9 @@ pub(crate) fn could_not_join(failure: Failure, launch: &Launch, robot: &Robot) -
     if !matches!(failure, Failure::Parent(ParentError::Gone { .. })) {
         return failure;
     }
-    tracing::error!("the supervisor died while the motor process started: every torque is switched off");
+    tracing::error!(
+        "the supervisor died while the motor process started: the torque of every servo is switched off"
+    );
     let report = torque::switch_off(&torque::buses(&robot.motor, Some(&launch.domain)), BUSY_TIMEOUT);
     report.log(launch.config.as_deref());
     if report.is_confirmed() {

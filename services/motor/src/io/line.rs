@@ -85,7 +85,7 @@ mod tests {
     const SHORT: Duration = Duration::from_millis(2);
 
     #[test]
-    fn a_line_that_takes_no_bytes_is_kept_open_until_it_is_told_to_close_it_and_then_opened_again() {
+    fn a_blocked_line_stays_open_until_it_is_closed_and_reopened() {
         let pty = Pty::new(BAUD).unwrap();
         let is_held = || matches!(Tty::open(pty.path(), BAUD), Err(OpenError::Busy { .. }));
         let mut line = Line::new(Tty::open(pty.path(), BAUD).ok(), pty.path().to_owned(), BAUD);

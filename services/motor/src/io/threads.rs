@@ -72,7 +72,7 @@ pub enum ThreadError {
         source: std::io::Error,
     },
     /// A thread does not return from its line.
-    #[error("bus `{bus}` has not answered within {} s: its device hangs", within.as_secs())]
+    #[error("bus `{bus}` did not finish an exchange within {} s: its device hangs", within.as_secs())]
     Hangs {
         /// The bus.
         bus: String,
@@ -128,7 +128,7 @@ impl BusThreads {
                     Ok(tty) => Some(tty),
                     Err(absent @ OpenError::Device { .. }) if may_be_absent => {
                         if !is_mock {
-                            tracing::warn!("bus `{}`: {absent} Until it is, no joint moves", bus.name);
+                            tracing::warn!("bus `{}`: {absent} No joint moves until the line is open", bus.name);
                         }
                         None
                     }
@@ -139,8 +139,8 @@ impl BusThreads {
                 };
                 if let Some(waits_ms) = tty.as_ref().and_then(Tty::waits_ms) {
                     tracing::warn!(
-                        "bus `{}`: the adapter of {} hands over what it received {waits_ms} ms late, and this user may \
-                         not change that: `leo check` says how",
+                        "bus `{}`: the adapter of {} delivers received bytes up to {waits_ms} ms late, and this user \
+                         may not change that: `leo check` says how",
                         bus.name,
                         path.display()
                     );

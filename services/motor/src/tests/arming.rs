@@ -52,7 +52,7 @@ impl Rig {
 }
 
 #[test]
-fn on_hardware_no_torque_comes_on_before_somebody_arms_the_joints() {
+fn on_hardware_no_torque_comes_on_before_the_joints_are_armed() {
     let mut rig = Rig::on_hardware();
     rig.commanded(500, 0.0, rig.now);
     assert_eq!((rig.modes(), rig.causes()), (vec![Limp; 3], vec![JointCause::NotStarted; 3]));
@@ -71,7 +71,7 @@ fn on_hardware_no_torque_comes_on_before_somebody_arms_the_joints() {
 }
 
 #[test]
-fn an_order_to_arm_lapses_where_nobody_commands() {
+fn an_order_to_arm_lapses_without_a_commander() {
     let mut rig = Rig::on_hardware();
     rig.motor.arm(rig.now, None);
     for _ in 0..ORDER + 2 {
@@ -120,7 +120,7 @@ fn after_power_came_back_nothing_moves_before_it_is_armed_again() {
 }
 
 #[test]
-fn after_a_lost_line_came_back_nothing_moves_before_it_is_armed_again() {
+fn after_a_lost_line_returns_nothing_moves_before_arming() {
     let mut rig = Rig::armed_hardware();
     rig.lost = Some(1);
     rig.commanded(100, 0.3, rig.now);
@@ -133,7 +133,7 @@ fn after_a_lost_line_came_back_nothing_moves_before_it_is_armed_again() {
 }
 
 #[test]
-fn after_a_silence_a_servo_waits_to_be_armed_and_an_order_from_before_it_failed_is_none() {
+fn after_a_silence_a_servo_needs_a_new_order_to_arm() {
     let mut rig = Rig::armed_hardware();
     rig.motor.arm(rig.now, None);
     rig.mute.insert((0, 1));
@@ -166,7 +166,7 @@ fn misses_an_order(rig: &mut Rig) {
 }
 
 #[test]
-fn an_order_that_is_given_while_a_servo_does_not_answer_is_none_for_it() {
+fn an_order_does_not_arm_a_silent_servo() {
     let mut rig = Rig::armed_hardware();
     misses_an_order(&mut rig);
     assert_eq!((rig.modes()[0], rig.causes()[0]), (Holding, JointCause::Silent));
@@ -175,7 +175,7 @@ fn an_order_that_is_given_while_a_servo_does_not_answer_is_none_for_it() {
 }
 
 #[test]
-fn an_order_is_none_for_a_joint_that_waited_for_others_when_its_servo_fell_silent() {
+fn an_order_does_not_arm_a_waiting_joint_with_a_silent_servo() {
     let mut rig = Rig::armed_hardware();
     // The line of the others is lost for a while: the whole body stops.
     rig.lost = Some(1);
@@ -187,7 +187,7 @@ fn an_order_is_none_for_a_joint_that_waited_for_others_when_its_servo_fell_silen
 }
 
 #[test]
-fn a_servo_that_does_not_come_back_from_its_reboot_needs_another_order() {
+fn a_servo_that_fails_to_reboot_needs_another_order() {
     let mut rig = Rig::armed_hardware();
     rig.servo(0, 0).fail(HardwareError::Overload);
     rig.commanded(300, 0.3, rig.now);
@@ -207,7 +207,7 @@ fn a_servo_that_does_not_come_back_from_its_reboot_needs_another_order() {
 }
 
 #[test]
-fn a_commander_that_comes_back_goes_on_slowly_and_torque_that_went_off_stays_off() {
+fn a_returning_commander_starts_slowly_and_torque_stays_off() {
     let mut rig = Rig::armed_hardware();
     rig.commanded(400, 0.3, rig.now);
     for _ in 0..100 {
@@ -252,7 +252,7 @@ fn causes_that_the_configuration_names_need_no_person() {
 }
 
 #[test]
-fn a_lock_is_acknowledged_by_who_has_seen_it_and_by_nobody_else() {
+fn a_lock_is_acknowledged_only_by_an_order_that_names_it() {
     let mut rig = Rig::armed_hardware();
     assert_eq!(rig.motor.counts().locks, 0);
     rig.servo(0, 1).fail(HardwareError::Overheating);
@@ -309,7 +309,7 @@ fn a_servo_with_torque_is_never_without_its_watchdog() {
 }
 
 #[test]
-fn nothing_of_a_servo_that_has_the_limits_of_another_joint_is_written() {
+fn a_servo_with_the_limits_of_another_joint_is_not_written() {
     let mut robot = ROBOT.replace("\"mock\"", "\"/dev/ttyUSB0\"");
     // Each joint has its own limits, as in a real body.
     for (joint, limit) in [("shoulder", "max_rad = 0.9"), ("elbow", "max_rad = 0.7")] {
@@ -345,7 +345,7 @@ fn nothing_of_a_servo_that_has_the_limits_of_another_joint_is_written() {
 }
 
 #[test]
-fn nothing_in_the_eeprom_of_a_servo_is_overwritten_before_it_was_told() {
+fn the_eeprom_of_a_servo_is_overwritten_only_after_a_notice() {
     let mut rig = Rig::on_hardware();
     rig.takes_notices = false;
     rig.commanded(500, 0.3, rig.now);
@@ -359,7 +359,7 @@ fn nothing_in_the_eeprom_of_a_servo_is_overwritten_before_it_was_told() {
 }
 
 #[test]
-fn what_is_overwritten_in_a_servo_is_told_and_what_is_tighter_than_needed_is_named_and_stays() {
+fn overwritten_settings_are_logged_and_tighter_limits_stay() {
     let mut rig = Rig::on_hardware();
     rig.servo(0, 0).write(MAX_POSITION_LIMIT.address, &3000_u32.to_le_bytes()).unwrap();
     rig.servo(0, 0).write(table::DRIVE_MODE.address, &[1]).unwrap();
@@ -370,10 +370,11 @@ fn what_is_overwritten_in_a_servo_is_told_and_what_is_tighter_than_needed_is_nam
     let told: Vec<_> = rig.notices.iter().filter(|(joint, _)| *joint == 0).map(|(_, told)| told).collect();
     for wanted in [
         "EEPROM: highest position limit (item 48) was 3000, and is set to 2700",
-        "EEPROM: drive mode (item 10) was 1, and is set to 0; it turned the other way, which `sign` in motor.toml says instead",
-        "the servo's PWM limit (item 36) is 400, and 885 would be needed",
-        "the servo's velocity limit (item 44) is 20, and 83 would be needed",
-        "another program left profile velocity (item 112) at 1",
+        "EEPROM: drive mode (item 10) was 1, and is set to 0; it turned the other way, which belongs in `sign` in \
+         motor.toml",
+        "the servo's PWM limit (item 36) is 400, and the joint needs 885",
+        "the servo's velocity limit (item 44) is 20, and the joint needs 83",
+        "another program set profile velocity (item 112) to 1",
     ] {
         let times = told.iter().filter(|line| line.starts_with(wanted)).count();
         assert_eq!(times, 1, "{wanted}: {told:#?}");
@@ -393,7 +394,7 @@ fn what_is_overwritten_in_a_servo_is_told_and_what_is_tighter_than_needed_is_nam
 }
 
 #[test]
-fn a_servo_whose_power_somebody_has_limited_to_nothing_gets_no_torque_and_is_named() {
+fn a_servo_with_a_power_limit_of_zero_gets_no_torque() {
     let mut rig = Rig::new();
     rig.servo(0, 0).write(PWM_LIMIT.address, &0_u16.to_le_bytes()).unwrap();
     rig.commanded(200, 0.3, rig.now);
@@ -418,7 +419,7 @@ fn joints_that_wait_for_each_other_with_torque_come_back_together() {
 }
 
 #[test]
-fn a_watchdog_that_trips_while_a_joint_moves_is_no_refusal_whenever_it_is_noticed() {
+fn a_watchdog_that_trips_during_motion_is_no_refusal() {
     // A condition read is due every 125 cycles. Before it, the joint falls behind, and its PWM is to be limited.
     for at in (0..125).step_by(8) {
         let mut rig = following();
@@ -447,7 +448,7 @@ fn a_servo_that_refuses_its_duty_for_another_reason_fails() {
 }
 
 #[test]
-fn a_watchdog_that_trips_while_torque_comes_on_is_cleared_and_is_no_refusal() {
+fn a_watchdog_that_trips_at_torque_on_is_no_refusal() {
     for at in 0..12 {
         let mut rig = following();
         rig = Rig { lines: rig.lines, now: rig.now, ..Rig::new() };

@@ -33,7 +33,7 @@ fn stops(rig: &mut Rig, cause: JointCause, mut cycle: impl FnMut(&mut Rig)) {
 }
 
 #[test]
-fn it_stops_while_a_line_is_lost_and_comes_back_when_the_line_does() {
+fn it_stops_while_a_line_is_lost_and_returns_with_it() {
     let mut rig = coming_back();
     rig.lost = Some(1);
     stops(&mut rig, JointCause::BodyStopped, |rig| rig.commanded(1, 0.0, rig.now));
@@ -52,7 +52,7 @@ fn it_stops_while_its_group_does() {
 }
 
 #[test]
-fn it_stops_when_the_commander_falls_silent_goes_limp_later_and_comes_back_for_another() {
+fn it_stops_without_a_commander_and_goes_limp_later() {
     let mut rig = coming_back();
     // Goals expire after 200 ms.
     for _ in 0..60 {
@@ -71,7 +71,7 @@ fn it_stops_when_the_commander_falls_silent_goes_limp_later_and_comes_back_for_a
 }
 
 #[test]
-fn it_stops_when_its_motor_process_was_killed_and_the_next_one_has_no_commander() {
+fn it_stops_after_a_killed_motor_process_without_a_commander() {
     let mut rig = coming_back();
     let robot = config::motor::parse(ROBOT, "motor.toml".as_ref()).unwrap();
     rig.motor = Motor::new(&robot, &config::parse(SETTINGS, "leo.toml".as_ref()).unwrap()).unwrap();
@@ -80,7 +80,7 @@ fn it_stops_when_its_motor_process_was_killed_and_the_next_one_has_no_commander(
 }
 
 #[test]
-fn it_is_said_to_slow_down_until_its_servo_has_said_that_it_stays() {
+fn it_is_reported_as_slowing_until_its_servo_confirms_the_stop() {
     let mut rig = coming_back();
     rig.inject(0, "drop id=1");
     rig.lost = Some(1);
@@ -89,7 +89,7 @@ fn it_is_said_to_slow_down_until_its_servo_has_said_that_it_stays() {
 }
 
 #[test]
-fn it_is_told_again_to_stay_where_it_goes_on() {
+fn a_stop_is_repeated_while_the_servo_moves_on() {
     let mut rig = coming_back();
     rig.lost = Some(1);
     stops(&mut rig, JointCause::BodyStopped, |rig| rig.commanded(1, 0.0, rig.now));
@@ -107,7 +107,7 @@ fn it_is_told_again_to_stay_where_it_goes_on() {
 }
 
 #[test]
-fn a_servo_that_has_its_torque_beyond_its_limits_does_not_move_before_its_joint_follows() {
+fn a_servo_beyond_its_limits_does_not_move_before_its_joint_follows() {
     let mut rig = coming_back();
     rig.lost = Some(1);
     rig.commanded(100, 0.0, rig.now);

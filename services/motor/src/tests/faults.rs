@@ -10,7 +10,7 @@ use servo::mock::HardwareError;
 use JointMode::{Decelerating, Following, Holding, Limp, Quarantined, Releasing};
 
 #[test]
-fn an_alert_is_read_in_its_cycle_and_stops_the_joints_group_and_no_other() {
+fn an_alert_stops_only_the_group_of_its_joint_in_its_cycle() {
     let mut rig = following();
     rig.commanded(20, 0.9, rig.now);
     rig.servo(0, 1).fail(HardwareError::Overheating);
@@ -36,7 +36,7 @@ fn an_alert_is_read_in_its_cycle_and_stops_the_joints_group_and_no_other() {
 }
 
 #[test]
-fn a_joint_that_failed_is_said_to_be_limp_once_its_servo_has_said_that_its_torque_is_off() {
+fn a_failed_joint_is_reported_as_limp_once_its_servo_confirms_it() {
     let mut rig = following();
     // An XM430 keeps its torque when its supply is out of its limits.
     rig.servo(0, 1).fail(HardwareError::InputVoltage);
@@ -51,7 +51,7 @@ fn a_joint_that_failed_is_said_to_be_limp_once_its_servo_has_said_that_its_torqu
 }
 
 #[test]
-fn where_the_configuration_says_so_a_servo_is_rebooted_after_an_alert_three_times_at_most() {
+fn a_servo_is_rebooted_after_an_alert_at_most_three_times() {
     let mut rig = Rig::with(&SETTINGS.replace("\"hold\"", "\"reboot\""));
     rig.commanded(150, 0.2, rig.now);
     assert_eq!(rig.modes(), [Following; 3]);
@@ -67,7 +67,7 @@ fn where_the_configuration_says_so_a_servo_is_rebooted_after_an_alert_three_time
 }
 
 #[test]
-fn a_servo_that_lost_its_torque_for_a_moment_holds_its_group_until_it_follows_again() {
+fn a_servo_that_lost_its_torque_holds_its_group_until_it_follows() {
     let mut rig = following();
     rig.commanded(200, 0.5, rig.now);
     // A brown-out too short to be noticed as silence: the control table is as after power-on.
@@ -127,7 +127,7 @@ fn a_hot_servo_is_spared_before_it_switches_itself_off() {
 }
 
 #[test]
-fn a_servo_that_gets_hot_at_full_speed_still_stops_within_its_limits() {
+fn a_hot_servo_at_full_speed_stops_within_its_limits() {
     // Its condition is read twice a second, so it is found to be hot somewhere on its way.
     for from_rad in [-0.8, -0.6, -0.4, -0.2, 0.0] {
         let mut rig = following();
@@ -144,7 +144,7 @@ fn a_servo_that_gets_hot_at_full_speed_still_stops_within_its_limits() {
 }
 
 #[test]
-fn an_emergency_stop_takes_every_torque_in_the_same_cycle_and_confirms_it() {
+fn an_emergency_stop_switches_torque_off_in_the_same_cycle() {
     let mut rig = following();
     rig.commanded(30, 0.9, rig.now);
     rig.motor.let_go(JointCause::Emergency);
@@ -170,7 +170,7 @@ fn an_emergency_stop_takes_every_torque_in_the_same_cycle_and_confirms_it() {
 }
 
 #[test]
-fn a_servo_that_does_not_confirm_an_emergency_stop_is_told_until_it_does() {
+fn an_emergency_stop_is_repeated_until_the_servo_confirms_it() {
     let mut rig = following();
     rig.mute.insert((0, 1));
     rig.motor.let_go(JointCause::Emergency);
@@ -187,7 +187,7 @@ fn a_servo_that_does_not_confirm_an_emergency_stop_is_told_until_it_does() {
 }
 
 #[test]
-fn one_who_is_dismissed_slows_down_before_it_lets_go() {
+fn a_dismissed_joint_slows_down_before_its_torque_goes_off() {
     let mut rig = following();
     rig.commanded(60, -1.0, rig.now);
     rig.motor.begin_shutdown(rig.now + Duration::from_secs(1));
@@ -204,7 +204,7 @@ fn one_who_is_dismissed_slows_down_before_it_lets_go() {
 }
 
 #[test]
-fn one_who_is_dismissed_and_cannot_stop_in_time_lets_go_as_it_moves() {
+fn a_dismissed_joint_that_cannot_stop_in_time_releases_in_motion() {
     let robot = ROBOT.replace("acceleration_rad_s2 = 10.0", "acceleration_rad_s2 = 0.5");
     let mut rig = Rig::of(&robot, SETTINGS);
     rig.until(2000, 1.0, |rig| rig.state(0).present_velocity_rad_s() > Some(0.4));
@@ -258,7 +258,7 @@ fn answers_to_an_earlier_question_are_never_taken_whatever_their_length() {
 }
 
 #[test]
-fn noise_whose_check_sum_is_right_by_chance_is_neither_an_alert_nor_a_refusal() {
+fn noise_with_a_valid_check_sum_is_no_alert_or_refusal() {
     let mut rig = following();
     rig.commanded(1, 0.0, rig.now);
     for (alert, fault) in
@@ -283,7 +283,7 @@ fn noise_whose_check_sum_is_right_by_chance_is_neither_an_alert_nor_a_refusal() 
 }
 
 #[test]
-fn an_error_number_beside_a_reading_is_named_takes_that_torque_and_costs_no_other_a_reading() {
+fn an_error_number_beside_a_reading_costs_no_other_servo_its_reading() {
     for version in [46, 44] {
         let mut rig = Rig::new();
         for servo in rig.lines[0].servos_mut() {
@@ -310,7 +310,7 @@ fn an_error_number_beside_a_reading_is_named_takes_that_torque_and_costs_no_othe
 }
 
 #[test]
-fn two_servos_of_one_id_cost_their_bus_its_torque_and_are_named() {
+fn two_servos_of_one_id_switch_off_their_bus_and_are_named() {
     let mut rig = following();
     rig.commanded(20, 0.5, rig.now);
     rig.inject(0, "duplicate-id id=2");
@@ -369,7 +369,7 @@ fn one_bad_servo_costs_one_servo() {
 }
 
 #[test]
-fn a_servo_of_older_firmware_is_read_by_itself_and_the_others_together() {
+fn a_servo_of_older_firmware_is_read_separately() {
     // XM430 supports fast sync reads from firmware 45 on.
     for (versions, questions) in [([44, 46], 2), ([45, 45], 1), ([44, 44], 1)] {
         let mut rig = Rig::new();

@@ -446,12 +446,12 @@ fn explore(category: u8, mutation: Mutation) -> Vec<String> {
 }
 
 #[test]
-fn no_state_moves_without_the_guard_and_every_ending_comes_to_an_end() {
+fn no_state_moves_without_the_guard_and_every_ending_terminates() {
     assert_eq!(explore(0, Mutation::None), [] as [&str; 0]);
 }
 
 #[test]
-fn with_a_stop_that_lets_joints_stop_first_no_state_moves_without_the_guard_either() {
+fn with_a_controlled_stop_no_state_moves_without_the_guard() {
     for category in [1, 2] {
         assert_eq!(explore(category, Mutation::None), [] as [&str; 0], "stop category {category}");
     }
@@ -482,7 +482,7 @@ fn after(category: u8, actions: &[Action]) -> World {
 const ARM: Action = Action::Arm { acknowledges: false };
 
 #[test]
-fn a_servo_that_restarts_on_its_way_back_and_is_told_to_stay_has_a_watchdog() {
+fn a_servo_that_restarts_on_its_way_back_has_a_watchdog() {
     use Action::{Cycles, PushedTo, Restart, StandsStill};
     let world = after(0, &[Cycles(25), ARM, PushedTo(2.6), StandsStill, Restart]);
     let begin_shutdown = |world: &mut World| world.motor.begin_shutdown(world.now + END);
@@ -490,7 +490,7 @@ fn a_servo_that_restarts_on_its_way_back_and_is_told_to_stay_has_a_watchdog() {
 }
 
 #[test]
-fn a_servo_that_restarts_while_it_counts_as_found_with_torque_waits_for_an_order() {
+fn a_restarted_servo_that_was_found_with_torque_waits_for_an_order() {
     use Action::{Commander, Cycles, Line, PushedTo, Raise, Release, Restart, StandsStill};
     let (mute, well) = (Line(ExchangeFault::Mute), Line(ExchangeFault::Nothing));
     let stopped = [Cycles(25), ARM, Cycles(1), PushedTo(1.4), mute, Raise, Release, well, Cycles(25)];
@@ -501,7 +501,7 @@ fn a_servo_that_restarts_while_it_counts_as_found_with_torque_waits_for_an_order
 }
 
 #[test]
-fn an_order_to_a_joint_that_is_armed_already_does_not_arm_it_once_more_after_a_failure() {
+fn an_order_to_an_armed_joint_is_void_after_a_failure() {
     use Action::{Alert, Commander, Cycles, Line, PushedTo, Restart, StandsStill};
     let (mute, well, lost) =
         (Line(ExchangeFault::Mute), Line(ExchangeFault::Nothing), Line(ExchangeFault::LineLost));

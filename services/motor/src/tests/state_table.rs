@@ -653,7 +653,7 @@ fn path(reached: &[Reached], mut at: usize) -> Vec<Event> {
 }
 
 #[test]
-fn every_state_of_a_joint_meets_every_event_and_nothing_moves_without_the_guard() {
+fn no_event_in_any_joint_state_moves_without_the_guard() {
     let (events, mut wire) = (events(), Wire::default());
     let (mut keys, mut reached, mut open) = (HashMap::new(), Vec::new(), VecDeque::new());
     let (mut products, mut failures) = (BTreeSet::new(), BTreeMap::new());
@@ -719,7 +719,7 @@ fn torque_that_another_hand_switches_on_during_an_alert_goes_off() {
 }
 
 #[test]
-fn an_alert_takes_the_torque_of_a_joint_that_is_locked_for_another_cause() {
+fn an_alert_switches_torque_off_on_a_locked_joint() {
     let held = [Event::Told(Ordered::GroupStopped), Event::Arm(8), Event::PushedTo(2.6)];
     let cycles = |count| Event::Cycles(count, ExchangeFault::Nothing);
     for error in [HardwareError::Overheating, HardwareError::InputVoltage] {

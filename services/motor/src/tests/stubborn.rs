@@ -73,7 +73,7 @@ fn alerted() -> Rig {
 }
 
 #[test]
-fn a_servo_that_loses_its_power_before_its_reboot_costs_a_question_now_and_then_and_blinds_nobody() {
+fn a_servo_without_power_before_its_reboot_costs_only_occasional_pings() {
     let mut rig = alerted();
     rig.mute.insert((0, 2));
     let jobs = rig.jobs_of(1500);
@@ -94,7 +94,7 @@ fn a_servo_that_loses_its_power_before_its_reboot_costs_a_question_now_and_then_
 }
 
 #[test]
-fn a_reboot_whose_acknowledgement_is_lost_is_told_once() {
+fn a_reboot_with_a_lost_acknowledgement_is_sent_once() {
     let mut rig = alerted();
     rig.inject(0, "drop id=2");
     let mut reboots = 0;
@@ -107,7 +107,7 @@ fn a_reboot_whose_acknowledgement_is_lost_is_told_once() {
 }
 
 #[test]
-fn a_servo_that_cannot_be_told_to_let_go_is_told_later_and_later() {
+fn torque_off_is_retried_with_growing_delays() {
     let mut rig = following();
     rig.mute.insert((0, 2));
     rig.lines[0].servos_mut()[1].fail(HardwareError::Overheating);
@@ -145,7 +145,7 @@ fn servos_are_looked_at_while_another_has_a_job_in_every_cycle() {
 }
 
 #[test]
-fn a_servo_that_is_not_to_acknowledge_anything_is_told_to_and_follows() {
+fn a_servo_without_status_replies_is_reconfigured_and_follows() {
     for level in [0, 1] {
         let mut rig = configured();
         rig.level(0, 0, level);
@@ -156,7 +156,7 @@ fn a_servo_that_is_not_to_acknowledge_anything_is_told_to_and_follows() {
 }
 
 #[test]
-fn a_servo_that_no_longer_acknowledges_what_it_is_told_lets_go_all_the_same() {
+fn a_servo_that_stops_acknowledging_still_switches_torque_off() {
     let mut rig = following();
     rig.level(0, 0, 1);
     rig.commanded(150, 0.3, rig.now);
@@ -170,7 +170,7 @@ fn a_servo_that_no_longer_acknowledges_what_it_is_told_lets_go_all_the_same() {
 }
 
 #[test]
-fn a_servo_that_is_read_and_never_acknowledges_is_quarantined_and_holds_up_no_other_group() {
+fn a_readable_servo_that_never_acknowledges_is_quarantined() {
     let mut rig = configured();
     let mut quarantined = 0;
     for _ in 0..400 {

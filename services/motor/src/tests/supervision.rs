@@ -25,7 +25,7 @@ impl Obstacle {
 }
 
 #[test]
-fn a_command_is_never_further_ahead_than_the_bound_and_a_blocked_joint_halts_and_presses_no_longer() {
+fn a_command_is_bounded_and_a_blocked_joint_stops_pressing() {
     let mut rig = following();
     rig.commanded(150, 0.3, rig.now);
     let obstacle = Obstacle::at(&rig);
@@ -57,7 +57,7 @@ fn a_command_is_never_further_ahead_than_the_bound_and_a_blocked_joint_halts_and
 }
 
 #[test]
-fn a_joint_that_is_freed_in_time_catches_up_no_faster_than_it_may() {
+fn a_freed_joint_catches_up_within_its_speed_limit() {
     let mut rig = following();
     rig.commanded(150, 0.3, rig.now);
     // The servo's own trajectory continues while an obstacle holds the shaft.
@@ -96,7 +96,7 @@ fn a_joint_may_have_a_bound_of_its_own() {
 }
 
 #[test]
-fn a_joint_that_is_found_far_beyond_its_limits_is_locked_and_one_a_little_beyond_comes_back_slowly() {
+fn a_joint_far_beyond_its_limits_is_locked() {
     let settings = SETTINGS.replace("max_beyond_limits_rad = 1.0", "max_beyond_limits_rad = 0.2");
     let mut rig = Rig::with(&settings);
     // From 0.3 to 1.4 rad; the limit is 1.
@@ -173,7 +173,7 @@ fn lowering() -> String {
 }
 
 #[test]
-fn after_an_undervoltage_a_joint_holds_is_lowered_slowly_and_then_lets_go() {
+fn after_an_undervoltage_a_joint_is_lowered_slowly_and_released() {
     let mut rig = Rig::with(&lowering());
     rig.until(200, 0.3, |rig| rig.modes() == [Following; 3]);
     rig.commanded(500, 0.8, rig.now);
@@ -199,7 +199,7 @@ fn after_an_undervoltage_a_joint_holds_is_lowered_slowly_and_then_lets_go() {
 }
 
 #[test]
-fn a_joint_of_a_group_that_shall_be_limp_is_and_an_alert_of_two_kinds_asks_for_the_less() {
+fn an_alert_of_two_kinds_gets_the_weaker_reaction() {
     let settings = lowering().replace("groups = {}", "groups = { body = \"limp\" }");
     let mut rig = Rig::with(&settings);
     rig.until(200, 0.3, |rig| rig.modes() == [Following; 3]);
@@ -220,7 +220,7 @@ fn a_joint_of_a_group_that_shall_be_limp_is_and_an_alert_of_two_kinds_asks_for_t
 }
 
 #[test]
-fn an_emergency_stop_of_category_1_slows_down_first_and_of_category_2_keeps_torque() {
+fn stop_category_1_slows_down_first_and_category_2_keeps_torque() {
     for (category, trace) in
         [(0, &[Limp][..]), (1, &[Decelerating, Holding, Limp]), (2, &[Decelerating, Holding])]
     {
@@ -250,7 +250,7 @@ fn an_emergency_stop_of_category_1_slows_down_first_and_of_category_2_keeps_torq
 }
 
 #[test]
-fn a_joint_of_which_newer_goals_say_nothing_slows_down_and_holds() {
+fn a_joint_without_newer_goals_slows_down_and_holds() {
     let mut rig = following();
     rig.commanded(200, 0.9, rig.now);
     rig.until(300, -0.9, |rig| rig.state(0).present_velocity_rad_s() < Some(-1.0));
@@ -300,7 +300,7 @@ fn goals_that_stream_in_make_no_stop_of_each_goal() {
 }
 
 #[test]
-fn a_servo_that_never_was_there_stops_its_group_and_nobody_else() {
+fn a_servo_that_was_never_present_stops_only_its_group() {
     let mut rig = Rig::new();
     rig.mute.insert((0, 2));
     rig.commanded(150, 0.3, rig.now);
@@ -326,7 +326,7 @@ fn a_lock_from_before_an_emergency_stop_is_acknowledged_after_it() {
 }
 
 #[test]
-fn a_blocked_joint_that_keeps_its_torque_loses_it_by_an_alert_or_a_refusal() {
+fn a_blocked_joint_loses_its_torque_by_an_alert_or_refusal() {
     let fail: [fn(&mut Rig); 2] =
         [|rig| rig.servo(0, 0).fail(HardwareError::Encoder), |rig| rig.inject(0, "error id=1 is=7")];
     for fail in fail {
@@ -346,7 +346,7 @@ fn a_blocked_joint_that_keeps_its_torque_loses_it_by_an_alert_or_a_refusal() {
 }
 
 #[test]
-fn a_supply_that_sags_lowers_one_joint_after_the_other_and_drops_none() {
+fn a_sagging_supply_lowers_joints_one_after_the_other() {
     let mut rig = Rig::with(&lowering());
     rig.until(200, 0.3, |rig| rig.modes() == [Following; 3]);
     rig.commanded(400, 0.8, rig.now);
@@ -363,7 +363,7 @@ fn a_supply_that_sags_lowers_one_joint_after_the_other_and_drops_none() {
 }
 
 #[test]
-fn the_velocity_of_a_profile_costs_the_wire_nothing_while_it_stays_and_is_told_again_twice_a_second() {
+fn an_unchanged_profile_velocity_is_resent_twice_a_second() {
     let mut rig = following();
     rig.commanded(600, 0.3, rig.now);
     // Bus 1 has one servo, and is asked last. A goal alone takes 5 bytes of data, and 9 with its velocity.
@@ -384,7 +384,7 @@ fn the_velocity_of_a_profile_costs_the_wire_nothing_while_it_stays_and_is_told_a
 }
 
 #[test]
-fn at_the_end_simulated_servos_that_are_gone_with_their_bus_are_not_waited_for_and_real_ones_are() {
+fn at_the_end_only_real_absent_servos_are_waited_for() {
     for device in ["mock", "/dev/ttyUSB0"] {
         let settings = SETTINGS.replace("\"simulated\"", "[\"start\"]");
         let mut rig = Rig::of(&ROBOT.replace("\"mock\"", &format!("\"{device}\"")), &settings);

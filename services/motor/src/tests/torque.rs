@@ -31,7 +31,7 @@ fn begun_anew() -> Rig {
 }
 
 #[test]
-fn a_sign_of_life_from_the_future_grows_old_like_any_other() {
+fn a_heartbeat_from_the_future_ages_like_any_other() {
     let mut rig = following();
     rig.motor.goals(Instant::from_nanos(u64::MAX), &[]);
     rig.cycle();
@@ -50,7 +50,7 @@ fn a_sign_of_life_from_the_future_grows_old_like_any_other() {
 }
 
 #[test]
-fn torque_that_is_found_on_stays_on_for_a_commander_and_goes_off_without_one() {
+fn torque_found_on_stays_on_only_with_a_commander() {
     let mut rig = begun_anew();
     for _ in 0..250 {
         rig.cycle();
@@ -73,7 +73,7 @@ fn torque_that_is_found_on_stays_on_for_a_commander_and_goes_off_without_one() {
 }
 
 #[test]
-fn a_servo_that_comes_back_with_torque_after_its_commander_went_is_let_go() {
+fn a_servo_that_returns_with_torque_without_a_commander_is_released() {
     let mut rig = following();
     rig.mute.insert((0, 1));
     for _ in 0..400 {
@@ -88,7 +88,7 @@ fn a_servo_that_comes_back_with_torque_after_its_commander_went_is_let_go() {
 }
 
 #[test]
-fn a_servo_that_hears_and_is_not_heard_is_let_go_when_its_commander_was_gone_for_long() {
+fn a_servo_with_lost_replies_is_released_long_after_its_commander_left() {
     for fault in ["drop id=1", "flip id=1"] {
         let mut rig = following();
         rig.inject(0, fault);
@@ -116,7 +116,7 @@ fn a_servo_that_hears_and_is_not_heard_is_let_go_when_its_commander_was_gone_for
 }
 
 #[test]
-fn a_servo_that_was_never_heard_is_let_go_too() {
+fn a_servo_that_never_answered_is_released_too() {
     let mut rig = begun_anew();
     rig.inject(0, "drop id=1");
     for _ in 0..300 {
@@ -130,7 +130,7 @@ fn a_servo_that_was_never_heard_is_let_go_too() {
 }
 
 #[test]
-fn torque_that_comes_on_by_another_hand_is_seen_within_half_a_second_and_goes_off() {
+fn foreign_torque_on_is_detected_within_half_a_second() {
     let mut rig = following();
     for _ in 0..400 {
         rig.cycle();
@@ -149,7 +149,7 @@ fn torque_that_comes_on_by_another_hand_is_seen_within_half_a_second_and_goes_of
 }
 
 #[test]
-fn torque_does_not_come_on_once_the_commander_is_gone_or_a_bus_is_lost() {
+fn torque_stays_off_without_a_commander_or_with_a_lost_bus() {
     // A single late frame exceeds the timeout.
     let mut rig = Rig::with(&SETTINGS.replace("command_timeout_ms = 200", "command_timeout_ms = 4"));
     while !rig.is_guarded(0, 0) {
@@ -202,10 +202,14 @@ fn a_joint_that_stands_beyond_its_limits_comes_back_to_them_slowly() {
 fn a_servo_that_was_set_up_for_another_robot_gets_no_torque() {
     for (item, data, says) in [
         (HOMING_OFFSET, &500_i32.to_le_bytes()[..], "its homing offset (item 20) is 500 counts"),
-        (SHUTDOWN, &[0][..], "by its item 63, shutdown, which is 0"),
-        (SECONDARY_ID, &[7][..], "by its secondary id (item 12) it also does what servo 7 is told"),
-        (STARTUP_CONFIGURATION, &[1][..], "by its item 60, startup configuration, which is 1"),
-        (STARTUP_CONFIGURATION, &[2][..], "by its item 60, startup configuration, which is 2"),
+        (SHUTDOWN, &[0][..], "its item 63, shutdown, is 0"),
+        (
+            SECONDARY_ID,
+            &[7][..],
+            "its secondary id (item 12) is 7: it also executes the instructions to servo 7",
+        ),
+        (STARTUP_CONFIGURATION, &[1][..], "its item 60, startup configuration, is 1"),
+        (STARTUP_CONFIGURATION, &[2][..], "its item 60, startup configuration, is 2"),
     ] {
         let mut rig = Rig::new();
         rig.tamper(item, data);
@@ -219,7 +223,7 @@ fn a_servo_that_was_set_up_for_another_robot_gets_no_torque() {
 }
 
 #[test]
-fn what_firmware_without_a_startup_configuration_says_there_matters_nothing() {
+fn a_startup_configuration_is_ignored_on_firmware_without_one() {
     let mut rig = Rig::new();
     rig.tamper(STARTUP_CONFIGURATION, &[1]);
     let servo = rig.servo(0, 0);
@@ -228,7 +232,7 @@ fn what_firmware_without_a_startup_configuration_says_there_matters_nothing() {
 }
 
 #[test]
-fn a_servo_that_garbles_its_answers_before_it_begins_anew_holds_its_group_too() {
+fn a_servo_with_corrupt_replies_before_its_restart_holds_its_group() {
     let mut rig = following();
     rig.inject(0, "flip id=2");
     rig.commanded(3, 0.4, rig.now);
@@ -254,7 +258,7 @@ fn a_goal_is_written_only_to_a_servo_that_follows() {
 }
 
 #[test]
-fn a_servo_that_refuses_to_let_go_is_told_again_but_not_in_every_cycle() {
+fn a_refused_torque_off_is_repeated_but_not_in_every_cycle() {
     let robot = config::motor::parse(ROBOT, "motor.toml".as_ref()).unwrap();
     let policy = Policy::new(&config::parse(SETTINGS, "leo.toml".as_ref()).unwrap(), true);
     let id = Id::new(1).unwrap();

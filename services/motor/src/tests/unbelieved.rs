@@ -31,14 +31,17 @@ impl Rig {
 }
 
 #[test]
-fn a_servo_whose_clock_stands_still_as_it_starts_gets_no_torque_and_holds_up_no_other_group() {
+fn a_servo_with_a_stopped_clock_at_start_gets_no_torque() {
     let mut rig = Rig::new();
     rig.inject(0, "stopped-clock id=1");
     // It is the only servo of the first group.
     rig.until(150, 0.3, |rig| rig.modes() == [Quarantined, Following, Following]);
     assert_eq!(rig.causes()[0], JointCause::Unbelieved);
     let said = rig.motor.trouble(0).unwrap().to_string();
-    assert!(said.starts_with("its servo answers and cannot be believed: its clock (item 120)"), "{said}");
+    assert!(
+        said.starts_with("its servo answers with readings that cannot be trusted: its clock (item 120)"),
+        "{said}"
+    );
     for _ in 0..2 * PROVEN {
         rig.commanded(1, 0.3, rig.now);
         assert_eq!((rig.modes(), rig.torque(0, 0)), (vec![Quarantined, Following, Following], 0));
@@ -51,7 +54,7 @@ fn a_servo_whose_clock_stands_still_as_it_starts_gets_no_torque_and_holds_up_no_
 }
 
 #[test]
-fn a_servo_whose_clock_loses_more_than_two_in_a_hundred_is_quarantined_and_does_not_come_and_go() {
+fn a_servo_with_a_slow_clock_is_quarantined_without_flapping() {
     // By 5 % and by 2.5 %.
     for of in [5, 10] {
         let mut rig = following();
@@ -70,7 +73,7 @@ fn a_servo_whose_clock_loses_more_than_two_in_a_hundred_is_quarantined_and_does_
 }
 
 #[test]
-fn a_servo_that_is_not_believed_is_said_to_be_limp_in_an_emergency() {
+fn an_untrusted_servo_is_reported_as_limp_in_an_emergency() {
     let mut rig = following();
     rig.inject(0, "stopped-clock id=1");
     rig.until(60, 0.3, |rig| rig.modes()[0] == Quarantined);

@@ -35,7 +35,7 @@ pub fn run(launch: &Launch, robot: &Robot) -> Result<(), Failure> {
         }
         if source.kind == SourceKind::External && member.is_lockstep() {
             let name = &source.name;
-            tracing::info!(source = name, "is not heard: in simulated time nobody outside knows when it is");
+            tracing::info!(source = name, "is ignored: an external source cannot follow simulated time");
             source.rate_hz = None;
         } else {
             // An external source may be any process of this user.
@@ -81,7 +81,10 @@ pub fn run(launch: &Launch, robot: &Robot) -> Result<(), Failure> {
             shown_at = now;
         }
         if let Some(source) = recordings.ended() {
-            tracing::warn!(source = name_of(&sources, source), "the trace is over: nothing more comes of it");
+            tracing::warn!(
+                source = name_of(&sources, source),
+                "the trace has ended: the source sends no more frames"
+            );
         }
         while let Some((source, news)) = sensor.news() {
             tell(name_of(&sources, source), news);
@@ -135,10 +138,13 @@ fn sum(losses: &[u64; LOSSES], among: impl Fn(Loss) -> bool) -> u64 {
 fn tell(source: &str, news: SourceEvent) {
     match news {
         SourceEvent::Silent => {
-            tracing::warn!(source, "is silent: is its process alive, and does it publish here?");
+            tracing::warn!(
+                source,
+                "sends no frames: is its process alive, and does it publish in this domain?"
+            );
         }
         // Same level as the warning of the silence.
-        SourceEvent::Heard => tracing::warn!(source, "is heard again"),
+        SourceEvent::Heard => tracing::warn!(source, "sends frames again"),
         // Occasional losses are normal with unsynchronised clocks or high load; they are counted as drops.
         SourceEvent::Lost(loss @ (Loss::Overtaken | Loss::Missed)) => {
             tracing::debug!(source, loss = loss.name(), "{}", loss.advice());

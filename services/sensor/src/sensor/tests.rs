@@ -75,7 +75,7 @@ fn an_observation_bears_the_number_of_the_source_that_it_came_from() {
 }
 
 #[test]
-fn an_unsound_observation_is_refused_by_its_reason_and_the_others_are_taken() {
+fn an_invalid_observation_is_refused_and_the_others_are_accepted() {
     let mut sensor = sensor(&[""]);
     let nan = Observation { confidence: f32::NAN, ..seen(9) };
     let nobody = Observation { kind: ObservationKind::Person.raw(), partner: NOBODY, ..seen(9) };
@@ -135,7 +135,7 @@ fn a_person_is_in_one_place_at_an_instant() {
 }
 
 #[test]
-fn the_frame_of_a_source_is_turned_and_moved_into_the_base_frame() {
+fn the_frame_of_a_source_is_transformed_into_the_base_frame() {
     // A camera one metre ahead of the robot that looks back at it.
     let mut sensor = sensor(&["frame = { position_m = [1.0, 0.0, 0.5], heading_deg = 180.0 }"]);
     let thing = Observation { position_m: [0.25, 0.1, -0.5], ..seen(9) };
@@ -181,7 +181,7 @@ fn the_noise_of_a_source_takes_from_its_confidence() {
 }
 
 #[test]
-fn frames_of_all_sources_are_one_frame_of_the_newest_instant_and_all_that_was_left_out() {
+fn frames_of_all_sources_become_one_frame_of_the_newest_instant() {
     let mut sensor = sensor(&["", "", ""]);
     let old = Header { left_out: 3, ..header(1, 5) };
     let new = Header { left_out: 4, ..header(1, 8) };
@@ -201,7 +201,7 @@ fn frames_of_all_sources_are_one_frame_of_the_newest_instant_and_all_that_was_le
 }
 
 #[test]
-fn a_count_of_what_was_left_out_that_is_a_lie_does_not_overflow() {
+fn a_false_count_of_dropped_observations_does_not_overflow() {
     let mut sensor = sensor(&["", ""]);
     let lie = Header { left_out: u64::MAX, ..header(1, 8) };
     let merged = cycle(&mut sensor, 10, &[(0, lie, &[seen(8); 9]), (1, lie, &[seen(8); 9])]);
@@ -209,7 +209,7 @@ fn a_count_of_what_was_left_out_that_is_a_lie_does_not_overflow() {
 }
 
 #[test]
-fn of_several_frames_in_a_cycle_the_newest_is_taken_and_the_others_are_counted() {
+fn of_several_frames_in_a_cycle_only_the_newest_is_used() {
     let mut sensor = sensor(&[""]);
     sensor.begin(at(10));
     for sequence in 1..=3 {
@@ -221,7 +221,7 @@ fn of_several_frames_in_a_cycle_the_newest_is_taken_and_the_others_are_counted()
 }
 
 #[test]
-fn a_gap_in_the_numbers_is_counted_and_a_lie_about_them_is_not_believed() {
+fn a_gap_in_the_numbers_is_counted_unless_it_is_false() {
     let mut sensor = sensor(&[""]);
     let frames =
         [(5, 1, 1), (8, 1, 1), (8, 1, 0), (7, 1, 0), (u64::MAX, 1, 0), (0, 1, 0), (1, 1, 1), (9, 2, 1)];
@@ -258,7 +258,7 @@ fn a_frame_of_another_time_is_refused_whole() {
 }
 
 #[test]
-fn time_that_stands_still_or_runs_backwards_is_refused_for_its_source_alone() {
+fn time_that_stops_or_runs_backwards_is_refused_per_source() {
     let mut sensor = sensor(&["", ""]);
     cycle(&mut sensor, 10, &[(0, header(1, 9), &[seen(9)])]);
     // The first source repeats a timestamp and then sends an older one; the second is not affected.
@@ -312,7 +312,7 @@ fn a_burst_crowds_out_nobodys_share() {
 }
 
 #[test]
-fn a_source_that_left_anything_out_itself_did_not_look_nor_one_that_did_in_a_frame_before() {
+fn a_source_that_dropped_observations_counts_as_not_looking() {
     let mut sensor = sensor(&["", ""]);
     let cut = Header { left_out: 1, ..header(1, 5) };
     let merged = cycle(&mut sensor, 10, &[(0, cut, &[seen(5)]), (1, header(1, 6), &[seen(6)])]);
@@ -341,7 +341,7 @@ fn told(until: u64, speaks: impl Fn(u64) -> bool) -> Vec<(u64, SourceEvent, Vec<
 }
 
 #[test]
-fn a_source_of_which_frames_are_expected_is_told_to_be_silent_and_to_be_heard_again() {
+fn an_expected_source_is_reported_as_silent_and_as_back() {
     // Silent after three periods of 50 ms from the frame at 295 ms; heard again after a second of regular
     // frames.
     let told = told(2000, |now| !(300..600).contains(&now));
@@ -349,7 +349,7 @@ fn a_source_of_which_frames_are_expected_is_told_to_be_silent_and_to_be_heard_ag
 }
 
 #[test]
-fn a_source_that_is_slower_than_expected_is_told_to_be_silent_once() {
+fn a_slow_source_is_reported_as_silent_once() {
     let told = told(4000, |now| now.is_multiple_of(200));
     assert_eq!(told, [(160, SourceEvent::Silent, vec![1])]);
 }
@@ -378,7 +378,7 @@ fn each_source_is_shown_with_what_became_of_its_own_reports() {
 }
 
 #[test]
-fn a_loss_is_told_once() {
+fn a_loss_is_logged_once() {
     let mut sensor = sensor(&["", ""]);
     let mut told = Vec::new();
     for number in 1..5 {
@@ -405,8 +405,8 @@ fn a_source_that_there_is_not_is_ignored() {
 }
 
 #[test]
-fn more_sources_than_can_be_told_apart_are_refused() {
+fn too_many_sources_are_refused() {
     let refused =
         Sensor::new(&Percepts::builtin(), &sources(&[""; 17]), 4).err().map(|error| error.to_string());
-    assert_eq!(refused.as_deref(), Some("17 sources are too many: at most 16 can be told apart"));
+    assert_eq!(refused.as_deref(), Some("17 sources are too many: at most 16 are possible"));
 }

@@ -33,7 +33,7 @@ pub enum BenchError {
     #[error(transparent)]
     Run(#[from] RunError),
     /// A process did not get ready, or died.
-    #[error("the process `{0}` did not get ready")]
+    #[error("the process `{0}` did not become ready")]
     NotReady(&'static str),
     /// A port failed.
     #[error("{0}")]

@@ -59,7 +59,7 @@ pub enum CheckError {
     #[error(transparent)]
     Apply(#[from] ApplyError),
     /// The findings cannot be written.
-    #[error("cannot write what was found: {0}")]
+    #[error("cannot write the findings: {0}")]
     Write(#[from] std::io::Error),
 }
 
@@ -120,7 +120,7 @@ fn inspect(robot: &Robot, inquiry: &CheckOptions, system: &System) -> Vec<Findin
     let joints = robot.motor.joints.len();
     let version = env!("CARGO_PKG_VERSION");
     let configuration =
-        format!("{what} and its neighbours are right, and of this version, Leo {version}: {joints} joints");
+        format!("{what} and the files beside it are valid for this version, Leo {version}: {joints} joints");
     let mut findings = vec![Finding::new(Verdict::Good, "configuration", configuration)];
     findings.extend(inquiry.versions.iter().cloned());
     findings.extend(judge(system, &machine(robot)));

@@ -288,7 +288,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_child_is_told_everything() {
+    fn a_child_gets_all_arguments() {
         let launch = Launch {
             domain: "/dev/shm/leo-7".into(),
             incarnation: 3,

@@ -24,7 +24,7 @@ pub enum TurnError {
         how: String,
     },
     /// The process did not complete its turn in time.
-    #[error("the process `{process}` hangs: its turn at {:.3} s of simulated time is not done after {} s", seconds(*at), within.as_secs())]
+    #[error("the process `{process}` hangs: its step at {:.3} s of simulated time took more than {} s", seconds(*at), within.as_secs())]
     Hangs {
         /// The process.
         process: Process,

@@ -101,7 +101,7 @@ impl Guard {
             return;
         }
         self.replace_at = now + RESTART_INTERVAL;
-        tracing::warn!("the guard of the torque died and is replaced");
+        tracing::warn!("the torque guard died and is restarted");
         match spawn(&self.reader, &self.launch) {
             Ok(child) => {
                 self.child = Some(child);
@@ -131,8 +131,8 @@ impl Guard {
 
 fn log_guard_error(error: &io::Error) {
     tracing::error!(
-        "the guard of the torque cannot be reached: {error}; where the supervisor and the motor process die together, \
-         torque stays on"
+        "the torque guard cannot be reached: {error}; if the supervisor and the motor process die together, torque \
+         stays on"
     );
 }
 
@@ -176,7 +176,9 @@ pub fn guard(launch: &Launch, robot: &Robot) -> Result<(), Failure> {
     if matches!(torque_state, TorqueState::Ended) {
         return Ok(());
     }
-    tracing::error!("the supervisor and the motor process are gone: every torque is switched off");
+    tracing::error!(
+        "the supervisor and the motor process have died: the torque of every servo is switched off"
+    );
     let report = torque::switch_off(&buses, BUSY_TIMEOUT);
     report.log(launch.config.as_deref());
     if report.is_confirmed() { Ok(()) } else { Err(Failure::own(report)) }
@@ -247,7 +249,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_last_word_counts_and_a_motor_process_that_has_ended_is_not_killed() {
+    fn the_last_message_counts_and_an_ended_motor_process_is_not_killed() {
         let begun = |torque_state: &TorqueState| matches!(torque_state, TorqueState::Begun { .. });
         let torque_state = TorqueState::Ended.told(STARTING);
         assert!(begun(&torque_state));

@@ -61,7 +61,7 @@ fn work(mut janitor: Janitor, asked: &Receiver<()>, say: &Sender<()>) {
         }
         let scan = janitor.scan(clock::now());
         if scan.repaired > 0 {
-            tracing::info!(files = scan.repaired, "mended what a process left half made");
+            tracing::info!(files = scan.repaired, "repaired files that a dead process left incomplete");
         }
         next = if scan.suspects > 0 { SUSPECT_SCAN_INTERVAL } else { IDLE_SCAN_INTERVAL };
         if scan.suspects == 0 {

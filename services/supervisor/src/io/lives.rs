@@ -70,7 +70,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_process_is_numbered_as_its_namespace_says() {
+    fn a_process_number_is_that_of_its_namespace() {
         assert_eq!(outermost(std::process::id()), std::process::id());
         assert_eq!(outermost(u32::MAX), u32::MAX, "there is none");
     }

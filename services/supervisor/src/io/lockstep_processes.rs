@@ -31,7 +31,7 @@ pub enum LockstepError {
         source: io::Error,
     },
     /// A process ended, or was not ready in time.
-    #[error("the process `{process}` did not get ready: {how}")]
+    #[error("the process `{process}` did not become ready: {how}")]
     NotReady {
         /// The process.
         process: Process,
@@ -105,7 +105,7 @@ impl LockstepProcesses {
                 return Err(TurnError::Interrupted.into());
             }
             if clock::now() >= give_up {
-                let how = format!("nothing heard of it for {} s", within.as_secs());
+                let how = format!("no heartbeat for {} s", within.as_secs());
                 return Err(LockstepError::NotReady { process, how });
             }
             self.children.wait(self.signals.as_fd(), READY_POLL_INTERVAL);

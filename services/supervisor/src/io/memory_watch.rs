@@ -47,7 +47,7 @@ impl MemoryWatch {
         let files = folder.chain(files_mapped(&mapped, domain)).map(|path| (path.clone(), file(&path)));
         let segment = Segment::of(domain);
         if segment.is_none() {
-            tracing::warn!("the middleware's management segment is not to be found, and is not watched");
+            tracing::warn!("the middleware's management segment was not found and is not watched");
         }
         Self { files: files.collect(), segment, told: None, look_at: Instant::EPOCH }
     }
@@ -111,7 +111,7 @@ mod tests {
     }
 
     #[test]
-    fn a_folder_that_is_removed_or_made_anew_is_noticed_and_what_is_added_is_not() {
+    fn a_removed_or_recreated_folder_is_detected() {
         let domain = Domain::named(&format!("memory-watch-{}", std::process::id())).unwrap();
         domain.make().unwrap();
         let mut watch = MemoryWatch::of(&domain);

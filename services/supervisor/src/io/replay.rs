@@ -232,8 +232,8 @@ fn play<R: Read>(
 fn incomparable<R: Read>(reader: &Reader<R>) -> Option<&'static str> {
     let time = reader.about().map(|about| about.time);
     (time != Some(Time::Lockstep)).then_some(
-        "it was recorded of a robot in the machine's time, which begins in the middle and in which frames wait \
-         for one another differently every time",
+        "it was recorded from a robot in the machine's time: such a recording begins at any moment, and the order of \
+         its frames is not reproducible",
     )
 }
 

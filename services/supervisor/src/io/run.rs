@@ -105,7 +105,7 @@ pub enum RunError {
     #[error("cannot watch for signals: {0}")]
     Signals(io::Error),
     /// The path of the program cannot be determined.
-    #[error("cannot find out what this program is called, from which the processes are started: {0}")]
+    #[error("cannot find the path of this program, from which the processes are started: {0}")]
     Executable(io::Error),
 }
 
@@ -118,7 +118,7 @@ pub enum RunError {
 /// The domain cannot be claimed or created, or the system refuses a resource that the supervisor needs.
 pub fn run(orders: &RunOptions) -> Result<Outcome, RunError> {
     for name in sweep_stale() {
-        tracing::info!(domain = name, "removed what a killed robot left behind");
+        tracing::info!(domain = name, "removed the files of a killed robot");
     }
     let partners = orders.partners.unwrap_or(orders.settings.belief.partners);
     check_shared_memory(&orders.settings, partners, false).map_err(RunError::NoRoom)?;
@@ -221,7 +221,7 @@ fn keep_cores_awake() -> Option<IdleStateGuard> {
     let asked = IdleStateGuard::ask();
     if let Err(error) = &asked {
         tracing::info!(
-            "the cores are not kept awake, and wake later: {error}; `leo check` says what grants it"
+            "the cores may sleep between cycles and wake late: {error}; `leo check` says what grants the right"
         );
     }
     asked.ok()
@@ -374,16 +374,16 @@ impl RobotSupervisor<'_> {
             }
             Some(MemoryFault::Damaged(why)) => {
                 tracing::error!(
-                    "the middleware's management segment cannot be made anew, and no process can join the robot: {why}"
+                    "the middleware's management segment cannot be recreated, and no process can join the robot: {why}"
                 );
                 return;
             }
             Some(MemoryFault::Removed(path)) => path,
         };
         tracing::error!(
-            "{} was removed under the running robot, which stops now. systemd-logind does so when the user's last login \
-             ends (`RemoveIPC=no` in /etc/systemd/logind.conf, or `loginctl enable-linger`, keeps it), and cleaners of \
-             /dev/shm may",
+            "{} was removed under the running robot, which stops now. systemd-logind does so when the user's last \
+             login ends (`RemoveIPC=no` in /etc/systemd/logind.conf, or `loginctl enable-linger`, keeps it), and \
+             cleaners of /dev/shm may",
             removed.display()
         );
         self.is_memory_removed = true;
@@ -395,7 +395,9 @@ impl RobotSupervisor<'_> {
     fn switch_torque_off(&mut self) {
         let buses = torque::buses(&self.robot.motor, Some(self.orders.domain.root()));
         let config = self.orders.files.leo().map(Path::to_owned);
-        tracing::error!("no motor process runs any more: the supervisor switches every torque off");
+        tracing::error!(
+            "no motor process runs any more: the supervisor switches the torque of every servo off"
+        );
         let work = move || torque::switch_off(&buses, BUSY_TIMEOUT).log(config.as_deref());
         match std::thread::Builder::new().name("torque off".to_owned()).spawn(work.clone()) {
             Ok(thread) => self.torque_off = Some(thread),
@@ -487,8 +489,8 @@ fn ended(process: Process, status: ExitStatus) -> ExitKind {
 const fn kill_message(why: KillReason) -> &'static str {
     match why {
         KillReason::NotReady => "is not ready in time: killed",
-        KillReason::Hangs => "hangs, its heart stands still: killed",
+        KillReason::Hangs => "hangs: no heartbeat in time: killed",
         KillReason::DoesNotStop => "does not stop in time: killed",
-        KillReason::Hurry => "was not waited for, the robot was told to stop twice: killed",
+        KillReason::Hurry => "was still running at the second request to stop: killed",
     }
 }

@@ -23,7 +23,7 @@ impl SerialLines {
         self.look_at = now + EVERY;
         if let Err(error) = workers.raise_priorities() {
             tracing::info!(
-                "other programs may keep the bytes of serial lines waiting: {error}; `leo check` says what grants it"
+                "other programs may delay the bytes of serial lines: {error}; `leo check` says what grants the right"
             );
             self.workers = None;
         }

@@ -69,7 +69,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_hang_up_is_one_event_however_often_it_is_said_and_requests_are_counted() {
+    fn repeated_hang_ups_are_one_event_and_requests_are_counted() {
         let mut signals = Signals::watch().unwrap();
         assert_eq!(signals.receive(), Received::default());
         for signal in [SIGHUP, SIGINT, SIGHUP, SIGTERM] {

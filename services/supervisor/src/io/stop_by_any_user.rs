@@ -15,7 +15,7 @@ pub(crate) fn stop_by_any_user(domain: &Domain) -> Option<StopSocket> {
         StopSocket::listen(domain.root(), move |user| raise(&raised, user), move |user| look(&looked, user));
     if let Err(error) = &socket {
         tracing::warn!(
-            "{error}: `leo emergency-stop` of other users does not reach this robot, and the page does"
+            "{error}: `leo emergency-stop` of other users does not reach this robot; the stop on the page does"
         );
     }
     socket.ok()
@@ -51,7 +51,7 @@ fn look(domain: &PathBuf, user: u32) -> StopAnswer {
             StopAnswer { status, text: String::from_utf8_lossy(&text).into_owned() }
         }
         Err(error) => {
-            StopAnswer { status: 1, text: format!("raised, but NOT CONFIRMED: nobody could look: {error}\n") }
+            StopAnswer { status: 1, text: format!("raised, but NOT CONFIRMED: the check failed: {error}\n") }
         }
     }
 }

@@ -43,7 +43,7 @@ fn all_beat(beat: u64) -> Vec<Event> {
 }
 
 #[test]
-fn processes_start_one_after_the_other_each_when_the_one_before_is_ready() {
+fn each_process_starts_when_the_previous_one_is_ready() {
     let mut policy = Policy::new(SETTINGS, &ORDER, at(0));
     assert_eq!(policy.step(at(0), &[]), [start(Process::Motor, 1)]);
     let starting = Event::Heartbeat { process: Process::Motor, state: ProcessState::Starting, beat: 1 };
@@ -55,7 +55,7 @@ fn processes_start_one_after_the_other_each_when_the_one_before_is_ready() {
 }
 
 #[test]
-fn a_process_that_is_not_ready_in_time_is_killed_and_counts_as_dead() {
+fn a_process_that_is_not_ready_in_time_is_killed() {
     let mut policy = Policy::new(SETTINGS, &ORDER, at(0));
     policy.step(at(0), &[]);
     assert_eq!(policy.step(at(1000), &[]), []);
@@ -77,13 +77,13 @@ fn a_heart_that_stands_still_is_a_process_that_hangs() {
 }
 
 #[test]
-fn a_supervisor_that_was_stopped_itself_kills_nobody_whose_heart_went_on() {
+fn a_supervisor_that_was_suspended_kills_no_process_that_kept_beating() {
     let mut policy = running();
     assert_eq!(policy.step(at(60_000), &all_beat(900)), []);
 }
 
 #[test]
-fn the_hot_path_hangs_sooner_than_who_may_wait_for_a_disk() {
+fn the_hot_path_has_a_shorter_heartbeat_timeout_than_disk_users() {
     let all = [Process::Motor, Process::Learner, Process::Console];
     let mut policy = Policy::new(SETTINGS, &all, at(0));
     for process in all {
@@ -103,7 +103,7 @@ fn the_hot_path_hangs_sooner_than_who_may_wait_for_a_disk() {
 }
 
 #[test]
-fn a_machine_that_stood_still_kills_nobody_and_who_hangs_on_is_found_all_the_same() {
+fn a_suspended_machine_kills_no_process_and_hangs_are_still_found() {
     let mut policy = running();
     assert_eq!(policy.step(at(60_000), &all_beat(1)), [], "nobody had the time to beat");
     let mut beats = all_beat(2);
@@ -128,7 +128,7 @@ fn nothing_starts_before_the_dead_are_cleaned_up_after() {
 }
 
 #[test]
-fn nobody_is_cleaned_up_after_while_another_process_starts() {
+fn no_clean_up_runs_while_another_process_starts() {
     let mut policy = Policy::new(SETTINGS, &ORDER, at(0));
     policy.step(at(0), &[]);
     assert_eq!(policy.step(at(1), &[heartbeat(Process::Motor, 1)]), [start(Process::Belief, 1)]);
@@ -157,7 +157,7 @@ fn the_wait_before_a_restart_doubles_up_to_its_bound() {
 }
 
 #[test]
-fn too_many_deaths_within_the_window_end_the_run_and_stop_the_others_in_reverse() {
+fn too_many_deaths_end_the_run_and_stop_processes_in_reverse() {
     let mut policy = running();
     let mut now = 0;
     let mut beat = 1;
@@ -254,7 +254,7 @@ fn a_second_wish_hurries_all_but_those_that_switch_torque_off() {
 }
 
 #[test]
-fn a_terminal_that_hangs_up_twice_hurries_nobody_and_a_person_after_it_does() {
+fn ctrl_c_hurries_the_end_and_a_second_hang_up_does_not() {
     let mut policy = running();
     let first = [Action::Terminate(Process::Motor), Action::Terminate(Process::Sensor)];
     assert_eq!(policy.step(at(0), &[Event::HangUp]), first);
@@ -267,7 +267,7 @@ fn a_terminal_that_hangs_up_twice_hurries_nobody_and_a_person_after_it_does() {
 }
 
 #[test]
-fn the_mock_servo_bus_outlives_the_motor_process_and_what_switches_torque_off_after_it() {
+fn the_mock_servo_bus_outlives_the_motor_process_and_torque_off() {
     let mut policy = running_with_servos();
     let first = [Action::Terminate(Process::Motor), Action::Terminate(Process::Sensor)];
     assert_eq!(policy.step(at(0), &[Event::Stop]), first);
@@ -281,7 +281,7 @@ fn the_mock_servo_bus_outlives_the_motor_process_and_what_switches_torque_off_af
 }
 
 #[test]
-fn a_robot_that_is_stopped_between_two_lives_of_its_motor_process_has_its_torque_switched_off() {
+fn a_stop_between_two_motor_processes_switches_torque_off() {
     let mut policy = running();
     policy.step(at(1), &[Event::Died(Process::Motor, ExitKind::Failed)]);
     let stopped = policy.step(at(2), &[Event::Stop]);
@@ -307,7 +307,7 @@ fn removed_memory_ends_the_run_before_a_death_that_it_causes_does() {
 }
 
 #[test]
-fn time_that_is_over_hurries_nobody() {
+fn an_elapsed_run_time_does_not_hurry_the_end() {
     for (first, second) in [(Event::Stop, Event::TimeIsOver), (Event::TimeIsOver, Event::Stop)] {
         let mut policy = running();
         assert_eq!(policy.step(at(0), &[first]).len(), 2, "the motor process and the last of the others");
@@ -321,7 +321,7 @@ fn time_that_is_over_hurries_nobody() {
 }
 
 #[test]
-fn a_run_that_fails_ends_as_it_would_whoever_stops_it_meanwhile() {
+fn a_failing_run_ends_the_same_when_it_is_stopped_meanwhile() {
     for (ended, outcome, deaths) in [
         (ExitKind::Refused, Outcome::Refused(Process::Motor), 1),
         (ExitKind::Failed, Outcome::GaveUp(Process::Motor), SETTINGS.deaths_most),
@@ -347,7 +347,7 @@ fn a_run_that_fails_ends_as_it_would_whoever_stops_it_meanwhile() {
 }
 
 #[test]
-fn the_robot_is_well_while_every_heart_beats_and_not_while_one_is_replaced() {
+fn the_robot_is_well_while_every_heartbeat_advances() {
     let mut policy = Policy::new(SETTINGS, &ORDER, at(0));
     assert_eq!(policy.robot_state().to_string(), "starting: 0 of 3 processes run");
     assert!(!policy.robot_state().is_well());

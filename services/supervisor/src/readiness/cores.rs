@@ -68,7 +68,7 @@ pub(super) fn plan(hot: &[HotProcess], machine: &[u16]) -> Finding {
     let about = "core plan";
     let pinned: Vec<&HotProcess> = hot.iter().filter(|process| !process.cores.is_empty()).collect();
     if pinned.is_empty() {
-        return Finding::good(about, "no hot process is told to stay on a core");
+        return Finding::good(about, "no hot process is pinned to a core");
     }
     if let Some((process, core)) =
         pinned.iter().find_map(|hot| Some((hot, hot.cores.iter().find(|core| !machine.contains(core))?)))
@@ -76,7 +76,7 @@ pub(super) fn plan(hot: &[HotProcess], machine: &[u16]) -> Finding {
         return Finding::slower(
             about,
             format!(
-                "{} shall run on core {core}, which this process may not use or which is not there",
+                "{} is configured for core {core}, which does not exist or which this process may not use",
                 process.name
             ),
             format!("cores among {machine:?} in [{}.realtime] of leo.toml", process.name),
@@ -180,7 +180,7 @@ pub(super) fn isolation(system: &System, hot: &[HotProcess]) -> Finding {
     let chosen = chosen(hot);
     let open: Vec<u16> = chosen.iter().copied().filter(|core| !isolated.contains(core)).collect();
     match (chosen.is_empty(), open.is_empty(), isolated.is_empty()) {
-        (true, _, true) => Finding::good(about, "none, and no hot process is told to stay on a core"),
+        (true, _, true) => Finding::good(about, "none, and no hot process is pinned to a core"),
         (true, _, false) => Finding::slower(
             about,
             format!("{isolated:?} are kept free of other work, and no hot process runs there"),
@@ -191,7 +191,7 @@ pub(super) fn isolation(system: &System, hot: &[HotProcess]) -> Finding {
             let list = to_list(&chosen);
             Finding::slower(
                 about,
-                format!("the hot path shares {open:?} with whatever else runs"),
+                format!("the hot path shares {open:?} with other programs"),
                 format!("`isolcpus={list} nohz_full={list} rcu_nocbs={list}` on the kernel's command line"),
             )
         }
@@ -222,8 +222,8 @@ pub(super) fn governors(system: &System, cores: &[u16]) -> Finding {
     }
 }
 
-const HALTS: &str = "this kernel has no driver for them: an idle core halts whatever Leo asks for, and is the host's until \
-                     the host gives it back";
+const HALTS: &str = "this kernel has no driver for them: an idle core always halts, and the host decides when it runs \
+                     again";
 const NO_HALT: &str =
     "add `idle=poll` to the kernel's command line (a guest of KVM: `cpuidle_haltpoll.force=1`)";
 

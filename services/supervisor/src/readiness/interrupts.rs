@@ -15,7 +15,7 @@ pub(super) fn of_adapters(system: &System, hot: &[HotProcess], cores: &[u16]) ->
     let chosen = chosen(hot);
     let others: Vec<u16> = cores.iter().copied().filter(|core| !chosen.contains(core)).collect();
     if chosen.is_empty() || others.is_empty() {
-        return Finding::good(about, "no core is set apart from which they should be kept");
+        return Finding::good(about, "no cores are reserved for the hot path");
     }
     let mut interrupts: Vec<u32> = adapters.iter().flat_map(|adapter| of(system, adapter)).collect();
     interrupts.sort_unstable();
@@ -37,7 +37,7 @@ pub(super) fn of_adapters(system: &System, hot: &[HotProcess], cores: &[u16]) ->
                 changes.len(),
                 interrupts.len()
             );
-            let mend = format!("{first}, and tell irqbalance, where it runs, to leave it there");
+            let mend = format!("{first}, and exclude them from irqbalance, where it runs");
             Finding::slower(about, text, mend).with_changes(changes)
         }
     }

@@ -80,7 +80,7 @@ pub(super) fn clock_source(system: &System) -> Finding {
             format!("echo {better} > {SOURCES}/current_clocksource, if `dmesg` does not call it unstable")
         },
     );
-    Finding::slower(about, format!("`{current}`: each look at the clock is a system call and slow"), mend)
+    Finding::slower(about, format!("`{current}`: each clock read is a system call, and slow"), mend)
 }
 
 pub(super) fn wall_clock(is_kept: Option<bool>) -> Finding {
@@ -88,8 +88,8 @@ pub(super) fn wall_clock(is_kept: Option<bool>) -> Finding {
     match is_kept {
         Some(false) => Finding::slower(
             about,
-            "nobody keeps it: Leo's own time does not depend on it, but what several machines logged cannot be laid \
-             side by side",
+            "it is not synchronised: Leo's own time does not depend on it, but the logs of several machines cannot be \
+             compared",
             "timedatectl set-ntp true",
         ),
         Some(true) => Finding::good(about, "kept in time"),

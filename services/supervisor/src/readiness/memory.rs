@@ -54,7 +54,7 @@ pub(super) fn swap(system: &System) -> Finding {
     match total {
         Some(kib) if kib > 0 => Finding::slower(
             "swap",
-            format!("{} MiB of swap are on: a page of memory that is not locked may be away", kib >> 10),
+            format!("{} MiB of swap are on: memory that is not locked may be swapped out", kib >> 10),
             "swapoff -a",
         ),
         Some(_) | None => Finding::good("swap", "off"),

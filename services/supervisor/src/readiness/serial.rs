@@ -25,10 +25,10 @@ pub(super) fn latency_timers(system: &System) -> Finding {
     }
     match changes.first() {
         None if known == 0 => Finding::good(about, "no serial adapter with a timer is plugged in"),
-        None => Finding::good(about, format!("{known} serial adapters hand over at once")),
+        None => Finding::good(about, format!("{known} serial adapters deliver received bytes at once")),
         Some(first) => {
             let text = format!(
-                "{} of {known} serial adapters keep what they received for up to {worst} ms",
+                "{} of {known} serial adapters deliver received bytes up to {worst} ms late",
                 changes.len()
             );
             let mend = format!("{first}; for good with the udev rule of the package");
@@ -41,10 +41,10 @@ pub(super) fn carriers(carriers: SerialWorkerPriority) -> Finding {
     let about = "serial lines";
     let refused = match carriers {
         SerialWorkerPriority::Ordinary => {
-            return Finding::good(about, "what they carry waits for other work, as `leo.toml` has it");
+            return Finding::good(about, "their bytes may wait for other work, as `leo.toml` says");
         }
         SerialWorkerPriority::Prompt => {
-            return Finding::good(about, "what they carry goes before other work while the robot runs");
+            return Finding::good(about, "their bytes have priority over other work while the robot runs");
         }
         SerialWorkerPriority::Refused(refused) => refused,
     };
@@ -57,6 +57,6 @@ pub(super) fn carriers(carriers: SerialWorkerPriority) -> Finding {
              kworker/u); do chrt --fifo --pid 1 $worker; done`"
         }
     };
-    let text = format!("other programs may keep what they carry waiting for tens of milliseconds: {refused}");
+    let text = format!("other programs may delay their bytes by tens of milliseconds: {refused}");
     Finding::slower(about, text, mend)
 }

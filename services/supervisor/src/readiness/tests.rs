@@ -115,7 +115,7 @@ fn larger_buffers_need_more_shared_memory() {
 }
 
 #[test]
-fn every_shortcoming_of_what_is_granted_is_found_alone_and_says_what_mends_it() {
+fn every_missing_right_is_found_alone_with_its_remedy() {
     let (root, good) = good();
     let cases = [
         (Machine { shared_memory_free: Some(1 << 20), ..good.clone() }, Verdict::Broken, "remount"),
@@ -176,7 +176,7 @@ fn every_shortcoming_of_what_is_granted_is_found_alone_and_says_what_mends_it() 
 }
 
 #[test]
-fn a_hot_path_that_asks_for_no_core_has_only_those_that_the_kernel_does_not_keep_free() {
+fn an_unpinned_hot_path_has_only_the_cores_that_are_not_isolated() {
     let (root, good) = good();
     let bad = bad(&root, &Machine { hot: pinned([&[], &[], &[]]), ..good });
     let cores = bad.iter().find(|finding| finding.about == "cores").unwrap();
@@ -196,7 +196,7 @@ fn pinned(cores: [&[u16]; 3]) -> Vec<HotProcess> {
 }
 
 #[test]
-fn threads_of_the_hot_path_share_no_core_while_others_are_free_and_it_is_said_which_share_one() {
+fn threads_that_share_a_core_while_others_are_free_are_named() {
     let plan = |cores: u16, motor: &[u16], buses: usize, mock: &[u16]| {
         let mut hot = pinned([&[1], &[2], motor]);
         hot[2].threads = 1 + buses;
@@ -251,7 +251,7 @@ fn threads_of_the_hot_path_share_no_core_while_others_are_free_and_it_is_said_wh
 }
 
 #[test]
-fn every_shortcoming_in_a_file_is_found_alone_says_what_mends_it_and_what_would_be_written() {
+fn every_wrong_kernel_setting_is_found_alone_with_its_remedy() {
     let cpu = "sys/devices/system/cpu";
     let clock = "sys/devices/system/clocksource/clocksource0/current_clocksource";
     for (file, text, word, change) in [
@@ -291,7 +291,7 @@ fn idle_states_that_no_core_enters_may_be_deep() {
 }
 
 #[test]
-fn cores_of_a_virtual_machine_that_halt_whatever_is_asked_are_told() {
+fn virtual_cores_that_always_halt_are_reported() {
     let with = |sleep, files: &[(&str, &str)]| {
         let (root, machine) = good();
         files.iter().for_each(|(file, text)| put(&root, file, text));
@@ -311,7 +311,7 @@ fn cores_of_a_virtual_machine_that_halt_whatever_is_asked_are_told() {
 }
 
 #[test]
-fn a_kernel_that_can_preempt_more_is_told_to() {
+fn a_more_preemptible_kernel_mode_is_recommended() {
     let (root, machine) = good();
     put(&root, "proc/version", "Linux version 6.12 SMP PREEMPT_DYNAMIC");
     put(&root, "sys/kernel/debug/sched/preempt", "none (voluntary) full lazy");
@@ -320,7 +320,7 @@ fn a_kernel_that_can_preempt_more_is_told_to() {
 }
 
 #[test]
-fn a_process_that_wakes_too_late_for_its_rate_is_told() {
+fn a_process_that_wakes_too_late_for_its_rate_is_reported() {
     let mut late = Histogram::default();
     for _ in 0..10_000 {
         late.record(40_000);

@@ -50,7 +50,8 @@ pub fn judge(wakeup: &Wakeup) -> Finding {
     if at(0.999) <= *period / P999_DIVISOR && most <= *period / MAX_DIVISOR {
         Finding::good(&about, text)
     } else {
-        let mend = "what is not good above; then look for what else runs: `ps -eLo rtprio,psr,pcpu,comm --sort -rtprio`";
+        let mend = "the lines above that are not good; then look for other programs: `ps -eLo rtprio,psr,pcpu,comm \
+                    --sort -rtprio`";
         Finding::slower(&about, format!("{text}: too late for it"), mend)
     }
 }

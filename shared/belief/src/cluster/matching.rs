@@ -228,7 +228,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn what_was_kept_in_a_round_is_forgotten_in_the_next_and_when_its_number_comes_again() {
+    fn what_was_matched_in_a_round_is_forgotten_in_the_next() {
         let mut matching = Matching::new(2);
         let keep = |matching: &mut Matching| {
             matching.matched[1] = Proposal { distance: 0.0, slot: 0, round: matching.round };

@@ -212,7 +212,7 @@ mod tests {
         #![proptest_config(ProptestConfig::with_cases(4_000))]
 
         #[test]
-        fn who_is_told_apart_differs_and_who_is_not_does_not_where_all_are_glanced_at(
+        fn gate_keys_agree_with_the_full_distance(
             a in drawn(), b in drawn(), places in 1..=6_usize,
         ) {
             let (a, b) = (&a[..places], &b[..places]);

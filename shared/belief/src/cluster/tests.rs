@@ -298,7 +298,7 @@ proptest! {
     #![proptest_config(ProptestConfig::with_cases(2_000))]
 
     #[test]
-    fn the_fast_clustering_gives_bit_for_bit_what_the_loop_of_the_paper_gives(
+    fn the_fast_clustering_equals_the_loop_of_the_paper_bit_for_bit(
         percepts in percepts(),
         frames in prop::collection::vec((prop::collection::vec(seen(), 0..24), 0..60_u64, any::<bool>()), 1..6),
         sources in prop::sample::select(vec![1, 2, 3, SOURCES]),
@@ -338,7 +338,7 @@ proptest! {
     #![proptest_config(ProptestConfig::with_cases(2_000))]
 
     #[test]
-    fn what_many_sources_see_late_and_by_turns_is_merged_as_the_loop_of_the_paper_merges_it(
+    fn late_alternating_detections_are_merged_as_in_the_paper(
         frames in by_turns(),
         threshold in prop::sample::select(vec![0.06, 0.11, 0.16, 0.3]),
     ) {
@@ -395,7 +395,7 @@ fn wandering() -> impl Strategy<Value = Vec<Vec<Seen>>> {
 }
 
 #[test]
-fn what_wanders_before_one_source_is_matched_as_the_loop_of_the_paper_merges_it() {
+fn wandering_objects_of_one_source_are_matched_as_in_the_paper() {
     let (matched, looped) = (Cell::new(0), Cell::new(0));
     let threshold = prop::sample::select(vec![0.04, 0.08, 0.11, 0.15, 0.16]);
     let mut runner = TestRunner::new(ProptestConfig::with_cases(2_000));
@@ -418,7 +418,7 @@ fn what_wanders_before_one_source_is_matched_as_the_loop_of_the_paper_merges_it(
 }
 
 #[test]
-fn a_thing_that_comes_within_reach_of_one_never_seen_with_it_is_that_one() {
+fn an_object_merges_with_a_near_unconstrained_one() {
     let mut percepts = Percepts::builtin();
     percepts.belief.threshold = 0.16;
     let at = |x| alike(x, 0);
@@ -436,7 +436,7 @@ fn a_thing_that_comes_within_reach_of_one_never_seen_with_it_is_that_one() {
 }
 
 #[test]
-fn of_a_late_frame_of_one_source_more_than_there_is_room_for_two_things_stay_two() {
+fn beyond_the_capacity_two_objects_of_a_late_frame_stay_two() {
     let mut twins = Twins::new(Percepts::builtin());
     for group in 0..8 {
         let at = 10 + u64::try_from(group).unwrap();
@@ -449,7 +449,7 @@ fn of_a_late_frame_of_one_source_more_than_there_is_room_for_two_things_stay_two
 }
 
 #[test]
-fn what_took_in_a_thing_of_a_late_frame_stays_apart_from_the_others_when_it_takes_in_another_belief() {
+fn a_late_detection_keeps_its_cannot_links_after_a_merge() {
     let mut percepts = Percepts::builtin();
     percepts.belief.threshold = 0.375;
     let mut twins = Twins::new(percepts);
@@ -483,7 +483,7 @@ fn of_equally_near_pairs_the_lowest_identities_merge_first() {
 }
 
 #[test]
-fn what_is_no_distance_keeps_two_apart_and_no_order_of_the_beliefs_matters() {
+fn an_invalid_distance_separates_in_any_belief_order() {
     let mut percepts = Percepts::builtin();
     make_own(&mut percepts, [false, true, false]);
     percepts.belief.threshold = 0.3;

@@ -197,7 +197,7 @@ mod tests {
     }
 
     #[test]
-    fn each_series_of_each_belief_has_its_own_cells_and_equal_ones_share_lines() {
+    fn each_series_has_its_own_cells_and_equal_ones_are_interleaved() {
         let series = [(4, 'a'), (4, 'b'), (4, 'a'), (2, 'a'), (4, 'a')];
         let (views, count) = interleave_layout(&series, |kind| kind == 'a');
         assert_eq!(count, (4 * 4 + 2) * BLOCK_SLOTS as usize);
@@ -244,7 +244,7 @@ mod tests {
     }
 
     #[test]
-    fn who_goes_on_behind_the_last_cell_comes_to_the_first() {
+    fn after_the_last_cell_comes_the_first() {
         let (views, count) = interleave_layout(&[(3, 'a'), (3, 'a'), (1, 'b')], |kind| kind == 'a');
         let mut block: Vec<usize> = (0..count).collect();
         let block_slots = || 0..BLOCK_SLOTS as usize;

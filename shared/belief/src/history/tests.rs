@@ -102,7 +102,7 @@ impl History {
 }
 
 #[test]
-fn before_the_first_sample_there_is_none_and_after_the_last_confidence_decays() {
+fn a_history_starts_at_its_first_sample_and_decays_after_the_last() {
     for generator in [series(4, WhenFull::ForgetOldest), log_timescale(4), low_pass(0.5)] {
         let history =
             grown(&generator, &[sample(1_000, Feature::Number(1.0)), sample(2_000, Feature::Number(1.0))]);
@@ -116,7 +116,7 @@ fn before_the_first_sample_there_is_none_and_after_the_last_confidence_decays() 
 }
 
 #[test]
-fn a_full_lossless_history_forgets_as_told() {
+fn a_full_lossless_history_forgets_as_configured() {
     let samples: Vec<_> = [10, 20, 21, 40, 80].map(|at| sample(at, Feature::None)).into();
     let instants = |when_full| grown(&series(4, when_full), &samples).instants();
     assert_eq!(instants(WhenFull::ForgetOldest), [20, 21, 40, 80]);
@@ -154,7 +154,7 @@ fn an_orientation_is_filtered_on_the_sphere_along_the_shorter_way() {
 }
 
 #[test]
-fn what_stands_is_remembered_as_it_stands_and_every_turn_with_a_norm_of_one() {
+fn a_static_pose_is_remembered_exactly_and_turns_have_norm_one() {
     let filtered = |all: &[[f32; 4]]| {
         let samples: Vec<_> =
             (1..).zip(all).map(|(at, xyzw)| sample(at, Feature::Orientation(*xyzw))).collect();
@@ -178,7 +178,7 @@ fn what_stands_is_remembered_as_it_stands_and_every_turn_with_a_norm_of_one() {
 }
 
 #[test]
-fn half_a_day_at_20_hz_fits_a_log_timescale_of_64_and_reaches_back_to_its_beginning() {
+fn a_log_timescale_of_64_holds_half_a_day_at_20_hz() {
     let period = 50_000_000;
     let mut history = grown(&log_timescale(64), &[]);
     let mut most = 0;
@@ -465,7 +465,7 @@ proptest! {
     }
 
     #[test]
-    fn a_lossless_history_with_room_answers_exactly_in_whatever_order_its_samples_came(
+    fn a_lossless_history_is_exact_in_any_sample_order(
         drawn in samples(30), instant in 0..70_u64,
     ) {
         let mut histories = histories_of([(&series(64, WhenFull::ForgetOldest), Kernel::Position)]);
@@ -479,7 +479,7 @@ proptest! {
     }
 
     #[test]
-    fn a_log_timescale_answers_a_question_about_any_age_within_a_factor_of_two(
+    fn a_log_timescale_answers_any_age_within_a_factor_of_two(
         // With the smaller capacity the series fills up before a thinning pass is due.
         (room, gaps) in prop_oneof![
             prop::collection::vec(1..1_000_u64, 1..400).prop_map(|gaps| (48, gaps)),
@@ -496,7 +496,7 @@ proptest! {
 
     /// Like the samples of several sources, some of which are slow, and of two merged beliefs.
     #[test]
-    fn a_log_timescale_does_so_whatever_order_its_samples_came_in_and_when_it_is_merged(
+    fn a_log_timescale_does_so_in_any_sample_order_and_when_merged(
         came in prop::collection::vec((1..1_000_u64, 0..6_usize, prop::bool::weighted(0.3)), 1..400),
         wait in 0..5_000_u64, share in 0.0..=1.0_f64, phase in 0..16_u64,
     ) {

@@ -63,7 +63,7 @@ impl Robot {
 }
 
 #[test]
-fn what_was_taken_in_by_a_step_that_was_not_finished_is_forgotten_and_counted() {
+fn observations_of_an_unfinished_step_are_dropped_and_counted() {
     let mut robot = Robot::new(&Percepts::builtin());
     robot.see(ms(0), &[block(ms(0), [0.5, 0.0, 0.0], RED)], true);
     let seen = [block(ms(5), [0.5, 0.002, 0.0], RED), block(ms(5), [0.9, 0.0, 0.0], BLUE)];
@@ -128,7 +128,7 @@ fn alike_at_one_place_for_two_sensors_are_one() {
 }
 
 #[test]
-fn what_two_sources_see_is_never_one_where_the_distance_asks_for_the_source() {
+fn a_source_distance_never_merges_objects_of_two_sources() {
     let mut percepts = Percepts::builtin();
     let colour = percepts.get(percepts.index("colour").unwrap()).unwrap();
     let seen_by = Percept { name: "seen_by".to_owned(), kernel: Kernel::Source, ..colour.clone() };
@@ -173,7 +173,7 @@ fn unsound_and_repeated_observations_are_refused_and_counted() {
 }
 
 #[test]
-fn an_observation_a_little_ahead_of_the_step_is_remembered_at_the_step() {
+fn an_observation_slightly_ahead_is_stored_at_the_step() {
     let mut robot = Robot::new(&Percepts::builtin());
     robot.see(ms(0), &[block(ms(2), [0.5, 0.0, 0.0], RED)], true);
     assert!(!robot.system.beliefs().next().unwrap().percepts().is_empty());
@@ -209,7 +209,7 @@ fn a_full_system_keeps_what_it_knows_and_counts_what_it_drops() {
 }
 
 #[test]
-fn things_that_are_each_stamped_by_themselves_are_all_believed() {
+fn individually_stamped_objects_all_become_beliefs() {
     let mut robot = Robot::new(&Percepts::builtin());
     robot.system = BeliefSystem::new(&Percepts::builtin(), 200).unwrap();
     for step in 1..=3_u64 {
@@ -233,7 +233,7 @@ fn identities_have_no_gaps() {
 }
 
 #[test]
-fn the_one_who_holds_it_is_remembered() {
+fn the_holder_is_remembered() {
     let mut robot = Robot::new(&Percepts::builtin());
     let here = [0.5, 0.0, 0.0];
     robot.see(ms(0), &[Observation { held_by: 1, ..block(ms(0), here, RED) }], true);
@@ -243,7 +243,7 @@ fn the_one_who_holds_it_is_remembered() {
 }
 
 #[test]
-fn nothing_perceived_is_nothing_believed() {
+fn no_percept_gives_no_belief() {
     let mut robot = Robot::new(&Percepts::builtin());
     let doubtful = Observation { confidence: 0.4, ..block(ms(0), [0.5, 0.0, 0.0], RED) };
     robot.see(ms(0), &[doubtful], true);
@@ -251,7 +251,7 @@ fn nothing_perceived_is_nothing_believed() {
 }
 
 #[test]
-fn strangers_that_no_term_compares_merge_only_literally() {
+fn unconstrained_beliefs_without_terms_merge_only_literally() {
     let mut percepts = Percepts::builtin();
     percepts.belief.distance.clear();
     for (no_term_applies, expected) in [(NoTermApplies::Infinite, 2), (NoTermApplies::Zero, 1)] {
@@ -310,7 +310,7 @@ fn placed() -> Percepts {
 }
 
 #[test]
-fn after_a_moved_frame_ranges_and_regions_say_what_they_would_of_what_is_seen_there() {
+fn after_a_frame_change_ranges_and_regions_are_evaluated_again() {
     let percepts = placed();
     let said = |robot: &Robot| -> Vec<Option<(f32, f32, Feature)>> {
         let belief = robot.system.beliefs().next().unwrap();
@@ -403,7 +403,7 @@ fn wobble(seed: &mut u32) -> f32 {
 }
 
 #[test]
-fn alike_things_close_together_keep_their_identities_while_one_is_carried_over_them() {
+fn similar_near_objects_keep_their_identities_during_a_carry() {
     let mut robot = Robot::new(&Percepts::builtin());
     let mut seed = 1;
     let home = |index: u16| [0.5, f32::from(index) * 0.09, 0.025];

@@ -116,11 +116,11 @@ impl TryFrom<String> for Endpoint {
         match protocol {
             "quic" => Ok(Self(text)),
             "tls" => Err(format!(
-                "{text:?} was TLS over TCP; this version has it over UDP, and so must the other machine: say \
+                "{text:?} is TLS over TCP, which this version replaces with QUIC over UDP: on both machines, say \
                  \"quic/{address}\", with the same keys (a firewall has to let UDP through)"
             )),
             "tcp" => Err(format!(
-                "{text:?} would send everything in the clear, and take commands from anybody: say \
+                "{text:?} would send everything in the clear, and accept commands from any machine: say \
                  \"quic/{address}\", with keys"
             )),
             _ => Err(format!("{text:?} does not begin with \"quic/\"")),
@@ -195,18 +195,18 @@ pub(crate) fn fault(link: &Link) -> Option<(&'static str, String)> {
     if let Some(unknown) = link.topics.iter().find(|name| !LINKED.contains(&name.as_str())) {
         return Some((
             "topics",
-            format!("{unknown:?} is none of the topics that can be sent: {}", LINKED.join(", ")),
+            format!("{unknown:?} is not a topic that can be sent: use one of {}", LINKED.join(", ")),
         ));
     }
     if link.side == Side::Off {
         return None;
     }
     if link.listen.is_empty() && link.connect.is_empty() {
-        return Some(("listen", "the link is on, and neither `listen` nor `connect` says where".to_owned()));
+        return Some(("listen", "the link is on, and needs `listen` or `connect`".to_owned()));
     }
     let keys = [&link.authority, &link.certificate, &link.private_key];
     if keys.iter().any(|file| file.as_os_str().is_empty()) {
-        let reason = "the link is on, and wants `authority`, `certificate` and `private_key`; \
+        let reason = "the link is on, and needs `authority`, `certificate` and `private_key`; \
                       docs/more_than_one_machine.md says how to make them";
         return Some(("authority", reason.to_owned()));
     }
@@ -247,7 +247,7 @@ mod tests {
     }
 
     #[test]
-    fn what_earlier_versions_spoke_is_told_what_it_has_become() {
+    fn an_endpoint_of_an_earlier_version_is_explained() {
         let told = endpoint("tls/leo.local:7447").unwrap_err();
         assert!(told.contains("say \"quic/leo.local:7447\""), "{told}");
     }

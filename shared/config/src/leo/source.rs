@@ -171,7 +171,7 @@ mod tests {
     }
 
     #[test]
-    fn a_source_reports_in_the_base_frame_and_exactly_unless_it_is_said() {
+    fn a_source_reports_exactly_in_the_base_frame_by_default() {
         let source = source("").unwrap();
         assert_eq!((source.frame, source.rate_hz, source.position_sd_m), (None, None, None));
         assert!((source.confidence(&Percepts::builtin()) - 1.0).abs() < 1e-15);
@@ -192,7 +192,7 @@ mod tests {
     }
 
     #[test]
-    fn a_frame_that_is_none_is_refused_and_says_what_would_be_right() {
+    fn an_invalid_frame_is_refused_with_its_correction() {
         for (frame, word) in [
             ("{ position_m = [0, 0, 0] }", "either heading_deg or orientation_xyzw"),
             ("{ position_m = [0, 0, 0], heading_deg = 1.0, orientation_xyzw = [0, 0, 0, 1] }", "either"),
@@ -208,7 +208,7 @@ mod tests {
     }
 
     #[test]
-    fn a_trace_needs_a_file_and_nobody_else_has_one() {
+    fn only_a_trace_has_a_file() {
         let trace = |more: &str| {
             let text = format!("name = \"a\"\nkind = \"trace\"\n{more}");
             fault(&[crate::parse(&text, Path::new("x.toml")).unwrap()]).map(|(_, reason)| reason)
@@ -238,7 +238,7 @@ mod tests {
     }
 
     #[test]
-    fn sources_are_told_apart_by_name_and_one_is_the_simulator_at_most() {
+    fn source_names_are_unique_and_at_most_one_is_the_simulator() {
         let make = |name: &str, kind| Source { name: name.to_owned(), kind, ..source("").unwrap() };
         let (simulator, external) = (SourceKind::Simulator, SourceKind::External);
         assert_eq!(fault(&[make("a", simulator), make("b", external)]), None);

@@ -76,7 +76,7 @@ fn laying(raw: &raw::TableTiming) -> Result<TableTiming, SpannedError> {
     let first = &raw.occluders_first_s;
     if first.get_ref() > &raw.empty_s {
         let reason = format!(
-            "the occluders cannot stand {} s before the objects: the table lies empty for {} s only",
+            "the occluders cannot appear {} s before the objects: the table is empty for only {} s",
             first.get_ref().get(),
             raw.empty_s.get()
         );
@@ -101,7 +101,7 @@ fn teachers(raw: &[raw::Teacher]) -> Result<Vec<Teacher>, SpannedError> {
         if teachers.iter().any(|other| other.number == number) {
             return Err(SpannedError::at(
                 span,
-                format!("there is a teacher {number} already: each has his own number"),
+                format!("there is a teacher {number} already: every teacher needs a different number"),
             ));
         }
         let eyes_m = teacher.eyes_m.map(Coordinate::get);
@@ -109,7 +109,7 @@ fn teachers(raw: &[raw::Teacher]) -> Result<Vec<Teacher>, SpannedError> {
         if distance(eyes_m, looks_at_m) < 0.01 {
             return Err(SpannedError::at(
                 teacher.looks_at_m.span(),
-                "he cannot look at his own eyes: name a point before them",
+                "a teacher cannot look at their own eyes: name a point before them",
             ));
         }
         teachers.push(Teacher { number, eyes_m, looks_at_m });

@@ -85,7 +85,7 @@ fn everything_lies_within_the_teachers_field_of_view() {
 }
 
 #[test]
-fn the_teacher_fills_exactly_the_holes_that_he_sees() {
+fn the_teacher_fills_exactly_the_visible_holes() {
     for table in &Lesson::builtin().demonstrations {
         let filled: Vec<&str> = table
             .script

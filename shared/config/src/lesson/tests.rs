@@ -110,7 +110,7 @@ fn faults_between_fields_are_named_where_they_stand() {
             "unknown object `aa`: there is `a`, `p`, `q`; did you mean `a`?",
         ),
         (r#"move = "p", into = "a""#, r#"move = "p", into = "q""#, "`q` has no hole"),
-        (r#"move = "p", into = "a""#, r#"move = "a", into = "a""#, "`a` is no peg"),
+        (r#"move = "p", into = "a""#, r#"move = "a", into = "a""#, "`a` is not a peg"),
         (
             r#"move = "q", to_m = [0.4, 0.5]"#,
             r#"move = "q", into = "a""#,
@@ -143,15 +143,15 @@ fn faults_between_fields_are_named_where_they_stand() {
         (
             "to_m = [0.4, 0.5], duration_s = 1.0",
             "to_m = [0.4, 0.5], duration_s = 0.0",
-            "it cannot be done in no time",
+            "no action takes zero time",
         ),
         (r#""q", to_m = [0.4, 0.5]"#, r#""q""#, "where to?"),
         (r#""q", to_m = [0.4, 0.5]"#, r#""q", to_m = [0.4, 0.5], onto = "a""#, "a `move` has one end"),
         ("to_m = [0.2, 0.4, 0.2]", "to_m = [0.2, 0.3, 0.2]", "must be greater"),
         ("owner = 1", "owner = 3", "there is no agent 3"),
         ("number = 1", "number = 0", "0 is no partner"),
-        ("looks_at_m = [0.0, 0.75, 0.0]", "looks_at_m = [0.0, 1.5, 0.55]", "his own eyes"),
-        ("occluders_first_s = 0.2", "occluders_first_s = 3.0", "the table lies empty for 1 s only"),
+        ("looks_at_m = [0.0, 0.75, 0.0]", "looks_at_m = [0.0, 1.5, 0.55]", "their own eyes"),
+        ("occluders_first_s = 0.2", "occluders_first_s = 3.0", "the table is empty for only 1 s"),
         (r#"say = "It is done""#, r#"say = " ""#, "a sentence has 1 to"),
         ("position_sigma_m = 0.0", "position_sigma_m = nan", "out of range"),
     ];
@@ -167,7 +167,7 @@ fn a_demonstration_without_utterances_is_refused() {
     let dumb: String =
         SMALL.lines().filter(|line| !line.contains("say =")).map(|line| format!("{line}\n")).collect();
     let said = parse(&dumb).unwrap_err().to_string();
-    assert!(said.contains("nobody says a word"), "{said}");
+    assert!(said.contains("nothing is said in this demonstration"), "{said}");
 }
 
 #[test]
@@ -177,7 +177,7 @@ fn a_lesson_that_shows_nothing_is_refused() {
 }
 
 #[test]
-fn an_order_is_told_from_an_offer_to_teach() {
+fn an_order_is_distinguished_from_an_offer_to_teach() {
     for (text, is_order) in [
         ("Leo, do task 1", true),
         ("leo do it!", true),
@@ -272,7 +272,7 @@ fn the_library_holds_every_lesson_of_the_folder() {
 }
 
 #[test]
-fn who_has_left_is_away_at_the_next_table_too() {
+fn a_teacher_that_left_is_away_at_the_next_table_too() {
     let (head, table) = SMALL.split_once("[[demonstration]]").unwrap();
     let stays_away = table.replace(
         "  { at_s = 7.0, who = 1, return = true },\n  { at_s = 8.0, who = 1, say = \"It is done\" },\n",

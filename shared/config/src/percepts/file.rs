@@ -206,11 +206,11 @@ fn check_role(role: Role, kernel: &Kernel) -> Result<(), String> {
         Role::Neither => return Ok(()),
         Role::Criteria => (
             matches!(kernel, Kernel::Nearest(_)),
-            "only the nearest of prototypes says which things are meant: make the role \"neither\"",
+            "criteria need a kernel with `nearest` prototypes: make the role \"neither\"",
         ),
         Role::Expectation => (
             matches!(kernel, Kernel::State(_) | Kernel::Position | Kernel::Orientation),
-            "only states, positions and orientations are what is to become of things: make the role \"neither\"",
+            "only states, positions and orientations can be an expectation: make the role \"neither\"",
         ),
     };
     if is_read { Ok(()) } else { Err(reason.to_owned()) }
@@ -218,10 +218,10 @@ fn check_role(role: Role, kernel: &Kernel) -> Result<(), String> {
 
 fn check_prototypes(nearest: &Nearest) -> Result<(), String> {
     if nearest.prototypes.is_empty() {
-        return Err("without a prototype nothing can be nearest: give at least one".to_owned());
+        return Err("`nearest` needs a prototype: give at least one".to_owned());
     }
     if u16::try_from(nearest.prototypes.len()).is_err() {
-        return Err(format!("{} prototypes: at most 65535 can be told apart", nearest.prototypes.len()));
+        return Err(format!("{} prototypes: at most 65535 are possible", nearest.prototypes.len()));
     }
     for (index, prototype) in nearest.prototypes.iter().enumerate() {
         let dimensions = nearest.of.dimensions();

@@ -32,7 +32,7 @@ fn an_empty_place_is_found_by_one_look_or_for_a_while() {
 }
 
 #[test]
-fn a_name_that_is_meant_and_not_given_is_refused_where_it_stands() {
+fn an_unknown_reference_is_refused_at_its_place() {
     let said = refusal("parent = \"position\"", "parent = \"place\"");
     assert!(said.contains("no percept above is named `place`; there are position, orientation"), "{said}");
     assert!(!said.starts_with("p.toml:1:"), "{said}");
@@ -60,12 +60,12 @@ fn a_role_that_goals_cannot_give_is_refused() {
     };
     for (name, role) in [("marked", "criteria"), ("position", "criteria")] {
         let said = of(name, role).unwrap_err();
-        assert!(said.contains("only the nearest of prototypes says which things are meant"), "{said}");
+        assert!(said.contains("criteria need a kernel with `nearest` prototypes"), "{said}");
         assert!(!said.starts_with("p.toml:1:"), "{said}");
     }
     for name in ["colour", "extents"] {
         let said = of(name, "expectation").unwrap_err();
-        assert!(said.contains("only states, positions and orientations are what is to become"), "{said}");
+        assert!(said.contains("only states, positions and orientations can be an expectation"), "{said}");
     }
     for (name, role) in [("colour", "neither"), ("marked", "neither"), ("orientation", "expectation")] {
         assert_eq!(of(name, role), Ok(()), "{name}");
@@ -106,7 +106,7 @@ fn a_source_is_a_symbol_without_a_name_that_tells_things_apart() {
     let said = with_source("neither", "low_pass = { share = 0.5 }", "differs").unwrap_err();
     assert!(said.contains("symbols cannot be filtered"), "{said}");
     let said = with_source("criteria", lossless, "differs").unwrap_err();
-    assert!(said.contains("only the nearest of prototypes says which things are meant"), "{said}");
+    assert!(said.contains("criteria need a kernel with `nearest` prototypes"), "{said}");
 }
 
 #[test]
@@ -151,7 +151,7 @@ fn a_region_holds_its_sides_and_no_nan() {
 }
 
 #[test]
-fn taken_at_its_word_the_paper_merges_without_cannot_link_infinity_or_norm() {
+fn the_literal_paper_merges_without_cannot_link_infinity_or_norm() {
     let mut belief = Percepts::builtin().belief;
     belief.normalised = true;
     let settings = belief.make_literal();
@@ -245,7 +245,7 @@ fn one_limit_is_enough() {
 }
 
 #[test]
-fn a_range_of_a_number_that_nobody_derives_is_refused_where_it_stands() {
+fn a_range_of_an_underived_number_is_refused_at_its_place() {
     let said = with_range(None, "of = \"z_m\", from = 0.1").unwrap_err();
     assert!(said.contains("a range without a parent, from which it takes its `z_m`: name an"), "{said}");
     assert!(said.starts_with("p.toml:") && !said.starts_with("p.toml:1:"), "{said}");

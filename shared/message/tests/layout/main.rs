@@ -89,7 +89,7 @@ fn kinds<T: Topic<Head: Bytes, Entry: Bytes>>() -> [Kind; 2] {
 }
 
 #[test]
-fn what_recordings_say_of_a_layout_is_what_it_is() {
+fn a_recorded_layout_is_the_actual_layout() {
     let (declared, compiled) = (declared(), compiled());
     let recorded = [
         kinds::<Percepts>(),

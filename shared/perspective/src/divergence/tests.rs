@@ -180,7 +180,7 @@ proptest! {
     }
 
     #[test]
-    fn what_the_one_lacks_of_the_other_the_other_has_more_than_the_one(
+    fn a_belief_lacking_on_one_side_is_extra_on_the_other(
         instants in prop::collection::vec(minds(), 1..4),
     ) {
         let (mut there, mut back) = (new(), new());
@@ -206,7 +206,7 @@ proptest! {
     }
 
     #[test]
-    fn who_believes_the_same_differs_in_nothing(
+    fn equal_beliefs_have_no_divergence(
         columns in prop::collection::btree_set((0..6_u8, 0..6_u8), 0..12),
         looks in prop::collection::vec(known(), 12),
         his in pose(),
@@ -249,7 +249,7 @@ proptest! {
 }
 
 #[test]
-fn what_is_moved_behind_his_back_is_one_thing_at_two_places() {
+fn an_unseen_move_is_one_object_at_two_places() {
     let mut divergence = new();
     let there = [0.6, 0.0, 0.03];
     let here = [0.6, 0.3, 0.03];
@@ -269,7 +269,7 @@ fn what_is_moved_behind_his_back_is_one_thing_at_two_places() {
 }
 
 #[test]
-fn two_alike_that_change_places_behind_his_back_are_not_mistaken() {
+fn two_alike_objects_swapped_unseen_are_not_confused() {
     let mut divergence = new();
     let (a, b) = ([0.6, 0.0, 0.03], [0.6, 0.3, 0.03]);
     let first = [red(a, 5, 5), red(b, 5, 5)];
@@ -282,7 +282,7 @@ fn two_alike_that_change_places_behind_his_back_are_not_mistaken() {
 }
 
 #[test]
-fn a_belief_begun_anew_is_paired_by_likeness_and_one_that_stood_beside_it_is_not() {
+fn a_restarted_belief_is_paired_by_similarity() {
     let mut divergence = new();
     let (a, hidden, c) = ([0.6, 0.0, 0.03], [0.3, 0.4, 0.03], [0.6, 0.5, 0.03]);
     let robots = [red(a, 5, 5), red(hidden, 5, 5)];
@@ -300,7 +300,7 @@ fn a_belief_begun_anew_is_paired_by_likeness_and_one_that_stood_beside_it_is_not
 }
 
 #[test]
-fn what_the_robot_also_feels_is_one_thing_though_he_saw_it_a_moment_before() {
+fn a_touched_object_is_one_with_its_earlier_sighting() {
     let place = [0.6, 0.0, 0.03];
     let aside = [0.6, 0.3, 0.03];
     for (his, moments_before, is_one) in [(place, 2, true), (place, 3, false), (aside, 1, false)] {
@@ -336,7 +336,7 @@ fn what_only_one_has_seen_of_a_thing_is_a_difference_too() {
 }
 
 #[test]
-fn a_head_that_lies_about_its_frame_harms_nobody() {
+fn a_head_with_a_false_frame_is_harmless() {
     let thing = red([0.6, 0.0, 0.03], 5, 5);
     let mut robot = Mind::new(5, &Pose::identity(), 1, &[thing]);
     let lying = robot.clone();
@@ -364,7 +364,7 @@ fn a_pile_is_paired_a_part_at_each_instant() {
 }
 
 #[test]
-fn how_long_a_thing_is_is_compared_and_how_near_it_is_to_whom_is_not() {
+fn length_is_compared_and_nearness_is_not() {
     let mut percepts = Percepts::builtin();
     let state = percepts.percepts[8].clone();
     percepts.percepts.truncate(6);

@@ -255,7 +255,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn it_is_grown_when_the_last_thing_is_in_it_or_so_far_that_it_cannot_be() {
+    fn the_tree_is_complete_when_no_object_can_be_added() {
         for last_m in [3.0, 1e30] {
             let places = [0.0, 1.0, last_m].map(|x| Position::new(x, 0.0, 0.0));
             let things: Vec<_> = (0..)

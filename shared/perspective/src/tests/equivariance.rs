@@ -173,7 +173,7 @@ proptest! {
     #![proptest_config(ProptestConfig { cases: 2_000, rng_seed: RngSeed::Fixed(9), ..ProptestConfig::default() })]
 
     #[test]
-    fn in_his_frame_the_beliefs_are_the_same_wherever_the_world_is(world in world()) {
+    fn a_partners_beliefs_are_equivariant(world in world()) {
         let (mut here, mut there) =
             (Workspace::perceiving(PERCEPTS.clone(), &CONFIG), Workspace::perceiving(PERCEPTS.clone(), &CONFIG));
         for (time, things) in world.steps() {

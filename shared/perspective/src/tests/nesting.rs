@@ -19,7 +19,7 @@ const SECOND: Duration = Duration::from_secs(1);
 const UP: [f64; 3] = [0.06, 0.0, 2.6];
 
 #[test]
-fn i_saw_it_you_did_not_and_you_do_not_know_that_i_saw_it() {
+fn an_unshared_sighting_stays_out_of_the_partners_nested_perspective() {
     let mut minds = Minds::new(1, 3);
     let on = |minds: &Minds| {
         [&[][..], &[1], &[1, 0], &[1, 0, 1]].map(|path| minds.on(path).map(|degree| degree > 0.5))
@@ -42,7 +42,7 @@ fn i_saw_it_you_did_not_and_you_do_not_know_that_i_saw_it() {
 }
 
 #[test]
-fn he_sees_that_a_wall_keeps_it_from_me_though_i_know_by_other_senses() {
+fn a_partner_sees_that_a_wall_hides_an_object_from_the_robot() {
     let mut minds = Minds::new(1, 2);
     // The robot's configured field of view is unlimited; in the partner's model a wall stands before the
     // robot's eyes.
@@ -54,7 +54,7 @@ fn he_sees_that_a_wall_keeps_it_from_me_though_i_know_by_other_senses() {
 }
 
 #[test]
-fn what_is_further_from_him_than_anything_is_observed_is_refused_and_he_does_not_believe_in_it() {
+fn an_observation_too_far_from_a_partner_is_refused() {
     let mut config = Perspective::builtin();
     config.sight.range_m = 1e4.try_into().unwrap();
     let mut minds = Minds::with(&config, 1, 1);
@@ -67,7 +67,7 @@ fn what_is_further_from_him_than_anything_is_observed_is_refused_and_he_does_not
 }
 
 #[test]
-fn walls_that_he_sees_beyond_those_that_are_remembered_are_counted_with_what_he_believes() {
+fn walls_beyond_a_partners_capacity_are_counted() {
     let mut config = Perspective::builtin();
     config.occluders.most = 1.try_into().unwrap();
     let mut minds = Minds::with(&config, 1, 2);
@@ -81,7 +81,7 @@ fn walls_that_he_sees_beyond_those_that_are_remembered_are_counted_with_what_he_
 }
 
 #[test]
-fn a_wall_that_he_does_not_see_keeps_nothing_from_me_in_his_mind() {
+fn a_wall_unseen_by_a_partner_hides_nothing_in_its_nested_perspective() {
     let mut config = Perspective::builtin();
     config.sight.cone_half_angle_deg = 25.0.try_into().unwrap();
     config.sight.absent_after_ms = 10_000.0.try_into().unwrap();
@@ -112,7 +112,7 @@ fn a_wall_that_he_does_not_see_keeps_nothing_from_me_in_his_mind() {
 }
 
 #[test]
-fn he_forgets_a_wall_that_is_gone_only_when_he_looks() {
+fn a_partner_forgets_a_removed_wall_only_when_looking() {
     let mut minds = Minds::new(1, 2);
     let before_me = wall([0.3, 0.0, 0.4]);
     minds.run(SECOND, &[person(EYES, TABLE), before_me, button(1.0)]);
@@ -124,7 +124,7 @@ fn he_forgets_a_wall_that_is_gone_only_when_he_looks() {
 }
 
 #[test]
-fn he_does_not_take_me_to_forget_a_wall_that_he_remembers() {
+fn a_remembered_wall_stays_in_the_nested_perspective() {
     let mut minds = Minds::new(1, 3);
     let aside = wall([0.7, -0.6, 0.125]);
     minds.run(SECOND, &[person(EYES, TABLE), aside]);
@@ -137,7 +137,7 @@ fn he_does_not_take_me_to_forget_a_wall_that_he_remembers() {
 }
 
 #[test]
-fn he_knows_that_i_know_what_i_handle_and_hear_if_he_perceives_it() {
+fn a_partner_attributes_handled_and_audible_objects_to_the_robot() {
     let mut minds = Minds::new(1, 2);
     // Beside the robot: out of the robot's view and in the partner's.
     let beside = Observation { position_m: [0.0, 0.9, 0.03], ..button(1.0) };
@@ -156,7 +156,7 @@ fn he_knows_that_i_know_what_i_handle_and_hear_if_he_perceives_it() {
 }
 
 #[test]
-fn while_he_is_absent_all_that_he_takes_others_to_believe_freezes() {
+fn nested_beliefs_freeze_while_their_partner_is_absent() {
     let mut minds = Minds::new(1, 4);
     minds.run(SECOND, &[person(EYES, TABLE), button(0.0)]);
     minds.run(SECOND, &[button(0.0)]);
@@ -246,7 +246,7 @@ proptest! {
     /// observations, eyes, and where the agent would notice an absence. A partner built from just that must
     /// have beliefs bit-identical to those of the nested one.
     #[test]
-    fn nesting_is_taking_the_perspective_of_one_who_perceives_what_the_parent_perceives(
+    fn nesting_equals_a_perspective_on_the_parents_observations(
         moments in prop::collection::vec(moment(), 1..4),
     ) {
         let config = &*CONFIG;

@@ -11,7 +11,7 @@ const OPEN: [f32; 3] = [0.9, 0.0, 0.03];
 const WALL: [f32; 3] = [0.5, 0.0, 0.125];
 
 #[test]
-fn a_block_behind_a_barrier_never_enters_his_beliefs() {
+fn a_block_behind_a_barrier_never_enters_the_partners_beliefs() {
     let mut world = Workspace::new();
     world.run(SECOND * 3, &[wall(WALL), person(EYES, TABLE), block(HIDDEN), block(OPEN)]);
     assert_eq!(world.robots().len(), 2);
@@ -85,7 +85,7 @@ fn a_barrier_is_missed_by_the_source_that_saw_it() {
 }
 
 #[test]
-fn a_barrier_that_was_out_of_view_is_not_gone_at_the_first_glance() {
+fn a_barrier_out_of_view_is_not_culled_at_first_sight() {
     let mut world = Workspace::with(&looking_aside([0.5, 0.0, 0.0]));
     world.run(SECOND, &[wall(WALL), person(EYES, TABLE)]);
     let aside = Observation { partner: 0, ..person([0.06, 0.0, 0.62], [0.0, 2.0, 0.5]) };
@@ -124,7 +124,7 @@ fn barriers_beyond_those_that_can_be_remembered_replace_the_longest_unseen() {
 }
 
 #[test]
-fn who_is_understood_late_is_no_less_present_and_what_hides_things_does_no_less() {
+fn late_agents_and_occluders_count_as_present() {
     let mut world = Workspace::new();
     world.delay = Duration::from_millis(900);
     for _ in 0..600 {
@@ -140,7 +140,7 @@ fn who_is_understood_late_is_no_less_present_and_what_hides_things_does_no_less(
 }
 
 #[test]
-fn he_does_not_miss_what_a_barrier_hides_from_him() {
+fn a_partner_does_not_miss_what_a_barrier_hides() {
     let mut world = Workspace::new();
     world.run(SECOND, &[person(EYES, TABLE), block(HIDDEN)]);
     world.run(SECOND * 3, &[wall(WALL), person(EYES, TABLE)]);
@@ -148,7 +148,7 @@ fn he_does_not_miss_what_a_barrier_hides_from_him() {
 }
 
 #[test]
-fn he_does_not_miss_what_the_robot_cannot_see_for_him() {
+fn a_partner_does_not_miss_what_the_robot_cannot_see() {
     let mut world = Workspace::with(&looking_aside([0.5, 0.0, 0.0]));
     world.run(SECOND, &[wall(WALL), person(EYES, TABLE), block(OPEN)]);
     assert_eq!(world.his().len(), 1);
@@ -168,7 +168,7 @@ fn in_base(x: f32, y: f32, z: f32) -> [f32; 3] {
 }
 
 #[test]
-fn in_the_first_task_he_sees_every_square_but_the_blue_one() {
+fn in_the_first_task_the_teacher_sees_all_squares_but_blue() {
     let squares = [
         [(-0.35, 0.75), (-0.10, 0.85), (0.15, 0.70), (0.38, 0.90), (0.10, 0.40)],
         [(0.35, 0.75), (-0.30, 0.90), (-0.05, 0.72), (0.15, 0.95), (-0.25, 0.42)],

@@ -35,7 +35,7 @@ fn by_territory(places: &[[f64; 2]]) -> Vec<u16> {
 }
 
 #[test]
-fn in_the_second_task_each_side_of_the_table_is_his_who_stands_there() {
+fn in_the_second_task_each_table_side_belongs_to_its_agent() {
     // Six things in front of the teacher and six in front of the robot, as in the study.
     let his = [[1.00, -0.3], [1.10, -0.2], [1.05, -0.05], [1.00, 0.05], [1.10, 0.15], [1.05, 0.3]];
     let mine = [[0.35, -0.3], [0.42, -0.2], [0.38, -0.05], [0.35, 0.1], [0.40, 0.2], [0.42, 0.3]];
@@ -59,7 +59,7 @@ fn where_the_things_are_not_apart_all_is_everybodys() {
 }
 
 #[test]
-fn a_thing_is_his_who_last_held_it_and_nobodys_before() {
+fn an_object_belongs_to_its_last_holder() {
     let mut owners = OwnershipEstimator::new(&resource(OwnershipRule::Possession), 4);
     let mut update = |held: &[(u64, u16)]| {
         let claim = |(id, held_by): &(u64, u16)| OwnershipClaim {
@@ -88,7 +88,7 @@ fn told(by: OwnershipRule) -> Perspective {
 }
 
 #[test]
-fn what_is_told_is_so_and_what_is_not_asked_is_everybodys() {
+fn configured_owners_hold_and_other_objects_have_no_owner() {
     for (by, expected) in [(OwnershipRule::Told, 1), (OwnershipRule::None, NOBODY)] {
         let mut owners = OwnershipEstimator::new(&told(by).resource, 4);
         owners.update(claims(&[[1.0, 0.0], [0.4, 0.0]]), agents([ROBOT, TEACHER]));
@@ -98,7 +98,7 @@ fn what_is_told_is_so_and_what_is_not_asked_is_everybodys() {
 
 /// Regions are in the base frame, the partner's beliefs in the partner's.
 #[test]
-fn what_is_told_and_what_somebody_held_is_so_in_every_perspective() {
+fn configured_and_held_ownership_holds_in_every_perspective() {
     let near = block([0.35, 0.1, 0.03]);
     let held = Observation { held_by: 1, ..block([0.40, 0.3, 0.03]) };
     let far = block([1.0, 0.1, 0.03]);
@@ -115,7 +115,7 @@ fn what_is_told_and_what_somebody_held_is_so_in_every_perspective() {
 }
 
 #[test]
-fn each_perspective_has_its_own_beliefs_judged_by_those_whom_it_knows_of() {
+fn ownership_in_each_perspective_uses_only_its_known_agents() {
     let mut config = Perspective::builtin();
     config.resource = resource(OwnershipRule::Territory);
     let mut world = Workspace::with(&config);
@@ -140,7 +140,7 @@ fn each_perspective_has_its_own_beliefs_judged_by_those_whom_it_knows_of() {
 }
 
 #[test]
-fn until_he_is_judged_anew_what_came_is_nobodys_and_the_others_stay_whose_they_were() {
+fn until_the_next_estimate_owners_stay_and_new_objects_have_none() {
     let mut config = Perspective::builtin();
     config.resource = resource(OwnershipRule::Territory);
     let mut world = Workspace::with(&config);
@@ -175,7 +175,7 @@ fn grid(x: f32, [rows, columns]: [u8; 2], pitch_m: f32) -> impl Iterator<Item = 
 }
 
 #[test]
-fn many_are_compared_in_some_steps_until_which_they_are_whose_they_were() {
+fn many_objects_are_compared_over_several_steps() {
     let mut config = Perspective::builtin();
     config.resource = resource(OwnershipRule::Territory);
     let mut world = Workspace::with_room(Percepts::builtin(), &config, 64);
@@ -226,7 +226,7 @@ fn however_many_they_are_it_takes_eight_steps_more_at_most() {
 }
 
 #[test]
-fn of_too_many_nobody_could_say_whose_they_are() {
+fn too_many_objects_have_no_owners() {
     let mut owners = OwnershipEstimator::new(&resource(OwnershipRule::Territory), 2 * TERRITORY_MOST);
     for (count, expected) in [(TERRITORY_MOST, [0, 1]), (TERRITORY_MOST + 1, [NOBODY; 2])] {
         let places: Vec<_> =

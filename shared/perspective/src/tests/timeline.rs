@@ -15,7 +15,7 @@ fn believed(world: &Workspace) -> (Option<f32>, Option<f32>) {
 }
 
 #[test]
-fn a_false_belief_persists_until_he_looks_again() {
+fn a_false_belief_persists_until_the_partner_looks_again() {
     let mut world = Workspace::new();
     world.run(SECOND, &[person(EYES, TABLE), button(0.0)]);
     assert_eq!(believed(&world), (Some(0.0), Some(0.0)));
@@ -27,7 +27,7 @@ fn a_false_belief_persists_until_he_looks_again() {
 }
 
 #[test]
-fn the_beliefs_of_one_who_left_freeze_until_he_is_back() {
+fn the_beliefs_of_an_absent_partner_freeze_until_the_return() {
     let mut world = Workspace::new();
     world.run(SECOND, &[person(EYES, TABLE), button(0.0)]);
     // Until the absence timeout the partner counts as present: an observation may have been missed.
@@ -46,14 +46,14 @@ fn the_beliefs_of_one_who_left_freeze_until_he_is_back() {
 }
 
 #[test]
-fn one_who_was_never_seen_believes_nothing() {
+fn a_partner_that_was_never_seen_has_no_beliefs() {
     let mut world = Workspace::new();
     world.run(SECOND, &[button(0.0)]);
     assert_eq!((world.robots().len(), world.his().len()), (1, 0));
 }
 
 #[test]
-fn he_notices_that_a_thing_is_gone_only_where_he_looks() {
+fn a_partner_notices_a_missing_object_only_in_view() {
     let mut world = Workspace::new();
     world.run(SECOND, &[person(EYES, TABLE), block([0.6, 0.0, 0.03])]);
     world.run(SECOND * 3, &[person(EYES, AWAY)]);
@@ -63,7 +63,7 @@ fn he_notices_that_a_thing_is_gone_only_where_he_looks() {
 }
 
 #[test]
-fn a_thing_moved_behind_his_back_is_where_he_left_it() {
+fn an_object_moved_unseen_stays_at_its_last_seen_place() {
     let mut world = Workspace::new();
     world.run(SECOND, &[person(EYES, TABLE), block([0.6, 0.0, 0.03])]);
     world.run(SECOND * 3, &[person(EYES, AWAY), block([0.6, 0.5, 0.03])]);
@@ -74,7 +74,7 @@ fn a_thing_moved_behind_his_back_is_where_he_left_it() {
 }
 
 #[test]
-fn what_he_handles_he_perceives_without_looking() {
+fn a_partner_perceives_handled_objects_without_looking() {
     let mut world = Workspace::new();
     world.run(SECOND, &[person(EYES, AWAY), block([0.6, 0.0, 0.03])]);
     assert_eq!(world.his().len(), 0);
@@ -87,7 +87,7 @@ fn what_he_handles_he_perceives_without_looking() {
 }
 
 #[test]
-fn what_is_heard_goes_round_barriers_and_what_the_robot_feels_is_its_own() {
+fn hearing_passes_barriers_and_touch_is_private() {
     let mut world = Workspace::new();
     let felt = Observation { modality: Modality::Touch.raw(), ..block([0.6, 0.0, 0.03]) };
     world.step(&[person(EYES, TABLE), felt]);
@@ -101,7 +101,7 @@ fn what_is_heard_goes_round_barriers_and_what_the_robot_feels_is_its_own() {
 }
 
 #[test]
-fn his_left_is_not_the_robots_left() {
+fn a_partners_left_is_not_the_robots_left() {
     let mut world = Workspace::new();
     world.step(&[person(EYES, TABLE), block([0.75, 0.3, 0.03])]);
     assert_eq!(world.number(&world.robots()[0], "left"), Some(1.0));
@@ -111,7 +111,7 @@ fn his_left_is_not_the_robots_left() {
 }
 
 #[test]
-fn when_he_walks_round_the_table_what_he_remembers_stays_where_it_is() {
+fn remembered_objects_stay_in_place_when_the_partner_walks() {
     let mut world = Workspace::new();
     world.run(SECOND, &[person(EYES, TABLE), block([0.6, 0.2, 0.03])]);
     let first = world.partner.frame().unwrap();
@@ -142,7 +142,7 @@ fn silence_is_no_absence() {
 }
 
 #[test]
-fn what_others_saw_is_missed_by_nobody_else() {
+fn only_sources_that_saw_it_report_an_object_missing() {
     let mut world = Workspace::new();
     let (simulator, camera) = (SourceSet::of(0), SourceSet::of(1));
     let seen = Observation { source: 1, ..block([0.6, 0.0, 0.03]) };
@@ -184,7 +184,7 @@ fn ranged() -> Percepts {
 }
 
 #[test]
-fn near_him_is_not_near_the_robot_and_long_is_long_for_both() {
+fn near_depends_on_the_perspective_and_length_does_not() {
     let mut world = Workspace::perceiving(ranged(), &Perspective::builtin());
     let mut plank = block([0.3, 0.1, 0.03]);
     plank.half_extents_m = [0.03, 0.06, 0.03];
@@ -200,7 +200,7 @@ fn near_him_is_not_near_the_robot_and_long_is_long_for_both() {
 }
 
 #[test]
-fn what_he_remembers_comes_near_him_when_he_walks_there() {
+fn a_remembered_object_becomes_near_when_the_partner_walks_there() {
     let mut world = Workspace::perceiving(ranged(), &Perspective::builtin());
     let things = [block([0.3, 0.6, 0.03]), block([1.2, 0.0, 0.03])];
     world.run(SECOND, &[person(EYES, TABLE), things[0], things[1]]);

@@ -86,7 +86,7 @@ fn the_manuals_answers_are_written_and_read_part_by_part() {
 }
 
 #[test]
-fn every_prefix_tells_the_servos_whose_parts_are_whole() {
+fn every_prefix_yields_the_servos_with_complete_parts() {
     let parts = thirteen();
     let (bytes, ends) = frame(&parts, &parts);
     for end in 0..=bytes.len() {
@@ -100,7 +100,7 @@ fn every_prefix_tells_the_servos_whose_parts_are_whole() {
 }
 
 #[test]
-fn a_bit_that_flips_costs_one_servo_one_in_a_sum_two_and_one_in_the_header_all() {
+fn a_flipped_bit_costs_one_two_or_all_servos_by_its_place() {
     let parts = thirteen();
     let (bytes, ends) = frame(&parts, &parts);
     let mut flips = [0; 3];
@@ -148,7 +148,7 @@ fn what_is_cut_short_costs_no_servo_before_it() {
 }
 
 #[test]
-fn noise_before_a_part_and_a_part_that_is_said_twice_cost_nobody() {
+fn noise_and_repeated_parts_cost_no_reading() {
     let parts = thirteen();
     for there in [parts.clone(), without(&parts, &[1]), without(&parts, &[5])] {
         let (bytes, ends) = frame(&parts, &there);
@@ -177,7 +177,7 @@ fn noise_before_a_part_and_a_part_that_is_said_twice_cost_nobody() {
 }
 
 #[test]
-fn who_goes_on_behind_a_silent_servo_is_heard() {
+fn servos_behind_a_silent_one_are_read() {
     let parts = thirteen();
     for silent in [&[5][..], &[5, 6, 12], &[13], &[2, 4, 6, 8, 10]] {
         let there = without(&parts, silent);
@@ -243,7 +243,7 @@ fn after_a_broken_answer_a_second_one_fills_the_gaps() {
 
 /// A reply that was given up, and the reply to the same request one cycle later.
 #[test]
-fn what_was_told_or_given_up_is_never_told_again() {
+fn a_reported_or_abandoned_part_is_never_reported_again() {
     let (before, mut now) = (thirteen(), thirteen());
     now.iter_mut().for_each(|(_, _, data)| data[0] = 0xAB);
     let (old, ends) = frame(&before, &before);
@@ -293,7 +293,7 @@ proptest! {
 
     /// For any damage: reported data were sent, no servo is reported twice, and every block before the damage is found.
     #[test]
-    fn what_is_told_was_sent(
+    fn every_reported_part_was_sent(
         data in proptest::collection::vec(proptest::collection::vec(byte(), 0..24), 1..20),
         noise in proptest::collection::vec(byte(), 0..20),
         from in 0..400usize, cut in 0..30usize, put in proptest::collection::vec(byte(), 0..30),
@@ -318,7 +318,7 @@ proptest! {
     }
 
     #[test]
-    fn whatever_comes_nothing_is_told_that_was_not_asked(
+    fn only_requested_parts_are_reported(
         bytes in proptest::collection::vec(byte(), 0..6000), chunk in 1..800usize,
     ) {
         let (told, ..) = hear(&thirteen(), &bytes, chunk);

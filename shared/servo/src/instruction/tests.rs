@@ -98,7 +98,7 @@ fn records_that_do_not_come_out_even_are_refused() {
 }
 
 #[test]
-fn what_is_not_to_be_said_by_chance_is_refused_with_another_key() {
+fn dangerous_instructions_need_their_key() {
     let parse = |instruction, params: &[u8]| {
         Instruction::parse(&Frame { address: Address::All, instruction, params }).map(drop)
     };

@@ -84,7 +84,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn there_is_memory_for_all_that_is_said_at_once_and_it_is_used_again() {
+    fn reply_memory_holds_all_replies_and_is_reused() {
         let mut answers = Replies::for_servos(3);
         let room = |answers: &Replies| (answers.list.capacity(), answers.spare.capacity());
         let before = room(&answers);

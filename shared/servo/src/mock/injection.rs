@@ -133,10 +133,7 @@ impl FaultSpec {
                 self.is = Some(value.parse().map_err(|_| FaultSpecError::new(word, wrong))?);
             }
             _ => {
-                return Err(FaultSpecError::new(
-                    word,
-                    format!("says nothing that a fault knows: say {KEYS}"),
-                ));
+                return Err(FaultSpecError::new(word, format!("is not a key of a fault: say {KEYS}")));
             }
         }
         Ok(())
@@ -151,7 +148,7 @@ impl FaultSpec {
             return no("at=", "say at= for once, or from= and for= for a while");
         }
         if self.at.is_some() && self.chance.is_some() {
-            return no("p=", "what happens at= a time happens, so leave p= out");
+            return no("p=", "a fault with at= always happens, so leave p= out");
         }
         if self.at.is_some() && self.lasts.is_some() && !self.kind.is_lasting() {
             return no("for=", "it happens once at= a time; say from= and for= for a while");
@@ -282,7 +279,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_said_is_said_back_the_same() {
+    fn a_fault_prints_as_it_was_written() {
         for text in [
             "drop",
             "drop bus=torso id=5 p=0.01 from=2s for=10s",
@@ -304,7 +301,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_wrong_is_named_with_what_could_be_said() {
+    fn an_invalid_fault_is_named_with_the_valid_ones() {
         for (text, said) in [
             (
                 "",
@@ -313,10 +310,7 @@ mod tests {
                   duplicate-id, hang-up, reboot, stopped-clock, blocked, sag",
             ),
             ("drop 5", "`5` has no value: say bus=, id=, p=, at=, from=, for=, by= or is="),
-            (
-                "drop x=5",
-                "`x=5` says nothing that a fault knows: say bus=, id=, p=, at=, from=, for=, by= or is=",
-            ),
+            ("drop x=5", "`x=5` is not a key of a fault: say bus=, id=, p=, at=, from=, for=, by= or is="),
             ("drop p=2", "`p=2` is no probability: say one from 0 to 1, such as p=0.01"),
             ("drop p=NaN", "`p=NaN` is no probability: say one from 0 to 1, such as p=0.01"),
             ("drop id=253", "`id=253` names no servos: say id=5, id=1,3 or id=1-13, from 0 to 252"),
@@ -358,7 +352,7 @@ mod tests {
 
     proptest! {
         #[test]
-        fn whatever_is_said_is_taken_or_refused(text in ".{0,60}") {
+        fn any_text_is_accepted_or_refused(text in ".{0,60}") {
             if let Ok(said) = text.parse::<FaultSpec>() {
                 prop_assert_eq!(said.to_string().parse::<FaultSpec>().map(|again| again.to_string()), Ok(said.to_string()));
             }

@@ -232,7 +232,7 @@ mod tests {
     use crate::table::{Area, GOAL_POSITION, PRESENT_CURRENT, SHUTDOWN, VELOCITY_LIMIT};
 
     #[test]
-    fn the_items_lie_one_behind_the_other_and_are_found_by_name_and_address() {
+    fn items_are_contiguous_and_found_by_name_and_address() {
         for (model, count) in [(Model::Xm430W350, 53 + 112), (Model::Xl330M288, 54 + 40)] {
             let mut seen = 0;
             let mut end = 0;
@@ -252,7 +252,7 @@ mod tests {
     }
 
     #[test]
-    fn models_differ_where_the_manual_says_so() {
+    fn models_differ_as_in_the_manual() {
         let initial = |model, item: Item| by_address(model, item.address).unwrap().initial;
         assert_eq!(initial(Model::Xm430W350, SHUTDOWN), 52);
         assert_eq!(initial(Model::Xl330M288, SHUTDOWN), 53);

@@ -90,7 +90,7 @@ fn disorders(bytes: &[u8]) -> Vec<Vec<u8>> {
 }
 
 #[test]
-fn whatever_place_of_one_copy_is_damaged_nothing_is_lost_and_it_is_told() {
+fn any_damage_of_one_copy_loses_nothing_and_is_reported() {
     let (_folder, path, all) = store();
     let sound = fs::read(&path).unwrap();
     let mut count = 0;
@@ -130,7 +130,7 @@ fn is_unfinished(damaged: &[u8], sound: &[u8]) -> bool {
 }
 
 #[test]
-fn of_two_damaged_copies_everything_is_kept_that_is_sound_in_either_and_nothing_else() {
+fn two_damaged_copies_are_merged_from_their_sound_records() {
     let (_folder, path, all) = store();
     let sound = fs::read(&path).unwrap();
     let damaged = damages(&sound);
@@ -214,7 +214,7 @@ fn losses_are_counted_and_kept_until_reported() {
 }
 
 #[test]
-fn two_empty_files_where_a_store_was_are_damage_and_no_new_store() {
+fn two_empty_files_are_damage_and_no_new_store() {
     let (_folder, path, _) = store();
     for name in ["tasks.store", "tasks.copy.store"] {
         fs::write(path.with_file_name(name), "").unwrap();
@@ -232,7 +232,7 @@ fn two_empty_files_where_a_store_was_are_damage_and_no_new_store() {
 }
 
 #[test]
-fn a_damaged_database_of_an_older_version_is_believed_as_it_was_or_not_at_all() {
+fn a_damaged_older_database_is_read_unchanged_or_not_at_all() {
     let (_folder, path) = file();
     fs::create_dir_all(path.parent().unwrap()).unwrap();
     let database = path.with_extension("redb");

@@ -19,7 +19,7 @@ fn calls() -> usize {
 }
 
 #[test]
-fn whichever_call_of_the_disk_fails_nothing_acknowledged_is_lost_and_what_failed_can_be_done_again() {
+fn any_failing_disk_call_loses_nothing_acknowledged_and_can_be_retried() {
     let states = states();
     let calls = calls();
     assert!(calls > 30, "{calls}");
@@ -49,7 +49,7 @@ fn whichever_call_of_the_disk_fails_nothing_acknowledged_is_lost_and_what_failed
 }
 
 #[test]
-fn a_disk_that_fails_for_good_keeps_what_was_acknowledged_and_a_full_one_can_be_read() {
+fn a_failed_disk_keeps_acknowledged_writes_and_a_full_one_is_readable() {
     let states = states();
     for (after, error) in (0..calls()).flat_map(|after| KINDS.map(|kind| (after, kind))) {
         let drive = SimulatedDisk::default();
@@ -76,7 +76,7 @@ fn a_disk_that_fails_for_good_keeps_what_was_acknowledged_and_a_full_one_can_be_
 }
 
 #[test]
-fn what_was_learned_is_readable_on_a_full_disk_and_mended_once_there_is_room() {
+fn tasks_are_readable_on_a_full_disk_and_repaired_with_room() {
     let (_folder, path) = file();
     let mut store = Store::open(&path).unwrap();
     store.put("task 1", &"TASK 1", 0, &1).unwrap();

@@ -92,7 +92,7 @@ fn assert_all_there(store: &mut Store) {
 const AFTERWARDS: [&str; 3] = ["tasks.copy.store", "tasks.store", "tasks.v1.redb"];
 
 #[test]
-fn a_database_of_version_1_is_taken_over_and_kept_as_it_was() {
+fn a_database_of_version_1_is_migrated_and_kept_unchanged() {
     let (_folder, path) = old_file(VERSION_1);
     let mut store = Store::open(&path).unwrap();
     assert!(store.findings().is_empty());
@@ -106,7 +106,7 @@ fn a_database_of_version_1_is_taken_over_and_kept_as_it_was() {
 }
 
 #[test]
-fn a_database_of_version_2_is_taken_over_and_kept_as_it_was() {
+fn a_database_of_version_2_is_migrated_and_kept_unchanged() {
     let (_folder, path) = file();
     // Version 2 had number words in its keys.
     let items = [("task 1", 0, "a"), ("task one", 0, "b"), ("task one", 1, "c")];
@@ -183,7 +183,7 @@ fn a_database_that_cannot_be_taken_over_is_left_as_it_is() {
 }
 
 #[test]
-fn a_database_of_a_newer_version_or_in_use_is_refused_and_left_as_it_is() {
+fn a_newer_or_used_database_is_refused_unchanged() {
     let (_folder, path) = file();
     write_database(&path, VERSION, &[]);
     let refused = Store::open(&path).unwrap_err();
@@ -198,7 +198,7 @@ fn a_database_of_a_newer_version_or_in_use_is_refused_and_left_as_it_is() {
 }
 
 #[test]
-fn a_damaged_or_empty_database_is_set_aside_and_told() {
+fn a_damaged_or_empty_database_is_set_aside_and_reported() {
     for bytes in [&b""[..], b"these are not the bytes", &VERSION_3[..VERSION_3.len() / 2]] {
         let (_folder, path) = old_file(bytes);
         let mut store = Store::open(&path).unwrap();
@@ -311,7 +311,7 @@ fn a_process_that_stops_in_the_middle() {
 }
 
 #[test]
-fn a_look_at_a_store_says_its_version_and_changes_nothing() {
+fn an_inspected_store_reports_its_version_and_is_unchanged() {
     let (_folder, path) = old_file(VERSION_1);
     assert_eq!(Version::of(&path).unwrap(), Version::Older(1));
     assert_eq!((names(&path), &beside(&path)["tasks.redb"][..]), (vec!["tasks.redb".to_owned()], VERSION_1));

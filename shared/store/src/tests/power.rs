@@ -83,7 +83,7 @@ fn moments() -> Vec<Moment> {
 }
 
 #[test]
-fn whatever_part_of_a_write_a_power_cut_leaves_nothing_acknowledged_is_lost() {
+fn a_power_cut_during_a_write_loses_nothing_acknowledged() {
     let (states, mut chance, mut count) = (states(), 2006, 0_u32);
     let mut after = [0_u32; 2];
     for moment in moments() {
@@ -107,7 +107,7 @@ fn whatever_part_of_a_write_a_power_cut_leaves_nothing_acknowledged_is_lost() {
 }
 
 #[test]
-fn a_power_cut_while_another_one_is_mended_loses_nothing_either() {
+fn a_power_cut_during_a_repair_loses_nothing_either() {
     let (states, mut chance, mut count) = (states(), 1815, 0_u32);
     for moment in moments() {
         for platter in survivors(&moment, &mut chance).into_iter().step_by(121) {

@@ -33,9 +33,9 @@ pub enum ClaimError {
     },
     /// The domain belongs to another user.
     #[error(
-        "the domain {} belongs to the user with the number {owner}: a robot of theirs runs there, or an emergency \
-         stop of theirs was never released. They or root release it (`leo emergency-stop --release`); or give this \
-         robot another name with --domain",
+        "the domain {} belongs to the user with the number {owner}: a robot of that user runs there, or an emergency \
+         stop of that user was never released. That user or root can release it (`leo emergency-stop --release`); or \
+         give this robot another name with --domain",
         root.display()
     )]
     OfAnother {

@@ -42,7 +42,7 @@ fn file(path: &Path, bytes: &[u8], mode: u32) {
 const LATER: Instant = Instant::from_nanos(200_000_000);
 
 #[test]
-fn a_half_made_file_is_mended_once_it_has_been_so_for_a_while() {
+fn a_file_that_stays_incomplete_is_repaired() {
     let place = Place::new("mend");
     file(&place.shared("a.connection"), b"", 0o600);
     file(&place.below("services/b.service"), b"{", UNFINISHED);
@@ -83,7 +83,7 @@ fn whole_files_are_left_alone() {
 }
 
 #[test]
-fn a_file_that_was_finished_or_made_anew_in_between_is_no_longer_suspected() {
+fn a_completed_or_recreated_file_is_no_longer_suspected() {
     let place = Place::new("anew");
     let path = place.shared("a.data");
     file(&path, b"", 0o600);
@@ -107,7 +107,7 @@ fn a_domain_is_claimed_once_until_its_holder_is_gone() {
 }
 
 #[test]
-fn a_domain_that_is_claimed_while_another_is_wiping_it_is_held_or_his() {
+fn a_domain_claimed_during_a_wipe_has_one_holder() {
     let domain = Domain::named(&format!("janitor-contended-{}", std::process::id())).unwrap();
     let claimed = std::thread::scope(|scope| {
         let claimers = [0, 1].map(|_| {
@@ -133,7 +133,7 @@ fn a_domain_that_is_claimed_while_another_is_wiping_it_is_held_or_his() {
 }
 
 #[test]
-fn a_sweep_removes_a_domain_whose_holder_is_gone_and_no_other() {
+fn a_sweep_removes_only_domains_without_a_holder() {
     let living = Place::new("living");
     file(&living.shared("a.data"), b"whole", 0o600);
     let mut dead = Place::new("dead");
@@ -160,7 +160,7 @@ fn a_wipe_leaves_nothing() {
 }
 
 #[test]
-fn an_emergency_stop_outlives_a_wipe_and_a_sweep_and_nothing_else_does() {
+fn only_an_emergency_stop_outlives_a_wipe_and_a_sweep() {
     for ends_in_order in [true, false] {
         let mut place = Place::new("stopped");
         let stop = Domain::emergency_stop(place.domain.root());
@@ -184,7 +184,7 @@ fn an_emergency_stop_outlives_a_wipe_and_a_sweep_and_nothing_else_does() {
 }
 
 #[test]
-fn a_link_in_the_place_of_a_domain_is_refused_and_what_it_leads_to_is_left_alone() {
+fn a_link_in_the_place_of_a_domain_is_refused() {
     let precious = tempfile::tempdir().unwrap();
     fs::write(precious.path().join("learned"), "all").unwrap();
     fs::write(precious.path().join(claim::CLAIM_FILE), "").unwrap();

@@ -1,8 +1,5 @@
 //! Congestion control of the QUIC connections.
-#![expect(
-    clippy::disallowed_types,
-    reason = "the library tells of its own instants, and nobody else is told"
-)]
+#![expect(clippy::disallowed_types, reason = "the library defines its own time type")]
 
 use std::any::Any;
 use std::sync::Arc;

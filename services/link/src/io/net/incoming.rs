@@ -114,7 +114,7 @@ impl Peers {
                 return;
             }
             Ok(Err(ConnectionError::LocallyClosed)) => {
-                tracing::debug!(from, "an unfinished handshake of the link made way for a newer one");
+                tracing::debug!(from, "an unfinished handshake of the link was dropped for a newer one");
             }
             Ok(Err(ended)) => self.warn(self.keys.files.explain(&from, &record, &ended)),
             Err(_elapsed) => self.warn(handshake_timed_out(&from)),

@@ -258,7 +258,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_wrong_with_the_own_certificate_is_said_before_another_machine_refuses_it() {
+    fn a_defect_of_the_own_certificate_is_reported_before_any_refusal() {
         let Some(keys) = everybody_or_skip() else { return };
         let mut link = config::Robot::load(None).unwrap().leo.link;
         link.authority = keys.path().join("authority.pem");

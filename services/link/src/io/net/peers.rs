@@ -200,7 +200,10 @@ impl Peers {
             stream.read_exact(&mut length).await?;
             let length = u32::from_le_bytes(length);
             if length > MAX_MESSAGE_BYTES {
-                return Err(format!("a message of {length} bytes is none of a link").into());
+                return Err(format!(
+                    "the peer sent a message of {length} bytes, which is not a link message"
+                )
+                .into());
             }
             let mut bytes = vec![0; usize::try_from(length)?];
             stream.read_exact(&mut bytes).await?;

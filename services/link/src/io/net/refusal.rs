@@ -117,10 +117,11 @@ impl KeyFiles {
                 format!("its issuer is not the authority of this machine ({authority}). {ONE_AUTHORITY}")
             }
             CertificateError::BadSignature => format!(
-                "its issuer has the name of the authority of this machine ({authority}) and another key. {ONE_AUTHORITY}"
+                "its issuer has the name of the authority of this machine ({authority}) and another key. \
+                 {ONE_AUTHORITY}"
             ),
             CertificateError::NotValidForNameContext { expected, presented } => format!(
-                "it is for {}, and `connect` of [link] looks for {}. {SIGN} that has this name, or correct `connect`",
+                "it is for {}, and `connect` of [link] expects {}. {SIGN} that has this name, or correct `connect`",
                 if presented.is_empty() { "no name".to_owned() } else { presented.join(", ") },
                 expected.to_str()
             ),
@@ -138,7 +139,7 @@ impl KeyFiles {
     fn explain_alert_sent(&self, peer: &str, alert: AlertDescription, reason: &str) -> String {
         match alert {
             AlertDescription::CertificateRequired => format!(
-                "{peer} showed no certificate. A link needs one of the authority of this machine ({}), made with \
+                "{peer} sent no certificate. A link needs one from the authority of this machine ({}), made with \
                  package/link_keys.sh",
                 self.authority
             ),
@@ -167,17 +168,17 @@ impl KeyFiles {
                 )
             }
             AlertDescription::BadCertificate => format!(
-                "it does not have the name that `connect` of that machine looks for, or its issuer is not known \
-                 there. {SIGN} that has this name, or correct `connect` there"
+                "it does not have the name that `connect` of that machine expects, or its issuer is not known there. \
+                 {SIGN} that has this name, or correct `connect` there"
             ),
             AlertDescription::CertificateUnknown | AlertDescription::CertificateRevoked => {
                 format!("that machine does not accept it. {SIGN}")
             }
             AlertDescription::CertificateRequired => {
-                format!("that machine asks for a certificate and saw none. {SIGN}")
+                format!("that machine requires a certificate and received none. {SIGN}")
             }
             AlertDescription::NoApplicationProtocol => return other_robot(peer),
-            other => return format!("{peer} ended the connection with the alert {other:?}"),
+            other => return format!("{peer} closed the connection with the TLS alert {other:?}"),
         };
         format!("{peer} refuses the certificate of this machine ({}): {why}", self.certificate)
     }
@@ -185,8 +186,8 @@ impl KeyFiles {
 
 fn other_robot(peer: &str) -> String {
     format!(
-        "no connection with {peer}: its link is of another robot, or of the same side of this one. Both machines need \
-         the same `robot` in [link] of leo.toml, and different values of `side`"
+        "no connection with {peer}: its link belongs to another robot, or has the same side as this one. Both machines \
+         need the same `robot` in [link] of leo.toml, and different values of `side`"
     )
 }
 

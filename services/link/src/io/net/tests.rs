@@ -112,7 +112,7 @@ fn bundles_come_whole_and_in_order_both_ways_and_pulses_beside_them() {
 }
 
 #[test]
-fn who_begins_anew_is_found() {
+fn a_restarted_peer_is_found() {
     let Some(pair) = Pair::or_skip() else { return };
     let away = pair.away(|_| {});
     for epoch in [b"one", b"two"] {
@@ -127,7 +127,7 @@ fn who_begins_anew_is_found() {
 }
 
 #[test]
-fn who_leaves_says_so() {
+fn a_closing_peer_says_so() {
     let Some(pair) = Pair::or_skip() else { return };
     let robot = pair.robot();
     within(async {
@@ -145,7 +145,7 @@ fn who_leaves_says_so() {
 }
 
 #[test]
-fn before_the_other_machine_is_known_to_mean_the_same_nothing_but_pulses_is_taken_from_it() {
+fn before_compatibility_is_known_only_pulses_are_accepted() {
     let Some(pair) = Pair::or_skip() else { return };
     let robot = pair.robot();
     within(async {

@@ -52,7 +52,7 @@ fn compatibility() -> Compatibility {
 }
 
 #[test]
-fn two_machines_of_versions_with_other_layouts_refuse_each_other_and_each_says_so_once() {
+fn machines_with_different_layouts_refuse_each_other_and_log_it_once() {
     let here = compatibility();
     let there = Compatibility { layouts: here.layouts ^ 1, ..here };
     let mut ends = [End::new(1, here), End::new(2, there)];

@@ -19,7 +19,7 @@ fn follows(state: &JointState) -> bool {
 }
 
 #[test]
-fn in_lockstep_65_joints_do_the_same_to_the_last_bit_in_every_run() {
+fn in_lockstep_65_joints_move_bit_for_bit_the_same() {
     let run = || {
         let mut rig = Rig::new(Time::Lockstep);
         let mut trace = String::new();
@@ -38,7 +38,7 @@ fn in_lockstep_65_joints_do_the_same_to_the_last_bit_in_every_run() {
 }
 
 #[test]
-fn in_wall_time_joints_come_up_arrive_and_come_back_when_their_buses_were_lost() {
+fn in_wall_time_joints_arrive_and_recover_from_lost_buses() {
     let mut rig = Rig::new(Time::Wall);
     rig.until("following", follows);
     let is_there = rig.is_there();
@@ -50,7 +50,7 @@ fn in_wall_time_joints_come_up_arrive_and_come_back_when_their_buses_were_lost()
 }
 
 #[test]
-fn a_bus_that_does_not_come_back_is_lost_after_25_cycles_and_the_body_stops_until_it_does() {
+fn an_absent_bus_is_lost_after_25_cycles_and_stops_the_body() {
     let mut rig = Rig::new(Time::Wall);
     rig.until("following", follows);
     // Requests to this bus remain here, like with a device that hangs without a hang-up.
@@ -81,7 +81,7 @@ fn a_bus_that_does_not_come_back_is_lost_after_25_cycles_and_the_body_stops_unti
 }
 
 #[test]
-fn a_thread_whose_line_takes_no_bytes_says_so_and_closes_it_without_being_asked_again() {
+fn a_thread_reports_and_closes_a_blocked_line_by_itself() {
     let robot = config::Robot::load(None).unwrap();
     let bus = &robot.motor.buses[0];
     let pty = Pty::new(bus.baud).unwrap();
@@ -123,7 +123,7 @@ fn item(tty: &Tty, id: u8, item: Item) -> i64 {
 }
 
 #[test]
-fn servos_whose_commander_died_in_motion_stop_by_themselves() {
+fn servos_stop_by_themselves_after_the_commander_died() {
     let mut rig = Rig::new(Time::Wall);
     rig.until("following", follows);
     let moves = |state: JointState| state.present_velocity_rad_s().is_some_and(|speed| speed.abs() > 0.1);
@@ -155,7 +155,7 @@ fn servos_whose_commander_died_in_motion_stop_by_themselves() {
 }
 
 #[test]
-fn a_mock_servo_bus_may_come_after_the_motor_and_an_adapter_too() {
+fn a_mock_bus_or_an_adapter_may_appear_after_the_motor() {
     let mut rig = Rig::new(Time::Wall);
     rig.ptys = None;
     let mut buses = rig.robot.motor.buses.clone();

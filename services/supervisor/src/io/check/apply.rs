@@ -13,22 +13,23 @@ const JOURNAL: &str = "/run/leo-check.json";
 pub enum ApplyError {
     /// The journal cannot be written, so nothing was changed.
     #[error(
-        "cannot write {JOURNAL}, in which is noted what to take back, so nothing is changed: {0}; run it as root: `sudo leo check`"
+        "cannot write {JOURNAL}, the list of changes to revert, so nothing is changed: {0}; run it as root: `sudo leo \
+         check`"
     )]
     Journal(io::Error),
     /// The journal is damaged.
     #[error(
-        "{JOURNAL} does not say what to take back ({0}): restart the machine, which takes back everything"
+        "{JOURNAL} cannot be read as a list of changes ({0}): restart the machine, which reverts all of them"
     )]
     Damaged(serde_json::Error),
     /// Nothing was changed before.
-    #[error("there is nothing to take back: {JOURNAL} is not there")]
+    #[error("there is nothing to revert: {JOURNAL} does not exist")]
     Nothing,
     /// Some files rejected the new value.
-    #[error("the machine refused {0} of {1} changes; what it said stands above")]
+    #[error("the machine refused {0} of {1} changes, with the errors above")]
     Refused(usize, usize),
     /// The report cannot be written.
-    #[error("cannot write what was done: {0}")]
+    #[error("cannot write the report: {0}")]
     Write(io::Error),
 }
 
@@ -55,10 +56,13 @@ pub(super) fn apply(system: &System, changes: &[Change], out: &mut impl Write) -
         }
     }
     if changes.is_empty() {
-        writeln!(out, "nothing is to be changed").map_err(ApplyError::Write)?;
+        writeln!(out, "nothing needs to be changed").map_err(ApplyError::Write)?;
     } else {
-        writeln!(out, "`leo check --revert` takes all of it back, and so does a restart of the machine\n")
-            .map_err(ApplyError::Write)?;
+        writeln!(
+            out,
+            "`leo check --revert` reverts all of these changes, and so does a restart of the machine\n"
+        )
+        .map_err(ApplyError::Write)?;
     }
     if refused == 0 { Ok(()) } else { Err(ApplyError::Refused(refused, changes.len())) }
 }

@@ -43,7 +43,7 @@ fn this_machine_has_cores_and_shared_memory() {
 
 /// With isolated cores: a process does not get them unless it requests them.
 #[test]
-fn cores_that_nobody_is_given_unless_he_asks_are_cores_of_the_machine() {
+fn isolated_cores_are_cores_of_the_machine() {
     let all = machine(&Robot::load(None).unwrap()).cores;
     let first = all.first().copied().unwrap();
     let kept_off = move || {
@@ -60,7 +60,7 @@ fn cores_that_nobody_is_given_unless_he_asks_are_cores_of_the_machine() {
 }
 
 #[test]
-fn a_bus_is_a_thread_of_the_motor_process_and_a_mock_bus_one_of_its_own() {
+fn each_bus_adds_a_motor_thread_and_each_mock_bus_another() {
     let threads = |robot: &Robot| -> Vec<(&str, usize)> {
         machine(robot).hot.iter().map(|hot| (hot.name, hot.threads)).collect()
     };
@@ -111,7 +111,7 @@ fn a_look_changes_nothing() {
 }
 
 #[test]
-fn what_is_applied_is_said_noted_and_taken_back() {
+fn applied_changes_are_printed_recorded_and_reverted() {
     let root = folder();
     let mut out = Vec::new();
     check(&inquiry(root.path(), MachineChange::Apply), &mut out).unwrap();
@@ -130,7 +130,7 @@ fn what_is_applied_is_said_noted_and_taken_back() {
     let timer = root.path().join("sys/bus/usb-serial/devices/ttyUSB0/latency_timer");
     assert_eq!(fs::read_to_string(timer).unwrap(), "16");
     let nothing = check(&inquiry(root.path(), MachineChange::Revert), &mut Vec::new()).unwrap_err();
-    assert!(nothing.to_string().contains("nothing to take back"), "{nothing}");
+    assert!(nothing.to_string().contains("nothing to revert"), "{nothing}");
 }
 
 #[test]

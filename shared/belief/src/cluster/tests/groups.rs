@@ -24,7 +24,7 @@ fn several_at_once() -> impl Strategy<Value = Vec<(Vec<Glances>, u64, bool)>> {
 }
 
 #[test]
-fn what_several_sources_see_at_once_is_merged_group_by_group_as_the_loop_of_the_paper_merges_it() {
+fn simultaneous_detections_are_merged_by_group_as_in_the_paper() {
     let (grouped, looped) = (Cell::new(0), Cell::new(0));
     let threshold = prop::sample::select(vec![0.06, 0.11, 0.15, 0.16, 0.3]);
     let turns = prop::option::weighted(0.3, 0.01..0.5_f64);
@@ -72,7 +72,7 @@ fn what_several_sources_see_at_once_is_merged_group_by_group_as_the_loop_of_the_
 }
 
 #[test]
-fn what_sees_more_sources_at_once_than_it_remembers_is_merged_as_the_loop_of_the_paper_merges_it() {
+fn more_sources_than_it_remembers_are_merged_as_in_the_paper() {
     let mut twins = Twins::new(Percepts::builtin());
     // A belief detected by ten sources evicts the interval of the first one, which also detected another thing beside
     // it.
@@ -83,7 +83,7 @@ fn what_sees_more_sources_at_once_than_it_remembers_is_merged_as_the_loop_of_the
 }
 
 #[test]
-fn what_takes_back_its_newest_sample_is_merged_as_the_loop_of_the_paper_merges_it() {
+fn a_removed_newest_sample_is_merged_as_in_the_paper() {
     let at = |beside_mm, group| Seen { beside_mm: [beside_mm, 0, 0], ..alike(0, group) };
     let mut twins = Twins::new(Percepts::builtin());
     assert_eq!(twins.step(1, &[at(40, 0)], true), [0, 0]);
@@ -99,7 +99,7 @@ fn what_takes_back_its_newest_sample_is_merged_as_the_loop_of_the_paper_merges_i
 }
 
 #[test]
-fn what_lacks_the_symbol_of_its_oldest_is_merged_as_the_loop_of_the_paper_merges_it() {
+fn a_lacking_oldest_symbol_is_merged_as_in_the_paper() {
     let mut twins = Twins::new(Percepts::builtin());
     let at = |mm: i8, colour, group| Seen { beside_mm: [mm, 0, 0], colour, ..alike(0, group) };
     assert_eq!(twins.step(1, &[at(0, Some(0), 0), at(90, Some(1), 0)], true), [0, 0]);
@@ -110,7 +110,7 @@ fn what_lacks_the_symbol_of_its_oldest_is_merged_as_the_loop_of_the_paper_merges
 }
 
 #[test]
-fn orientations_whose_norm_is_off_are_merged_as_the_loop_of_the_paper_merges_them() {
+fn orientations_with_a_wrong_norm_are_merged_as_in_the_paper() {
     let mut percepts = Percepts::builtin();
     let percept = percepts.index("orientation").unwrap();
     percepts.belief.distance.push(Distance { percept, measure: Measure::AngleRad, weight: 0.5 });

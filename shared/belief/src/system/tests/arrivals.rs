@@ -154,7 +154,7 @@ proptest! {
 }
 
 #[test]
-fn whose_symbol_becomes_a_number_may_become_one_with_its_neighbour() {
+fn a_belief_whose_symbol_becomes_a_number_may_merge() {
     let percepts = Percepts::builtin();
     let perception = Perception::new(&percepts).unwrap();
     let mut noting = BeliefSystem::new(&percepts, 8).unwrap().assume_validated();
@@ -182,7 +182,7 @@ fn whose_symbol_becomes_a_number_may_become_one_with_its_neighbour() {
 }
 
 #[test]
-fn what_is_not_among_what_was_perceived_is_not_believed_and_counted() {
+fn an_absent_percept_is_not_added_and_counted() {
     let mut robot = Robot::new(&Percepts::builtin());
     let seen = [block(ms(0), [0.5, 0.0, 0.0], RED), block(ms(0), [0.9, 0.0, 0.0], BLUE)];
     let perceived = seen.map(|observation| Perceived {

@@ -5,7 +5,7 @@ use config::percepts::Cull;
 use super::*;
 
 #[test]
-fn an_unseen_thing_is_culled_where_the_view_is_free_and_kept_where_it_is_not() {
+fn an_unseen_object_is_culled_only_in_free_view() {
     for (in_view, left) in [(true, 0), (false, 1)] {
         let mut robot = Robot::new(&Percepts::builtin());
         robot.see(ms(0), &[block(ms(0), [0.5, 0.0, 0.0], RED)], true);
@@ -37,7 +37,7 @@ fn culled_at(robot: &mut Robot, from_ms: u64, in_view: impl Fn(u64) -> bool) -> 
 }
 
 #[test]
-fn what_was_long_out_of_view_is_given_up_at_the_first_glance_or_not_as_configured() {
+fn a_belief_long_out_of_view_is_culled_as_configured() {
     let mut robot = Robot::new(&Percepts::builtin());
     robot.see(ms(0), &[block(ms(0), [0.5, 0.0, 0.0], RED)], true);
     assert_eq!(culled_at(&mut robot, 5, |_| false), None);
@@ -53,7 +53,7 @@ fn what_was_long_out_of_view_is_given_up_at_the_first_glance_or_not_as_configure
 }
 
 #[test]
-fn a_place_is_found_empty_anew_after_it_was_hidden_or_nobody_looked() {
+fn a_hidden_or_unobserved_place_is_found_empty_again() {
     assert_eq!(culled_at(&mut patient(), 5, |at| at != 500), Some(505 + 600), "somebody stood before it");
     assert_eq!(culled_at(&mut patient(), 5, |at| at < 500), None);
     let mut robot = patient();
@@ -65,7 +65,7 @@ fn a_place_is_found_empty_anew_after_it_was_hidden_or_nobody_looked() {
 }
 
 #[test]
-fn a_source_that_is_slow_to_understand_does_not_lose_what_it_sees() {
+fn a_source_with_late_frames_does_not_lose_its_beliefs() {
     for cull in [Percepts::builtin().belief.cull, vec![Cull::PlaceEmptyFor(Duration::from_millis(600))]] {
         let mut configured = Percepts::builtin();
         configured.belief.cull = cull;
@@ -89,7 +89,7 @@ fn a_source_that_is_slow_to_understand_does_not_lose_what_it_sees() {
 }
 
 #[test]
-fn a_source_that_died_misses_nothing_though_it_found_a_place_empty_at_last() {
+fn a_dead_source_misses_nothing_after_an_empty_place() {
     let mut robot = patient();
     robot.see(ms(5), &[], true);
     for at in (10..5000).step_by(5) {
@@ -100,7 +100,7 @@ fn a_source_that_died_misses_nothing_though_it_found_a_place_empty_at_last() {
 }
 
 #[test]
-fn all_who_ever_saw_a_thing_can_miss_it_and_nobody_else() {
+fn only_sources_that_saw_an_object_can_miss_it() {
     let there = [0.5, 0.0, 0.0];
     for (looks, left) in [(3, 0), (7, 0), (5, 1)] {
         let mut robot = Robot::new(&Percepts::builtin());

@@ -73,7 +73,7 @@ fn functions() -> BeliefPlugins {
 }
 
 #[test]
-fn a_culling_function_of_the_programs_own_has_its_say_among_the_others() {
+fn a_plugin_culling_function_is_evaluated_among_the_others() {
     let mut percepts = Percepts::builtin();
     percepts.belief.cull = vec![Cull::Own("fleeting".to_owned())];
     let mut robot = Robot::new(&Percepts::builtin());
@@ -88,7 +88,7 @@ fn a_culling_function_of_the_programs_own_has_its_say_among_the_others() {
 }
 
 #[test]
-fn a_history_of_the_programs_own_says_what_is_remembered() {
+fn a_plugin_history_decides_what_is_remembered() {
     let mut percepts = Percepts::builtin();
     let (filled, marked) = (percepts.index("filled").unwrap(), percepts.index("marked").unwrap());
     percepts.percepts[usize::from(filled)].history = History::Own("highest".to_owned());
@@ -131,7 +131,7 @@ fn a_function_that_the_program_lacks_is_named() {
     let distance = said(|percepts, name| percepts.belief.distance[0].measure = Measure::Own(name));
     assert_eq!(
         distance,
-        "the configuration wants the program's own distance `mine`, which this program lacks"
+        "the configuration names the custom distance `mine`, which this program does not have"
     );
     assert!(
         said(|percepts, name| percepts.belief.cull.push(Cull::Own(name))).contains("culling function `mine`")

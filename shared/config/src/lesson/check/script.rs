@@ -49,7 +49,7 @@ pub(super) fn script(
     if course.said == 0 {
         return Err(SpannedError::at(
             table,
-            "nobody says a word here, so Leo cannot know what it is about: add `say` steps",
+            "nothing is said in this demonstration, so Leo cannot know its task: add `say` steps",
         ));
     }
     Ok(steps)
@@ -80,7 +80,7 @@ impl ScriptState {
         if is_away && step.act != Act::Return {
             return Err(SpannedError::at(
                 raw.who.span(),
-                format!("teacher {who} is away: let him return first"),
+                format!("teacher {who} is away: add a `return` step first"),
             ));
         }
         match &step.act {
@@ -92,7 +92,7 @@ impl ScriptState {
             Act::Return => {
                 return Err(SpannedError::at(
                     raw.who.span(),
-                    format!("teacher {who} is here: he has not left"),
+                    format!("teacher {who} is here: no `leave` step comes before"),
                 ));
             }
             Act::Move { object, to, takes } => {
@@ -110,7 +110,8 @@ impl ScriptState {
         let free = self.hand_free.entry(step.who).or_default();
         if step.at < *free {
             let (who, free) = (step.who, free.as_secs_f64());
-            let reason = format!("teacher {who} still moves something until {free} s: he has one hand");
+            let reason =
+                format!("teacher {who} still moves something until {free} s: a teacher has one hand");
             return Err(SpannedError::at(raw.at_s.span(), reason));
         }
         *free = step.at + takes;
@@ -199,7 +200,7 @@ fn act(raw: &raw::Step, span: Range<usize>, lying: &TableContents<'_>) -> Result
         let Some(to_m) = &raw.to_m else {
             return Err(SpannedError::at(
                 name.span(),
-                "where to? A `slide` needs `to_m`, the middle of the occluder",
+                "the destination is missing. A `slide` needs `to_m`, the middle of the occluder",
             ));
         };
         let ([x, y], [.., z]) = (to_m.get_ref().map(Coordinate::get), occluder.centre_m);
@@ -241,7 +242,7 @@ fn takes(raw: &raw::Step, span: Range<usize>) -> Result<Duration, SpannedError> 
     if takes.get_ref().get() > 0.0 {
         Ok(takes.get_ref().duration())
     } else {
-        Err(SpannedError::at(takes.span(), "it cannot be done in no time: `duration_s` must be above 0"))
+        Err(SpannedError::at(takes.span(), "no action takes zero time: `duration_s` must be above 0"))
     }
 }
 
@@ -272,7 +273,7 @@ fn destination(
             if object.kind.role != Role::Peg {
                 return Err(SpannedError::at(
                     name.span(),
-                    format!("`{}` is no peg and fits into no hole", object.name),
+                    format!("`{}` is not a peg: only pegs fit into holes", object.name),
                 ));
             }
             Ok(Destination::Hole(block))
@@ -295,9 +296,10 @@ fn destination(
             let underside_m = raw.underside_m.as_ref().map_or(0.0, |underside| underside.get_ref().get());
             Ok(Destination::UprightPose(standing(*to_m.get_ref(), underside_m, heading_deg, &object.kind)))
         }
-        (None, None, None) => {
-            Err(SpannedError::at(span, "where to? A `move` needs one of `into`, `onto` and `to_m`"))
-        }
+        (None, None, None) => Err(SpannedError::at(
+            span,
+            "the destination is missing. A `move` needs one of `into`, `onto` and `to_m`",
+        )),
         _ => Err(SpannedError::at(span, "a `move` has one end: keep one of `into`, `onto` and `to_m`")),
     }
 }

@@ -28,7 +28,7 @@ fn one(id: u8) -> Address {
 }
 
 #[test]
-fn a_ping_to_all_is_answered_by_all_and_to_one_by_one() {
+fn a_broadcast_ping_is_answered_by_all_servos() {
     let mut line = line();
     assert_eq!(say(&mut line, Address::All, Instruction::Ping), [(1, None, 3), (2, None, 3), (7, None, 3)]);
     assert_eq!(say(&mut line, one(2), Instruction::Ping), [(2, None, 3)]);
@@ -42,7 +42,7 @@ fn a_sync_read_is_answered_in_the_order_of_the_asked() {
 }
 
 #[test]
-fn a_sync_write_is_obeyed_and_answered_by_nobody() {
+fn a_sync_write_is_obeyed_without_replies() {
     let mut line = line();
     let records = &[1, 1, 7, 1];
     let told = Instruction::SyncWrite { address: TORQUE_ENABLE.address, length: 1, records };
@@ -52,13 +52,13 @@ fn a_sync_write_is_obeyed_and_answered_by_nobody() {
 }
 
 #[test]
-fn what_is_refused_is_said() {
+fn a_refusal_is_answered() {
     let told = Instruction::Write { address: TORQUE_ENABLE.address, data: &[9] };
     assert_eq!(say(&mut line(), one(1), told), [(1, Some(Fault::Range), 0)]);
 }
 
 #[test]
-fn a_servo_told_to_answer_reads_only_obeys_writes_in_silence() {
+fn a_servo_that_answers_only_reads_obeys_writes_silently() {
     let mut line = line();
     let told = Instruction::Write { address: STATUS_RETURN_LEVEL.address, data: &[1] };
     assert_eq!(say(&mut line, one(1), told), []);
@@ -134,7 +134,7 @@ fn a_fast_read_is_answered_by_all_in_one_frame() {
 }
 
 #[test]
-fn who_follows_a_silent_servo_is_silent_or_goes_on() {
+fn servos_behind_a_silent_one_are_silent_or_continue() {
     let asked = Instruction::FastSyncRead { address: 146, length: 1, ids: &[1, 3, 7] };
     let order = [(1, 1), (3, 1), (7, 1)];
     assert_eq!(fast(&mut line(), at(0), &order, asked), [(1, vec![25])]);
@@ -198,7 +198,7 @@ fn a_backup_brings_the_eeprom_back_and_a_factory_reset_the_box() {
 }
 
 #[test]
-fn a_servo_at_another_speed_hears_nothing() {
+fn a_servo_at_another_baud_rate_receives_nothing() {
     let mut line = line();
     say(&mut line, one(2), Instruction::Write { address: 8, data: &[6] });
     line.set_baud(57_600);
@@ -280,7 +280,7 @@ fn a_fault_happens_in_its_window_to_whom_it_is_for() {
 }
 
 #[test]
-fn every_kind_of_spoiled_answer_is_what_its_name_says() {
+fn every_kind_of_corrupt_reply_matches_its_name() {
     let whole = listen(&mut line(), at(0), Address::All, SYNC);
     let spoiled = |fault| listen(&mut injected(&[fault], 3), at(0), Address::All, SYNC);
     let of = |answers: &[Reply], id| answers.iter().find(|answer| answer.id == id).unwrap().bytes.clone();
@@ -310,7 +310,7 @@ fn every_kind_of_spoiled_answer_is_what_its_name_says() {
 }
 
 #[test]
-fn an_error_within_a_fast_reply_is_told_with_its_data_and_costs_nobody_his_part() {
+fn an_error_in_a_fast_reply_costs_no_servo_its_part() {
     let mut line = injected(&["error id=2 is=7"], 0);
     let mut reply = FastReply::new();
     reply.expect([1, 2, 7].map(|id| (Id::new(id).unwrap(), 4))).unwrap();
@@ -328,7 +328,7 @@ fn an_error_within_a_fast_reply_is_told_with_its_data_and_costs_nobody_his_part(
 }
 
 #[test]
-fn an_instruction_that_is_lost_or_damaged_is_obeyed_by_nobody_and_costs_no_other_that_comes_with_it() {
+fn a_lost_or_damaged_instruction_is_ignored_without_affecting_others() {
     let led = Instruction::SyncWrite { address: 65, length: 1, records: &[1, 1] };
     let both = [encoded(Address::All, led), encoded(Address::All, SYNC)].concat();
     for (fault, kind) in [
@@ -357,7 +357,7 @@ fn an_instruction_that_is_lost_or_damaged_is_obeyed_by_nobody_and_costs_no_other
 }
 
 #[test]
-fn a_late_answer_comes_when_nobody_waits_for_it() {
+fn a_late_reply_comes_after_its_timeout() {
     let mut line = injected(&["late id=2 by=30ms at=0s"], 0);
     assert_eq!(ids(&listen(&mut line, at(0), Address::All, SYNC)), [1, 7]);
     assert_eq!(line.arrives_at(), Some(at(30)));
@@ -464,7 +464,7 @@ fn a_new_identifier_is_acknowledged_with_the_old_one() {
 }
 
 #[test]
-fn an_obstacle_and_a_sagging_supply_last_as_long_as_their_faults_and_leave_a_callers_obstacle_alone() {
+fn obstacles_and_low_supplies_last_as_long_as_their_faults() {
     let mut line = line();
     let faults = ["blocked id=2 from=2s for=3s", "sag id=1-2 from=2s for=3s is=90"];
     line.inject(Instant::EPOCH, &faults.map(|fault| fault.parse().unwrap()));

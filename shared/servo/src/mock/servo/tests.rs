@@ -33,7 +33,7 @@ fn moving() -> Servo {
 }
 
 #[test]
-fn it_tells_its_model_to_who_pings() {
+fn a_ping_is_answered_with_the_model() {
     assert_eq!(servo().ping(), [0xFC, 3, 46]);
 }
 
@@ -145,7 +145,7 @@ fn a_reboot_is_deaf_and_forgets_all_but_the_eeprom() {
 }
 
 #[test]
-fn a_hot_servo_lets_go_and_says_why() {
+fn a_hot_servo_releases_and_reports_why() {
     let mut servo = moving();
     put(&mut servo, crate::table::TEMPERATURE_LIMIT, 24).unwrap_err();
     put(&mut servo, TORQUE_ENABLE, 0).unwrap();
@@ -158,7 +158,7 @@ fn a_hot_servo_lets_go_and_says_why() {
 }
 
 #[test]
-fn an_extended_position_goes_beyond_a_turn_and_a_clear_forgets_the_turns() {
+fn an_extended_position_exceeds_a_turn_until_a_clear() {
     let mut servo = servo();
     put(&mut servo, OPERATING_MODE, 4).unwrap();
     put(&mut servo, TORQUE_ENABLE, 1).unwrap();
@@ -237,7 +237,7 @@ fn a_load_heats_it_and_one_too_heavy_makes_it_let_go() {
 }
 
 #[test]
-fn a_wrong_voltage_is_said_as_long_as_it_lasts_and_only_some_let_go() {
+fn a_wrong_voltage_is_reported_while_it_lasts() {
     for (model, volts, lets_go) in [(Model::Xm430W350, 9.0, false), (Model::Xl330M288, 3.0, true)] {
         let mut servo = Servo::new(model, Id::new(1).unwrap(), 0.0, Instant::EPOCH);
         put(&mut servo, TORQUE_ENABLE, 1).unwrap();

@@ -19,7 +19,7 @@ fn ended_by(alert: AlertDescription) -> ConnectionError {
 }
 
 #[test]
-fn each_alert_of_the_other_machine_names_the_certificate_of_this_one_and_what_to_do() {
+fn each_tls_alert_names_the_own_certificate_and_what_to_do() {
     let table = [
         (AlertDescription::CertificateExpired, "Compare the clocks of both machines"),
         (AlertDescription::UnknownCA, "certificates of one authority, made with package/link_keys.sh"),
@@ -44,7 +44,7 @@ fn each_alert_of_the_other_machine_names_the_certificate_of_this_one_and_what_to
         &RefusalRecord::default(),
         &ended_by(AlertDescription::NoApplicationProtocol),
     );
-    assert!(other.contains("of another robot") && other.contains("`robot` in [link]"), "{other}");
+    assert!(other.contains("another robot") && other.contains("`robot` in [link]"), "{other}");
 }
 
 #[test]
@@ -69,7 +69,7 @@ fn a_certificate_that_expires_while_connected_is_named_on_both_sides() {
 }
 
 #[test]
-fn the_names_of_a_certificate_are_told_without_what_moves_a_terminal() {
+fn the_names_of_a_certificate_are_printed_without_control_characters() {
     assert_eq!(printable("CN=a\u{1b}[2Jb"), "CN=a?[2Jb");
     assert_eq!(printable(&"x".repeat(9_999)).len(), MAX_NAME);
     let Some(keys) = everybody_or_skip() else { return };
@@ -82,7 +82,7 @@ fn the_names_of_a_certificate_are_told_without_what_moves_a_terminal() {
 }
 
 #[test]
-fn a_certificate_with_any_byte_changed_is_told_of_without_a_panic() {
+fn a_certificate_with_any_byte_changed_is_reported_without_a_panic() {
     let Some(keys) = everybody_or_skip() else { return };
     let whole = CertificateDer::from_pem_file(keys.path().join("robot.pem")).unwrap();
     for place in 0..whole.len() {

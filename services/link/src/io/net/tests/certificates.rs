@@ -182,7 +182,7 @@ pub(super) fn within<T>(what: impl Future<Output = T>) -> T {
 }
 
 #[test]
-fn a_machine_is_believed_whose_certificate_the_authority_meant_for_it_and_no_other() {
+fn a_peer_is_accepted_only_with_its_own_certificate_of_the_authority() {
     let Some(keys) = everybody_or_skip() else { return };
     let folder = keys.path();
     within(async {
@@ -212,7 +212,7 @@ fn a_machine_is_believed_whose_certificate_the_authority_meant_for_it_and_no_oth
 }
 
 #[test]
-fn a_certificate_lets_in_whom_the_authority_meant_it_for_and_nobody_else() {
+fn a_certificate_admits_only_the_machine_it_was_issued_for() {
     let Some(keys) = everybody_or_skip() else { return };
     let folder = keys.path();
     let at = SocketAddr::from((Ipv4Addr::LOCALHOST, free_port()));

@@ -39,7 +39,7 @@ fn an_emergency_stop_is_heeded_at_once_in_an_orderly_end() {
 }
 
 #[test]
-fn an_orderly_end_leaves_no_torque_on_where_a_joint_cannot_stop_in_time() {
+fn an_orderly_end_leaves_no_torque_on_a_joint_that_cannot_stop() {
     let Rig { mut motor, mut threads, ptys: _ptys, folder: _folder, .. } =
         on_the_move(&EmergencyFlag::default());
     let mut causes = Vec::new();

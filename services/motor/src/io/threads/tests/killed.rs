@@ -50,7 +50,7 @@ fn on_the_way() -> Rig {
 }
 
 #[test]
-fn servos_whose_commander_is_killed_in_motion_stand_within_their_watchdogs_time() {
+fn servos_stop_within_their_watchdog_time_after_the_commander_is_killed() {
     let rig = on_the_way();
     let alone = |time| rig.ptys.as_ref().unwrap().advance(rig.now + time);
     let watchdog = Duration::from_millis(200);
@@ -126,7 +126,7 @@ fn taken_up(alone: Duration) {
 }
 
 #[test]
-fn the_next_motor_takes_up_every_joint_where_it_is_and_no_faster_than_the_soft_start_for_a_second() {
+fn the_next_motor_process_starts_every_joint_softly_from_where_it_is() {
     // At once, while the servos still move to their last goals, and after their watchdogs tripped.
     for alone_ms in [0, 300] {
         taken_up(Duration::from_millis(alone_ms));

@@ -14,7 +14,7 @@ fn reversed() -> Servo {
 }
 
 #[test]
-fn reverse_mode_turns_position_goal_and_velocity_round_and_leaves_the_shaft_where_it_is() {
+fn reverse_mode_inverts_values_and_keeps_the_shaft_in_place() {
     let mut servo = reversed();
     assert!((servo.position_rad() - 0.5).abs() < 1e-9);
     assert_eq!(get(&servo, PRESENT_POSITION), i64::from(position_count(-0.5)));
@@ -49,7 +49,7 @@ fn reverse_mode_turns_velocity_current_and_duty_round() {
 }
 
 #[test]
-fn torque_on_in_position_mode_forgets_whole_turns_and_in_extended_position_mode_keeps_them() {
+fn torque_on_keeps_whole_turns_only_in_extended_position_mode() {
     for (mode, kept) in [(3, false), (4, true)] {
         let mut servo = servo();
         put(&mut servo, OPERATING_MODE, mode).unwrap();
@@ -79,7 +79,7 @@ fn a_lowest_position_above_the_highest_is_refused_and_the_reverse() {
 }
 
 #[test]
-fn without_duty_it_does_not_move_and_with_half_of_it_it_is_half_as_fast() {
+fn the_speed_is_proportional_to_the_pwm_limit() {
     for (item, value, expected) in [
         (PWM_LIMIT, 0, 0.0),
         (GOAL_PWM, 0, 0.0),
@@ -102,7 +102,7 @@ fn without_duty_it_does_not_move_and_with_half_of_it_it_is_half_as_fast() {
 }
 
 #[test]
-fn an_obstacle_holds_the_shaft_while_the_trajectory_goes_on_and_the_current_rises_to_its_limit() {
+fn an_obstacle_holds_the_shaft_at_the_current_limit() {
     let mut servo = moving();
     servo.advance(at(100));
     servo.block(true);

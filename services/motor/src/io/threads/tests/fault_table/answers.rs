@@ -15,12 +15,12 @@ fn happened(rig: &Rig, joints: &[usize], kind: FaultKind) -> Vec<(u64, u64)> {
 }
 
 #[test]
-fn an_answer_that_arrives_broken_is_noticed_in_its_cycle_and_costs_no_other_servo_a_reading() {
+fn a_corrupt_reply_is_detected_at_once_and_costs_no_other_reading() {
     broken_answers(&mut following(), true);
 }
 
 #[test]
-fn an_answer_of_older_firmware_that_arrives_broken_costs_no_other_servo_a_reading_either() {
+fn a_corrupt_reply_of_older_firmware_costs_no_other_reading() {
     broken_answers(&mut following_on_old_firmware(), false);
 }
 
@@ -66,7 +66,7 @@ fn broken_answers(rig: &mut Rig, is_chain: bool) {
 }
 
 #[test]
-fn a_servo_is_quarantined_after_three_silent_cycles_costs_no_other_a_reading_and_comes_back() {
+fn a_servo_is_quarantined_after_three_silent_cycles_and_comes_back() {
     let mut rig = following();
     in_turn(&mut rig, |rig, struck| {
         let missed: Vec<u64> =
@@ -106,7 +106,7 @@ fn a_servo_is_quarantined_after_three_silent_cycles_costs_no_other_a_reading_and
 }
 
 #[test]
-fn a_servo_whose_clock_stands_still_is_quarantined_after_25_readings_and_costs_no_other_one() {
+fn a_servo_with_a_stopped_clock_is_quarantined_after_25_readings() {
     let mut rig = following();
     in_turn(&mut rig, |rig, struck| {
         let verdict = stopped_clocks(rig, struck);
@@ -140,7 +140,7 @@ fn stopped_clocks(rig: &mut Rig, struck: &[usize]) -> Verdict {
 }
 
 #[test]
-fn an_answer_to_an_earlier_question_is_counted_and_never_believed() {
+fn a_reply_to_an_earlier_request_is_counted_and_never_used() {
     let mut rig = following();
     // Three cycles later an answer of the same length is expected.
     for late in ["by=3ms", "by=10ms", "by=12ms"] {

@@ -10,7 +10,7 @@ fn all() -> std::ops::Range<usize> {
 }
 
 #[test]
-fn watchdogs_that_tripped_are_found_within_half_a_second_and_all_joints_go_on() {
+fn tripped_watchdogs_are_found_within_half_a_second_and_all_joints_continue() {
     let mut rig = following();
     // The whole machine stalled: no servo received an instruction for longer than 200 ms.
     rig.now += Duration::from_millis(300);
@@ -37,7 +37,7 @@ fn watchdogs_that_tripped_are_found_within_half_a_second_and_all_joints_go_on() 
 }
 
 #[test]
-fn without_a_commander_all_joints_hold_after_200_ms_let_go_5_s_later_and_come_back_for_another() {
+fn without_a_commander_joints_hold_first_and_release_5_s_later() {
     let mut rig = following();
     rig.share = -rig.share;
     for _ in 0..20 {
@@ -76,7 +76,7 @@ fn hang_up(rig: &mut Rig, bus: usize) -> (Vec<usize>, Vec<usize>) {
 }
 
 #[test]
-fn a_line_that_hangs_up_stops_the_body_at_once_and_it_goes_on_when_the_line_is_back() {
+fn a_lost_line_stops_the_body_at_once_until_it_is_back() {
     for bus in 0..5 {
         let mut rig = following();
         rig.share = -rig.share;
@@ -123,7 +123,7 @@ fn emergency(rig: &mut Rig, struck: &[usize]) -> Verdict {
 }
 
 #[test]
-fn an_emergency_stop_takes_every_torque_at_once_and_is_confirmed_by_each_servo_that_can_within_two_cycles() {
+fn an_emergency_stop_is_confirmed_by_every_reachable_servo_within_two_cycles() {
     let mut rig = following();
     in_turn(&mut rig, |rig, struck| {
         let verdict = emergency(rig, struck);
@@ -134,7 +134,7 @@ fn an_emergency_stop_takes_every_torque_at_once_and_is_confirmed_by_each_servo_t
 }
 
 #[test]
-fn an_emergency_stop_reaches_every_other_bus_while_one_hangs_up_and_that_one_once_it_is_back() {
+fn an_emergency_stop_reaches_all_buses_and_a_lost_one_later() {
     for bus in 0..5 {
         let mut rig = following();
         let (lost, others) = hang_up(&mut rig, bus);

@@ -65,7 +65,7 @@ fn refused(rig: &mut Rig, struck: &[usize], fault: Fault) -> Verdict {
 }
 
 #[test]
-fn a_servo_that_refuses_an_instruction_gets_no_torque_and_is_not_told_again() {
+fn a_servo_that_refuses_an_instruction_gets_no_torque_and_no_retry() {
     let mut rig = following();
     type Provoke = fn(&mut Rig, &[usize]);
     // Limits changed by another program are detected when torque is found off, and corrected.

@@ -38,7 +38,7 @@ fn holds_its_group(rig: &Rig, joint: usize, struck: &[usize]) -> bool {
 }
 
 #[test]
-fn an_alert_is_read_in_its_cycle_stops_its_group_takes_its_torque_and_is_rebooted_where_that_is_wanted() {
+fn an_alert_stops_its_group_in_its_cycle_and_reboots_as_configured() {
     for (kind, bit) in [("overload", 1 << 5), ("alert", 1)] {
         let mut rig = following_as(|robot| robot.leo.motor.on_alert = OnAlert::Reboot);
         in_turn(&mut rig, |rig, struck| {
@@ -67,7 +67,7 @@ fn an_alert_is_read_in_its_cycle_stops_its_group_takes_its_torque_and_is_reboote
 }
 
 #[test]
-fn an_alert_stays_until_a_person_has_looked_where_no_reboot_is_wanted() {
+fn without_a_reboot_an_alert_stays_until_it_is_acknowledged() {
     let mut rig = following();
     let struck: Vec<usize> = (0..65).filter(|joint| joint % 4 == 0).collect();
     rig.inject("overload", &struck, "at=0s");
@@ -94,7 +94,7 @@ fn an_alert_stays_until_a_person_has_looked_where_no_reboot_is_wanted() {
 }
 
 #[test]
-fn a_servo_that_lost_its_memory_in_a_moment_is_noticed_in_two_cycles_and_holds_its_group_until_it_is_up() {
+fn a_servo_that_lost_its_settings_is_found_in_two_cycles() {
     let mut rig = following();
     in_turn(&mut rig, |rig, struck| {
         let before = counted(rig, RESTARTS);
@@ -110,7 +110,7 @@ fn a_servo_that_lost_its_memory_in_a_moment_is_noticed_in_two_cycles_and_holds_i
 }
 
 #[test]
-fn a_servo_that_rebooted_or_lost_its_power_holds_its_group_once_it_is_back_until_it_is_up() {
+fn a_restarted_servo_holds_its_group_until_it_is_up() {
     let mut rig = following();
     for (kind, more) in [("reboot", "at=0s"), ("brown-out", "at=0s for=150ms")] {
         in_turn(&mut rig, |rig, struck| {
@@ -136,7 +136,7 @@ fn a_servo_that_rebooted_or_lost_its_power_holds_its_group_once_it_is_back_until
 }
 
 #[test]
-fn two_servos_of_one_identifier_cost_their_bus_its_torque_and_are_named() {
+fn two_servos_of_one_identifier_switch_off_their_bus_and_are_named() {
     let mut rig = following();
     in_turn(&mut rig, |rig, struck| {
         let verdict = duplicated(rig, struck);
@@ -220,14 +220,14 @@ fn spared(worsen: impl Fn(&mut servo::mock::Servo), mend: impl Fn(&mut servo::mo
 }
 
 #[test]
-fn a_servo_that_gets_hot_is_seen_within_half_a_second_and_spared_before_it_trips() {
+fn a_hot_servo_is_slowed_down_before_it_trips() {
     // Seven degrees below its limit a servo has half of its speed.
     let limit = |servo: &servo::mock::Servo| f64::from(servo.read(TEMPERATURE_LIMIT.address, 1).unwrap()[0]);
     spared(|servo| servo.set_temperature(limit(servo) - 7.0), |servo| servo.set_temperature(30.0));
 }
 
 #[test]
-fn a_servo_that_is_short_of_voltage_is_seen_within_half_a_second_and_spared_before_it_trips() {
+fn a_servo_with_low_voltage_is_slowed_down_before_it_trips() {
     let least =
         |servo: &servo::mock::Servo| f64::from(servo.read(MIN_VOLTAGE_LIMIT.address, 1).unwrap()[0]) / 10.0;
     let nominal = |servo: &servo::mock::Servo| servo.model().nominal_volts();
