@@ -37,7 +37,7 @@ pub(crate) struct Arm {
     /// The robot, where several run
     #[arg(long, value_name = "DIRECTORY")]
     domain: Option<PathBuf>,
-    /// Unlock joints too: a person has looked at the cause of each and removed it
+    /// Unlock joints too: a person has found the cause of each lock and removed it
     #[arg(long)]
     acknowledge: bool,
     /// The robot's leo.toml, for the names of its joints [default: built in]

@@ -31,19 +31,19 @@ pub(crate) struct Replay {
     /// The recording
     #[arg(value_name = "FILE")]
     file: PathBuf,
-    /// Keep to this multiple of real time, and tell what happens [default: as fast as it goes]
+    /// Replay at this multiple of real time, and print what happens [default: as fast as possible]
     #[arg(long, value_name = "TIMES", value_parser = speed, allow_hyphen_values = true)]
     speed: Option<f64>,
-    /// Compare and tell only what comes after so many seconds; what comes before is played all the same
+    /// Compare and print only what comes after this many seconds; the part before is replayed too
     #[arg(long, value_name = "SECONDS", value_parser = seconds::parse, allow_hyphen_values = true)]
     from: Option<Duration>,
-    /// End after so many seconds of the recording
+    /// End after this many seconds of the recording
     #[arg(long, value_name = "SECONDS", value_parser = seconds::parse, allow_hyphen_values = true)]
     to: Option<Duration>,
-    /// Record what is played, and what the processes make of it now
+    /// Record the replayed frames and the new output of the processes
     #[arg(long, value_name = "FILE")]
     record: Option<PathBuf>,
-    /// Write over a file that is there
+    /// Overwrite an existing file
     #[arg(long, requires = "record")]
     overwrite: bool,
 }

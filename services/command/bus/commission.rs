@@ -21,10 +21,10 @@ use super::{CommandError, output};
 
 #[derive(Args, Clone, Debug)]
 pub(super) struct Commission {
-    /// Run the trials that need no person, and ask nothing: torque comes on and joints move
+    /// Run the trials that need no person, without questions: torque comes on and joints move
     #[arg(long)]
     yes: bool,
-    /// Only this trial; may be said several times
+    /// Only this trial; may be repeated
     #[arg(long, value_name = "TRIAL")]
     only: Vec<String>,
     /// The folder of the report, a new file named by the date
