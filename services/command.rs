@@ -110,9 +110,9 @@ struct BenchEcho {
 
 #[derive(Args, Clone, Debug)]
 #[command(
-    after_help = "Example:\n  leo run --lesson config/lessons/task1.toml --for 60\n\nThe first line is the address of \
-                        the page, with the token that lets you in. Everybody who reaches the page may stop the robot, \
-                        without the token: curl -X POST http://127.0.0.1:7780/stop"
+    after_help = "Example:\n  leo run --lesson config/lessons/task1.toml --for 60\n\nThe first line is the address \
+                  of the page, with its access token. Stopping the robot needs no token: curl -X POST \
+                  http://127.0.0.1:7780/stop"
 )]
 struct Run {
     /// The robot's leo.toml; the files beside it are read too [default: built in]
@@ -275,7 +275,7 @@ fn lesson_text(file: &Path, settings: &Settings) -> Result<String, Failure> {
 fn warn_missing_needs(file: &Path, lesson: &Lesson, settings: &Settings) {
     if let Some(lacking) = lesson.needs.lacking(settings) {
         let file = file.display();
-        tracing::warn!("{file}: to see what this lesson is about, set {lacking} in leo.toml (--config FILE)");
+        tracing::warn!("{file}: this lesson needs {lacking} in leo.toml (--config FILE)");
     }
 }
 
@@ -299,15 +299,15 @@ impl Teach {
             [] => None,
             whose if !whose.contains(&Whose::Robot) => {
                 return Err(CommandError::usage(
-                    "--perspective human: the robot's own perspective cannot be left out, because all others \
-                     are made from it; say `--perspective human,robot`",
+                    "--perspective human: the robot's own perspective cannot be left out, because all others are \
+                     derived from it; use `--perspective human,robot`",
                 ));
             }
             whose => Some(u32::from(whose.contains(&Whose::Human))),
         };
         if self.record.is_some() && self.lessons.len() > 1 {
             return Err(CommandError::usage(
-                "--record holds one lesson: teach them one by one, each with its file",
+                "--record takes one lesson: teach the lessons one by one, each with its own file",
             ));
         }
         let mut lessons = Vec::new();
@@ -392,7 +392,7 @@ fn check_can_teach(robot: &Robot, config: Option<&Path>) -> Result<usize, Failur
     let simulator = robot.leo.sensor.simulator().map(usize::from);
     simulator.ok_or_else(|| {
         CommandError::usage(
-            "a lesson is played by the simulator, and no [[sensor.source]] of leo.toml is of the kind \
+            "a lesson needs the simulator, and no [[sensor.source]] of leo.toml is of the kind \
              \"simulator\"",
         )
     })

@@ -178,9 +178,7 @@ impl Bus {
             }
             BusCommand::Write { words, id, raw } => match Target::split(*id, words) {
                 (target, [item, value]) => write::write(&place, &target, item, value, &care(*raw)),
-                _ => {
-                    Err(CommandError::usage("say which item and which value: leo bus write JOINT ITEM VALUE"))
-                }
+                _ => Err(CommandError::usage("name the item and the value: leo bus write JOINT ITEM VALUE")),
             },
             BusCommand::Torque { to, target, raw } => torque::torque(&place, target, to == "on", &care(*raw)),
             BusCommand::Commission(commission) => commission.run(&place, &robot),
@@ -209,7 +207,7 @@ fn confirm(yes: bool, what: &str) -> Result<(), CommandError> {
         return Ok(());
     }
     if !std::io::stdin().is_terminal() {
-        return Err(CommandError::usage(format!("{what}: say --yes if that is meant")));
+        return Err(CommandError::usage(format!("{what}: confirm with --yes")));
     }
     output::print(&format!("{what}. Go on? [y/N] "))?;
     let answer = output::answer()?.unwrap_or_default();
@@ -260,7 +258,7 @@ fn reboot(place: &BusSelection<'_>, target: &Target) -> Result<ExitCode, Command
     if line.ping(joint.id)?.is_none() {
         return Err(CommandError::runtime(format!("{joint} has not come back after a reboot")));
     }
-    output::print(&format!("{joint} began anew\n"))?;
+    output::print(&format!("{joint} has rebooted\n"))?;
     tell_alert(&mut line, joint.id)?;
     Ok(ExitCode::SUCCESS)
 }
@@ -333,6 +331,6 @@ fn entry(model: Model, item: &str) -> Result<Entry, CommandError> {
         } else {
             near.join(", ")
         };
-        CommandError::usage(format!("`{item}` is no item of an {}: {hint}", model.name()))
+        CommandError::usage(format!("`{item}` is not an item of an {}: {hint}", model.name()))
     })
 }

@@ -117,7 +117,7 @@ fn request_dump(domain: &Domain) -> Result<ExitCode, CommandError> {
     }
     black_box::ask(root, &word).map_err(|error| {
         failed(if error.kind() == ErrorKind::AlreadyExists {
-            "somebody else has just asked: ask again".to_owned()
+            "another request is pending: try again".to_owned()
         } else {
             format!("{error}; is the robot another user's?")
         })
@@ -132,7 +132,7 @@ fn request_dump(domain: &Domain) -> Result<ExitCode, CommandError> {
             // Remove the request, so that it is not served later.
             let _withdrawn = black_box::asked(root);
             return Err(failed(
-                "the robot did not answer: was its console process replaced? ask again".to_owned(),
+                "the robot did not answer: was its console process restarted? try again".to_owned(),
             ));
         }
         clock::sleep_until(clock::now() + POLL_INTERVAL);

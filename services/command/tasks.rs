@@ -129,7 +129,7 @@ impl Tasks {
                 let task = memory.task(name)?.clone();
                 if !memory.memory.forget(name).map_err(CommandError::runtime)? {
                     return Err(CommandError::runtime(format!(
-                        "somebody else has just forgotten \"{}\"",
+                        "another command has just forgotten \"{}\"",
                         task.name
                     )));
                 }

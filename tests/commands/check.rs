@@ -69,10 +69,10 @@ fn an_old_configuration_is_brought_forward_once_and_kept_as_it_was() {
     let told = check(&["--config", &config, "--migrate"]);
     assert_eq!(told.status, Some(0), "{told:?}");
     assert!(
-        told.out.contains("leo.toml was migrated; as it was: ") && told.out.contains("noise = 0.0"),
+        told.out.contains("leo.toml was migrated; the original: ") && told.out.contains("noise = 0.0"),
         "{told:?}"
     );
-    assert!(told.out.contains("nothing was learned in "), "{told:?}");
+    assert!(told.out.contains("no learned tasks in "), "{told:?}");
     assert_eq!(read(&format!("{config}.old")), old);
     assert!(!Path::new(&format!("{config}.new")).exists());
     let new = read(&config);
@@ -107,7 +107,7 @@ fn what_was_learned_is_brought_forward_where_it_is_and_nowhere_else_and_not_whil
     let nowhere = files.path().join("nowhere");
     let migrate = |state: &Path| check(&["--migrate", "--state", state.to_str().expect("letters")]);
     let told = migrate(&nowhere);
-    assert!(told.status == Some(0) && told.out.contains("nothing was learned in "), "{told:?}");
+    assert!(told.status == Some(0) && told.out.contains("no learned tasks in "), "{told:?}");
     assert!(!nowhere.exists(), "a look makes nothing");
 
     let state = files.path().join("state");
@@ -122,7 +122,7 @@ fn what_was_learned_is_brought_forward_where_it_is_and_nowhere_else_and_not_whil
     fs::create_dir(&state).expect("makes");
     fs::copy("shared/store/tests/version_1.redb", state.join("learned.redb")).expect("copies");
     let told = migrate(&state);
-    assert!(told.status == Some(0) && told.out.contains("was migrated; as it was: "), "{told:?}");
+    assert!(told.status == Some(0) && told.out.contains("was migrated; the original: "), "{told:?}");
     assert!(told.out.contains("old/learned.v1.redb") && state.join("learned.v1.redb").exists(), "{told:?}");
     fs::write(state.join("learned.copy.store"), "nonsense").expect("writes");
     let told = migrate(&state);
@@ -220,7 +220,7 @@ fn a_check_says_of_which_version_what_was_learned_is_and_changes_nothing() {
     };
     let (status, none) = learned();
     assert!(status == Some(0) && none.starts_with("good "), "{none}");
-    assert!(none.contains("nothing was learned in ") && !state.exists(), "{none}");
+    assert!(none.contains("no learned tasks in ") && !state.exists(), "{none}");
 
     let file = process::state::learned(&state);
     let memory = learner_process::Memory::open(&file).expect("is made");

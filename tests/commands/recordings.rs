@@ -77,7 +77,7 @@ fn what_cannot_be_recorded_or_replayed_is_refused() {
     assert_refused(&run_leo(&["replay", &text]), 2, &["notes.txt is no recording of Leo", "leo teach"]);
     assert_refused(&run_leo(&["replay", "/nowhere/x.mcap"]), 2, &["/nowhere/x.mcap"]);
     let both = ["teach", &lesson, &lesson, "--record", "x.mcap"];
-    assert_refused(&run_leo(&both), 2, &["--record holds one lesson"]);
+    assert_refused(&run_leo(&both), 2, &["--record takes one lesson"]);
     assert_refused(&run_leo(&["teach", &lesson, "--record", "/nowhere/x.mcap"]), 1, &["/nowhere/x.mcap"]);
     // The disk is full from the first byte on.
     assert_refused(

@@ -33,7 +33,7 @@ fn task(lesson: &str, change: Option<(&str, &str)>) -> Value {
     let robot = config::Robot::load(config.as_deref().map(std::path::Path::new)).expect("a configuration");
     let needs = config::lesson::Lesson::load(lesson.as_ref()).expect("a lesson").needs;
     let says =
-        needs.lacking(&robot.leo).map_or_else(String::new, |lacking| format!("set {lacking} in leo.toml"));
+        needs.lacking(&robot.leo).map_or_else(String::new, |lacking| format!("needs {lacking} in leo.toml"));
     assert!(told.status == Some(0) && told.err.contains(&says), "{told:?}");
     assert!(!says.is_empty() || told.err.is_empty(), "{told:?}");
     let lessons: Value = serde_json::from_str(&told.out).expect("is JSON");

@@ -201,7 +201,7 @@ fn a_trial_is_skipped_only_when_the_person_says_so() {
     assert!(status == Some(2) && said.contains("--yes runs the trials that need no person"), "{said}");
     let (status, said) = run(&mock, folder.path(), &["--only", "dance"]);
     assert!(
-        status == Some(2) && said.contains("there is no trial `dance`: say one of identity, firmware"),
+        status == Some(2) && said.contains("there is no trial `dance`: use one of identity, firmware"),
         "{said}"
     );
     let (status, said) = run(&mock, folder.path(), &["--yes", "--only", "unplug"]);

@@ -34,7 +34,8 @@ pub(super) fn write(
     if moves(&entry) && entry.item != table::TORQUE_ENABLE && entry.bytes(count).is_some() {
         if !care.raw {
             return Err(CommandError::usage(format!(
-                "{entry} moves the servo past every limit of its joint: say `leo bus write JOINT goal_position 10deg`, or \
+                "{entry} moves the servo past every limit of its joint: use `leo bus write JOINT goal_position \
+                 10deg`, or \
                  --raw"
             )));
         }
@@ -151,7 +152,7 @@ pub(super) fn set(line: &mut Line, id: u8, item: &str, count: i64) -> Result<Exi
     })?;
     if ["id", "baud_rate"].contains(&entry.name) {
         return Err(CommandError::usage(
-            "say `leo bus set-id` or `leo bus set-baud`: they look whether it went well",
+            "use `leo bus set-id` or `leo bus set-baud`: they verify the result",
         ));
     }
     if entry.area() == Area::Eeprom {
