@@ -75,7 +75,9 @@ impl Replay {
         // Write only known file names.
         for file in FILES {
             let text = reader.files().get(file).ok_or_else(|| {
-                CommandError::usage(format!("{name} is no recording of Leo: its configuration lacks {file}"))
+                CommandError::usage(format!(
+                    "{name} is not a recording of Leo: its configuration lacks {file}"
+                ))
             })?;
             fs::write(folder.path().join(file), text).map_err(|error| {
                 CommandError::runtime(format!("cannot write the recorded configuration: {error}"))
@@ -129,7 +131,7 @@ impl Replay {
         if reader.is_cut() {
             let _ = writeln!(
                 text,
-                "the file ends in the middle, after {} bytes: what stands before was played",
+                "the file is truncated after {} bytes: the part before was replayed",
                 reader.bytes()
             );
         }

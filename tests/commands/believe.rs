@@ -192,9 +192,9 @@ fn whose_perspectives_there_are_is_as_told() {
     assert_eq!(perspectives("0"), (Some(1), 29 * 3));
     assert_eq!(perspectives("3"), (Some(4), 29 * 3));
     let told = run_leo(&["believe", MOVED, "--partners", "0"]);
-    assert!(
-        told.out.contains("observed, and not simulated: partner 1; for his beliefs too, give --partners 1\n")
-    );
+    assert!(told.out.contains(
+        "observed, and not simulated: partner 1; to simulate their beliefs too, give --partners 1\n"
+    ));
     // Nothing is reported about a partner who was never seen.
     let told = run_leo(&["believe", MOVED, "--partners", "2"]);
     assert!(
@@ -298,7 +298,7 @@ fn what_cannot_be_used_is_told_at_the_end_and_what_found_no_room_too() {
     for line in [
         "1 observations refused: `position_m` must be finite and within 1000 m (the first: line 2)\n",
         "1 observations refused: `at_ns` must be later than in the frame before of the same source (the first: line 3)\n",
-        "6 observations found no room: raise buffers.objects in leo.toml\n",
+        "6 observations did not fit: raise buffers.objects in leo.toml\n",
         "the trace ends in the middle of a frame: it was read up to there\n",
     ] {
         assert!(told.out.contains(line), "{line} is not in\n{}", told.out);
@@ -318,7 +318,8 @@ fn beliefs_that_found_no_room_are_told_of_whose_they_are() {
     assert_eq!((told.status, told.err.as_str()), (Some(0), ""), "{told:?}");
     let line = "Leo believes in 64 things\n";
     assert!(told.out.contains(line), "{line} is not in\n{}", told.out);
-    let line = "  16 observations, beliefs or occluders found no room: raise buffers.objects in leo.toml, or occluders.most in perspective.toml\n";
+    let line = "  16 observations, beliefs or occluders did not fit: raise buffers.objects in leo.toml, or \
+                occluders.most in perspective.toml\n";
     assert!(told.out.contains(line), "{line} is not in\n{}", told.out);
 }
 

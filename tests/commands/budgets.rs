@@ -150,7 +150,7 @@ fn a_line_or_a_file_of_a_gigabyte_is_refused_by_every_command_that_reads_one() {
         (&["believe", "config/traces/moved.jsonl", "--config", &long], whole),
         (&["record", "a.mcap", "--config", &long], whole),
         (&["record", "a.mcap", "--lesson", &long], whole),
-        (&["replay", &long], "is no recording of Leo"),
+        (&["replay", &long], "is not a recording of Leo"),
         (&["tasks", "import", &long], "is longer than 256 MiB"),
         (&["arm", "--config", &long], whole),
         (&["bus", "scan", "--config", &long], whole),
@@ -193,7 +193,7 @@ fn a_chunk_without_a_check_sum_is_said_and_refused_where_bits_are_compared() {
     let mut bytes = fs::read(&recording).expect("reads");
     assert!(without_check_sums(&mut bytes) > 1);
     fs::write(&recording, &bytes).expect("writes");
-    let words = [&recording, "no check sum", "nothing is compared", "record it anew"];
+    let words = [&recording, "no check sum", "nothing is compared", "record again"];
     assert_refused(&run_leo(&["replay", &recording]), 2, &words.map(|word| -> &str { word }));
 }
 

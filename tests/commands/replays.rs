@@ -210,7 +210,7 @@ fn a_recording_is_the_same_bytes_every_time_and_every_difference_of_a_replay_is_
     fs::write(&wrong, &bytes[..bytes.len() * 2 / 3]).expect("writes");
     let told = run_leo(&["replay", &wrong]);
     assert_eq!((told.status, told.err.as_str()), (Some(0), ""), "{told:?}");
-    assert!(told.out.contains("the file ends in the middle, after "), "{told:?}");
+    assert!(told.out.contains("the file is truncated after "), "{told:?}");
     assert!(equal(&told, "leo/beliefs/0").is_some_and(|frames| frames > 500), "{told:?}");
 }
 

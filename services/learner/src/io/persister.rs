@@ -30,7 +30,7 @@ pub(crate) struct Persister<E> {
 
 /// The error when the thread has ended, which only happens after a panic: nothing more is stored.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
-#[error("the thread that makes what was learned durable ended")]
+#[error("the thread that saves learned tasks ended")]
 pub(crate) struct PersisterEndedError;
 
 impl<E: Send + 'static> Persister<E> {
