@@ -96,7 +96,7 @@ fn task_1_is_performed_as_the_teacher_or_as_leo_saw_it_and_the_conflict_is_said(
 }
 
 #[test]
-fn what_the_teacher_knew_and_left_out_is_asked_before_anybody_is_followed() {
+fn known_objects_left_out_by_the_teacher_are_asked_about_first() {
     let files = tempfile::tempdir().expect("a folder");
     let lesson = |answer| write(&files, "lesson.toml", &with_a_slip(answer));
     // Under the first policy the teacher is followed before they answer.

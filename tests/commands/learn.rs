@@ -103,7 +103,7 @@ fn every_run_says_the_same_and_people_are_told_what_was_learned() {
 }
 
 #[test]
-fn a_line_that_is_wrong_is_named_with_its_field_and_nothing_is_learned() {
+fn an_invalid_line_is_named_with_its_field() {
     let files = tempfile::tempdir().expect("a folder");
     let good = format!(
         r#"{{"perspectives": [{{"before": [{RED}], "changed": [{{"id": 1, "states": {{"marked": true}}}}]}}]}}"#

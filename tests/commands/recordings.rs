@@ -36,7 +36,7 @@ pub(crate) fn equal(told: &CommandOutput, buffer: &str) -> Option<usize> {
 }
 
 #[test]
-fn a_recording_of_a_robot_with_an_older_configuration_is_replayed_all_the_same() {
+fn a_recording_with_an_older_configuration_is_replayed() {
     let folder = tempfile::tempdir().expect("a folder");
     let (lesson, new) = (write(&folder, "short.toml", &short_lesson()), file(&folder, "new.mcap"));
     recorded(&lesson, &new);
@@ -149,7 +149,7 @@ const ONTO_A_SMALL_DISK: &str = "mount -t tmpfs -o size=40m tmpfs \"$1\" || exit
     cp \"$1/full.mcap\" \"$2\"; exit $status";
 
 #[test]
-fn a_disk_without_room_ends_the_recording_with_one_error_and_not_the_robot_and_some_is_left() {
+fn a_full_disk_ends_only_the_recording_and_leaves_free_space() {
     let folder = tempfile::tempdir().expect("a folder");
     let Robot(robot, domain) = robot();
     let [disk, copy] = ["disk", "copy.mcap"].map(|name| file(&folder, name));
@@ -330,7 +330,7 @@ fn a_process_records_and_goes_on() {
 }
 
 #[test]
-fn a_recording_takes_no_file_away_and_follows_no_link_unless_that_is_asked_for() {
+fn a_recording_overwrites_no_file_and_follows_no_link_by_default() {
     let folder = tempfile::tempdir().expect("a folder");
     let lesson = write(&folder, "short.toml", &short_lesson());
     let [theirs, link] = ["theirs.mcap", "link.mcap"].map(|name| file(&folder, name));

@@ -65,7 +65,7 @@ fn a_teacher_at_the_side_sees_a_quarter_turned() {
 }
 
 #[test]
-fn what_happened_behind_the_teachers_back_is_no_part_of_what_he_means() {
+fn changes_behind_the_teachers_back_are_not_part_of_the_rule() {
     let [rule, why, done] = taught("config/lessons/behind_his_back.toml", None);
     assert_eq!(rule, "all");
     assert_eq!(

@@ -124,7 +124,7 @@ fn says(text: &str, words: &[&str]) -> bool {
 }
 
 #[test]
-fn a_damaged_store_is_told_with_what_is_lost_and_what_was_asked_is_done_with_the_rest() {
+fn a_damaged_store_reports_losses_and_serves_the_rest() {
     let files = tempfile::tempdir().expect("a folder");
     let state = files.path().join("state");
     let ask = |arguments: &[&str]| {
@@ -188,7 +188,7 @@ fn a_damaged_store_is_told_with_what_is_lost_and_what_was_asked_is_done_with_the
 }
 
 #[test]
-fn a_store_that_another_leo_has_open_or_wrote_is_refused_with_what_to_do() {
+fn a_locked_or_newer_store_is_refused_with_a_remedy() {
     let files = tempfile::tempdir().expect("a folder");
     let state = files.path().join("state");
     let list = || run_leo(&["tasks", "list", "--state", state.to_str().expect("letters")]);

@@ -68,7 +68,7 @@ fn vanishing() -> String {
 }
 
 #[test]
-fn what_vanishes_during_a_showing_is_said_and_what_is_left_is_learned_from() {
+fn a_vanished_object_is_reported_and_the_rest_is_learned() {
     let files = tempfile::tempdir().expect("a folder");
     write(&files, "vanishing.jsonl", &vanishing());
     let source = "\n[[sensor.source]]\nname = \"camera\"\nkind = \"trace\"\nfile = \"vanishing.jsonl\"\n";

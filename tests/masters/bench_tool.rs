@@ -162,7 +162,7 @@ fn an_alert_is_shown_and_a_reboot_clears_it() {
 }
 
 #[test]
-fn a_servo_gets_another_id_and_another_speed_and_only_when_that_is_meant() {
+fn a_servo_changes_id_and_speed_only_with_confirmation() {
     let mock = MockBus::start(&[]);
     refused(&mock, &["set-id", "--id", "7", "--to", "6", "--yes"], (1, "a servo answers to id 6 already"));
     refused(&mock, &["set-id", "--id", "7", "--to", "77"], (2, "confirm with --yes"));
@@ -177,7 +177,7 @@ fn a_servo_gets_another_id_and_another_speed_and_only_when_that_is_meant() {
 }
 
 #[test]
-fn what_cannot_be_meant_is_refused_with_what_could_be() {
+fn impossible_arguments_are_refused_with_alternatives() {
     let mock = MockBus::start(&[]);
     refused(&mock, &["read", "--id", "1", "goal_positon"], (2, "goal_"));
     refused(&mock, &["read", "nose_joint"], (2, "there is no joint `nose_joint`"));

@@ -41,7 +41,7 @@ fn trips(mock: &MockBus) -> bool {
 }
 
 #[test]
-fn a_joint_is_moved_in_its_own_frame_slowly_and_never_past_its_limits() {
+fn a_joint_moves_slowly_within_its_limits_in_its_own_frame() {
     let mock = MockBus::start(&[]);
     let folder = turned();
     let leo = folder.path().join("leo.toml");

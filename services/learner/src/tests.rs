@@ -380,7 +380,7 @@ fn questions_are_answered() {
 }
 
 #[test]
-fn what_is_hidden_beside_one_of_its_kind_is_not_taken_for_known() {
+fn a_hidden_object_beside_a_similar_one_is_not_known() {
     let mut run = Run::new(1, Vec::new());
     run.table.borrow_mut().lay(&["blue", "blue"], Some(1));
     let [x, y, z] = run.table.borrow().things[0].place_m;

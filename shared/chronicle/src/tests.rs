@@ -119,7 +119,7 @@ fn a_thing_that_moves_is_told_of_once_it_rests() {
 }
 
 #[test]
-fn where_a_partner_is_at_odds_with_the_robot_and_where_no_longer_is_told() {
+fn divergences_and_their_ends_are_reported() {
     let mut story = Story::new();
     let (red, seen) = ((4, HERE, 0, Some(1.0), NOBODY), (7, from_there(HERE), 0, Some(1.0), NOBODY));
     assert!(story.instant(0, &[red], None).ends_with("partner 1  does not know of Leo's 4\n"));

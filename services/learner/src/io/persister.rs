@@ -174,7 +174,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_under_way_or_owed_is_durable_when_the_keeper_is_gone() {
+    fn pending_examples_are_durable_when_the_persister_ends() {
         let (done, count) = unbounded();
         let mut tries = 0;
         let keep = move |kept: &Kept| {

@@ -353,7 +353,7 @@ mod tests {
     }
 
     #[test]
-    fn what_cannot_be_kept_is_not_said_to_be() {
+    fn an_unsaved_example_is_not_reported_as_saved() {
         let folder = tempfile::tempdir().unwrap();
         let _another = Memory::open(&state::learned(folder.path())).unwrap();
         let Ok((place, known, _)) = remembered(Some(folder.path())) else { panic!("it begins all the same") };

@@ -59,7 +59,7 @@ fn what_was_asked_for_before_stop_is_not_begun_after_it() {
 }
 
 #[test]
-fn what_was_taught_before_stop_counts_and_the_task_asked_for_may_be_corrected() {
+fn demonstrations_before_stop_count_and_the_requested_task_may_be_corrected() {
     let mut run = Run::new(1, Vec::new());
     run.teach();
     run.lay_anew(&["red", "green"], None);

@@ -38,7 +38,7 @@ fn showings_that_contradict_each_other_are_told_so_and_all_are_kept() {
 }
 
 #[test]
-fn leo_asks_about_what_speaks_against_the_rule_and_about_each_kind_once() {
+fn leo_asks_about_counter_examples_once_per_kind() {
     let mut run = Run::new(1, Vec::new());
     fill_one(&mut run, &["red", "green"], 0);
     fill_one(&mut run, &["red", "green", "yellow"], 1);
@@ -78,7 +78,7 @@ fn counter_example_is_asked_about_without_informative_query() {
 }
 
 #[test]
-fn a_task_that_is_taught_again_has_one_more_example_and_leo_says_so() {
+fn teaching_a_task_again_adds_an_example_and_reports_it() {
     let mut run = Run::new(1, Vec::new());
     fill_one(&mut run, &["red", "green"], 0);
     run.say("Leo, I can teach you to do TASK 1!");
@@ -135,7 +135,7 @@ fn a_thousand_showings_are_learned_from() {
 }
 
 #[test]
-fn a_showing_counts_only_where_its_beginning_and_its_end_are_heard_in_time() {
+fn a_demonstration_counts_only_with_timely_start_and_end() {
     let (soon, late) = (Duration::from_millis(800), Duration::from_millis(1200));
     let mut run = Run::new(1, Vec::new());
     run.lay_anew(&["red", "green"], None);

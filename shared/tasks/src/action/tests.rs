@@ -175,7 +175,7 @@ fn what_is_let_go_for_a_moment_was_not_put_down() {
 }
 
 #[test]
-fn what_passes_from_hand_to_hand_is_an_act_of_the_giver_and_then_one_of_the_taker() {
+fn a_hand_over_is_an_act_of_the_giver_then_the_taker() {
     let script: Script = |frame| match frame {
         0..200 => (0.1, NOBODY),
         200..300 => (f64::from(frame - 200).mul_add(0.002, 0.1), 1),

@@ -49,7 +49,7 @@ fn one_marked() -> View {
 }
 
 #[test]
-fn what_is_asked_next_divides_what_is_left_and_is_said_in_words() {
+fn the_next_question_splits_the_remaining_hypotheses_and_has_words() {
     for settings in [Settings::default(), extended(), slipping(0.05)] {
         let mut learning = Learning::new(&language(), &settings);
         learning.add(&one_marked());
