@@ -327,7 +327,7 @@ fn entry(model: Model, item: &str) -> Result<Entry, CommandError> {
             table::entries(model).map(|entry| entry.to_string()).filter(|name| value::is_similar(name, item));
         let near: Vec<_> = near.take(4).collect();
         let hint = if near.is_empty() {
-            "`leo bus read` without an item names all".to_owned()
+            "`leo bus read` without an item lists all".to_owned()
         } else {
             near.join(", ")
         };

@@ -240,7 +240,7 @@ impl OpenMemory {
         let known = exported.tasks.iter().find(|task| self.task(&task.name).is_ok());
         if let Some(known) = known.filter(|_| !replace) {
             return Err(CommandError::usage(format!(
-                "Leo knows \"{}\" already, and took nothing in: forget it first, or say --replace",
+                "Leo knows \"{}\" already, and imported nothing: forget it first, or use --replace",
                 known.name
             )));
         }
@@ -252,7 +252,7 @@ impl OpenMemory {
             keys.iter().enumerate().find(|(index, key)| keys.iter().take(*index).any(|other| other == *key));
         if let Some((index, _)) = twice {
             return Err(CommandError::usage(format!(
-                "{at}: task {} has the name of one before it; nothing was taken in",
+                "{at}: task {} has the name of an earlier task; nothing was imported",
                 index + 1
             )));
         }

@@ -177,11 +177,7 @@ fn examples_that_expand_too_much_are_refused_by_line() {
     let example = format!(r#"{{"perspectives":[{{"before":[{}],"changed":[]}}]}}"#, objects.join(","));
     let text = format!("{{\"leo_examples\":1}}\n{}", format!("{example}\n").repeat(20));
     let examples = write(&folder, "many.jsonl", &text);
-    assert_bounded(
-        &["learn", &examples],
-        Stdio::null(),
-        &[&examples, "line ", "of memory", "learn from fewer"],
-    );
+    assert_bounded(&["learn", &examples], Stdio::null(), &[&examples, "line ", "of memory", "use fewer"]);
 }
 
 #[test]

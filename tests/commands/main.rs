@@ -225,7 +225,7 @@ fn wrong_bodies() -> Vec<(&'static str, String, &'static [&'static str])> {
             changed("leo.urdf", "lower=\"-0.8\"", "lower=\"low\""),
             &["/leo.urdf: not a URDF: ", "invalid float"],
         ),
-        ("leo.urdf", String::new(), &["/leo.urdf: not a URDF: ", "mend it, or take it away"]),
+        ("leo.urdf", String::new(), &["/leo.urdf: not a URDF: ", "correct it, or remove it"]),
         ("motor.toml", crowded, &["/motor.toml: bus `torso` has 65 servos", "spread them over more buses"]),
     ]
 }

@@ -86,7 +86,7 @@ fn a_file_that_is_no_export_changes_nothing() {
     let mut twice = exported();
     let again = twice["tasks"][0].clone();
     twice["tasks"].as_array_mut().expect("a list").push(again);
-    assert_refused(&import(&twice.to_string()), 2, &["task 2 has the name of one before it"]);
+    assert_refused(&import(&twice.to_string()), 2, &["task 2 has the name of an earlier task"]);
     assert_refused(&run_leo(&["tasks", "import", "/nowhere.json", "--state", &state]), 2, &["/nowhere.json"]);
     assert_eq!(run_leo(&["tasks", "list", "--state", &state]).out, "Leo has learned nothing yet\n");
 }

@@ -110,8 +110,8 @@ fn go(
 /// The error for a joint beyond its limits, which is not moved.
 pub(super) fn beyond(joint: &Joint, present_rad: f64) -> String {
     format!(
-        "{} stands at {}, beyond its limits of {} to {}: with torque off, bring it back by hand, or look whether its horn \
-         slipped, its offset is wrong or servos were swapped",
+        "{} stands at {}, beyond its limits of {} to {}: with torque off, bring it back by hand, or check whether \
+         its horn slipped, its offset is wrong or servos were swapped",
         joint.name,
         angle(present_rad),
         angle(joint.min_rad),

@@ -67,7 +67,7 @@ fn downgrade_advice(file: &Path, at: &str) -> String {
     if kept.exists() {
         format!("{both_away} && cp -p {} {at}", kept.display())
     } else {
-        format!("install the Leo that wrote it, or begin anew: {both_away}")
+        format!("install the Leo that wrote it, or start afresh: {both_away}")
     }
 }
 
@@ -89,7 +89,7 @@ fn messages() -> Vec<Finding> {
         Err(other) => Finding::slower(
             about,
             other.to_string(),
-            "sudo systemctl restart leo, where it is the service's; else stop it and start it anew",
+            "sudo systemctl restart leo, if the service runs it; else stop and restart it",
         ),
     };
     robots.iter().map(of).collect()

@@ -124,7 +124,7 @@ impl Examples {
         let mut shown = Vec::new();
         let mut vocabulary = Vocabulary::default();
         let mut lines = Lines::new(from, "example", LONGEST_LINE);
-        let mut memory = Budget::memory("all examples are kept: learn from fewer of them");
+        let mut memory = Budget::memory("all examples are kept in memory: use fewer");
         let file = |source| ExamplesError::File { name: name.to_owned(), source };
         while lines.next_line().map_err(file)?.is_some() {
             let (bytes, line) = (lines.line(), lines.number());

@@ -78,7 +78,7 @@ pub(super) fn closing(examples: &Examples, conclusion: &Conclusion) -> String {
                 let examples = examples.shown.len();
                 let _ = writeln!(
                     text,
-                    "Nothing is left to ask about {} after {examples} examples.",
+                    "No question about {} remains after {examples} examples.",
                     expectation(goal)
                 );
             }

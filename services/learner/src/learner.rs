@@ -202,7 +202,7 @@ impl<B: Body> Learner<B> {
 
     fn believe(&mut self, now: Instant, input: &Input<'_>, output: &mut Output) {
         if self.views.update(now, input.beliefs) {
-            let text = "the belief process began anew: its objects have new identities";
+            let text = "the belief process was restarted: its objects have new identities";
             let task = self.teaching.as_ref().map_or("", |teaching| &teaching.recording.task);
             output.events.push(Event::new(EventKind::ContinuityBroken, task, text));
             if let Some(teaching) = &mut self.teaching {

@@ -56,7 +56,7 @@ fn of_each_showing_it_is_its_own_teachers_view_that_counts() {
         assert_eq!(run.texts(EventKind::RuleChosen), ["all", "all"], "{teachers:?}");
         let chosen = run.events.iter().filter(|event| event.kind() == Some(EventKind::RuleChosen));
         assert_eq!(chosen.map(|event| event.perspective).collect::<Vec<_>>(), teachers);
-        let told = ["you", "whoever showed it"].map(|who| {
+        let told = ["you", "the teacher who showed it"].map(|who| {
             format!("to me it looked like \"all but blue\", but {who} could not see the blue square")
         });
         assert_eq!(run.texts(EventKind::Explained), told);
