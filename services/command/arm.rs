@@ -296,7 +296,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_locked_is_named_with_its_cause_and_what_is_disarmed_is_counted_by_cause() {
+    fn locked_joints_are_named_with_causes_and_disarmed_joints_counted() {
         let licences = Licences::of(&[
             joint(0, JointLicence::Disarmed, JointCause::NotStarted),
             joint(1, JointLicence::Locked, JointCause::Blocked),

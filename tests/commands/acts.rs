@@ -26,7 +26,7 @@ fn a_placement_names_its_support_and_a_correction_is_another_act() {
 }
 
 #[test]
-fn what_is_handed_over_is_told_with_who_receives_it() {
+fn a_hand_over_is_reported_with_its_receiver() {
     let should = [
         "the teacher: yellow square moved",
         "the teacher: blue square handed to me",

@@ -221,7 +221,7 @@ fn nested_beliefs_are_reported_by_their_path() {
 }
 
 #[test]
-fn taken_at_its_word_the_paper_makes_one_belief_of_two_alike() {
+fn the_literal_paper_merges_two_similar_objects_into_one_belief() {
     let twin = r#"{"position_m": [0.6, 0.1, 0.03], "colour_rgb": [0.8, 0.05, 0.05]}"#;
     let frame = format!(r#"{{"at_ns": 1, "observations": [{twin}, {}]}}"#, twin.replace("0.1", "0.18"));
     let trace = format!("{HEADER}\n{frame}\n");

@@ -69,7 +69,7 @@ const SEEN: &str = "to me it looked like \"all but blue\", but you could not see
 const ASKED: &str = "Should a red square be filled, too?";
 
 #[test]
-fn task_1_is_performed_as_the_teacher_or_as_leo_saw_it_and_the_conflict_is_said() {
+fn task_1_is_performed_by_the_configured_view_with_the_conflict_reported() {
     let human = taught(TASK_1, "human");
     assert_eq!(human.outcome(), ["all", "human", "filled 5 of 5"]);
     assert_eq!(human.explanation, SEEN);

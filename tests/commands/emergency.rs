@@ -65,7 +65,7 @@ fn run(command: &mut Command) -> (Option<i32>, String, String) {
 }
 
 #[test]
-fn of_two_robots_the_one_is_stopped_though_the_other_cannot_be() {
+fn one_robot_is_stopped_although_the_other_cannot_be() {
     if !getuid().is_root() {
         eprintln!("SKIPPED: only root can become another user");
         return;
@@ -104,7 +104,7 @@ fn of_two_robots_the_one_is_stopped_though_the_other_cannot_be() {
 }
 
 #[test]
-fn a_stop_whose_reason_finds_no_room_is_raised_all_the_same() {
+fn a_stop_with_an_overlong_reason_is_still_raised() {
     let robot = Robot::of("stop-full");
     // A file size limit of 0 has the effect of a full file system.
     let script = "ulimit -f 0; trap '' XFSZ; exec \"$0\" emergency-stop --domain \"$1\"";

@@ -80,7 +80,7 @@ fn on_conflict_it_is_followed_or_asked_as_configured() {
 }
 
 #[test]
-fn what_is_asked_about_gets_a_probability_in_the_eyes_of_each() {
+fn a_question_gives_a_probability_for_each_perspective() {
     let document = document(&[]);
     let probability = |object: usize, answer: usize| {
         let pointer = format!("/examples/1/asked/{object}/answers/{answer}/probability");

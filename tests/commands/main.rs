@@ -264,7 +264,7 @@ fn bad_usage_is_told_with_what_to_do() {
 }
 
 #[test]
-fn a_memory_that_cannot_be_had_is_refused_before_anything_starts() {
+fn an_unavailable_memory_is_refused_before_anything_starts() {
     let (mut homeless, files) = leo(&["run", "--for", "1"]);
     homeless.env_remove("XDG_STATE_HOME");
     assert_refused(&Leo::start(homeless, files).end(), 2, &["HOME", "XDG_STATE_HOME"]);

@@ -76,7 +76,7 @@ fn changes_behind_the_teachers_back_are_not_part_of_the_rule() {
 }
 
 #[test]
-fn of_two_teachers_with_different_views_the_one_who_teaches_counts() {
+fn of_two_teachers_the_view_of_the_demonstrator_counts() {
     let lesson = "config/lessons/two_teachers.toml";
     let [rule, why, done] = taught(lesson, Some(("partners = 1 ", "partners = 2 ")));
     assert_eq!((rule.as_str(), done.as_str()), ("all", "filled 5 of 5"));

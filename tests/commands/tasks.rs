@@ -51,7 +51,7 @@ fn what_was_learned_is_listed_shown_exported_forgotten_and_imported() {
 }
 
 #[test]
-fn what_an_example_leaves_open_is_shown_as_a_question() {
+fn an_ambiguous_example_is_shown_as_a_question() {
     let files = tempfile::tempdir().expect("a folder");
     let state = files.path().join("state").display().to_string();
     let mut ambiguous = exported();
@@ -92,7 +92,7 @@ fn a_file_that_is_no_export_changes_nothing() {
 }
 
 #[test]
-fn what_an_older_leo_learned_is_taken_over_and_its_file_kept() {
+fn a_store_of_an_older_version_is_migrated_and_its_file_kept() {
     let files = tempfile::tempdir().expect("a folder");
     let state = files.path().join("state");
     fs::create_dir(&state).expect("makes");

@@ -41,7 +41,7 @@ fn a_terminal_that_is_closed_leaves_no_torque_on() {
 }
 
 #[test]
-fn a_person_who_presses_ctrl_c_twice_leaves_no_torque_on() {
+fn pressing_ctrl_c_twice_leaves_no_torque_on() {
     let rig = Rig::new("end-twice");
     let mut robot = rig.run();
     rig.follow();

@@ -92,7 +92,7 @@ fn torque_off_names_every_joint_that_does_not_confirm_it() {
 }
 
 #[test]
-fn what_goes_wrong_on_one_bus_keeps_torque_on_on_no_other() {
+fn a_fault_on_one_bus_keeps_torque_on_on_no_other() {
     let mock = MockBus::start(&[]);
     let hangs_up = serial::Pty::new(4_000_000).expect("there are pseudo-terminals");
     let dies_at = hangs_up.path().to_owned();

@@ -115,7 +115,7 @@ fn torque_comes_on_where_a_joint_stands_and_not_beyond_its_limits() {
 }
 
 #[test]
-fn what_moves_a_servo_past_its_limits_has_to_be_meant() {
+fn moving_a_servo_past_its_limits_needs_confirmation() {
     let mock = MockBus::start(&[]);
     for item in ["goal_velocity", "goal_pwm", "goal_current", "goal_position", "indirect_data_1"] {
         refused(

@@ -283,7 +283,7 @@ fn a_link_that_another_user_has_planted_is_not_followed() {
 }
 
 #[test]
-fn a_folder_of_another_user_is_refused_whoever_may_write_in_it() {
+fn a_folder_of_another_user_is_refused_whatever_its_mode() {
     if !is_root() {
         return;
     }
@@ -453,7 +453,7 @@ fn a_user_without_the_right_to_stop_learns_the_owner() {
 }
 
 #[test]
-fn what_another_users_robot_says_stands_under_its_own_name() {
+fn output_of_another_users_robot_is_listed_under_its_name() {
     if !is_root() {
         return;
     }

@@ -538,7 +538,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn as_it_comes_leo_learns_as_the_robot_of_the_paper_did() {
+    fn by_default_leo_learns_like_the_papers_robot() {
         let robot = config::Robot::load(None).unwrap();
         assert_eq!(learning(&robot.leo.learner), tasks::Settings::default());
     }

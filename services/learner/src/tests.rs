@@ -44,7 +44,7 @@ fn leo_learns_the_teachers_rule_explains_it_and_fills_every_hole() {
 }
 
 #[test]
-fn of_each_showing_it_is_its_own_teachers_view_that_counts() {
+fn each_demonstration_counts_in_its_own_teachers_view() {
     for teachers in [[1, 2], [2, 1]] {
         let mut run = Run::new(2, Vec::new());
         let sets = [["red", "green", "yellow", "red", "blue"], ["green", "yellow", "red", "yellow", "blue"]];
@@ -108,7 +108,7 @@ fn act_event_names_actor_and_change() {
 }
 
 #[test]
-fn a_movement_like_leos_own_is_told_before_its_act_is_complete() {
+fn a_movement_like_leos_own_is_reported_before_its_act_completes() {
     let mut run = Run::new(1, Vec::new());
     run.demonstrate(&["red", "green", "blue"], |_| {});
     let (movements, acts) = (run.texts(EventKind::MovementSeen), run.texts(EventKind::ActionSeen));
@@ -138,7 +138,7 @@ fn what_is_pushed_along_is_no_movement_of_leos() {
 }
 
 #[test]
-fn what_leo_has_no_skill_for_it_says_when_it_learns_it() {
+fn learning_a_task_without_a_skill_reports_it() {
     let mut run = Run::new(1, Vec::new());
     run.table.borrow_mut().lay(&["red", "green"], None);
     run.table.borrow_mut().things.iter_mut().take(2).for_each(|thing| thing.shape = "cylinder");
@@ -317,7 +317,7 @@ fn sentences_at_the_wrong_time_are_answered() {
 }
 
 #[test]
-fn where_there_is_nothing_that_the_task_is_about_leo_says_so() {
+fn a_task_without_matching_objects_is_declined() {
     let mut run = Run::new(1, Vec::new());
     run.teach();
     let mut perform = |colours: &[&'static str], filled: bool| {

@@ -363,7 +363,7 @@ fn an_absent_teacher_is_not_observed_and_gaze_follows_the_script() {
 }
 
 #[test]
-fn a_teacher_who_walks_looks_on_at_the_same_point() {
+fn a_walking_teacher_keeps_looking_at_the_same_point() {
     let world_at = |ms| {
         let mut world = laid(r#"{ at_s = 1.0, who = 1, eyes_to_m = [1.5, 0.0, 0.55], duration_s = 1.0 }"#);
         world.step(at(ms), NO_HANDS);

@@ -73,7 +73,7 @@ mod tests {
     }
 
     #[test]
-    fn what_was_only_spoken_of_stands_for_the_same_once() {
+    fn objects_without_positions_are_paired_once() {
         let mut own = view(&[(1, "blue", 0.0), (2, "blue", 0.0)]);
         own.objects.iter_mut().for_each(|object| object.position_m = None);
         let mut theirs = view(&[(7, "blue", 0.0)]);

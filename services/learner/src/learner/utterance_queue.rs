@@ -85,7 +85,7 @@ mod tests {
     }
 
     #[test]
-    fn beliefs_of_long_after_it_say_nothing_of_how_things_were() {
+    fn much_later_beliefs_do_not_describe_the_past() {
         assert_eq!(noted(9000, 2000), Timing::InTime);
         assert_eq!(noted(9000, 2001), Timing::TooLate);
     }

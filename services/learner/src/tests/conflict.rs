@@ -117,7 +117,7 @@ fn answer_decides_which_schema_is_followed() {
 }
 
 #[test]
-fn where_nothing_was_settled_before_leo_declines_and_asks_again() {
+fn without_a_previous_rule_leo_declines_and_asks_again() {
     let mut run = Run::with(1, Vec::new(), OnConflict::Resolve);
     run.lay_anew(&["red", "yellow"], Some(1));
     run.say("Leo, I can teach you to do task 1");

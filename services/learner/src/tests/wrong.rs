@@ -21,7 +21,7 @@ fn fill_one(run: &mut Run, colours: &[&'static str], block: usize) {
 }
 
 #[test]
-fn showings_that_contradict_each_other_are_told_so_and_all_are_kept() {
+fn contradicting_demonstrations_are_reported_and_kept() {
     let mut run = Run::new(1, Vec::new());
     fill_one(&mut run, &["red", "green"], 0);
     assert!(!run.texts(EventKind::Said).iter().any(|text| text.contains("no rule that I know")));
@@ -90,7 +90,7 @@ fn teaching_a_task_again_adds_an_example_and_reports_it() {
 }
 
 #[test]
-fn what_vanishes_during_a_showing_is_said_and_the_rest_counts() {
+fn a_vanished_object_is_reported_and_the_rest_counts() {
     let mut run = Run::new(1, Vec::new());
     run.lay_anew(&["red", "green", "blue"], None);
     run.say("Leo, I can teach you to do task 1");
@@ -109,7 +109,7 @@ fn what_vanishes_during_a_showing_is_said_and_the_rest_counts() {
 }
 
 #[test]
-fn a_showing_in_which_nothing_changes_costs_nothing_that_was_learned() {
+fn a_demonstration_without_changes_keeps_what_was_learned() {
     let mut run = Run::new(1, Vec::new());
     fill_one(&mut run, &["red", "green"], 0);
     let saved = run.saved.len();

@@ -383,7 +383,7 @@ fn an_object_laid_in_a_hole_is_seated() {
 }
 
 #[test]
-fn nothing_new_comes_onto_a_table_of_which_the_script_has_spoken() {
+fn no_object_is_added_to_a_table_the_script_refers_to() {
     let mut bench = Bench::new();
     bench.wait(2_000);
     assert_eq!((bench.mode(), bench.said.len()), (Some(SceneMode::Script), 1));

@@ -293,7 +293,7 @@ fn a_feature_that_later_things_lack_makes_a_difference_from_then_on() {
 }
 
 #[test]
-fn where_things_have_no_features_all_of_them_are_meant() {
+fn without_features_all_objects_are_meant() {
     let nothing_to_tell_by = crate::Language { features: Vec::new(), ..language() };
     let things = |done: bool| -> Vec<Object> {
         let states = || [("filled".to_owned(), done)].into();

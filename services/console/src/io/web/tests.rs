@@ -294,7 +294,7 @@ fn flood(to: &str, from: impl Iterator<Item = [u8; 4]>) -> tokio::runtime::Runti
 }
 
 #[test]
-fn a_request_is_answered_within_a_second_beside_250_half_open_connections_of_its_address_and_200_others() {
+fn requests_are_answered_within_a_second_beside_450_half_open_connections() {
     // 250 exhausted the slots when all addresses shared them; 600 exceeds the limit of one address.
     for flooding in [250, 600] {
         let domain = tempfile::tempdir().unwrap();
