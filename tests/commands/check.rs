@@ -226,7 +226,7 @@ fn a_check_reports_the_store_version_and_changes_nothing() {
     let memory = learner_process::Memory::open(&file).expect("is made");
     let (status, in_use) = learned();
     assert!(
-        status == Some(0) && in_use.starts_with("good ") && in_use.contains("in use by a robot"),
+        status == Some(0) && in_use.starts_with("good ") && in_use.contains("in use by a running robot"),
         "{in_use}"
     );
     drop(memory);
