@@ -22,7 +22,7 @@ fn said(account: &Value) -> Vec<&str> {
 fn misunderstandings_are_answered_one_by_one() {
     let account = account("config/lessons/misunderstandings.toml", "config/leo.toml");
     let expected = [
-        "nobody is showing me One peg; say",
+        "no demonstration of One peg has begun; say",
         "I have not learned one peg; I know nothing yet",
         "like what? Say",
         "I am watching; say \"two pegs is done\"",

@@ -309,7 +309,9 @@ impl<B: Body> Learner<B> {
             let text = match &self.teaching {
                 Some(other) => format!("I am being shown {}, not {name}", other.recording.task),
                 None => {
-                    format!("nobody is showing me {name}; say \"Leo, I can teach you to do {name}\" first")
+                    format!(
+                        "no demonstration of {name} has begun; say \"Leo, I can teach you to do {name}\" first"
+                    )
                 }
             };
             say(output, name, &text);

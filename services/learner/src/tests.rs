@@ -301,7 +301,7 @@ fn sentences_at_the_wrong_time_are_answered() {
     let expected = [
         "I did not understand \"What a nice day\"",
         "you can say: ",
-        "nobody is showing me Task 1",
+        "no demonstration of Task 1 has begun",
         "I have not learned task 1; I know nothing yet",
         "I am watching",
         "I am being shown task 1, not task 2",

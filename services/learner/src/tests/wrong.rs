@@ -151,7 +151,7 @@ fn a_demonstration_counts_only_with_timely_start_and_end() {
     run.say_late("Leo, I can teach you to do task 1", late);
     assert!(last_said(&run).ends_with("please begin again"), "{}", last_said(&run));
     run.say("Task 1 is done");
-    assert!(last_said(&run).starts_with("nobody is showing me"), "{}", last_said(&run));
+    assert!(last_said(&run).starts_with("no demonstration of"), "{}", last_said(&run));
 
     run.say_late("Leo, I can teach you to do task 1", soon);
     run.insert(1, 1);
