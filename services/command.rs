@@ -50,10 +50,10 @@ pub(crate) struct Leo {
     command: Option<Command>,
     #[command(flatten)]
     run: Run,
-    /// Say more on standard error (also: RUST_LOG)
+    /// Log more to standard error (also: RUST_LOG)
     #[arg(short, long, global = true)]
     verbose: bool,
-    /// Write what is said on standard error as JSON
+    /// Write the log on standard error as JSON
     #[arg(long, global = true)]
     log_json: bool,
 }
@@ -62,33 +62,33 @@ pub(crate) struct Leo {
 enum Command {
     /// Run the whole robot: all processes, simulator and mock servo buses included
     Run(Run),
-    /// Play a lesson in lockstep time, as fast as the machine can, and say what Leo learned
+    /// Play a lesson in lockstep time, as fast as the machine can, and print what Leo learned
     Teach(Teach),
     /// Play the paper's study, with and without perspective taking, beside the paper's tables
     Study(study::Study),
     /// Show, forget, export or import what Leo has learned
     Tasks(tasks::Tasks),
-    /// Believe a recorded trace of observations again: perception and belief alone, no processes
+    /// Process a recorded trace of observations: perception and belief alone, no processes
     Believe(believe::Believe),
     /// Learn from before-and-after examples in a file: task learning alone, no processes
     Learn(learn::Learn),
-    /// Record a running robot: every buffer's bytes, and what common viewers show
+    /// Record a running robot: every buffer's bytes, and messages for common viewers
     Record(record::Record),
-    /// Play a recording into the belief and learner processes, and compare what they make of it
+    /// Replay a recording into the belief and learner processes, and compare their output
     Replay(replay::Replay),
     /// Show a live table of the processes: rates, latencies, overruns, drops, restarts
     Top(top::Top),
-    /// Let the joints move, once a person has looked: on hardware nothing moves before
+    /// Arm the joints after a person has checked the robot: on hardware nothing moves before
     Arm(arm::Arm),
     /// Switch every torque off now, and keep it off until it is released
     EmergencyStop(emergency_stop::EmergencyStop),
     /// Talk to servos by hand: scan, read, write, torque, reboot, monitor
     Bus(bus::Bus),
-    /// Check the whole configuration and what this machine can hold
+    /// Check the whole configuration and the real-time settings of this machine
     Check(check::Check),
     /// Measure latencies beside the bare middleware and a bare thread, in one run
     Bench(Bench),
-    /// Write manual pages and completions for shells, as the package has them
+    /// Write the manual pages and the shell completions of the package
     #[command(hide = true)]
     Manual(manual::Manual),
     /// The other process of `leo bench`
@@ -110,9 +110,9 @@ struct BenchEcho {
 
 #[derive(Args, Clone, Debug)]
 #[command(
-    after_help = "Example:\n  leo run --lesson config/lessons/task1.toml --for 60\n\nThe first line is the address of \
-                        the page, with the token that lets you in. Everybody who reaches the page may stop the robot, \
-                        without the token: curl -X POST http://127.0.0.1:7780/stop"
+    after_help = "Example:\n  leo run --lesson config/lessons/task1.toml --for 60\n\nThe first line is the address \
+                  of the page, with its access token. Stopping the robot needs no token: curl -X POST \
+                  http://127.0.0.1:7780/stop"
 )]
 struct Run {
     /// The robot's leo.toml; the files beside it are read too [default: built in]
@@ -121,16 +121,16 @@ struct Run {
     /// The lesson to play [default: built in, Task 1 of the study]
     #[arg(long, value_name = "FILE")]
     lesson: Option<PathBuf>,
-    /// Stay up for so long; otherwise the robot stops when the lesson is over
+    /// Run for this time [default: until the lesson is over]
     #[arg(long = "for", value_name = "SECONDS", value_parser = seconds::parse, allow_hyphen_values = true)]
     run_for: Option<Duration>,
-    /// Stay up until somebody stops the robot, as a service does
+    /// Run until the robot is stopped, as a service does
     #[arg(long, conflicts_with = "run_for")]
     stay: bool,
-    /// A campaign of faults on the servo buses, with the percepts and with the processes
+    /// A fault campaign for the servo buses, the percepts and the processes
     #[arg(long, value_name = "FILE")]
     faults: Option<PathBuf>,
-    /// The domain in shared memory to run in [default: one of its own]
+    /// The shared-memory domain to run in [default: a new one]
     #[arg(long, value_name = "DIRECTORY")]
     domain: Option<PathBuf>,
 }
@@ -147,10 +147,10 @@ struct Teach {
     /// Print one JSON document
     #[arg(long)]
     json: bool,
-    /// Record the lesson, of which there may be one, for `leo replay` and for viewers
+    /// Record the lesson for `leo replay` and for viewers; takes one lesson only
     #[arg(long, value_name = "FILE")]
     record: Option<PathBuf>,
-    /// Write over a file that is there
+    /// Overwrite an existing file
     #[arg(long, requires = "record")]
     overwrite: bool,
     /// The robot's leo.toml [default: built in]
@@ -275,7 +275,7 @@ fn lesson_text(file: &Path, settings: &Settings) -> Result<String, Failure> {
 fn warn_missing_needs(file: &Path, lesson: &Lesson, settings: &Settings) {
     if let Some(lacking) = lesson.needs.lacking(settings) {
         let file = file.display();
-        tracing::warn!("{file}: to see what this lesson is about, set {lacking} in leo.toml (--config FILE)");
+        tracing::warn!("{file}: this lesson needs {lacking} in leo.toml (--config FILE)");
     }
 }
 
@@ -299,15 +299,15 @@ impl Teach {
             [] => None,
             whose if !whose.contains(&Whose::Robot) => {
                 return Err(CommandError::usage(
-                    "--perspective human: the robot's own perspective cannot be left out, because all others \
-                     are made from it; say `--perspective human,robot`",
+                    "--perspective human: the robot's own perspective cannot be left out, because all others are \
+                     derived from it; use `--perspective human,robot`",
                 ));
             }
             whose => Some(u32::from(whose.contains(&Whose::Human))),
         };
         if self.record.is_some() && self.lessons.len() > 1 {
             return Err(CommandError::usage(
-                "--record holds one lesson: teach them one by one, each with its file",
+                "--record takes one lesson: teach the lessons one by one, each with its own file",
             ));
         }
         let mut lessons = Vec::new();
@@ -392,7 +392,7 @@ fn check_can_teach(robot: &Robot, config: Option<&Path>) -> Result<usize, Failur
     let simulator = robot.leo.sensor.simulator().map(usize::from);
     simulator.ok_or_else(|| {
         CommandError::usage(
-            "a lesson is played by the simulator, and no [[sensor.source]] of leo.toml is of the kind \
+            "a lesson needs the simulator, and no [[sensor.source]] of leo.toml is of the kind \
              \"simulator\"",
         )
     })

@@ -37,7 +37,7 @@ pub(crate) struct Arm {
     /// The robot, where several run
     #[arg(long, value_name = "DIRECTORY")]
     domain: Option<PathBuf>,
-    /// Unlock joints too: a person has looked at the cause of each and removed it
+    /// Unlock joints too: a person has found the cause of each lock and removed it
     #[arg(long)]
     acknowledge: bool,
     /// The robot's leo.toml, for the names of its joints [default: built in]
@@ -121,7 +121,8 @@ impl Board {
             }
             if is_over(began, REPORT_TIMEOUT) {
                 return Err(CommandError::runtime(
-                    "the motor process has reported no joint, and none was armed: see `leo top` whether it runs",
+                    "the motor process has reported no joint, and none was armed: check with `leo top` whether it \
+                     runs",
                 ));
             }
             clock::sleep_until(clock::now() + POLL_INTERVAL);
@@ -155,7 +156,11 @@ impl Board {
                 return Err(CommandError::runtime(format!(
                     "the motor process has not taken the order within {} s, and it is withdrawn: {}",
                     ARM_TIMEOUT.as_secs(),
-                    if life { "see `leo top` whether the process runs" } else { "no motor process runs" },
+                    if life {
+                        "check with `leo top` whether the process runs"
+                    } else {
+                        "no motor process runs"
+                    },
                 )));
             }
             clock::sleep_until(now + POLL_INTERVAL);
@@ -215,7 +220,7 @@ fn after_text(licences: &Licences, joints: usize, was_acknowledged: bool, names:
     }
     if was_acknowledged {
         text += &groups_text("still locked", &licences.locked, names, true);
-        text += "a joint is unlocked once its cause is gone: remove the cause, and say `leo arm --acknowledge` again\n";
+        text += "a joint is unlocked once its cause is gone: remove the cause, and repeat `leo arm --acknowledge`\n";
     } else {
         let _ = writeln!(
             text,
@@ -291,7 +296,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_locked_is_named_with_its_cause_and_what_is_disarmed_is_counted_by_cause() {
+    fn locked_joints_are_named_with_causes_and_disarmed_joints_counted() {
         let licences = Licences::of(&[
             joint(0, JointLicence::Disarmed, JointCause::NotStarted),
             joint(1, JointLicence::Locked, JointCause::Blocked),

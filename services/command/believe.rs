@@ -28,7 +28,7 @@ pub(crate) struct Believe {
     /// The trace, as JSON lines or MCAP; `-` is standard input
     #[arg(value_name = "TRACE")]
     trace: PathBuf,
-    /// Take the paper at its word where Leo departs from it; says in what
+    /// Follow the paper literally where Leo departs from it, and print the differences
     #[arg(long)]
     literal: bool,
     /// Print JSON lines: every belief of every perspective at every instant
@@ -40,7 +40,7 @@ pub(crate) struct Believe {
     /// Partners whose beliefs are simulated, numbered from 1 [default: as configured]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(0..=64))]
     partners: Option<u32>,
-    /// Tell of an instant at most this often; all of them are believed [default: of every one]
+    /// Print an instant at most this often; all instants are processed [default: every instant]
     #[arg(long, value_name = "MS", value_parser = seconds::parse_millis, allow_hyphen_values = true)]
     every: Option<Duration>,
 }

@@ -13,7 +13,7 @@ use motor_process::{Motor, MotorError};
 #[derive(Debug, thiserror::Error)]
 pub(super) enum BodyCheckError {
     /// `leo.urdf` is not a valid URDF.
-    #[error("{urdf}: {source}; mend it, or take it away: without one the robot has the built-in body")]
+    #[error("{urdf}: {source}; correct it, or remove it: without one the robot has the built-in body")]
     InvalidUrdf { urdf: String, source: BodyError },
     /// `leo.urdf` is no usable body, or lacks joints of `motor.toml`.
     #[error("{urdf}: {source}")]

@@ -66,29 +66,29 @@ struct BusArgs {
 
 #[derive(Clone, Debug, Subcommand)]
 enum BusCommand {
-    /// Say which servos answer, and whether they are those of motor.toml
+    /// List the servos that answer, and compare them with motor.toml
     Scan {
         /// Print one JSON document
         #[arg(long)]
         json: bool,
-        /// Look at every other speed too, as where no servo answers at that of the bus
+        /// Scan every other speed too; the default if no servo answers at the speed of the bus
         #[arg(long)]
         all_speeds: bool,
     },
     /// Read items of a servo's control table by their names, with their units
     Read {
-        /// The joint, unless --id is said, and items by the manual's names, such as goal_position;
-        /// all of them where none is named
+        /// The joint, unless --id is given, and items by the manual's names, such as goal_position;
+        /// all items if none is named
         #[arg(value_name = "[JOINT] [ITEM]...")]
         words: Vec<String>,
         /// The servo's identifier on the one bus that --bus or --device names
         #[arg(long, value_name = "N")]
         id: Option<u8>,
     },
-    /// Write an item of a servo's control table; `JOINT goal_position 10deg` moves the joint to that angle of its own,
-    /// within its limits, slowly, and stays until it stands
+    /// Write an item of a servo's control table; `JOINT goal_position 10deg` moves the joint slowly to that angle,
+    /// within its limits, and waits until it stops
     Write {
-        /// The joint, unless --id is said; the item by the manual's name, such as profile_velocity; and a
+        /// The joint, unless --id is given; the item by the manual's name, such as profile_velocity; and a
         /// count or a number with the item's unit: 20, 10deg, 20rev/min, 11.5V
         #[arg(value_name = "[JOINT] ITEM VALUE", allow_negative_numbers = true, required = true)]
         words: Vec<String>,
@@ -98,7 +98,7 @@ enum BusCommand {
         #[command(flatten)]
         raw: RawArgs,
     },
-    /// Switch torque on or off: off of all servos where none is named, on of one where it stands
+    /// Switch torque on or off: off for all servos if none is named, on for one at its present position
     Torque {
         /// on or off
         #[arg(value_name = "on|off", value_parser = ["on", "off"])]
@@ -108,12 +108,12 @@ enum BusCommand {
         #[command(flatten)]
         raw: RawArgs,
     },
-    /// Let a servo begin anew, which clears a hardware alert
+    /// Reboot a servo, which clears a hardware alert
     Reboot {
         #[command(flatten)]
         target: Target,
     },
-    /// Show how servos are, over and over
+    /// Show the state of the servos continuously
     Monitor {
         #[command(flatten)]
         target: Target,
@@ -121,27 +121,27 @@ enum BusCommand {
         #[arg(long)]
         once: bool,
     },
-    /// Give a servo another identifier; connect it alone where two have the same
+    /// Change the identifier of a servo; connect it alone if two have the same
     SetId {
         #[command(flatten)]
         target: Target,
-        /// The identifier that it gets
+        /// The new identifier
         #[arg(long, value_name = "0..252", value_parser = clap::value_parser!(u8).range(0..=252))]
         to: u8,
-        /// Do not ask
+        /// Do not ask for confirmation
         #[arg(long)]
         yes: bool,
     },
-    /// Walk through trials on real servos before Leo drives a body: what is tried, expected and measured, and a report
+    /// Run trials on real servos before Leo drives a body, and report what was tried, expected and measured
     Commission(commission::Commission),
-    /// Give a servo another speed of its bus
+    /// Change the bus speed of a servo
     SetBaud {
         #[command(flatten)]
         target: Target,
         /// Bits per second
         #[arg(long, value_name = "N")]
         to: u32,
-        /// Do not ask
+        /// Do not ask for confirmation
         #[arg(long)]
         yes: bool,
     },
@@ -153,7 +153,7 @@ struct RawArgs {
     /// The servo's own counts, past the limits of its joint, without a profile
     #[arg(long)]
     raw: bool,
-    /// Do not ask whether --raw is meant
+    /// Do not ask for confirmation of --raw
     #[arg(long)]
     yes: bool,
 }
@@ -178,9 +178,7 @@ impl Bus {
             }
             BusCommand::Write { words, id, raw } => match Target::split(*id, words) {
                 (target, [item, value]) => write::write(&place, &target, item, value, &care(*raw)),
-                _ => {
-                    Err(CommandError::usage("say which item and which value: leo bus write JOINT ITEM VALUE"))
-                }
+                _ => Err(CommandError::usage("name the item and the value: leo bus write JOINT ITEM VALUE")),
             },
             BusCommand::Torque { to, target, raw } => torque::torque(&place, target, to == "on", &care(*raw)),
             BusCommand::Commission(commission) => commission.run(&place, &robot),
@@ -209,7 +207,7 @@ fn confirm(yes: bool, what: &str) -> Result<(), CommandError> {
         return Ok(());
     }
     if !std::io::stdin().is_terminal() {
-        return Err(CommandError::usage(format!("{what}: say --yes if that is meant")));
+        return Err(CommandError::usage(format!("{what}: confirm with --yes")));
     }
     output::print(&format!("{what}. Go on? [y/N] "))?;
     let answer = output::answer()?.unwrap_or_default();
@@ -260,7 +258,7 @@ fn reboot(place: &BusSelection<'_>, target: &Target) -> Result<ExitCode, Command
     if line.ping(joint.id)?.is_none() {
         return Err(CommandError::runtime(format!("{joint} has not come back after a reboot")));
     }
-    output::print(&format!("{joint} began anew\n"))?;
+    output::print(&format!("{joint} has rebooted\n"))?;
     tell_alert(&mut line, joint.id)?;
     Ok(ExitCode::SUCCESS)
 }
@@ -329,10 +327,10 @@ fn entry(model: Model, item: &str) -> Result<Entry, CommandError> {
             table::entries(model).map(|entry| entry.to_string()).filter(|name| value::is_similar(name, item));
         let near: Vec<_> = near.take(4).collect();
         let hint = if near.is_empty() {
-            "`leo bus read` without an item names all".to_owned()
+            "`leo bus read` without an item lists all".to_owned()
         } else {
             near.join(", ")
         };
-        CommandError::usage(format!("`{item}` is no item of an {}: {hint}", model.name()))
+        CommandError::usage(format!("`{item}` is not an item of an {}: {hint}", model.name()))
     })
 }

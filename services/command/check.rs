@@ -20,20 +20,20 @@ pub(crate) struct Check {
     /// The robot's leo.toml [default: built in]
     #[arg(long, value_name = "FILE")]
     config: Option<PathBuf>,
-    /// How long to measure how late threads wake; 0 to leave it out
+    /// How long to measure wake-up latencies; 0 to skip
     #[arg(long, value_name = "SECONDS", default_value = "10", value_parser = seconds::parse_or_none,
         allow_hyphen_values = true)]
     seconds: Duration,
-    /// Change what can be changed until the next start of the machine, and say how to take it back; as root
+    /// Apply the changes that last until the next boot, and print how to revert them; as root
     #[arg(long, conflicts_with = "json")]
     apply: bool,
-    /// Take back what --apply changed; as root
+    /// Revert the changes of --apply; as root
     #[arg(long, conflicts_with_all = ["json", "apply"])]
     revert: bool,
-    /// Bring --config and what was learned to this version first, and keep a copy of each as it was
+    /// First migrate --config and the learned tasks to this version, and keep a copy of each original
     #[arg(long, conflicts_with = "json")]
     migrate: bool,
-    /// Where Leo remembers; /var/lib/leo for the service [default: $XDG_STATE_HOME/leo or ~/.local/state/leo]
+    /// The state directory; /var/lib/leo for the service [default: $XDG_STATE_HOME/leo or ~/.local/state/leo]
     #[arg(long, value_name = "DIRECTORY")]
     state: Option<PathBuf>,
     /// The folder that stands for the root of the machine

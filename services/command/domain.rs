@@ -71,7 +71,7 @@ pub(crate) fn state_directory() -> Result<PathBuf, CommandError> {
     absolute("XDG_STATE_HOME")
         .or_else(|| absolute("HOME").map(|home| home.join(".local/state")))
         .map(|state| state.join("leo"))
-        .ok_or_else(|| CommandError::usage("there is no place to remember: set HOME or XDG_STATE_HOME"))
+        .ok_or_else(|| CommandError::usage("there is no state directory: set HOME or XDG_STATE_HOME"))
 }
 
 /// The exit status of a run.
@@ -79,13 +79,13 @@ pub(crate) fn outcome(outcome: Result<Outcome, RunError>) -> Result<ExitCode, Co
     match outcome.map_err(CommandError::runtime)? {
         Outcome::Done(_) | Outcome::Stopped => Ok(ExitCode::SUCCESS),
         Outcome::GaveUp(process) => Err(CommandError::runtime(format!(
-            "gave up: the process `{process}` died too often; what it said of it stands above"
+            "gave up: the process `{process}` died too often; its errors are logged above"
         ))),
         Outcome::MemoryRemoved => Err(CommandError::runtime(
-            "the robot was stopped because its shared memory was removed; what was removed stands above",
+            "the robot was stopped because its shared memory was removed; the removed files are logged above",
         )),
         Outcome::Refused(process) => Err(CommandError::usage(format!(
-            "the process `{process}` refused its configuration; what it said stands above"
+            "the process `{process}` refused its configuration; its error is logged above"
         ))),
     }
 }

@@ -36,13 +36,13 @@ pub(crate) struct Learn {
     /// Print one JSON document
     #[arg(long)]
     json: bool,
-    /// What a hypothesis can say: what the robot of the paper could, or more [default: as configured]
+    /// The hypothesis language: that of the paper's robot, or the extended one [default: as configured]
     #[arg(long, value_name = "LANGUAGE")]
     language: Option<Words>,
-    /// How often a teacher slips with one object, from 0 to below 0.5 [default: as configured]
+    /// Label noise: how often a teacher errs with one object, from 0 to below 0.5 [default: as configured]
     #[arg(long, value_name = "E", value_parser = noise, allow_hyphen_values = true)]
     noise: Option<Noise>,
-    /// Rules to tell of each goal at most
+    /// Maximum number of rules to print for each goal
     #[arg(long, value_name = "N", default_value_t = 8, value_parser = clap::value_parser!(u16).range(1..=512))]
     rules: u16,
     /// The robot's leo.toml, for the keys of its table `learner` [default: built in]

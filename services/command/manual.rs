@@ -13,7 +13,7 @@ use super::failure::CommandError;
 #[derive(Args, Clone, Debug)]
 #[command(after_help = "Example:\n  leo manual target/manual")]
 pub(crate) struct Manual {
-    /// Where to write them; made where it is missing
+    /// The output folder; created if missing
     #[arg(value_name = "DIRECTORY")]
     directory: PathBuf,
 }

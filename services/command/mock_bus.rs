@@ -31,13 +31,13 @@ pub(crate) struct MockBus {
     /// The robot's leo.toml, for the buses and servos in the motor.toml beside it [default: built in]
     #[arg(long, value_name = "FILE")]
     config: Option<PathBuf>,
-    /// A fault to put in from the beginning; may be said several times
+    /// A fault to inject from the start; may be repeated
     #[arg(long, value_name = "SPEC")]
     fault: Vec<String>,
     /// A file of faults, `faults = ["SPEC", ..]`, read again whenever it changes
     #[arg(long, value_name = "FILE")]
     faults: Option<PathBuf>,
-    /// The seed: the same one with the same instructions makes the same faults [default: as configured]
+    /// The seed: the same seed with the same instructions gives the same faults [default: as configured]
     #[arg(long, value_name = "N")]
     seed: Option<u64>,
     /// Let servos answer a fast read when one before them is silent [default: as configured]

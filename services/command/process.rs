@@ -29,9 +29,9 @@ pub(crate) enum Process {
     /// Joint goals to servos, servos to joint states
     #[command(hide = true)]
     Motor(ProcessArgs),
-    /// Put up mock servo buses for any Dynamixel master, with faults on demand
+    /// Serve mock servo buses to any Dynamixel master, with faults on demand
     MockBus(MockBus),
-    /// Tells people what happens
+    /// Prints events and serves the page
     #[command(hide = true)]
     Console(ProcessArgs),
     /// Carries frames between this machine and another one

@@ -30,28 +30,28 @@ const MAX_MEMORY_BYTES: usize = 1_000_000_000;
                         docs/recording.md says what is in the file."
 )]
 pub(crate) struct Record {
-    /// The file, which is made
+    /// The file to write
     #[arg(value_name = "FILE", required_unless_present = "black_box")]
     file: Option<PathBuf>,
-    /// Write over a file that is there
+    /// Overwrite an existing file
     #[arg(long, requires = "file")]
     overwrite: bool,
-    /// Have the robot write down what its own black box holds of its last minutes, now
+    /// Write the last minutes from the robot's own black box into a file now
     #[arg(long, conflicts_with_all = ["file", "record_for", "last", "config", "lesson"])]
     black_box: bool,
-    /// The robot to look at, where several run
+    /// The robot, if several run
     #[arg(long, value_name = "DIRECTORY")]
     domain: Option<PathBuf>,
-    /// End after so long; otherwise with the robot
+    /// End after this time [default: when the robot ends]
     #[arg(long = "for", value_name = "SECONDS", value_parser = seconds::parse, allow_hyphen_values = true)]
     record_for: Option<Duration>,
-    /// Keep only the last so many seconds, in memory, and write them at the end; in 1 GB at most
+    /// Keep only the last seconds in memory, 1 GB at most, and write them at the end
     #[arg(long, value_name = "SECONDS", value_parser = seconds::parse, allow_hyphen_values = true)]
     last: Option<Duration>,
     /// The leo.toml that the robot runs with, for what viewers show [default: built in]
     #[arg(long, value_name = "FILE")]
     config: Option<PathBuf>,
-    /// The lesson that it plays: where it stands in the room [default: built in, Task 1 of the study]
+    /// The lesson that it plays, for its pose in the room [default: built in, Task 1 of the study]
     #[arg(long, value_name = "FILE")]
     lesson: Option<PathBuf>,
 }
@@ -117,7 +117,7 @@ fn request_dump(domain: &Domain) -> Result<ExitCode, CommandError> {
     }
     black_box::ask(root, &word).map_err(|error| {
         failed(if error.kind() == ErrorKind::AlreadyExists {
-            "somebody else has just asked: ask again".to_owned()
+            "another request is pending: try again".to_owned()
         } else {
             format!("{error}; is the robot another user's?")
         })
@@ -132,7 +132,7 @@ fn request_dump(domain: &Domain) -> Result<ExitCode, CommandError> {
             // Remove the request, so that it is not served later.
             let _withdrawn = black_box::asked(root);
             return Err(failed(
-                "the robot did not answer: was its console process replaced? ask again".to_owned(),
+                "the robot did not answer: was its console process restarted? try again".to_owned(),
             ));
         }
         clock::sleep_until(clock::now() + POLL_INTERVAL);

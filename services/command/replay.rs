@@ -31,19 +31,19 @@ pub(crate) struct Replay {
     /// The recording
     #[arg(value_name = "FILE")]
     file: PathBuf,
-    /// Keep to this multiple of real time, and tell what happens [default: as fast as it goes]
+    /// Replay at this multiple of real time, and print what happens [default: as fast as possible]
     #[arg(long, value_name = "TIMES", value_parser = speed, allow_hyphen_values = true)]
     speed: Option<f64>,
-    /// Compare and tell only what comes after so many seconds; what comes before is played all the same
+    /// Compare and print only what comes after this many seconds; the part before is replayed too
     #[arg(long, value_name = "SECONDS", value_parser = seconds::parse, allow_hyphen_values = true)]
     from: Option<Duration>,
-    /// End after so many seconds of the recording
+    /// End after this many seconds of the recording
     #[arg(long, value_name = "SECONDS", value_parser = seconds::parse, allow_hyphen_values = true)]
     to: Option<Duration>,
-    /// Record what is played, and what the processes make of it now
+    /// Record the replayed frames and the new output of the processes
     #[arg(long, value_name = "FILE")]
     record: Option<PathBuf>,
-    /// Write over a file that is there
+    /// Overwrite an existing file
     #[arg(long, requires = "record")]
     overwrite: bool,
 }
@@ -75,7 +75,9 @@ impl Replay {
         // Write only known file names.
         for file in FILES {
             let text = reader.files().get(file).ok_or_else(|| {
-                CommandError::usage(format!("{name} is no recording of Leo: its configuration lacks {file}"))
+                CommandError::usage(format!(
+                    "{name} is not a recording of Leo: its configuration lacks {file}"
+                ))
             })?;
             fs::write(folder.path().join(file), text).map_err(|error| {
                 CommandError::runtime(format!("cannot write the recorded configuration: {error}"))
@@ -129,7 +131,7 @@ impl Replay {
         if reader.is_cut() {
             let _ = writeln!(
                 text,
-                "the file ends in the middle, after {} bytes: what stands before was played",
+                "the file is truncated after {} bytes: the part before was replayed",
                 reader.bytes()
             );
         }

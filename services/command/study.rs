@@ -26,8 +26,8 @@ pub(crate) struct Study {
     /// Print one JSON document
     #[arg(long)]
     json: bool,
-    /// Instead, teach so many random designs of each task in one process, with more noise, other
-    /// cones and other thresholds, and say which settings break what
+    /// Instead, teach this number of random designs of each task in one process, with more noise, other
+    /// cones and other thresholds, and print which settings fail
     #[arg(long, value_name = "DESIGNS", num_args = 0..=1, default_missing_value = "200",
         value_parser = clap::value_parser!(u64).range(1..))]
     sweep: Option<u64>,

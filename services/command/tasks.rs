@@ -28,10 +28,10 @@ const EXPORTED_BYTES: u64 = 256 << 20;
 pub(crate) struct Tasks {
     #[command(subcommand)]
     what: What,
-    /// The robot's leo.toml, for the names of what it perceives [default: built in]
+    /// The robot's leo.toml, for the names of its percepts [default: built in]
     #[arg(long, value_name = "FILE", global = true)]
     config: Option<PathBuf>,
-    /// Where Leo remembers [default: $XDG_STATE_HOME/leo or ~/.local/state/leo]
+    /// The state directory [default: $XDG_STATE_HOME/leo or ~/.local/state/leo]
     #[arg(long, value_name = "DIRECTORY", global = true)]
     state: Option<PathBuf>,
 }
@@ -44,7 +44,7 @@ enum What {
         #[arg(long)]
         json: bool,
     },
-    /// Show what a task comes to: the hypotheses of each perspective, the rule, and why
+    /// Show a task: the hypotheses of each perspective, the rule, and the explanation
     Show {
         /// The task
         name: String,
@@ -62,11 +62,11 @@ enum What {
         /// The tasks [default: all]
         names: Vec<String>,
     },
-    /// Take in what was exported: all of it or, where a task is known already, nothing
+    /// Import exported tasks: all of them or, if a task is known already, none
     Import {
         /// The file
         file: PathBuf,
-        /// Put what is imported in place of known tasks of the same names
+        /// Replace known tasks of the same names
         #[arg(long)]
         replace: bool,
     },
@@ -129,7 +129,7 @@ impl Tasks {
                 let task = memory.task(name)?.clone();
                 if !memory.memory.forget(name).map_err(CommandError::runtime)? {
                     return Err(CommandError::runtime(format!(
-                        "somebody else has just forgotten \"{}\"",
+                        "another command has just forgotten \"{}\"",
                         task.name
                     )));
                 }
@@ -240,7 +240,7 @@ impl OpenMemory {
         let known = exported.tasks.iter().find(|task| self.task(&task.name).is_ok());
         if let Some(known) = known.filter(|_| !replace) {
             return Err(CommandError::usage(format!(
-                "Leo knows \"{}\" already, and took nothing in: forget it first, or say --replace",
+                "Leo knows \"{}\" already, and imported nothing: forget it first, or use --replace",
                 known.name
             )));
         }
@@ -252,7 +252,7 @@ impl OpenMemory {
             keys.iter().enumerate().find(|(index, key)| keys.iter().take(*index).any(|other| other == *key));
         if let Some((index, _)) = twice {
             return Err(CommandError::usage(format!(
-                "{at}: task {} has the name of one before it; nothing was taken in",
+                "{at}: task {} has the name of an earlier task; nothing was imported",
                 index + 1
             )));
         }

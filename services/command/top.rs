@@ -18,13 +18,13 @@ pub(crate) struct Top {
     /// Print the table once, as JSON
     #[arg(long)]
     json: bool,
-    /// Print everything that is counted once, as OpenMetrics text
+    /// Print all metrics once, as OpenMetrics text
     #[arg(long, conflicts_with = "json")]
     openmetrics: bool,
     /// The robot's leo.toml, for the names of its joints [default: built in]
     #[arg(long, value_name = "FILE")]
     config: Option<PathBuf>,
-    /// The robot to look at, where several run
+    /// The robot, if several run
     #[arg(long, value_name = "DIRECTORY")]
     domain: Option<PathBuf>,
 }

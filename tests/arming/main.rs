@@ -153,7 +153,7 @@ const BLOCKED: (JointLicence, JointCause) = (JointLicence::Locked, JointCause::B
 
 /// One test, because a process can join the boards of one domain only.
 #[test]
-fn joints_are_armed_by_order_and_locked_ones_by_acknowledgement_and_no_order_outlives_its_command() {
+fn joints_arm_by_order_and_unlock_by_acknowledgement() {
     let mut robot = Boards::of("arm", &joints(0, &[STARTED, STARTED]));
     let (order, told) = robot.armed(&[], &joints(0, &[ARMED, ARMED]));
     assert_eq!(order, ArmOrder { acknowledged_locks: None });
@@ -204,7 +204,7 @@ fn where_no_robot_runs_nothing_is_armed() {
 }
 
 #[test]
-fn a_robot_that_does_not_arm_by_itself_is_armed_by_order_and_not_before() {
+fn without_automatic_arming_a_robot_arms_only_by_order() {
     let files = tempfile::tempdir().expect("a folder");
     let leo =
         read("config/leo.toml").replace("automatic_arming = \"simulated\"", "automatic_arming = \"never\"");

@@ -16,7 +16,7 @@ pub(crate) fn acts(lesson: &str) -> Vec<String> {
 }
 
 #[test]
-fn what_is_placed_on_something_is_told_with_what_holds_it_and_a_correction_is_another_act() {
+fn a_placement_names_its_support_and_a_correction_is_another_act() {
     let should = [
         "the teacher: blue square placed on the green square",
         "the teacher: blue square placed on the red square",
@@ -26,7 +26,7 @@ fn what_is_placed_on_something_is_told_with_what_holds_it_and_a_correction_is_an
 }
 
 #[test]
-fn what_is_handed_over_is_told_with_who_receives_it() {
+fn a_hand_over_is_reported_with_its_receiver() {
     let should = [
         "the teacher: yellow square moved",
         "the teacher: blue square handed to me",

@@ -70,7 +70,7 @@ fn differences(lines: &[Value]) -> BTreeMap<u64, Vec<String>> {
 }
 
 #[test]
-fn what_happens_behind_his_back_he_does_not_know_until_he_looks_again() {
+fn changes_behind_a_partners_back_are_unknown_until_seen() {
     let told = run_leo(&["believe", MOVED, "--json"]);
     let lines = lines(&told);
     let differences = differences(&lines);
@@ -124,7 +124,7 @@ fn the_same_trace_gives_the_same_bytes_and_telling_less_changes_nothing() {
 }
 
 #[test]
-fn an_mcap_file_is_believed_as_its_lines_are_and_half_of_one_up_to_its_end() {
+fn an_mcap_trace_gives_the_same_beliefs_and_may_be_truncated() {
     let mut writer = trace::Writer::mcap(Vec::new()).expect("writes");
     // The story is repeated, so that the file has several chunks.
     let frames: Vec<trace::Frame> = (0..40_u64)
@@ -182,7 +182,7 @@ fn people_are_told_a_timeline_and_what_is_believed_at_the_end() {
 }
 
 #[test]
-fn whose_perspectives_there_are_is_as_told() {
+fn partners_option_sets_the_perspectives() {
     let perspectives = |partners: &str| {
         let lines = lines(&run_leo(&["believe", MOVED, "--json", "--partners", partners]));
         let summary = lines.last().and_then(|line| line.pointer("/perspectives")).expect("a list").clone();
@@ -192,9 +192,9 @@ fn whose_perspectives_there_are_is_as_told() {
     assert_eq!(perspectives("0"), (Some(1), 29 * 3));
     assert_eq!(perspectives("3"), (Some(4), 29 * 3));
     let told = run_leo(&["believe", MOVED, "--partners", "0"]);
-    assert!(
-        told.out.contains("observed, and not simulated: partner 1; for his beliefs too, give --partners 1\n")
-    );
+    assert!(told.out.contains(
+        "observed, and not simulated: partner 1; to simulate their beliefs too, give --partners 1\n"
+    ));
     // Nothing is reported about a partner who was never seen.
     let told = run_leo(&["believe", MOVED, "--partners", "2"]);
     assert!(
@@ -204,7 +204,7 @@ fn whose_perspectives_there_are_is_as_told() {
 }
 
 #[test]
-fn what_he_takes_the_robot_to_believe_is_told_by_its_path() {
+fn nested_beliefs_are_reported_by_their_path() {
     let files = tempfile::tempdir().expect("a folder");
     let flat = read("config/leo.toml");
     let deeper = flat.replacen("\ndepth = 1 ", "\ndepth = 2 ", 1);
@@ -221,7 +221,7 @@ fn what_he_takes_the_robot_to_believe_is_told_by_its_path() {
 }
 
 #[test]
-fn taken_at_its_word_the_paper_makes_one_belief_of_two_alike() {
+fn the_literal_paper_merges_two_similar_objects_into_one_belief() {
     let twin = r#"{"position_m": [0.6, 0.1, 0.03], "colour_rgb": [0.8, 0.05, 0.05]}"#;
     let frame = format!(r#"{{"at_ns": 1, "observations": [{twin}, {}]}}"#, twin.replace("0.1", "0.18"));
     let trace = format!("{HEADER}\n{frame}\n");
@@ -248,7 +248,7 @@ fn taken_at_its_word_the_paper_makes_one_belief_of_two_alike() {
 }
 
 #[test]
-fn what_two_sources_see_at_one_place_is_one_thing_and_each_has_its_own_time() {
+fn two_sources_observe_one_object_each_in_its_own_time() {
     let frame = |at_ns: u32, source: u32, y: f32| {
         format!(
             r#"{{"at_ns": {at_ns}, "source": {source}, "observations": [{{"position_m": [0.6, {y}, 0.03]}}]}}"#
@@ -285,7 +285,7 @@ fn a_trace_of_nothing_is_no_error() {
 }
 
 #[test]
-fn what_cannot_be_used_is_told_at_the_end_and_what_found_no_room_too() {
+fn refused_and_overflowed_observations_are_reported_at_the_end() {
     let block = r#"{"position_m": [0.6, 0.1, 0.03]}"#;
     let many = vec![block; 70].join(", ");
     let trace = format!(
@@ -298,7 +298,7 @@ fn what_cannot_be_used_is_told_at_the_end_and_what_found_no_room_too() {
     for line in [
         "1 observations refused: `position_m` must be finite and within 1000 m (the first: line 2)\n",
         "1 observations refused: `at_ns` must be later than in the frame before of the same source (the first: line 3)\n",
-        "6 observations found no room: raise buffers.objects in leo.toml\n",
+        "6 observations did not fit: raise buffers.objects in leo.toml\n",
         "the trace ends in the middle of a frame: it was read up to there\n",
     ] {
         assert!(told.out.contains(line), "{line} is not in\n{}", told.out);
@@ -318,7 +318,8 @@ fn beliefs_that_found_no_room_are_told_of_whose_they_are() {
     assert_eq!((told.status, told.err.as_str()), (Some(0), ""), "{told:?}");
     let line = "Leo believes in 64 things\n";
     assert!(told.out.contains(line), "{line} is not in\n{}", told.out);
-    let line = "  16 observations, beliefs or occluders found no room: raise buffers.objects in leo.toml, or occluders.most in perspective.toml\n";
+    let line = "  16 observations, beliefs or occluders did not fit: raise buffers.objects in leo.toml, or \
+                occluders.most in perspective.toml\n";
     assert!(told.out.contains(line), "{line} is not in\n{}", told.out);
 }
 
@@ -369,7 +370,7 @@ fn bad_usage_of_believe_is_told_with_what_to_do() {
 }
 
 #[test]
-fn who_has_read_enough_ends_it_well_and_a_full_disk_does_not() {
+fn a_closed_pipe_is_success_and_a_full_disk_is_not() {
     // More than the capacity of a pipe, so that the command writes after it was closed.
     let frame =
         |at: usize| format!("{{\"at_ns\": {at}, \"observations\": [{{\"position_m\": [0, 0, 0]}}]}}\n");
@@ -401,7 +402,7 @@ fn block(kind: &str, nth: usize) -> String {
 }
 
 #[test]
-fn an_mcap_file_that_is_made_as_its_page_says_is_believed_as_its_lines_are() {
+fn an_mcap_trace_made_as_documented_gives_the_same_beliefs() {
     let Some(python) = venv::interpreter("mcap-ros2-support==0.5.7", "mcap.writer") else { return };
     let folder = tempfile::tempdir().expect("a folder");
     let made = folder.path().join("made.mcap");

@@ -77,7 +77,7 @@ fn expanding(is_checked: bool, record: impl Fn(usize) -> Vec<u8>) -> Vec<u8> {
 }
 
 #[test]
-fn a_small_recording_that_expands_to_gigabytes_is_refused_by_its_name_and_costs_little() {
+fn a_recording_that_expands_to_gigabytes_is_refused_cheaply() {
     let folder = tempfile::tempdir().expect("a folder");
     let id = |number: usize| u16::try_from(number).expect("there are few");
     let schemas = expanding(true, |number| schema(id(number), "leo", MIB));
@@ -96,7 +96,7 @@ fn a_small_recording_that_expands_to_gigabytes_is_refused_by_its_name_and_costs_
 }
 
 #[test]
-fn a_small_trace_that_expands_to_gigabytes_is_refused_by_its_name_and_costs_little() {
+fn a_trace_that_expands_to_gigabytes_is_refused_cheaply() {
     let folder = tempfile::tempdir().expect("a folder");
     // Many sources at one instant: their frames are believed together.
     let observation = r#"{"position_m":[0,0,0]},"#.repeat(60_000);
@@ -132,7 +132,7 @@ fn a_small_trace_that_expands_to_gigabytes_is_refused_by_its_name_and_costs_litt
 }
 
 #[test]
-fn a_line_or_a_file_of_a_gigabyte_is_refused_by_every_command_that_reads_one() {
+fn every_reading_command_refuses_a_gigabyte_line_or_file() {
     let folder = tempfile::tempdir().expect("a folder");
     let long = sparse(&folder, "long.toml");
     let whole = "is longer than 4 MiB, the most that Leo reads of a file of configuration";
@@ -150,7 +150,7 @@ fn a_line_or_a_file_of_a_gigabyte_is_refused_by_every_command_that_reads_one() {
         (&["believe", "config/traces/moved.jsonl", "--config", &long], whole),
         (&["record", "a.mcap", "--config", &long], whole),
         (&["record", "a.mcap", "--lesson", &long], whole),
-        (&["replay", &long], "is no recording of Leo"),
+        (&["replay", &long], "is not a recording of Leo"),
         (&["tasks", "import", &long], "is longer than 256 MiB"),
         (&["arm", "--config", &long], whole),
         (&["bus", "scan", "--config", &long], whole),
@@ -171,21 +171,17 @@ fn a_line_or_a_file_of_a_gigabyte_is_refused_by_every_command_that_reads_one() {
 }
 
 #[test]
-fn examples_that_need_much_more_memory_than_their_file_is_long_are_refused_by_their_line() {
+fn examples_that_expand_too_much_are_refused_by_line() {
     let folder = tempfile::tempdir().expect("a folder");
     let objects: Vec<String> = (0..200_000).map(|id| format!("{{\"id\":{id}}}")).collect();
     let example = format!(r#"{{"perspectives":[{{"before":[{}],"changed":[]}}]}}"#, objects.join(","));
     let text = format!("{{\"leo_examples\":1}}\n{}", format!("{example}\n").repeat(20));
     let examples = write(&folder, "many.jsonl", &text);
-    assert_bounded(
-        &["learn", &examples],
-        Stdio::null(),
-        &[&examples, "line ", "of memory", "learn from fewer"],
-    );
+    assert_bounded(&["learn", &examples], Stdio::null(), &[&examples, "line ", "of memory", "use fewer"]);
 }
 
 #[test]
-fn a_chunk_without_a_check_sum_is_said_and_refused_where_bits_are_compared() {
+fn a_chunk_without_check_sum_is_reported_and_refused_for_comparison() {
     let folder = tempfile::tempdir().expect("a folder");
     let lesson = write(&folder, "short.toml", &short_lesson());
     let recording = file(&folder, "lesson.mcap");
@@ -193,12 +189,12 @@ fn a_chunk_without_a_check_sum_is_said_and_refused_where_bits_are_compared() {
     let mut bytes = fs::read(&recording).expect("reads");
     assert!(without_check_sums(&mut bytes) > 1);
     fs::write(&recording, &bytes).expect("writes");
-    let words = [&recording, "no check sum", "nothing is compared", "record it anew"];
+    let words = [&recording, "no check sum", "nothing is compared", "record again"];
     assert_refused(&run_leo(&["replay", &recording]), 2, &words.map(|word| -> &str { word }));
 }
 
 #[test]
-fn a_trace_with_a_chunk_without_a_check_sum_is_believed_and_that_is_said() {
+fn a_trace_chunk_without_check_sum_is_used_and_reported() {
     let folder = tempfile::tempdir().expect("a folder");
     let json = r#"{"at_ns":1,"observations":[{"position_m":[0.6,0,0]}]}"#;
     let records = [channel(0), message(0, json)].concat();

@@ -12,7 +12,7 @@ fn check(arguments: &[&str]) -> CommandOutput {
 }
 
 #[test]
-fn a_check_says_what_mends_changes_it_when_told_and_takes_it_back() {
+fn a_check_names_remedies_applies_and_reverts_them() {
     let root = tempfile::tempdir().expect("a folder");
     let timer = root.path().join("sys/bus/usb-serial/devices/ttyUSB0/latency_timer");
     fs::create_dir_all(timer.parent().expect("a folder")).expect("makes");
@@ -69,10 +69,10 @@ fn an_old_configuration_is_brought_forward_once_and_kept_as_it_was() {
     let told = check(&["--config", &config, "--migrate"]);
     assert_eq!(told.status, Some(0), "{told:?}");
     assert!(
-        told.out.contains("leo.toml was migrated; as it was: ") && told.out.contains("noise = 0.0"),
+        told.out.contains("leo.toml was migrated; the original: ") && told.out.contains("noise = 0.0"),
         "{told:?}"
     );
-    assert!(told.out.contains("nothing was learned in "), "{told:?}");
+    assert!(told.out.contains("no learned tasks in "), "{told:?}");
     assert_eq!(read(&format!("{config}.old")), old);
     assert!(!Path::new(&format!("{config}.new")).exists());
     let new = read(&config);
@@ -86,7 +86,7 @@ fn an_old_configuration_is_brought_forward_once_and_kept_as_it_was() {
 }
 
 #[test]
-fn a_configuration_from_before_joints_were_armed_by_order_gets_the_settings_of_that() {
+fn an_older_configuration_gets_the_arming_settings() {
     let files = tempfile::tempdir().expect("a folder");
     let new = read("config/leo.toml");
     let (before, rest) = new.split_once("automatic_arming = ").expect("is there");
@@ -102,12 +102,12 @@ fn a_configuration_from_before_joints_were_armed_by_order_gets_the_settings_of_t
 }
 
 #[test]
-fn what_was_learned_is_brought_forward_where_it_is_and_nowhere_else_and_not_while_a_robot_has_it_open() {
+fn learned_tasks_are_migrated_in_place_unless_a_robot_uses_them() {
     let files = tempfile::tempdir().expect("a folder");
     let nowhere = files.path().join("nowhere");
     let migrate = |state: &Path| check(&["--migrate", "--state", state.to_str().expect("letters")]);
     let told = migrate(&nowhere);
-    assert!(told.status == Some(0) && told.out.contains("nothing was learned in "), "{told:?}");
+    assert!(told.status == Some(0) && told.out.contains("no learned tasks in "), "{told:?}");
     assert!(!nowhere.exists(), "a look makes nothing");
 
     let state = files.path().join("state");
@@ -122,7 +122,7 @@ fn what_was_learned_is_brought_forward_where_it_is_and_nowhere_else_and_not_whil
     fs::create_dir(&state).expect("makes");
     fs::copy("shared/store/tests/version_1.redb", state.join("learned.redb")).expect("copies");
     let told = migrate(&state);
-    assert!(told.status == Some(0) && told.out.contains("was migrated; as it was: "), "{told:?}");
+    assert!(told.status == Some(0) && told.out.contains("was migrated; the original: "), "{told:?}");
     assert!(told.out.contains("old/learned.v1.redb") && state.join("learned.v1.redb").exists(), "{told:?}");
     fs::write(state.join("learned.copy.store"), "nonsense").expect("writes");
     let told = migrate(&state);
@@ -146,7 +146,7 @@ fn what_root_brings_forward_belongs_to_whom_it_belonged() {
 }
 
 #[test]
-fn a_key_that_an_older_perspective_lacks_is_an_error_that_says_what_puts_it_in() {
+fn a_missing_key_of_an_older_perspective_names_the_migration() {
     let files = tempfile::tempdir().expect("a folder");
     let config = write(&files, "leo.toml", &read("config/leo.toml"));
     let perspective = read("config/perspective.toml").replace("hearing_range_m", "# hearing_range_m");
@@ -176,7 +176,7 @@ echo "refused: $refused"
 "#;
 
 #[test]
-fn files_for_which_a_disk_has_no_room_stay_as_they_are_until_there_is_some() {
+fn a_full_disk_leaves_files_unchanged_until_space_is_free() {
     let (command, files) = leo(&[]);
     write(&files, "leo.toml", &read("config/leo.toml").replace("noise = 0.0 ", "# noise = 0.0 "));
     let perspective = read("config/perspective.toml").replace("hearing_range_m", "# hearing_range_m");
@@ -211,7 +211,7 @@ fn about(told: &CommandOutput, what: &str) -> String {
 }
 
 #[test]
-fn a_check_says_of_which_version_what_was_learned_is_and_changes_nothing() {
+fn a_check_reports_the_store_version_and_changes_nothing() {
     let files = tempfile::tempdir().expect("a folder");
     let state = files.path().join("state");
     let learned = || {
@@ -220,13 +220,13 @@ fn a_check_says_of_which_version_what_was_learned_is_and_changes_nothing() {
     };
     let (status, none) = learned();
     assert!(status == Some(0) && none.starts_with("good "), "{none}");
-    assert!(none.contains("nothing was learned in ") && !state.exists(), "{none}");
+    assert!(none.contains("no learned tasks in ") && !state.exists(), "{none}");
 
     let file = process::state::learned(&state);
     let memory = learner_process::Memory::open(&file).expect("is made");
     let (status, in_use) = learned();
     assert!(
-        status == Some(0) && in_use.starts_with("good ") && in_use.contains("in use by a robot"),
+        status == Some(0) && in_use.starts_with("good ") && in_use.contains("in use by a running robot"),
         "{in_use}"
     );
     drop(memory);
@@ -268,7 +268,7 @@ fn a_check_says_of_which_version_what_was_learned_is_and_changes_nothing() {
 }
 
 #[test]
-fn a_check_says_whether_the_robots_that_run_have_the_messages_of_this_program() {
+fn a_check_compares_message_layouts_with_running_robots() {
     let domain = transport::Domain::named(&format!("versions-{}", std::process::id())).expect("a legal name");
     let claim = transport::janitor::claim(&domain).expect("nobody has it");
     domain.make().expect("/dev/shm is writable");

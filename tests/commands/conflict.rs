@@ -69,7 +69,7 @@ const SEEN: &str = "to me it looked like \"all but blue\", but you could not see
 const ASKED: &str = "Should a red square be filled, too?";
 
 #[test]
-fn task_1_is_performed_as_the_teacher_or_as_leo_saw_it_and_the_conflict_is_said() {
+fn task_1_is_performed_by_the_configured_view_with_the_conflict_reported() {
     let human = taught(TASK_1, "human");
     assert_eq!(human.outcome(), ["all", "human", "filled 5 of 5"]);
     assert_eq!(human.explanation, SEEN);
@@ -96,7 +96,7 @@ fn task_1_is_performed_as_the_teacher_or_as_leo_saw_it_and_the_conflict_is_said(
 }
 
 #[test]
-fn what_the_teacher_knew_and_left_out_is_asked_before_anybody_is_followed() {
+fn known_objects_left_out_by_the_teacher_are_asked_about_first() {
     let files = tempfile::tempdir().expect("a folder");
     let lesson = |answer| write(&files, "lesson.toml", &with_a_slip(answer));
     // Under the first policy the teacher is followed before they answer.

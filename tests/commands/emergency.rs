@@ -65,7 +65,7 @@ fn run(command: &mut Command) -> (Option<i32>, String, String) {
 }
 
 #[test]
-fn of_two_robots_the_one_is_stopped_though_the_other_cannot_be() {
+fn one_robot_is_stopped_although_the_other_cannot_be() {
     if !getuid().is_root() {
         eprintln!("SKIPPED: only root can become another user");
         return;
@@ -104,7 +104,7 @@ fn of_two_robots_the_one_is_stopped_though_the_other_cannot_be() {
 }
 
 #[test]
-fn a_stop_whose_reason_finds_no_room_is_raised_all_the_same() {
+fn a_stop_with_an_overlong_reason_is_still_raised() {
     let robot = Robot::of("stop-full");
     // A file size limit of 0 has the effect of a full file system.
     let script = "ulimit -f 0; trap '' XFSZ; exec \"$0\" emergency-stop --domain \"$1\"";
@@ -119,7 +119,7 @@ fn a_stop_whose_reason_finds_no_room_is_raised_all_the_same() {
 }
 
 #[test]
-fn a_stop_of_a_robot_that_is_on_its_way_up_makes_no_buffer_that_a_process_is_about_to_make() {
+fn an_emergency_stop_during_start_creates_no_buffer_of_a_process() {
     let robot = Robot::of("stop-early");
     let mut command = Command::new(env!("CARGO_BIN_EXE_leo"));
     command.args(["emergency-stop", "--domain"]).arg(robot.root()).stdout(Stdio::null());
@@ -135,7 +135,7 @@ fn a_stop_of_a_robot_that_is_on_its_way_up_makes_no_buffer_that_a_process_is_abo
 }
 
 #[test]
-fn a_robot_that_nobody_names_is_limp_where_the_last_such_one_was_left_stopped() {
+fn an_unnamed_robot_keeps_the_stop_of_its_predecessor() {
     const USER: u32 = 65_532;
     if !getuid().is_root() {
         eprintln!("SKIPPED: only root can become another user");

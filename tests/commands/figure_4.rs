@@ -29,7 +29,7 @@ fn button(percepts: &Percepts, beliefs: &[Belief]) -> Option<Pressed> {
 }
 
 #[test]
-fn he_believes_the_button_as_he_last_saw_it_until_he_looks_again() {
+fn the_partner_believes_the_last_seen_state_of_the_button() {
     let folder = tempfile::tempdir().expect("a folder");
     let to = file(&folder, "button.mcap");
     let told = run_leo(&["teach", "config/lessons/the_button.toml", "--record", &to]);

@@ -22,7 +22,7 @@ cat "$1.said"
 "#;
 
 #[test]
-fn what_is_learned_on_a_full_disk_is_kept_once_there_is_room() {
+fn examples_learned_on_a_full_disk_are_saved_later() {
     let (command, files) = leo(&[]);
     let lesson = write(&files, "lesson.toml", &short_lesson());
     let state = files.path().join("disk").display().to_string();

@@ -80,7 +80,7 @@ fn on_conflict_it_is_followed_or_asked_as_configured() {
 }
 
 #[test]
-fn what_is_asked_about_gets_a_probability_in_the_eyes_of_each() {
+fn a_question_gives_a_probability_for_each_perspective() {
     let document = document(&[]);
     let probability = |object: usize, answer: usize| {
         let pointer = format!("/examples/1/asked/{object}/answers/{answer}/probability");
@@ -103,7 +103,7 @@ fn every_run_says_the_same_and_people_are_told_what_was_learned() {
 }
 
 #[test]
-fn a_line_that_is_wrong_is_named_with_its_field_and_nothing_is_learned() {
+fn an_invalid_line_is_named_with_its_field() {
     let files = tempfile::tempdir().expect("a folder");
     let good = format!(
         r#"{{"perspectives": [{{"before": [{RED}], "changed": [{{"id": 1, "states": {{"marked": true}}}}]}}]}}"#

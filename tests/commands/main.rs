@@ -47,7 +47,7 @@ fn assert_refused(told: &CommandOutput, status: i32, words: &[&str]) {
 }
 
 #[test]
-fn perspective_taking_decides_what_is_learned_and_every_run_says_the_same_bytes() {
+fn perspective_taking_decides_the_rule_reproducibly() {
     let files = tempfile::tempdir().expect("a folder");
     // Deeper nested perspectives do not affect learning.
     let deeper = read("config/leo.toml").replace("depth = 1 ", "depth = 2 ");
@@ -225,7 +225,7 @@ fn wrong_bodies() -> Vec<(&'static str, String, &'static [&'static str])> {
             changed("leo.urdf", "lower=\"-0.8\"", "lower=\"low\""),
             &["/leo.urdf: not a URDF: ", "invalid float"],
         ),
-        ("leo.urdf", String::new(), &["/leo.urdf: not a URDF: ", "mend it, or take it away"]),
+        ("leo.urdf", String::new(), &["/leo.urdf: not a URDF: ", "correct it, or remove it"]),
         ("motor.toml", crowded, &["/motor.toml: bus `torso` has 65 servos", "spread them over more buses"]),
     ]
 }
@@ -264,7 +264,7 @@ fn bad_usage_is_told_with_what_to_do() {
 }
 
 #[test]
-fn a_memory_that_cannot_be_had_is_refused_before_anything_starts() {
+fn an_unavailable_memory_is_refused_before_anything_starts() {
     let (mut homeless, files) = leo(&["run", "--for", "1"]);
     homeless.env_remove("XDG_STATE_HOME");
     assert_refused(&Leo::start(homeless, files).end(), 2, &["HOME", "XDG_STATE_HOME"]);
@@ -335,7 +335,7 @@ fn every_command_has_help_with_an_example() {
 }
 
 #[test]
-fn nobody_who_reads_is_no_reason_to_panic() {
+fn a_closed_standard_output_causes_no_panic() {
     for arguments in [["check", "--json", "--seconds", "0"].as_slice(), &["--help"], &["run", "--for", "0.5"]]
     {
         let (mut command, _files) = leo(arguments);
@@ -349,7 +349,7 @@ fn nobody_who_reads_is_no_reason_to_panic() {
 }
 
 #[test]
-fn a_process_that_dies_or_hangs_in_lockstep_ends_the_lesson_by_name() {
+fn a_dead_or_hung_process_in_lockstep_ends_the_lesson() {
     let files = tempfile::tempdir().expect("a folder");
     let config = read("config/leo.toml");
     let hasty = config.replace("turn_within_ms = 10000.0", "turn_within_ms = 1500.0");
@@ -365,7 +365,7 @@ fn a_process_that_dies_or_hangs_in_lockstep_ends_the_lesson_by_name() {
 }
 
 #[test]
-fn what_the_robot_has_no_room_for_is_told_once_and_it_goes_on() {
+fn an_overflow_is_reported_once_and_the_robot_continues() {
     let files = tempfile::tempdir().expect("a folder");
     let small = read("config/leo.toml").replace("objects = 64 ", "objects = 8 ");
     let config = write(&files, "leo.toml", &small);

@@ -36,7 +36,7 @@ pub(crate) fn equal(told: &CommandOutput, buffer: &str) -> Option<usize> {
 }
 
 #[test]
-fn a_recording_of_a_robot_with_an_older_configuration_is_replayed_all_the_same() {
+fn a_recording_with_an_older_configuration_is_replayed() {
     let folder = tempfile::tempdir().expect("a folder");
     let (lesson, new) = (write(&folder, "short.toml", &short_lesson()), file(&folder, "new.mcap"));
     recorded(&lesson, &new);
@@ -74,10 +74,10 @@ fn what_cannot_be_recorded_or_replayed_is_refused() {
     let folder = tempfile::tempdir().expect("a folder");
     let lesson = write(&folder, "short.toml", &short_lesson());
     let text = write(&folder, "notes.txt", "these are no frames of anything\n");
-    assert_refused(&run_leo(&["replay", &text]), 2, &["notes.txt is no recording of Leo", "leo teach"]);
+    assert_refused(&run_leo(&["replay", &text]), 2, &["notes.txt is not a recording of Leo", "leo teach"]);
     assert_refused(&run_leo(&["replay", "/nowhere/x.mcap"]), 2, &["/nowhere/x.mcap"]);
     let both = ["teach", &lesson, &lesson, "--record", "x.mcap"];
-    assert_refused(&run_leo(&both), 2, &["--record holds one lesson"]);
+    assert_refused(&run_leo(&both), 2, &["--record takes one lesson"]);
     assert_refused(&run_leo(&["teach", &lesson, "--record", "/nowhere/x.mcap"]), 1, &["/nowhere/x.mcap"]);
     // The disk is full from the first byte on.
     assert_refused(
@@ -118,7 +118,8 @@ fn a_disk_that_fills_up_leaves_what_was_written() {
         return;
     }
     assert!(
-        told.err.contains("No space left on device") && told.err.contains("read up to there"),
+        told.err.contains("No space left on device")
+            && told.err.contains("the part written before is readable"),
         "{told:?}"
     );
     assert_eq!(told.err.lines().count(), 1, "{told:?}");
@@ -148,7 +149,7 @@ const ONTO_A_SMALL_DISK: &str = "mount -t tmpfs -o size=40m tmpfs \"$1\" || exit
     cp \"$1/full.mcap\" \"$2\"; exit $status";
 
 #[test]
-fn a_disk_without_room_ends_the_recording_with_one_error_and_not_the_robot_and_some_is_left() {
+fn a_full_disk_ends_only_the_recording_and_leaves_free_space() {
     let folder = tempfile::tempdir().expect("a folder");
     let Robot(robot, domain) = robot();
     let [disk, copy] = ["disk", "copy.mcap"].map(|name| file(&folder, name));
@@ -329,7 +330,7 @@ fn a_process_records_and_goes_on() {
 }
 
 #[test]
-fn a_recording_takes_no_file_away_and_follows_no_link_unless_that_is_asked_for() {
+fn a_recording_overwrites_no_file_and_follows_no_link_by_default() {
     let folder = tempfile::tempdir().expect("a folder");
     let lesson = write(&folder, "short.toml", &short_lesson());
     let [theirs, link] = ["theirs.mcap", "link.mcap"].map(|name| file(&folder, name));

@@ -121,7 +121,7 @@ fn every_lesson_of_a_fourth_part_is_replayed_bit_by_bit() {
 }
 
 #[test]
-fn with_another_seed_and_more_noise_a_lesson_is_another_and_is_replayed_bit_by_bit() {
+fn a_lesson_with_another_seed_differs_and_is_replayed_bit_by_bit() {
     let folder = tempfile::tempdir().expect("a folder");
     let lesson = changed(&short_lesson(), "position_sigma_m = 0.003", "position_sigma_m = 0.02");
     let seen = [1, 2].map(|seed| {
@@ -135,7 +135,7 @@ fn with_another_seed_and_more_noise_a_lesson_is_another_and_is_replayed_bit_by_b
 }
 
 #[test]
-fn a_recording_is_the_same_bytes_every_time_and_every_difference_of_a_replay_is_named() {
+fn recordings_are_reproducible_and_replay_differences_are_named() {
     let folder = tempfile::tempdir().expect("a folder");
     let lesson = write(&folder, "short.toml", &short_lesson());
     let [one, other, wrong] = ["1.mcap", "2.mcap", "wrong.mcap"].map(|name| file(&folder, name));
@@ -210,7 +210,7 @@ fn a_recording_is_the_same_bytes_every_time_and_every_difference_of_a_replay_is_
     fs::write(&wrong, &bytes[..bytes.len() * 2 / 3]).expect("writes");
     let told = run_leo(&["replay", &wrong]);
     assert_eq!((told.status, told.err.as_str()), (Some(0), ""), "{told:?}");
-    assert!(told.out.contains("the file ends in the middle, after "), "{told:?}");
+    assert!(told.out.contains("the file is truncated after "), "{told:?}");
     assert!(equal(&told, "leo/beliefs/0").is_some_and(|frames| frames > 500), "{told:?}");
 }
 
@@ -252,7 +252,7 @@ fn paced(recording: &str, speed: f64, window: &[(&str, Duration)]) -> Pace {
 }
 
 #[test]
-fn a_replay_at_a_speed_keeps_to_it_from_where_it_is_told() {
+fn a_replay_keeps_its_speed_from_the_start_point() {
     let folder = tempfile::tempdir().expect("a folder");
     let lesson = write(&folder, "short.toml", &short_lesson());
     let to = file(&folder, "short.mcap");

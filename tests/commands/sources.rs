@@ -27,7 +27,7 @@ fn a_source_from_outside_changes_nothing_in_simulated_time() {
 }
 
 #[test]
-fn without_a_simulator_among_the_sources_none_is_started_and_no_lesson_is_played() {
+fn without_a_simulator_source_no_lesson_is_played() {
     let files = tempfile::tempdir().expect("a folder");
     let config = write(&files, "leo.toml", &without_simulator());
     let refused = run_leo(&["teach", "config/lessons/task1.toml", "--config", &config]);

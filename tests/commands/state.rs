@@ -55,7 +55,7 @@ fn told(command: &mut Command) -> CommandOutput {
 }
 
 #[test]
-fn a_state_directory_in_which_nothing_can_be_kept_refuses_every_command_that_writes_there() {
+fn an_unwritable_state_directory_refuses_every_writing_command() {
     let may_mount = || told(Command::new("unshare").args(["--mount", "true"])).status == Some(0);
     if !getuid().is_root() || !may_mount() {
         assert!(std::env::var_os(REQUIRED).is_none(), "root is needed, and the right to mount");

@@ -33,7 +33,7 @@ fn task(lesson: &str, change: Option<(&str, &str)>) -> Value {
     let robot = config::Robot::load(config.as_deref().map(std::path::Path::new)).expect("a configuration");
     let needs = config::lesson::Lesson::load(lesson.as_ref()).expect("a lesson").needs;
     let says =
-        needs.lacking(&robot.leo).map_or_else(String::new, |lacking| format!("set {lacking} in leo.toml"));
+        needs.lacking(&robot.leo).map_or_else(String::new, |lacking| format!("needs {lacking} in leo.toml"));
     assert!(told.status == Some(0) && told.err.contains(&says), "{told:?}");
     assert!(!says.is_empty() || told.err.is_empty(), "{told:?}");
     let lessons: Value = serde_json::from_str(&told.out).expect("is JSON");
@@ -65,7 +65,7 @@ fn a_teacher_at_the_side_sees_a_quarter_turned() {
 }
 
 #[test]
-fn what_happened_behind_the_teachers_back_is_no_part_of_what_he_means() {
+fn changes_behind_the_teachers_back_are_not_part_of_the_rule() {
     let [rule, why, done] = taught("config/lessons/behind_his_back.toml", None);
     assert_eq!(rule, "all");
     assert_eq!(
@@ -76,7 +76,7 @@ fn what_happened_behind_the_teachers_back_is_no_part_of_what_he_means() {
 }
 
 #[test]
-fn of_two_teachers_with_different_views_the_one_who_teaches_counts() {
+fn of_two_teachers_the_view_of_the_demonstrator_counts() {
     let lesson = "config/lessons/two_teachers.toml";
     let [rule, why, done] = taught(lesson, Some(("partners = 1 ", "partners = 2 ")));
     assert_eq!((rule.as_str(), done.as_str()), ("all", "filled 5 of 5"));

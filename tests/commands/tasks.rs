@@ -51,7 +51,7 @@ fn what_was_learned_is_listed_shown_exported_forgotten_and_imported() {
 }
 
 #[test]
-fn what_an_example_leaves_open_is_shown_as_a_question() {
+fn an_ambiguous_example_is_shown_as_a_question() {
     let files = tempfile::tempdir().expect("a folder");
     let state = files.path().join("state").display().to_string();
     let mut ambiguous = exported();
@@ -86,13 +86,13 @@ fn a_file_that_is_no_export_changes_nothing() {
     let mut twice = exported();
     let again = twice["tasks"][0].clone();
     twice["tasks"].as_array_mut().expect("a list").push(again);
-    assert_refused(&import(&twice.to_string()), 2, &["task 2 has the name of one before it"]);
+    assert_refused(&import(&twice.to_string()), 2, &["task 2 has the name of an earlier task"]);
     assert_refused(&run_leo(&["tasks", "import", "/nowhere.json", "--state", &state]), 2, &["/nowhere.json"]);
     assert_eq!(run_leo(&["tasks", "list", "--state", &state]).out, "Leo has learned nothing yet\n");
 }
 
 #[test]
-fn what_an_older_leo_learned_is_taken_over_and_its_file_kept() {
+fn a_store_of_an_older_version_is_migrated_and_its_file_kept() {
     let files = tempfile::tempdir().expect("a folder");
     let state = files.path().join("state");
     fs::create_dir(&state).expect("makes");
@@ -124,7 +124,7 @@ fn says(text: &str, words: &[&str]) -> bool {
 }
 
 #[test]
-fn a_damaged_store_is_told_with_what_is_lost_and_what_was_asked_is_done_with_the_rest() {
+fn a_damaged_store_reports_losses_and_serves_the_rest() {
     let files = tempfile::tempdir().expect("a folder");
     let state = files.path().join("state");
     let ask = |arguments: &[&str]| {
@@ -188,7 +188,7 @@ fn a_damaged_store_is_told_with_what_is_lost_and_what_was_asked_is_done_with_the
 }
 
 #[test]
-fn a_store_that_another_leo_has_open_or_wrote_is_refused_with_what_to_do() {
+fn a_locked_or_newer_store_is_refused_with_a_remedy() {
     let files = tempfile::tempdir().expect("a folder");
     let state = files.path().join("state");
     let list = || run_leo(&["tasks", "list", "--state", state.to_str().expect("letters")]);

@@ -223,7 +223,7 @@ json.dump({"counts": counts, "is_cut": is_cut}, sys.stdout)
 "#;
 
 #[test]
-fn a_recording_that_a_kill_cut_short_is_read_by_others_as_far_as_by_leo() {
+fn a_truncated_recording_is_readable_by_other_tools_too() {
     let Some(python) = venv::interpreter("mcap-ros2-support==0.5.7", "mcap.stream_reader") else { return };
     let folder = tempfile::tempdir().expect("a folder");
     let script = write(&folder, "cut.py", UP_TO_THE_CUT);
@@ -265,7 +265,7 @@ json.dump(rows, sys.stdout)
 ";
 
 #[test]
-fn a_common_viewer_has_nothing_to_complain_of_and_shows_every_message_of_every_channel() {
+fn a_common_viewer_shows_every_message_of_every_channel() {
     let Some(python) = venv::interpreter("rerun-sdk==0.41.0", "rerun.chunk") else { return };
     let folder = tempfile::tempdir().expect("a folder");
     let script = write(&folder, "rows.py", ROWS);

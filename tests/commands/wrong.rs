@@ -22,7 +22,7 @@ fn said(account: &Value) -> Vec<&str> {
 fn misunderstandings_are_answered_one_by_one() {
     let account = account("config/lessons/misunderstandings.toml", "config/leo.toml");
     let expected = [
-        "nobody is showing me One peg; say",
+        "no demonstration of One peg has begun; say",
         "I have not learned one peg; I know nothing yet",
         "like what? Say",
         "I am watching; say \"two pegs is done\"",
@@ -68,7 +68,7 @@ fn vanishing() -> String {
 }
 
 #[test]
-fn what_vanishes_during_a_showing_is_said_and_what_is_left_is_learned_from() {
+fn a_vanished_object_is_reported_and_the_rest_is_learned() {
     let files = tempfile::tempdir().expect("a folder");
     write(&files, "vanishing.jsonl", &vanishing());
     let source = "\n[[sensor.source]]\nname = \"camera\"\nkind = \"trace\"\nfile = \"vanishing.jsonl\"\n";

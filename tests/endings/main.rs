@@ -41,7 +41,7 @@ fn a_terminal_that_is_closed_leaves_no_torque_on() {
 }
 
 #[test]
-fn a_person_who_presses_ctrl_c_twice_leaves_no_torque_on() {
+fn pressing_ctrl_c_twice_leaves_no_torque_on() {
     let rig = Rig::new("end-twice");
     let mut robot = rig.run();
     rig.follow();
@@ -82,7 +82,7 @@ fn has_pending_signals(process: i32) -> bool {
 }
 
 #[test]
-fn a_supervisor_and_a_motor_process_that_are_killed_together_leave_no_torque_on() {
+fn a_supervisor_and_motor_process_killed_together_leave_no_torque_on() {
     let rig = Rig::new("end-both");
     let mut robot = rig.run();
     rig.follow();
@@ -106,7 +106,7 @@ fn a_supervisor_and_a_motor_process_that_are_killed_together_leave_no_torque_on(
 }
 
 #[test]
-fn a_supervisor_that_is_killed_between_two_lives_of_the_motor_process_leaves_no_torque_on() {
+fn a_supervisor_killed_between_motor_restarts_leaves_no_torque_on() {
     let rig = Rig::new("end-between");
     let mut robot = rig.run();
     rig.follow();
@@ -165,7 +165,7 @@ fn a_motor_process_that_cannot_be_kept_alive_leaves_no_torque_on() {
 }
 
 #[test]
-fn nor_does_it_on_the_mock_servo_bus_of_the_robot() {
+fn giving_up_on_the_mock_servo_bus_leaves_no_torque_on() {
     let rig = Rig::simulated("end-mock");
     gives_up(&rig);
     assert!(!rig.said().contains("guard"), "there is none where every servo is a mock: {}", rig.said());
@@ -189,14 +189,14 @@ fn gives_up(rig: &Rig) {
 }
 
 #[test]
-fn a_motor_process_that_stands_still_while_the_supervisor_ends_leaves_no_torque_on() {
+fn a_hung_motor_process_during_shutdown_leaves_no_torque_on() {
     let said = stands_still(Signal::TERM);
     assert!(said.contains("does not stop in time: killed"), "{said}");
     assert!(said.contains(&format!("{JOINTS} of {JOINTS} servos say that their torque is off")), "{said}");
 }
 
 #[test]
-fn a_motor_process_that_stands_still_when_the_supervisor_was_killed_leaves_no_torque_on() {
+fn a_hung_motor_process_with_a_killed_supervisor_leaves_no_torque_on() {
     // The motor process may end before it is stopped again.
     let stood = (0..10).map(|_| stands_still(Signal::KILL)).find(|said| !said.is_empty());
     let said = stood.expect("it stood still once");
@@ -223,7 +223,7 @@ fn stands_still(how: Signal) -> String {
 }
 
 #[test]
-fn a_robot_that_starts_while_the_motor_process_of_a_killed_one_still_ends_gets_its_servos() {
+fn a_restarted_robot_waits_for_the_killed_ones_motor_process() {
     let rig = Rig::new("end-again");
     let mut robot = rig.run();
     rig.follow();
@@ -262,7 +262,7 @@ fn a_servo_that_is_silent_at_the_end_is_named() {
 }
 
 #[test]
-fn shared_memory_that_is_removed_stops_the_robot_in_order_and_it_says_why() {
+fn removed_shared_memory_stops_the_robot_with_a_reason() {
     for is_all in [true, false] {
         let rig = Rig::new("end-memory");
         let mut robot = rig.run();

@@ -92,7 +92,7 @@ fn torque_off_names_every_joint_that_does_not_confirm_it() {
 }
 
 #[test]
-fn what_goes_wrong_on_one_bus_keeps_torque_on_on_no_other() {
+fn a_fault_on_one_bus_keeps_torque_on_on_no_other() {
     let mock = MockBus::start(&[]);
     let hangs_up = serial::Pty::new(4_000_000).expect("there are pseudo-terminals");
     let dies_at = hangs_up.path().to_owned();
@@ -156,16 +156,16 @@ fn an_alert_is_shown_and_a_reboot_clears_it() {
     let table = well(&mock, &["monitor", "--once"]);
     assert!(table.lines().any(|line| line.contains("overload")), "{table}");
     mock.tell("clear");
-    assert!(well(&mock, &["reboot", "--id", "3"]).contains("began anew"));
+    assert!(well(&mock, &["reboot", "--id", "3"]).contains("has rebooted"));
     let table = well(&mock, &["monitor", "--once"]);
     assert!(!table.contains("overload"), "{table}");
 }
 
 #[test]
-fn a_servo_gets_another_id_and_another_speed_and_only_when_that_is_meant() {
+fn a_servo_changes_id_and_speed_only_with_confirmation() {
     let mock = MockBus::start(&[]);
     refused(&mock, &["set-id", "--id", "7", "--to", "6", "--yes"], (1, "a servo answers to id 6 already"));
-    refused(&mock, &["set-id", "--id", "7", "--to", "77"], (2, "say --yes if that is meant"));
+    refused(&mock, &["set-id", "--id", "7", "--to", "77"], (2, "confirm with --yes"));
     well(&mock, &["set-id", "--id", "7", "--to", "77", "--yes"]);
     let (status, said, _) = bus(&mock, &["scan"]);
     assert_eq!(status, Some(1), "one of motor.toml is missing");
@@ -177,12 +177,12 @@ fn a_servo_gets_another_id_and_another_speed_and_only_when_that_is_meant() {
 }
 
 #[test]
-fn what_cannot_be_meant_is_refused_with_what_could_be() {
+fn impossible_arguments_are_refused_with_alternatives() {
     let mock = MockBus::start(&[]);
     refused(&mock, &["read", "--id", "1", "goal_positon"], (2, "goal_"));
     refused(&mock, &["read", "nose_joint"], (2, "there is no joint `nose_joint`"));
     refused(&mock, &["read", "--id", "99"], (1, "id 99 does not answer"));
-    refused(&mock, &["write", "--id", "1", "goal_position", "12V"], (2, "say a count, or a number of deg"));
+    refused(&mock, &["write", "--id", "1", "goal_position", "12V"], (2, "give a count, or a number of deg"));
     refused(&mock, &["write", "--id", "1", "led", "7"], (2, "led goes from 0 to 1"));
     refused(&mock, &["write", "--id", "1", "present_position", "7"], (2, "is measured by the servo"));
     let told = Command::new(env!("CARGO_BIN_EXE_leo")).args(["bus", "scan"]).output().expect("runs");

@@ -34,7 +34,7 @@ fn run(mock: &MockBus, folder: &Path, arguments: &[&str]) -> (Option<i32>, Strin
 }
 
 #[test]
-fn good_servos_pass_every_trial_that_needs_no_person_and_no_report_is_written_over() {
+fn good_servos_pass_all_unattended_trials_and_reports_are_kept() {
     let mock = MockBus::start(&[]);
     let folder = tempfile::tempdir().expect("a folder");
     let (status, said) = run(&mock, folder.path(), &["--yes"]);
@@ -52,7 +52,7 @@ fn good_servos_pass_every_trial_that_needs_no_person_and_no_report_is_written_ov
 }
 
 #[test]
-fn a_fault_fails_the_trial_that_is_about_it_and_names_the_joint() {
+fn a_fault_fails_its_trial_and_names_the_joint() {
     let mut mock = MockBus::start(&[]);
     let folder = tempfile::tempdir().expect("a folder");
     for (fault, trial, expected) in [
@@ -201,7 +201,7 @@ fn a_trial_is_skipped_only_when_the_person_says_so() {
     assert!(status == Some(2) && said.contains("--yes runs the trials that need no person"), "{said}");
     let (status, said) = run(&mock, folder.path(), &["--only", "dance"]);
     assert!(
-        status == Some(2) && said.contains("there is no trial `dance`: say one of identity, firmware"),
+        status == Some(2) && said.contains("there is no trial `dance`: use one of identity, firmware"),
         "{said}"
     );
     let (status, said) = run(&mock, folder.path(), &["--yes", "--only", "unplug"]);

@@ -153,7 +153,7 @@ fn faults_are_switched_on_and_off_while_it_runs() {
 }
 
 #[test]
-fn a_line_that_hangs_up_comes_back_at_the_same_place_and_nothing_is_left_behind() {
+fn a_lost_line_reappears_at_the_same_path() {
     let mut mock = MockBus::start(&[]);
     let path = mock.path("torso").to_owned();
     let master = DynamixelProtocolHandler::v2();
@@ -171,7 +171,7 @@ fn a_line_that_hangs_up_comes_back_at_the_same_place_and_nothing_is_left_behind(
 }
 
 #[test]
-fn what_a_killed_one_left_behind_goes_when_the_next_one_starts() {
+fn leftovers_of_a_killed_process_are_removed_at_the_next_start() {
     let killed = MockBus::start(&[]);
     let living = MockBus::start(&[]);
     let folder = |mock: &MockBus| mock.path("torso").parent().expect("a folder").to_owned();
@@ -184,7 +184,7 @@ fn what_a_killed_one_left_behind_goes_when_the_next_one_starts() {
 }
 
 #[test]
-fn what_cannot_be_put_up_is_said_before_anything_runs() {
+fn invalid_mock_bus_faults_are_refused_before_anything_runs() {
     let said = |arguments: &[&str]| {
         let mut leo = Command::new(env!("CARGO_BIN_EXE_leo"));
         let ran = leo.arg("mock-bus").args(arguments).output().expect("starts");
@@ -198,7 +198,7 @@ fn what_cannot_be_put_up_is_said_before_anything_runs() {
 }
 
 #[test]
-fn faults_of_the_configuration_are_put_in_and_a_wrong_one_is_refused_by_all() {
+fn configured_faults_are_injected_and_invalid_ones_refused() {
     let folder = tempfile::tempdir().expect("a folder");
     for file in std::fs::read_dir(concat!(env!("CARGO_MANIFEST_DIR"), "/config")).expect("a folder").flatten()
     {

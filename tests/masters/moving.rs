@@ -41,7 +41,7 @@ fn trips(mock: &MockBus) -> bool {
 }
 
 #[test]
-fn a_joint_is_moved_in_its_own_frame_slowly_and_never_past_its_limits() {
+fn a_joint_moves_slowly_within_its_limits_in_its_own_frame() {
     let mock = MockBus::start(&[]);
     let folder = turned();
     let leo = folder.path().join("leo.toml");
@@ -69,7 +69,7 @@ fn a_joint_is_moved_in_its_own_frame_slowly_and_never_past_its_limits() {
     let before = count(&mock, "present_position");
     let beyond = "goes from -45.8 deg (-0.800 rad) to 45.8 deg (0.800 rad), and -170.0 deg (-2.967 rad) is beyond that";
     refused(&mock, &with(&["write", YAW, "goal_position", "-170deg"]), (1, beyond));
-    refused(&mock, &with(&["write", YAW, "goal_position", "2048"]), (2, "is no angle of a joint"));
+    refused(&mock, &with(&["write", YAW, "goal_position", "2048"]), (2, "is not a joint angle"));
     assert_eq!(count(&mock, "present_position"), before);
     well(&mock, &["torque", "off", YAW]);
     well(&mock, &["write", YAW, "homing_offset", "100"]);
@@ -90,7 +90,7 @@ fn torque_comes_on_where_a_joint_stands_and_not_beyond_its_limits() {
         (2, "by the name of its joint, which has limits, or with --raw"),
     );
     refused(&mock, &["write", "--id", "1", "torque_enable", "1"], (2, "or with --raw"));
-    refused(&mock, &["torque", "on", "--id", "1", "--raw"], (2, "say --yes if that is meant"));
+    refused(&mock, &["torque", "on", "--id", "1", "--raw"], (2, "confirm with --yes"));
     well(&mock, &["torque", "on", "--id", "1", "--raw", "--yes"]);
     assert_eq!((count(&mock, "goal_position"), count(&mock, "present_position")), (2048, 2048));
     // Past the limit of 0.8 rad, which only raw values allow.
@@ -115,7 +115,7 @@ fn torque_comes_on_where_a_joint_stands_and_not_beyond_its_limits() {
 }
 
 #[test]
-fn what_moves_a_servo_past_its_limits_has_to_be_meant() {
+fn moving_a_servo_past_its_limits_needs_confirmation() {
     let mock = MockBus::start(&[]);
     for item in ["goal_velocity", "goal_pwm", "goal_current", "goal_position", "indirect_data_1"] {
         refused(
@@ -123,7 +123,7 @@ fn what_moves_a_servo_past_its_limits_has_to_be_meant() {
             &["write", "--id", "1", item, "1"],
             (2, "moves the servo past every limit of its joint"),
         );
-        refused(&mock, &["write", "--id", "1", item, "1", "--raw"], (2, "say --yes if that is meant"));
+        refused(&mock, &["write", "--id", "1", item, "1", "--raw"], (2, "confirm with --yes"));
         well(&mock, &["write", "--id", "1", item, "1", "--raw", "--yes"]);
         if item != "goal_position" {
             refused(&mock, &["write", YAW, item, "1"], (2, "moves the servo past every limit of its joint"));

@@ -69,7 +69,7 @@ fn a_hardware_alert_is_said_by_every_command_with_what_clears_it() {
 fn a_line_that_echoes_is_used_all_the_same_and_said() {
     let mock = MockBus::start(&["--fault", "echo bus=torso"]);
     let said = well(&mock, &["scan"]);
-    assert!(said.contains("7 servos") && said.contains("the line echoes what is said on it"), "{said}");
+    assert!(said.contains("7 servos") && said.contains("the line echoes transmitted bytes"), "{said}");
     assert!(well(&mock, &["read", "--id", "5", "model_number"]).contains("1020"));
     well(&mock, &["torque", "on", "neck_pitch_joint"]);
     well(&mock, &["write", "neck_pitch_joint", "goal_position", "3deg"]);

@@ -33,7 +33,7 @@ fn a_page_shows_why_joints_are_disarmed_and_arms_them() {
 }
 
 #[test]
-fn a_page_arms_nothing_while_the_emergency_stop_is_raised_and_says_so() {
+fn a_page_cannot_arm_during_an_emergency_stop() {
     let robot = disarmed("page-arm-stopped");
     let mut page = Page::open(&robot.host);
     emergency::raise(&robot.domain(), "a test").expect("raised");

@@ -109,7 +109,7 @@ fn address(robot: &Robot) -> String {
 
 /// Compared with an empty page, which a busy machine slows down too.
 #[test]
-fn a_page_of_a_hundred_blocks_is_drawn_as_often_as_it_should_be_beside_an_empty_one() {
+fn a_page_with_a_hundred_blocks_keeps_its_frame_rate() {
     let _alone = alone(&BROWSER);
     let Some(counted) = played("tests/pace.mjs", &["100"]) else { return };
     let counted: Value = serde_json::from_slice(&counted).expect("JSON");
@@ -126,7 +126,7 @@ fn size(png: &[u8]) -> [u32; 2] {
 }
 
 #[test]
-fn pictures_show_every_panel_opened_and_every_perspective_on_a_laptop_and_a_tablet_by_day_and_night() {
+fn screenshots_show_every_panel_and_perspective_on_two_screens_and_themes() {
     let _alone = alone(&BROWSER);
     let nested = |leo: String| {
         assert_eq!(leo.matches("\ndepth = 1 ").count(), 1, "{leo}");
@@ -169,28 +169,28 @@ fn pictures_show_every_panel_opened_and_every_perspective_on_a_laptop_and_a_tabl
 }
 
 #[test]
-fn a_browser_looks_through_the_eyes_of_a_second_teacher_and_moves_his_head() {
+fn a_browser_shows_and_moves_the_second_teachers_view() {
     let _alone = alone(&BROWSER);
     let robot = Robot::start("eyes");
     played("tests/eyes.mjs", &[&address(&robot)]);
 }
 
 #[test]
-fn a_browser_that_cannot_draw_says_so_and_can_be_talked_to_and_used_by_the_keyboard() {
+fn without_webgl_the_page_reports_it_and_remains_usable() {
     let _alone = alone(&BROWSER);
     let robot = Robot::start("blind");
     played("tests/blind.mjs", &[&address(&robot)]);
 }
 
 #[test]
-fn a_browser_asks_before_it_unlocks_joints_and_arms_by_the_keyboard_on_a_narrow_page() {
+fn a_browser_confirms_unlocking_and_arms_by_keyboard() {
     let _alone = alone(&BROWSER);
     // Uses a fake robot with one locked joint, whose orders are known.
     played("tests/arm.mjs", &[]);
 }
 
 #[test]
-fn a_browser_is_let_in_by_the_address_that_is_printed_and_everybody_else_can_stop_the_robot() {
+fn the_printed_address_admits_a_browser_and_stopping_needs_no_token() {
     let _alone = alone(&BROWSER);
     let robot = Robot::start("token");
     if played("tests/token.mjs", &[&address(&robot)]).is_some() {
@@ -214,7 +214,7 @@ fn free_port() -> u16 {
 }
 
 #[test]
-fn a_page_that_stays_open_finds_the_next_console_and_the_next_robot_and_can_be_used_there() {
+fn an_open_page_reconnects_to_the_next_console_and_robot() {
     let _alone = alone(&BROWSER);
     let address_of = |port: u16| format!("\"127.0.0.1:{port}\"");
     let port = free_port();

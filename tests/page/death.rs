@@ -16,7 +16,7 @@ fn found_again(host: &Host) -> Page {
 }
 
 #[test]
-fn what_is_held_goes_back_when_the_console_dies_and_its_next_life_is_found_at_the_same_address() {
+fn after_a_console_restart_held_things_return_and_the_page_reconnects() {
     const BLOCK: &str = "red square";
     let robot = Robot::start("console-death");
     let mut page = Page::open(&robot.host);
@@ -53,7 +53,7 @@ fn what_is_held_goes_back_when_the_console_dies_and_its_next_life_is_found_at_th
 }
 
 #[test]
-fn what_leo_remembers_is_on_the_page_of_a_console_that_did_not_hear_it_learned() {
+fn a_late_console_shows_the_remembered_tasks() {
     let robot = Robot::start("console-memory");
     let mut page = Page::open(&robot.host);
     let knows = |cells: &std::collections::BTreeMap<String, serde_json::Value>| {

@@ -47,7 +47,7 @@ fn timed(host: &Host, request: &str) -> (String, Duration) {
 }
 
 #[test]
-fn half_open_connections_of_one_address_shut_nobody_out_of_the_metrics_and_of_the_stop() {
+fn half_open_connections_block_neither_metrics_nor_the_stop() {
     let robot = Robot::start("flood");
     let host = &robot.host;
     let (opened, over) = (AtomicU64::new(0), AtomicBool::new(false));

@@ -99,7 +99,7 @@ fn a_browser_is_told_to_reach_this_robot_alone() {
 }
 
 #[test]
-fn whatever_a_page_says_is_answered_and_the_robot_goes_on() {
+fn every_page_message_is_answered_and_the_robot_continues() {
     let robot = Robot::start("garbage");
     let mut page = Page::open(&robot.host);
     page.wait("a robot at work", |cells| cells.values().any(|cell| cell["kind"] == "object"));
@@ -181,7 +181,7 @@ fn whatever_a_page_says_is_answered_and_the_robot_goes_on() {
 }
 
 #[test]
-fn whatever_is_wished_for_is_answered_and_the_robot_goes_on() {
+fn every_random_request_is_answered_and_the_robot_continues() {
     let robot = Robot::start("wishes");
     let mut page = Page::open(&robot.host);
     page.wait("a robot at work", |cells| cells.values().any(|cell| cell["kind"] == "object"));
@@ -205,7 +205,7 @@ fn whatever_is_wished_for_is_answered_and_the_robot_goes_on() {
 }
 
 #[test]
-fn whatever_bytes_come_after_the_upgrade_are_answered_or_shut_the_door_and_the_robot_goes_on() {
+fn random_bytes_after_the_upgrade_are_answered_or_close_the_connection() {
     const LAST: u64 = 2006;
     // Longer than any accepted length, so that a preceding partial frame ends within two of these.
     let padding = "a".repeat(4000);
@@ -251,7 +251,7 @@ fn await_refused(page: &mut Page, count: u64) {
 }
 
 #[test]
-fn more_pages_than_there_may_be_are_turned_away_and_the_others_are_served() {
+fn pages_beyond_the_limit_are_refused_and_others_served() {
     let robot = Robot::start("many");
     let origin = format!("http://{}", robot.host);
     let mut pages: Vec<_> = (0..32).map(|_| Page::open(&robot.host)).collect();

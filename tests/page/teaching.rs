@@ -144,7 +144,7 @@ fn the_record_button_writes_a_recording_that_can_be_replayed() {
 }
 
 #[test]
-fn what_a_page_holds_goes_back_when_it_is_closed_and_a_new_page_sees_everything() {
+fn a_closed_page_returns_held_things_and_a_new_page_sees_everything() {
     let robot = Robot::start("closed");
     let mut page = Page::open(&robot.host);
     page.wait("a robot at work", |cells| cells.values().any(|cell| cell["kind"] == "object"));

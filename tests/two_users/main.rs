@@ -192,7 +192,7 @@ fn below(folder: &Path, all: &mut Vec<PathBuf>) {
 }
 
 #[test]
-fn nothing_of_a_running_robot_can_be_opened_by_another_user_and_a_damaged_segment_is_made_anew() {
+fn another_user_opens_no_segment_and_damaged_segments_are_created_again() {
     if !is_root() {
         return;
     }
@@ -236,7 +236,7 @@ fn nothing_of_a_running_robot_can_be_opened_by_another_user_and_a_damaged_segmen
 }
 
 #[test]
-fn shared_memory_that_another_user_has_made_before_is_one_clear_error_at_once() {
+fn shared_memory_of_another_user_is_one_clear_error() {
     if !is_root() {
         return;
     }
@@ -283,7 +283,7 @@ fn a_link_that_another_user_has_planted_is_not_followed() {
 }
 
 #[test]
-fn a_folder_of_another_user_is_refused_whoever_may_write_in_it() {
+fn a_folder_of_another_user_is_refused_whatever_its_mode() {
     if !is_root() {
         return;
     }
@@ -296,7 +296,7 @@ fn a_folder_of_another_user_is_refused_whoever_may_write_in_it() {
 }
 
 #[test]
-fn an_ordinary_user_is_told_whose_the_folder_is_that_they_may_not_open() {
+fn an_ordinary_user_learns_the_owner_of_an_inaccessible_folder() {
     if !is_root() {
         return;
     }
@@ -321,7 +321,7 @@ fn an_ordinary_user_is_told_whose_the_folder_is_that_they_may_not_open() {
 }
 
 #[test]
-fn what_was_learned_is_looked_for_in_no_folder_file_or_link_of_another_user() {
+fn learned_tasks_are_never_read_from_another_users_files() {
     if !is_root() {
         return;
     }
@@ -369,7 +369,7 @@ fn what_was_learned_is_looked_for_in_no_folder_file_or_link_of_another_user() {
 }
 
 #[test]
-fn root_raises_and_releases_the_stop_of_another_users_robot_and_reads_nothing_of_theirs() {
+fn root_stops_and_releases_another_users_robot_without_reading_it() {
     if !is_root() {
         return;
     }
@@ -421,7 +421,7 @@ fn any_user_stops_a_robot_and_does_nothing_else_to_it() {
 }
 
 #[test]
-fn a_user_who_holds_the_name_of_the_stop_socket_is_told_of_and_believed_by_nobody() {
+fn a_foreign_holder_of_the_stop_socket_is_reported_and_ignored() {
     if !is_root() {
         return;
     }
@@ -439,7 +439,7 @@ fn a_user_who_holds_the_name_of_the_stop_socket_is_told_of_and_believed_by_nobod
 }
 
 #[test]
-fn where_only_its_own_user_may_stop_a_robot_another_is_told_whose_it_is() {
+fn a_user_without_the_right_to_stop_learns_the_owner() {
     if !is_root() {
         return;
     }
@@ -454,7 +454,7 @@ fn where_only_its_own_user_may_stop_a_robot_another_is_told_whose_it_is() {
 }
 
 #[test]
-fn what_another_users_robot_says_stands_under_its_own_name() {
+fn output_of_another_users_robot_is_listed_under_its_name() {
     if !is_root() {
         return;
     }

@@ -21,10 +21,10 @@ use super::{CommandError, output};
 
 #[derive(Args, Clone, Debug)]
 pub(super) struct Commission {
-    /// Run the trials that need no person, and ask nothing: torque comes on and joints move
+    /// Run the trials that need no person, without questions: torque comes on and joints move
     #[arg(long)]
     yes: bool,
-    /// Only this trial; may be said several times
+    /// Only this trial; may be repeated
     #[arg(long, value_name = "TRIAL")]
     only: Vec<String>,
     /// The folder of the report, a new file named by the date
@@ -37,7 +37,7 @@ impl Commission {
         let plan = self.plan()?;
         if place.buses().iter().any(|bus| bus.joints.is_empty()) {
             return Err(CommandError::usage(
-                "the trials compare servos with the joints of motor.toml: say --bus, beside --device",
+                "the trials compare servos with the joints of motor.toml: add --bus to --device",
             ));
         }
         let stop = process::stop_flag().map_err(CommandError::runtime)?;
@@ -80,7 +80,7 @@ impl Commission {
         {
             let names: Vec<_> = TRIALS.iter().map(|trial| trial.name).collect();
             return Err(CommandError::usage(format!(
-                "there is no trial `{unknown}`: say one of {}",
+                "there is no trial `{unknown}`: use one of {}",
                 names.join(", ")
             )));
         }
@@ -88,7 +88,7 @@ impl Commission {
         let plan: Vec<_> =
             TRIALS.iter().filter(meant).filter(|trial| !(self.yes && trial.needs_person)).collect();
         if plan.is_empty() {
-            return Err(CommandError::usage("that trial needs a person: leave --yes out"));
+            return Err(CommandError::usage("that trial needs a person: omit --yes"));
         }
         Ok(plan)
     }

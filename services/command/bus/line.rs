@@ -238,12 +238,13 @@ pub(super) fn clears(id: u8, errors: HardwareErrors) -> String {
 
 fn address(id: u8) -> Result<Address, CommandError> {
     let id = Id::new(id)
-        .ok_or_else(|| CommandError::usage(format!("{id} is no identifier: say one from 0 to 252")))?;
+        .ok_or_else(|| CommandError::usage(format!("{id} is not an identifier: use one from 0 to 252")))?;
     Ok(Address::One(id))
 }
 
 fn silent(id: u8) -> CommandError {
     CommandError::runtime(format!(
-        "id {id} does not answer: is it powered, on this bus, and set to this speed? `leo bus scan` says who is"
+        "id {id} does not answer: is it powered, on this bus, and set to this speed? `leo bus scan` lists the servos \
+         that answer"
     ))
 }

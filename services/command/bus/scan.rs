@@ -54,7 +54,7 @@ impl Report {
             self.found(&mut line, bus, servo)?;
         }
         if line.echoes() {
-            self.say("  the line echoes what is said on it: its receiver hears its own transmitter");
+            self.say("  the line echoes transmitted bytes: its receiver reads its own transmitter");
         }
         // A serial port cannot be open twice.
         drop(line);
@@ -102,7 +102,7 @@ impl Report {
         for baud in SPEEDS.into_iter().filter(|baud| *baud != bus.baud) {
             // If the adapter does not support a speed, nothing is known about servos at it.
             let Ok(mut line) = bus.at(baud).open() else {
-                self.say(&format!("  the adapter does not know {baud} baud"));
+                self.say(&format!("  the adapter does not support {baud} baud"));
                 continue;
             };
             let found = line.scan()?;

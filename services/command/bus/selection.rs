@@ -109,7 +109,7 @@ impl<'a> BusSelection<'a> {
         {
             let names: Vec<_> = robot.buses.iter().map(|bus| bus.name.as_str()).collect();
             return Err(CommandError::usage(format!(
-                "there is no bus `{name}`: say one of {}",
+                "there is no bus `{name}`: use one of {}",
                 names.join(", ")
             )));
         }
@@ -158,16 +158,16 @@ impl<'a> BusSelection<'a> {
                 }
             }
             return Err(CommandError::usage(format!(
-                "there is no joint `{name}` on what was named; motor.toml has the names, and --id goes with --device"
+                "there is no joint `{name}` on the selected buses; motor.toml has the names, and --id needs --device"
             )));
         }
         match (target.id, self.buses.as_slice()) {
             (Some(id), [bus]) => {
                 Ok((bus.open()?, SelectedServo { id, name: format!("id {id}"), joint: None }))
             }
-            (Some(_), _) => Err(CommandError::usage("an id is of one bus: say which with --bus or --device")),
+            (Some(_), _) => Err(CommandError::usage("an id needs its bus: add --bus or --device")),
             (None, _) => {
-                Err(CommandError::usage("say which servo: its joint, or --id with --bus or --device"))
+                Err(CommandError::usage("name the servo: its joint, or --id with --bus or --device"))
             }
         }
     }

@@ -17,7 +17,7 @@ pub(super) fn set_id(
     let (mut line, joint) = place.one(target)?;
     if line.ping(to)?.is_some() {
         return Err(CommandError::runtime(format!(
-            "a servo answers to id {to} already: two of one id would talk at once"
+            "a servo answers to id {to} already: two servos with one id would reply at once"
         )));
     }
     unlocked(&mut line, joint.id, "id")?;
@@ -38,11 +38,11 @@ pub(super) fn set_baud(
 ) -> Result<ExitCode, CommandError> {
     let Some(code) = servo::baud_number(to) else {
         let speeds = SPEEDS.map(|speed| speed.to_string()).join(", ");
-        return Err(CommandError::usage(format!("{to} is no speed of a servo: say one of {speeds}")));
+        return Err(CommandError::usage(format!("{to} is not a speed of a servo: use one of {speeds}")));
     };
     let (mut line, joint) = place.one(target)?;
     unlocked(&mut line, joint.id, "baud_rate")?;
-    confirm(yes, &format!("{joint} gets {to} baud, and is not heard at another speed any more"))?;
+    confirm(yes, &format!("{joint} gets {to} baud, and no longer answers at another speed"))?;
     line.tell(joint.id, Instruction::Write { address: table::BAUD_RATE.address, data: &[code] })?;
     drop(line);
     if place.at(to).one(target)?.0.ping(joint.id)?.is_none() {

@@ -50,11 +50,11 @@ pub(super) fn parse(entry: &Entry, text: &str) -> Result<i64, String> {
         Some(counts) => Ok(round_i64(counts)),
         None => Err(match entry.unit {
             Some(unit) => format!(
-                "`{text}` is no value of {entry}: say a count, or a number of {0} such as {1:.1}{0}",
+                "`{text}` is not a value of {entry}: give a count, or a number of {0} such as {1:.1}{0}",
                 unit.symbol,
                 entry.in_unit(entry.initial)
             ),
-            None => format!("`{text}` is no value of {entry}: say a whole number"),
+            None => format!("`{text}` is not a value of {entry}: give a whole number"),
         }),
     }
 }
@@ -62,9 +62,8 @@ pub(super) fn parse(entry: &Entry, text: &str) -> Result<i64, String> {
 /// Parses an angle of a joint. The unit is required, because a bare number would be a servo's count.
 pub(super) fn angle_rad(text: &str) -> Result<f64, String> {
     let text = text.replace(MINUS, "-");
-    let wrong = || {
-        format!("`{text}` is no angle of a joint: say 10deg or 0.17rad; a count of the servo goes with --raw")
-    };
+    let wrong =
+        || format!("`{text}` is not a joint angle: give 10deg or 0.17rad; a count of the servo needs --raw");
     let (number, per_unit) = match (text.strip_suffix("deg"), text.strip_suffix("rad")) {
         (Some(number), _) => (number, 1_f64.to_radians()),
         (_, Some(number)) => (number, 1.0),
@@ -111,9 +110,9 @@ mod tests {
         assert_eq!(parse(&goal, "\u{2212}90deg"), Ok(-1024));
         assert!((angle_rad("\u{2212}90deg").unwrap() + std::f64::consts::FRAC_PI_2).abs() < 1e-12);
         for nonsense in ["2048", "deg", "infrad", "NaNdeg", "12V"] {
-            assert!(angle_rad(nonsense).unwrap_err().contains("is no angle of a joint"), "{nonsense}");
+            assert!(angle_rad(nonsense).unwrap_err().contains("is not a joint angle"), "{nonsense}");
         }
         let said = parse(&item("torque_enable"), "on").unwrap_err();
-        assert_eq!(said, "`on` is no value of torque_enable: say a whole number");
+        assert_eq!(said, "`on` is not a value of torque_enable: give a whole number");
     }
 }

@@ -34,7 +34,8 @@ pub(super) fn write(
     if moves(&entry) && entry.item != table::TORQUE_ENABLE && entry.bytes(count).is_some() {
         if !care.raw {
             return Err(CommandError::usage(format!(
-                "{entry} moves the servo past every limit of its joint: say `leo bus write JOINT goal_position 10deg`, or \
+                "{entry} moves the servo past every limit of its joint: use `leo bus write JOINT goal_position \
+                 10deg`, or \
                  --raw"
             )));
         }
@@ -109,8 +110,8 @@ fn go(
 /// The error for a joint beyond its limits, which is not moved.
 pub(super) fn beyond(joint: &Joint, present_rad: f64) -> String {
     format!(
-        "{} stands at {}, beyond its limits of {} to {}: with torque off, bring it back by hand, or look whether its horn \
-         slipped, its offset is wrong or servos were swapped",
+        "{} stands at {}, beyond its limits of {} to {}: with torque off, bring it back by hand, or check whether \
+         its horn slipped, its offset is wrong or servos were swapped",
         joint.name,
         angle(present_rad),
         angle(joint.min_rad),
@@ -151,7 +152,7 @@ pub(super) fn set(line: &mut Line, id: u8, item: &str, count: i64) -> Result<Exi
     })?;
     if ["id", "baud_rate"].contains(&entry.name) {
         return Err(CommandError::usage(
-            "say `leo bus set-id` or `leo bus set-baud`: they look whether it went well",
+            "use `leo bus set-id` or `leo bus set-baud`: they verify the result",
         ));
     }
     if entry.area() == Area::Eeprom {

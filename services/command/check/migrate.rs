@@ -23,7 +23,7 @@ pub(super) fn migrate(config: Option<&Path>, state: Option<&Path>) -> Result<(),
         for file in files.iter().filter(|file| !file.steps.is_empty()) {
             if backup_path(&file.file).exists() {
                 return Err(CommandError::usage(format!(
-                    "{} is there already, and nothing is changed: move it away",
+                    "{} exists already, and nothing was changed: move it away",
                     backup_path(&file.file).display()
                 )));
             }
@@ -45,7 +45,7 @@ fn learned(state: &Path) -> Result<(), CommandError> {
     // Opening would create a missing store, which would be wrong in a mistyped directory.
     if learner_process::memory_version(state).map_err(CommandError::usage)? == MemoryVersion::NoFile {
         return print(&format!(
-            "nothing was learned in {}; where Leo remembers elsewhere, name it with --state\n\n",
+            "no learned tasks in {}; use --state to name another state directory\n\n",
             state.display()
         ));
     }
@@ -53,17 +53,21 @@ fn learned(state: &Path) -> Result<(), CommandError> {
     let before = copies(state);
     if learner_process::check_memory(state).map_err(CommandError::usage)? == Access::InUse {
         return Err(CommandError::runtime(format!(
-            "{} is in use, and was not looked at: stop the robot first; one that starts anew takes over what an older \
-             version learned in any case",
+            "{} is in use, and was not checked: stop the robot first; a restarted robot migrates the tasks of an \
+             older version in any case",
             file.display()
         )));
     }
     let made = copies(state);
     let new: Vec<String> = made.difference(&before).map(|file| file.display().to_string()).collect();
     print(&if new.is_empty() {
-        format!("what was learned, in {}, is of this version\n\n", state.display())
+        format!("the store of learned tasks in {} is of this version\n\n", state.display())
     } else {
-        format!("what was learned, in {}, was migrated; as it was: {}\n\n", state.display(), new.join(", "))
+        format!(
+            "the store of learned tasks in {} was migrated; the original: {}\n\n",
+            state.display(),
+            new.join(", ")
+        )
     })
 }
 
@@ -72,7 +76,11 @@ fn said(file: &Migration) -> String {
         return format!("{} is of this version\n", file.file.display());
     }
     let steps: String = file.steps.iter().map(|step| format!("    {step}\n")).collect();
-    format!("{} was migrated; as it was: {}\n{steps}", file.file.display(), backup_path(&file.file).display())
+    format!(
+        "{} was migrated; the original: {}\n{steps}",
+        file.file.display(),
+        backup_path(&file.file).display()
+    )
 }
 
 /// Path of the copy of the original.

@@ -32,23 +32,21 @@ fn learned(state: Option<&Path>) -> Finding {
     let migrate = format!("leo check --migrate --state {state} --seconds 0");
     let good = |text| Finding::new(Verdict::Good, about, text);
     match version {
-        MemoryVersion::NoFile => good(format!("nothing was learned in {state} yet")),
+        MemoryVersion::NoFile => good(format!("no learned tasks in {state} yet")),
         MemoryVersion::This => good(format!("{at} is of this version, {MEMORY_VERSION}")),
-        MemoryVersion::InUse => good(format!(
-            "{at} is in use by a robot that runs, whose version it is of, and was not looked at"
-        )),
+        MemoryVersion::InUse => {
+            good(format!("{at} is in use by a running robot of the same version, and was not checked"))
+        }
         MemoryVersion::Damaged(what) => Finding::broken(
             about,
-            format!(
-                "{what}: the next start sets it aside, keeps everything that is sound, and says what is lost"
-            ),
+            format!("{what}: the next start sets it aside, keeps all valid data, and reports the losses"),
             migrate,
         ),
         MemoryVersion::Older(version) => Finding::slower(
             about,
             format!(
-                "{at} is of version {version}, and this Leo writes version {MEMORY_VERSION}: the next start takes it \
-                 over, and keeps a copy"
+                "{at} is of version {version}, and this Leo writes version {MEMORY_VERSION}: the next start migrates \
+                 it, and keeps a copy"
             ),
             migrate,
         ),
@@ -69,7 +67,7 @@ fn downgrade_advice(file: &Path, at: &str) -> String {
     if kept.exists() {
         format!("{both_away} && cp -p {} {at}", kept.display())
     } else {
-        format!("install the Leo that wrote it, or begin anew: {both_away}")
+        format!("install the Leo that wrote it, or start afresh: {both_away}")
     }
 }
 
@@ -78,7 +76,7 @@ fn messages() -> Vec<Finding> {
     let this = format!("{:016x}", message::layouts());
     let robots: Vec<Domain> = Domain::all().into_iter().filter(is_claimed).collect();
     if robots.is_empty() {
-        let text = format!("those of this Leo are {this}; no robot runs here that could have others");
+        let text = format!("those of this Leo are {this}; no robot with others runs here");
         return vec![Finding::new(Verdict::Good, about, text)];
     }
     let of = |robot: &Domain| match robot.check_layouts() {
@@ -91,7 +89,7 @@ fn messages() -> Vec<Finding> {
         Err(other) => Finding::slower(
             about,
             other.to_string(),
-            "sudo systemctl restart leo, where it is the service's; else stop it and start it anew",
+            "sudo systemctl restart leo, if the service runs it; else stop and restart it",
         ),
     };
     robots.iter().map(of).collect()

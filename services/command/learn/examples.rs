@@ -124,7 +124,7 @@ impl Examples {
         let mut shown = Vec::new();
         let mut vocabulary = Vocabulary::default();
         let mut lines = Lines::new(from, "example", LONGEST_LINE);
-        let mut memory = Budget::memory("all examples are kept: learn from fewer of them");
+        let mut memory = Budget::memory("all examples are kept in memory: use fewer");
         let file = |source| ExamplesError::File { name: name.to_owned(), source };
         while lines.next_line().map_err(file)?.is_some() {
             let (bytes, line) = (lines.line(), lines.number());
@@ -240,7 +240,7 @@ fn read_view(written: WrittenView, field: &str, vocabulary: &mut Vocabulary) -> 
         (Some(after), None) => read_objects(after, &format!("{field}.after"), vocabulary)?,
         (None, Some(changed)) => change(&before, changed, &format!("{field}.changed"), vocabulary)?,
         (Some(_), Some(_)) => {
-            let reason = "what was there afterwards is said twice: leave out `after` or `changed`";
+            let reason = "`after` and `changed` are both given: omit one";
             return Err(FieldError::new(format!("{field}.changed: "), reason));
         }
         (None, None) => {
@@ -348,7 +348,7 @@ fn change(
         }
         if let Some(name) = change.states.keys().find(|name| !object.states.contains_key(*name)) {
             let reason =
-                format!("`before` does not say whether the object was {name}: say so there, true or false");
+                format!("`before` does not say whether the object was {name}: add it there, true or false");
             return Err(FieldError::new(format!("{field}.states.{name}: "), reason));
         }
         vocabulary.note_states(change.states.keys());

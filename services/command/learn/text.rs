@@ -59,7 +59,7 @@ pub(super) fn closing(examples: &Examples, conclusion: &Conclusion) -> String {
     let mut text = String::new();
     match (&conclusion.doubt, &conclusion.followed) {
         (Some(doubt), _) => {
-            let _ = writeln!(text, "Leo follows nobody yet: \"{}\"", asked_first(examples, doubt));
+            let _ = writeln!(text, "Leo follows no rule yet: \"{}\"", asked_first(examples, doubt));
         }
         (None, None) => text.push_str("No perspective explains what changed.\n"),
         (None, Some((perspective, learned))) => {
@@ -78,7 +78,7 @@ pub(super) fn closing(examples: &Examples, conclusion: &Conclusion) -> String {
                 let examples = examples.shown.len();
                 let _ = writeln!(
                     text,
-                    "Nothing is left to ask about {} after {examples} examples.",
+                    "No question about {} remains after {examples} examples.",
                     expectation(goal)
                 );
             }

@@ -24,7 +24,7 @@ impl Vocabulary {
         for (index, name) in names.iter().enumerate() {
             let field = || format!("features[{index}]: ");
             if name.trim().is_empty() || self.features.iter().any(|known| known.name == *name) {
-                return Err((field(), format!("`{name}` is no name, or was given before")));
+                return Err((field(), format!("`{name}` is not a name, or is a duplicate")));
             }
             self.add(name).map_err(|reason| (field(), reason))?;
         }

@@ -202,7 +202,7 @@ impl<B: Body> Learner<B> {
 
     fn believe(&mut self, now: Instant, input: &Input<'_>, output: &mut Output) {
         if self.views.update(now, input.beliefs) {
-            let text = "the belief process began anew: its objects have new identities";
+            let text = "the belief process was restarted: its objects have new identities";
             let task = self.teaching.as_ref().map_or("", |teaching| &teaching.recording.task);
             output.events.push(Event::new(EventKind::ContinuityBroken, task, text));
             if let Some(teaching) = &mut self.teaching {
@@ -309,7 +309,9 @@ impl<B: Body> Learner<B> {
             let text = match &self.teaching {
                 Some(other) => format!("I am being shown {}, not {name}", other.recording.task),
                 None => {
-                    format!("nobody is showing me {name}; say \"Leo, I can teach you to do {name}\" first")
+                    format!(
+                        "no demonstration of {name} has begun; say \"Leo, I can teach you to do {name}\" first"
+                    )
                 }
             };
             say(output, name, &text);
@@ -538,7 +540,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn as_it_comes_leo_learns_as_the_robot_of_the_paper_did() {
+    fn by_default_leo_learns_like_the_papers_robot() {
         let robot = config::Robot::load(None).unwrap();
         assert_eq!(learning(&robot.leo.learner), tasks::Settings::default());
     }

@@ -58,7 +58,7 @@ mod tests {
     }
 
     #[test]
-    fn what_was_learned_is_told_once_it_is_durable_and_all_in_order() {
+    fn learned_examples_are_reported_in_order_once_durable() {
         let mut reports = EventQueue::default();
         reports.push(1, 0, vec![said("a")]);
         reports.push(2, 2, vec![said("learned")]);

@@ -44,7 +44,7 @@ fn leo_learns_the_teachers_rule_explains_it_and_fills_every_hole() {
 }
 
 #[test]
-fn of_each_showing_it_is_its_own_teachers_view_that_counts() {
+fn each_demonstration_counts_in_its_own_teachers_view() {
     for teachers in [[1, 2], [2, 1]] {
         let mut run = Run::new(2, Vec::new());
         let sets = [["red", "green", "yellow", "red", "blue"], ["green", "yellow", "red", "yellow", "blue"]];
@@ -56,7 +56,7 @@ fn of_each_showing_it_is_its_own_teachers_view_that_counts() {
         assert_eq!(run.texts(EventKind::RuleChosen), ["all", "all"], "{teachers:?}");
         let chosen = run.events.iter().filter(|event| event.kind() == Some(EventKind::RuleChosen));
         assert_eq!(chosen.map(|event| event.perspective).collect::<Vec<_>>(), teachers);
-        let told = ["you", "whoever showed it"].map(|who| {
+        let told = ["you", "the teacher who showed it"].map(|who| {
             format!("to me it looked like \"all but blue\", but {who} could not see the blue square")
         });
         assert_eq!(run.texts(EventKind::Explained), told);
@@ -108,7 +108,7 @@ fn act_event_names_actor_and_change() {
 }
 
 #[test]
-fn a_movement_like_leos_own_is_told_before_its_act_is_complete() {
+fn a_movement_like_leos_own_is_reported_before_its_act_completes() {
     let mut run = Run::new(1, Vec::new());
     run.demonstrate(&["red", "green", "blue"], |_| {});
     let (movements, acts) = (run.texts(EventKind::MovementSeen), run.texts(EventKind::ActionSeen));
@@ -138,7 +138,7 @@ fn what_is_pushed_along_is_no_movement_of_leos() {
 }
 
 #[test]
-fn what_leo_has_no_skill_for_it_says_when_it_learns_it() {
+fn learning_a_task_without_a_skill_reports_it() {
     let mut run = Run::new(1, Vec::new());
     run.table.borrow_mut().lay(&["red", "green"], None);
     run.table.borrow_mut().things.iter_mut().take(2).for_each(|thing| thing.shape = "cylinder");
@@ -301,7 +301,7 @@ fn sentences_at_the_wrong_time_are_answered() {
     let expected = [
         "I did not understand \"What a nice day\"",
         "you can say: ",
-        "nobody is showing me Task 1",
+        "no demonstration of Task 1 has begun",
         "I have not learned task 1; I know nothing yet",
         "I am watching",
         "I am being shown task 1, not task 2",
@@ -317,7 +317,7 @@ fn sentences_at_the_wrong_time_are_answered() {
 }
 
 #[test]
-fn where_there_is_nothing_that_the_task_is_about_leo_says_so() {
+fn a_task_without_matching_objects_is_declined() {
     let mut run = Run::new(1, Vec::new());
     run.teach();
     let mut perform = |colours: &[&'static str], filled: bool| {
@@ -380,7 +380,7 @@ fn questions_are_answered() {
 }
 
 #[test]
-fn what_is_hidden_beside_one_of_its_kind_is_not_taken_for_known() {
+fn a_hidden_object_beside_a_similar_one_is_not_known() {
     let mut run = Run::new(1, Vec::new());
     run.table.borrow_mut().lay(&["blue", "blue"], Some(1));
     let [x, y, z] = run.table.borrow().things[0].place_m;

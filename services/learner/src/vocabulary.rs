@@ -133,7 +133,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_built_in_percepts_can_be_spoken_of_and_the_noun_comes_last() {
+    fn built_in_percepts_have_words_and_the_noun_comes_last() {
         let vocabulary = Vocabulary::of(&Percepts::builtin()).unwrap();
         let names: Vec<&str> = vocabulary.language.features.iter().map(|words| words.name.as_str()).collect();
         assert_eq!(names, ["size", "colour", "shape"]);

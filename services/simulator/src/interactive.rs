@@ -57,7 +57,7 @@ impl World {
     ///
     /// The act is refused, and nothing has changed.
     pub fn act(&mut self, now: Instant, act: &TeacherAct, room: usize) -> Result<String, Refusal> {
-        let Some(kind) = act.kind() else { return refuse("this is no act that the simulator knows") };
+        let Some(kind) = act.kind() else { return refuse("the simulator does not know this act") };
         let who = act.teacher;
         if self.state.teachers.iter().all(|teacher| teacher.number != who) {
             return refuse(format!("there is no teacher {who} in this lesson"));
@@ -92,7 +92,7 @@ impl World {
             TeacherActKind::Lay => self.lay(now, act.table),
             TeacherActKind::Undo => self.undo(now, who),
             TeacherActKind::Open | TeacherActKind::Play | TeacherActKind::Save => {
-                refuse("lessons are opened, played and saved by who holds their files")
+                refuse("the lesson controller opens, plays and saves lessons")
             }
         }
         .map(|_: Done| self.state.outcome.take().unwrap_or_default())
@@ -136,7 +136,9 @@ impl World {
             Motion::Carried { .. } | Motion::InHand { .. } => {
                 return refuse(format!("`{}` is being moved: wait until it rests", name(index)));
             }
-            Motion::Grasped { .. } => return refuse(format!("Leo holds `{}`: leave it to him", name(index))),
+            Motion::Grasped { .. } => {
+                return refuse(format!("Leo holds `{}`: wait until Leo puts it down", name(index)));
+            }
         }
         let (pose, from, seat) = (thing.pose, rest.pose, rest.seat);
         self.interrupt();
@@ -238,7 +240,7 @@ impl World {
         let sight_m =
             eyes_m.iter().zip(looks_at_m).map(|(eye, point)| (eye - point).powi(2)).sum::<f64>().sqrt();
         if sight_m < MIN_GAZE_M {
-            return refuse("nobody can look at his own eyes: name a point before them");
+            return refuse("the teacher cannot look at the eyes' own position: name another point");
         }
         self.is_here(act.teacher)?;
         let who = act.teacher;
@@ -259,7 +261,7 @@ impl World {
 
     fn set_presence(&mut self, now: Instant, who: u16, comes: bool) -> Result<Done, Refusal> {
         if self.is_here(who).is_ok() == comes {
-            return refuse(if comes { "he is here already" } else { "he is away already" });
+            return refuse(if comes { "the teacher is here already" } else { "the teacher is away already" });
         }
         self.interrupt();
         let held = self.state.taken.iter().find(|taken| taken.by == who).copied();
@@ -357,7 +359,7 @@ impl World {
 
     fn is_here(&self, who: u16) -> Result<(), Refusal> {
         let is_here = self.state.teachers.iter().any(|teacher| teacher.number == who && teacher.is_present);
-        if is_here { Ok(()) } else { refuse(format!("teacher {who} is away: let him return first")) }
+        if is_here { Ok(()) } else { refuse(format!("teacher {who} is away: the teacher must return first")) }
     }
 
     fn in_hand(&self, hand: u16) -> Result<HeldThing, Refusal> {

@@ -209,7 +209,7 @@ fn the_length_of_the_steps_does_not_change_what_happens() {
 }
 
 #[test]
-fn a_hand_that_closes_on_a_peg_and_opens_over_a_hole_fills_it() {
+fn a_hand_grasps_a_peg_and_fills_a_hole() {
     let mut world = laid("");
     // Half of it in the hole, a centimetre off the axis.
     let ms = take_and_let_go(&mut world, 400, [0.01, 0.40, 0.06]);
@@ -297,7 +297,7 @@ fn a_dropped_peg_falls_and_does_not_jump() {
 }
 
 #[test]
-fn a_hand_that_closes_beside_a_peg_or_was_always_closed_takes_nothing() {
+fn a_hand_closed_beside_a_peg_grasps_nothing() {
     let mut world = laid("");
     world.step(at(400), hand([0.135, 0.40, 0.025], 0.1));
     world.step(at(405), hand([0.135, 0.40, 0.025], 1.0));
@@ -325,7 +325,7 @@ fn a_hand_without_readings_keeps_its_grasp() {
 }
 
 #[test]
-fn a_teacher_takes_nothing_out_of_leos_hand_and_fills_no_full_hole() {
+fn a_teacher_cannot_take_from_leos_hand_or_fill_twice() {
     let mut world = laid(
         r#"{ at_s = 0.5, who = 1, move = "peg", to_m = [0.3, 0.9], duration_s = 1.0 },
            { at_s = 6.0, who = 1, move = "other", into = "block", duration_s = 1.0 }"#,
@@ -338,7 +338,7 @@ fn a_teacher_takes_nothing_out_of_leos_hand_and_fills_no_full_hole() {
 }
 
 #[test]
-fn a_teacher_who_leaves_is_not_observed_and_looks_where_he_is_told() {
+fn an_absent_teacher_is_not_observed_and_gaze_follows_the_script() {
     let mut world = laid(
         r#"{ at_s = 1.0, who = 1, leave = true }, { at_s = 2.0, who = 1, return = true },
            { at_s = 2.0, who = 1, look_at_m = [0.5, 1.5, 0.55], duration_s = 1.0 }"#,
@@ -363,7 +363,7 @@ fn a_teacher_who_leaves_is_not_observed_and_looks_where_he_is_told() {
 }
 
 #[test]
-fn a_teacher_who_walks_looks_on_at_the_same_point() {
+fn a_walking_teacher_keeps_looking_at_the_same_point() {
     let world_at = |ms| {
         let mut world = laid(r#"{ at_s = 1.0, who = 1, eyes_to_m = [1.5, 0.0, 0.55], duration_s = 1.0 }"#);
         world.step(at(ms), NO_HANDS);

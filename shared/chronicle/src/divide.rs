@@ -167,7 +167,7 @@ mod tests {
     }
 
     #[test]
-    fn a_difference_is_told_once_when_it_has_lasted_and_when_it_has_ended() {
+    fn a_lasting_difference_is_reported_once_and_so_is_its_end() {
         let moved = [about(&["position"])];
         assert_eq!(
             reported(&[(0, &moved), (400, &moved), (600, &moved), (900, &moved), (1000, &[]), (1600, &[])]),

@@ -65,13 +65,13 @@ fn write_mind(words: &PerceptPhrases, mind: &PerspectiveRecord<'_>, out: &mut St
         let count = head.overflowed;
         writeln!(
             out,
-            "  {count} observations, beliefs or occluders found no room: raise buffers.objects in leo.toml, or \
+            "  {count} observations, beliefs or occluders did not fit: raise buffers.objects in leo.toml, or \
              occluders.most in perspective.toml"
         )?;
     }
     if head.refused > 0 {
         let count = head.refused;
-        writeln!(out, "  {count} observations or evaluations were refused: unsound, old, or ahead of time")?;
+        writeln!(out, "  {count} observations or evaluations were refused: invalid, too old, or too new")?;
     }
     if head.perspective != 0 {
         for difference in mind.differences {
@@ -118,18 +118,18 @@ fn write_summary(summary: &Summary, out: &mut String) -> fmt::Result {
     if *earlier > 0 {
         writeln!(
             out,
-            "{earlier} frames are earlier than one before them, and counted as of that one: beliefs never run backwards"
+            "{earlier} frames are earlier than a previous one, and take its time: time never runs backwards"
         )?;
     }
     if *left_out > 0 {
-        writeln!(out, "{left_out} observations found no room: raise buffers.objects in leo.toml")?;
+        writeln!(out, "{left_out} observations did not fit: raise buffers.objects in leo.toml")?;
     }
     if let Some(most) = not_simulated.last() {
         let partners: Vec<String> = not_simulated.iter().map(|partner| agent_name(*partner)).collect();
         let partners = partners.join(", ");
         writeln!(
             out,
-            "observed, and not simulated: {partners}; for his beliefs too, give --partners {most}"
+            "observed, and not simulated: {partners}; to simulate their beliefs too, give --partners {most}"
         )?;
     }
     if *cut_short {

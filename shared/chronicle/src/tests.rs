@@ -119,7 +119,7 @@ fn a_thing_that_moves_is_told_of_once_it_rests() {
 }
 
 #[test]
-fn where_a_partner_is_at_odds_with_the_robot_and_where_no_longer_is_told() {
+fn divergences_and_their_ends_are_reported() {
     let mut story = Story::new();
     let (red, seen) = ((4, HERE, 0, Some(1.0), NOBODY), (7, from_there(HERE), 0, Some(1.0), NOBODY));
     assert!(story.instant(0, &[red], None).ends_with("partner 1  does not know of Leo's 4\n"));
@@ -177,11 +177,12 @@ fn the_table_at_the_end_says_what_differs_and_what_went_in() {
         "     7  red square at (0.50, 0.00, 0.00), not on, held by Leo",
         "3 times, 2.00 s ago\n",
         "  7, which is Leo's 4, differs:\n        on           on for Leo, not on for partner 1\n",
-        "  12 observations, beliefs or occluders found no room: raise buffers.objects in leo.toml, or occluders.most in perspective.toml\n",
-        "  13 observations or evaluations were refused: unsound, old, or ahead of time\n",
+        "  12 observations, beliefs or occluders did not fit: raise buffers.objects in leo.toml, or occluders.most \
+         in perspective.toml\n",
+        "  13 observations or evaluations were refused: invalid, too old, or too new\n",
         "partner 2 was never there\n",
         "5 frames, 9 observations\n3 observations refused: no number (the first: line 4)\n2 frames are earlier than",
-        "observed, and not simulated: partner 3, partner 4; for his beliefs too, give --partners 4\n",
+        "observed, and not simulated: partner 3, partner 4; to simulate their beliefs too, give --partners 4\n",
         "it was read up to there\n",
     ] {
         assert!(out.contains(line), "{line} is not in\n{out}");

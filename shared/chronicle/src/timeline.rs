@@ -91,7 +91,10 @@ impl ReportedPerspective {
     fn presence(&mut self, mind: &PerspectiveRecord<'_>, lines: &mut Lines<'_>) {
         let present = mind.head.present != 0;
         if self.present != present && mind.head.perspective != 0 {
-            lines.write_line(mind.head, if present { "is there" } else { "is away: his beliefs freeze" });
+            lines.write_line(
+                mind.head,
+                if present { "is there" } else { "is away: these beliefs are frozen" },
+            );
         }
         self.present = present;
     }

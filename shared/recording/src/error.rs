@@ -16,7 +16,8 @@ pub enum ReadError {
     },
     /// It is not a recording of Leo.
     #[error(
-        "{name} is no recording of Leo: {found}; make one with `leo teach LESSON --record FILE` or `leo record FILE`"
+        "{name} is not a recording of Leo: {found}; make one with `leo teach LESSON --record FILE` or `leo record \
+         FILE`"
     )]
     Foreign {
         /// The file.
@@ -39,7 +40,7 @@ pub enum ReadError {
         known: String,
     },
     /// The records of the file are damaged.
-    #[error("{name} is damaged after frame {after}: {reason}; what stands before it was read")]
+    #[error("{name} is damaged after frame {after}: {reason}; the frames before it were read")]
     Damaged {
         /// The file.
         name: String,
@@ -49,7 +50,7 @@ pub enum ReadError {
         reason: String,
     },
     /// It expands to too many bytes, or needs too much memory.
-    #[error("{name} is not read on after frame {after}: {source}")]
+    #[error("reading {name} stopped after frame {after}: {source}")]
     Budget {
         /// The file.
         name: String,
@@ -60,8 +61,8 @@ pub enum ReadError {
     },
     /// A required check sum is missing.
     #[error(
-        "{name}: {unchecked}: damage there would pass for a difference, and nothing is compared; record it anew, or use \
-         the file that it was made of"
+        "{name}: {unchecked}: damage there would look like a difference, so nothing is compared; record again, or \
+         use the original file"
     )]
     Unchecked {
         /// The file.
@@ -83,7 +84,7 @@ pub enum RecordError {
         source: std::io::Error,
     },
     /// Writing to the file failed.
-    #[error("cannot write {} on: {source}; it can be read up to there", file.display())]
+    #[error("cannot continue writing {}: {source}; the part written before is readable", file.display())]
     Write {
         /// The file.
         file: std::path::PathBuf,
@@ -92,8 +93,8 @@ pub enum RecordError {
     },
     /// The disk has less free space than a recording must leave.
     #[error(
-        "{}: less than {} MB of its disk are free, and a recording leaves them to others: make room, or record elsewhere; \
-         what was recorded up to there is whole",
+        "{}: less than {} MB of its disk are free, and recordings must leave that much: make room, or record \
+         elsewhere; the recording is complete up to this point",
         file.display(),
         bytes.div_ceil(1_000_000)
     )]
@@ -105,7 +106,7 @@ pub enum RecordError {
     },
     /// The disk has no space for all that was kept in memory.
     #[error(
-        "{}: with what was kept in it, less than {} MB of its disk are free, and a recording leaves them to others: \
+        "{}: with the frames from memory, less than {} MB of its disk are free, and recordings must leave that much: \
          make room, or record elsewhere; nothing was written",
         file.display(),
         bytes.div_ceil(1_000_000)
@@ -129,6 +130,6 @@ pub enum RecordError {
     #[error(transparent)]
     Receive(#[from] transport::ReceiveError),
     /// A thread could not be started, or ended.
-    #[error("no thread to record with: {0}")]
+    #[error("the recording thread failed: {0}")]
     Thread(String),
 }

@@ -69,7 +69,7 @@ impl<R: Read> Reader<R> {
         let mut reader = Self {
             name: name.to_owned(),
             records: Records::new(source, wanted),
-            memory: Budget::memory("no recording of Leo is like this; use the file that it was made of"),
+            memory: Budget::memory("no recording of Leo needs that much; use the original file"),
             schemas: BTreeMap::new(),
             channels: BTreeMap::new(),
             about: None,
@@ -89,7 +89,7 @@ impl<R: Read> Reader<R> {
         };
         if reader.about.is_none() {
             let found = if reader.is_cut() {
-                format!("it ends after {} bytes, before it has begun", reader.bytes())
+                format!("it ends after {} bytes, before the first frame", reader.bytes())
             } else {
                 format!("it is an MCAP file without a record `{ABOUT}`")
             };

@@ -162,7 +162,7 @@ impl Recorder {
     ///
     /// It records into a file ([`Self::start`]), or has ended.
     pub fn last(&self) -> Result<RingSnapshot, RecordError> {
-        let gone = || RecordError::Thread("it keeps nothing in memory (any more)".to_owned());
+        let gone = || RecordError::Thread("it keeps no frames in memory".to_owned());
         let asks = self.asks.as_ref().ok_or_else(gone)?;
         let (to, answer) = bounded(1);
         asks.send(to).map_err(|_gone| gone())?;
@@ -209,7 +209,7 @@ impl Recorder {
 impl Drop for Recorder {
     fn drop(&mut self) {
         if let Err(error) = self.end() {
-            tracing::warn!(%error, "the recording is not whole");
+            tracing::warn!(%error, "the recording is incomplete");
         }
     }
 }

@@ -110,7 +110,7 @@ fn written(disk: Disk, frames: &[Frame]) -> Result<(), io::Error> {
 fn assert_prefix(bytes: &[u8], frames: &[Frame], what: &str) -> usize {
     let reader = match Reader::new(bytes, "x.mcap") {
         Ok(reader) => reader,
-        Err(ReadError::Foreign { found, .. }) if found.contains("before it has begun") => return 0,
+        Err(ReadError::Foreign { found, .. }) if found.contains("before the first frame") => return 0,
         Err(error) => panic!("{what}: {error}"),
     };
     let found: Result<Vec<Frame>, ReadError> = reader.collect();

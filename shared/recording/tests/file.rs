@@ -100,7 +100,7 @@ fn a_file_cut_at_any_byte_is_an_error_or_a_prefix() {
                 lengths.insert(found.len());
             }
             Some(ReadError::Foreign { found: said, .. }) => {
-                assert!(found.is_empty() && said.contains("before it has begun"), "{length}: {said}");
+                assert!(found.is_empty() && said.contains("before the first frame"), "{length}: {said}");
             }
             Some(other) => panic!("{length}: {other}"),
         }
@@ -112,8 +112,8 @@ fn a_file_cut_at_any_byte_is_an_error_or_a_prefix() {
 #[test]
 fn a_file_that_is_no_recording_is_refused() {
     let said = |bytes: &[u8]| read(bytes).2.expect("is refused").to_string();
-    assert!(said(b"").starts_with("x.mcap is no recording of Leo: it ends after 0 bytes"));
-    assert!(said(b"[leo]\nrate = 5\nand more of this").contains("is no recording of Leo"));
+    assert!(said(b"").starts_with("x.mcap is not a recording of Leo: it ends after 0 bytes"));
+    assert!(said(b"[leo]\nrate = 5\nand more of this").contains("is not a recording of Leo"));
 
     // An MCAP file of another program.
     let mut others = mcap::Writer::new(std::io::Cursor::new(Vec::new())).expect("begins");

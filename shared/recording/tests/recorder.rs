@@ -10,7 +10,7 @@ use recording::{RecordError, Recorder, Subject, Time};
 use transport::Domain;
 
 #[test]
-fn a_domain_that_cannot_be_joined_is_an_error_and_no_wait() {
+fn an_unjoinable_domain_is_an_immediate_error() {
     let domain = Domain::named(&format!("recorder-{}", std::process::id())).unwrap();
     domain.make().unwrap();
     fs::write(domain.root().join("iceoryx2.toml"), "this is no configuration").unwrap();

@@ -149,7 +149,7 @@ mod tests {
     }
 
     #[test]
-    fn a_thing_whose_identity_was_lost_is_found_again_by_what_it_is() {
+    fn an_object_with_a_lost_identity_is_found_by_its_features() {
         let mut after = block(0.4, true);
         after.objects[0].id = 9;
         let change = &changes(&block(0.1, false), &after, 0.03)[&9];

@@ -65,7 +65,7 @@ mod tests {
     }
 
     #[test]
-    fn where_two_are_equally_near_the_lowest_identities_are_paired_whatever_the_order() {
+    fn equally_near_objects_are_paired_by_lowest_identity() {
         let alike = [(1, "blue", 0.02), (2, "blue", 0.02)];
         let theirs = [(8, "blue", 0.0), (7, "blue", 0.0)];
         assert_eq!(pairs(&view(&alike), &view(&theirs)), [(1, 7), (2, 8)]);
@@ -73,7 +73,7 @@ mod tests {
     }
 
     #[test]
-    fn what_was_only_spoken_of_stands_for_the_same_once() {
+    fn objects_without_positions_are_paired_once() {
         let mut own = view(&[(1, "blue", 0.0), (2, "blue", 0.0)]);
         own.objects.iter_mut().for_each(|object| object.position_m = None);
         let mut theirs = view(&[(7, "blue", 0.0)]);

@@ -39,7 +39,8 @@ impl Explanation {
             let objects: Vec<String> = objects.iter().map(|object| format!("the {object}")).collect();
             listed(&objects)
         };
-        let (who, whose) = if self.of_others { ("whoever showed it", "theirs") } else { ("you", "yours") };
+        let (who, whose) =
+            if self.of_others { ("the teacher who showed it", "theirs") } else { ("you", "yours") };
         let mut parts = Vec::new();
         if !self.unseen.is_empty() {
             parts.push(format!("{who} could not see {}", the(&self.unseen)));

@@ -67,7 +67,7 @@ pub struct Noise(f64);
 
 /// The error for a label noise outside [0, 0.5).
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
-#[error("{0} is out of range: a teacher slips with a probability from 0 to below 0.5")]
+#[error("{0} is out of range: the label noise is a probability from 0 to below 0.5")]
 pub struct NoiseOutOfRange(f64);
 
 impl TryFrom<f64> for Noise {

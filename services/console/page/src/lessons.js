@@ -115,7 +115,7 @@ export class Lessons {
     this.#pick(lessons, workspace);
     const about = lessons.find((/** @type {any} */ each) => each.id === workspace.lesson);
     const lacks = workspace.lacks ?? about?.lacks;
-    const lacking = lacks ? `For that, leo.toml has to say ${lacks}.` : '';
+    const lacking = lacks ? `This lesson needs ${lacks} in leo.toml.` : '';
     write(find('watch'), [workspace.watch || about?.watch || '', lacking].filter(Boolean).join(' '));
     const table = workspace.table === null ? '' : `, ${tableName(workspace.table, workspace.tables)}`;
     write(find('mode'), workspace.simulated ? `${MODES[workspace.mode] ?? workspace.mode}${table}` : 'Leo watches the real table');

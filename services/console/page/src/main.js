@@ -52,7 +52,7 @@ async function ask(what, content) {
 /** @param {import('./connection.js').State} state */
 function connectionChanged(state) {
   document.body.dataset.connection = state;
-  const words = { connecting: 'Connecting…', connected: 'Connected', lost: 'Leo is away. Trying again…' };
+  const words = { connecting: 'Connecting…', connected: 'Connected', lost: 'Not connected. Trying again…' };
   write(/** @type {Element} */ (find('connection').querySelector('.label')), words[state]);
   if (state !== 'lost') return;
   isLockedOut().then((locked) => {
@@ -65,7 +65,7 @@ function connectionChanged(state) {
 // The scenes and their views.
 
 const stage = new Stage(/** @type {HTMLCanvasElement} */ (find('canvas')), { software }, (why) => {
-  write(find('blind'), `This browser cannot draw the table (${why}): turn WebGL 2 on, or take another one. All else is here.`);
+  write(find('blind'), `This browser cannot draw the table (${why}): enable WebGL 2, or use another browser. Everything else works.`);
   find('blind').hidden = false;
 });
 const shadows = !software;

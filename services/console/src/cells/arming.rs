@@ -45,7 +45,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_causes_stand_beside_the_joints_that_are_locked_and_the_number_of_locks() {
+    fn locked_joints_are_listed_with_causes_and_lock_count() {
         let machines = JointMachines {
             link: JointLink::Answering,
             power: JointPower::Off,

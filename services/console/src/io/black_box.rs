@@ -105,7 +105,11 @@ impl BlackBox {
     pub(crate) fn ask(&mut self, requester: Requester) {
         match &requester {
             Requester::Page(answer, id) if self.waiting.requesters.len() >= MAX_REQUESTERS => {
-                reply(answer, *id, Err("the disk is slow, and many wait for this file: say it again later"));
+                reply(
+                    answer,
+                    *id,
+                    Err("the disk is slow, and many requests wait for this file: try again later"),
+                );
             }
             Requester::Page(..) | Requester::Program(_) => self.waiting.requesters.push(requester),
         }
@@ -158,7 +162,7 @@ impl BlackBox {
                 let _heard = to.send(written);
             };
             let begun = thread::Builder::new().name("black-box".to_owned()).spawn(write);
-            begun.map(drop).map_err(|error| format!("no thread to write with: {error}"))
+            begun.map(drop).map_err(|error| format!("cannot start the writing thread: {error}"))
         });
         if let Err(why) = begun {
             let _heard = to.send(Err(why));
@@ -178,7 +182,7 @@ impl BlackBox {
                 Requester::Page(answer, id) => reply(answer, *id, said.map(|file| Some(("file", file)))),
                 Requester::Program(word) => {
                     if let Err(error) = black_box::answer(&self.domain, word, said) {
-                        tracing::warn!(%error, "cannot answer who asked for the last minutes");
+                        tracing::warn!(%error, "cannot answer the request for the last minutes");
                     }
                 }
             }
@@ -217,10 +221,10 @@ impl DumpRecorder {
         let console = &robot.leo.console;
         let span = console.black_box_s.duration();
         if span.is_zero() {
-            return Err("this robot keeps nothing of its last minutes: `console.black_box_s` is 0".to_owned());
+            return Err("this robot has no black box: `console.black_box_s` is 0".to_owned());
         }
         let Some(state) = &launch.state else {
-            return Err("this robot remembers nothing: it has no state directory".to_owned());
+            return Err("this robot saves nothing: it has no state directory".to_owned());
         };
         let begin = || {
             let domain = Domain::at(&launch.domain).map_err(|error| error.to_string())?;
@@ -233,8 +237,8 @@ impl DumpRecorder {
         };
         let recorder = begin().map_err(|error| {
             // A missing black box must not keep the robot from running.
-            tracing::error!("cannot keep the last minutes: {error}; the robot runs without");
-            format!("this robot keeps nothing of its last minutes: {error}")
+            tracing::error!("cannot start the black box: {error}; the robot runs without it");
+            format!("this robot has no black box: {error}")
         })?;
         let files =
             Files { folder: process::state::recordings(state), max_per_kind: console.black_box_files.get() };

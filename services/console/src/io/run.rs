@@ -93,7 +93,7 @@ pub fn run(launch: &Launch, robot: &Robot, lesson: &Lesson) -> Result<(), Failur
     let write_last = black_box.end();
     let (taped, kept) = member.run_with_heartbeat(move || (tape.finish(), write_last()));
     if let Err(error) = taped {
-        tracing::error!("the recording is not whole: {error}");
+        tracing::error!("the recording is incomplete: {error}");
     }
     for words in kept {
         let line = event_reader.narrator.note(member.now().as_nanos(), &words);
@@ -187,7 +187,7 @@ impl PageServices {
             });
             // A missing page must not keep the robot from running.
             let failed = |error| {
-                tracing::error!("cannot serve the page at {address}: {error}; the robot runs without");
+                tracing::error!("cannot serve the page at {address}: {error}; the robot runs without it");
             };
             served.map_err(failed).ok()
         });

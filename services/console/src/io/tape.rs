@@ -127,7 +127,7 @@ impl Tape {
     pub(crate) fn ask(&mut self, on: bool, answer: Sender<String>, id: Option<u64>) {
         let requester = Requester { answer, id };
         if self.waiting.len() >= MAX_WAITING {
-            requester.tell(Err("recordings wait for the disk: ask again later"));
+            requester.tell(Err("recordings wait for the disk: try again later"));
             return;
         }
         self.waiting.push_back(RecordRequest { on, requester });
@@ -194,7 +194,7 @@ impl Tape {
 
     fn begin(&mut self, now: Instant, requester: Requester) {
         let Some(folder) = self.folder.clone() else {
-            requester.tell(Err("this robot remembers nothing: it has no state directory"));
+            requester.tell(Err("this robot saves nothing: it has no state directory"));
             return;
         };
         let start = Arc::clone(&self.start);
@@ -257,7 +257,7 @@ impl Tape {
 }
 
 /// The error for a thread that ended without a result.
-const NO_RESULT: &str = "the recording was given up";
+const NO_RESULT: &str = "the recording was aborted";
 
 /// Runs a closure in a thread.
 fn run_in_thread<T: Send + 'static>(
@@ -269,7 +269,7 @@ fn run_in_thread<T: Send + 'static>(
         let _heard = to.send(work());
     };
     let begun = thread::Builder::new().name("tape".to_owned()).spawn(work);
-    begun.map(|_running| outcome).map_err(|error| format!("no thread to record with: {error}"))
+    begun.map(|_running| outcome).map_err(|error| format!("cannot start the recording thread: {error}"))
 }
 
 /// Starts a recording into the next free file name.
@@ -279,7 +279,7 @@ fn begin(folder: &Path, start: &Start, now: Instant) -> Result<Running, String> 
     let mut names = (1..10_000).map(|number| format!("recording_{number}.mcap"));
     let name = names
         .find(|name| own.has(name).is_ok_and(|is_there| !is_there))
-        .ok_or_else(|| format!("{} is full of recordings: take some away", folder.display()))?;
+        .ok_or_else(|| format!("{} is full of recordings: delete some", folder.display()))?;
     let output = Output::in_folder(&own, &name);
     let recording = start(&output)?;
     Ok(Running { recording, file: output.path().to_owned(), since: now })

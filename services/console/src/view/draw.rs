@@ -17,11 +17,11 @@ const KEYS: &str = "q quit  s sort  r reverse  space freeze  h histogram  b buse
 const HELP: [&str; 18] = [
     "q, Ctrl-C   quit",
     "s           sort by the next column: the worst first",
-    "r           turn the order round",
-    "space       stand still, and go on",
+    "r           reverse the order",
+    "space       freeze, and continue",
     "up, down    select a process",
-    "h, Enter    how late the selected process woke, how long its cycles took and how old what it",
-    "            read was, in its whole life",
+    "h, Enter    the selected process: wake-up latency, execution time and input age, since its",
+    "            start",
     "b           the servo buses",
     "j           the joints that are in trouble",
     "Esc         back to the table",
@@ -29,10 +29,10 @@ const HELP: [&str; 18] = [
     "wake        from the release, or the bell, to the start of the cycle, in µs of the last second:",
     "            half the cycles were no later than wake50, 99 of 100 no later than wake99 (its jitter)",
     "exec        from the start to the end of the cycle, likewise",
-    "age         how old what it read was when it began, since that was published, likewise",
-    "over, skip  cycles that ended late; releases they ran past, in the whole life",
+    "age         from the publication of its input to the start of the cycle, likewise",
+    "over, skip  cycles that ended late; releases skipped because of them, since the start",
     "drop        frames lost because the process was slow to read them",
-    "re          how often it was started anew",
+    "re          number of restarts",
 ];
 
 pub(crate) fn draw(frame: &mut Frame<'_>, screen: &Screen) {
@@ -56,7 +56,7 @@ fn title(screen: &Screen) -> String {
         View::Processes => format!("processes, {}", screen.column.name()),
         View::Histogram => {
             let process = screen.rows().get(screen.selected()).map_or("", |row| &row.process).to_owned();
-            format!("{process}: how late, how long, how old, in the whole life")
+            format!("{process}: wake-up, execution and age since its start")
         }
         View::Buses => "servo buses".to_owned(),
         View::Joints => "joints in trouble".to_owned(),
@@ -122,7 +122,7 @@ fn right(text: String) -> Cell<'static> {
 fn histograms(frame: &mut Frame<'_>, area: Rect, screen: &Screen) {
     let rows = screen.rows();
     let Some(row) = rows.get(screen.selected()) else {
-        return frame.render_widget(Paragraph::new("no process is there"), area);
+        return frame.render_widget(Paragraph::new("no process is running"), area);
     };
     let process = row.process.parse::<Process>().ok();
     let health = process.and_then(|process| screen.readings.processes.get(&process));
@@ -140,7 +140,7 @@ fn buses(frame: &mut Frame<'_>, area: Rect, screen: &Screen) {
     let rows = screen.rows();
     let buses: Vec<&BusRow> = rows.iter().flat_map(|row| &row.buses).collect();
     if buses.is_empty() {
-        return frame.render_widget(Paragraph::new("the motor process has told of no bus yet"), area);
+        return frame.render_widget(Paragraph::new("the motor process has reported no bus yet"), area);
     }
     let head =
         ["bus", "state", "requests", "p50", "p99", "quar", "skip", "missed", "broken", "stale", "late"];
@@ -177,7 +177,7 @@ fn joints(frame: &mut Frame<'_>, area: Rect, screen: &Screen) {
     let troubled: Vec<&JointState> = all.iter().filter(|joint| joint.is_in_trouble()).collect();
     if troubled.is_empty() {
         let text = match all.len() {
-            0 => "the motor process has told of no joint yet".to_owned(),
+            0 => "the motor process has reported no joint yet".to_owned(),
             count => format!("none of {count} joints is in trouble: {}", Licences::of(all).line()),
         };
         return frame.render_widget(Paragraph::new(text), area);

@@ -30,7 +30,7 @@ pub(crate) struct Persister<E> {
 
 /// The error when the thread has ended, which only happens after a panic: nothing more is stored.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
-#[error("the thread that makes what was learned durable ended")]
+#[error("the thread that saves learned tasks ended")]
 pub(crate) struct PersisterEndedError;
 
 impl<E: Send + 'static> Persister<E> {
@@ -174,7 +174,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_under_way_or_owed_is_durable_when_the_keeper_is_gone() {
+    fn pending_examples_are_durable_when_the_persister_ends() {
         let (done, count) = unbounded();
         let mut tries = 0;
         let keep = move |kept: &Kept| {

@@ -173,7 +173,7 @@ fn report(now_ns: u64, outcome: Outcome<StorageError>, reports: &mut EventQueue)
             reports.saved(Some(said(&kept, "I learned it, but I cannot remember it beyond today")));
         }
         Outcome::PersistedLate(kept) => {
-            tracing::info!(task = kept.task, "what was learned is kept now");
+            tracing::info!(task = kept.task, "the learned tasks are saved now");
             reports.push(now_ns, 0, vec![said(&kept, "Now I can remember it beyond today")]);
         }
     }
@@ -326,9 +326,8 @@ fn remembered(folder: Option<&Path>) -> Result<(MemoryStore, Vec<Task>, Vec<Stri
                 clock::sleep_until(clock::now() + Duration::from_millis(20));
             }
             Err(busy @ OpenError::InUse { .. }) => {
-                tracing::warn!("{busy}: this robot begins knowing nothing, and forgets when it ends");
-                let why =
-                    format!("{busy}. Until it is started anew, this robot keeps nothing of what it learns");
+                tracing::warn!("{busy}: this robot starts without learned tasks, and saves none");
+                let why = format!("{busy}. Until its restart, this robot saves no learned tasks");
                 return Ok((MemoryStore::Locked(why), Vec::new(), Vec::new()));
             }
             Err(error) => return Err(Failure::own(error)),
@@ -354,7 +353,7 @@ mod tests {
     }
 
     #[test]
-    fn what_cannot_be_kept_is_not_said_to_be() {
+    fn an_unsaved_example_is_not_reported_as_saved() {
         let folder = tempfile::tempdir().unwrap();
         let _another = Memory::open(&state::learned(folder.path())).unwrap();
         let Ok((place, known, _)) = remembered(Some(folder.path())) else { panic!("it begins all the same") };

@@ -77,7 +77,7 @@ mod tests {
     }
 
     #[test]
-    fn a_sentence_waits_for_the_beliefs_of_when_it_was_said_and_not_for_ever() {
+    fn a_sentence_waits_for_the_beliefs_of_its_time_with_a_limit() {
         assert_eq!(noted(1100, 999), Timing::Pending);
         assert_eq!(noted(1100, 1000), Timing::InTime);
         assert_eq!(noted(3100, 999), Timing::Pending);
@@ -85,7 +85,7 @@ mod tests {
     }
 
     #[test]
-    fn beliefs_of_long_after_it_say_nothing_of_how_things_were() {
+    fn much_later_beliefs_do_not_describe_the_past() {
         assert_eq!(noted(9000, 2000), Timing::InTime);
         assert_eq!(noted(9000, 2001), Timing::TooLate);
     }

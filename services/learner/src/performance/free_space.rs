@@ -107,7 +107,7 @@ mod tests {
     }
 
     #[test]
-    fn a_figure_stands_where_nothing_is_in_its_way_or_nowhere() {
+    fn an_arrangement_is_placed_in_free_space_or_not_at_all() {
         let part = |y: f64| ArrangementPart {
             features: std::collections::BTreeMap::new(),
             offset_m: [0.0, y, 0.03],

@@ -222,7 +222,7 @@ mod tests {
     }
 
     #[test]
-    fn for_what_is_given_up_another_of_the_number_is_done() {
+    fn a_failed_step_is_replaced_by_another_of_the_same_number() {
         assert_eq!(tried(Selection::Exactly(3), 5, &[0, 1, 2, 3, 4]), [0, 1, 2]);
         assert_eq!(tried(Selection::Exactly(3), 5, &[0, 2, 3, 4]), [0, 1, 2, 3]);
         assert_eq!(tried(Selection::AllBut(2), 5, &[1, 2, 4]), [0, 1, 2, 3, 4]);

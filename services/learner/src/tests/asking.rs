@@ -27,7 +27,7 @@ fn an_answer_is_no_demonstration() {
 }
 
 #[test]
-fn what_a_showing_leaves_open_is_asked_and_the_answer_is_an_example() {
+fn an_ambiguous_demonstration_is_asked_about_and_the_answer_counts() {
     let rule = |answer: &str| {
         let mut run = ambiguous();
         let asked = run.texts(EventKind::Said).pop().unwrap();
@@ -44,7 +44,7 @@ fn what_a_showing_leaves_open_is_asked_and_the_answer_is_an_example() {
 }
 
 #[test]
-fn a_yes_to_what_leo_did_is_no_answer_to_what_it_asked_before() {
+fn a_yes_to_a_performance_answers_no_earlier_question() {
     let mut run = ambiguous();
     run.say("Leo, do task 1");
     for _ in 0..100 {
@@ -76,7 +76,7 @@ fn a_question_that_was_not_answered_is_dropped_when_a_showing_begins() {
 }
 
 #[test]
-fn an_answer_is_what_is_said_next_and_a_stray_no_later_is_none() {
+fn only_the_next_sentence_answers_a_question() {
     for between in ["Leo, do task too", "What a nice day", "Task 2 is done", "not that one", "Stop!"] {
         let mut run = ambiguous();
         run.say(between);

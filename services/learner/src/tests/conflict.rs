@@ -43,7 +43,7 @@ const ASKED: &str = "Should a red square be filled, too?";
 const UNTIL_THEN: &str = "until I know, I go by what I learned from 2 examples: all filled";
 
 #[test]
-fn on_conflict_leo_goes_by_its_own_view_where_it_is_told_to_and_says_what_the_teachers_would_be() {
+fn with_conflict_own_leo_follows_its_view_and_names_the_teachers_rule() {
     let mut run = Run::with(1, Vec::new(), OnConflict::Own);
     run.teach();
     let why = "to you it looked like \"all filled\": you could not see the blue square; I go by what I saw";
@@ -56,7 +56,7 @@ fn on_conflict_leo_goes_by_its_own_view_where_it_is_told_to_and_says_what_the_te
 }
 
 #[test]
-fn a_conflict_that_is_explained_is_resolved_for_the_teacher_and_the_explanation_is_said() {
+fn an_explained_conflict_is_resolved_for_the_teacher_and_explained() {
     let mut run = Run::with(1, Vec::new(), OnConflict::Resolve);
     run.teach();
     let why = "to me it looked like \"all but blue\", but you could not see the blue square";
@@ -67,7 +67,7 @@ fn a_conflict_that_is_explained_is_resolved_for_the_teacher_and_the_explanation_
 }
 
 #[test]
-fn as_it_comes_the_teacher_is_followed_whatever_speaks_against_it_and_leo_asks_beside() {
+fn by_default_leo_follows_the_teacher_and_asks_about_contradictions() {
     let mut run = with_a_slip(OnConflict::Human);
     assert_eq!(outcome(&run).1, "all");
     assert_eq!(said(&run, 1), [ASKED]);
@@ -117,7 +117,7 @@ fn answer_decides_which_schema_is_followed() {
 }
 
 #[test]
-fn where_nothing_was_settled_before_leo_declines_and_asks_again() {
+fn without_a_previous_rule_leo_declines_and_asks_again() {
     let mut run = Run::with(1, Vec::new(), OnConflict::Resolve);
     run.lay_anew(&["red", "yellow"], Some(1));
     run.say("Leo, I can teach you to do task 1");

@@ -19,7 +19,7 @@ fn stop_is_obeyed_at_once_for_every_speaker() {
 }
 
 #[test]
-fn stop_is_obeyed_while_leo_does_not_know_what_is_where() {
+fn stop_is_obeyed_while_objects_are_unidentified() {
     let mut run = Run::new(1, Vec::new());
     run.teach();
     run.perform_with(&[], |run| {
@@ -33,7 +33,7 @@ fn stop_is_obeyed_while_leo_does_not_know_what_is_where() {
 }
 
 #[test]
-fn what_was_asked_for_before_stop_is_not_begun_after_it() {
+fn a_task_requested_before_stop_does_not_begin_after_it() {
     let mut at_once = Run::new(1, Vec::new());
     at_once.teach();
     at_once.lay_anew(&["red", "green"], None);
@@ -59,7 +59,7 @@ fn what_was_asked_for_before_stop_is_not_begun_after_it() {
 }
 
 #[test]
-fn what_was_taught_before_stop_counts_and_the_task_asked_for_may_be_corrected() {
+fn demonstrations_before_stop_count_and_the_requested_task_may_be_corrected() {
     let mut run = Run::new(1, Vec::new());
     run.teach();
     run.lay_anew(&["red", "green"], None);
@@ -108,7 +108,7 @@ fn deeds_of(run: &Run, task: &str) -> Vec<(u16, Option<String>, usize)> {
 }
 
 #[test]
-fn what_leo_did_until_it_was_stopped_is_its_own_act() {
+fn acts_of_leo_before_a_stop_are_its_own() {
     let leos = || (0, Some("task 1".to_owned()), 2);
     let mut run = a_task_in_a_task();
     run.say("Stop!");

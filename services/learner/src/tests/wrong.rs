@@ -21,7 +21,7 @@ fn fill_one(run: &mut Run, colours: &[&'static str], block: usize) {
 }
 
 #[test]
-fn showings_that_contradict_each_other_are_told_so_and_all_are_kept() {
+fn contradicting_demonstrations_are_reported_and_kept() {
     let mut run = Run::new(1, Vec::new());
     fill_one(&mut run, &["red", "green"], 0);
     assert!(!run.texts(EventKind::Said).iter().any(|text| text.contains("no rule that I know")));
@@ -38,7 +38,7 @@ fn showings_that_contradict_each_other_are_told_so_and_all_are_kept() {
 }
 
 #[test]
-fn leo_asks_about_what_speaks_against_the_rule_and_about_each_kind_once() {
+fn leo_asks_about_counter_examples_once_per_kind() {
     let mut run = Run::new(1, Vec::new());
     fill_one(&mut run, &["red", "green"], 0);
     fill_one(&mut run, &["red", "green", "yellow"], 1);
@@ -78,7 +78,7 @@ fn counter_example_is_asked_about_without_informative_query() {
 }
 
 #[test]
-fn a_task_that_is_taught_again_has_one_more_example_and_leo_says_so() {
+fn teaching_a_task_again_adds_an_example_and_reports_it() {
     let mut run = Run::new(1, Vec::new());
     fill_one(&mut run, &["red", "green"], 0);
     run.say("Leo, I can teach you to do TASK 1!");
@@ -90,7 +90,7 @@ fn a_task_that_is_taught_again_has_one_more_example_and_leo_says_so() {
 }
 
 #[test]
-fn what_vanishes_during_a_showing_is_said_and_the_rest_counts() {
+fn a_vanished_object_is_reported_and_the_rest_counts() {
     let mut run = Run::new(1, Vec::new());
     run.lay_anew(&["red", "green", "blue"], None);
     run.say("Leo, I can teach you to do task 1");
@@ -109,7 +109,7 @@ fn what_vanishes_during_a_showing_is_said_and_the_rest_counts() {
 }
 
 #[test]
-fn a_showing_in_which_nothing_changes_costs_nothing_that_was_learned() {
+fn a_demonstration_without_changes_keeps_what_was_learned() {
     let mut run = Run::new(1, Vec::new());
     fill_one(&mut run, &["red", "green"], 0);
     let saved = run.saved.len();
@@ -135,7 +135,7 @@ fn a_thousand_showings_are_learned_from() {
 }
 
 #[test]
-fn a_showing_counts_only_where_its_beginning_and_its_end_are_heard_in_time() {
+fn a_demonstration_counts_only_with_timely_start_and_end() {
     let (soon, late) = (Duration::from_millis(800), Duration::from_millis(1200));
     let mut run = Run::new(1, Vec::new());
     run.lay_anew(&["red", "green"], None);
@@ -151,7 +151,7 @@ fn a_showing_counts_only_where_its_beginning_and_its_end_are_heard_in_time() {
     run.say_late("Leo, I can teach you to do task 1", late);
     assert!(last_said(&run).ends_with("please begin again"), "{}", last_said(&run));
     run.say("Task 1 is done");
-    assert!(last_said(&run).starts_with("nobody is showing me"), "{}", last_said(&run));
+    assert!(last_said(&run).starts_with("no demonstration of"), "{}", last_said(&run));
 
     run.say_late("Leo, I can teach you to do task 1", soon);
     run.insert(1, 1);

@@ -213,9 +213,9 @@ fn an_impossible_act_is_refused_with_a_reason_and_changes_nothing() {
         (Kind::Remove, "wood peg", "nothing can be taken away"),
         (Kind::Put, "", "the hand is empty"),
         (Kind::Say, "  ", "a sentence has at least one word"),
-        (Kind::Return, "", "he is here already"),
-        (Kind::Seat, "", "nobody can look at his own eyes"),
-        (Kind::Open, "task2", "by who holds their files"),
+        (Kind::Return, "", "the teacher is here already"),
+        (Kind::Seat, "", "the teacher cannot look at the eyes' own position"),
+        (Kind::Open, "task2", "the lesson controller opens"),
     ];
     for (kind, text, why) in refusals {
         let before: Vec<SceneObject> = bench.world.scene().collect();
@@ -383,7 +383,7 @@ fn an_object_laid_in_a_hole_is_seated() {
 }
 
 #[test]
-fn nothing_new_comes_onto_a_table_of_which_the_script_has_spoken() {
+fn no_object_is_added_to_a_table_the_script_refers_to() {
     let mut bench = Bench::new();
     bench.wait(2_000);
     assert_eq!((bench.mode(), bench.said.len()), (Some(SceneMode::Script), 1));

@@ -68,7 +68,7 @@ impl World {
                 }
                 let Some(layout) = self.state.layout.clone() else { return Ok(Done) };
                 if crate::world::destination(&self.state.things, &layout.objects, index, to).is_none() {
-                    return refuse("where it was there is something else now: it stays where it is");
+                    return refuse("its previous place is occupied: it stays where it is");
                 }
                 crate::world::begin_move(
                     &mut self.state.things,

@@ -103,7 +103,7 @@ impl LessonController {
         };
         if most(&lesson) > self.room {
             return Err(Refusal(format!(
-                "the lesson has {} things and people, and `buffers.objects` in leo.toml has room for {}",
+                "the lesson has {} things and people, but `buffers.objects` in leo.toml has room for {}",
                 most(&lesson),
                 self.room
             )));
@@ -121,7 +121,7 @@ impl LessonController {
 
     fn save(&mut self, world: &World, now: Instant, act: &TeacherAct) -> Result<Option<String>, Refusal> {
         let Some(folder) = self.folder.clone() else {
-            return Err(Refusal("this robot remembers nothing: it has no state directory".to_owned()));
+            return Err(Refusal("this robot saves nothing: it has no state directory".to_owned()));
         };
         let lesson = world.taught(act.text.as_str(), now).ok_or_else(|| {
             Refusal("nothing was taught by hand yet: set a table, say what you teach, and show it".to_owned())

@@ -29,7 +29,7 @@ pub fn run(launch: &Launch, robot: &Robot, lesson: &Lesson) -> Result<(), Failur
     let mut joint_states = member.subscriber::<JointStates>(None)?;
     let source = leo.sensor.simulator().ok_or_else(|| {
         Failure::own(
-            "no [[sensor.source]] of leo.toml is of the kind \"simulator\": there is nobody to play for",
+            "no [[sensor.source]] of leo.toml is of the kind \"simulator\": the lesson would have no observer",
         )
     })?;
     let mut observations = member.publisher::<Observations>(Some(u32::from(source)), capacity)?;

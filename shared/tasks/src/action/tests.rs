@@ -147,7 +147,7 @@ fn a_pause_on_the_way_is_no_end() {
 }
 
 #[test]
-fn what_is_put_down_and_picked_up_again_was_put_down_twice() {
+fn putting_down_again_after_picking_up_counts_twice() {
     let script: Script = |frame| match frame {
         0..200 => (0.1, NOBODY),
         200..300 => (f64::from(frame - 200).mul_add(0.002, 0.1), 1),
@@ -161,7 +161,7 @@ fn what_is_put_down_and_picked_up_again_was_put_down_twice() {
 }
 
 #[test]
-fn what_is_let_go_for_a_moment_was_not_put_down() {
+fn a_momentary_release_is_not_a_put_down() {
     let script: Script = |frame| match frame {
         0..200 => (0.1, NOBODY),
         200..250 => (f64::from(frame - 200).mul_add(0.002, 0.1), 1),
@@ -175,7 +175,7 @@ fn what_is_let_go_for_a_moment_was_not_put_down() {
 }
 
 #[test]
-fn what_passes_from_hand_to_hand_is_an_act_of_the_giver_and_then_one_of_the_taker() {
+fn a_hand_over_is_an_act_of_the_giver_then_the_taker() {
     let script: Script = |frame| match frame {
         0..200 => (0.1, NOBODY),
         200..300 => (f64::from(frame - 200).mul_add(0.002, 0.1), 1),

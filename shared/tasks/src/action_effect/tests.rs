@@ -106,7 +106,7 @@ fn of_a_stack_of_thin_things_the_uppermost_holds_up() {
 }
 
 #[test]
-fn an_inserted_peg_is_not_placed_and_neither_is_one_that_is_carried_along() {
+fn an_inserted_or_carried_along_peg_is_not_placed() {
     let stick = |place_m, inserted| {
         peg(Object { half_extents_m: Some([0.01, 0.01, 0.025]), ..block(1, place_m) }, inserted)
     };

@@ -49,7 +49,7 @@ fn one_marked() -> View {
 }
 
 #[test]
-fn what_is_asked_next_divides_what_is_left_and_is_said_in_words() {
+fn the_next_question_splits_the_remaining_hypotheses_and_has_words() {
     for settings in [Settings::default(), extended(), slipping(0.05)] {
         let mut learning = Learning::new(&language(), &settings);
         learning.add(&one_marked());
@@ -293,7 +293,7 @@ fn a_feature_that_later_things_lack_makes_a_difference_from_then_on() {
 }
 
 #[test]
-fn where_things_have_no_features_all_of_them_are_meant() {
+fn without_features_all_objects_are_meant() {
     let nothing_to_tell_by = crate::Language { features: Vec::new(), ..language() };
     let things = |done: bool| -> Vec<Object> {
         let states = || [("filled".to_owned(), done)].into();

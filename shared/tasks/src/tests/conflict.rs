@@ -100,7 +100,7 @@ fn where_the_views_agree_or_one_explains_nothing_there_is_no_conflict() {
 }
 
 #[test]
-fn that_one_of_a_number_was_left_is_what_the_number_says_and_no_riddle() {
+fn a_leftover_within_the_counted_number_needs_no_explanation() {
     let thing = |id: u64, words: &str, filled: bool| {
         object(id, words, [0.1 * quantity::number::float(id), 0.7, 0.03], &[("filled", filled)])
     };

@@ -161,7 +161,7 @@ fn each_example_is_explained_by_its_own_teachers_view() {
     assert_eq!(perspectives(&[0, 2]), [0, 2]);
     let rule = taught.primary().next().unwrap();
     let explanation = explain(&language(), &task, &[0, 1, 2], rule);
-    assert_eq!(explanation.text(), "whoever showed it could not see the blue square");
+    assert_eq!(explanation.text(), "the teacher who showed it could not see the blue square");
     let explanation = explain(&language(), &task, &[0, 2], rule);
     assert_eq!(explanation.unexplained, ["blue square"], "nobody knows what the first could see");
 }

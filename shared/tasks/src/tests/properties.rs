@@ -160,7 +160,7 @@ fn filled() -> Signature {
 
 /// If there are more hypotheses than the limit, ties at the cut are all dropped, whatever the order.
 #[test]
-fn the_order_of_demonstrations_does_not_matter_where_there_are_too_many_hypotheses() {
+fn with_too_many_hypotheses_demonstration_order_does_not_matter() {
     let demonstrations: [&[Block]; 3] = [
         &[
             (0, 2, 1, true, false, false),

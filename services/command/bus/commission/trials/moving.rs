@@ -50,7 +50,7 @@ pub(super) fn motion(bench: &mut Bench<'_>) -> Result<Measured, CommandError> {
     bench.each(&mut measured, |bench, joint, measured| {
         let start_rad = bench.hold(joint)?;
         let Some(goal_rad) = Bench::aside(joint, start_rad, SMALL_RAD) else {
-            return Err(CommandError::runtime("has no 2 deg of room within its limits"));
+            return Err(CommandError::runtime("has less than 2 deg of room within its limits"));
         };
         let stop = bench.stop;
         let mut servo = bench.servo(joint)?;

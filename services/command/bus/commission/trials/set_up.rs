@@ -49,7 +49,7 @@ pub(super) fn identity(bench: &mut Bench<'_>) -> Result<Measured, CommandError> 
         }
     }
     if line.echoes() {
-        measured.note("the line echoes what is said on it, which Leo copes with");
+        measured.note("the line echoes transmitted bytes, which Leo tolerates");
     }
     measured.note(format!("{} servos answer, of {} in motor.toml", found.len(), bus.joints.len()));
     Ok(measured)
@@ -113,7 +113,7 @@ fn refused(servo: &mut Servo<'_>, joint: &Joint, measured: &mut Measured) -> Res
     let at_least = |found, than| found >= than;
     look(HOMING_OFFSET, "homing_offset", same, 0, "0 is what motor.toml counts from")?;
     look(DRIVE_MODE, "drive_mode", same, 0, "0 is what motor.toml counts from; `sign` turns a joint round")?;
-    look(SECONDARY_ID, "secondary_id", at_least, NO_ID, "it does what another servo is told too")?;
+    look(SECONDARY_ID, "secondary_id", at_least, NO_ID, "it also obeys writes to another servo")?;
     look(
         STARTUP_CONFIGURATION,
         "startup_configuration",

@@ -32,7 +32,7 @@ impl FailureDetector {
             // A process that was absent before is expected to be in its first incarnation.
             let known = self.lives.insert(process, life).unwrap_or(if is_first { life } else { 1 });
             if life > known {
-                let what = format!("{process} died, and its life {life} began");
+                let what = format!("{process} died and was restarted (incarnation {life})");
                 failed.push(FailureEvent { word: process.name().to_owned(), what });
             }
         }

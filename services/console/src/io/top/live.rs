@@ -55,7 +55,7 @@ fn key(event: KeyEvent) -> Option<Key> {
     if event.code == KeyCode::Char('c') && event.modifiers.contains(KeyModifiers::CONTROL) {
         return Some(Key::Quit);
     }
-    #[expect(clippy::wildcard_enum_match_arm, reason = "all other keys ask for nothing")]
+    #[expect(clippy::wildcard_enum_match_arm, reason = "other keys have no function")]
     match event.code {
         KeyCode::Char('q') => Some(Key::Quit),
         KeyCode::Char('s') => Some(Key::Sort),

@@ -24,7 +24,7 @@ use crate::state_store::StateStore;
 const MESSAGE_MOST: usize = 4096;
 /// The answer to a command of a page without the token.
 const READ_ONLY: &str =
-    "this page may look and stop the robot, and nothing else: open the whole address that `leo run` prints";
+    "this page may only watch and stop the robot: open the whole address that `leo run` prints";
 /// Minimum interval between two state updates of a page.
 const MIN_UPDATE_INTERVAL: Duration = Duration::from_millis(33);
 /// Maximum number of consecutive unanswered pings.
@@ -78,7 +78,7 @@ pub(super) async fn live(
             Access::Command => (MAX_PAGES, ""),
             Access::Read => (MAX_READERS, " without the token"),
         };
-        let why = format!("{most} pages{which} are open, which is all there may be\n");
+        let why = format!("{most} pages{which} are open, which is the maximum\n");
         return (StatusCode::SERVICE_UNAVAILABLE, why).into_response();
     };
     let upgrade = upgrade.max_message_size(MESSAGE_MOST).max_frame_size(MESSAGE_MOST);
@@ -203,8 +203,10 @@ impl Page<'_> {
             self.count();
             return Err(End::Shut(close_code::POLICY, "far too many messages in a second".to_owned()));
         }
-        let too_many =
-            |id| Malformed { id, reason: format!("more than {SECOND_MOST} messages in a second: say less") };
+        let too_many = |id| Malformed {
+            id,
+            reason: format!("more than {SECOND_MOST} messages in a second: send fewer"),
+        };
         match message {
             Message::Text(text) if taken == Verdict::TooMany => {
                 Ok(Some(self.malformed(&too_many(number(&text)))))
@@ -234,7 +236,7 @@ impl Page<'_> {
                     page_request,
                     answer: self.answer.clone(),
                 };
-                let busy = "the robot is busy: say it again";
+                let busy = "the robot is busy: try again";
                 (!self.shared.ask(asked)).then(|| json!({ "answer": id, "error": busy }).to_string())
             }
         }

@@ -103,7 +103,7 @@ mod tests {
     }
 
     #[test]
-    fn a_token_that_others_could_read_is_no_longer_taken_and_no_link_is_followed() {
+    fn a_readable_token_is_replaced_and_links_are_not_followed() {
         let [domain, folder] = [(); 2].map(|()| tempfile::tempdir().unwrap());
         let state = folder.path();
         let token = Token::new().unwrap();

@@ -133,7 +133,7 @@ fn a_wildcard_address_is_reported_as_an_openable_one() {
 }
 
 #[test]
-fn nothing_is_served_without_the_token_on_any_address_and_each_refusal_is_counted() {
+fn without_the_token_every_address_refuses_and_counts() {
     for address in ["127.0.0.1:0", "0.0.0.0:0"] {
         let web = Web::serve(Serving { address: address.parse().unwrap(), ..serving(ENDLESS) }).unwrap();
         let (host, token) = parts(&web);
@@ -180,7 +180,7 @@ fn nothing_is_served_without_the_token_on_any_address_and_each_refusal_is_counte
 }
 
 #[test]
-fn a_browser_is_given_the_token_as_a_cookie_and_sent_to_the_address_without_it() {
+fn a_browser_gets_the_token_as_cookie_and_a_redirect() {
     let web = served(ENDLESS);
     let (host, token) = parts(&web);
     let port = host.rsplit_once(':').unwrap().1;
@@ -247,7 +247,7 @@ fn a_failed_stop_is_reported_as_an_error() {
 }
 
 #[test]
-fn a_page_without_the_token_reads_where_that_is_open_and_commands_nothing() {
+fn without_the_token_a_page_only_reads_if_allowed() {
     let web = Web::serve(Serving { open: ReadWithoutToken::Page, ..serving(ENDLESS) }).unwrap();
     web.shared.state_store().put("cell", &1);
     let host = host(&web);
@@ -294,7 +294,7 @@ fn flood(to: &str, from: impl Iterator<Item = [u8; 4]>) -> tokio::runtime::Runti
 }
 
 #[test]
-fn a_request_is_answered_within_a_second_beside_250_half_open_connections_of_its_address_and_200_others() {
+fn requests_are_answered_within_a_second_beside_450_half_open_connections() {
     // 250 exhausted the slots when all addresses shared them; 600 exceeds the limit of one address.
     for flooding in [250, 600] {
         let domain = tempfile::tempdir().unwrap();
@@ -361,7 +361,7 @@ fn a_head_that_is_too_long_is_refused_before_it_is_read() {
 }
 
 #[test]
-fn a_connection_ends_after_a_while_whatever_it_asks_and_a_page_of_its_own_does_not() {
+fn connections_time_out_but_an_authorised_page_stays() {
     let web = served(Timeouts { connection: Duration::from_millis(300), ..ENDLESS });
     let mut page = opened(&web);
     let mut asks = TcpStream::connect(host(&web)).unwrap();
@@ -524,7 +524,7 @@ fn every_message_counts_and_a_flood_closes_the_page() {
 }
 
 #[test]
-fn a_message_too_many_is_answered_by_its_number_and_not_heard() {
+fn an_excess_message_is_answered_by_number_and_ignored() {
     let web = served(ENDLESS);
     let mut page = opened(&web);
     for id in 0..300 {

@@ -25,7 +25,7 @@ fn got(lock: &AccessPolicy, path: &str, more: &[(&'static str, String)]) -> Resu
 }
 
 #[test]
-fn the_token_is_taken_from_the_address_a_header_or_the_cookie_of_this_port() {
+fn the_token_comes_from_address_header_or_this_ports_cookie() {
     let lock = lock(ReadWithoutToken::Nothing);
     let token = lock.token.as_str();
     for path in ["/", "/live", "/metrics", "/leo.urdf"] {
@@ -84,7 +84,7 @@ fn only_this_machines_own_pages_may_ask_without_the_token() {
 }
 
 #[test]
-fn a_page_of_another_origin_commands_nothing_though_the_browser_sends_the_cookie() {
+fn a_page_of_another_origin_commands_nothing_despite_the_cookie() {
     let lock = lock(ReadWithoutToken::Nothing);
     let cookie = ("cookie", format!("leo_7780={}", lock.token.as_str()));
     let site = |site: &str| ("sec-fetch-site", site.to_owned());
