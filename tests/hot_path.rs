@@ -391,7 +391,7 @@ fn after_warm_up_no_cycle_meets_a_page_fault() {
     let may_lock = getrlimit(Resource::Memlock).current.is_none()
         || capabilities(None).is_ok_and(|sets| sets.effective.contains(CapabilitySet::IPC_LOCK));
     if !may_lock {
-        eprintln!("SKIPPED: this user may not lock memory (`ulimit -l unlimited`), so pages may be missing");
+        skip::skip("this user may not lock memory (`ulimit -l unlimited`), so pages may be missing");
         return;
     }
     let running = Running::start();

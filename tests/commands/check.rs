@@ -135,7 +135,7 @@ fn what_root_brings_forward_belongs_to_whom_it_belonged() {
     let config =
         write(&files, "leo.toml", &read("config/leo.toml").replace("noise = 0.0 ", "# noise = 0.0 "));
     if std::os::unix::fs::chown(&config, Some(12345), Some(12346)).is_err() {
-        return eprintln!("SKIPPED: needs to be root");
+        return skip::skip("needs to be root");
     }
     let told = check(&["--config", &config, "--migrate"]);
     assert_eq!(told.status, Some(0), "{told:?}");
@@ -186,7 +186,7 @@ fn a_full_disk_leaves_files_unchanged_until_space_is_free() {
     inside.env("XDG_STATE_HOME", files.path()).stdin(Stdio::null());
     let told = Leo::start(inside, files).end();
     if told.status == Some(77) || told.err.starts_with("unshare:") {
-        eprintln!("SKIPPED: needs `unshare --mount` and the right to mount a tmpfs");
+        skip::skip("needs `unshare --mount` and the right to mount a tmpfs");
         return;
     }
     assert_eq!(told.status, Some(0), "{told:?}");

@@ -67,11 +67,11 @@ fn run(command: &mut Command) -> (Option<i32>, String, String) {
 #[test]
 fn one_robot_is_stopped_although_the_other_cannot_be() {
     if !getuid().is_root() {
-        eprintln!("SKIPPED: only root can become another user");
+        skip::skip("only root can become another user");
         return;
     }
     if run(Command::new("/usr/bin/unshare").args(["--net", "/bin/true"])).0 != Some(0) {
-        eprintln!("SKIPPED: no namespace of the network can be made here");
+        skip::skip("no namespace of the network can be made here");
         return;
     }
     let files = tempfile::tempdir().expect("a folder");
@@ -138,7 +138,7 @@ fn an_emergency_stop_during_start_creates_no_buffer_of_a_process() {
 fn an_unnamed_robot_keeps_the_stop_of_its_predecessor() {
     const USER: u32 = 65_532;
     if !getuid().is_root() {
-        eprintln!("SKIPPED: only root can become another user");
+        skip::skip("only root can become another user");
         return;
     }
     let files = tempfile::tempdir().expect("a folder");

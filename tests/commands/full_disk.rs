@@ -31,7 +31,7 @@ fn examples_learned_on_a_full_disk_are_saved_later() {
     inside.current_dir(env!("CARGO_MANIFEST_DIR")).stdin(Stdio::null());
     let told = Leo::start(inside, files).end();
     if told.status == Some(77) || told.err.starts_with("unshare:") {
-        eprintln!("SKIPPED: needs `unshare --mount` and the right to mount a tmpfs");
+        skip::skip("needs `unshare --mount` and the right to mount a tmpfs");
         return;
     }
     assert_eq!(told.status, Some(0), "{told:?}");

@@ -419,7 +419,7 @@ fn lessons_without_performances_end_by_themselves_two_at_once() {
 #[test]
 fn a_full_shared_memory_is_refused() {
     if !getuid().is_root() {
-        eprintln!("SKIPPED: only root can mount a small /dev/shm");
+        skip::skip("only root can mount a small /dev/shm");
         return;
     }
     for size in ["4k", "1m"] {
@@ -433,7 +433,7 @@ fn a_full_shared_memory_is_refused() {
         inside.env("XDG_STATE_HOME", files.path()).stdin(Stdio::null());
         let told = Leo::start(inside, files).end();
         if told.status == Some(77) || told.err.contains("unshare") {
-            eprintln!("SKIPPED: no mount namespace of its own here: {}", told.err);
+            skip::skip(format_args!("no mount namespace of its own here: {}", told.err));
             return;
         }
         assert_refused(&told, 1, &["/dev/shm", "needed", "remount"]);
@@ -443,7 +443,7 @@ fn a_full_shared_memory_is_refused() {
 #[test]
 fn an_ordinary_user_gets_the_robot_and_one_warning_about_rights() {
     if !getuid().is_root() {
-        eprintln!("SKIPPED: only root can become another user");
+        skip::skip("only root can become another user");
         return;
     }
     // Root has the rights whatever the limits are.

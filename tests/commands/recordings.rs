@@ -101,7 +101,7 @@ fn what_cannot_be_recorded_or_replayed_is_refused() {
 #[test]
 fn a_disk_that_fills_up_leaves_what_was_written() {
     if !rustix::process::getuid().is_root() {
-        eprintln!("SKIPPED: only root can mount a small disk");
+        skip::skip("only root can mount a small disk");
         return;
     }
     let (command, files) = leo(&[]);
@@ -114,7 +114,7 @@ fn a_disk_that_fills_up_leaves_what_was_written() {
     inside.current_dir(env!("CARGO_MANIFEST_DIR")).stdin(std::process::Stdio::null());
     let told = Leo::start(inside, files).end();
     if told.status == Some(77) || told.err.contains("unshare") {
-        eprintln!("SKIPPED: no mount namespace of its own here: {}", told.err);
+        skip::skip(format_args!("no mount namespace of its own here: {}", told.err));
         return;
     }
     assert!(
@@ -160,7 +160,7 @@ fn a_full_disk_ends_only_the_recording_and_leaves_free_space() {
         .output();
     let has_disk = |told: &Output| told.status.code() != Some(77) && !told.stderr.starts_with(b"unshare:");
     let Some(told) = told.ok().filter(has_disk) else {
-        eprintln!("SKIPPED: needs `unshare --mount` and the right to mount a tmpfs");
+        skip::skip("needs `unshare --mount` and the right to mount a tmpfs");
         return;
     };
     assert_eq!(told.status.code(), Some(1), "{told:?}");

@@ -74,8 +74,9 @@ fn a_vanished_object_is_reported_and_the_rest_is_learned() {
     let source = "\n[[sensor.source]]\nname = \"camera\"\nkind = \"trace\"\nfile = \"vanishing.jsonl\"\n";
     let config = write(&files, "leo.toml", &(read("config/leo.toml") + source));
     let lesson = read("config/lessons/misunderstandings.toml");
-    let head = lesson.split("# Everything is said").next().expect("a head");
-    let showing = lesson.split("# ... and then").next().expect("most of it").split("# He fills").nth(1);
+    let head = lesson.split("# Every sentence comes").next().expect("a head");
+    let showing =
+        lesson.split("# ... and then").next().expect("most of it").split("# The teacher fills").nth(1);
     // The teacher waits meanwhile.
     let showing =
         showing.expect("a showing").split_once('\n').expect("lines").1.replace("at_s = 3.0", "at_s = 8.0");

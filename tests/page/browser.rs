@@ -13,8 +13,6 @@ use serde_json::Value;
 use crate::arming::disarmed;
 use crate::robot::{Robot, leo};
 
-/// If set, a missing dependency is a failure instead of a skip.
-const REQUIRED: &str = "LEO_BROWSER_REQUIRED";
 /// Serialises the preparation.
 static PREPARING: Mutex<()> = Mutex::new(());
 /// Serialises the browsers, because each renders in software on all cores.
@@ -41,9 +39,7 @@ fn prepared() -> Option<PathBuf> {
 }
 
 fn skipped<T>(why: &str) -> Option<T> {
-    assert!(std::env::var_os(REQUIRED).is_none(), "{why}");
-    // Test output is shown with `--nocapture` and after a failure.
-    eprintln!("skipped: {why}");
+    skip::skip(why);
     None
 }
 

@@ -179,7 +179,7 @@ fn without_perspective_taking_no_perspective_but_the_robots_is_computed() {
 fn the_cores_are_kept_awake_while_the_robot_runs_if_configured() {
     let request = Path::new("/dev/cpu_dma_latency");
     if fs::OpenOptions::new().write(true).open(request).is_err() {
-        eprintln!("SKIPPED: needs the right to write to {}", request.display());
+        skip::skip(format_args!("needs the right to write to {}", request.display()));
         return;
     }
     for wanted in [true, false] {
@@ -209,7 +209,7 @@ fn policies_of_serial_workers() -> Vec<String> {
 fn serial_line_workers_do_not_wait_for_ordinary_work() {
     let check = leo(&["check", "--seconds", "0", "--json"]).output().expect("runs");
     if !String::from_utf8_lossy(&check.stdout).contains("their bytes have priority over other work") {
-        eprintln!("SKIPPED: needs CAP_SYS_NICE, and to see the kernel's threads");
+        skip::skip("needs CAP_SYS_NICE, and to see the kernel's threads");
         return;
     }
     let robot = Robot::ready("carriers", &[]);

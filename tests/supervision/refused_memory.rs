@@ -8,8 +8,6 @@ use rustix::process::Signal;
 
 use super::robot::{Robot, domain, is_alive, leo, wait_until};
 
-/// Where this is set, a missing program is a failure and no test is skipped.
-const REQUIRED: &str = "LEO_READERS_REQUIRED";
 /// Allocations of each command that are refused, one in each run, spread over all of them.
 const REFUSED: u64 = 12;
 
@@ -25,9 +23,8 @@ impl Refuser {
         let mut compiler = Command::new("cc");
         compiler.args(["-shared", "-fPIC", "-o"]).arg(files.path().join("refuse.so")).arg(source);
         let is_compiled = compiler.status().is_ok_and(|status| status.success());
-        assert!(is_compiled || std::env::var_os(REQUIRED).is_none(), "a C compiler is needed");
         if !is_compiled {
-            eprintln!("SKIPPED: a C compiler is needed to refuse allocations");
+            skip::skip("a C compiler is needed to refuse allocations");
         }
         is_compiled.then_some(Self { files })
     }

@@ -231,14 +231,14 @@ mod tests {
             .args(["--mount", "sh", "-c", script])
             .arg(disk.path())
             .arg(std::env::current_exe().unwrap())
-            .arg("saving::tests::a_full_disk_is_named_and_left_without_half_a_lesson")
+            .arg("io::saving::tests::a_full_disk_is_named_and_left_without_half_a_lesson")
             .env(SMALL_DISK, disk.path())
             .output();
         let Some(inside) = inside
             .ok()
             .filter(|inside| inside.status.code() != Some(77) && !inside.stderr.starts_with(b"unshare:"))
         else {
-            eprintln!("SKIPPED: needs `unshare --mount` and the right to mount a tmpfs");
+            skip::skip("needs `unshare --mount` and the right to mount a tmpfs");
             return;
         };
         let said = String::from_utf8_lossy(&inside.stdout);

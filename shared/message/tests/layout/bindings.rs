@@ -57,7 +57,7 @@ fn a_c_compiler_agrees_with_every_size_and_offset() {
     let header = concat!(env!("CARGO_MANIFEST_DIR"), "/../../docs/examples/c/leo_messages.h");
     let strict = ["-std=c11", "-Wall", "-Wextra", "-Wpedantic", "-Werror", "-fsyntax-only", "-x", "c"];
     if passes("cc", &[&strict[..], &[header]].concat()).is_none() {
-        eprintln!("SKIPPED: there is no C compiler `cc` here");
+        skip::skip("there is no C compiler `cc` here");
         return;
     }
     // The same header is for C++ too, if there is a C++ compiler.
@@ -77,6 +77,6 @@ fn python_agrees_with_every_size_and_offset() {
         "import sys; sys.dont_write_bytecode = True; sys.path.insert(0, {folder:?}); import leo_messages"
     );
     if passes("python3", &["-c", &import]).is_none() {
-        eprintln!("SKIPPED: there is no `python3` here");
+        skip::skip("there is no `python3` here");
     }
 }
