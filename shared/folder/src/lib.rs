@@ -8,7 +8,7 @@ mod files;
 mod output;
 
 use std::fs::{DirBuilder, File};
-use std::io::{self, Read as _, Write as _};
+use std::io::{self, Write as _};
 use std::os::fd::OwnedFd;
 use std::os::unix::fs::DirBuilderExt as _;
 use std::path::{Path, PathBuf};
@@ -225,11 +225,9 @@ impl Folder {
     ///
     /// # Errors
     ///
-    /// As [`Self::read`], or it is not UTF-8.
+    /// As [`Self::read`]; or it is not UTF-8, or longer than a configuration file may be.
     pub fn text(&self, name: &str) -> io::Result<String> {
-        let mut text = String::new();
-        self.read(name)?.read_to_string(&mut text)?;
-        Ok(text)
+        budget::read_text(self.read(name)?, "a file of this folder", budget::CONFIGURATION_BYTES)
     }
 
     /// Opens a file in it for writing; creates it if necessary, and keeps its content.

@@ -172,7 +172,7 @@ impl Domain {
     pub fn check_layouts(&self) -> Result<(), IncompatibleProgramError> {
         let other =
             |runs: &str| Err(IncompatibleProgramError { root: self.root.clone(), runs: runs.to_owned() });
-        match fs::read_to_string(self.root.join(PROGRAM_FILE)) {
+        match budget::text(&self.root.join(PROGRAM_FILE)) {
             Ok(text) if text == program() => Ok(()),
             Ok(text) => {
                 let mut lines = text.lines();
@@ -191,7 +191,7 @@ impl Domain {
     /// Name and version of the program that created the domain; `None` for versions that did not write it.
     #[must_use]
     pub fn made_by(&self) -> Option<String> {
-        let text = fs::read_to_string(self.root.join(PROGRAM_FILE)).ok()?;
+        let text = budget::text(&self.root.join(PROGRAM_FILE)).ok()?;
         text.lines().next().filter(|runs| runs.starts_with("Leo ")).map(str::to_owned)
     }
 

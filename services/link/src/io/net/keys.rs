@@ -78,7 +78,7 @@ impl Keys {
         };
         let authority = || -> Result<RootCertStore, Box<dyn std::error::Error>> {
             let mut store = RootCertStore::empty();
-            for certificate in CertificateDer::pem_file_iter(&link.authority)? {
+            for certificate in CertificateDer::pem_slice_iter(budget::text(&link.authority)?.as_bytes()) {
                 store.add(certificate?)?;
             }
             Ok(store)
@@ -86,11 +86,12 @@ impl Keys {
         let unknown = |error: &dyn std::fmt::Display| wrong("authority", &link.authority, error);
         let authority = Arc::new(authority().map_err(|error| unknown(&error))?);
         let unusable = |error: &dyn std::fmt::Display| wrong("certificate", &link.certificate, error);
-        let chain =
-            CertificateDer::pem_file_iter(&link.certificate).and_then(Iterator::collect::<Result<Vec<_>, _>>);
+        let text = budget::text(&link.certificate).map_err(|error| unusable(&error))?;
+        let chain = CertificateDer::pem_slice_iter(text.as_bytes()).collect::<Result<Vec<_>, _>>();
         let chain = chain.map_err(|error| unusable(&error))?;
-        let key = PrivateKeyDer::from_pem_file(&link.private_key);
-        let key = key.map_err(|error| wrong("private_key", &link.private_key, &error))?;
+        let no_key = |error: &dyn std::fmt::Display| wrong("private_key", &link.private_key, error);
+        let text = budget::text(&link.private_key).map_err(|error| no_key(&error))?;
+        let key = PrivateKeyDer::from_pem_slice(text.as_bytes()).map_err(|error| no_key(&error))?;
         let shown =
             CertifiedKey::from_der(chain.clone(), key, &provider).map_err(|error| unusable(&error))?;
 
