@@ -98,7 +98,11 @@ fn a_function_that_this_program_lacks_is_refused_before_anything_starts() {
         assert!(percepts.contains(from), "{from}");
         write(&files, "percepts.toml", &percepts.replacen(from, to, 1));
         for command in [&["check"][..], &["run", "--for", "5"]] {
-            assert_refused(&run_leo(&[command, &["--config", &config]].concat()), 2, &[words, "lacks"]);
+            assert_refused(
+                &run_leo(&[command, &["--config", &config]].concat()),
+                2,
+                &[words, "does not have"],
+            );
         }
     }
 }

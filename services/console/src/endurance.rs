@@ -13,7 +13,7 @@ use crate::state_store::StateStore;
 
 /// Number of lessons of 51 s in a day.
 const LESSONS: u64 = 1700;
-/// After this many lessons every bounded collection is full.
+/// Lessons of the warm-up: every bounded collection is full afterwards.
 const FULL: u64 = 200;
 /// Allowed growth over the day in bytes: digits of numbers and capacity of collections.
 const MORE: usize = 64 << 10;

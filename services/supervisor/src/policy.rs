@@ -2,11 +2,12 @@
 //!
 //! Processes start one after the other in the given order, each when those before it are ready. They stop in reverse
 //! order. A process is restarted if it dies, is not ready in time, or if its heartbeat stops. The restart delay
-//! doubles each time; too many deaths within a window end the run.
+//! doubles each time. The run ends if one process dies too often within a window, refuses its configuration, or has
+//! nothing left to do. A dead link never ends it.
 //!
-//! At the end, the motor process is stopped first, in parallel with the others, and is never killed early. If its
-//! last incarnation has not reported that torque is off, the supervisor switches torque off before the mock servo bus
-//! stops.
+//! At the end, the motor process is told to stop at once, and the others in reverse order meanwhile. A second request
+//! to stop does not shorten its timeout. If its last incarnation has not reported that torque is off, the supervisor
+//! switches torque off before the mock servo bus stops.
 
 mod life;
 
@@ -65,7 +66,7 @@ impl PolicySettings {
 /// How a process ended.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ExitKind {
-    /// Exit status 0: nothing left to do. For the motor process it means that torque is off, and never ends the run.
+    /// Exit status 0: nothing left to do. The motor process reports so that torque is off, and is restarted.
     Done,
     /// Exit status 2: the process refuses its configuration. A restart would not help.
     Refused,
@@ -281,7 +282,7 @@ impl Policy {
             || !self.lives.iter().all(|life| matches!(life.stage, Stage::Running { .. }))
     }
 
-    /// Number of processes, and number of those that run with a current heartbeat.
+    /// The state of the robot as a whole.
     #[must_use]
     pub fn robot_state(&self) -> RobotState {
         let runs = |life: &&ProcessLifecycle| matches!(life.stage, Stage::Running { .. });

@@ -95,7 +95,7 @@ impl Partner {
         })
     }
 
-    /// Enables nesting: records the awareness for perspectives within this one. The partner then also
+    /// Enables nesting: records the perceptual context for perspectives within this one. The partner then also
     /// perceives occluders and the eyes of the robot and of up to `partners` partners.
     #[must_use]
     pub fn with_perceptual_context(mut self, config: &Perspective, partners: u16, capacity: usize) -> Self {
@@ -104,13 +104,13 @@ impl Partner {
         self
     }
 
-    /// The recorded awareness; `None` unless enabled by [`Self::with_perceptual_context`].
+    /// The recorded perceptual context; `None` unless enabled by [`Self::with_perceptual_context`].
     #[must_use]
     pub fn perceptual_context(&self) -> Option<&PerceptualContext> {
         self.perceptual_context.as_ref()
     }
 
-    /// Advances by one instant, from the awareness of the parent perspective. `entries` must be those that
+    /// Advances by one instant, from the perceptual context of the parent perspective. `entries` must be those that
     /// `parent` recorded.
     ///
     /// `surveyed` returns whether every ancestor, from the robot ([`crate::Robot::is_fully_in_view`]) to the parent
@@ -234,7 +234,7 @@ impl Partner {
 /// Copies the eyes that both the parent and this partner can see into the nested context, and updates its
 /// occluders.
 ///
-/// The parent's own eye is among them: your model of me has my eye only while you see me.
+/// The parent's own eye is included only while it is in this partner's view.
 fn update_nested_context(
     perceptual_context: &mut PerceptualContext,
     sight: &Sight,

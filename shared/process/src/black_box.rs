@@ -25,7 +25,7 @@ pub fn ask(domain: &Path, word: &str) -> io::Result<()> {
 pub fn asked(domain: &Path) -> Option<String> {
     let file = domain.join(REQUEST_FILE);
     let text = fs::read_to_string(&file).ok()?;
-    // An incomplete request is processed at the next poll.
+    // An incomplete request is tried again at the next poll.
     let word = text.strip_suffix('\n')?.to_owned();
     fs::remove_file(file).ok()?;
     Some(word)

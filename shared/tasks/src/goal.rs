@@ -105,32 +105,32 @@ impl Goal {
         }
     }
 
-    /// The hypotheses at most `within` nats below the best one, or below the best one of the highest tally; limited to
+    /// The hypotheses at most `max_gap_nats` nats below the best one, or below the best one of the highest tally; limited to
     /// about `max_count`.
     pub(crate) fn hypotheses(
         &mut self,
         lexicon: &Lexicon,
         settings: &Settings,
-        within: f64,
+        max_gap_nats: f64,
         max_count: usize,
     ) -> Scored {
         let Self { episodes, seen, engine, signature, .. } = self;
         let (prior, label_errors, expected) = (settings.prior, settings.noise.logs(), signature.len());
         match engine {
             Engine::Paper(all) => {
-                all.hypotheses(episodes, seen, &Weight::Prior { prior, expected }, within, max_count)
+                all.hypotheses(episodes, seen, &Weight::Prior { prior, expected }, max_gap_nats, max_count)
             }
             Engine::PaperWithNoise(all) => {
                 let label_errors = label_errors.unwrap_or_default();
-                all.hypotheses(episodes, lexicon.features(), &prior, expected, label_errors, within)
+                all.hypotheses(episodes, lexicon.features(), &prior, expected, label_errors, max_gap_nats)
             }
             Engine::Extended(short, long) => {
                 let cost = Cost { selection_nats: settings.selection_nats, label_errors };
                 short.take(episodes, &cost);
-                let mut scored = short.hypotheses(seen, &cost, within, max_count);
+                let mut scored = short.hypotheses(seen, &cost, max_gap_nats, max_count);
                 if label_errors.is_none() {
                     let weight = Weight::Length { beyond: short.longest() };
-                    let more = long.hypotheses(episodes, seen, &weight, within, max_count);
+                    let more = long.hypotheses(episodes, seen, &weight, max_gap_nats, max_count);
                     let mut total = LogSum::default();
                     total.add(scored.log_total);
                     total.add(more.log_total);
@@ -142,7 +142,7 @@ impl Goal {
         }
     }
 
-    /// A description of the extended language in words; empty for the other languages.
+    /// The words of a description of the extended language. Empty for the other languages, which have none.
     pub(crate) fn phrase(&self, set: usize, language: &Language, lexicon: &Lexicon) -> String {
         match &self.engine {
             Engine::Extended(short, _) => {
@@ -152,7 +152,7 @@ impl Goal {
         }
     }
 
-    /// log P(D) if all changes were mistakes; `None` without label noise.
+    /// Log-likelihood of the labels without a rule, if all changes were mistakes; `None` without label noise.
     pub(crate) fn log_likelihood_of_noise(&self, settings: &Settings) -> Option<f64> {
         let (log_error, log_correct) = settings.noise.logs()?;
         let labeled_objects = self.episodes.iter().flat_map(|episode| &episode.labeled_objects);

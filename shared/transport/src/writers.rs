@@ -43,7 +43,7 @@ impl RosterFilter {
 
 impl fmt::Debug for RosterFilter {
     fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(out, "Listed({:?})", self.unlisted.get())
+        write!(out, "RosterFilter({:?})", self.unlisted.get())
     }
 }
 

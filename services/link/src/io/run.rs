@@ -15,11 +15,11 @@ use crate::session::Session;
 use crate::wire::{Batch, DecodeError, Frame, Heartbeat};
 
 /// Write period of the health board.
-const TELL_EVERY: Duration = Duration::from_millis(100);
+const HEALTH_PERIOD: Duration = Duration::from_millis(100);
 /// Minimum interval between two frames of a reliable topic after a reconnect. Local readers poll at 20 Hz or
 /// faster and have queues of a few frames.
-const SAY_EVERY: Duration = Duration::from_millis(20);
-/// Maximum number of frames that wait for it.
+const MIN_REPLAY_INTERVAL: Duration = Duration::from_millis(20);
+/// Maximum number of received reliable frames that wait for publication.
 const MAX_PENDING_FRAMES: usize = 8192;
 
 /// Checks the keys of the link's configuration.
@@ -47,12 +47,12 @@ pub fn run(launch: &Launch, robot: &Robot) -> Result<(), Failure> {
         |stream: &Stream| link.topics.is_empty() || link.topics.iter().any(|topic| *topic == stream.name().0);
     let here: Vec<Stream> = here.into_iter().filter(is_sent).collect();
     let mut carrier = LinkRuntime {
-        springs: TopicWriters::open(&member, &there, robot)?,
+        publishers: TopicWriters::open(&member, &there, robot)?,
         instants: there.iter().map(|&stream| (stream, TimestampFields::of(stream))).collect(),
         late_after: link.late_after_ms.duration(),
         ..LinkRuntime::new(Compatibility::of(robot, perspectives), &here, clock::now())
     };
-    let mut taps = TopicReaders::open(&member, &here)?;
+    let mut subscribers = TopicReaders::open(&member, &here)?;
     let net = Net::start(link, carrier.compatibility).map_err(Failure::own)?;
     let mut board = member.link_board()?;
     let mut tell_at = clock::now();
@@ -61,25 +61,25 @@ pub fn run(launch: &Launch, robot: &Robot) -> Result<(), Failure> {
         if net.is_over() {
             return Err(Failure::own("the link's network thread has ended"));
         }
-        taps.take(&mut |stream, place, bytes| carrier.session.push(now, stream, place, bytes))?;
-        carrier.session.latched_subscribers += u64::from(carrier.springs.has_new_subscribers());
-        carrier.hear(&net)?;
+        subscribers.take(&mut |stream, place, bytes| carrier.session.push(now, stream, place, bytes))?;
+        carrier.session.latched_subscribers += u64::from(carrier.publishers.has_new_subscribers());
+        carrier.receive_and_publish(&net)?;
         if carrier.session.take_replay_request() {
-            // The writer sees this reader as the new subscriber and replays to it.
+            // The peer has a new subscriber of a latched topic. The local publisher replays to a new subscription.
             let took = &mut |stream, place, bytes| carrier.session.push(now, stream, place, bytes);
-            if let Err(error) = taps.resubscribe(&member, took) {
+            if let Err(error) = subscribers.resubscribe(&member, took) {
                 tracing::warn!(%error, "new subscribers on the other machine do not get what was learned before");
             }
         }
         carrier.listen(now);
         carrier.transmit(&net, clock::now());
         if now >= tell_at {
-            tell_at = now + TELL_EVERY;
-            board.write(&carrier.fares(now));
+            tell_at = now + HEALTH_PERIOD;
+            board.write(&carrier.link_health(now));
         }
         let health = member.health();
-        health.drops = taps.drops();
-        health.undelivered = carrier.springs.undelivered();
+        health.drops = subscribers.drops();
+        health.undelivered = carrier.publishers.undelivered();
         health.refused = carrier.refused();
         member.end_cycle(Progress::More)?;
     }
@@ -89,7 +89,7 @@ pub fn run(launch: &Launch, robot: &Robot) -> Result<(), Failure> {
 /// The state of the link on this machine: the session and the local publishers.
 struct LinkRuntime {
     session: Session,
-    springs: TopicWriters,
+    publishers: TopicWriters,
     instants: BTreeMap<Stream, TimestampFields>,
     compatibility: Compatibility,
     late_after: Duration,
@@ -109,7 +109,7 @@ impl LinkRuntime {
     fn new(compatibility: Compatibility, here: &[Stream], now: Instant) -> Self {
         Self {
             session: Session::new(now.as_nanos(), here, now),
-            springs: TopicWriters::default(),
+            publishers: TopicWriters::default(),
             instants: BTreeMap::new(),
             compatibility,
             late_after: Duration::ZERO,
@@ -123,7 +123,7 @@ impl LinkRuntime {
 
     /// Processes received messages and publishes new frames: reliable ones in order, then the newest of the
     /// others.
-    fn hear(&mut self, net: &Net) -> Result<(), Failure> {
+    fn receive_and_publish(&mut self, net: &Net) -> Result<(), Failure> {
         let mut newest = BTreeMap::<Stream, (Frame, i64)>::new();
         while let Some(Message { sort, at, bytes }) = net.receive() {
             self.health.bytes_received += count(bytes.len());
@@ -164,7 +164,7 @@ impl LinkRuntime {
             if self.next_publish_at.get(&frame.stream).is_some_and(|&next_publish_at| now < next_publish_at) {
                 self.pending_frames.push_back((frame, ahead_ns));
             } else {
-                self.next_publish_at.insert(frame.stream, now + SAY_EVERY);
+                self.next_publish_at.insert(frame.stream, now + MIN_REPLAY_INTERVAL);
                 self.publish(&frame, ahead_ns)?;
             }
         }
@@ -197,7 +197,7 @@ impl LinkRuntime {
             return Ok(());
         }
         let is_whole = instants.entries(bytes.len()).is_some();
-        if is_whole && self.springs.publish_frame(frame.stream, &bytes)? {
+        if is_whole && self.publishers.publish_frame(frame.stream, &bytes)? {
             self.health.received += 1;
         } else {
             self.health.refused += 1;
@@ -251,7 +251,7 @@ impl LinkRuntime {
         net.send(sort, bytes);
     }
 
-    fn fares(&self, now: Instant) -> LinkHealth {
+    fn link_health(&self, now: Instant) -> LinkHealth {
         LinkHealth {
             hearings: self.session.hearings,
             round_trip_ns: clock::nanos(self.session.round_trip),
@@ -264,7 +264,7 @@ impl LinkRuntime {
         }
     }
 
-    /// Number of malformed messages and messages of a foreign peer.
+    /// Number of messages and frames that were received and not published, except commands that came too late.
     fn refused(&self) -> u64 {
         self.health.refused + self.session.foreign_messages
     }

@@ -11,14 +11,14 @@ use crate::derating::derating;
 
 /// Tracking error from which a joint counts as at its bound, as a share of the bound. From there its setpoint waits.
 const AT_BOUND: f64 = 0.9;
-/// Tracking error from which the servo's PWM is limited, as a share of the bound. The second value is the error below
-/// which the joint has caught up: it cannot turn fast over such a short way.
+/// Tracking error from which the servo's PWM is limited, as a share of the bound.
 const FAR_BEHIND: f64 = 0.4;
+/// Tracking error below which the limit ends: over such a short way a joint cannot become fast.
 const CAUGHT_UP_RAD: f64 = 0.006;
-/// How much faster than its setpoint a servo turns per radian that it lags behind. The second value is the lowest
-/// speed if it is ahead, as a share of the setpoint's.
-const CATCH_UP_PER_S: f64 = 8.0;
-const SLOWER: f64 = 0.5;
+/// Gain of the profile velocity on the tracking error, in 1/s.
+const VELOCITY_GAIN_PER_S: f64 = 8.0;
+/// Lowest speed of a servo that is ahead of its setpoint, as a share of the setpoint's.
+const MIN_SPEED_RATIO: f64 = 0.5;
 /// Lowest profile velocity, so that a motion does not end in a creep.
 const SLOWEST_RAD_S: f64 = 0.05;
 /// Acceleration of the soft start: low, so that a fault shows before the joint is fast.
@@ -29,7 +29,7 @@ pub(super) const ACCELERATION_MARGIN: f64 = 8.0;
 /// At rest, by how many counts the profile velocity in the servo may exceed the needed one.
 const CLOSE_COUNTS: i32 = 4;
 /// Period after which an unchanged profile velocity is written again.
-const TOLD_EVERY: Duration = Duration::from_millis(500);
+const REWRITE_PERIOD: Duration = Duration::from_millis(500);
 /// Distance from the rest pose within which a joint has arrived.
 const ARRIVED_RAD: f64 = 0.02;
 
@@ -115,8 +115,8 @@ impl Joint {
             self.motion = Motion::Idle;
             self.power = Power::Rising { step: PowerUpStep::WriteGoal, is_on: true, is_tripped: false };
         } else if let Some(ending) = self.licence.ending() {
-            // The goal of the servo is not a setpoint of this joint. So the servo is monitored, and told to stay
-            // again if it moves.
+            // The servo holds a goal of its own beyond the joint's limits, which no setpoint can express. So it is
+            // monitored, and told to stay again if it moves.
             let Motion::Stay { told } = self.motion else { return };
             self.power = Power::Found { watchdog: Watchdog::Armed, stay: told };
             self.motion = Motion::Idle;
@@ -222,8 +222,8 @@ impl Joint {
         Setpoint::at(if before.abs() <= bound_rad { edge_rad } else { at.position_rad })
     }
 
-    /// Whether the tracking error is so large that the servo would turn at full speed once released. With hysteresis:
-    /// if it `was`, until the joint has caught up.
+    /// Whether the tracking error is large enough to limit the PWM, so that a freed servo does not turn at full speed.
+    /// With hysteresis: if it `was`, until the joint has caught up.
     pub(super) fn is_far_behind(&self, now: Instant, was: bool) -> bool {
         let Some(at) = self.motion.setpoint() else { return false };
         let Some(error_rad) = self.error_rad(now, at).map(f64::abs) else { return was };
@@ -296,7 +296,7 @@ impl Joint {
             } else {
                 told == velocity
             };
-            is_same && now < told_at + TOLD_EVERY
+            is_same && now < told_at + REWRITE_PERIOD
         });
         if !is_known {
             self.told = Some((velocity, now));
@@ -358,7 +358,8 @@ impl Joint {
         } else {
             error.abs()
         };
-        let speed_rad_s = (speed + CATCH_UP_PER_S * behind_rad).max(SLOWER * speed).max(SLOWEST_RAD_S);
+        let speed_rad_s =
+            (speed + VELOCITY_GAIN_PER_S * behind_rad).max(MIN_SPEED_RATIO * speed).max(SLOWEST_RAD_S);
         speed_rad_s.min(self.velocity_rad_s())
     }
 }

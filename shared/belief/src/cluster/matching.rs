@@ -7,16 +7,16 @@ use crate::room::BoundedVec;
 /// One-to-one assignment of detections (new members) to tracks (old members), valid if no two tracks come within each
 /// other's gate.
 ///
-/// In that case the loop that always merges the nearest pair is a stable matching of two sides whose preferences follow
-/// one order of the pairs. The stable matching is unique and does not depend on the order of proposals (Gale and
-/// Shapley 1962, "College Admissions and the Stability of Marriage"). So no priority queue is needed: each detection
-/// proposes to the nearest track, and a track keeps the nearest proposal.
+/// The reference is greedy agglomerative clustering, which always merges the nearest pair. Here both sides rank their
+/// partners by the same distance, so its result is a stable matching. That matching is unique, and does not depend on
+/// the order of proposals (Gale and Shapley 1962, "College Admissions and the Stability of Marriage"). So no priority
+/// queue is needed: each detection proposes to the nearest track, and a track keeps the nearest proposal.
 #[derive(Clone, Debug)]
 pub(super) struct Matching {
-    /// Indexed by the slot of the track: its matched detection, of this round or an earlier one.
+    /// Indexed by the slot of the track: its nearest proposal. Those of earlier generations are stale.
     matched: Box<[Proposal]>,
     /// Number of the current matching.
-    round: u32,
+    generation: u32,
     /// The tracks that have a match.
     matched_tracks: BoundedVec<u32>,
     /// Unmatched detections that still have to propose to the nearest track that accepts them.
@@ -30,11 +30,11 @@ pub(super) struct Matching {
 struct Proposal {
     distance: f64,
     slot: u32,
-    round: u32,
+    generation: u32,
 }
 
 /// No proposal: no round has this number.
-const NO_PROPOSAL: Proposal = Proposal { distance: 0.0, slot: u32::MAX, round: 0 };
+const NO_PROPOSAL: Proposal = Proposal { distance: 0.0, slot: u32::MAX, generation: 0 };
 
 impl Proposal {
     fn is_before(&self, other: &Self, problem: &impl AssociationProblem) -> bool {
@@ -70,7 +70,7 @@ impl Matching {
     pub(super) fn new(slots: usize) -> Self {
         Self {
             matched: vec![NO_PROPOSAL; slots].into_boxed_slice(),
-            round: 0,
+            generation: 0,
             matched_tracks: BoundedVec::with_bound(slots),
             unmatched: BoundedVec::with_bound(slots),
             unconstrained: BoundedVec::with_bound(slots),
@@ -78,7 +78,7 @@ impl Matching {
     }
 
     /// Matches the detections with the tracks; only the tracks are in the spatial hash. Returns `false` if the result
-    /// could differ from the loop's.
+    /// could differ from that of greedy clustering.
     pub(super) fn find(&mut self, spatial_hash: &SpatialHash, problem: &impl AssociationProblem) -> bool {
         self.begin();
         if !spatial_hash.is_spatial() {
@@ -98,24 +98,24 @@ impl Matching {
                 self.unmatched.extend(left);
             }
         }
-        self.is_equivalent_to_loop(spatial_hash, problem)
+        self.matches_greedy_clustering(spatial_hash, problem)
     }
 
     /// Starts a round without matches.
     fn begin(&mut self) {
         self.matched_tracks.clear();
         self.unmatched.clear();
-        self.round = self.round.wrapping_add(1);
-        if self.round == NO_PROPOSAL.round {
+        self.generation = self.generation.wrapping_add(1);
+        if self.generation == NO_PROPOSAL.generation {
             // The round counter wrapped around, and entries of old rounds are still in the table.
             self.matched.fill(NO_PROPOSAL);
-            self.round += 1;
+            self.generation += 1;
         }
     }
 
     /// The match of a track in this round.
     fn match_of(&self, slot: u32) -> Option<&Proposal> {
-        self.matched.get(slot as usize).filter(|matched| matched.round == self.round)
+        self.matched.get(slot as usize).filter(|matched| matched.generation == self.generation)
     }
 
     /// Pair `index` of the matching: the track and the detection.
@@ -128,8 +128,8 @@ impl Matching {
     /// A detection proposes to a track. Returns the detection that is rejected, if any.
     fn propose(&mut self, problem: &impl AssociationProblem, slot: u32, candidate: Candidate) -> Option<u32> {
         let matched = self.matched.get_mut(candidate.slot as usize)?;
-        let proposal = Proposal { slot, distance: candidate.distance, round: self.round };
-        if matched.round != self.round {
+        let proposal = Proposal { slot, distance: candidate.distance, generation: self.generation };
+        if matched.generation != self.generation {
             *matched = proposal;
             self.matched_tracks.push(candidate.slot);
             None
@@ -150,8 +150,10 @@ impl Matching {
         let mut nearest: Option<Candidate> = None;
         spatial_hash.for_each_neighbour(problem, slot, |other| {
             let Some(distance) = problem.distance(other, slot) else { return };
-            let (candidate, proposal) =
-                (Candidate { slot: other, distance }, Proposal { slot, distance, round: self.round });
+            let (candidate, proposal) = (
+                Candidate { slot: other, distance },
+                Proposal { slot, distance, generation: self.generation },
+            );
             if self.match_of(other).is_none_or(|matched| proposal.is_before(matched, problem))
                 && nearest.is_none_or(|nearest| candidate.is_before(&nearest, problem))
             {
@@ -161,11 +163,11 @@ impl Matching {
         nearest
     }
 
-    /// Whether these pairs are all that the loop would merge: no changed track comes within the gate of another one.
+    /// Whether greedy clustering would merge exactly these pairs: no changed track comes within the gate of another.
     ///
-    /// Before the loop's first merge of two tracks, each has merged with at most one detection, its match. So each has
-    /// moved by no more than the distance of that match.
-    fn is_equivalent_to_loop(
+    /// Before it first merges two tracks, each has merged with at most one detection, its match. So each has moved by
+    /// no more than the distance of that match.
+    fn matches_greedy_clustering(
         &mut self,
         spatial_hash: &SpatialHash,
         problem: &impl AssociationProblem,
@@ -180,29 +182,30 @@ impl Matching {
         if self.matched_tracks.is_empty() {
             return true;
         }
-        // One more than the number of matched tracks suffices for the comparison below.
+        // Only which of the two sets is smaller matters below, so the count stops there.
         let unconstrained = problem.old().iter().copied().filter(|&slot| !problem.co_detected(slot));
         self.unconstrained.clear();
         self.unconstrained.extend(unconstrained.take(self.matched_tracks.len() + 1));
         let moved_m = problem.gate_radius_m(farthest);
-        let keeps = |slot: u32| self.match_of(slot).is_some();
-        let meets = |slot: u32, co_detected: bool| {
+        let is_matched = |slot: u32| self.match_of(slot).is_some();
+        let has_conflict = |slot: u32, co_detected: bool| {
             spatial_hash.any_within(slot, spatial_hash.gate_radius_m() + 2.0 * moved_m, |other| {
-                (keeps(slot) || keeps(other))
+                (is_matched(slot) || is_matched(other))
                     && !(co_detected && problem.co_detected(other))
                     && !problem.remains_cannot_link(slot, other)
             })
         };
-        // A violating pair contains one unconstrained and one matched track; scan from the smaller of the two sets.
+        // Tracks that one frame detected cannot be linked. So a pair that could merge contains an unconstrained track,
+        // and a matched one. The scan starts from the smaller of the two sets.
         if self.unconstrained.len() <= self.matched_tracks.len() {
-            !self.unconstrained.iter().any(|&slot| meets(slot, false))
+            !self.unconstrained.iter().any(|&slot| has_conflict(slot, false))
         } else {
-            !self.matched_tracks.iter().any(|&slot| meets(slot, problem.co_detected(slot)))
+            !self.matched_tracks.iter().any(|&slot| has_conflict(slot, problem.co_detected(slot)))
         }
     }
 }
 
-/// The nearest track, if it is closer than the radius that the local search covered completely.
+/// The nearest track; `None` if a nearer one could lie outside the cells that were searched.
 pub(super) fn nearest(
     spatial_hash: &SpatialHash,
     problem: &impl AssociationProblem,
@@ -231,20 +234,20 @@ mod tests {
     fn what_was_matched_in_a_round_is_forgotten_in_the_next() {
         let mut matching = Matching::new(2);
         let keep = |matching: &mut Matching| {
-            matching.matched[1] = Proposal { distance: 0.0, slot: 0, round: matching.round };
+            matching.matched[1] = Proposal { distance: 0.0, slot: 0, generation: matching.generation };
             assert!(matching.match_of(1).is_some() && matching.match_of(0).is_none());
         };
         matching.begin();
         keep(&mut matching);
-        let first = matching.round;
+        let first = matching.generation;
         matching.begin();
         assert!(matching.match_of(1).is_none());
-        matching.round = first;
+        matching.generation = first;
         assert!(matching.match_of(1).is_some(), "it lies there still");
         // The counter wraps around.
-        matching.round = u32::MAX;
+        matching.generation = u32::MAX;
         matching.begin();
-        assert_eq!(matching.round, first);
+        assert_eq!(matching.generation, first);
         assert!(matching.match_of(1).is_none());
         keep(&mut matching);
     }

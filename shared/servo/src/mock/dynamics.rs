@@ -22,9 +22,11 @@ const MAX_STEPS: u64 = 10_000;
 const MAX_ACCELERATION_RAD_S2: f64 = 2000.0;
 /// Acceleration in PWM mode.
 const PWM_ACCELERATION_RAD_S2: f64 = 50.0;
-/// Current that moves the servo without load, and its additions for friction and inertia.
+/// Current against constant friction.
 const IDLE_A: f64 = 0.02;
+/// Current against friction that grows with the speed.
 const A_PER_RAD_S: f64 = 0.03;
+/// Current that accelerates the inertia.
 const A_PER_RAD_S2: f64 = 0.002;
 /// Ambient temperature, and heating and cooling of the winding.
 const AMBIENT_C: f64 = 25.0;
@@ -344,8 +346,8 @@ impl Dynamics {
         let velocity = i64::from(velocity_count(direction * self.motion.velocity_rad_s));
         let led = i64::from(position_count(direction * self.trajectory.position_rad)) + offset;
         let led_velocity = i64::from(velocity_count(direction * self.trajectory.velocity_rad_s));
-        let turns = self.motion.velocity_rad_s / self.full_rad_s() + self.current_a * SUPPLY_OHM;
-        let duty = direction * if self.is_blocked() { self.push } else { turns };
+        let free_duty = self.motion.velocity_rad_s / self.full_rad_s() + self.current_a * SUPPLY_OHM;
+        let duty = direction * if self.is_blocked() { self.push } else { free_duty };
         let pwm_limit = memory.get(PWM_LIMIT);
         let moving = velocity.abs() > memory.get(MOVING_THRESHOLD);
         let arrived = (memory.get(GOAL_POSITION) - position).abs() < ARRIVED;

@@ -22,7 +22,7 @@ impl End {
 
     fn cycle(&mut self, now: Instant) {
         let before = self.carrier.refusing;
-        self.carrier.hear(&self.net).unwrap();
+        self.carrier.receive_and_publish(&self.net).unwrap();
         self.said.extend(self.carrier.refusing.filter(|_| self.carrier.refusing != before));
         self.carrier.listen(now);
         self.carrier.transmit(&self.net, now);
