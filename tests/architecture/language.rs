@@ -159,6 +159,36 @@ fn every_long_name_in_a_document_exists() {
 }
 
 #[test]
+fn every_filter_of_a_promise_selects_a_test() {
+    let mut names: BTreeSet<String> = BTreeSet::new();
+    for (path, text) in files(&[".rs"]) {
+        names.extend(path.file_stem().map(|stem| stem.to_string_lossy().into_owned()));
+        let functions = text.split("fn ").skip(1);
+        let name = |rest: &str| {
+            rest.split(|letter: char| !letter.is_alphanumeric() && letter != '_').next().map(str::to_owned)
+        };
+        names.extend(functions.filter_map(name));
+    }
+    let page = fs::read_to_string(root().join("docs/promises.md")).expect("the promises");
+    let mut filters = 0;
+    for command in page.split('`').skip(1).step_by(2).filter(|text| text.starts_with("cargo test")) {
+        let mut words = command.split_whitespace().skip(2);
+        while let Some(word) = words.next() {
+            match word {
+                "--test" | "-p" => drop(words.next()),
+                option if option.starts_with('-') => {}
+                filter => {
+                    filters += 1;
+                    let is_known = names.iter().any(|name| name.contains(filter));
+                    assert!(is_known, "`{command}` selects no test");
+                }
+            }
+        }
+    }
+    assert!(filters > 10, "only {filters} filters were seen");
+}
+
+#[test]
 fn a_pronoun_is_seen_in_prose_and_not_in_code() {
     let lines = ["the servo, whoever it is", "`who` is a command", "```", "who = 1", "```", "Who?"];
     let found = with_pronoun(Path::new("page.md"), (1..).zip(lines));
