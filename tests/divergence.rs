@@ -62,7 +62,7 @@ fn is_a(belief: &Belief, percept: &str, name: &str) -> bool {
 }
 
 #[test]
-fn the_block_that_is_hidden_from_the_teacher_is_published_as_what_he_does_not_know_of() {
+fn a_block_hidden_from_the_teacher_is_published_as_unknown_to_them() {
     let robot = Robot::ready("divergence", &[]);
     let domain = Domain::at(robot.domain()).expect("a domain");
     let node = Node::join(&domain, "observer", 1, QUEUES).expect("joins");

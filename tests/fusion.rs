@@ -72,7 +72,7 @@ fn errors_m(believer: &Believer) -> Vec<f64> {
 }
 
 #[test]
-fn what_two_sources_see_in_their_own_time_and_frame_is_one_belief_of_each_thing() {
+fn observations_of_two_sources_in_their_own_frames_become_one_belief() {
     let robot = Robot::load(None).expect("built in");
     let sources = [robot.leo.sensor.source.first().expect("the simulator").clone(), source(CAMERA)];
     let frame = sources.last().and_then(|camera| camera.frame).expect("it has one");

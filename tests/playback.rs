@@ -88,7 +88,7 @@ fn published(differences: &[Difference], percepts: &Percepts) -> State {
 }
 
 #[test]
-fn a_running_robot_believes_of_a_trace_what_leo_believe_says_of_it() {
+fn a_running_robot_and_leo_believe_agree_about_a_trace() {
     let told = told();
     assert!(told.len() > 10 && told.last() == Some(&State::new()), "{told:#?}");
     let percepts = Percepts::builtin();

@@ -14,6 +14,8 @@ const MAX_IN_COMMENTS: usize = 30;
 const MAX_IN_DOCUMENTS: usize = 60;
 /// The README is for a stranger.
 const MAX_README_LINES: usize = 120;
+/// The name of a test is read in a list of a thousand.
+const MAX_WORDS_OF_A_TEST: usize = 12;
 /// A word of so many parts is the name of a test, a metric or a key: it must exist.
 const PARTS_OF_A_NAME: usize = 5;
 
@@ -84,6 +86,19 @@ fn documents_name_machines_by_nouns() {
     let lines = |(path, text): &(PathBuf, String)| with_pronoun(path, (1..).zip(text.lines()));
     let found: Vec<String> = files(&[".md"]).iter().flat_map(lines).collect();
     assert!(found.len() <= MAX_IN_DOCUMENTS, "{} lines:\n{}", found.len(), found.join("\n"));
+}
+
+#[test]
+fn the_name_of_a_test_has_at_most_twelve_words() {
+    let mut names = 0;
+    for (path, text) in files(&[".rs"]) {
+        for rest in text.split("#[test]").skip(1) {
+            let name = rest.split("fn ").nth(1).and_then(|rest| rest.split('(').next()).unwrap_or_default();
+            names += 1;
+            assert!(name.split('_').count() <= MAX_WORDS_OF_A_TEST, "{}: {name}", path.display());
+        }
+    }
+    assert!(names > 1000, "only {names} tests were seen");
 }
 
 #[test]

@@ -150,7 +150,7 @@ fn unsafe_code_is_where_it_is_listed() {
 }
 
 #[test]
-fn a_forbidden_path_is_recognised_below_and_by_a_glob_and_no_other() {
+fn a_forbidden_path_is_recognised_below_it_and_by_a_glob() {
     let cases = [
         ("std::fs", true),
         ("std::fs::read", true),

@@ -57,7 +57,7 @@ fn of_key(unit: &str, key: &str) -> Vec<String> {
 /// The devices of `DeviceAllow` are resolved when the unit starts; a driver that is loaded later is not
 /// allowed.
 #[test]
-fn the_drivers_of_adapters_that_are_plugged_in_are_loaded_before_the_unit_starts() {
+fn drivers_of_plugged_in_adapters_are_loaded_before_the_unit() {
     let unit = read("package/leo.service");
     for (device, driver) in [("char-ttyUSB", "usbserial"), ("char-ttyACM", "cdc_acm")] {
         assert!(of_key(&unit, "DeviceAllow").contains(&device.to_owned()), "{device}");

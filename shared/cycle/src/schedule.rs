@@ -65,7 +65,7 @@ mod tests {
     }
 
     #[test]
-    fn a_cycle_that_ends_at_the_next_release_is_on_time_and_a_nanosecond_later_has_run_past_it() {
+    fn a_cycle_may_end_at_the_next_release_and_no_later() {
         let mut schedule = schedule(100, 1000);
         assert_eq!(schedule.finish(Instant::from_nanos(1100)), 0);
         assert_eq!(schedule.finish(Instant::from_nanos(1201)), 1);
@@ -73,7 +73,7 @@ mod tests {
     }
 
     #[test]
-    fn a_cycle_that_ends_on_a_grid_point_does_not_skip_that_point() {
+    fn a_cycle_that_ends_on_a_grid_point_keeps_it() {
         let mut schedule = schedule(100, 0);
         assert_eq!(schedule.finish(Instant::from_nanos(300)), 2);
         assert_eq!(schedule.release(), Instant::from_nanos(300));

@@ -89,14 +89,14 @@ pub(super) fn task_2() -> Task {
 }
 
 #[test]
-fn task_1_is_all_for_the_teacher_and_all_but_blue_for_leo() {
+fn task_1_is_all_for_the_teacher_and_not_blue_for_leo() {
     let task = task_1();
     assert_eq!(high_likelihood(&learned(&task, 1)), ["all"]);
     assert_eq!(high_likelihood(&learned(&task, 0)), ["all but blue"]);
 }
 
 #[test]
-fn task_2_is_a_matter_of_colour_for_the_teacher_and_of_shape_for_leo() {
+fn task_2_depends_on_colour_for_the_teacher_and_shape_for_leo() {
     let task = task_2();
     let theirs = learned(&task, 1);
     assert_eq!(theirs.primary().next().unwrap().name, "all red and green");

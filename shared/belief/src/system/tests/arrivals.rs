@@ -106,7 +106,7 @@ proptest! {
     #![proptest_config(ProptestConfig::with_cases(3_000))]
 
     #[test]
-    fn what_is_but_noted_becomes_what_it_becomes_as_a_belief_of_its_own(
+    fn a_noted_detection_has_the_same_result_as_a_belief(
         instances in prop::collection::vec(instance(), 1..12),
         capacity in 3..12_usize,
         prevalidated in any::<bool>(),
