@@ -145,7 +145,7 @@ fn faults_between_fields_are_named_where_they_stand() {
             "to_m = [0.4, 0.5], duration_s = 0.0",
             "no action takes zero time",
         ),
-        (r#""q", to_m = [0.4, 0.5]"#, r#""q""#, "where to?"),
+        (r#""q", to_m = [0.4, 0.5]"#, r#""q""#, "the destination is missing"),
         (r#""q", to_m = [0.4, 0.5]"#, r#""q", to_m = [0.4, 0.5], onto = "a""#, "a `move` has one end"),
         ("to_m = [0.2, 0.4, 0.2]", "to_m = [0.2, 0.3, 0.2]", "must be greater"),
         ("owner = 1", "owner = 3", "there is no agent 3"),
