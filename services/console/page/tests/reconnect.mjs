@@ -43,6 +43,13 @@ await visit({}, async (page, until) => {
     && Object.values(window.leo.under('thing/')).every((thing) => thing.kind === 'person'));
   await page.click('[data-add="red square"]');
   await until('a block lies there', () => window.leo.screen('red square') !== null && window.leo.thing('red square').held === null);
+  // The new row of the block may move the picture: it is grabbed where it has stayed for ten frames.
+  await until('the block stays where it is on the page', () => {
+    const { x, y } = window.leo.screen('red square') ?? {};
+    const last = window.lastSeen ?? {};
+    window.lastSeen = { x, y, frames: x === last.x && y === last.y ? last.frames + 1 : 0 };
+    return window.lastSeen.frames >= 10;
+  });
   const before = await page.evaluate(() => window.leo.thing('red square').p);
   const [from, to] = await page.evaluate(([x, y]) => [window.leo.screen('red square'), window.leo.at(x - 0.2, y, 0.03)], before);
   await page.mouse.move(from.x, from.y);
