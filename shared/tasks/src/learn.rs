@@ -86,7 +86,7 @@ pub fn learn_with(language: &Language, views: &[&View], settings: &Settings) -> 
 /// no class explains it. It is also a means if all its objects were displaced while the objects of an explained
 /// group stayed in place.
 ///
-/// If only positions change, the goal is a spatial configuration ([`Figure`](crate::Figure)).
+/// If only positions change, the goal is a spatial configuration ([`Arrangement`](crate::Arrangement)).
 ///
 /// Adding an example costs only what is new in it; earlier results are kept. Class features beyond
 /// [`MAX_FEATURES`](crate::MAX_FEATURES) are ignored.
