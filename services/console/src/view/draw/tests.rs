@@ -96,7 +96,10 @@ fn a_frozen_screen_stands_still() {
 fn the_selected_process_has_its_histogram_wherever_it_is_sorted() {
     let mut screen = seen();
     let lines = shown(&mut screen, &[Key::Down, Key::Down, Key::Histogram]);
-    assert!(lines[0].contains("motor: wake-up, execution and age") && lines[1].starts_with("wake-up: 1 cycles"), "{lines:?}");
+    assert!(
+        lines[0].contains("motor: wake-up, execution and age") && lines[1].starts_with("wake-up: 1 cycles"),
+        "{lines:?}"
+    );
     assert!(lines[1].contains("execution: 0 cycles") && lines[1].contains("age: 1 cycles"), "{lines:?}");
     assert!(lines[2].starts_with("<    66 µs █████████ 1"), "{lines:?}");
     let lines = shown(&mut screen, &[Key::Sort, Key::Sort, Key::Sort, Key::Sort]);
