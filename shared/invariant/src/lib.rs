@@ -25,7 +25,7 @@ static FIRST: OnceLock<&'static Location<'static>> = OnceLock::new();
 /// How many checks of this process have failed since it started.
 #[must_use]
 pub fn broken() -> u64 {
-    BROKEN.load(Ordering::Relaxed)
+    BROKEN.load(Ordering::Acquire)
 }
 
 /// Where the first failed check of this process is.
@@ -47,8 +47,10 @@ pub fn report(message: fmt::Arguments<'_>) {
     if cfg!(debug_assertions) {
         panic!("broken invariant: {message}");
     }
-    BROKEN.fetch_add(1, Ordering::Relaxed);
-    FIRST.get_or_init(Location::caller);
+    // The place comes first: once a count is seen, there is a place to report.
+    let place = Location::caller();
+    FIRST.get_or_init(|| place);
+    BROKEN.fetch_add(1, Ordering::Release);
 }
 
 /// Checks a condition. Its value is whether the condition holds.
