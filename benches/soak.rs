@@ -171,6 +171,9 @@ fn main() -> ExitCode {
     for row in rows.iter().filter(|row| row["restarts"].as_u64() != Some(0)) {
         wrong.push(format!("{} was started anew {} times", row["process"], row["restarts"]));
     }
+    for row in rows.iter().filter(|row| row["broken_invariants"].as_u64() != Some(0)) {
+        wrong.push(format!("{} found {} broken invariants", row["process"], row["broken_invariants"]));
+    }
     if !told.contains("nothing was dropped") || !recorded {
         wrong.push("the recorder dropped frames".to_owned());
     }
