@@ -1,12 +1,12 @@
 use arrayvec::ArrayVec;
-use clock::Instant;
+use clock::{Duration, Instant};
 use invariant::{invariant, require};
 use servo::table::{GOAL_POSITION, PROFILE_VELOCITY, TORQUE_ENABLE};
 use servo::{Address, Id, Instruction, Reading};
 
 use crate::counts::BusCounters;
 use crate::duplicate_id_check::ProbeResult;
-use crate::job::Job;
+use crate::job::{Job, READING_WITH_SUPPLY};
 use crate::joint::{Command, Joint, Taken};
 use crate::request::{PartKind, SERVOS_MOST, STATUS_BYTES};
 use crate::{Replies, Request};
@@ -21,6 +21,11 @@ const MAX_LATE_EXCHANGES: u32 = 6;
 /// earlier request is detected by its length. The extra bytes follow the measurements in the control table. On a
 /// clean bus every reply arrived before the next request, so no late reply can be outstanding.
 const READ_LENGTHS: u16 = 12;
+/// Extra bytes with which the measurements contain input voltage and temperature: the longest of the read lengths. A
+/// clean bus reads them twice a second; one more read of each servo would take three times the time on the wire.
+const SUPPLY_LENGTH: u16 = READING_WITH_SUPPLY.length - Reading::ITEM.length;
+const _: () = assert!(SUPPLY_LENGTH == READ_LENGTHS - 1, "a bus that is not clean reads them too");
+const SUPPLY_PERIOD: Duration = Duration::from_millis(500);
 /// A bus is clean after this many consecutive exchanges without missing, corrupt, late or repeated reads.
 const MIN_CLEAN_EXCHANGES: u32 = 24;
 /// Period of the request rotation. With torque off, one request in this many reads positions. Otherwise, in one
@@ -53,6 +58,7 @@ pub(crate) struct Bus {
     next: usize,
     /// Extra bytes read behind the measurements.
     more: u16,
+    supply_due_at: Instant,
     /// Request counter modulo [`ROUNDS`].
     round: usize,
     /// Consecutive exchanges with every reply and nothing else.
@@ -74,6 +80,7 @@ impl Bus {
             job: None,
             next: 0,
             more: 0,
+            supply_due_at: Instant::EPOCH,
             round: 0,
             clean_exchanges: 0,
             silent: 0,
@@ -102,8 +109,16 @@ impl Bus {
     ) {
         request.clear();
         self.round = (self.round + 1) % ROUNDS;
-        self.more =
-            if self.clean_exchanges < MIN_CLEAN_EXCHANGES { (self.more + 1) % READ_LENGTHS } else { 0 };
+        self.more = if self.clean_exchanges < MIN_CLEAN_EXCHANGES {
+            (self.more + 1) % READ_LENGTHS
+        } else if now >= self.supply_due_at {
+            SUPPLY_LENGTH
+        } else {
+            0
+        };
+        if self.reads_supply() {
+            self.supply_due_at = now + SUPPLY_PERIOD;
+        }
         self.asked_length = Reading::ITEM.length + self.more;
         self.asked.clear();
         self.job = None;
@@ -118,6 +133,11 @@ impl Bus {
                 self.plan_job(now, joints, arm_up_to, request);
             }
         }
+    }
+
+    /// Whether the measurements of this cycle contain input voltage and temperature.
+    fn reads_supply(&self) -> bool {
+        self.more == SUPPLY_LENGTH
     }
 
     fn have_let_go(&self, joints: &[Joint]) -> bool {
@@ -407,9 +427,12 @@ impl Bus {
         self.find_look(now, joints)
     }
 
-    /// Condition read of the servo that is most overdue.
+    /// Condition read of the servo that is most overdue. A cycle with longer measurements has none.
     fn find_look(&self, now: Instant, joints: &mut [Joint]) -> Option<(usize, Job)> {
         let due = |index: usize| Some((joints.get(index)?.look_due(now)?, index));
+        if self.reads_supply() {
+            return None;
+        }
         let (_, index) = self.joints.iter().filter_map(|&index| due(index)).min()?;
         Some((index, joints.get_mut(index)?.read_condition(now)))
     }

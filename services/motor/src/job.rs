@@ -25,8 +25,10 @@ pub(crate) const FACTORY_LIMITS: (i32, i32) = (0, 4095);
 const ANSWERS_ALL: u8 = 2;
 /// Return delay 0, drive mode normal with velocity-based profile, operating mode position control.
 const MODE: [u8; 3] = [0, 0, 3];
-/// The condition of a servo, from torque enable to temperature.
-pub(crate) const CONDITION: Item = span(TORQUE_ENABLE, PRESENT_TEMPERATURE);
+/// The condition of a servo, from torque enable to bus watchdog.
+pub(crate) const CONDITION: Item = span(TORQUE_ENABLE, BUS_WATCHDOG);
+/// The measurements of every cycle, and behind them input voltage and temperature.
+pub(crate) const READING_WITH_SUPPLY: Item = span(Reading::ITEM, PRESENT_TEMPERATURE);
 
 const fn span(first: Item, last: Item) -> Item {
     Item { address: first.address, length: last.address + last.length - first.address }
@@ -321,8 +323,6 @@ pub(crate) struct Condition {
     pub(crate) has_torque: bool,
     pub(crate) errors: HardwareErrors,
     pub(crate) watchdog: Watchdog,
-    pub(crate) temperature_c: f32,
-    pub(crate) input_v: f32,
 }
 
 impl Condition {
@@ -334,7 +334,23 @@ impl Condition {
             has_torque: *byte(TORQUE_ENABLE)? == 1,
             errors: HardwareErrors(*byte(HARDWARE_ERROR_STATUS)?),
             watchdog: watchdog_of(*byte(BUS_WATCHDOG)?),
-            temperature_c: f32::from(*byte(PRESENT_TEMPERATURE)?),
+        })
+    }
+}
+
+/// Supply and temperature of a servo.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Supply {
+    pub(crate) temperature_c: f32,
+    pub(crate) input_v: f32,
+}
+
+impl Supply {
+    /// Parses an answer with the data of [`READING_WITH_SUPPLY`]; `None` if it has fewer.
+    pub(crate) fn parse(bytes: &[u8]) -> Option<Self> {
+        let at = |item: Item| usize::from(item.address - READING_WITH_SUPPLY.address);
+        Some(Self {
+            temperature_c: f32::from(*bytes.get(at(PRESENT_TEMPERATURE))?),
             input_v: decivolts(*bytes.get(at(PRESENT_INPUT_VOLTAGE)..)?.first_chunk()?),
         })
     }

@@ -24,7 +24,7 @@ use power::RefusedPwm;
 pub(crate) use power::{Power, PowerUpStep, Watchdog};
 pub(crate) use steer::Command;
 
-use crate::job::{Condition, ServoLimits};
+use crate::job::{ServoLimits, Supply};
 use crate::notice::Notices;
 use crate::servo_clock::ServoClock;
 use crate::{FaultCounters, JointFault};
@@ -128,7 +128,7 @@ pub(crate) struct Joint {
     contact: LinkQuality,
     clock: ServoClock,
     reading: Option<(Instant, Reading)>,
-    condition: Option<Condition>,
+    supply: Option<Supply>,
     bounds: Option<ServoLimits>,
     condition_due_at: Instant,
 
@@ -200,7 +200,7 @@ impl Joint {
             },
             clock: ServoClock::default(),
             reading: None,
-            condition: None,
+            supply: None,
             bounds: None,
             condition_due_at: Instant::EPOCH,
             told: None,

@@ -26,7 +26,7 @@ fn bytes_of_a_cycle(servos: usize) -> usize {
     36 + 26 * servos
 }
 
-/// Bytes of a request and its answers. The data has 16, 17 and 18 bytes in turn, and some requests contain a job of
+/// Bytes of a request and its answers. The data has 16 bytes, and twice a second 27. Some requests contain a job of
 /// one servo.
 fn bytes_of(request: &Request) -> usize {
     request.parts().map(|(part, sent)| sent.len() + part.bytes_of_answers()).sum()
@@ -53,7 +53,7 @@ pub(crate) fn measure() -> bool {
         is_fast &= share >= LEAST;
         let [p50, p99, most] = times.map(micros);
         println!(
-            "{baud:>8} | {usual:>9.0} {wire:>9.0} {share:>7.2} | {:>7.2} {busy:>7.2} {bare:>7.2} | {p50:>8.0} {p99:>8.0} \
+            "{baud:>8} | {usual:>9.0} {wire:>9.0} {share:>7.3} | {:>7.3} {busy:>7.3} {bare:>7.3} | {p50:>8.0} {p99:>8.0} \
              {most:>8.0}",
             all / wire
         );

@@ -11,7 +11,7 @@ use super::{
 };
 use crate::JointFault;
 use crate::duplicate_id_check::DuplicateIdCheck;
-use crate::job::{Condition, Job};
+use crate::job::{Condition, Job, Supply};
 use crate::servo_clock::Age;
 
 /// Consecutive missing answers before a servo is quarantined.
@@ -50,6 +50,7 @@ impl Joint {
                 let (velocity_rad_s, current_a) = (turn * servo.velocity_rad_s, turn * servo.current_a);
                 // The servo samples soon after the request, however late the answer is processed.
                 self.reading = Some((asked_at, Reading { current_a, velocity_rad_s, position_rad, ..servo }));
+                self.supply = Supply::parse(status.params).or(self.supply);
                 (self.contact.timeouts, self.contact.corrupt) = (0, 0);
             } else {
                 self.reject_reading(now);
@@ -315,7 +316,6 @@ impl Joint {
 
     pub(super) fn process_condition(&mut self, now: Instant, answer: &[u8]) {
         let Some(condition) = Condition::parse(answer) else { return };
-        self.condition = Some(condition);
         if self.refused_pwm == RefusedPwm::Unexplained {
             self.refused_pwm = match condition.watchdog {
                 Watchdog::Armed => RefusedPwm::NotByWatchdog,

@@ -28,8 +28,8 @@ impl Joint {
             let Reading { position_rad, velocity_rad_s, current_a, .. } = reading;
             state = state.with_reading(at.as_nanos(), position_rad, velocity_rad_s, current_a);
         }
-        if let Some(condition) = self.condition {
-            state = state.with_condition(condition.temperature_c, condition.input_v);
+        if let Some(supply) = self.supply {
+            state = state.with_condition(supply.temperature_c, supply.input_v);
         }
         let command_rad = if let Motion::Align { to_rad } = self.motion {
             Some(to_rad)

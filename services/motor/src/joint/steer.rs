@@ -270,8 +270,8 @@ impl Joint {
 
     /// Derating factor of the speed, 0 to 1; below one until the servo is well within its bounds again.
     fn spare(&mut self) -> f64 {
-        let Some((condition, bounds)) = self.condition.zip(self.bounds) else { return 1.0 };
-        let share = derating(condition, bounds, self.model.nominal_volts(), self.is_derated);
+        let Some((supply, bounds)) = self.supply.zip(self.bounds) else { return 1.0 };
+        let share = derating(supply, bounds, self.model.nominal_volts(), self.is_derated);
         self.is_derated = share < 1.0;
         share
     }
