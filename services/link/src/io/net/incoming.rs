@@ -8,7 +8,7 @@ use quinn::{Connecting, ConnectionError, Endpoint, Incoming, VarInt};
 use tokio::task::JoinSet;
 use tokio::time::{sleep, timeout};
 
-use super::handshakes::{HandshakeSlot, HandshakeSlots, MAX_CONNECTIONS};
+use super::handshakes::HandshakeSlot;
 use super::peers::{Failed, HANDSHAKE_TIMEOUT, MAX_RECONNECT_DELAY, Peers, found, handshake_timed_out};
 use super::verifier::RefusalRecord;
 
@@ -34,11 +34,10 @@ impl Peers {
     async fn let_in(self: Rc<Self>, address: &Address) -> Result<(), Failed> {
         let at = found(address).await?.into_iter().next().ok_or("the name has no address")?;
         let endpoint = Endpoint::server(self.keys.server.clone(), at)?;
-        let slots = HandshakeSlots::default();
         let mut tasks = JoinSet::new();
         while let Some(incoming) = endpoint.accept().await {
             while tasks.try_join_next().is_some() {}
-            if let Some((connecting, record, slot)) = self.begin_handshake(&endpoint, &slots, incoming) {
+            if let Some((connecting, record, slot)) = self.begin_handshake(&endpoint, incoming) {
                 let (peers, endpoint) = (Rc::clone(&self), endpoint.clone());
                 tasks
                     .spawn_local(async move { peers.authenticate(endpoint, connecting, record, slot).await });
@@ -54,7 +53,6 @@ impl Peers {
     fn begin_handshake(
         &self,
         endpoint: &Endpoint,
-        slots: &HandshakeSlots,
         incoming: Incoming,
     ) -> Option<(Connecting, RefusalRecord, HandshakeSlot)> {
         if !incoming.remote_address_validated() {
@@ -66,9 +64,8 @@ impl Peers {
             incoming.refuse();
             return None;
         }
-        let is_full = endpoint.open_connections() >= MAX_CONNECTIONS;
-        let slot = if is_full { None } else { slots.take(clock::now(), incoming.remote_address().ip()) };
-        let Some(slot) = slot else {
+        let address = incoming.remote_address().ip();
+        let Some(slot) = self.slots.take(clock::now(), address, endpoint.open_connections()) else {
             // The peer repeats its packet and may get a slot then.
             incoming.ignore();
             return None;
@@ -80,7 +77,7 @@ impl Peers {
                 return None;
             }
         };
-        let from = incoming.remote_address().ip().to_string();
+        let from = address.to_string();
         match incoming.accept_with(config) {
             Ok(connecting) => Some((connecting, record, slot)),
             Err(ended) => {
@@ -98,7 +95,8 @@ impl Peers {
         record: RefusalRecord,
         slot: HandshakeSlot,
     ) {
-        let from = connecting.remote_address().ip().to_string();
+        let address = connecting.remote_address().ip();
+        let from = address.to_string();
         let ended = tokio::select! {
             ended = timeout(HANDSHAKE_TIMEOUT, connecting) => ended,
             () = slot.evicted() => Ok(Err(ConnectionError::LocallyClosed)),
@@ -106,6 +104,7 @@ impl Peers {
         match ended {
             Ok(Ok(connection)) => {
                 drop(slot);
+                self.slots.reserve(address);
                 if self.connected.borrow().len() < MAX_CONNECTED {
                     self.exchange_messages(&from, endpoint, connection, &record).await;
                 } else {

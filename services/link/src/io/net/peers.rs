@@ -15,6 +15,7 @@ use tokio::sync::mpsc;
 use tokio::task::JoinSet;
 use tokio::time::{sleep, timeout};
 
+use super::handshakes::HandshakeSlots;
 use super::keys::{Keys, accept_bundles, has_expired};
 use super::refusal::KeyFiles;
 use super::verifier::RefusalRecord;
@@ -53,6 +54,9 @@ pub(super) struct Peers {
     compatibility: Compatibility,
     incoming: crossbeam::channel::Sender<Message>,
     pub(super) connected: RefCell<BTreeMap<usize, Peer>>,
+    /// Slots of incoming handshakes. They are reserved for addresses whose certificate was accepted, in either
+    /// role, and for the addresses in `connect`.
+    pub(super) slots: HandshakeSlots,
     /// Logged warnings and their times.
     said: RefCell<BTreeMap<String, Instant>>,
 }
@@ -73,7 +77,10 @@ pub(super) async fn carry(
     mut outgoing: mpsc::Receiver<(MessageKind, Vec<u8>)>,
 ) {
     let (connected, said) = (RefCell::default(), RefCell::default());
-    let peers = Rc::new(Peers { keys, compatibility, incoming, connected, said });
+    let slots = HandshakeSlots::default();
+    // A name gets no reservation before a certificate is accepted: its lookup is not authenticated.
+    connect.iter().filter_map(|address| address.host().parse().ok()).for_each(|at| slots.reserve(at));
+    let peers = Rc::new(Peers { keys, compatibility, incoming, connected, slots, said });
     let mut tasks = JoinSet::new();
     for address in listen {
         let peers = Rc::clone(&peers);
@@ -119,6 +126,7 @@ impl Peers {
         loop {
             match self.reach(address).await {
                 Ok((endpoint, connection, record)) => {
+                    self.slots.reserve(connection.remote_address().ip());
                     self.exchange_messages(address.as_str(), endpoint, connection, &record).await;
                     again_after = AGAIN_FIRST;
                 }
