@@ -118,9 +118,9 @@ fn connections_without_a_certificate_are_bounded_and_released() {
         println!("{addresses} addresses: {told}; memory: {before} kB before, {during} kB at most");
         let count = |key| number(&told, key).expect("a count");
         let seconds = quantity::number::floor_u64(told["seconds"].as_f64().expect("a time"));
-        // The slot of an address is freed after one second, the memory of a silent connection after two.
+        // A slot is freed one second after its handshake ended. Half of all slots are for connections that close.
         let most_of_address = MAX_PER_ADDRESS * (1 + seconds);
-        let most = MAX_CONNECTIONS * (1 + seconds / 2);
+        let most = MAX_CONNECTIONS + MAX_CONNECTIONS / 2 * (1 + seconds);
         let addresses: u64 = addresses.parse().expect("a number");
         assert!(
             count("answered") > 0 && count("answered") <= most.min(addresses * most_of_address),

@@ -1,7 +1,7 @@
 //! Slots for handshakes: limits, reservations, and which handshake makes way for a new one.
 
+use core::net::{IpAddr, Ipv6Addr};
 use std::collections::{BTreeMap, VecDeque};
-use std::net::{IpAddr, Ipv6Addr};
 
 use clock::{Duration, Instant};
 

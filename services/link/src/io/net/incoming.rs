@@ -9,7 +9,8 @@ use tokio::task::JoinSet;
 use tokio::time::{sleep, timeout};
 
 use super::handshakes::HandshakeSlot;
-use super::peers::{Failed, HANDSHAKE_TIMEOUT, MAX_RECONNECT_DELAY, Peers, found, handshake_timed_out};
+use super::peers::{Failed, HANDSHAKE_TIMEOUT, MAX_RECONNECT_DELAY, Peers, found};
+use super::reports::Report;
 use super::verifier::RefusalRecord;
 
 /// Maximum connections with a verified certificate.
@@ -25,7 +26,8 @@ impl Peers {
     pub(super) async fn listen(self: Rc<Self>, address: &Address) {
         loop {
             if let Err(error) = Rc::clone(&self).let_in(address).await {
-                self.warn(format!("the link cannot be connected to at {}: {error}", address.as_str()));
+                let fault = format!("the link cannot be connected to at {}: {error}", address.as_str());
+                self.reports.send(Report::Fault(fault));
             }
             sleep(MAX_RECONNECT_DELAY).await;
         }
@@ -73,15 +75,15 @@ impl Peers {
         let (config, record) = match self.keys.for_incoming() {
             Ok(made) => made,
             Err(error) => {
-                self.warn(format!("the link accepts no connection: {error}"));
+                let fault = format!("the link accepts no connection: {error}");
+                self.reports.send(Report::Fault(fault));
                 return None;
             }
         };
-        let from = address.to_string();
         match incoming.accept_with(config) {
             Ok(connecting) => Some((connecting, record, slot)),
             Err(ended) => {
-                self.warn(self.keys.files.explain(&from, &record, &ended));
+                self.reports.send(Report::Ended { peer: address.to_string(), record, ended });
                 None
             }
         }
@@ -115,8 +117,8 @@ impl Peers {
             Ok(Err(ConnectionError::LocallyClosed)) => {
                 tracing::debug!(from, "an unfinished handshake of the link was dropped for a newer one");
             }
-            Ok(Err(ended)) => self.warn(self.keys.files.explain(&from, &record, &ended)),
-            Err(_elapsed) => self.warn(handshake_timed_out(&from)),
+            Ok(Err(ended)) => self.reports.send(Report::Ended { peer: from, record, ended }),
+            Err(_elapsed) => self.reports.send(Report::HandshakeTimeout { peer: from }),
         }
         // QUIC keeps a failed connection for this long to answer late packets. The slot stays reserved until
         // then.
