@@ -13,7 +13,7 @@ pub(crate) struct UnlistedPublishers {
 
 impl UnlistedPublishers {
     /// The process id of a publisher that the journal has to name now, by the health of the refusing process.
-    pub(crate) fn to_name(&mut self, health: &Health) -> Option<u64> {
+    pub(crate) fn next_to_name(&mut self, health: &Health) -> Option<u64> {
         let pid = health.unlisted_pid;
         if health.unlisted_frames == 0 || self.named.len() >= MAX_NAMED || self.named.contains(&pid) {
             return None;
@@ -31,10 +31,10 @@ mod tests {
     fn each_unlisted_publisher_is_named_once_and_their_number_is_bounded() {
         let mut publishers = UnlistedPublishers::default();
         let mut health = Health::default();
-        assert_eq!(publishers.to_name(&health), None);
+        assert_eq!(publishers.next_to_name(&health), None);
         let mut named = |frames, pid| {
             (health.unlisted_frames, health.unlisted_pid) = (frames, pid);
-            publishers.to_name(&health)
+            publishers.next_to_name(&health)
         };
         let cases = [(1, 7), (2, 7), (3, 8), (4, 7)].map(|(frames, pid)| named(frames, pid));
         assert_eq!(cases, [Some(7), None, Some(8), None]);

@@ -344,7 +344,7 @@ impl RobotSupervisor<'_> {
                 monitor.board = HealthReader::open(&self.node, process, monitor.incarnation).ok();
             }
             let Some(health) = monitor.board.as_ref().map(HealthReader::read) else { continue };
-            if let Some(pid) = monitor.unlisted.to_name(&health) {
+            if let Some(pid) = monitor.unlisted.next_to_name(&health) {
                 tracing::error!(
                     "process {pid} publishes, and the supervisor's roster does not name it: `{process}` refuses and \
                      counts its frames; end that process"
