@@ -14,7 +14,7 @@ use crate::{Side, alone, free_port, keys_or_skip};
 /// Maximum memory growth of the link process in kB: by first packets, and by handshakes.
 const MAX_GROWTH_BY_PACKETS_KB: u64 = 16 * 1024;
 const MAX_GROWTH_KB: u64 = 32 * 1024;
-/// Connections of one address whose certificate is not verified, and all connections (services/link/src/io/net/handshakes.rs).
+/// Connections of one address whose certificate is not verified, and all connections (services/link/src/slots.rs).
 const MAX_PER_ADDRESS: u64 = 32;
 const MAX_CONNECTIONS: u64 = 256;
 
@@ -118,9 +118,9 @@ fn connections_without_a_certificate_are_bounded_and_released() {
         println!("{addresses} addresses: {told}; memory: {before} kB before, {during} kB at most");
         let count = |key| number(&told, key).expect("a count");
         let seconds = quantity::number::floor_u64(told["seconds"].as_f64().expect("a time"));
-        // The slot of an address is freed after one second, the memory of a silent connection after two.
+        // A slot is freed one second after its handshake ended. Half of all slots are for connections that close.
         let most_of_address = MAX_PER_ADDRESS * (1 + seconds);
-        let most = MAX_CONNECTIONS * (1 + seconds / 2);
+        let most = MAX_CONNECTIONS + MAX_CONNECTIONS / 2 * (1 + seconds);
         let addresses: u64 = addresses.parse().expect("a number");
         assert!(
             count("answered") > 0 && count("answered") <= most.min(addresses * most_of_address),
@@ -159,4 +159,26 @@ fn the_other_machine_connects_during_a_flood_from_its_own_address() {
     }
     println!("let in {let_in} times in {tries} tries");
     assert_eq!((let_in, flood.is_running()), (5, true), "{}", flooded.robot.said());
+}
+
+#[test]
+fn the_other_machine_connects_during_a_flood_from_hundreds_of_addresses() {
+    let _alone = alone();
+    let Some(flooded) = Flooded::or_skip("link-crowd") else { return };
+    let link = flooded.link();
+    // The address of an accepted certificate has slots of its own from now on.
+    flooded.assert_lets_in("before");
+    let folder = flooded.keys.path().to_str().expect("a name");
+    let full = MAX_CONNECTIONS.to_string();
+    let words = ["crowd", &flooded.port, TO_ROBOT, folder, "300", "100", "60", &full];
+    let mut flood = flooded.peer.start(&words);
+    // It has begun once it was given all the slots there are.
+    let begun = flood.line().expect("it begins");
+    assert_eq!(begun["begins"], true, "{begun}");
+    for _try in 0..8 {
+        flooded.assert_lets_in("meanwhile");
+    }
+    assert!(flood.is_running(), "the tries outlast the flood");
+    drop(flood);
+    assert_eq!(flooded.link(), link, "it lives on");
 }

@@ -6,12 +6,15 @@
     peer.py initials PORT PROTOCOL FOLDER COUNT SECONDS     so many first packets over and over, whose answers are only counted
     peer.py stall PORT PROTOCOL FOLDER ADDRESSES EACH [ADDRESS PER_SECOND]
                                      proves its addresses, and goes no further: at once, or from one address at a pace
+    peer.py crowd PORT PROTOCOL FOLDER ADDRESSES PER_SECOND SECONDS FULL
+                                     the same from these addresses in turn, which repeat their packets in time
 
 A flood first says that it begins, and at its end what came of it. What comes of a connection is "talked to" where a pulse of the link came, and else how it ended: the number of the alert
 of TLS, or why there is none.
 """
 
 import datetime
+import heapq
 import json
 import selectors
 import socket
@@ -30,6 +33,8 @@ from cryptography.x509.oid import ExtendedKeyUsageOID, NameOID
 
 FIRST_ALERT = 0x100
 PATIENCE_S = 60.0
+# The time that a server gives a handshake.
+HANDSHAKE_S = 10.0
 DAY = datetime.timedelta(days=1)
 SERVER, CLIENT = ExtendedKeyUsageOID.SERVER_AUTH, ExtendedKeyUsageOID.CLIENT_AUTH
 BOTH = [SERVER, CLIENT]
@@ -154,8 +159,10 @@ def connect(port, protocol, folder, names):
     for name in names:
         endpoint = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
         connection = QuicConnection(configuration=configuration(protocol, folder, name, True))
-        connection.connect(("127.0.0.1", port), now=time.monotonic())
-        tell(name=name, **talk(Conversation(connection, endpoint)))
+        since = time.monotonic()
+        connection.connect(("127.0.0.1", port), now=since)
+        came = talk(Conversation(connection, endpoint))
+        tell(name=name, seconds=time.monotonic() - since, **came)
 
 
 def serve(protocol, folder, names):
@@ -293,6 +300,64 @@ def stall(port, protocol, folder, addresses, each, address=None, per_second=None
     tell(seconds=last - since, **counts)
 
 
+def crowd(port, protocol, folder, addresses, per_second, seconds, full):
+    """Handshakes of many addresses that the server keeps for as long as any. Begins once so many were answered."""
+    counts = {"begun": 0, "proven": 0}
+    selector = selectors.DefaultSelector()
+    endpoints = []
+    for number in range(addresses):
+        endpoint = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
+        endpoint.bind((f"127.1.{number // 250}.{number % 250 + 1}", 0))
+        endpoint.setblocking(False)
+        endpoints.append(endpoint)
+        selector.register(endpoint, selectors.EVENT_READ)
+    # Handshakes in progress by their identifiers; when each is repeated; and those that were answered.
+    in_progress, timers, answered = {}, [], set()
+    since = time.monotonic()
+    has_begun = False
+
+    def send(key):
+        connection, endpoint, _ = in_progress[key]
+        for packet, _ in connection.datagrams_to_send(now=time.monotonic()):
+            endpoint.sendto(packet, ("127.0.0.1", port))
+        heapq.heappush(timers, (connection.get_timer(), key))
+
+    while (now := time.monotonic()) < since + seconds:
+        if not has_begun and len(answered) >= full:
+            has_begun = True
+            tell(begins=True)
+        if counts["begun"] < (now - since) * per_second:
+            connection = QuicConnection(configuration=configuration(protocol, folder, "none", True))
+            connection.connect(("127.0.0.1", port), now=now)
+            in_progress[connection.host_cid] = (connection, endpoints[counts["begun"] % addresses], now)
+            send(connection.host_cid)
+            counts["begun"] += 1
+        while timers and timers[0][0] <= now:
+            _, key = heapq.heappop(timers)
+            if key not in in_progress:
+                continue
+            connection, _, begun_at = in_progress[key]
+            if now > begun_at + HANDSHAKE_S:
+                del in_progress[key]
+            elif connection.get_timer() <= now:
+                # A constant period: the doubling one exceeds the silence that the server allows.
+                connection._loss._pto_count = 1
+                connection.handle_timer(now=now)
+                send(key)
+        for key, _ in selector.select(0.002):
+            data, address = key.fileobj.recvfrom(65536)
+            header = pull_quic_header(Buffer(data=data), host_cid_length=8)
+            if header.destination_cid not in in_progress:
+                continue
+            if header.packet_type == QuicPacketType.RETRY:
+                in_progress[header.destination_cid][0].receive_datagram(data, address, now=time.monotonic())
+                send(header.destination_cid)
+                counts["proven"] += 1
+            else:
+                answered.add(header.destination_cid)
+    tell(**counts, answered=len(answered))
+
+
 def main():
     command, *words = sys.argv[1:]
     if command == "sign":
@@ -306,6 +371,8 @@ def main():
     elif command == "stall":
         pace = (words[5], float(words[6])) if len(words) > 5 else ()
         stall(int(words[0]), words[1], words[2], int(words[3]), int(words[4]), *pace)
+    elif command == "crowd":
+        crowd(int(words[0]), words[1], words[2], int(words[3]), float(words[4]), float(words[5]), int(words[6]))
 
 
 main()

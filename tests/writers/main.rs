@@ -166,11 +166,15 @@ fn goals_are_not_followed(robot: &Robot, node: &Node) {
     let motor = row(robot, "motor");
     assert_eq!(motor["unlisted_pid"], std::process::id(), "{motor}");
     assert!(motor["unlisted_frames"].as_u64() > Some(0), "{motor}");
-    let said = robot.said();
-    let told = format!("process {} publishes on `joint-goals`", std::process::id());
-    let times = said.lines().filter(|line| line.contains(&told)).count();
-    // Each reader reports each process once: here the motor process and the console's black box.
-    assert!((1..=2).contains(&times), "{said}");
+    let told =
+        format!("process {} publishes, and the supervisor's roster does not name it", std::process::id());
+    let times = || {
+        let said = robot.said();
+        said.lines().filter(|line| line.contains(&told) && line.contains("`motor` refuses")).count()
+    };
+    // The supervisor reports each process once for each reader.
+    assert!(wait_until(|| times() > 0), "{}", robot.said());
+    assert_eq!(times(), 1, "{}", robot.said());
 }
 
 /// A second learner beside the supervisor's reports that it is refused.

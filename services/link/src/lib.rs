@@ -16,6 +16,7 @@ mod io;
 mod offset;
 mod outbox;
 mod session;
+mod slots;
 mod stream;
 mod window;
 mod wire;

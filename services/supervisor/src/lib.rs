@@ -4,6 +4,7 @@ mod faults;
 mod io;
 pub mod policy;
 pub mod readiness;
+mod unlisted;
 
 pub use faults::{ProcessFaults, UnknownProcess};
 pub use io::check::{ApplyError, CheckError, CheckOptions, MachineChange, check};

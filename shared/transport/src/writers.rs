@@ -9,7 +9,7 @@ use message::{Process, Roster};
 
 use crate::RosterReader;
 
-/// Maximum number of processes that a subscriber logs; frames of further ones are only counted.
+/// Maximum number of external sources that a subscriber logs.
 const MAX_LOGGED: usize = 8;
 
 /// Frames that the subscribers of one node refused because their publisher is not on the roster.
@@ -55,7 +55,7 @@ pub(crate) struct PublisherFilter {
     owner: Option<Process>,
     /// Identifier of the last accepted publisher; it differs for every incarnation.
     accepted: u128,
-    /// Process ids that were logged.
+    /// Process ids of the external sources that were logged.
     told: [u32; MAX_LOGGED],
     told_count: usize,
 }
@@ -65,13 +65,15 @@ impl PublisherFilter {
         Self { listed, owner, accepted: 0, told: [0; MAX_LOGGED], told_count: 0 }
     }
 
-    /// Whether frames of a publisher are accepted. No system call, no lock, no allocation; one comparison while the
-    /// publisher stays the same.
+    /// Whether frames of a publisher are accepted. No system call, no lock, no allocation, except when an external source
+    /// appears; one comparison while the publisher stays the same.
     #[inline]
     pub(crate) fn accept(&mut self, publisher: u128, topic: &str) -> bool {
         publisher == self.accepted || self.check_roster(publisher, topic)
     }
 
+    /// Counts a frame of a publisher that may not publish. The process's health reports it to the supervisor, which
+    /// logs it: this thread may be in a real-time loop, and formats no line for a foreign process.
     #[cold]
     fn check_roster(&mut self, publisher: u128, topic: &str) -> bool {
         let Some(listed) = &self.listed else {
@@ -89,12 +91,6 @@ impl PublisherFilter {
         }
         let frames = listed.unlisted.get().frames.saturating_add(1);
         listed.unlisted.set(RefusedFrames { frames, pid });
-        if self.is_new(pid) {
-            tracing::error!(
-                "process {pid} publishes on `{topic}`, and the supervisor's roster does not name it: its frames are \
-                 refused and counted; end that process"
-            );
-        }
         false
     }
 

@@ -1,7 +1,12 @@
 //! Subscribers accept frames only from the processes on the supervisor's roster, over real shared memory.
 #![expect(clippy::expect_used, reason = "a test fails by panicking")]
 
+use std::sync::Arc;
+use std::sync::atomic::{AtomicUsize, Ordering};
+
 use message::{EventKind, Events, Head as _, Header, Observation, Observations, Process, Roster, Topic};
+use tracing::span::{Attributes, Id, Record};
+use tracing::{Metadata, Subscriber};
 use transport::janitor::{Janitor, claim};
 use transport::{
     Domain, FramePublisher, FrameSubscriber, Node, OverflowPolicy, Queues, RefusedFrames, RosterWriter,
@@ -22,6 +27,38 @@ fn received<T: Topic>(subscriber: &mut FrameSubscriber<T>) -> Vec<u64> {
 
 fn now_ns() -> u64 {
     clock::now().as_nanos()
+}
+
+/// Counts the lines of a log.
+struct Lines(Arc<AtomicUsize>);
+
+impl Subscriber for Lines {
+    fn enabled(&self, _: &Metadata<'_>) -> bool {
+        true
+    }
+
+    fn new_span(&self, _: &Attributes<'_>) -> Id {
+        Id::from_u64(1)
+    }
+
+    fn record(&self, _: &Id, _: &Record<'_>) {}
+
+    fn record_follows_from(&self, _: &Id, _: &Id) {}
+
+    fn event(&self, _: &tracing::Event<'_>) {
+        self.0.fetch_add(1, Ordering::Relaxed);
+    }
+
+    fn enter(&self, _: &Id) {}
+
+    fn exit(&self, _: &Id) {}
+}
+
+/// The number of lines that this thread logs meanwhile.
+fn lines_in(work: impl FnOnce()) -> usize {
+    let lines = Arc::new(AtomicUsize::new(0));
+    tracing::subscriber::with_default(Lines(Arc::clone(&lines)), work);
+    lines.load(Ordering::Relaxed)
 }
 
 #[test]
@@ -55,8 +92,11 @@ fn check(domain: &Domain) {
     roster.set_incarnation(Process::Learner, 2);
     board.write(&roster);
     send(&mut stray);
-    assert!(received(&mut subscriber).is_empty(), "a life whose process is not known publishes nothing");
+    let logged = lines_in(|| {
+        assert!(received(&mut subscriber).is_empty(), "a life whose process is not known publishes nothing");
+    });
     assert_eq!(reader.unlisted(), RefusedFrames { frames: 1, pid });
+    assert_eq!(logged, 0, "the reader's thread formats no line: the supervisor does, by the count");
 
     roster.set_pid(Process::Learner, pid, now_ns());
     board.write(&roster);

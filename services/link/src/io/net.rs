@@ -17,10 +17,12 @@ mod incoming;
 mod keys;
 mod peers;
 mod refusal;
+mod reports;
 mod verifier;
 
 pub use keys::KeyError;
 pub(crate) use keys::Keys;
+use reports::Reports;
 
 /// Capacities of the queues to and from the network thread, in messages.
 const OUTGOING: usize = 4;
@@ -65,11 +67,14 @@ impl Net {
         let (to, outgoing) = mpsc::channel(OUTGOING);
         let (incoming, from) = bounded(INCOMING);
         let (listen, connect) = (link.listen.clone(), link.connect.clone());
+        let (reports, reporting) = Reports::start(keys.files.clone(), |line| tracing::warn!("{line}"))?;
         let carry = move || {
-            let carried = peers::carry(keys, compatibility, listen, connect, incoming, outgoing);
+            let carried = peers::carry(keys, compatibility, reports, listen, connect, incoming, outgoing);
             runtime.block_on(LocalSet::new().run_until(carried));
             // Does not wait for a name lookup in progress.
             runtime.shutdown_background();
+            // All connections are gone by now, and their last reports are logged.
+            let _ended = reporting.join();
         };
         let thread = std::thread::Builder::new().name("link-net".to_owned()).spawn(carry);
         let thread = thread.map_err(|error| error.to_string())?;

@@ -24,6 +24,7 @@ use crate::io::service_manager::ServiceManager;
 use crate::io::signals::Signals;
 use crate::io::stop_by_any_user::stop_by_any_user;
 use crate::policy::{Action, Event, ExitKind, KillReason, Outcome, Policy, PolicySettings};
+use crate::unlisted::UnlistedPublishers;
 use crate::{Children, RosterPublisher};
 
 /// Polling interval while a process is starting or stopping.
@@ -276,6 +277,7 @@ struct RobotSupervisor<'orders> {
 struct HeartbeatMonitor {
     incarnation: u64,
     board: Option<HealthReader>,
+    unlisted: UnlistedPublishers,
     /// Held until the process is ready.
     head_start: Option<StartupPriority>,
 }
@@ -342,6 +344,12 @@ impl RobotSupervisor<'_> {
                 monitor.board = HealthReader::open(&self.node, process, monitor.incarnation).ok();
             }
             let Some(health) = monitor.board.as_ref().map(HealthReader::read) else { continue };
+            if let Some(pid) = monitor.unlisted.next_to_name(&health) {
+                tracing::error!(
+                    "process {pid} publishes, and the supervisor's roster does not name it: `{process}` refuses and \
+                     counts its frames; end that process"
+                );
+            }
             if let Some(state) = health.state() {
                 if state != ProcessState::Starting
                     && let Some(head_start) = monitor.head_start.take()
@@ -454,8 +462,15 @@ impl RobotSupervisor<'_> {
                     .children
                     .pid(process)
                     .and_then(|pid| StartupPriority::give(i32::try_from(pid).ok()?).ok());
-                self.heartbeat_monitors
-                    .insert(process, HeartbeatMonitor { incarnation, board: None, head_start });
+                self.heartbeat_monitors.insert(
+                    process,
+                    HeartbeatMonitor {
+                        incarnation,
+                        board: None,
+                        unlisted: UnlistedPublishers::default(),
+                        head_start,
+                    },
+                );
             }
             Err(error) => {
                 tracing::error!(%process, %error, "cannot be started");

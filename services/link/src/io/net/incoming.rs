@@ -8,8 +8,9 @@ use quinn::{Connecting, ConnectionError, Endpoint, Incoming, VarInt};
 use tokio::task::JoinSet;
 use tokio::time::{sleep, timeout};
 
-use super::handshakes::{HandshakeSlot, HandshakeSlots, MAX_CONNECTIONS};
-use super::peers::{Failed, HANDSHAKE_TIMEOUT, MAX_RECONNECT_DELAY, Peers, found, handshake_timed_out};
+use super::handshakes::HandshakeSlot;
+use super::peers::{Failed, HANDSHAKE_TIMEOUT, MAX_RECONNECT_DELAY, Peers, found};
+use super::reports::Report;
 use super::verifier::RefusalRecord;
 
 /// Maximum connections with a verified certificate.
@@ -25,7 +26,8 @@ impl Peers {
     pub(super) async fn listen(self: Rc<Self>, address: &Address) {
         loop {
             if let Err(error) = Rc::clone(&self).let_in(address).await {
-                self.warn(format!("the link cannot be connected to at {}: {error}", address.as_str()));
+                let fault = format!("the link cannot be connected to at {}: {error}", address.as_str());
+                self.reports.send(Report::Fault(fault));
             }
             sleep(MAX_RECONNECT_DELAY).await;
         }
@@ -34,11 +36,10 @@ impl Peers {
     async fn let_in(self: Rc<Self>, address: &Address) -> Result<(), Failed> {
         let at = found(address).await?.into_iter().next().ok_or("the name has no address")?;
         let endpoint = Endpoint::server(self.keys.server.clone(), at)?;
-        let slots = HandshakeSlots::default();
         let mut tasks = JoinSet::new();
         while let Some(incoming) = endpoint.accept().await {
             while tasks.try_join_next().is_some() {}
-            if let Some((connecting, record, slot)) = self.begin_handshake(&endpoint, &slots, incoming) {
+            if let Some((connecting, record, slot)) = self.begin_handshake(&endpoint, incoming) {
                 let (peers, endpoint) = (Rc::clone(&self), endpoint.clone());
                 tasks
                     .spawn_local(async move { peers.authenticate(endpoint, connecting, record, slot).await });
@@ -54,7 +55,6 @@ impl Peers {
     fn begin_handshake(
         &self,
         endpoint: &Endpoint,
-        slots: &HandshakeSlots,
         incoming: Incoming,
     ) -> Option<(Connecting, RefusalRecord, HandshakeSlot)> {
         if !incoming.remote_address_validated() {
@@ -66,9 +66,8 @@ impl Peers {
             incoming.refuse();
             return None;
         }
-        let is_full = endpoint.open_connections() >= MAX_CONNECTIONS;
-        let slot = if is_full { None } else { slots.take(clock::now(), incoming.remote_address().ip()) };
-        let Some(slot) = slot else {
+        let address = incoming.remote_address().ip();
+        let Some(slot) = self.slots.take(clock::now(), address, endpoint.open_connections()) else {
             // The peer repeats its packet and may get a slot then.
             incoming.ignore();
             return None;
@@ -76,15 +75,15 @@ impl Peers {
         let (config, record) = match self.keys.for_incoming() {
             Ok(made) => made,
             Err(error) => {
-                self.warn(format!("the link accepts no connection: {error}"));
+                let fault = format!("the link accepts no connection: {error}");
+                self.reports.send(Report::Fault(fault));
                 return None;
             }
         };
-        let from = incoming.remote_address().ip().to_string();
         match incoming.accept_with(config) {
             Ok(connecting) => Some((connecting, record, slot)),
             Err(ended) => {
-                self.warn(self.keys.files.explain(&from, &record, &ended));
+                self.reports.send(Report::Ended { peer: address.to_string(), record, ended });
                 None
             }
         }
@@ -98,7 +97,8 @@ impl Peers {
         record: RefusalRecord,
         slot: HandshakeSlot,
     ) {
-        let from = connecting.remote_address().ip().to_string();
+        let address = connecting.remote_address().ip();
+        let from = address.to_string();
         let ended = tokio::select! {
             ended = timeout(HANDSHAKE_TIMEOUT, connecting) => ended,
             () = slot.evicted() => Ok(Err(ConnectionError::LocallyClosed)),
@@ -106,6 +106,7 @@ impl Peers {
         match ended {
             Ok(Ok(connection)) => {
                 drop(slot);
+                self.slots.reserve(address);
                 if self.connected.borrow().len() < MAX_CONNECTED {
                     self.exchange_messages(&from, endpoint, connection, &record).await;
                 } else {
@@ -116,8 +117,8 @@ impl Peers {
             Ok(Err(ConnectionError::LocallyClosed)) => {
                 tracing::debug!(from, "an unfinished handshake of the link was dropped for a newer one");
             }
-            Ok(Err(ended)) => self.warn(self.keys.files.explain(&from, &record, &ended)),
-            Err(_elapsed) => self.warn(handshake_timed_out(&from)),
+            Ok(Err(ended)) => self.reports.send(Report::Ended { peer: from, record, ended }),
+            Err(_elapsed) => self.reports.send(Report::HandshakeTimeout { peer: from }),
         }
         // QUIC keeps a failed connection for this long to answer late packets. The slot stays reserved until
         // then.

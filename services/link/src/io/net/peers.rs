@@ -7,7 +7,6 @@ use std::rc::Rc;
 use std::time::Duration;
 
 use bytes::Bytes;
-use clock::Instant;
 use config::leo::Endpoint as Address;
 use quinn::{Connecting, Connection, ConnectionError, Endpoint, VarInt};
 use rustls::pki_types::UnixTime;
@@ -15,8 +14,10 @@ use tokio::sync::mpsc;
 use tokio::task::JoinSet;
 use tokio::time::{sleep, timeout};
 
+use super::handshakes::HandshakeSlots;
 use super::keys::{Keys, accept_bundles, has_expired};
 use super::refusal::KeyFiles;
+use super::reports::{Report, Reports};
 use super::verifier::RefusalRecord;
 use super::{Message, MessageKind, OUTGOING};
 use crate::compatibility::Compatibility;
@@ -34,10 +35,6 @@ const LOOK: Duration = Duration::from_secs(10);
 const LEAVE: Duration = Duration::from_millis(200);
 /// Time-out of a handshake: some round trips, with losses.
 pub(super) const HANDSHAKE_TIMEOUT: Duration = Duration::from_secs(10);
-/// Maximum number of different warnings within `SAID_FOR`; each is logged once in that time. Strangers cannot
-/// flood the log.
-const MAX_WARNINGS: usize = 64;
-const SAID_FOR: Duration = Duration::from_secs(3600);
 /// Close code: no error.
 const WELL: VarInt = VarInt::from_u32(0);
 /// Close code: malformed message.
@@ -53,8 +50,10 @@ pub(super) struct Peers {
     compatibility: Compatibility,
     incoming: crossbeam::channel::Sender<Message>,
     pub(super) connected: RefCell<BTreeMap<usize, Peer>>,
-    /// Logged warnings and their times.
-    said: RefCell<BTreeMap<String, Instant>>,
+    /// Slots of incoming handshakes. They are reserved for addresses whose certificate was accepted, in either
+    /// role, and for the addresses in `connect`.
+    pub(super) slots: HandshakeSlots,
+    pub(super) reports: Reports,
 }
 
 pub(super) struct Peer {
@@ -67,13 +66,14 @@ pub(super) struct Peer {
 pub(super) async fn carry(
     keys: Keys,
     compatibility: Compatibility,
+    reports: Reports,
     listen: Vec<Address>,
     connect: Vec<Address>,
     incoming: crossbeam::channel::Sender<Message>,
     mut outgoing: mpsc::Receiver<(MessageKind, Vec<u8>)>,
 ) {
-    let (connected, said) = (RefCell::default(), RefCell::default());
-    let peers = Rc::new(Peers { keys, compatibility, incoming, connected, said });
+    let (connected, slots) = (RefCell::default(), HandshakeSlots::reserved_for(&connect));
+    let peers = Rc::new(Peers { keys, compatibility, incoming, connected, slots, reports });
     let mut tasks = JoinSet::new();
     for address in listen {
         let peers = Rc::clone(&peers);
@@ -119,26 +119,29 @@ impl Peers {
         loop {
             match self.reach(address).await {
                 Ok((endpoint, connection, record)) => {
+                    self.slots.reserve(connection.remote_address().ip());
                     self.exchange_messages(address.as_str(), endpoint, connection, &record).await;
                     again_after = AGAIN_FIRST;
                 }
-                Err(error) => self.warn(error),
+                Err(report) => self.reports.send(report),
             }
             sleep(again_after).await;
             again_after = (again_after * 2).min(MAX_RECONNECT_DELAY);
         }
     }
 
-    /// Connects to the first address of a name that answers; the error is that of the last address.
-    async fn reach(&self, address: &Address) -> Result<(Endpoint, Connection, RefusalRecord), String> {
-        let fails = |error: Failed| format!("no connection with {}: {error}", address.as_str());
+    /// Connects to the first address of a name that answers; the report is about the last one.
+    async fn reach(&self, address: &Address) -> Result<(Endpoint, Connection, RefusalRecord), Report> {
+        let fails =
+            |error: Failed| Report::Fault(format!("no connection with {}: {error}", address.as_str()));
+        let peer = || address.as_str().to_owned();
         let mut failed = fails("the name has no address".into());
         for at in found(address).await.map_err(fails)? {
             let (endpoint, connecting, record) = self.connect(address, at).map_err(fails)?;
             match timeout(HANDSHAKE_TIMEOUT, connecting).await {
                 Ok(Ok(connection)) => return Ok((endpoint, connection, record)),
-                Ok(Err(ended)) => failed = self.keys.files.explain(address.as_str(), &record, &ended),
-                Err(_elapsed) => failed = handshake_timed_out(address.as_str()),
+                Ok(Err(ended)) => failed = Report::Ended { peer: peer(), record, ended },
+                Err(_elapsed) => failed = Report::HandshakeTimeout { peer: peer() },
             }
         }
         Err(failed)
@@ -183,9 +186,9 @@ impl Peers {
             Some(ended @ (ConnectionError::ConnectionClosed(_) | ConnectionError::ApplicationClosed(_)))
                 if KeyFiles::is_refusal(&ended) =>
             {
-                self.warn(self.keys.files.explain(peer, record, &ended));
+                self.reports.send(Report::Ended { peer: peer.to_owned(), record: record.clone(), ended });
             }
-            _ if why == EXPIRED => self.warn(KeyFiles::expired(peer)),
+            _ if why == EXPIRED => self.reports.send(Report::Expired { peer: peer.to_owned() }),
             _ => {
                 let error = said.err().map(|error| error.to_string());
                 tracing::debug!(peer, error, "a connection of the link ended");
@@ -228,21 +231,6 @@ impl Peers {
     fn heard(&self, sort: MessageKind, bytes: Vec<u8>) {
         let _lost = self.incoming.try_send(Message { sort, at: clock::now(), bytes });
     }
-
-    /// Logs a warning unless the same was logged recently.
-    pub(super) fn warn(&self, what: String) {
-        let now = clock::now();
-        let mut said = self.said.borrow_mut();
-        said.retain(|_, at| now.since(*at) < SAID_FOR);
-        if said.len() < MAX_WARNINGS && !said.contains_key(&what) {
-            tracing::warn!("{what}");
-            said.insert(what, now);
-        }
-    }
-}
-
-pub(super) fn handshake_timed_out(peer: &str) -> String {
-    format!("no connection with {peer}: the handshake took longer than {} s", HANDSHAKE_TIMEOUT.as_secs())
 }
 
 /// Resolves a name.
