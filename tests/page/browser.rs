@@ -196,6 +196,15 @@ fn the_printed_address_admits_a_browser_and_stopping_needs_no_token() {
 }
 
 #[test]
+fn a_server_at_another_port_receives_only_a_cookie_that_commands_nothing() {
+    let _alone = alone(&BROWSER);
+    let robot = Robot::start("port");
+    if played("tests/other_port.mjs", &[&address(&robot)]).is_some() {
+        assert!(robot.domain().join("emergency-stop").exists());
+    }
+}
+
+#[test]
 fn a_browser_arms_a_robot_that_does_not_arm_by_itself() {
     let _alone = alone(&BROWSER);
     let robot = disarmed("browser-arm");
