@@ -56,7 +56,8 @@ async function ask(what, content) {
 function connectionChanged(state) {
   document.body.dataset.connection = state;
   const words = { connecting: 'Connecting…', connected: 'Connected', lost: 'Not connected. Trying again…' };
-  write(/** @type {Element} */ (find('connection').querySelector('.label')), words[state]);
+  const label = /** @type {Element} */ (find('connection').querySelector('.label'));
+  write(label, words[state]);
   if (state === 'connected') {
     if (connection.isReadOnly) lock('This page may only watch the robot.');
     else find('locked').hidden = true;
@@ -66,13 +67,14 @@ function connectionChanged(state) {
   isLockedOut(accessToken.headers).then((locked) => {
     if (!locked) return;
     connection.close();
-    lock('This page shows nothing without the robot’s token.');
+    write(label, 'Not connected');
+    lock('This page lacks the robot’s token.');
   });
   hand.cancel();
   keys.forget();
 }
 
-/** Says what this page lacks without the token. @param {string} what */
+/** Shows how to get the token. @param {string} what is missing without it */
 function lock(what) {
   write(find('locked'), `${what} To command the robot, open the whole address that leo run prints: ${location.origin}/?token=… The button Stop works without it.`);
   find('locked').hidden = false;
