@@ -6,7 +6,7 @@
 // PATIENCE_S (default 120).
 import { createServer } from 'node:http';
 import { WebSocket } from 'ws';
-import { visit } from './browser.mjs';
+import { launch, opened, patient } from './browser.mjs';
 
 const url = new URL(process.argv[2]);
 const token = url.searchParams.get('token');
@@ -43,7 +43,11 @@ const upgraded = (path, headers) => new Promise((done, failed) => {
   socket.on('error', failed);
 });
 
-await visit({ browser: { more: ['--disable-3d-apis'] } }, async (page, until) => {
+const browser = await launch({ more: ['--disable-3d-apis'] });
+try {
+  const context = await browser.newContext();
+  const page = await opened(context, {});
+  const until = patient(page);
   const connected = () => until('it is connected', () => document.body.dataset.connection === 'connected'
     && window.leo.cells.get('arming')?.stopped === false);
   await page.goto(url.href);
@@ -79,9 +83,14 @@ await visit({ browser: { more: ['--disable-3d-apis'] } }, async (page, until) =>
   await until('the page says that the robot is stopped', () => /is raised/.test(document.querySelector('#toasts').textContent));
 
   // Another page of the browser opens the printed address: this one recovers.
-  const second = await page.context().newPage();
+  const second = await context.newPage();
   await second.goto(url.href);
   await until('it is connected again', () => document.body.dataset.connection === 'connected' && document.querySelector('#locked').hidden
     && window.leo.cells.get('arming')?.stopped === true);
-});
-other.close();
+} catch (error) {
+  console.error(error.message);
+  process.exitCode = 1;
+} finally {
+  await browser.close();
+  other.close();
+}

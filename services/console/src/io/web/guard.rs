@@ -8,7 +8,7 @@ use std::{fmt, io};
 use axum::extract::{Request, State};
 use axum::http::{HeaderMap, HeaderValue, Method, StatusCode, Uri, header};
 use axum::middleware::Next;
-use axum::response::{IntoResponse as _, Response};
+use axum::response::Response;
 use config::leo::ReadWithoutToken;
 use ring::hmac;
 use subtle::ConstantTimeEq as _;
