@@ -196,6 +196,26 @@ fn the_printed_address_admits_a_browser_and_stopping_needs_no_token() {
 }
 
 #[test]
+fn without_the_token_a_page_only_watches_and_says_how_to_command() {
+    let _alone = alone(&BROWSER);
+    let robot = Robot::configured("watch", |leo| {
+        let setting = "read_without_token = \"nothing\"";
+        assert_eq!(leo.matches(setting).count(), 1, "{leo}");
+        leo.replace(setting, "read_without_token = \"page\"")
+    });
+    played("tests/watch.mjs", &[&address(&robot)]);
+}
+
+#[test]
+fn a_server_at_another_port_receives_only_a_cookie_that_commands_nothing() {
+    let _alone = alone(&BROWSER);
+    let robot = Robot::start("port");
+    if played("tests/other_port.mjs", &[&address(&robot)]).is_some() {
+        assert!(robot.domain().join("emergency-stop").exists());
+    }
+}
+
+#[test]
 fn a_browser_arms_a_robot_that_does_not_arm_by_itself() {
     let _alone = alone(&BROWSER);
     let robot = disarmed("browser-arm");

@@ -38,9 +38,10 @@ export class Body extends Group {
   /**
    * Loads the body.
    * @param {string} address of the URDF
+   * @param {Record<string, string>} headers of the request
    */
-  async load(address) {
-    const answer = await fetch(address);
+  async load(address, headers) {
+    const answer = await fetch(address, { headers });
     if (!answer.ok) throw new Error(`${address}: ${answer.status}`);
     const robot = new URDFLoader().parse(await answer.text());
     robot.traverse((part) => {

@@ -13,18 +13,23 @@ const SILENT_SECONDS = 5;
 /** @typedef {{answer: number, ok?: boolean, error?: string, thing?: string, [key: string]: any}} Answer */
 
 /**
- * The WebSocket address for a page at `location`. The browser sends the token as a cookie.
+ * The WebSocket address for a page at `location`. A browser sends no header of a script with it.
  * @param {{protocol: string, host: string}} location
+ * @param {string | null} token
  */
-export function liveAddress(location) {
+export function liveAddress(location, token) {
   const scheme = location.protocol === 'https:' ? 'wss:' : 'ws:';
-  return `${scheme}//${location.host}/live`;
+  const query = token === null ? '' : `?token=${encodeURIComponent(token)}`;
+  return `${scheme}//${location.host}/live${query}`;
 }
 
-/** Whether this browser has no valid token. If so, a reload shows the notice that explains what to do. */
-export async function isLockedOut() {
+/**
+ * Whether the robot refuses to show anything to this page.
+ * @param {Record<string, string>} headers with the token, if there is one
+ */
+export async function isLockedOut(headers) {
   try {
-    return (await fetch('/', { method: 'HEAD', cache: 'no-store' })).status === 401;
+    return (await fetch('/leo.urdf', { method: 'HEAD', cache: 'no-store', headers })).status === 401;
   } catch {
     return false;
   }
@@ -54,11 +59,13 @@ export class Connection {
   #silence;
   /** @type {State} */
   state = 'connecting';
+  /** Whether Leo refuses commands on this connection. */
+  isReadOnly = false;
 
   /**
    * @param {string} address of the WebSocket
    * @param {(message: any) => void} hear called with each state message
-   * @param {(state: State) => void} tell called when the connection state changes
+   * @param {(state: State) => void} tell called when the connection state or `isReadOnly` changes
    */
   constructor(address, hear, tell) {
     this.#address = address;
@@ -68,6 +75,7 @@ export class Connection {
 
   open() {
     clearTimeout(this.#retry);
+    this.isReadOnly = false;
     const socket = new WebSocket(this.#address);
     this.#socket = socket;
     this.#listen(socket);
@@ -152,6 +160,10 @@ export class Connection {
     const message = JSON.parse(text);
     if ('answer' in message) this.#answer(message);
     else if ('cells' in message) this.#hear(message);
+    else if (message.access === 'read') {
+      this.isReadOnly = true;
+      this.#tell(this.state);
+    }
   }
 
   /** @param {Answer} answer */

@@ -1,4 +1,5 @@
 // The page's entry point: creates and connects its parts.
+import { AccessToken } from './access-token.js';
 import { Arming } from './arming.js';
 import { Beliefs, idOf } from './beliefs.js';
 import { Cells } from './cells.js';
@@ -36,7 +37,9 @@ const cells = new Cells();
 const toasts = new Toasts(find('toasts'));
 // First, so that the stop button works even if something below fails.
 stopButton(toasts);
-const connection = new Connection(liveAddress(location), (message) => cells.apply(message), connectionChanged);
+const accessToken = new AccessToken(() => localStorage);
+accessToken.take(location, history);
+const connection = new Connection(liveAddress(location, accessToken.value), (message) => cells.apply(message), connectionChanged);
 
 /**
  * Sends a request to Leo and shows the error, if any.
@@ -53,14 +56,32 @@ async function ask(what, content) {
 function connectionChanged(state) {
   document.body.dataset.connection = state;
   const words = { connecting: 'Connecting…', connected: 'Connected', lost: 'Not connected. Trying again…' };
-  write(/** @type {Element} */ (find('connection').querySelector('.label')), words[state]);
-  if (state !== 'lost') return;
-  isLockedOut().then((locked) => {
-    if (locked) location.reload();
+  const label = /** @type {Element} */ (find('connection').querySelector('.label'));
+  write(label, words[state]);
+  if (state === 'connected') {
+    if (connection.isReadOnly) lock('This page may only watch the robot.');
+    else find('locked').hidden = true;
+    loadBody();
+    return;
+  }
+  isLockedOut(accessToken.headers).then((locked) => {
+    if (!locked) return;
+    connection.close();
+    write(label, 'Not connected');
+    lock('This page lacks the robot’s token.');
   });
   hand.cancel();
   keys.forget();
 }
+
+/** Shows how to get the token. @param {string} what is missing without it */
+function lock(what) {
+  write(find('locked'), `${what} To command the robot, open the whole address that leo run prints: ${location.origin}/?token=… The button Stop works without it.`);
+  find('locked').hidden = false;
+}
+addEventListener('storage', (event) => {
+  if (!find('locked').hidden && AccessToken.isStored(event)) location.reload();
+});
 
 // The scenes and their views.
 
@@ -418,9 +439,16 @@ matchMedia('(prefers-color-scheme: dark)').addEventListener('change', themeChang
 
 // Leo's body and the connection.
 
-world.body.load('/leo.urdf')
-  .then(() => stage.request())
-  .catch((error) => toasts.show(`Leo's body cannot be shown: ${error.message}`, 'error'));
+let isBodyLoading = false;
+
+/** Loads Leo's body once. */
+function loadBody() {
+  if (isBodyLoading) return;
+  isBodyLoading = true;
+  world.body.load('/leo.urdf', accessToken.headers)
+    .then(() => stage.request())
+    .catch((error) => toasts.show(`Leo's body cannot be shown: ${error.message}`, 'error'));
+}
 connection.open();
 
 probe({ cells, connection, stage, marks, main: main.element, world, chair, hand, look });

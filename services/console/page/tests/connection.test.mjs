@@ -36,20 +36,24 @@ const close = async (made) => {
   await new Promise((done) => made.close(done));
 };
 
-test('the WebSocket is at the host of the page, and encrypted where the page is', () => {
-  assert.equal(liveAddress({ protocol: 'http:', host: 'leo:7780' }), 'ws://leo:7780/live');
-  assert.equal(liveAddress({ protocol: 'https:', host: 'leo' }), 'wss://leo/live');
+test('the WebSocket is at the host of the page, with the token if there is one, and encrypted where the page is', () => {
+  assert.equal(liveAddress({ protocol: 'http:', host: 'leo:7780' }, '4f0c'), 'ws://leo:7780/live?token=4f0c');
+  assert.equal(liveAddress({ protocol: 'https:', host: 'leo' }, null), 'wss://leo/live');
 });
 
 test('a page is locked out where the server says so, and not where it is away', async (t) => {
   const fetched = globalThis.fetch;
   t.after(() => (globalThis.fetch = fetched));
+  const headers = { authorization: 'Bearer 4f0c' };
   for (const [status, locked] of [[401, true], [200, false], [403, false]]) {
-    globalThis.fetch = async () => ({ status });
-    assert.equal(await isLockedOut(), locked);
+    globalThis.fetch = async (address, how) => {
+      assert.deepEqual([address, how.headers], ['/leo.urdf', headers]);
+      return { status };
+    };
+    assert.equal(await isLockedOut(headers), locked);
   }
   globalThis.fetch = () => Promise.reject(new Error('away'));
-  assert.equal(await isLockedOut(), false);
+  assert.equal(await isLockedOut(headers), false);
 });
 
 test('attempts come ever more slowly, up to a bound', () => {
@@ -158,6 +162,19 @@ test('a Leo that says nothing for some seconds is lost and looked for anew, and 
   connection.close();
   pass(60000);
   assert.equal(sockets.length, 2);
+});
+
+test('a connection says that it may only read, and forgets it when it is lost', (t) => {
+  const { connection, sockets, states, pass } = faked(t);
+  sockets[0].open();
+  assert.equal(connection.isReadOnly, false);
+  sockets[0].onmessage({ data: '{"access":"read"}' });
+  assert.deepEqual([connection.isReadOnly, states], [true, ['connected', 'connected']]);
+  sockets[0].onclose();
+  pass(waitBefore(0));
+  sockets[1].open();
+  assert.equal(connection.isReadOnly, false);
+  connection.close();
 });
 
 test('a page that was busy for long hears what came meanwhile before it thinks of Leo as lost', (t) => {

@@ -6,10 +6,11 @@ use std::sync::atomic::Ordering;
 use std::{fmt, io};
 
 use axum::extract::{Request, State};
-use axum::http::{HeaderMap, Method, StatusCode, Uri, header};
+use axum::http::{HeaderMap, HeaderValue, Method, StatusCode, Uri, header};
 use axum::middleware::Next;
-use axum::response::{IntoResponse as _, Response};
+use axum::response::Response;
 use config::leo::ReadWithoutToken;
+use ring::hmac;
 use subtle::ConstantTimeEq as _;
 
 use super::connections::{Class, Connection};
@@ -17,6 +18,8 @@ use super::{Shared, notice};
 
 /// Random bytes of a token.
 const TOKEN_BYTES: usize = 16;
+/// What the token authenticates for the cookie. The cookie's value is this authentication code.
+const COOKIE_PURPOSE: &[u8] = b"cookie of leo's page";
 /// The path that raises the emergency stop; needs no token.
 pub(super) const STOP: &str = "/stop";
 
@@ -28,7 +31,7 @@ impl Token {
     pub(crate) fn new() -> io::Result<Self> {
         let mut bytes = [0_u8; TOKEN_BYTES];
         getrandom::fill(&mut bytes).map_err(|error| io::Error::other(error.to_string()))?;
-        Ok(Self(bytes.iter().map(|byte| format!("{byte:02x}")).collect()))
+        Ok(Self(hexadecimal(&bytes)))
     }
 
     /// Parses a stored token; `None` if malformed.
@@ -45,6 +48,21 @@ impl Token {
     fn is(&self, said: &str) -> bool {
         self.0.as_bytes().ct_eq(said.as_bytes()).into()
     }
+
+    /// The value of the cookie: HMAC-SHA-256 with the token as key. The token cannot be computed from it.
+    fn cookie(&self) -> String {
+        let key = hmac::Key::new(hmac::HMAC_SHA256, self.0.as_bytes());
+        hexadecimal(hmac::sign(&key, COOKIE_PURPOSE).as_ref())
+    }
+
+    /// Constant-time comparison with the cookie.
+    fn is_cookie(&self, said: &str) -> bool {
+        self.cookie().as_bytes().ct_eq(said.as_bytes()).into()
+    }
+}
+
+fn hexadecimal(bytes: &[u8]) -> String {
+    bytes.iter().map(|byte| format!("{byte:02x}")).collect()
 }
 
 impl fmt::Debug for Token {
@@ -118,19 +136,21 @@ pub(super) async fn guard(State(shared): State<Arc<Shared>>, mut request: Reques
                     connection.set_class(Class::Stopping);
                 }
             }
-            if access == Access::Command
-                && let Some(login_response) = asks.login_response(&shared.lock)
-            {
-                return login_response;
-            }
+            let cookie = asks.is_login().then(|| shared.lock.set_cookie());
             request.extensions_mut().insert(access);
-            next.run(request).await
+            let mut response = next.run(request).await;
+            if let Some(Ok(cookie)) = cookie.map(HeaderValue::try_from) {
+                let headers = response.headers_mut();
+                headers.insert(header::SET_COOKIE, cookie);
+                headers.insert(header::CACHE_CONTROL, HeaderValue::from_static("no-store"));
+            }
+            response
         }
         Err(why) => {
             shared.counts.refused.fetch_add(1, Ordering::Relaxed);
             let mut refused = notice::answer(asks.headers, why.status(), why.heading(), why.words());
             // Close the connection, so that its slot is free at once.
-            refused.headers_mut().insert(header::CONNECTION, header::HeaderValue::from_static("close"));
+            refused.headers_mut().insert(header::CONNECTION, HeaderValue::from_static("close"));
             refused
         }
     }
@@ -149,6 +169,11 @@ impl AccessPolicy {
     fn cookie_name(&self) -> String {
         format!("leo_{}", self.port)
     }
+
+    /// The header value that stores the cookie in a browser.
+    fn set_cookie(&self) -> String {
+        format!("{}={}; Path=/; HttpOnly; SameSite=Strict", self.cookie_name(), self.token.cookie())
+    }
 }
 
 /// The parts of a request that decide on its access.
@@ -160,12 +185,13 @@ struct AccessRequest<'a> {
 
 impl AccessRequest<'_> {
     fn access(&self, lock: &AccessPolicy) -> Result<Access, Refusal> {
-        let said = self.token(lock);
+        let said = self.token();
         let is_known = said.is_some_and(|said| lock.token.is(said));
+        let has_cookie = self.cookie(&lock.cookie_name()).is_some_and(|said| lock.token.is_cookie(said));
         let host = host(self.headers, self.uri).ok_or(Refusal::NoHost)?;
         // DNS rebinding: a foreign site whose name resolves to this machine would count as same-origin.
-        // Such a request has no token.
-        if !is_known && !is_own_name(host) {
+        // Such a request has neither the token nor the cookie.
+        if !is_known && !has_cookie && !is_own_name(host) {
             return Err(Refusal::OtherHost);
         }
         if let Some(origin) = text(self.headers, header::ORIGIN)
@@ -173,7 +199,7 @@ impl AccessRequest<'_> {
         {
             return Err(Refusal::OtherOrigin);
         }
-        // The cookie is also sent by a page on another port of this host; browsers mark such requests as same-site.
+        // A page on another port of this host may ask too; browsers mark such requests as same-site.
         let is_plain = self.method.is_safe() && self.uri.path() != "/live";
         let site = self.headers.get("sec-fetch-site").and_then(|site| site.to_str().ok());
         if !is_plain && matches!(site, Some("cross-site" | "same-site")) {
@@ -182,11 +208,15 @@ impl AccessRequest<'_> {
         if is_known {
             return Ok(Access::Command);
         }
+        let is_page_open = lock.open == ReadWithoutToken::Page;
         let is_open = match self.uri.path() {
             // The notice shown without a token uses the page's style sheet.
             "/page.css" | STOP => true,
             "/metrics" => lock.open != ReadWithoutToken::Nothing,
-            "/" | "/page.js" | "/leo.urdf" | "/live" => lock.open == ReadWithoutToken::Page,
+            // The script would store a wrong token of the address.
+            "/" => (has_cookie || is_page_open) && self.token_of_address().is_none(),
+            "/page.js" => has_cookie || is_page_open,
+            "/leo.urdf" | "/live" => is_page_open,
             _ => false,
         };
         match (is_open, said) {
@@ -200,13 +230,18 @@ impl AccessRequest<'_> {
         self.uri.path() == STOP && self.method == Method::POST
     }
 
-    /// The token of the request: from the query, the authorization header, or the cookie.
-    fn token(&self, lock: &AccessPolicy) -> Option<&str> {
+    /// Whether this is the printed address with the right token, if the request is permitted at all.
+    fn is_login(&self) -> bool {
+        self.uri.path() == "/" && self.token_of_address().is_some()
+    }
+
+    /// The token of the request: from the query, or the authorization header.
+    fn token(&self) -> Option<&str> {
         let bearer = || {
             let (scheme, token) = text(self.headers, header::AUTHORIZATION)?.split_once(' ')?;
             scheme.eq_ignore_ascii_case("bearer").then_some(token)
         };
-        self.token_of_address().or_else(bearer).or_else(|| self.cookie(&lock.cookie_name()))
+        self.token_of_address().or_else(bearer)
     }
 
     fn token_of_address(&self) -> Option<&str> {
@@ -219,32 +254,6 @@ impl AccessRequest<'_> {
         let mut pairs =
             cookies.flat_map(|cookies| cookies.split(';')).filter_map(|pair| pair.trim().split_once('='));
         pairs.find(|(known, _)| *known == name).map(|(_, value)| value)
-    }
-
-    /// The response to the address with the token: stores the token in a cookie and redirects to the address
-    /// without it.
-    fn login_response(&self, lock: &AccessPolicy) -> Option<Response> {
-        let query = self.uri.query()?;
-        self.token_of_address()?;
-        if self.uri.path() != "/" {
-            return None;
-        }
-        let others: Vec<&str> = query.split('&').filter(|pair| !pair.starts_with("token=")).collect();
-        let clean = if others.is_empty() { "/".to_owned() } else { format!("/?{}", others.join("&")) };
-        let cookie =
-            format!("{}={}; Path=/; HttpOnly; SameSite=Strict", lock.cookie_name(), lock.token.as_str());
-        let headers = [
-            (header::SET_COOKIE, cookie),
-            (header::CACHE_CONTROL, "no-store".to_owned()),
-            (header::REFERRER_POLICY, "no-referrer".to_owned()),
-        ];
-        // After a cross-site navigation a browser omits the cookie on a redirect, but sends it on a refresh.
-        let site = self.headers.get("sec-fetch-site").and_then(|site| site.to_str().ok());
-        Some(if site == Some("cross-site") {
-            (headers, [("refresh", format!("0; url={clean}"))]).into_response()
-        } else {
-            (StatusCode::SEE_OTHER, headers, [(header::LOCATION, clean)]).into_response()
-        })
     }
 }
 

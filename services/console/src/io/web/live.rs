@@ -22,6 +22,8 @@ use crate::state_store::StateStore;
 
 /// Maximum size of a page's message, in bytes.
 const MESSAGE_MOST: usize = 4096;
+/// The first message to a page without the token.
+const READ_ACCESS: &str = r#"{"access":"read"}"#;
 /// The answer to a command of a page without the token.
 const READ_ONLY: &str =
     "this page may only watch and stop the robot: open the whole address that `leo run` prints";
@@ -142,6 +144,9 @@ impl Page<'_> {
     }
 
     async fn run_session(&mut self, mut answers: mpsc::Receiver<String>) -> Result<Infallible, End> {
+        if self.access == Access::Read {
+            self.send(Message::text(READ_ACCESS)).await?;
+        }
         let mut shows = interval(MIN_UPDATE_INTERVAL);
         shows.set_missed_tick_behavior(MissedTickBehavior::Delay);
         // The first message is the full state, so the first heartbeat comes one interval later.

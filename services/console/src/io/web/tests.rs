@@ -61,6 +61,21 @@ fn got(web: &Web, request: &str) -> String {
     answered(stream)
 }
 
+/// The cookie that the printed address sets, as a header line.
+fn cookie(web: &Web) -> String {
+    let page = got(web, &request(web, &format!("GET /?token={}", parts(web).1), ""));
+    let line = page.lines().find_map(|line| line.strip_prefix("set-cookie: ")).expect("a cookie");
+    format!("Cookie: {}\r\n", line.split(';').next().unwrap())
+}
+
+/// The head of a request that opens a page's WebSocket.
+fn upgrade(host: &str, query: &str, more: &str) -> String {
+    format!(
+        "GET /live{query} HTTP/1.1\r\nHost: {host}\r\nConnection: Upgrade\r\nUpgrade: websocket\r\n\
+         Sec-WebSocket-Version: 13\r\nSec-WebSocket-Key: dGhlIHNhbXBsZSBub25jZQ==\r\n{more}\r\n"
+    )
+}
+
 fn opened(web: &Web) -> WebSocket<TcpStream> {
     let (host, token) = parts(web);
     opened_as(&host, &format!("?token={token}")).unwrap()
@@ -137,17 +152,14 @@ fn without_the_token_every_address_refuses_and_counts() {
     for address in ["127.0.0.1:0", "0.0.0.0:0"] {
         let web = Web::serve(Serving { address: address.parse().unwrap(), ..serving(ENDLESS) }).unwrap();
         let (host, token) = parts(&web);
-        let upgrade = "Upgrade: websocket\r\nSec-WebSocket-Version: 13\r\n\
-                       Sec-WebSocket-Key: dGhlIHNhbXBsZSBub25jZQ==\r\n";
         let asked = |path: &str, query: &str| {
-            let (connection, more) = if path == "/live" { ("Upgrade", upgrade) } else { ("close", "") };
+            let asks = match path {
+                "/live" => upgrade(&host, query, ""),
+                _ => request(&web, &format!("GET {path}{query}"), ""),
+            };
             let mut stream = TcpStream::connect(&host).unwrap();
             stream.set_read_timeout(Some(LONG)).unwrap();
-            write!(
-                stream,
-                "GET {path}{query} HTTP/1.1\r\nHost: {host}\r\nConnection: {connection}\r\n{more}\r\n"
-            )
-            .unwrap();
+            stream.write_all(asks.as_bytes()).unwrap();
             let mut answer = [0; 12];
             stream.read_exact(&mut answer).unwrap();
             String::from_utf8_lossy(&answer).into_owned()
@@ -168,8 +180,6 @@ fn without_the_token_every_address_refuses_and_counts() {
             }
             let said = match path {
                 "/live" => "HTTP/1.1 101",
-                // Redirected to the address without the token.
-                "/" => "HTTP/1.1 303",
                 _ => "HTTP/1.1 200",
             };
             assert_eq!(asked(path, &format!("?token={token}")), said, "{path}");
@@ -180,23 +190,65 @@ fn without_the_token_every_address_refuses_and_counts() {
 }
 
 #[test]
-fn a_browser_gets_the_token_as_cookie_and_a_redirect() {
+fn the_printed_address_gives_the_page_and_a_cookie_without_the_token() {
     let web = served(ENDLESS);
     let (host, token) = parts(&web);
     let port = host.rsplit_once(':').unwrap().1;
-    let cookie = format!("set-cookie: leo_{port}={token}; Path=/; HttpOnly; SameSite=Strict\r\n");
-    let entered = got(&web, &request(&web, &format!("GET /?a=b&token={token}&c=d"), ""));
-    assert!(entered.starts_with("HTTP/1.1 303"), "{entered}");
-    for said in [cookie.as_str(), "location: /?a=b&c=d\r\n", "cache-control: no-store\r\n"] {
-        assert!(entered.contains(said), "{said}: {entered}");
+    for from in ["none", "cross-site"] {
+        let site = format!("Sec-Fetch-Site: {from}\r\n");
+        let page = got(&web, &request(&web, &format!("GET /?a=b&token={token}&c=d"), &site));
+        assert!(page.starts_with("HTTP/1.1 200"), "{page}");
+        let cookie = page.lines().find(|line| line.starts_with("set-cookie: ")).unwrap();
+        assert!(cookie.starts_with(&format!("set-cookie: leo_{port}=")), "{cookie}");
+        assert!(cookie.ends_with("; Path=/; HttpOnly; SameSite=Strict"), "{cookie}");
+        assert!(page.contains("cache-control: no-store\r\n") && !page.contains(&token), "{page}");
     }
-    // After a cross-site navigation a browser sends no cookie on a redirect.
-    let entered =
-        got(&web, &request(&web, &format!("GET /?token={token}"), "Sec-Fetch-Site: cross-site\r\n"));
-    assert!(entered.starts_with("HTTP/1.1 200") && entered.contains("refresh: 0; url=/\r\n"), "{entered}");
-    assert!(entered.contains(&cookie), "{entered}");
-    let page = got(&web, &request(&web, "GET /", &format!("Cookie: leo_{port}={token}\r\n")));
+    let page = got(&web, &request(&web, "GET /", &cookie(&web)));
     assert!(page.starts_with("HTTP/1.1 200") && !page.contains("set-cookie"), "{page}");
+}
+
+#[test]
+fn the_cookie_alone_neither_reads_nor_commands() {
+    let domain = tempfile::tempdir().unwrap();
+    let serve =
+        |open| Web::serve(Serving { domain: domain.path().to_owned(), open, ..serving(ENDLESS) }).unwrap();
+    let web = serve(ReadWithoutToken::Nothing);
+    let cookie_line = cookie(&web);
+    let value = cookie_line.trim_end().split_once('=').unwrap().1;
+    let bearer = format!("{cookie_line}Authorization: Bearer {value}\r\n");
+    assert!(got(&web, &request(&web, "GET /page.js", &cookie_line)).starts_with("HTTP/1.1 200"));
+    for more in [cookie_line.as_str(), &bearer] {
+        for path in ["/metrics", "/leo.urdf"] {
+            let answer = got(&web, &request(&web, &format!("GET {path}"), more));
+            assert!(answer.starts_with("HTTP/1.1 401") && !answer.contains("<robot/>"), "{path}: {answer}");
+        }
+        for query in [String::new(), format!("?token={value}")] {
+            let answer = got(&web, &upgrade(&host(&web), &query, more));
+            assert!(answer.starts_with("HTTP/1.1 401"), "{query}: {answer}");
+        }
+    }
+    assert_eq!((web.open(), web.refused()), (0, 8));
+    let stopped = got(&web, &request(&web, "POST /stop", &cookie_line));
+    assert!(stopped.starts_with("HTTP/1.1 200"), "{stopped}");
+
+    // Where reading is open, the cookie reads no more than any client, and commands nothing.
+    let web = serve(ReadWithoutToken::Page);
+    let host = host(&web);
+    let stream = TcpStream::connect(&host).unwrap();
+    stream.set_read_timeout(Some(LONG)).unwrap();
+    let mut request = format!("ws://{host}/live").into_client_request().unwrap();
+    let value = cookie(&web).trim_end().strip_prefix("Cookie: ").unwrap().parse().unwrap();
+    request.headers_mut().insert("cookie", value);
+    let (mut reader, _) = tungstenite::client(request, stream).unwrap();
+    assert_eq!(heard(&mut reader)["access"], "read");
+    reader.send(Message::text(r#"{"do":"arm","id":5}"#)).unwrap();
+    let answer = std::iter::repeat_with(|| heard(&mut reader)).find(|said| said["answer"] == 5).unwrap();
+    assert!(answer["error"].as_str().unwrap().contains("`leo run` prints"), "{answer}");
+    assert!(web.pending_requests.is_empty());
+    // With the token, the same act is passed on to the robot.
+    let mut page = opened(&web);
+    page.send(Message::text(r#"{"do":"arm","id":6}"#)).unwrap();
+    assert_eq!(web.pending_requests.recv_timeout(LONG).unwrap().id, Some(6));
 }
 
 #[test]
@@ -252,6 +304,7 @@ fn without_the_token_a_page_only_reads_if_allowed() {
     web.shared.state_store().put("cell", &1);
     let host = host(&web);
     let mut reader = opened_as(&host, "").unwrap();
+    assert_eq!(heard(&mut reader)["access"], "read");
     assert_eq!(heard(&mut reader)["cells"]["cell"], 1);
     for page_request in
         [r#"{"do":"arm","id":5}"#, r#"{"do":"undo","id":6}"#, r#"{"do":"record","id":7,"on":true}"#]
@@ -448,10 +501,7 @@ fn a_closed_page_releases_its_hand_even_if_the_queue_is_full() {
 fn the_number_of_pages_is_bounded_under_concurrent_opens() {
     let web = served(ENDLESS);
     let (host, token) = parts(&web);
-    let request = format!(
-        "GET /live?token={token} HTTP/1.1\r\nHost: {host}\r\nConnection: Upgrade\r\nUpgrade: websocket\r\n\
-         Sec-WebSocket-Version: 13\r\nSec-WebSocket-Key: dGhlIHNhbXBsZSBub25jZQ==\r\n\r\n"
-    );
+    let request = upgrade(&host, &format!("?token={token}"), "");
     let mut pages: Vec<TcpStream> = (0..80).map(|_| TcpStream::connect(&host).unwrap()).collect();
     for page in &mut pages {
         page.write_all(request.as_bytes()).unwrap();

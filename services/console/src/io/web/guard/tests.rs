@@ -24,8 +24,13 @@ fn got(lock: &AccessPolicy, path: &str, more: &[(&'static str, String)]) -> Resu
     asked(lock, &Method::GET, "127.0.0.1:7780", path, more)
 }
 
+/// The cookie of the lock's page, as a header field.
+fn cookie(lock: &AccessPolicy) -> (&'static str, String) {
+    ("cookie", format!("leo_7780={}", lock.token.cookie()))
+}
+
 #[test]
-fn the_token_comes_from_address_header_or_this_ports_cookie() {
+fn the_token_comes_from_the_address_or_the_header_only() {
     let lock = lock(ReadWithoutToken::Nothing);
     let token = lock.token.as_str();
     for path in ["/", "/live", "/metrics", "/leo.urdf"] {
@@ -37,9 +42,7 @@ fn the_token_comes_from_address_header_or_this_ports_cookie() {
             ("authorization", format!("bearer {token}"), Ok(Access::Command)),
             ("authorization", format!("Bearer {}", &token[1..]), Err(Refusal::WrongToken)),
             ("authorization", format!("Basic {token}"), Err(Refusal::NoToken)),
-            ("cookie", format!("a=b; leo_7780={token}; c=d"), Ok(Access::Command)),
-            ("cookie", format!("leo_7781={token}"), Err(Refusal::NoToken)),
-            ("cookie", "leo_7780=".to_owned(), Err(Refusal::WrongToken)),
+            ("cookie", format!("leo_7780={token}"), Err(Refusal::NoToken)),
         ] {
             assert_eq!(got(&lock, path, &[(name, value.clone())]), access, "{path} {name}: {value}");
         }
@@ -47,6 +50,39 @@ fn the_token_comes_from_address_header_or_this_ports_cookie() {
     assert_eq!(got(&lock, "/page.css", &[]), Ok(Access::Read));
     assert_ne!(token, Token::new().unwrap().as_str());
     assert_eq!(format!("{:?}", lock.token), "Token(..)");
+}
+
+#[test]
+fn the_cookie_opens_the_pages_files_and_nothing_else() {
+    let lock = lock(ReadWithoutToken::Nothing);
+    let value = lock.token.cookie();
+    for path in ["/", "/page.js"] {
+        for (cookie, access) in [
+            (format!("a=b; leo_7780={value}; c=d"), Ok(Access::Read)),
+            (format!("leo_7781={value}"), Err(Refusal::NoToken)),
+            (format!("leo_7780={}", &value[1..]), Err(Refusal::NoToken)),
+            ("leo_7780=".to_owned(), Err(Refusal::NoToken)),
+        ] {
+            assert_eq!(got(&lock, path, &[("cookie", cookie.clone())]), access, "{path} {cookie}");
+        }
+    }
+    for path in ["/live", "/metrics", "/leo.urdf", "/other"] {
+        assert_eq!(got(&lock, path, &[cookie(&lock)]), Err(Refusal::NoToken), "{path}");
+        let as_token = format!("{path}?token={value}");
+        assert_eq!(got(&lock, &as_token, &[cookie(&lock)]), Err(Refusal::WrongToken), "{path}");
+    }
+    // A proxy may serve the page under a public name: the stop button works there without the script.
+    let stop = |more: &[_]| asked(&lock, &Method::POST, "leo.example", STOP, more);
+    assert_eq!(stop(&[]), Err(Refusal::OtherHost));
+    assert_eq!(stop(&[cookie(&lock)]), Ok(Access::Read));
+}
+
+#[test]
+fn an_address_with_a_wrong_token_is_refused_even_if_reading_is_open() {
+    let lock = lock(ReadWithoutToken::Page);
+    assert_eq!(got(&lock, "/?token=0", &[cookie(&lock)]), Err(Refusal::WrongToken));
+    // A page that stored an old token still reads.
+    assert_eq!(got(&lock, "/live?token=0", &[cookie(&lock)]), Ok(Access::Read));
 }
 
 #[test]
@@ -86,18 +122,21 @@ fn only_this_machines_own_pages_may_ask_without_the_token() {
 #[test]
 fn a_page_of_another_origin_commands_nothing_despite_the_cookie() {
     let lock = lock(ReadWithoutToken::Nothing);
-    let cookie = ("cookie", format!("leo_7780={}", lock.token.as_str()));
     let site = |site: &str| ("sec-fetch-site", site.to_owned());
-    for (method, path) in [(Method::GET, "/live"), (Method::POST, "/stop")] {
+    let other = ("origin", "http://127.0.0.1:9999".to_owned());
+    // Even a page that has the token is refused.
+    let known = ("authorization", format!("Bearer {}", lock.token.as_str()));
+    for (method, path) in [(Method::GET, "/live"), (Method::POST, STOP)] {
         let asked = |more: &[_]| asked(&lock, &method, "127.0.0.1:7780", path, more);
         for from in ["same-origin", "none"] {
-            assert_eq!(asked(&[cookie.clone(), site(from)]), Ok(Access::Command), "{path} {from}");
+            assert_eq!(asked(&[known.clone(), site(from)]), Ok(Access::Command), "{path} {from}");
         }
-        for from in ["cross-site", "same-site"] {
-            assert_eq!(asked(&[cookie.clone(), site(from)]), Err(Refusal::OtherOrigin), "{path} {from}");
+        for has in [known.clone(), cookie(&lock)] {
+            for from in ["cross-site", "same-site"] {
+                assert_eq!(asked(&[has.clone(), site(from)]), Err(Refusal::OtherOrigin), "{path} {from}");
+            }
+            assert_eq!(asked(&[has, other.clone()]), Err(Refusal::OtherOrigin), "{path}");
         }
-        let other = ("origin", "http://127.0.0.1:9999".to_owned());
-        assert_eq!(asked(&[cookie.clone(), other]), Err(Refusal::OtherOrigin), "{path}");
     }
 }
 
