@@ -5,6 +5,7 @@ use std::collections::{BTreeMap, VecDeque};
 
 use clock::{Duration, Instant};
 use message::{Belief, BeliefHead, Event, EventKind, JointGoal, Utterance};
+use motion::{Face, Skill};
 use tasks::{Example, Language, Learned, Noise, OnConflict, Prior, Snapshot, Task, key};
 
 use crate::evaluation::Evaluation;
@@ -13,7 +14,7 @@ use crate::question::Question;
 use crate::report::{describe_view, goal_phrase, replay_events};
 use crate::teaching::Teaching;
 use crate::views::{Continuity, Views};
-use crate::{Body, Motion, Skill, Vocabulary, answers};
+use crate::{Body, Motion, Vocabulary, answers};
 use quantity::number::{counted, saturating_u32};
 use utterance_queue::{PendingSentence, Timing};
 
@@ -248,10 +249,10 @@ impl<B: Body> Learner<B> {
     }
 
     /// Shows a face, unless a performance needs the body.
-    fn show(&mut self, now: Instant, face: Skill, present_rad: &[Option<f64>]) {
+    fn show(&mut self, now: Instant, face: Face, present_rad: &[Option<f64>]) {
         if self.performance.is_none() {
             self.has_started_body = true;
-            self.body.begin(now, face, present_rad);
+            self.body.begin(now, Skill::Show(face), present_rad);
         }
     }
 
@@ -294,7 +295,7 @@ impl<B: Body> Learner<B> {
             known => format!(" for one more example of {name}, beside the {known} that I have"),
         };
         say(output, &name, &format!("I am watching{beside}; say \"{name} is done\" at the end"));
-        self.show(now, Skill::Attentive, present_rad);
+        self.show(now, Face::Attentive, present_rad);
     }
 
     /// Ends the demonstration of the task with one of these names; the last one is the name without courtesy words.

@@ -8,10 +8,11 @@ use std::collections::BTreeMap;
 
 use clock::{Duration, Instant};
 use message::{Event, EventKind};
+use motion::{Face, Skill};
 use tasks::{Learned, Object, Snapshot};
 
 use crate::vocabulary::Vocabulary;
-use crate::{Body, Motion, Skill};
+use crate::{Body, Motion};
 use arrangement_plan::ArrangementPlan;
 use rule_plan::RulePlan;
 
@@ -208,8 +209,8 @@ impl Performance {
 
     /// Shows the face for complete or incomplete success.
     fn end<B: Body>(&self, is_all: bool, context: &mut StepContext<'_, B>) -> Option<Self> {
-        let mood = if is_all && self.failed == 0 { Skill::Pleased } else { Skill::Puzzled };
-        context.body.begin(context.now, mood, context.present_rad);
+        let face = if is_all && self.failed == 0 { Face::Pleased } else { Face::Puzzled };
+        context.body.begin(context.now, Skill::Show(face), context.present_rad);
         None
     }
 

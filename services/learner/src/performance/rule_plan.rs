@@ -1,11 +1,11 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use geometry::Position;
+use motion::Skill;
 use quantity::number::{counted, saturating_u32};
 use tasks::{Learned, Object, Rule, Snapshot, describe_object, listed};
 
 use super::{HalfHeights, Plan, SAME_PLACE_M, Step, half_height_m};
-use crate::Skill;
 use crate::report::{expectation, with_expectation};
 use crate::vocabulary::{Insertion, Vocabulary, no_skill};
 

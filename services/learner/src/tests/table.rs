@@ -11,9 +11,10 @@ use geometry::{Base, Person, Pose, Position};
 use message::{
     Belief, BeliefHead, Event, EventKind, Feature, Header, JointGoal, NOBODY, Remembered, Text, Utterance,
 };
+use motion::Skill;
 use tasks::{OnConflict, Task, key};
 
-use crate::{Body, Input, Kept, Learner, Motion, Output, Settings, Skill, Vocabulary};
+use crate::{Body, Input, Kept, Learner, Motion, Output, Settings, Vocabulary};
 
 const STEP: Duration = Duration::from_millis(10);
 /// Height to which the teacher lifts a peg, in metres.
