@@ -51,7 +51,7 @@ pub(super) type Failed = Box<dyn std::error::Error>;
 pub(super) struct Peers {
     pub(super) keys: Keys,
     compatibility: Compatibility,
-    incoming: crossbeam::channel::Sender<Message>,
+    incoming: crossbeam_channel::Sender<Message>,
     pub(super) connected: RefCell<BTreeMap<usize, Peer>>,
     /// Logged warnings and their times.
     said: RefCell<BTreeMap<String, Instant>>,
@@ -69,7 +69,7 @@ pub(super) async fn carry(
     compatibility: Compatibility,
     listen: Vec<Address>,
     connect: Vec<Address>,
-    incoming: crossbeam::channel::Sender<Message>,
+    incoming: crossbeam_channel::Sender<Message>,
     mut outgoing: mpsc::Receiver<(MessageKind, Vec<u8>)>,
 ) {
     let (connected, said) = (RefCell::default(), RefCell::default());
