@@ -7,6 +7,7 @@ use std::fmt;
 
 use iceoryx2::port::reader::{EntryHandle, Reader};
 use iceoryx2::port::writer::{EntryHandleMut, Writer};
+use iceoryx2::prelude::ZeroCopySend;
 use iceoryx2::service::ipc::Service;
 use iceoryx2::service::port_factory::blackboard::PortFactory;
 use message::{Buses, Health, Joints, LinkHealth, Perspectives, Process, Roster, Sources};
@@ -19,139 +20,118 @@ const KEY: u64 = 0;
 /// Maximum number of readers: supervisor, live table, metrics, tests; for the roster also every process of the robot.
 const MAX_READERS: usize = 32;
 
-macro_rules! board {
-    ($(#[$writer_doc:meta])* $writer:ident, $(#[$reader_doc:meta])* $reader:ident: $value:ty as $name:literal) => {
-        $(#[$writer_doc])*
-        pub struct $writer {
-            entry: EntryHandleMut<Service, u64, $value>,
-            _writer: Writer<Service, u64>,
-            _board: PortFactory<Service, u64>,
-        }
-
-        impl $writer {
-            /// Creates the board of one incarnation of a process.
-            ///
-            /// # Errors
-            ///
-            /// The board exists already, or shared memory is exhausted.
-            pub fn create(node: &Node, process: Process, incarnation: u64) -> Result<Self, PortError> {
-                let name = board_name($name, process, incarnation);
-                let failed = |reason: &dyn fmt::Debug| PortError::new(&name, "writing", reason);
-                let board = node
-                    .raw()
-                    .service_builder(&service_name(&name, "writing")?)
-                    .blackboard_creator::<u64>()
-                    .max_readers(MAX_READERS)
-                    .max_nodes(MAX_READERS)
-                    .add_with_default::<$value>(KEY)
-                    .create()
-                    .map_err(|error| failed(&error))?;
-                let writer = board.writer_builder().create().map_err(|error| failed(&error))?;
-                let entry = writer.entry::<$value>(&KEY).map_err(|error| failed(&error))?;
-                Ok(Self { entry, _writer: writer, _board: board })
-            }
-
-            /// Publishes a value. No system call, no lock, no allocation.
-            pub fn write(&mut self, value: &$value) {
-                self.entry.update_with_copy(*value);
-            }
-        }
-
-        impl fmt::Debug for $writer {
-            fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
-                out.write_str(stringify!($writer))
-            }
-        }
-
-        $(#[$reader_doc])*
-        pub struct $reader {
-            entry: EntryHandle<Service, u64, $value>,
-            _reader: Reader<Service, u64>,
-            _board: PortFactory<Service, u64>,
-        }
-
-        impl $reader {
-            /// Opens the board of one incarnation of a process.
-            ///
-            /// # Errors
-            ///
-            /// The board does not exist (yet), or has too many readers.
-            pub fn open(node: &Node, process: Process, incarnation: u64) -> Result<Self, PortError> {
-                let name = board_name($name, process, incarnation);
-                let failed = |reason: &dyn fmt::Debug| PortError::new(&name, "reading", reason);
-                let board = node
-                    .raw()
-                    .service_builder(&service_name(&name, "reading")?)
-                    .blackboard_opener::<u64>()
-                    .open()
-                    .map_err(|error| failed(&error))?;
-                let reader = board.reader_builder().create().map_err(|error| failed(&error))?;
-                let entry = reader.entry::<$value>(&KEY).map_err(|error| failed(&error))?;
-                Ok(Self { entry, _reader: reader, _board: board })
-            }
-
-            /// The last published value.
-            #[must_use]
-            pub fn read(&self) -> $value {
-                *self.entry.get()
-            }
-        }
-
-        impl fmt::Debug for $reader {
-            fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
-                out.write_str(stringify!($reader))
-            }
-        }
-    };
+/// The content of a board.
+pub trait Board: Copy + Default + fmt::Debug + ZeroCopySend + 'static {
+    /// The first part of the names of its boards.
+    const NAME: &'static str;
 }
 
-board!(
-    /// Writes the health of one incarnation of a process.
-    HealthWriter,
-    /// Reads the health of one incarnation of a process.
-    HealthReader: Health as "health"
-);
-board!(
-    /// Writes the roster: the newest incarnation of each process, and which process may publish. Writer: supervisor.
-    RosterWriter,
-    /// Reads the roster: the newest incarnation of each process, and which process may publish.
-    RosterReader: Roster as "roster"
-);
+/// Writes a board of one incarnation of a process.
+pub struct BoardWriter<T: Board> {
+    entry: EntryHandleMut<Service, u64, T>,
+    _writer: Writer<Service, u64>,
+    _board: PortFactory<Service, u64>,
+}
 
-board!(
-    /// Writes the counters of the sources. Writer: sensor.
-    SourcesWriter,
-    /// Reads the counters of the sources.
-    SourcesReader: Sources as "sources"
-);
+impl<T: Board> BoardWriter<T> {
+    /// Creates the board of one incarnation of a process.
+    ///
+    /// # Errors
+    ///
+    /// The board exists already, or shared memory is exhausted.
+    pub fn create(node: &Node, process: Process, incarnation: u64) -> Result<Self, PortError> {
+        let name = board_name(T::NAME, process, incarnation);
+        let failed = |reason: &dyn fmt::Debug| PortError::new(&name, "writing", reason);
+        let board = node
+            .raw()
+            .service_builder(&service_name(&name, "writing")?)
+            .blackboard_creator::<u64>()
+            .max_readers(MAX_READERS)
+            .max_nodes(MAX_READERS)
+            .add_with_default::<T>(KEY)
+            .create()
+            .map_err(|error| failed(&error))?;
+        let writer = board.writer_builder().create().map_err(|error| failed(&error))?;
+        let entry = writer.entry::<T>(&KEY).map_err(|error| failed(&error))?;
+        Ok(Self { entry, _writer: writer, _board: board })
+    }
 
-board!(
-    /// Writes the health of the servo buses. Writer: motor.
-    BusesWriter,
-    /// Reads the health of the servo buses.
-    BusesReader: Buses as "buses"
-);
+    /// Publishes a value. No system call, no lock, no allocation.
+    pub fn write(&mut self, value: &T) {
+        self.entry.update_with_copy(*value);
+    }
+}
 
-board!(
-    /// Writes the joint states. Writer: motor.
-    JointsWriter,
-    /// Reads the joint states.
-    JointsReader: Joints as "joints"
-);
+impl<T: Board> fmt::Debug for BoardWriter<T> {
+    fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(out, "BoardWriter({})", T::NAME)
+    }
+}
 
-board!(
-    /// Writes the counters of the perspectives. Writer: belief.
-    PerspectivesWriter,
-    /// Reads the counters of the perspectives.
-    PerspectivesReader: Perspectives as "perspectives"
-);
+/// Reads a board of one incarnation of a process.
+pub struct BoardReader<T: Board> {
+    entry: EntryHandle<Service, u64, T>,
+    _reader: Reader<Service, u64>,
+    _board: PortFactory<Service, u64>,
+}
 
-board!(
-    /// Writes the health of the link to another machine. Writer: link.
-    LinkWriter,
-    /// Reads the health of the link to another machine.
-    LinkReader: LinkHealth as "link"
-);
+impl<T: Board> BoardReader<T> {
+    /// Opens the board of one incarnation of a process.
+    ///
+    /// # Errors
+    ///
+    /// The board does not exist (yet), or has too many readers.
+    pub fn open(node: &Node, process: Process, incarnation: u64) -> Result<Self, PortError> {
+        let name = board_name(T::NAME, process, incarnation);
+        let failed = |reason: &dyn fmt::Debug| PortError::new(&name, "reading", reason);
+        let board = node
+            .raw()
+            .service_builder(&service_name(&name, "reading")?)
+            .blackboard_opener::<u64>()
+            .open()
+            .map_err(|error| failed(&error))?;
+        let reader = board.reader_builder().create().map_err(|error| failed(&error))?;
+        let entry = reader.entry::<T>(&KEY).map_err(|error| failed(&error))?;
+        Ok(Self { entry, _reader: reader, _board: board })
+    }
+
+    /// The last published value.
+    #[must_use]
+    pub fn read(&self) -> T {
+        *self.entry.get()
+    }
+}
+
+impl<T: Board> fmt::Debug for BoardReader<T> {
+    fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(out, "BoardReader({})", T::NAME)
+    }
+}
+
+macro_rules! boards {
+    ($($value:ident as $name:literal: $writer:ident, $reader:ident;)+) => {$(
+        impl Board for $value {
+            const NAME: &'static str = $name;
+        }
+
+        #[doc = concat!("Writes the board `", $name, "`.")]
+        pub type $writer = BoardWriter<$value>;
+        #[doc = concat!("Reads the board `", $name, "`.")]
+        pub type $reader = BoardReader<$value>;
+    )+};
+}
+
+boards! {
+    Health as "health": HealthWriter, HealthReader;
+    // The newest incarnation of each process, and which process may publish. Writer: supervisor.
+    Roster as "roster": RosterWriter, RosterReader;
+    Sources as "sources": SourcesWriter, SourcesReader;
+    Buses as "buses": BusesWriter, BusesReader;
+    Joints as "joints": JointsWriter, JointsReader;
+    Perspectives as "perspectives": PerspectivesWriter, PerspectivesReader;
+    // Of the link to another machine.
+    LinkHealth as "link": LinkWriter, LinkReader;
+}
 
 fn board_name(name: &str, process: Process, incarnation: u64) -> String {
     format!("{name}/{process}/{incarnation}")
