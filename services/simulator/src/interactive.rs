@@ -187,7 +187,7 @@ impl World {
         if is_elsewhere {
             self.remember(&taken);
         }
-        self.carry(now, &taken, rest.pose, rest.seat);
+        self.set_down(now, &taken, rest.pose, rest.seat);
         if is_elsewhere {
             let takes = now.since(taken.at) + SETTLE_TIME;
             self.state.recorder.note(taken.by, taken.at, Act::Move { object: taken.index, to, takes });
@@ -213,11 +213,11 @@ impl World {
     fn return_held(&mut self, now: Instant, taken: HeldThing) {
         let rest = self.state.at_rest().into_iter().nth(taken.index);
         let (pose, seat) = rest.map_or((taken.from, taken.seat), |rest| (rest.pose, rest.seat));
-        self.carry(now, &taken, pose, seat);
+        self.set_down(now, &taken, pose, seat);
     }
 
     /// Carries what a hand holds to a place, where it comes to rest; the hand is empty.
-    fn carry(
+    fn set_down(
         &mut self,
         now: Instant,
         taken: &HeldThing,

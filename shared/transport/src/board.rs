@@ -108,30 +108,52 @@ impl<T: Board> fmt::Debug for BoardReader<T> {
     }
 }
 
-macro_rules! boards {
-    ($($value:ident as $name:literal: $writer:ident, $reader:ident;)+) => {$(
-        impl Board for $value {
-            const NAME: &'static str = $name;
-        }
+/// Reads the board of a process's current incarnation, and opens it again after a restart of the process.
+#[derive(Debug)]
+pub struct CurrentBoard<T: Board>(Option<(u64, BoardReader<T>)>);
 
-        #[doc = concat!("Writes the board `", $name, "`.")]
-        pub type $writer = BoardWriter<$value>;
-        #[doc = concat!("Reads the board `", $name, "`.")]
-        pub type $reader = BoardReader<$value>;
-    )+};
+impl<T: Board> Default for CurrentBoard<T> {
+    fn default() -> Self {
+        Self(None)
+    }
+}
+
+impl<T: Board> CurrentBoard<T> {
+    /// The last value that an incarnation published; `None` while its board cannot be opened.
+    pub fn read(&mut self, node: &Node, process: Process, incarnation: u64) -> Option<T> {
+        if self.0.as_ref().is_none_or(|(known, _)| *known != incarnation) {
+            self.0 = BoardReader::open(node, process, incarnation).ok().map(|board| (incarnation, board));
+        }
+        self.0.as_ref().map(|(_, board)| board.read())
+    }
+}
+
+macro_rules! boards {
+    ($($value:ident as $name:literal)+) => {
+        $(impl Board for $value {
+            const NAME: &'static str = $name;
+        })+
+    };
 }
 
 boards! {
-    Health as "health": HealthWriter, HealthReader;
-    // The newest incarnation of each process, and which process may publish. Writer: supervisor.
-    Roster as "roster": RosterWriter, RosterReader;
-    Sources as "sources": SourcesWriter, SourcesReader;
-    Buses as "buses": BusesWriter, BusesReader;
-    Joints as "joints": JointsWriter, JointsReader;
-    Perspectives as "perspectives": PerspectivesWriter, PerspectivesReader;
-    // Of the link to another machine.
-    LinkHealth as "link": LinkWriter, LinkReader;
+    Health as "health"
+    Roster as "roster"
+    Sources as "sources"
+    Buses as "buses"
+    Joints as "joints"
+    Perspectives as "perspectives"
+    LinkHealth as "link"
 }
+
+/// Writes the health of one incarnation of a process.
+pub type HealthWriter = BoardWriter<Health>;
+/// Reads the health of one incarnation of a process.
+pub type HealthReader = BoardReader<Health>;
+/// Writes the roster: the newest incarnation of each process, and which process may publish. Writer: supervisor.
+pub type RosterWriter = BoardWriter<Roster>;
+/// Reads the roster.
+pub type RosterReader = BoardReader<Roster>;
 
 fn board_name(name: &str, process: Process, incarnation: u64) -> String {
     format!("{name}/{process}/{incarnation}")
