@@ -253,8 +253,6 @@ impl Run {
             settings: robot.leo,
             files,
             lesson,
-            synthetic: None,
-            partners: None,
             state: Some(state),
             faults,
             stay: self.stay,
@@ -322,10 +320,9 @@ impl Teach {
                 domain: domain::own()?,
                 settings: robot.leo.clone(),
                 config: self.config.clone(),
-                lesson: Some(file.clone()),
+                lesson: file.clone(),
                 performances: lesson.performances(),
                 partners,
-                state: None,
                 record: self.recorded(&lesson, partners)?,
             };
             let account = supervisor_process::teach(&teaching).map_err(CommandError::runtime)?;

@@ -172,16 +172,9 @@ impl Robots {
         let launch = Launch {
             domain: domain.root().to_owned(),
             incarnation: 1,
-            parent: None,
-            config: None,
-            kept: None,
-            lesson: None,
-            synthetic: None,
             partners: Some(1),
             stay: true,
-            lockstep: false,
-            state: None,
-            campaign: None,
+            ..Launch::default()
         };
         let mut threads = Vec::new();
         let mut spawn = |name: &'static str, run: fn(&Launch, &Robot) -> Result<(), Failure>| {

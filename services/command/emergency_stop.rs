@@ -11,7 +11,7 @@ use folder::{Folder, FolderError};
 use message::{JointCause, JointMode, JointState, Joints, Process};
 use process::{MotorProcess, emergency};
 use transport::janitor::is_claimed;
-use transport::{Domain, JointsReader, Node, OverflowPolicy, Queues, RosterReader};
+use transport::{CurrentBoard, Domain, Node, OverflowPolicy, Queues, RosterReader};
 
 use super::domain::domain_for_run;
 use super::failure::CommandError;
@@ -325,7 +325,8 @@ fn confirm_on_boards(robot: &Domain) -> Result<String, String> {
         0,
         Queues { frames: 1, overflow_policy: OverflowPolicy::DropOldest },
     );
-    let mut boards = Boards { node: node.map_err(|error| error.to_string())?, joints: None };
+    let mut boards =
+        Boards { node: node.map_err(|error| error.to_string())?, joints: CurrentBoard::default() };
     let mut left = None;
     while clock::now() < began + CONFIRM_TIMEOUT {
         if let Some(board) = boards.joints() {
@@ -365,7 +366,7 @@ fn confirm_on_boards(robot: &Domain) -> Result<String, String> {
 /// The joints' board of the current incarnation of the motor process.
 struct Boards {
     node: Node,
-    joints: Option<(u64, JointsReader)>,
+    joints: CurrentBoard<Joints>,
 }
 
 impl Boards {
@@ -373,10 +374,7 @@ impl Boards {
     fn joints(&mut self) -> Option<Joints> {
         let roster = RosterReader::open(&self.node, Process::Supervisor, 1).ok()?.read();
         let life = roster.incarnation(Process::Motor)?;
-        if self.joints.as_ref().is_none_or(|(known, _)| *known != life) {
-            self.joints = Some((life, JointsReader::open(&self.node, Process::Motor, life).ok()?));
-        }
-        self.joints.as_ref().map(|(_, board)| board.read()).filter(|joints| joints.count > 0)
+        self.joints.read(&self.node, Process::Motor, life).filter(|joints| joints.count > 0)
     }
 }
 

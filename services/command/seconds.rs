@@ -5,11 +5,7 @@ const MAX_TIME: Duration = Duration::from_secs(366 * 24 * 3600);
 
 /// Parses seconds: a number above 0 and up to a year.
 pub(crate) fn parse(text: &str) -> Result<Duration, String> {
-    text.parse()
-        .ok()
-        .and_then(|seconds| Duration::try_from_secs_f64(seconds).ok())
-        .filter(|time| !time.is_zero() && *time <= MAX_TIME)
-        .ok_or_else(|| "give the seconds as a number above 0, for example 60 or 2.5".to_owned())
+    time(text, 1.0, "give the seconds as a number above 0, for example 60 or 2.5")
 }
 
 /// Parses seconds: 0, or as [`parse`].
@@ -19,11 +15,13 @@ pub(crate) fn parse_or_none(text: &str) -> Result<Duration, String> {
 
 /// Parses milliseconds: a number above 0 and up to a year.
 pub(crate) fn parse_millis(text: &str) -> Result<Duration, String> {
-    text.parse::<f64>()
-        .ok()
-        .and_then(|millis| Duration::try_from_secs_f64(millis / 1000.0).ok())
-        .filter(|time| !time.is_zero() && *time <= MAX_TIME)
-        .ok_or_else(|| "give the milliseconds as a number above 0, for example 500".to_owned())
+    time(text, 1000.0, "give the milliseconds as a number above 0, for example 500")
+}
+
+fn time(text: &str, per_second: f64, advice: &str) -> Result<Duration, String> {
+    let number: Option<f64> = text.parse().ok();
+    let time = number.and_then(|number| Duration::try_from_secs_f64(number / per_second).ok());
+    time.filter(|time| !time.is_zero() && *time <= MAX_TIME).ok_or_else(|| advice.to_owned())
 }
 
 #[cfg(test)]

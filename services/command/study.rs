@@ -89,10 +89,9 @@ impl Study {
             domain: domain::own()?,
             settings: robot.leo.clone(),
             config: self.config.clone(),
-            lesson: Some(file.to_owned()),
+            lesson: file.to_owned(),
             performances: lesson.performances(),
             partners: Some(u32::from(perspective_taking)),
-            state: None,
             record: None,
         };
         supervisor_process::teach(&teaching).map_err(CommandError::runtime)

@@ -37,7 +37,7 @@ pub(crate) const LAYERS: [&[&str]; 6] = [
         "tasks",
     ],
     &["config", "message"],
-    &["budget", "clock", "geometry", "invariant", "prefetch", "quantity", "skip", "testkit"],
+    &["budget", "clock", "geometry", "invariant", "quantity", "skip", "testkit"],
 ];
 
 /// Arrows within a layer, from the crate to those of its own layer that it may know.
@@ -56,7 +56,7 @@ const PEERS: [(&str, &[&str]); 11] = [
 ];
 
 /// What others made that only some of our crates may know.
-const WRAPPED: [(&str, &[&str]); 18] = [
+const WRAPPED: [(&str, &[&str]); 17] = [
     ("iceoryx2", &["transport"]),
     ("iceoryx2-bb-derive-macros", &["message"]),
     ("iceoryx2-bb-elementary-traits", &["message"]),
@@ -67,7 +67,6 @@ const WRAPPED: [(&str, &[&str]); 18] = [
     ("redb", &["store"]),
     ("mcap", &["recording", "records", "trace"]),
     ("libc", &["realtime"]),
-    ("sd-notify", &["supervisor-process"]),
     ("signal-hook", &["process", "supervisor-process"]),
     (
         "rustix",

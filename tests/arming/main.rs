@@ -15,7 +15,7 @@ use process::arming::{self, ArmOrder};
 use process::emergency;
 use rustix::process::{Pid, Signal, kill_process};
 use transport::janitor::{Claim, Janitor, claim};
-use transport::{Domain, JointsWriter, Node, OverflowPolicy, Queues, RosterWriter};
+use transport::{BoardWriter, Domain, Node, OverflowPolicy, Queues, RosterWriter};
 
 use clock::Duration;
 
@@ -69,7 +69,7 @@ fn write(folder: &tempfile::TempDir, name: &str, text: &str) -> String {
 struct Boards {
     domain: Domain,
     claim: Option<Claim>,
-    joints: JointsWriter,
+    joints: BoardWriter<Joints>,
     _roster: RosterWriter,
     _node: Node,
 }
@@ -85,7 +85,7 @@ impl Boards {
         roster.set_incarnation(Process::Motor, 1);
         let mut written = RosterWriter::create(&node, Process::Supervisor, 1).expect("is the first");
         written.write(&roster);
-        let mut board = JointsWriter::create(&node, Process::Motor, 1).expect("is the first");
+        let mut board = BoardWriter::create(&node, Process::Motor, 1).expect("is the first");
         board.write(joints);
         Self { domain, claim: Some(claim), joints: board, _roster: written, _node: node }
     }

@@ -3,6 +3,7 @@
 use std::path::Path;
 use std::time::Duration;
 
+use config::motor::Joint;
 use serial::Tty;
 use servo::table::{self, Item};
 use servo::{Address, Fault, HardwareErrors, Id, Instruction, Model, Parser, Reading, Status};
@@ -67,6 +68,18 @@ impl Line {
         })?;
         found.sort_by_key(|servo| servo.id);
         found.dedup();
+        Ok(found)
+    }
+
+    /// The servos that reply to a scan, or to a ping of their own as one of `joints`.
+    pub(super) fn find(&mut self, joints: &[&Joint]) -> Result<Vec<FoundServo>, CommandError> {
+        let mut found = self.scan()?;
+        for joint in joints {
+            // A reply to a broadcast ping is lost more easily than one to a direct ping.
+            if !found.iter().any(|servo| servo.id == joint.id) {
+                found.extend(self.ping(joint.id)?);
+            }
+        }
         Ok(found)
     }
 

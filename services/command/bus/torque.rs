@@ -114,13 +114,7 @@ pub(super) struct Torque {
 
 /// Reads the torque state of all servos that reply on a bus, and of all that should.
 pub(super) fn read_torque_states(line: &mut Line, bus: &BusAddress<'_>) -> Result<Torque, CommandError> {
-    let mut servos = line.scan()?;
-    for joint in &bus.joints {
-        // A reply to a broadcast ping is lost more easily than one to a direct ping.
-        if !servos.iter().any(|servo| servo.id == joint.id) {
-            servos.extend(line.ping(joint.id)?);
-        }
-    }
+    let servos = line.find(&bus.joints)?;
     let mut torque = Torque { off: 0, doubtful: Vec::new() };
     for servo in &servos {
         let model = Model::from_number(servo.model);

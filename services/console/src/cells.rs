@@ -9,6 +9,8 @@ mod scene;
 mod task;
 
 pub(crate) use arming::arming;
+#[cfg(test)]
+pub(crate) use belief::seen;
 pub(crate) use belief::{BeliefRenderer, Seen, belief_in, counterpart};
 pub(crate) use history::TimeLines;
 pub(crate) use joints::joints;

@@ -1,13 +1,11 @@
 //! Endurance test: a day of the same lesson, with new objects on the table each time.
 
-use std::collections::BTreeMap;
-
 use account::Account;
 use config::Names;
 use message::{Event, EventKind};
 use testkit::bytes_retained_by;
 
-use crate::cells::{Lines, Seen, TimeLines, tasks};
+use crate::cells::{Lines, Seen, TimeLines, seen, tasks};
 use crate::narrator::Narrator;
 use crate::state_store::StateStore;
 
@@ -67,25 +65,14 @@ impl Console {
         self.hear(t(2), &event(EventKind::PerformanceEnded, "filled 5 of 5"));
         tasks(&mut self.state_store, &self.account);
         for step in 0..2 {
-            let things: Vec<Seen> = (0..12).map(|thing| seen(12 * lesson + thing, t(step))).collect();
+            let things: Vec<Seen> =
+                (0..12).map(|thing| seen(12 * lesson + thing, t(step), 0.5, true)).collect();
             for perspective in [0, 1] {
                 self.histories
                     .note(t(step), perspective, &things, |id| things.iter().find(|seen| seen.id == id));
             }
             self.histories.show(&mut self.state_store, &things);
         }
-    }
-}
-
-fn seen(id: u64, x: f64) -> Seen {
-    Seen {
-        id,
-        words: "red square".to_owned(),
-        position_m: Some([x, 0.5, 0.03]),
-        colour_rgb: None,
-        shape: None,
-        states: BTreeMap::from([("filled".to_owned(), 0.5)]),
-        is_seen: true,
     }
 }
 

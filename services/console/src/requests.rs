@@ -20,106 +20,26 @@ pub(crate) enum PageRequest {
 #[derive(Debug, Deserialize)]
 #[serde(tag = "do", rename_all = "lowercase", deny_unknown_fields)]
 enum RequestJson {
-    Say {
-        id: u64,
-        text: String,
-        #[serde(default)]
-        teacher: Option<u16>,
-    },
-    Take {
-        id: u64,
-        thing: String,
-        #[serde(default)]
-        teacher: Option<u16>,
-    },
-    Carry {
-        id: u64,
-        at: [f64; 3],
-        #[serde(default)]
-        heading: Option<f64>,
-    },
-    Put {
-        id: u64,
-        at: [f64; 3],
-        #[serde(default)]
-        heading: Option<f64>,
-    },
-    Cancel {
-        id: u64,
-    },
-    Seat {
-        id: u64,
-        eyes: [f64; 3],
-        looks_at: [f64; 3],
-        #[serde(default)]
-        teacher: Option<u16>,
-    },
-    Leave {
-        id: u64,
-        #[serde(default)]
-        teacher: Option<u16>,
-    },
-    Return {
-        id: u64,
-        #[serde(default)]
-        teacher: Option<u16>,
-    },
-    Screen {
-        id: u64,
-        name: String,
-        at: [f64; 3],
-        #[serde(default)]
-        half: Option<[f64; 3]>,
-        #[serde(default)]
-        teacher: Option<u16>,
-    },
-    Add {
-        id: u64,
-        kind: String,
-        colour: String,
-        at: Vec<f64>,
-        #[serde(default)]
-        heading: Option<f64>,
-    },
-    Remove {
-        id: u64,
-        thing: String,
-    },
-    Clear {
-        id: u64,
-    },
-    Lay {
-        id: u64,
-        table: u64,
-    },
-    Open {
-        id: u64,
-        lesson: String,
-    },
-    Play {
-        id: u64,
-    },
-    Undo {
-        id: u64,
-        #[serde(default)]
-        teacher: Option<u16>,
-    },
-    Save {
-        id: u64,
-        title: String,
-    },
-    Record {
-        id: u64,
-        on: bool,
-    },
-    Keep {
-        id: u64,
-    },
-    Arm {
-        id: u64,
-        #[serde(default)]
-        locks: Option<u64>,
-    },
+    Say { id: u64, text: String, teacher: Option<u16> },
+    Take { id: u64, thing: String, teacher: Option<u16> },
+    Carry { id: u64, at: [f64; 3], heading: Option<f64> },
+    Put { id: u64, at: [f64; 3], heading: Option<f64> },
+    Cancel { id: u64 },
+    Seat { id: u64, eyes: [f64; 3], looks_at: [f64; 3], teacher: Option<u16> },
+    Leave { id: u64, teacher: Option<u16> },
+    Return { id: u64, teacher: Option<u16> },
+    Screen { id: u64, name: String, at: [f64; 3], half: Option<[f64; 3]>, teacher: Option<u16> },
+    Add { id: u64, kind: String, colour: String, at: Vec<f64>, heading: Option<f64> },
+    Remove { id: u64, thing: String },
+    Clear { id: u64 },
+    Lay { id: u64, table: u64 },
+    Open { id: u64, lesson: String },
+    Play { id: u64 },
+    Undo { id: u64, teacher: Option<u16> },
+    Save { id: u64, title: String },
+    Record { id: u64, on: bool },
+    Keep { id: u64 },
+    Arm { id: u64, locks: Option<u64> },
 }
 
 /// A parse error, with the page's request number if that could be read.

@@ -5,15 +5,16 @@ use std::collections::{BTreeMap, VecDeque};
 
 use clock::{Duration, Instant};
 use message::{Belief, BeliefHead, Event, EventKind, JointGoal, Utterance};
+use motion::{Face, Skill};
 use tasks::{Example, Language, Learned, Noise, OnConflict, Prior, Snapshot, Task, key};
 
 use crate::evaluation::Evaluation;
-use crate::performance::{HalfHeights, Performance, StepContext};
+use crate::performance::{Performance, StepContext};
 use crate::question::Question;
 use crate::report::{describe_view, goal_phrase, replay_events};
 use crate::teaching::Teaching;
 use crate::views::{Continuity, Views};
-use crate::{Body, Motion, Skill, Vocabulary, answers};
+use crate::{Body, Motion, Vocabulary, answers};
 use quantity::number::{counted, saturating_u32};
 use utterance_queue::{PendingSentence, Timing};
 
@@ -28,25 +29,13 @@ pub struct Settings {
     pub learning: tasks::Settings,
     /// Period of the joint goal frames.
     pub goal_period: Duration,
-    /// Half the height of a block without perceived extents, in metres.
-    pub block_half_height_m: f64,
-    /// Half the height of a peg without perceived extents, in metres.
-    pub peg_half_height_m: f64,
-    /// Half the height of a marker without perceived extents, in metres.
-    pub marker_half_height_m: f64,
 }
 
 impl Settings {
-    /// The settings of a configuration, with the block, peg and marker sizes of the study.
+    /// The settings of a configuration.
     #[must_use]
     pub fn of(learner: &config::leo::Learner) -> Self {
-        Self {
-            learning: learning(learner),
-            goal_period: learner.goal_rate_hz.period(),
-            block_half_height_m: 0.03,
-            peg_half_height_m: 0.025,
-            marker_half_height_m: 0.005,
-        }
+        Self { learning: learning(learner), goal_period: learner.goal_rate_hz.period() }
     }
 }
 
@@ -54,20 +43,13 @@ impl Settings {
 #[must_use]
 pub fn learning(learner: &config::leo::Learner) -> tasks::Settings {
     tasks::Settings {
-        language: match learner.language {
-            config::leo::HypothesisLanguage::Paper => tasks::HypothesisLanguage::Paper,
-            config::leo::HypothesisLanguage::Extended => tasks::HypothesisLanguage::Extended,
-        },
+        language: learner.language,
         prior: Prior { lambda: learner.lambda.get(), mu: learner.mu.get() },
         selection_nats: learner.selection_nats.get(),
         // The configuration was validated, so the default is never used.
         noise: Noise::try_from(learner.noise.get()).unwrap_or(Noise::NONE),
         high_likelihood: learner.high_likelihood.get(),
-        on_conflict: match learner.on_conflict {
-            config::leo::OnConflict::Human => OnConflict::Human,
-            config::leo::OnConflict::Own => OnConflict::Own,
-            config::leo::OnConflict::Resolve => OnConflict::Resolve,
-        },
+        on_conflict: learner.on_conflict,
     }
 }
 
@@ -248,10 +230,10 @@ impl<B: Body> Learner<B> {
     }
 
     /// Shows a face, unless a performance needs the body.
-    fn show(&mut self, now: Instant, face: Skill, present_rad: &[Option<f64>]) {
+    fn show(&mut self, now: Instant, face: Face, present_rad: &[Option<f64>]) {
         if self.performance.is_none() {
             self.has_started_body = true;
-            self.body.begin(now, face, present_rad);
+            self.body.begin(now, Skill::Show(face), present_rad);
         }
     }
 
@@ -294,7 +276,7 @@ impl<B: Body> Learner<B> {
             known => format!(" for one more example of {name}, beside the {known} that I have"),
         };
         say(output, &name, &format!("I am watching{beside}; say \"{name} is done\" at the end"));
-        self.show(now, Skill::Attentive, present_rad);
+        self.show(now, Face::Attentive, present_rad);
     }
 
     /// Ends the demonstration of the task with one of these names; the last one is the name without courtesy words.
@@ -441,13 +423,8 @@ impl<B: Body> Learner<B> {
         if let Some(view) = self.views.own(language) {
             output.events.push(seen(language, &task.name, 0, &view));
         }
-        let half_heights = HalfHeights {
-            block_m: self.settings.block_half_height_m,
-            peg_m: self.settings.peg_half_height_m,
-            marker_m: self.settings.marker_half_height_m,
-        };
         self.current_task = Some(key(name));
-        self.performance = Some(Performance::new(&task.name, learned, half_heights));
+        self.performance = Some(Performance::new(&task.name, learned));
     }
 
     /// Advances the body and the performance.

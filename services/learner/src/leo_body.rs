@@ -1,11 +1,11 @@
 use clock::{Duration, Instant};
 use config::Robot;
 use message::JointGoal;
-use motion::{Face, Performer, Progress};
+use motion::{Performer, Progress, Skill};
 
-use crate::{Body, Motion, Skill, Turn};
+use crate::{Body, Motion};
 
-/// The robot's body: maps the learner's skills to motions of its joints.
+/// The robot's body: performs the learner's skills by motions of its joints.
 #[derive(Clone, Debug)]
 pub struct LeoBody {
     performer: Performer,
@@ -40,20 +40,6 @@ impl LeoBody {
 
 impl Body for LeoBody {
     fn begin(&mut self, now: Instant, skill: Skill, present_rad: &[Option<f64>]) {
-        let skill = match skill {
-            Skill::Insert { thing, half_height_m, hole } => {
-                motion::Skill::Insert { thing, half_height_m, hole }
-            }
-            Skill::Place { thing, half_height_m, to, turn } => {
-                let turn = turn.map(|Turn { by_rad, period_rad }| motion::Turn { by_rad, period_rad });
-                motion::Skill::Place { thing, half_height_m, to, turn }
-            }
-            Skill::Hold => motion::Skill::Hold,
-            Skill::Rest => motion::Skill::Rest,
-            Skill::Attentive => motion::Skill::Show(Face::Attentive),
-            Skill::Puzzled => motion::Skill::Show(Face::Puzzled),
-            Skill::Pleased => motion::Skill::Show(Face::Pleased),
-        };
         let begun = self.performer.begin(now, &skill, present_rad);
         self.refused = begun.err().map(|refusal| refusal.to_string());
     }
@@ -75,6 +61,7 @@ impl Body for LeoBody {
 #[cfg(test)]
 mod tests {
     use geometry::Position;
+    use motion::Face;
 
     use super::*;
 
@@ -85,7 +72,7 @@ mod tests {
         let present_rad: Vec<Option<f64>> =
             robot.motor.joints.iter().map(|joint| Some(joint.joint_rad(0.0))).collect();
         let mut goals = Vec::new();
-        body.begin(Instant::EPOCH, Skill::Attentive, &present_rad);
+        body.begin(Instant::EPOCH, Skill::Show(Face::Attentive), &present_rad);
         assert_eq!(body.step(Instant::EPOCH, &present_rad, &mut goals), Motion::Running);
         assert_eq!(goals.len(), robot.motor.joints.len());
         let far_away = Skill::Insert {

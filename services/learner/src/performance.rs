@@ -8,10 +8,11 @@ use std::collections::BTreeMap;
 
 use clock::{Duration, Instant};
 use message::{Event, EventKind};
+use motion::{Face, Skill};
 use tasks::{Learned, Object, Snapshot};
 
 use crate::vocabulary::Vocabulary;
-use crate::{Body, Motion, Skill};
+use crate::{Body, Motion};
 use arrangement_plan::ArrangementPlan;
 use rule_plan::RulePlan;
 
@@ -22,13 +23,10 @@ const MAX_RETRIES: usize = 2;
 /// An object is the expected one if it has the same class features and is at most this far away, in metres.
 const SAME_PLACE_M: f64 = 0.04;
 
-/// Half the height of an object without perceived extents, in metres.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct HalfHeights {
-    pub(crate) block_m: f64,
-    pub(crate) peg_m: f64,
-    pub(crate) marker_m: f64,
-}
+/// Half the heights of objects without perceived extents, in metres.
+const BLOCK_HALF_HEIGHT_M: f64 = 0.03;
+const PEG_HALF_HEIGHT_M: f64 = 0.025;
+const MARKER_HALF_HEIGHT_M: f64 = 0.005;
 
 /// The plan of a performance, step by step.
 trait Plan {
@@ -122,10 +120,10 @@ pub(crate) struct StepContext<'a, B> {
 }
 
 impl Performance {
-    pub(crate) fn new(task: &str, learned: &Learned, half_heights: HalfHeights) -> Self {
+    pub(crate) fn new(task: &str, learned: &Learned) -> Self {
         let work = match learned.arrangements.first() {
             Some(rule) => PlanKind::ArrangementPlan(ArrangementPlan::new(&rule.arrangement)),
-            None => PlanKind::RulePlan(RulePlan::new(learned, half_heights)),
+            None => PlanKind::RulePlan(RulePlan::new(learned)),
         };
         Self { task: task.to_owned(), work, phase: Phase::Choosing, done: 0, failed: 0 }
     }
@@ -208,8 +206,8 @@ impl Performance {
 
     /// Shows the face for complete or incomplete success.
     fn end<B: Body>(&self, is_all: bool, context: &mut StepContext<'_, B>) -> Option<Self> {
-        let mood = if is_all && self.failed == 0 { Skill::Pleased } else { Skill::Puzzled };
-        context.body.begin(context.now, mood, context.present_rad);
+        let face = if is_all && self.failed == 0 { Face::Pleased } else { Face::Puzzled };
+        context.body.begin(context.now, Skill::Show(face), context.present_rad);
         None
     }
 

@@ -5,10 +5,9 @@ mod table;
 mod wrong;
 
 use message::{Event, EventKind};
+use motion::{Face, Skill};
 use table::Run;
 use tasks::Task;
-
-use crate::Skill;
 
 fn kinds(events: &[Event]) -> Vec<EventKind> {
     events.iter().map(|event| event.kind().unwrap()).collect()
@@ -332,9 +331,9 @@ fn a_task_without_matching_objects_is_declined() {
         (run.texts(EventKind::PerformanceEnded).pop().unwrap(), face)
     };
     let nothing = "nothing to do: I see nothing that \"all filled\" is about".to_owned();
-    assert_eq!(perform(&[], false), (nothing, Some(Skill::Puzzled)));
+    assert_eq!(perform(&[], false), (nothing, Some(Skill::Show(Face::Puzzled))));
     let done = "nothing to do: everything is filled".to_owned();
-    assert_eq!(perform(&["red", "blue"], true), (done, Some(Skill::Pleased)));
+    assert_eq!(perform(&["red", "blue"], true), (done, Some(Skill::Show(Face::Pleased))));
 }
 
 #[test]

@@ -4,6 +4,7 @@ use std::collections::{BTreeMap, VecDeque};
 use std::sync::Arc;
 
 use clock::{Duration, Instant};
+use quantity::number::saturating_u64;
 
 use crate::Stream;
 use crate::stream::DeliveryClass;
@@ -93,11 +94,11 @@ impl Outbox {
             // Older or previous-incarnation sets can no longer be completed.
             let older: usize = self.incomplete.values().map(BTreeMap::len).sum();
             self.incomplete.clear();
-            self.overtaken += count(older + std::mem::replace(&mut self.instant, whole).len());
+            self.overtaken += saturating_u64(older + std::mem::replace(&mut self.instant, whole).len());
         } else if self.incomplete.len() > INCOMPLETE_MOST
             && let Some((_, frames)) = self.incomplete.pop_first()
         {
-            self.overtaken += count(frames.len());
+            self.overtaken += saturating_u64(frames.len());
         }
     }
 
@@ -121,7 +122,7 @@ impl Outbox {
             frames.push(Frame { stream: kept.stream, bytes: Arc::clone(&kept.bytes) });
             numbered += 1;
         }
-        self.next += count(numbered);
+        self.next += saturating_u64(numbered);
         let is_something = !frames.is_empty();
         is_something.then_some(Load { frames, oldest: self.oldest, first, numbered })
     }
@@ -151,10 +152,6 @@ impl Outbox {
             self.given_up += 1;
         }
     }
-}
-
-fn count(size: usize) -> u64 {
-    u64::try_from(size).unwrap_or(u64::MAX)
 }
 
 #[cfg(test)]

@@ -1,7 +1,4 @@
-use message::{
-    ActsAnswered, Beliefs, Bytes, Divergences, Events, JointGoals, JointStates, Kind, Percepts, Process,
-    Scene, TeacherActs, Topic, Utterances,
-};
+use message::{Bytes, Kind, Process, Topic};
 
 /// A topic that a link carries. The order is the publishing order of frames received at once.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -38,6 +35,24 @@ pub enum DeliveryClass {
     /// Reliable: every frame, in order.
     Reliable,
 }
+
+/// The value of an expression about the topic of a stream.
+macro_rules! with_topic {
+    ($stream:expr, $topic:ident => $value:expr) => {
+        $crate::stream::with_topic!($stream, $topic => $value;
+            Percepts() Beliefs(_) Divergences(_) JointStates() Scene() JointGoals() TeacherActs() ActsAnswered()
+            Utterances() Events())
+    };
+    ($stream:expr, $topic:ident => $value:expr; $($name:ident($($number:tt)?))+) => {
+        match $stream {
+            $($crate::Stream::$name $(($number))? => {
+                type $topic = ::message::$name;
+                $value
+            })+
+        }
+    };
+}
+pub(crate) use with_topic;
 
 impl Stream {
     /// All streams of a robot with `perspectives` perspectives.
@@ -86,18 +101,12 @@ impl Stream {
     /// The topic name in shared memory, and its number if it has one.
     #[must_use]
     pub const fn name(self) -> (&'static str, Option<u32>) {
-        match self {
-            Self::Percepts => (Percepts::NAME, None),
-            Self::Beliefs(perspective) => (Beliefs::NAME, Some(perspective)),
-            Self::Divergences(perspective) => (Divergences::NAME, Some(perspective)),
-            Self::JointStates => (JointStates::NAME, None),
-            Self::Scene => (Scene::NAME, None),
-            Self::JointGoals => (JointGoals::NAME, None),
-            Self::TeacherActs => (TeacherActs::NAME, None),
-            Self::ActsAnswered => (ActsAnswered::NAME, None),
-            Self::Utterances => (Utterances::NAME, None),
-            Self::Events => (Events::NAME, None),
-        }
+        let number = if let Self::Beliefs(perspective) | Self::Divergences(perspective) = self {
+            Some(perspective)
+        } else {
+            None
+        };
+        (with_topic!(self, T => T::NAME), number)
     }
 
     /// The layouts of a frame's head and of an entry.
@@ -106,18 +115,7 @@ impl Stream {
         fn of<T: Topic<Head: Bytes, Entry: Bytes>>() -> [Kind; 2] {
             [T::Head::kind(), T::Entry::kind()]
         }
-        match self {
-            Self::Percepts => of::<Percepts>(),
-            Self::Beliefs(_) => of::<Beliefs>(),
-            Self::Divergences(_) => of::<Divergences>(),
-            Self::JointStates => of::<JointStates>(),
-            Self::Scene => of::<Scene>(),
-            Self::JointGoals => of::<JointGoals>(),
-            Self::TeacherActs => of::<TeacherActs>(),
-            Self::ActsAnswered => of::<ActsAnswered>(),
-            Self::Utterances => of::<Utterances>(),
-            Self::Events => of::<Events>(),
-        }
+        with_topic!(self, T => of::<T>())
     }
 
     /// The code on the wire, and the topic number or zero.
@@ -140,20 +138,8 @@ impl Stream {
     /// The stream of a code and a number; `None` if there is none.
     #[must_use]
     pub fn of_code(code: u32, number: u32) -> Option<Self> {
-        let stream = match code {
-            0 => Self::Percepts,
-            1 => Self::Beliefs(number),
-            2 => Self::Divergences(number),
-            3 => Self::JointStates,
-            4 => Self::Scene,
-            5 => Self::JointGoals,
-            6 => Self::TeacherActs,
-            7 => Self::ActsAnswered,
-            8 => Self::Utterances,
-            9 => Self::Events,
-            _ => return None,
-        };
-        (stream.code() == (code, number)).then_some(stream)
+        let numbered = [Self::Beliefs(number), Self::Divergences(number)];
+        Self::all(0).chain(numbered).find(|stream| stream.code() == (code, number))
     }
 }
 

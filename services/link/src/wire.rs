@@ -5,6 +5,8 @@
 
 use std::sync::Arc;
 
+use quantity::number::saturating_u64;
+
 use crate::Stream;
 use crate::compatibility::{Compatibility, IncompatiblePeer, NUMBERS};
 use crate::offset::ClockExchange;
@@ -98,6 +100,14 @@ impl<'a> Numbers<'a> {
         Ok(u64::from_le_bytes(*number))
     }
 
+    fn next_array<const N: usize>(&mut self) -> Result<[u64; N], DecodeError> {
+        let mut numbers = [0; N];
+        for number in &mut numbers {
+            *number = self.next()?;
+        }
+        Ok(numbers)
+    }
+
     fn next_small(&mut self) -> Result<u32, DecodeError> {
         u32::try_from(self.next()?).map_err(|_| DecodeError::Malformed)
     }
@@ -120,11 +130,7 @@ impl<'a> Numbers<'a> {
             let language = DecodeError::IncompatiblePeer(IncompatiblePeer::Language { there });
             return Err(if is_other { language } else { DecodeError::Malformed });
         }
-        let mut numbers = [0; NUMBERS];
-        for number in &mut numbers {
-            *number = self.next()?;
-        }
-        let there = Compatibility::of_numbers(numbers);
+        let there = Compatibility::of_numbers(self.next_array()?);
         if compatibility.agrees(there) {
             Ok(())
         } else {
@@ -149,10 +155,6 @@ fn begun(compatibility: Compatibility, size: usize) -> Vec<u8> {
     bytes
 }
 
-fn wide(size: usize) -> u64 {
-    u64::try_from(size).unwrap_or(u64::MAX)
-}
-
 impl Heartbeat {
     /// Encodes the heartbeat.
     #[must_use]
@@ -175,19 +177,10 @@ impl Heartbeat {
     pub fn decode(bytes: &[u8], compatibility: Compatibility) -> Result<Self, DecodeError> {
         let mut numbers = Numbers(bytes);
         numbers.begin(compatibility)?;
-        let mut next = || numbers.next();
-        let pulse = Self {
-            epoch: next()?,
-            sent_ns: next()?,
-            asked_ns: next()?,
-            heard_ns: next()?,
-            acked_epoch: next()?,
-            newest: next()?,
-            wanted: next()?,
-            latched_subscribers: next()?,
-        };
+        let [epoch, sent_ns, asked_ns, heard_ns, acked_epoch, newest, wanted, latched_subscribers] =
+            numbers.next_array()?;
         numbers.end()?;
-        Ok(pulse)
+        Ok(Self { epoch, sent_ns, asked_ns, heard_ns, acked_epoch, newest, wanted, latched_subscribers })
     }
 }
 
@@ -198,10 +191,13 @@ impl Batch {
         let Self { epoch, number, sent_ns, oldest, first, numbered, ref frames } = *self;
         let size: usize = frames.iter().map(|frame| frame.bytes.len() + 24).sum();
         let mut bytes = begun(compatibility, size + 56);
-        put(&[epoch, number, sent_ns, oldest, first, wide(numbered), wide(frames.len())], &mut bytes);
+        put(
+            &[epoch, number, sent_ns, oldest, first, saturating_u64(numbered), saturating_u64(frames.len())],
+            &mut bytes,
+        );
         for frame in frames {
             let (code, of) = frame.stream.code();
-            put(&[u64::from(code), u64::from(of), wide(frame.bytes.len())], &mut bytes);
+            put(&[u64::from(code), u64::from(of), saturating_u64(frame.bytes.len())], &mut bytes);
             bytes.extend_from_slice(&frame.bytes);
         }
         bytes
@@ -215,17 +211,11 @@ impl Batch {
     pub fn decode(bytes: &[u8], compatibility: Compatibility) -> Result<Self, DecodeError> {
         let mut numbers = Numbers(bytes);
         numbers.begin(compatibility)?;
-        let mut bundle = Self {
-            epoch: numbers.next()?,
-            number: numbers.next()?,
-            sent_ns: numbers.next()?,
-            oldest: numbers.next()?,
-            first: numbers.next()?,
-            numbered: numbers.next_size()?,
-            frames: Vec::new(),
-        };
+        let [epoch, number, sent_ns, oldest, first] = numbers.next_array()?;
+        let numbered = numbers.next_size()?;
+        let mut bundle = Self { epoch, number, sent_ns, oldest, first, numbered, frames: Vec::new() };
         let frames = numbers.next_size()?;
-        let is_counted = bundle.first.checked_add(wide(bundle.numbered)).is_some();
+        let is_counted = bundle.first.checked_add(saturating_u64(bundle.numbered)).is_some();
         if frames > FRAMES_MOST || bundle.numbered > frames || bundle.first < bundle.oldest || !is_counted {
             return Err(DecodeError::Malformed);
         }

@@ -1,5 +1,6 @@
 //! Carries out one request on one line, part by part. Each part is answered before the next is sent.
 
+use arrayvec::ArrayVec;
 use clock::{Duration, Instant};
 use serial::LineLostError;
 use servo::table::TORQUE_ENABLE;
@@ -172,13 +173,9 @@ impl Master {
     /// Read of the servos that did not answer, without the first `but` of them.
     fn ask_again(&self, part: &Part, heard: &PartAnswers, but: usize) -> Option<(Part, [u8; INSTRUCTION])> {
         let missing = part.ids().iter().zip(&heard.who).filter(|(_, heard)| !**heard).map(|(id, _)| *id);
-        let (mut ids, mut count) = ([0; SERVOS_MOST], 0);
-        for (place, id) in ids.iter_mut().zip(missing.skip(but)) {
-            *place = id;
-            count += 1;
-        }
+        let ids: ArrayVec<u8, SERVOS_MOST> = missing.skip(but).take(SERVOS_MOST).collect();
         let length = u16::try_from(part.data).ok()?;
-        question(PartKind::Reread, Reading::ITEM.address, length, ids.get(..count)?)
+        question(PartKind::Reread, Reading::ITEM.address, length, &ids)
     }
 
     /// Sends a part and collects its answers.
@@ -307,16 +304,14 @@ fn broken_since(parser: &Parser, before: u64) -> u32 {
 
 /// Read of the condition of all servos that reported an alert: an undervoltage affects a whole bus.
 fn alarm(replies: &Replies) -> Option<(Part, [u8; INSTRUCTION])> {
-    let (mut ids, mut count) = ([0; SERVOS_MOST], 0);
+    let mut ids = ArrayVec::<u8, SERVOS_MOST>::new();
     for status in replies.all().iter().map(crate::request::Answer::status).filter(|status| status.alert) {
         let id = status.id.get();
-        let is_known = ids.iter().take(count).any(|known| *known == id);
-        if !is_known && let Some(place) = ids.get_mut(count) {
-            *place = id;
-            count += 1;
+        if !ids.contains(&id) && !ids.is_full() {
+            ids.push(id);
         }
     }
-    question(PartKind::AlertCondition, CONDITION.address, CONDITION.length, ids.get(..count)?)
+    question(PartKind::AlertCondition, CONDITION.address, CONDITION.length, &ids)
 }
 
 /// A sync read of some servos; `None` if there are none.

@@ -1,5 +1,6 @@
+use arrayvec::ArrayVec;
 use clock::{Duration, Instant};
-use invariant::require;
+use invariant::invariant;
 use serial::LineLostError;
 use servo::{Id, Status};
 
@@ -42,7 +43,7 @@ impl PartKind {
 }
 
 /// One part of a request: instructions, and the answers to wait for before the next part may be sent.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Debug)]
 pub struct Part {
     /// Kind of the part.
     pub topic: PartKind,
@@ -50,24 +51,18 @@ pub struct Part {
     pub sent: usize,
     /// Data bytes expected in each answer.
     pub data: usize,
-    ids: [u8; SERVOS_MOST],
-    count: usize,
+    ids: ArrayVec<u8, SERVOS_MOST>,
 }
 
 impl Part {
     pub(crate) fn new(topic: PartKind, sent: usize, data: usize, who: impl IntoIterator<Item = Id>) -> Self {
-        let (mut ids, mut count) = ([0; SERVOS_MOST], 0);
-        for (place, id) in ids.iter_mut().zip(who) {
-            *place = id.get();
-            count += 1;
-        }
-        Self { topic, sent, data, ids, count }
+        Self { topic, sent, data, ids: who.into_iter().map(Id::get).take(SERVOS_MOST).collect() }
     }
 
     /// Identifiers of the servos that answer, in this order.
     #[must_use]
     pub fn ids(&self) -> &[u8] {
-        self.ids.get(..self.count).unwrap_or_default()
+        &self.ids
     }
 
     /// Bytes of one answer.
@@ -81,7 +76,7 @@ impl Part {
     #[must_use]
     pub const fn bytes_of_answers(&self) -> usize {
         let before = if matches!(self.topic, PartKind::FastRead) { CHAIN_BYTES } else { 0 };
-        before + self.count * self.bytes_of_answer()
+        before + self.ids.len() * self.bytes_of_answer()
     }
 
     /// Time of the instruction on a wire of `baud` bits per second, with ten bits a byte.
@@ -108,20 +103,20 @@ fn time_on_wire(bytes: usize, baud: u32) -> Duration {
 pub struct Request {
     bytes: [u8; BYTES],
     end: usize,
-    parts: [Option<Part>; 3],
-    count: usize,
+    parts: ArrayVec<Part, 3>,
 }
 
 impl Default for Request {
     fn default() -> Self {
-        Self { bytes: [0; BYTES], end: 0, parts: [None; 3], count: 0 }
+        Self { bytes: [0; BYTES], end: 0, parts: ArrayVec::new() }
     }
 }
 
 impl Request {
     /// Starts a new request.
     pub(crate) fn clear(&mut self) {
-        (self.end, self.count) = (0, 0);
+        self.end = 0;
+        self.parts.clear();
     }
 
     /// Adds a part. `write` writes its bytes to the buffer and returns their number; an empty part is left out.
@@ -136,17 +131,16 @@ impl Request {
         if sent == 0 {
             return;
         }
-        let part = require!(self.parts.get_mut(self.count), "a request has room for a part of {sent} bytes");
-        let Some(place) = part else { return };
-        *place = Some(Part::new(topic, sent, data, who));
-        self.end += sent;
-        self.count += 1;
+        let is_added = self.parts.try_push(Part::new(topic, sent, data, who)).is_ok();
+        if invariant!(is_added, "a request has room for a part of {sent} bytes") {
+            self.end += sent;
+        }
     }
 
     /// The parts with their bytes, in sending order.
     pub fn parts(&self) -> impl Iterator<Item = (&Part, &[u8])> {
         let mut start = 0;
-        self.parts.iter().take(self.count).flatten().map(move |part| {
+        self.parts.iter().map(move |part| {
             let bytes = self.bytes.get(start..start + part.sent).unwrap_or_default();
             start += part.sent;
             (part, bytes)

@@ -1,6 +1,6 @@
 use quantity::number::float;
 use rand_chacha::ChaCha8Rng;
-use rand_core::{Rng, SeedableRng};
+use rand_chacha::rand_core::{Rng, SeedableRng};
 
 /// Seeded normally distributed numbers (Box-Muller transform).
 #[derive(Clone, Debug)]

@@ -187,17 +187,7 @@ impl World {
         if is_elsewhere {
             self.remember(&taken);
         }
-        if let Some(thing) = self.state.things.get_mut(taken.index) {
-            let path = Path {
-                from: thing.pose,
-                to: rest.pose,
-                begins: now,
-                takes: SETTLE_TIME,
-                manner: MotionProfile::Glide,
-            };
-            thing.motion = Motion::Carried { by: taken.by, path, to: rest.seat };
-        }
-        self.state.taken.retain(|other| other.hand != act.hand);
+        self.set_down(now, &taken, rest.pose, rest.seat);
         if is_elsewhere {
             let takes = now.since(taken.at) + SETTLE_TIME;
             self.state.recorder.note(taken.by, taken.at, Act::Move { object: taken.index, to, takes });
@@ -222,16 +212,23 @@ impl World {
 
     fn return_held(&mut self, now: Instant, taken: HeldThing) {
         let rest = self.state.at_rest().into_iter().nth(taken.index);
+        let (pose, seat) = rest.map_or((taken.from, taken.seat), |rest| (rest.pose, rest.seat));
+        self.set_down(now, &taken, pose, seat);
+    }
+
+    /// Carries what a hand holds to a place, where it comes to rest; the hand is empty.
+    fn set_down(
+        &mut self,
+        now: Instant,
+        taken: &HeldThing,
+        to: Pose<geometry::World, Frame>,
+        seat: Option<Seat>,
+    ) {
         self.state.taken.retain(|other| other.hand != taken.hand);
-        if let (Some(rest), Some(thing)) = (rest, self.state.things.get_mut(taken.index)) {
-            let path = Path {
-                from: thing.pose,
-                to: rest.pose,
-                begins: now,
-                takes: SETTLE_TIME,
-                manner: MotionProfile::Glide,
-            };
-            thing.motion = Motion::Carried { by: taken.by, path, to: rest.seat };
+        if let Some(thing) = self.state.things.get_mut(taken.index) {
+            let path =
+                Path { from: thing.pose, to, begins: now, takes: SETTLE_TIME, manner: MotionProfile::Glide };
+            thing.motion = Motion::Carried { by: taken.by, path, to: seat };
         }
     }
 

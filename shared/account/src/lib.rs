@@ -267,21 +267,11 @@ impl Task {
     }
 
     fn demonstration(&mut self) -> &mut Demonstration {
-        if self.demonstrations.is_empty() {
-            self.demonstrations.push(Demonstration::default());
-        }
-        let last = self.demonstrations.len() - 1;
-        #[expect(clippy::indexing_slicing, reason = "there is at least one")]
-        &mut self.demonstrations[last]
+        last_or_new(&mut self.demonstrations)
     }
 
     fn performance(&mut self) -> &mut Performance {
-        if self.performances.is_empty() {
-            self.performances.push(Performance::default());
-        }
-        let last = self.performances.len() - 1;
-        #[expect(clippy::indexing_slicing, reason = "there is at least one")]
-        &mut self.performances[last]
+        last_or_new(&mut self.performances)
     }
 
     fn write_text(&self, names: &Names, out: &mut String) -> std::fmt::Result {
@@ -354,6 +344,16 @@ impl Task {
         }
         Ok(())
     }
+}
+
+/// The last item, which is new if there was none.
+fn last_or_new<T: Default>(all: &mut Vec<T>) -> &mut T {
+    if all.is_empty() {
+        all.push(T::default());
+    }
+    let last = all.len() - 1;
+    #[expect(clippy::indexing_slicing, reason = "there is at least one")]
+    &mut all[last]
 }
 
 /// Removes the oldest elements beyond `max`; returns how many.

@@ -1,5 +1,5 @@
 use config::percepts::Percepts;
-use message::{Aspect, Belief, Difference, Feature, NOBODY};
+use message::{Aspect, Belief, BeliefHead, Difference, Feature, NOBODY};
 use serde::ser::SerializeMap as _;
 use serde::{Serialize, Serializer};
 
@@ -31,45 +31,65 @@ struct End {
     overflowed: u64,
 }
 
-#[derive(Serialize)]
-struct PerspectiveLine<'a> {
-    record: &'static str,
-    at_ns: u64,
-    perspective: u32,
-    path: &'a [u16],
-    present: bool,
-    beliefs: usize,
-    perceivable: u32,
-    hidden: u32,
-    frame_position_m: [f64; 3],
-    frame_orientation_xyzw: [f64; 4],
-    eye_position_m: [f64; 3],
-    eye_orientation_xyzw: [f64; 4],
+/// Defines a line by its fields, each with its value.
+macro_rules! record_line {
+    ($line:ident<$life:lifetime>($($source:ident: $type:ty),+) { $($field:ident: $kind:ty = $value:expr,)+ }) => {
+        #[derive(Serialize)]
+        struct $line<$life> {
+            record: &'static str,
+            $($field: $kind,)+
+        }
+
+        impl<$life> $line<$life> {
+            fn new(record: &'static str, $($source: $type),+) -> Self {
+                Self { record, $($field: $value,)+ }
+            }
+        }
+    };
 }
 
-#[derive(Serialize)]
-struct BeliefLine<'a> {
-    record: &'static str,
-    at_ns: u64,
-    perspective: u32,
-    id: u64,
-    robot_id: Option<u64>,
-    born_at_ns: u64,
-    perceived_at_ns: u64,
-    observations: u64,
-    held_by: Option<u16>,
-    owner: Option<u16>,
-    percepts: Remembered<'a>,
+record_line! {
+    PerspectiveLine<'a>(at_ns: u64, head: &'a BeliefHead, beliefs: usize) {
+        at_ns: u64 = at_ns,
+        perspective: u32 = head.perspective,
+        path: &'a [u16] = head.path.agents().unwrap_or(&[]),
+        present: bool = head.present != 0,
+        beliefs: usize = beliefs,
+        perceivable: u32 = head.perceivable,
+        hidden: u32 = head.hidden,
+        frame_position_m: [f64; 3] = head.frame_position_m,
+        frame_orientation_xyzw: [f64; 4] = head.frame_orientation_xyzw,
+        eye_position_m: [f64; 3] = head.eye_position_m,
+        eye_orientation_xyzw: [f64; 4] = head.eye_orientation_xyzw,
+    }
 }
 
-#[derive(Serialize)]
-struct DifferenceLine<'a> {
-    record: &'static str,
-    at_ns: u64,
-    perspective: u32,
-    robot_id: Option<u64>,
-    partner_id: Option<u64>,
-    percepts: Differing<'a>,
+record_line! {
+    BeliefLine<'a>(
+        words: &'a PerceptPhrases, at_ns: u64, mind: &PerspectiveRecord<'_>, belief: &'a Belief
+    ) {
+        at_ns: u64 = at_ns,
+        perspective: u32 = mind.head.perspective,
+        id: u64 = belief.id,
+        robot_id: Option<u64> =
+            if mind.head.perspective == 0 { Some(belief.id) } else { mind.robots(belief.id) },
+        born_at_ns: u64 = belief.born_at_ns,
+        perceived_at_ns: u64 = belief.perceived_at_ns,
+        observations: u64 = belief.observations,
+        held_by: Option<u16> = agent(belief.held_by),
+        owner: Option<u16> = agent(belief.owner),
+        percepts: Remembered<'a> = Remembered(words, belief),
+    }
+}
+
+record_line! {
+    DifferenceLine<'a>(words: &'a PerceptPhrases, at_ns: u64, perspective: u32, difference: &'a Difference) {
+        at_ns: u64 = at_ns,
+        perspective: u32 = perspective,
+        robot_id: Option<u64> = difference.one(),
+        partner_id: Option<u64> = difference.other(),
+        percepts: Differing<'a> = Differing(words, difference.aspects()),
+    }
 }
 
 #[derive(Serialize)]
@@ -121,12 +141,13 @@ impl JsonLines {
     /// Appends the beliefs at an instant to `out`.
     pub fn note(&self, at_ns: u64, minds: &[PerspectiveRecord<'_>], out: &mut String) {
         for mind in minds {
-            line(&PerspectiveLine::new(at_ns, mind), out);
+            line(&PerspectiveLine::new("perspective", at_ns, mind.head, mind.beliefs.len()), out);
             for belief in mind.beliefs {
-                line(&BeliefLine::new(&self.words, at_ns, mind, belief), out);
+                line(&BeliefLine::new("belief", &self.words, at_ns, mind, belief), out);
             }
             for difference in mind.differences {
-                line(&DifferenceLine::new(&self.words, at_ns, mind, difference), out);
+                let perspective = mind.head.perspective;
+                line(&DifferenceLine::new("difference", &self.words, at_ns, perspective, difference), out);
             }
         }
     }
@@ -155,62 +176,6 @@ impl End {
             culled: head.culled,
             refused: head.refused,
             overflowed: head.overflowed,
-        }
-    }
-}
-
-impl<'a> PerspectiveLine<'a> {
-    fn new(at_ns: u64, mind: &PerspectiveRecord<'a>) -> Self {
-        let head = mind.head;
-        Self {
-            record: "perspective",
-            at_ns,
-            perspective: head.perspective,
-            path: head.path.agents().unwrap_or(&[]),
-            present: head.present != 0,
-            beliefs: mind.beliefs.len(),
-            perceivable: head.perceivable,
-            hidden: head.hidden,
-            frame_position_m: head.frame_position_m,
-            frame_orientation_xyzw: head.frame_orientation_xyzw,
-            eye_position_m: head.eye_position_m,
-            eye_orientation_xyzw: head.eye_orientation_xyzw,
-        }
-    }
-}
-
-impl<'a> BeliefLine<'a> {
-    fn new(words: &'a PerceptPhrases, at_ns: u64, mind: &PerspectiveRecord<'_>, belief: &'a Belief) -> Self {
-        Self {
-            record: "belief",
-            at_ns,
-            perspective: mind.head.perspective,
-            id: belief.id,
-            robot_id: if mind.head.perspective == 0 { Some(belief.id) } else { mind.robots(belief.id) },
-            born_at_ns: belief.born_at_ns,
-            perceived_at_ns: belief.perceived_at_ns,
-            observations: belief.observations,
-            held_by: agent(belief.held_by),
-            owner: agent(belief.owner),
-            percepts: Remembered(words, belief),
-        }
-    }
-}
-
-impl<'a> DifferenceLine<'a> {
-    fn new(
-        words: &'a PerceptPhrases,
-        at_ns: u64,
-        mind: &PerspectiveRecord<'_>,
-        difference: &'a Difference,
-    ) -> Self {
-        Self {
-            record: "difference",
-            at_ns,
-            perspective: mind.head.perspective,
-            robot_id: difference.one(),
-            partner_id: difference.other(),
-            percepts: Differing(words, difference.aspects()),
         }
     }
 }

@@ -1,8 +1,5 @@
-use iceoryx2_bb_derive_macros::ZeroCopySend;
-use iceoryx2_bb_elementary_traits::zero_copy_send::ZeroCopySend;
-
 use crate::bytes::impl_bytes;
-use crate::{Feature, Header, MAX_PERCEPTS, NOBODY, Path};
+use crate::{Feature, Header, MAX_PERCEPTS, NOBODY, Path, ZeroCopySend, fill, filled};
 
 /// Head of a belief buffer: the perspective and its coordinate frame.
 #[derive(Clone, Copy, Debug, Default, PartialEq, ZeroCopySend)]
@@ -156,23 +153,14 @@ impl Belief {
     /// Adds a percept; `false` if the belief is full.
     #[inline]
     pub fn push(&mut self, remembered: Remembered) -> bool {
-        let slot = usize::try_from(self.count).ok().and_then(|count| self.percepts.get_mut(count));
-        match slot {
-            Some(slot) => {
-                *slot = remembered;
-                self.count += 1;
-                true
-            }
-            None => false,
-        }
+        fill(&mut self.percepts, &mut self.count, remembered)
     }
 
     /// The remembered percepts.
     #[must_use]
     #[inline]
     pub fn percepts(&self) -> &[Remembered] {
-        let count = usize::try_from(self.count).unwrap_or(0).min(MAX_PERCEPTS);
-        self.percepts.get(..count).unwrap_or(&[])
+        filled(&self.percepts, self.count)
     }
 
     /// The remembered evaluation of one percept.

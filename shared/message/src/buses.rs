@@ -1,7 +1,4 @@
-use iceoryx2_bb_derive_macros::ZeroCopySend;
-use iceoryx2_bb_elementary_traits::zero_copy_send::ZeroCopySend;
-
-use crate::{Histogram, Text};
+use crate::{Histogram, Text, ZeroCopySend, filled};
 
 /// Maximum number of servo buses of a robot.
 pub const MAX_BUSES: usize = 16;
@@ -62,8 +59,7 @@ impl Buses {
     /// The buses in use.
     #[must_use]
     pub fn all(&self) -> &[BusHealth] {
-        let count = usize::try_from(self.count).unwrap_or(MAX_BUSES).min(MAX_BUSES);
-        self.buses.get(..count).unwrap_or(&[])
+        filled(&self.buses, self.count)
     }
 }
 

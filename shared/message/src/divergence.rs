@@ -1,8 +1,5 @@
-use iceoryx2_bb_derive_macros::ZeroCopySend;
-use iceoryx2_bb_elementary_traits::zero_copy_send::ZeroCopySend;
-
 use crate::bytes::impl_bytes;
-use crate::{Feature, Header, MAX_PERCEPTS, Path};
+use crate::{Feature, Header, MAX_PERCEPTS, Path, ZeroCopySend, fill, filled};
 
 /// Head of a divergence buffer: the two perspectives compared. Has the same time stamp and sequence number as their
 /// belief buffers.
@@ -97,15 +94,7 @@ impl Difference {
 
     /// Adds a percept in which the two differ; `false` if there is no space left.
     pub fn push(&mut self, aspect: Aspect) -> bool {
-        let slot = usize::try_from(self.count).ok().and_then(|count| self.aspects.get_mut(count));
-        match slot {
-            Some(slot) => {
-                *slot = aspect;
-                self.count += 1;
-                true
-            }
-            None => false,
-        }
+        fill(&mut self.aspects, &mut self.count, aspect)
     }
 
     /// The belief of the one perspective; `None` if only the other has one.
@@ -123,8 +112,7 @@ impl Difference {
     /// The percepts in which the two beliefs differ; empty if only one perspective has a belief.
     #[must_use]
     pub fn aspects(&self) -> &[Aspect] {
-        let count = usize::try_from(self.count).unwrap_or(0).min(MAX_PERCEPTS);
-        self.aspects.get(..count).unwrap_or(&[])
+        filled(&self.aspects, self.count)
     }
 }
 

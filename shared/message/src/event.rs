@@ -1,8 +1,5 @@
-use iceoryx2_bb_derive_macros::ZeroCopySend;
-use iceoryx2_bb_elementary_traits::zero_copy_send::ZeroCopySend;
-
 use crate::bytes::impl_bytes;
-use crate::{Text, numbered};
+use crate::{Text, ZeroCopySend, numbered};
 
 numbered! {
     /// Kind of an event of the learner.

@@ -1,8 +1,5 @@
-use iceoryx2_bb_derive_macros::ZeroCopySend;
-use iceoryx2_bb_elementary_traits::zero_copy_send::ZeroCopySend;
-
 use crate::bytes::impl_bytes;
-use crate::{BeliefHead, DivergenceHead, PerceptHead, SceneHead, numbered};
+use crate::{BeliefHead, DivergenceHead, PerceptHead, SceneHead, ZeroCopySend, numbered};
 
 numbered! {
     /// A stage that a frame passes, in the direction of the data flow.

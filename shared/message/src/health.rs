@@ -1,50 +1,29 @@
 use std::fmt;
 use std::str::FromStr;
 
-use iceoryx2_bb_derive_macros::ZeroCopySend;
-use iceoryx2_bb_elementary_traits::zero_copy_send::ZeroCopySend;
-
-use crate::{Histogram, numbered};
+use crate::{Histogram, ZeroCopySend, numbered};
 
 numbered! {
-    /// A process of Leo, in the direction of the data flow.
+    /// A process of Leo, in the direction of the data flow. Its name is also its subcommand.
     Process: u16 {
         /// Simulates the workspace, the teacher and Leo's body.
-        Simulator = 0,
+        Simulator = 0 as "simulator",
         /// Turns observations into percepts.
-        Sensor = 1,
+        Sensor = 1 as "sensor",
         /// Turns percepts into beliefs.
-        Belief = 2,
+        Belief = 2 as "belief",
         /// Learns tasks from beliefs, and turns tasks into joint goals.
-        Learner = 3,
+        Learner = 3 as "learner",
         /// Simulates the servos at the other end of the buses.
-        MockBus = 4,
+        MockBus = 4 as "mock-bus",
         /// Sends joint goals to servos and publishes joint states.
-        Motor = 5,
+        Motor = 5 as "motor",
         /// Serves the page, and reports events to people.
-        Console = 6,
+        Console = 6 as "console",
         /// Starts and monitors the other processes.
-        Supervisor = 7,
+        Supervisor = 7 as "run",
         /// Transfers frames between this machine and another one.
-        Link = 8,
-    }
-}
-
-impl Process {
-    /// Its name, which is also its subcommand.
-    #[must_use]
-    pub const fn name(self) -> &'static str {
-        match self {
-            Self::Simulator => "simulator",
-            Self::Sensor => "sensor",
-            Self::Belief => "belief",
-            Self::Learner => "learner",
-            Self::MockBus => "mock-bus",
-            Self::Motor => "motor",
-            Self::Console => "console",
-            Self::Supervisor => "run",
-            Self::Link => "link",
-        }
+        Link = 8 as "link",
     }
 }
 

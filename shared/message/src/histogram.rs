@@ -1,5 +1,4 @@
-use iceoryx2_bb_derive_macros::ZeroCopySend;
-use iceoryx2_bb_elementary_traits::zero_copy_send::ZeroCopySend;
+use crate::ZeroCopySend;
 
 /// Number of equal parts of each octave, so that the relative error is at most 1/16.
 const PARTS: u64 = 16;

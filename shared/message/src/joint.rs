@@ -1,30 +1,27 @@
-use iceoryx2_bb_derive_macros::ZeroCopySend;
-use iceoryx2_bb_elementary_traits::zero_copy_send::ZeroCopySend;
-
 use crate::bytes::impl_bytes;
-use crate::numbered;
+use crate::{ZeroCopySend, numbered};
 
 numbered! {
     /// Mode of a joint in the motor process.
     JointMode: u16 {
         /// Torque off: the joint moves freely.
-        Limp = 0,
+        Limp = 0 as "limp",
         /// Being initialised: found and checked, torque still off.
-        Starting = 1,
+        Starting = 1 as "starting",
         /// Following goals.
-        Following = 2,
+        Following = 2 as "following",
         /// No goals arrive any more: decelerating.
-        Decelerating = 3,
+        Decelerating = 3 as "decelerating",
         /// Holding the position where it stopped.
-        Holding = 4,
+        Holding = 4 as "holding",
         /// The servo does not reply, or its replies are not trusted. No goal is sent; it is probed at intervals.
-        Quarantined = 5,
+        Quarantined = 5 as "quarantined",
         /// Torque off was commanded, but the servo has not confirmed it.
-        Releasing = 6,
+        Releasing = 6 as "releasing",
         /// Moving slowly back within its limits, which it slightly exceeded when torque was switched on.
-        Aligning = 7,
+        Aligning = 7 as "aligning",
         /// Moving slowly to its rest pose before torque is switched off.
-        Lowering = 8,
+        Lowering = 8 as "lowering",
     }
 }
 
@@ -32,41 +29,41 @@ numbered! {
     /// Cause of a joint's mode.
     JointCause: u16 {
         /// Normal operation.
-        None = 0,
+        None = 0 as "none",
         /// Not started yet.
-        NotStarted = 1,
+        NotStarted = 1 as "not-started",
         /// No new goals within the command timeout.
-        CommandTimeout = 2,
+        CommandTimeout = 2 as "command-timeout",
         /// The servo does not reply.
-        Silent = 3,
+        Silent = 3 as "silent",
         /// The servo reports a hardware alert.
-        Alert = 4,
+        Alert = 4 as "alert",
         /// The servo's bus watchdog tripped.
-        Watchdog = 5,
+        Watchdog = 5 as "watchdog",
         /// The bus is lost.
-        BusLost = 6,
+        BusLost = 6 as "bus-lost",
         /// Stopped by command.
-        Stopped = 7,
+        Stopped = 7 as "stopped",
         /// The servo rejected an instruction, or is not the configured model.
-        Refused = 8,
+        Refused = 8 as "refused",
         /// Another joint of its group failed, and the group stops together.
-        GroupStopped = 9,
+        GroupStopped = 9 as "group-stopped",
         /// A bus is lost, and the whole body stops together.
-        BodyStopped = 10,
+        BodyStopped = 10 as "body-stopped",
         /// The emergency stop.
-        Emergency = 11,
+        Emergency = 11 as "emergency",
         /// The servo rebooted by itself, because of its power supply or firmware.
-        Restarted = 12,
+        Restarted = 12 as "restarted",
         /// Two servos reply to the same identifier on its bus.
-        DuplicateId = 13,
+        DuplicateId = 13 as "duplicate-id",
         /// The servo is hot or its voltage low, so its speed is reduced.
-        Derated = 14,
+        Derated = 14 as "derated",
         /// The servo replies, but its clock does not advance correctly. So its replies may be outdated.
-        Unbelieved = 15,
+        Unbelieved = 15 as "unbelieved",
         /// The joint did not follow its command: it was blocked, or its servo is too weak.
-        Blocked = 16,
+        Blocked = 16 as "blocked",
         /// Further beyond its limits than the tolerance: a slipped horn, a wrong offset, or a swapped servo.
-        BeyondLimits = 17,
+        BeyondLimits = 17 as "beyond-limits",
     }
 }
 
@@ -74,15 +71,15 @@ numbered! {
     /// State of the connection to a joint's servo.
     JointLink: u16 {
         /// Not contacted yet.
-        Unknown = 0,
+        Unknown = 0 as "unknown",
         /// Found, and of the configured model; its settings are being read or written.
-        Identified = 1,
+        Identified = 1 as "identified",
         /// Configured, and read in every cycle.
-        Answering = 2,
+        Answering = 2 as "answering",
         /// Quarantined, and probed at intervals: it does not reply, or its replies are not trusted.
-        Silent = 3,
+        Silent = 3 as "silent",
         /// Its replies arrive corrupt: two servos may reply at the same time.
-        Doubted = 4,
+        Doubted = 4 as "doubted",
     }
 }
 
@@ -90,17 +87,17 @@ numbered! {
     /// State of the torque of a joint's servo.
     JointPower: u16 {
         /// Unknown: it may be on.
-        Unknown = 0,
+        Unknown = 0 as "unknown",
         /// The servo has confirmed that it is off.
-        Off = 1,
+        Off = 1 as "off",
         /// Found on at start-up: another process switched it on.
-        Found = 2,
+        Found = 2 as "found-on",
         /// Being switched on.
-        Rising = 3,
+        Rising = 3 as "rising",
         /// On, and the servo's bus watchdog is armed.
-        On = 4,
+        On = 4 as "on",
         /// Being switched off, not confirmed by the servo yet.
-        Cutting = 5,
+        Cutting = 5 as "cutting",
     }
 }
 
@@ -108,11 +105,11 @@ numbered! {
     /// Arming state of a joint.
     JointLicence: u16 {
         /// May not move until its cause is gone and an operator has acknowledged it.
-        Locked = 0,
+        Locked = 0 as "locked",
         /// May not move until an operator arms it.
-        Disarmed = 1,
+        Disarmed = 1 as "disarmed",
         /// May move.
-        Armed = 2,
+        Armed = 2 as "armed",
     }
 }
 
@@ -120,121 +117,19 @@ numbered! {
     /// Motion state of a joint.
     JointMotion: u16 {
         /// No goal is sent: torque is off, or its servo keeps its position.
-        Idle = 0,
+        Idle = 0 as "idle",
         /// Moving slowly back within its limits.
-        Align = 1,
+        Align = 1 as "align",
         /// Following goals with the speed limit of the soft start.
-        Soft = 2,
+        Soft = 2 as "soft",
         /// Following goals.
-        Track = 3,
+        Track = 3 as "track",
         /// Decelerating to a stop.
-        Halt = 4,
+        Halt = 4 as "halt",
         /// Holding the position where it stopped, ready for new goals.
-        Hold = 5,
+        Hold = 5 as "hold",
         /// Moving slowly to its rest pose.
-        Retreat = 6,
-    }
-}
-
-impl JointMode {
-    /// Name used in metrics and output.
-    #[must_use]
-    pub const fn name(self) -> &'static str {
-        match self {
-            Self::Limp => "limp",
-            Self::Starting => "starting",
-            Self::Following => "following",
-            Self::Decelerating => "decelerating",
-            Self::Holding => "holding",
-            Self::Quarantined => "quarantined",
-            Self::Releasing => "releasing",
-            Self::Aligning => "aligning",
-            Self::Lowering => "lowering",
-        }
-    }
-}
-
-impl JointCause {
-    /// Name used in metrics and output.
-    #[must_use]
-    pub const fn name(self) -> &'static str {
-        match self {
-            Self::None => "none",
-            Self::NotStarted => "not-started",
-            Self::CommandTimeout => "command-timeout",
-            Self::Silent => "silent",
-            Self::Alert => "alert",
-            Self::Watchdog => "watchdog",
-            Self::BusLost => "bus-lost",
-            Self::Stopped => "stopped",
-            Self::Refused => "refused",
-            Self::GroupStopped => "group-stopped",
-            Self::BodyStopped => "body-stopped",
-            Self::Emergency => "emergency",
-            Self::Restarted => "restarted",
-            Self::DuplicateId => "duplicate-id",
-            Self::Derated => "derated",
-            Self::Unbelieved => "unbelieved",
-            Self::Blocked => "blocked",
-            Self::BeyondLimits => "beyond-limits",
-        }
-    }
-}
-
-impl JointLink {
-    /// Name used in metrics and output.
-    #[must_use]
-    pub const fn name(self) -> &'static str {
-        match self {
-            Self::Unknown => "unknown",
-            Self::Identified => "identified",
-            Self::Answering => "answering",
-            Self::Silent => "silent",
-            Self::Doubted => "doubted",
-        }
-    }
-}
-
-impl JointPower {
-    /// Name used in metrics and output.
-    #[must_use]
-    pub const fn name(self) -> &'static str {
-        match self {
-            Self::Unknown => "unknown",
-            Self::Off => "off",
-            Self::Found => "found-on",
-            Self::Rising => "rising",
-            Self::On => "on",
-            Self::Cutting => "cutting",
-        }
-    }
-}
-
-impl JointLicence {
-    /// Name used in metrics and output.
-    #[must_use]
-    pub const fn name(self) -> &'static str {
-        match self {
-            Self::Locked => "locked",
-            Self::Disarmed => "disarmed",
-            Self::Armed => "armed",
-        }
-    }
-}
-
-impl JointMotion {
-    /// Name used in metrics and output.
-    #[must_use]
-    pub const fn name(self) -> &'static str {
-        match self {
-            Self::Idle => "idle",
-            Self::Align => "align",
-            Self::Soft => "soft",
-            Self::Track => "track",
-            Self::Halt => "halt",
-            Self::Hold => "hold",
-            Self::Retreat => "retreat",
-        }
+        Retreat = 6 as "retreat",
     }
 }
 

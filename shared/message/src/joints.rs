@@ -1,7 +1,4 @@
-use iceoryx2_bb_derive_macros::ZeroCopySend;
-use iceoryx2_bb_elementary_traits::zero_copy_send::ZeroCopySend;
-
-use crate::{JointCause, JointMode, JointState};
+use crate::{JointCause, JointMode, JointState, ZeroCopySend, filled};
 
 /// Capacity of the board in joints. Further joints of a larger body are only in the topic.
 pub const MAX_JOINTS: usize = 256;
@@ -36,8 +33,7 @@ impl Joints {
     /// The joint states in use.
     #[must_use]
     pub fn all(&self) -> &[JointState] {
-        let count = usize::try_from(self.count).unwrap_or(MAX_JOINTS).min(MAX_JOINTS);
-        self.states.get(..count).unwrap_or(&[])
+        filled(&self.states, self.count)
     }
 
     /// Replaces the states. States beyond the capacity are counted, but not stored.

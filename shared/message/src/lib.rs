@@ -71,8 +71,24 @@ pub use topic::{
 };
 pub use turn::{Done, Turn, TurnKind, Turns, TurnsDone};
 
-/// Defines an enum with explicit wire numbers, and conversions from and to its raw number.
+pub(crate) use iceoryx2_bb_derive_macros::ZeroCopySend;
+pub(crate) use iceoryx2_bb_elementary_traits::zero_copy_send::ZeroCopySend;
+
+/// Defines an enum with explicit wire numbers, and conversions from and to its raw number. Each value may have a name.
 macro_rules! numbered {
+    ($(#[$doc:meta])* $kind:ident: $raw:ty {
+        $($(#[$variant_doc:meta])* $variant:ident = $value:literal as $name:literal,)+
+    }) => {
+        numbered! { $(#[$doc])* $kind: $raw { $($(#[$variant_doc])* $variant = $value,)+ } }
+
+        impl $kind {
+            /// Its name in metrics and output.
+            #[must_use]
+            pub const fn name(self) -> &'static str {
+                match self { $(Self::$variant => $name,)+ }
+            }
+        }
+    };
     ($(#[$doc:meta])* $name:ident: $raw:ty { $($(#[$variant_doc:meta])* $variant:ident = $value:literal,)+ }) => {
         $(#[$doc])*
         #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -98,3 +114,20 @@ macro_rules! numbered {
     };
 }
 pub(crate) use numbered;
+
+/// The filled slots of a list in shared memory, all of them if the count is too high.
+#[inline]
+pub(crate) fn filled<T>(slots: &[T], count: impl TryInto<usize>) -> &[T] {
+    let count = count.try_into().unwrap_or(usize::MAX);
+    slots.get(..count).unwrap_or(slots)
+}
+
+/// Fills the next slot of a list in shared memory; `false` if there is none.
+#[inline]
+pub(crate) fn fill<T>(slots: &mut [T], count: &mut u32, value: T) -> bool {
+    let slot = usize::try_from(*count).ok().and_then(|count| slots.get_mut(count));
+    let Some(slot) = slot else { return false };
+    *slot = value;
+    *count += 1;
+    true
+}

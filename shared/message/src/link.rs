@@ -1,7 +1,4 @@
-use iceoryx2_bb_derive_macros::ZeroCopySend;
-use iceoryx2_bb_elementary_traits::zero_copy_send::ZeroCopySend;
-
-use crate::Histogram;
+use crate::{Histogram, ZeroCopySend};
 
 /// Health of the link to another machine, counted since this incarnation of the link process started. The link
 /// process writes it to its board. Delays are between the two machines, in nanoseconds.

@@ -5,45 +5,45 @@ numbered! {
     /// others single observations.
     Loss: u16 {
         /// A newer frame of its source arrived before the cycle that would have processed it.
-        Overtaken = 0,
+        Overtaken = 0 as "overtaken",
         /// Dropped before the sensor process received it: a gap of the sequence number.
-        Missed = 1,
+        Missed = 1 as "missed",
         /// The middleware could not deliver it to the sensor process.
-        Unreadable = 2,
+        Unreadable = 2 as "unreadable",
         /// Its sequence number did not increase, or increased by more than a source can have sent.
-        Misnumbered = 3,
+        Misnumbered = 3 as "misnumbered",
         /// The stamp of `Hop::Observed` is missing, or not of the present time.
-        Unstamped = 4,
+        Unstamped = 4 as "unstamped",
         /// The frame's time stamp is in the future, too old, or not newer than the previous one.
-        Untimely = 5,
+        Untimely = 5 as "untimely",
         /// Its time stamp is in the future.
-        Future = 6,
+        Future = 6 as "future",
         /// It is too old to be useful.
-        Past = 7,
+        Past = 7 as "past",
         /// It is not newer than its source's earlier frames.
-        Stale = 8,
+        Stale = 8 as "stale",
         /// Its kind is unknown.
-        Kind = 9,
+        Kind = 9 as "kind",
         /// Its modality is unknown.
-        Sense = 10,
+        Sense = 10 as "sense",
         /// Its position is not finite, or out of range.
-        Place = 11,
+        Place = 11 as "place",
         /// Its orientation is not a unit quaternion.
-        Orientation = 12,
+        Orientation = 12 as "orientation",
         /// Its extents are not finite, negative, or out of range.
-        Extents = 13,
+        Extents = 13 as "extents",
         /// Its colour or shape is not in [0, 1].
-        Look = 14,
+        Look = 14 as "look",
         /// Its confidence is not in [0, 1].
-        Confidence = 15,
+        Confidence = 15 as "confidence",
         /// It is of a person, but names no person.
-        Person = 16,
+        Person = 16 as "person",
         /// The buffer was full.
-        LeftOut = 17,
+        LeftOut = 17 as "left-out",
         /// The degree of a state is neither in [0, 1] nor NaN, which means that the object has no such state.
-        State = 18,
+        State = 18 as "state",
         /// Another observation of the same person at the same instant is in the frame.
-        Twice = 19,
+        Twice = 19 as "twice",
     }
 }
 
@@ -57,33 +57,6 @@ impl Loss {
     #[must_use]
     pub const fn is_refusal(self) -> bool {
         !matches!(self, Self::Overtaken | Self::Missed | Self::LeftOut)
-    }
-
-    /// Its name in `leo top`.
-    #[must_use]
-    pub const fn name(self) -> &'static str {
-        match self {
-            Self::Overtaken => "overtaken",
-            Self::Missed => "missed",
-            Self::Unreadable => "unreadable",
-            Self::Misnumbered => "misnumbered",
-            Self::Unstamped => "unstamped",
-            Self::Untimely => "untimely",
-            Self::Future => "future",
-            Self::Past => "past",
-            Self::Stale => "stale",
-            Self::Kind => "kind",
-            Self::Sense => "sense",
-            Self::Place => "place",
-            Self::Orientation => "orientation",
-            Self::Extents => "extents",
-            Self::Look => "look",
-            Self::Confidence => "confidence",
-            Self::Person => "person",
-            Self::LeftOut => "left-out",
-            Self::State => "state",
-            Self::Twice => "twice",
-        }
     }
 
     /// Description of the problem and its remedy, about the source.

@@ -1,8 +1,5 @@
-use iceoryx2_bb_derive_macros::ZeroCopySend;
-use iceoryx2_bb_elementary_traits::zero_copy_send::ZeroCopySend;
-
 use crate::bytes::impl_bytes;
-use crate::{Loss, numbered};
+use crate::{Loss, ZeroCopySend, numbered};
 
 /// Number of discrete states of an observation.
 pub const STATES: usize = 8;

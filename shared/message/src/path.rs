@@ -1,6 +1,4 @@
-use iceoryx2_bb_derive_macros::ZeroCopySend;
-use iceoryx2_bb_elementary_traits::zero_copy_send::ZeroCopySend;
-
+use crate::ZeroCopySend;
 use crate::bytes::impl_bytes;
 
 /// Maximum nesting depth of perspectives.

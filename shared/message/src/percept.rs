@@ -1,9 +1,6 @@
-use iceoryx2_bb_derive_macros::ZeroCopySend;
-use iceoryx2_bb_elementary_traits::zero_copy_send::ZeroCopySend;
-
 use crate::bytes::impl_bytes;
 use crate::observation::is_share;
-use crate::{Header, Observation, SourceSet};
+use crate::{Header, Observation, SourceSet, ZeroCopySend, fill, filled};
 
 /// Maximum number of percepts of one snapshot: the size of the percept set P.
 pub const MAX_PERCEPTS: usize = 12;
@@ -166,23 +163,14 @@ impl Snapshot {
     /// Adds an evaluation; `false` if the snapshot is full.
     #[inline]
     pub fn push(&mut self, value: PerceptValue) -> bool {
-        let slot = usize::try_from(self.count).ok().and_then(|count| self.values.get_mut(count));
-        match slot {
-            Some(slot) => {
-                *slot = value;
-                self.count += 1;
-                true
-            }
-            None => false,
-        }
+        fill(&mut self.values, &mut self.count, value)
     }
 
     /// The evaluations.
     #[must_use]
     #[inline]
     pub fn values(&self) -> &[PerceptValue] {
-        let count = usize::try_from(self.count).unwrap_or(0).min(MAX_PERCEPTS);
-        self.values.get(..count).unwrap_or(&[])
+        filled(&self.values, self.count)
     }
 
     /// Whether all evaluations are valid and sorted by percept.

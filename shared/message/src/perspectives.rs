@@ -1,7 +1,4 @@
-use iceoryx2_bb_derive_macros::ZeroCopySend;
-use iceoryx2_bb_elementary_traits::zero_copy_send::ZeroCopySend;
-
-use crate::Path;
+use crate::{Path, ZeroCopySend, filled};
 
 /// Capacity of the board in perspectives, equal to the maximum of a robot
 /// ([`PERSPECTIVES_MOST`](crate::PERSPECTIVES_MOST)).
@@ -46,8 +43,7 @@ impl Perspectives {
     /// The perspectives in use, by number.
     #[must_use]
     pub fn all(&self) -> &[PerspectiveHealth] {
-        let count = usize::try_from(self.count).unwrap_or(MAX_PERSPECTIVES).min(MAX_PERSPECTIVES);
-        self.perspectives.get(..count).unwrap_or(&[])
+        filled(&self.perspectives, self.count)
     }
 }
 

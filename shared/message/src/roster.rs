@@ -1,7 +1,4 @@
-use iceoryx2_bb_derive_macros::ZeroCopySend;
-use iceoryx2_bb_elementary_traits::zero_copy_send::ZeroCopySend;
-
-use crate::Process;
+use crate::{Process, ZeroCopySend};
 
 /// One incarnation of a process, as recorded by the supervisor.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ZeroCopySend)]

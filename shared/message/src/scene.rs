@@ -1,8 +1,5 @@
-use iceoryx2_bb_derive_macros::ZeroCopySend;
-use iceoryx2_bb_elementary_traits::zero_copy_send::ZeroCopySend;
-
 use crate::bytes::impl_bytes;
-use crate::{Header, NOBODY, STATES, Text, numbered};
+use crate::{Header, NOBODY, STATES, Text, ZeroCopySend, numbered};
 
 numbered! {
     /// Mode of the simulated lesson.

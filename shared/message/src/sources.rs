@@ -1,7 +1,4 @@
-use iceoryx2_bb_derive_macros::ZeroCopySend;
-use iceoryx2_bb_elementary_traits::zero_copy_send::ZeroCopySend;
-
-use crate::{LOSSES, Loss, Text};
+use crate::{LOSSES, Loss, Text, ZeroCopySend, filled};
 
 /// Maximum number of sources of a robot.
 pub const MAX_SOURCES: usize = 16;
@@ -48,8 +45,7 @@ impl Sources {
     /// The sources in use, by number.
     #[must_use]
     pub fn all(&self) -> &[SourceHealth] {
-        let count = usize::try_from(self.count).unwrap_or(MAX_SOURCES).min(MAX_SOURCES);
-        self.sources.get(..count).unwrap_or(&[])
+        filled(&self.sources, self.count)
     }
 }
 

@@ -1,8 +1,6 @@
 use std::fmt;
 
-use iceoryx2_bb_derive_macros::ZeroCopySend;
-use iceoryx2_bb_elementary_traits::zero_copy_send::ZeroCopySend;
-
+use crate::ZeroCopySend;
 use crate::bytes::impl_bytes;
 
 /// Capacity of a [`Text`] in bytes.

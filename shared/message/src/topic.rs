@@ -1,10 +1,7 @@
-use iceoryx2_bb_derive_macros::ZeroCopySend;
-use iceoryx2_bb_elementary_traits::zero_copy_send::ZeroCopySend;
-
 use crate::bytes::impl_bytes;
 use crate::{
     ActAnswer, Belief, BeliefHead, Difference, DivergenceHead, Event, Head, Header, JointGoal, JointState,
-    Observation, Perceived, PerceptHead, Process, SceneHead, SceneObject, TeacherAct, Text,
+    Observation, Perceived, PerceptHead, Process, SceneHead, SceneObject, TeacherAct, Text, ZeroCopySend,
 };
 
 /// A topic: its name and the types of its frames. Each has exactly one writer.

@@ -1,7 +1,4 @@
-use iceoryx2_bb_derive_macros::ZeroCopySend;
-use iceoryx2_bb_elementary_traits::zero_copy_send::ZeroCopySend;
-
-use crate::{Header, Process, Topic, numbered};
+use crate::{Header, Process, Topic, ZeroCopySend, numbered};
 
 numbered! {
     /// Kind of a turn.

@@ -1,101 +1,73 @@
 //! Metrics of sources, perspectives and tasks.
 
-use message::Loss;
+use message::{Loss, PerspectiveHealth, SourceHealth};
 use quantity::number::float;
 
 use crate::page::{Kind, MetricsText};
 use crate::readings::Readings;
 
+/// A counter of a perspective: family name, help text, field.
+type Count = (&'static str, &'static str, fn(&PerspectiveHealth) -> u64);
+
+const COUNTS: [Count; 4] = [
+    ("leo_perspective_steps", "Steps of the perspective's belief system.", |perspective| perspective.steps),
+    (
+        "leo_perspective_beliefs",
+        "Sum of the numbers of beliefs after each step: divide by the steps.",
+        |perspective| perspective.beliefs,
+    ),
+    (
+        "leo_perspective_left_out",
+        "Observations, beliefs and occluders beyond the perspective's capacity.",
+        |perspective| perspective.left_out,
+    ),
+    (
+        "leo_perspective_refused",
+        "Observations and evaluations that the perspective refused as invalid.",
+        |perspective| perspective.refused,
+    ),
+];
+
 pub(crate) fn write(readings: &Readings, page: &mut MetricsText) {
-    sources(readings, page);
-    perspectives(readings, page);
+    sources(&readings.sources, page);
+    let paths = readings.perspectives.iter().map(|perspective| perspective.path.agents().unwrap_or_default());
+    let paths: Vec<String> = paths.map(|path| format!("{path:?}")).collect();
+    for (name, help, of) in COUNTS {
+        page.counts(name, help, "perspective", paths.iter().zip(readings.perspectives.iter().map(of)));
+    }
     tasks(readings, page);
 }
 
-fn sources(readings: &Readings, page: &mut MetricsText) {
-    page.family(
+fn sources(sources: &[SourceHealth], page: &mut MetricsText) {
+    let silent = sources.iter().map(|source| (source.name.as_str(), f64::from(u8::from(source.silent != 0))));
+    page.gauges(
         "leo_source_silent",
-        Kind::Gauge,
-        None,
         "1 while the source should send frames and sends none.",
+        "source",
+        silent,
     );
-    for source in &readings.sources {
-        page.gauge(&[("source", source.name.as_str())], f64::from(u8::from(source.silent != 0)));
-    }
-    page.family("leo_source_frames", Kind::Counter, None, "Frames read from the source.");
-    for source in &readings.sources {
-        page.count(&[("source", source.name.as_str())], source.frames);
-    }
-    page.family("leo_source_observations", Kind::Counter, None, "Observations that became percepts.");
-    for source in &readings.sources {
-        page.count(&[("source", source.name.as_str())], source.observations);
-    }
-    page.family(
-        "leo_source_losses",
-        Kind::Counter,
-        None,
-        "Frames or observations lost or refused, by the reason.",
-    );
-    for source in &readings.sources {
+    let frames = sources.iter().map(|source| (source.name.as_str(), source.frames));
+    page.counts("leo_source_frames", "Frames read from the source.", "source", frames);
+    let observations = sources.iter().map(|source| (source.name.as_str(), source.observations));
+    page.counts("leo_source_observations", "Observations that became percepts.", "source", observations);
+    page.family("leo_source_losses", Kind::Counter, "Frames or observations lost or refused, by the reason.");
+    for source in sources {
         for loss in Loss::ALL {
             page.count(&[("source", source.name.as_str()), ("reason", loss.name())], source.lost(*loss));
         }
     }
 }
 
-fn perspectives(readings: &Readings, page: &mut MetricsText) {
-    let paths: Vec<String> = readings
-        .perspectives
-        .iter()
-        .map(|perspective| format!("{:?}", perspective.path.agents().unwrap_or_default()))
-        .collect();
-    let each = || paths.iter().map(String::as_str).zip(&readings.perspectives);
-    page.family("leo_perspective_steps", Kind::Counter, None, "Steps of the perspective's belief system.");
-    for (path, perspective) in each() {
-        page.count(&[("perspective", path)], perspective.steps);
-    }
-    page.family(
-        "leo_perspective_beliefs",
-        Kind::Counter,
-        None,
-        "Sum of the numbers of beliefs after each step: divide by the steps.",
-    );
-    for (path, perspective) in each() {
-        page.count(&[("perspective", path)], perspective.beliefs);
-    }
-    page.family(
-        "leo_perspective_left_out",
-        Kind::Counter,
-        None,
-        "Observations, beliefs and occluders beyond the perspective's capacity.",
-    );
-    for (path, perspective) in each() {
-        page.count(&[("perspective", path)], perspective.left_out);
-    }
-    page.family(
-        "leo_perspective_refused",
-        Kind::Counter,
-        None,
-        "Observations and evaluations that the perspective refused as invalid.",
-    );
-    for (path, perspective) in each() {
-        page.count(&[("perspective", path)], perspective.refused);
-    }
-}
-
 fn tasks(readings: &Readings, page: &mut MetricsText) {
-    page.family("leo_store_bytes", Kind::Gauge, Some("bytes"), "Size of the file of the learned tasks.");
+    page.family("leo_store_bytes", Kind::Gauge, "Size of the file of the learned tasks.");
     if let Some(bytes) = readings.store_bytes {
         page.gauge(&[], float(bytes));
     }
-    page.family("leo_task_examples", Kind::Gauge, None, "Examples seen of the task.");
-    for task in &readings.tasks {
-        page.gauge(&[("task", &task.name)], float(task.examples));
-    }
+    let examples = readings.tasks.iter().map(|task| (&task.name, float(task.examples)));
+    page.gauges("leo_task_examples", "Examples seen of the task.", "task", examples);
     page.family(
         "leo_task_hypotheses",
         Kind::Gauge,
-        None,
         "Hypotheses published for the task after its last demonstration.",
     );
     for task in &readings.tasks {

@@ -2,6 +2,7 @@
 
 use message::{
     BusHealth, JointCause, JointLicence, JointLink, JointMachines, JointMode, JointMotion, JointPower,
+    JointState,
 };
 use quantity::number::{float, float_of_count};
 
@@ -37,6 +38,22 @@ const INCIDENTS: [Fault; 6] = [
     ("hang_up", |bus| bus.hang_ups),
 ];
 
+/// A number that is read from a servo: family name, help text, field.
+type Read = (&'static str, &'static str, fn(&JointState) -> Option<f64>);
+
+const READ: [Read; 4] = [
+    (
+        "leo_joint_position_radians",
+        "Last position of the joint that was read.",
+        JointState::present_position_rad,
+    ),
+    ("leo_joint_temperature_celsius", "Temperature inside the servo.", |joint| {
+        joint.present_temperature_c().map(f64::from)
+    }),
+    ("leo_joint_input_volts", "Voltage at the servo.", |joint| joint.present_input_v().map(f64::from)),
+    ("leo_joint_current_amperes", "Current through the servo.", JointState::present_current_a),
+];
+
 pub(crate) fn write(readings: &Readings, page: &mut MetricsText) {
     buses(&readings.buses, page);
     joints(readings, page);
@@ -50,23 +67,12 @@ fn buses(buses: &[BusHealth], page: &mut MetricsText) {
         ("leo_bus_quarantined_joints", "Joints whose servo does not answer.", |bus| bus.quarantined),
     ];
     for (name, help, of) in gauges {
-        page.family(name, Kind::Gauge, None, help);
-        for bus in buses {
-            page.gauge(&[("bus", bus.name.as_str())], float(of(bus)));
-        }
+        page.gauges(name, help, "bus", buses.iter().map(|bus| (bus.name.as_str(), float(of(bus)))));
     }
     for (name, help, of) in COUNTS {
-        page.family(name, Kind::Counter, None, help);
-        for bus in buses {
-            page.count(&[("bus", bus.name.as_str())], of(bus));
-        }
+        page.counts(name, help, "bus", buses.iter().map(|bus| (bus.name.as_str(), of(bus))));
     }
-    page.family(
-        "leo_bus_errors",
-        Kind::Counter,
-        None,
-        "Replies that were missing, corrupt or of another cycle.",
-    );
+    page.family("leo_bus_errors", Kind::Counter, "Replies that were missing, corrupt or of another cycle.");
     for bus in buses {
         for (error, of) in FAULTS {
             page.count(&[("bus", bus.name.as_str()), ("error", error)], of(bus));
@@ -75,7 +81,6 @@ fn buses(buses: &[BusHealth], page: &mut MetricsText) {
     page.family(
         "leo_bus_incidents",
         Kind::Counter,
-        None,
         "Incidents of the servos and of the serial line, by kind.",
     );
     for bus in buses {
@@ -91,92 +96,42 @@ fn joints(readings: &Readings, page: &mut MetricsText) {
     if readings.joints.is_empty() {
         return;
     }
-    page.family("leo_joints", Kind::Gauge, None, "Joints by their mode in the motor process.");
-    for mode in JointMode::ALL {
-        let count = readings.joints.iter().filter(|joint| joint.mode() == Some(*mode)).count();
-        page.gauge(&[("mode", mode.name())], float_of_count(count));
-    }
-    page.family("leo_joints_in_trouble", Kind::Gauge, None, "Joints with a fault, by the cause.");
-    for cause in JointCause::ALL.iter().filter(|cause| **cause != JointCause::None) {
-        let count = readings.joints.iter().filter(|joint| joint.cause() == Some(*cause)).count();
-        page.gauge(&[("cause", cause.name())], float_of_count(count));
-    }
+    let count = |is: &dyn Fn(&JointState) -> bool| {
+        float_of_count(readings.joints.iter().filter(|joint| is(joint)).count())
+    };
+    let modes = JointMode::ALL.iter().map(|mode| (mode.name(), count(&|joint| joint.mode() == Some(*mode))));
+    page.gauges("leo_joints", "Joints by their mode in the motor process.", "mode", modes);
+    let causes = JointCause::ALL.iter().filter(|cause| **cause != JointCause::None);
+    let causes = causes.map(|cause| (cause.name(), count(&|joint| joint.cause() == Some(*cause))));
+    page.gauges("leo_joints_in_trouble", "Joints with a fault, by the cause.", "cause", causes);
     machines(readings, page);
-    page.family(
-        "leo_joint_position_radians",
-        Kind::Gauge,
-        Some("radians"),
-        "Last position of the joint that was read.",
-    );
-    for joint in &readings.joints {
-        if let Some(radians) = joint.present_position_rad() {
-            page.gauge(&[("joint", &readings.joint_name(joint.joint))], radians);
-        }
-    }
-    page.family(
-        "leo_joint_temperature_celsius",
-        Kind::Gauge,
-        Some("celsius"),
-        "Temperature inside the servo.",
-    );
-    for joint in &readings.joints {
-        if let Some(celsius) = joint.present_temperature_c() {
-            page.gauge(&[("joint", &readings.joint_name(joint.joint))], f64::from(celsius));
-        }
-    }
-    page.family("leo_joint_input_volts", Kind::Gauge, Some("volts"), "Voltage at the servo.");
-    for joint in &readings.joints {
-        if let Some(volts) = joint.present_input_v() {
-            page.gauge(&[("joint", &readings.joint_name(joint.joint))], f64::from(volts));
-        }
-    }
-    page.family("leo_joint_current_amperes", Kind::Gauge, Some("amperes"), "Current through the servo.");
-    for joint in &readings.joints {
-        if let Some(amperes) = joint.present_current_a() {
-            page.gauge(&[("joint", &readings.joint_name(joint.joint))], amperes);
-        }
+    for (name, help, of) in READ {
+        let read =
+            readings.joints.iter().filter_map(|joint| Some((readings.joint_name(joint.joint), of(joint)?)));
+        page.gauges(name, help, "joint", read);
     }
 }
 
 /// Metrics of the joints' state machines and goals, and of the joints in trouble.
 fn machines(readings: &Readings, page: &mut MetricsText) {
-    let machines: Vec<JointMachines> =
-        readings.joints.iter().filter_map(message::JointState::machines).collect();
-    let mut gauge = |name, label, help, states: &[(&str, usize)]| {
-        page.family(name, Kind::Gauge, None, help);
-        for (state, count) in states {
-            page.gauge(&[(label, state)], float_of_count(*count));
-        }
-    };
-    macro_rules! counted {
-        ($machine:ident, $field:ident) => {
-            $machine::ALL
-                .iter()
-                .map(|state| {
-                    (state.name(), machines.iter().filter(|machines| machines.$field == *state).count())
-                })
-                .collect::<Vec<_>>()
+    let machines: Vec<JointMachines> = readings.joints.iter().filter_map(JointState::machines).collect();
+    macro_rules! states {
+        ($name:literal, $label:literal, $help:literal, $machine:ident, $field:ident) => {
+            let count = |state: $machine| {
+                float_of_count(machines.iter().filter(|machines| machines.$field == state).count())
+            };
+            page.gauges(
+                $name,
+                $help,
+                $label,
+                $machine::ALL.iter().map(|state| (state.name(), count(*state))),
+            );
         };
     }
-    gauge(
-        "leo_joints_by_licence",
-        "licence",
-        "Joints by whether they may move.",
-        &counted!(JointLicence, licence),
-    );
-    gauge(
-        "leo_joints_by_link",
-        "link",
-        "Joints by the connection to their servo.",
-        &counted!(JointLink, link),
-    );
-    gauge(
-        "leo_joints_by_power",
-        "power",
-        "Joints by the torque of their servo.",
-        &counted!(JointPower, power),
-    );
-    gauge("leo_joints_by_motion", "motion", "Joints by how they move.", &counted!(JointMotion, motion));
+    states!("leo_joints_by_licence", "licence", "Joints by whether they may move.", JointLicence, licence);
+    states!("leo_joints_by_link", "link", "Joints by the connection to their servo.", JointLink, link);
+    states!("leo_joints_by_power", "power", "Joints by the torque of their servo.", JointPower, power);
+    states!("leo_joints_by_motion", "motion", "Joints by how they move.", JointMotion, motion);
     for (name, help, count) in [
         ("leo_joint_locks", "How often a joint was locked.", readings.joint_locks),
         ("leo_goals_limited", "Goals beyond a joint's limits, which were limited.", readings.goals_limited),
@@ -186,13 +141,12 @@ fn machines(readings: &Readings, page: &mut MetricsText) {
             readings.goals_refused,
         ),
     ] {
-        page.family(name, Kind::Counter, None, help);
+        page.family(name, Kind::Counter, help);
         page.count(&[], count);
     }
     page.family(
         "leo_joint_trouble",
         Kind::Info,
-        None,
         "The states of a joint that is in trouble, and why it is locked or disarmed.",
     );
     for joint in readings.joints.iter().filter(|joint| joint.is_in_trouble()) {

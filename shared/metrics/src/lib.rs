@@ -30,7 +30,7 @@ pub const CONTENT_TYPE: &str = "application/openmetrics-text; version=1.0.0; cha
 #[must_use]
 pub fn openmetrics(readings: &Readings) -> String {
     let mut page = MetricsText::default();
-    page.family("leo_build", Kind::Info, None, "The program that was read.");
+    page.family("leo_build", Kind::Info, "The program that was read.");
     page.sample("_info", &[("version", env!("CARGO_PKG_VERSION"))], 1.0);
     processes::write(readings, &mut page);
     body::write(readings, &mut page);

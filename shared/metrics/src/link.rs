@@ -7,54 +7,49 @@ use crate::page::{Kind, MetricsText, seconds};
 use crate::processes::distribution;
 use crate::readings::Readings;
 
-/// A counter of the link: family name, unit, help text, field.
-type Count = (&'static str, Option<&'static str>, &'static str, fn(&LinkHealth) -> u64);
+/// A counter of the link: family name, help text, field.
+type Count = (&'static str, &'static str, fn(&LinkHealth) -> u64);
 
 const COUNTS: [Count; 10] = [
-    ("leo_link_hearings", None, "How often the link to the other machine was established.", |link| {
-        link.hearings
-    }),
-    ("leo_link_sent_frames", None, "Frames handed to the network.", |link| link.sent),
-    ("leo_link_overtaken_frames", None, "Frames not sent because a newer one came first.", |link| {
-        link.overtaken
-    }),
-    ("leo_link_given_up_frames", None, "Frames dropped after waiting too long to be sent.", |link| {
-        link.given_up
-    }),
-    ("leo_link_received_frames", None, "Frames of the other machine that were published here.", |link| {
+    ("leo_link_hearings", "How often the link to the other machine was established.", |link| link.hearings),
+    ("leo_link_sent_frames", "Frames handed to the network.", |link| link.sent),
+    ("leo_link_overtaken_frames", "Frames not sent because a newer one came first.", |link| link.overtaken),
+    ("leo_link_given_up_frames", "Frames dropped after waiting too long to be sent.", |link| link.given_up),
+    ("leo_link_received_frames", "Frames of the other machine that were published here.", |link| {
         link.received
     }),
-    ("leo_link_lost_bundles", None, "Bundles of frames that were lost on the way to this machine.", |link| {
+    ("leo_link_lost_bundles", "Bundles of frames that were lost on the way to this machine.", |link| {
         link.lost
     }),
-    ("leo_link_refused", None, "Messages and frames of the other machine refused as malformed.", |link| {
+    ("leo_link_refused", "Messages and frames of the other machine refused as malformed.", |link| {
         link.refused
     }),
-    ("leo_link_late_commands", None, "Commands that came too late to be carried out.", |link| link.late),
-    ("leo_link_sent_bytes", Some("bytes"), "Handed to the network.", |link| link.bytes_sent),
-    ("leo_link_received_bytes", Some("bytes"), "What came.", |link| link.bytes_received),
+    ("leo_link_late_commands", "Commands that came too late to be carried out.", |link| link.late),
+    ("leo_link_sent_bytes", "Handed to the network.", |link| link.bytes_sent),
+    ("leo_link_received_bytes", "What came.", |link| link.bytes_received),
 ];
 
 pub(crate) fn write(readings: &Readings, page: &mut MetricsText) {
     let Some(link) = &readings.link else { return };
-    page.family("leo_link_heard", Kind::Gauge, None, "1 while the link to the other machine is up.");
-    page.gauge(&[], float(link.is_heard));
-    page.family(
-        "leo_link_round_trip_seconds",
-        Kind::Gauge,
-        Some("seconds"),
-        "Latest round-trip time to the other machine.",
-    );
-    page.gauge(&[], seconds(link.round_trip_ns));
-    page.family(
-        "leo_link_clock_error_seconds",
-        Kind::Gauge,
-        Some("seconds"),
-        "Maximum error of the timestamps from the other machine.",
-    );
-    page.gauge(&[], seconds(link.clock_error_ns));
-    for (name, unit, help, of) in COUNTS {
-        page.family(name, Kind::Counter, unit, help);
+    let gauges = [
+        ("leo_link_heard", "1 while the link to the other machine is up.", float(link.is_heard)),
+        (
+            "leo_link_round_trip_seconds",
+            "Latest round-trip time to the other machine.",
+            seconds(link.round_trip_ns),
+        ),
+        (
+            "leo_link_clock_error_seconds",
+            "Maximum error of the timestamps from the other machine.",
+            seconds(link.clock_error_ns),
+        ),
+    ];
+    for (name, help, value) in gauges {
+        page.family(name, Kind::Gauge, help);
+        page.gauge(&[], value);
+    }
+    for (name, help, of) in COUNTS {
+        page.family(name, Kind::Counter, help);
         page.count(&[], of(link));
     }
     let told = [("received", &link.delay)];

@@ -12,6 +12,9 @@ const LAST_BOUND: u32 = 28;
 /// Quantiles over the whole incarnation.
 const QUANTILES: [(&str, f64); 3] = [("0.5", 0.5), ("0.99", 0.99), ("0.999", 0.999)];
 
+/// The units of OpenMetrics that names end in.
+const UNITS: [&str; 7] = ["amperes", "bytes", "celsius", "hertz", "radians", "seconds", "volts"];
+
 /// The type of a family.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Kind {
@@ -46,11 +49,11 @@ pub(crate) struct MetricsText {
 pub(crate) type Labels<'a> = &'a [(&'a str, &'a str)];
 
 impl MetricsText {
-    /// Starts a family. The unit must be the last word of the name.
-    pub(crate) fn family(&mut self, name: &str, kind: Kind, unit: Option<&str>, help: &str) {
+    /// Starts a family. Its unit, if any, is the last word of the name.
+    pub(crate) fn family(&mut self, name: &str, kind: Kind, help: &str) {
         name.clone_into(&mut self.family);
         self.announcement = format!("# TYPE {name} {}\n", kind.name());
-        if let Some(unit) = unit {
+        if let Some(unit) = name.rsplit('_').next().filter(|unit| UNITS.contains(unit)) {
             // Writing to a string cannot fail.
             let _ = writeln!(self.announcement, "# UNIT {name} {unit}");
         }
@@ -81,6 +84,34 @@ impl MetricsText {
 
     pub(crate) fn count(&mut self, labels: Labels<'_>, value: u64) {
         self.sample("_total", labels, float(value));
+    }
+
+    /// A family of gauges with one label.
+    pub(crate) fn gauges(
+        &mut self,
+        name: &str,
+        help: &str,
+        label: &str,
+        rows: impl IntoIterator<Item = (impl AsRef<str>, f64)>,
+    ) {
+        self.family(name, Kind::Gauge, help);
+        for (text, value) in rows {
+            self.gauge(&[(label, text.as_ref())], value);
+        }
+    }
+
+    /// A family of counters with one label.
+    pub(crate) fn counts(
+        &mut self,
+        name: &str,
+        help: &str,
+        label: &str,
+        rows: impl IntoIterator<Item = (impl AsRef<str>, u64)>,
+    ) {
+        self.family(name, Kind::Counter, help);
+        for (text, value) in rows {
+            self.count(&[(label, text.as_ref())], value);
+        }
     }
 
     /// Adds the bucket samples of a histogram.

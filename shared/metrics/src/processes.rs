@@ -49,33 +49,23 @@ const RIGHTS: [(u64, &str); 3] = [(1, "priority"), (2, "cores"), (4, "memory")];
 
 pub(crate) fn write(readings: &Readings, page: &mut MetricsText) {
     let each = || readings.processes.iter().map(|(process, health)| (process.name(), health));
+    let is = |it| f64::from(u8::from(it));
 
-    page.family("leo_process_running", Kind::Gauge, None, "1 while the process is in its loop.");
-    for (process, health) in each() {
-        let runs = health.state() == Some(ProcessState::Running);
-        page.gauge(&[("process", process)], f64::from(u8::from(runs)));
-    }
-    page.family(
-        "leo_process_rate_hertz",
-        Kind::Gauge,
-        Some("hertz"),
-        "Configured rate; absent for event-driven processes.",
-    );
-    for (process, health) in each().filter(|(_, health)| health.period_ns > 0) {
-        page.gauge(&[("process", process)], 1e9 / float(health.period_ns));
-    }
-    page.family("leo_process_missing_right", Kind::Gauge, None, "1 where a configured right is not granted.");
+    let running =
+        each().map(|(process, health)| (process, is(health.state() == Some(ProcessState::Running))));
+    page.gauges("leo_process_running", "1 while the process is in its loop.", "process", running);
+    let rates = each().filter(|(_, health)| health.period_ns > 0);
+    let rates = rates.map(|(process, health)| (process, 1e9 / float(health.period_ns)));
+    let help = "Configured rate; absent for event-driven processes.";
+    page.gauges("leo_process_rate_hertz", help, "process", rates);
+    page.family("leo_process_missing_right", Kind::Gauge, "1 where a configured right is not granted.");
     for (process, health) in each() {
         for (bit, right) in RIGHTS {
-            let is_missing = health.missing_rights & bit != 0;
-            page.gauge(&[("process", process), ("right", right)], f64::from(u8::from(is_missing)));
+            page.gauge(&[("process", process), ("right", right)], is(health.missing_rights & bit != 0));
         }
     }
-    for (name, help, count) in COUNTS {
-        page.family(name, Kind::Counter, None, help);
-        for (process, health) in each() {
-            page.count(&[("process", process)], count(health));
-        }
+    for (name, help, of) in COUNTS {
+        page.counts(name, help, "process", each().map(|(process, health)| (process, of(health))));
     }
     for (stem, help, of) in DISTRIBUTIONS {
         let told: Vec<_> = each().map(|(process, health)| (process, of(health))).collect();
@@ -93,17 +83,17 @@ pub(crate) fn distribution(
     told: &[(&str, &Histogram)],
 ) {
     let told = || told.iter().filter(|(_, histogram)| histogram.count() > 0);
-    page.family(&format!("{stem}_seconds"), Kind::Histogram, Some("seconds"), &format!("{help}."));
+    page.family(&format!("{stem}_seconds"), Kind::Histogram, &format!("{help}."));
     for (name, histogram) in told() {
         page.buckets(&[(label, name)], histogram);
     }
     let life = format!("{help}, since the process started.");
-    page.family(&format!("{stem}_life_seconds"), Kind::Summary, Some("seconds"), &life);
+    page.family(&format!("{stem}_life_seconds"), Kind::Summary, &life);
     for (name, histogram) in told() {
         page.quantiles(&[(label, name)], histogram);
     }
     let most = format!("{help}: the maximum since the process started.");
-    page.family(&format!("{stem}_max_seconds"), Kind::Gauge, Some("seconds"), &most);
+    page.family(&format!("{stem}_max_seconds"), Kind::Gauge, &most);
     for (name, histogram) in told() {
         page.gauge(&[(label, name)], seconds(histogram.max_ns()));
     }

@@ -3,7 +3,7 @@ use std::path::PathBuf;
 use config::{ConfigError, Files};
 
 /// Command line arguments of a process.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Launch {
     /// Root directory of the domain to join.
     pub domain: PathBuf,

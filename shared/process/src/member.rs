@@ -7,8 +7,7 @@ use config::leo::{Buffers, Rights};
 use cycle::{Account, Schedule};
 use message::{Health, Process, ProcessState, Topic};
 use transport::{
-    BusesWriter, Domain, FramePublisher, FrameSubscriber, HealthWriter, JointsWriter, LinkWriter, Node,
-    OverflowPolicy, PerspectivesWriter, Queues, SourcesWriter,
+    Board, BoardWriter, Domain, FramePublisher, FrameSubscriber, HealthWriter, Node, OverflowPolicy, Queues,
 };
 
 use crate::pace::{Lockstep, LoopTiming, Wait, wait_for_call};
@@ -167,49 +166,13 @@ impl ProcessNode {
         }
     }
 
-    /// Creates the board with the counters of the sources, in the sensor process.
+    /// Creates a board of this incarnation.
     ///
     /// # Errors
     ///
-    /// As [`SourcesWriter::create`].
-    pub fn sources_board(&self) -> Result<SourcesWriter, Failure> {
-        Ok(SourcesWriter::create(&self.node, self.process, self.health.incarnation)?)
-    }
-
-    /// Creates the board with the health of the buses, in the motor process.
-    ///
-    /// # Errors
-    ///
-    /// As [`BusesWriter::create`].
-    pub fn buses_board(&self) -> Result<BusesWriter, Failure> {
-        Ok(BusesWriter::create(&self.node, self.process, self.health.incarnation)?)
-    }
-
-    /// Creates the board with the joint states, in the motor process.
-    ///
-    /// # Errors
-    ///
-    /// As [`JointsWriter::create`].
-    pub fn joints_board(&self) -> Result<JointsWriter, Failure> {
-        Ok(JointsWriter::create(&self.node, self.process, self.health.incarnation)?)
-    }
-
-    /// Creates the board with the counters of the perspectives, in the belief process.
-    ///
-    /// # Errors
-    ///
-    /// As [`PerspectivesWriter::create`].
-    pub fn perspectives_board(&self) -> Result<PerspectivesWriter, Failure> {
-        Ok(PerspectivesWriter::create(&self.node, self.process, self.health.incarnation)?)
-    }
-
-    /// Creates the board with the health of the link, in the link process.
-    ///
-    /// # Errors
-    ///
-    /// As [`LinkWriter::create`].
-    pub fn link_board(&self) -> Result<LinkWriter, Failure> {
-        Ok(LinkWriter::create(&self.node, self.process, self.health.incarnation)?)
+    /// As [`BoardWriter::create`].
+    pub fn board<T: Board>(&self) -> Result<BoardWriter<T>, Failure> {
+        Ok(BoardWriter::create(&self.node, self.process, self.health.incarnation)?)
     }
 
     /// The current instant, of the clock or of simulated time.

@@ -13,20 +13,7 @@ fn the_heartbeat_continues_during_long_calls_and_a_slow_end() {
     let domain = Domain::named(&format!("busy-{}", std::process::id())).expect("a legal name");
     let claim = claim(&domain).expect("nobody else's");
     domain.make().expect("/dev/shm is writable");
-    let launch = Launch {
-        domain: domain.root().to_owned(),
-        incarnation: 1,
-        parent: None,
-        config: None,
-        kept: None,
-        lesson: None,
-        synthetic: None,
-        partners: None,
-        stay: false,
-        lockstep: false,
-        state: None,
-        campaign: None,
-    };
+    let launch = Launch { domain: domain.root().to_owned(), incarnation: 1, ..Launch::default() };
     let node = Node::join(&domain, "test", 1, queues(&leo.buffers, false)).expect("the domain was made");
     let rights = &leo.console.realtime;
     let mut member = ProcessNode::join(&launch, Process::Belief, &leo.buffers, rights).expect("joins");

@@ -76,6 +76,12 @@ pub fn counted(count: u32, noun: &str) -> String {
     if count == 1 { format!("1 {noun}") } else { format!("{count} {noun}s") }
 }
 
+/// The value, saturating at `u64::MAX`.
+#[must_use]
+pub fn saturating_u64(value: usize) -> u64 {
+    u64::try_from(value).unwrap_or(u64::MAX)
+}
+
 /// The value, saturating at `u32::MAX`.
 #[must_use]
 pub fn saturating_u32(value: usize) -> u32 {

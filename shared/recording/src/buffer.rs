@@ -1,9 +1,7 @@
 use std::fmt;
 use std::fmt::Write as _;
 
-use message::{
-    Beliefs, Bytes, Divergences, Events, JointGoals, JointStates, Kind, Percepts, Scene, Topic, Utterances,
-};
+use message::{Bytes, Kind, Topic};
 
 /// Topic prefix of raw channels; the name of the buffer follows.
 const PREFIX: &str = "leo/";
@@ -29,6 +27,23 @@ pub enum Buffer {
     JointStates,
 }
 
+/// The value of an expression about the topic of a buffer.
+macro_rules! with_topic {
+    ($buffer:expr, $topic:ident => $value:expr) => {
+        $crate::buffer::with_topic!($buffer, $topic => $value;
+            Scene() Utterances() Percepts() Beliefs(_) Divergences(_) Events() JointGoals() JointStates())
+    };
+    ($buffer:expr, $topic:ident => $value:expr; $($name:ident($($number:tt)?))+) => {
+        match $buffer {
+            $($crate::Buffer::$name $(($number))? => {
+                type $topic = ::message::$name;
+                $value
+            })+
+        }
+    };
+}
+pub(crate) use with_topic;
+
 impl Buffer {
     /// All buffers of a robot with `perspectives` perspectives, in the order of the data flow.
     pub fn all(perspectives: u32) -> impl Iterator<Item = Self> {
@@ -51,16 +66,12 @@ impl Buffer {
     /// The name and the number of its topic in shared memory.
     #[must_use]
     pub const fn name(self) -> (&'static str, Option<u32>) {
-        match self {
-            Self::Scene => (Scene::NAME, None),
-            Self::Utterances => (Utterances::NAME, None),
-            Self::Percepts => (Percepts::NAME, None),
-            Self::Beliefs(perspective) => (Beliefs::NAME, Some(perspective)),
-            Self::Divergences(perspective) => (Divergences::NAME, Some(perspective)),
-            Self::Events => (Events::NAME, None),
-            Self::JointGoals => (JointGoals::NAME, None),
-            Self::JointStates => (JointStates::NAME, None),
-        }
+        let number = if let Self::Beliefs(perspective) | Self::Divergences(perspective) = self {
+            Some(perspective)
+        } else {
+            None
+        };
+        (with_topic!(self, T => T::NAME), number)
     }
 
     /// The buffer of a channel's topic, such as `leo/beliefs/0`; `None` for other topics.
@@ -99,16 +110,7 @@ impl Buffer {
         fn of<T: Topic<Head: Bytes, Entry: Bytes>>() -> [Kind; 2] {
             [T::Head::kind(), T::Entry::kind()]
         }
-        match self {
-            Self::Scene => of::<Scene>(),
-            Self::Utterances => of::<Utterances>(),
-            Self::Percepts => of::<Percepts>(),
-            Self::Beliefs(_) => of::<Beliefs>(),
-            Self::Divergences(_) => of::<Divergences>(),
-            Self::Events => of::<Events>(),
-            Self::JointGoals => of::<JointGoals>(),
-            Self::JointStates => of::<JointStates>(),
-        }
+        with_topic!(self, T => of::<T>())
     }
 
     /// The name of its schema: the names of head and entry, each with its version.

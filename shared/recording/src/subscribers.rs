@@ -1,8 +1,7 @@
-use message::{
-    Beliefs, Bytes, Divergences, Events, JointGoals, JointStates, Percepts, Scene, Topic, Utterances,
-};
+use message::{Bytes, Topic};
 use transport::{FrameSubscriber, Node, PortError, ReceiveError};
 
+use crate::buffer::with_topic;
 use crate::{Buffer, Frame};
 
 /// The subscribers of all recorded buffers.
@@ -90,16 +89,7 @@ impl BufferSubscribers {
         if self.0.iter().any(|source| source.buffer() == buffer) {
             return Ok(true);
         }
-        let tap = match buffer {
-            Buffer::Scene => tap::<Scene>(node, buffer, how),
-            Buffer::Utterances => tap::<Utterances>(node, buffer, how),
-            Buffer::Percepts => tap::<Percepts>(node, buffer, how),
-            Buffer::Beliefs(_) => tap::<Beliefs>(node, buffer, how),
-            Buffer::Divergences(_) => tap::<Divergences>(node, buffer, how),
-            Buffer::Events => tap::<Events>(node, buffer, how),
-            Buffer::JointGoals => tap::<JointGoals>(node, buffer, how),
-            Buffer::JointStates => tap::<JointStates>(node, buffer, how),
-        }?;
+        let tap = with_topic!(buffer, T => tap::<T>(node, buffer, how))?;
         let is_open = tap.is_some();
         self.0.extend(tap);
         Ok(is_open)

@@ -1,7 +1,8 @@
+use quantity::number::saturating_u64;
+
 use crate::chain::{FastReplyWriter, after, head, length_field};
 use crate::crc::extend;
 use crate::frame::{HEADER, PREFIX, SUFFIX};
-use crate::parser::number;
 use crate::{Id, Status};
 
 /// Maximum length of a reply in bytes: the capacity of a [`Parser`](crate::Parser).
@@ -203,7 +204,7 @@ impl FastReply {
         let Some(walk) = &mut self.frame else { return 0 };
         let taken = std::mem::take(&mut walk.at);
         walk.resume = 0;
-        walk.origin = walk.origin.wrapping_add(number(taken));
+        walk.origin = walk.origin.wrapping_add(saturating_u64(taken));
         taken
     }
 

@@ -1,3 +1,5 @@
+use quantity::number::saturating_u64;
+
 use crate::crc::crc;
 use crate::fast::{HeaderMatch, Step};
 use crate::frame::{HEADER, PREFIX, SUFFIX, is_stuffed, unstuff};
@@ -81,7 +83,7 @@ impl Parser {
             place.copy_from_slice(kept);
             self.end += kept.len();
         }
-        let dropped = number(excess + (bytes.len() - kept.len()));
+        let dropped = saturating_u64(excess + (bytes.len() - kept.len()));
         self.losses.overrun += dropped;
         self.origin = self.origin.wrapping_add(dropped);
     }
@@ -111,7 +113,7 @@ impl Parser {
                 }
                 Step::Wait => return None,
                 Step::Broken => self.losses.corrupt += 1,
-                Step::Noise(bytes) => self.losses.noise += number(bytes),
+                Step::Noise(bytes) => self.losses.noise += saturating_u64(bytes),
                 Step::Over(length) => self.skip(length),
                 Step::Search if reply.is_complete() => return None,
                 Step::Search => match reply.begins(self.waiting()) {
@@ -120,7 +122,7 @@ impl Parser {
                     HeaderMatch::No => match scan(self.waiting()) {
                         ScanResult::Whole(_, length) => {
                             if self.waiting().get(PREFIX) == Some(&STATUS) {
-                                self.losses.stray += number(length);
+                                self.losses.stray += saturating_u64(length);
                             }
                             self.skip(length);
                         }
@@ -135,7 +137,7 @@ impl Parser {
     /// Drops buffered bytes, at the end of a transaction.
     pub fn clear(&mut self) {
         let waiting = self.waiting().len();
-        self.losses.noise += number(waiting);
+        self.losses.noise += saturating_u64(waiting);
         self.skip(waiting);
     }
 
@@ -159,7 +161,7 @@ impl Parser {
     fn count_loss(&mut self, lost: &ScanLoss) {
         let (count, skip) = match lost {
             ScanLoss::Noise(bytes) => {
-                self.losses.noise += number(*bytes);
+                self.losses.noise += saturating_u64(*bytes);
                 return self.skip(*bytes);
             }
             ScanLoss::Malformed => (&mut self.losses.malformed, HEADER.len()),
@@ -173,16 +175,12 @@ impl Parser {
 
     fn skip(&mut self, bytes: usize) {
         self.start += bytes;
-        self.origin = self.origin.wrapping_add(number(bytes));
+        self.origin = self.origin.wrapping_add(saturating_u64(bytes));
     }
 
     fn waiting(&self) -> &[u8] {
         self.bytes.get(self.start..self.end).unwrap_or_default()
     }
-}
-
-pub(crate) fn number(bytes: usize) -> u64 {
-    u64::try_from(bytes).unwrap_or(u64::MAX)
 }
 
 fn scan(bytes: &[u8]) -> ScanResult {

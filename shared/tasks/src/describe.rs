@@ -33,24 +33,8 @@ pub(crate) fn listing_cost(template: &Template, classes: &BTreeSet<Class>, seen:
     }
 }
 
-/// Describes a disjunction of classes, relative to all classes seen under its template.
-///
-/// It lists the members, or the rest if that is shorter. With an empty template it is "all".
-#[must_use]
-pub fn describe_classes(
-    language: &Language,
-    template: &Template,
-    classes: &BTreeSet<Class>,
-    seen: &BTreeSet<Class>,
-) -> String {
-    ["all".to_owned()]
-        .into_iter()
-        .chain(described(language, template, classes, seen))
-        .collect::<Vec<_>>()
-        .join(" ")
-}
-
-/// The description without the word "all"; `None` for everything.
+/// Describes a disjunction of classes, relative to all classes seen under its template, without the word "all"; `None` for
+/// everything. It lists the members, or the rest if that is shorter.
 fn described(
     language: &Language,
     template: &Template,

@@ -59,7 +59,7 @@ pub use arrangement::{Arrangement, ArrangementPart, ArrangementRule, part_positi
 pub use change::{Change, Effect, Signature, changes, vanished};
 pub use conflict::{Decision, OpenQuestion, decide, decide_with, differ};
 pub use counterpart::counterparts;
-pub use describe::{describe_change, describe_classes, describe_object, listed};
+pub use describe::{describe_change, describe_object, listed};
 pub use dialogue::{Sentence, key};
 pub use explain::{Explanation, explain};
 pub use hypothesis::{Class, Prior, Template};

@@ -113,7 +113,6 @@ pub struct Executable {
     /// The actor: 0 the robot, partner 1, 2, …, or `message::NOBODY`.
     pub actor: u16,
     /// The task that was performed, if it was one.
-    #[serde(default)]
     pub task: Option<String>,
     /// Its changes in this perspective, by object identity.
     pub changes: BTreeMap<u64, Change>,

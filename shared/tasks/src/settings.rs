@@ -1,29 +1,6 @@
+pub use config::leo::{HypothesisLanguage, OnConflict};
+
 use crate::Prior;
-
-/// The hypothesis language.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum HypothesisLanguage {
-    /// The language of the paper: a template and a simple disjunction of its classes.
-    #[default]
-    Paper,
-    /// A superset: also negations, disjunctions of conjunctions over different features, numbers and spatial
-    /// relations, weighted by description length.
-    Extended,
-}
-
-/// The policy for a conflict between the schema from the robot's own view and the one from the teacher's
-/// perspective: the three policies that the paper names ("Task and Goal Learning").
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum OnConflict {
-    /// Follow the teacher's schema in any case: the policy of the paper's evaluation.
-    #[default]
-    Human,
-    /// Follow the robot's own schema.
-    Own,
-    /// Follow the teacher's schema once every contradiction is explained by the teacher's limited knowledge or
-    /// by their answers; until then follow neither.
-    Resolve,
-}
 
 /// How hypotheses are generated, weighted and chosen.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -37,16 +37,12 @@ pub struct Object {
     #[serde(default)]
     pub states: BTreeMap<String, bool>,
     /// Its centre in the robot's base frame, in metres, for every perspective.
-    #[serde(default)]
     pub position_m: Option<[f64; 3]>,
     /// Half its extents, in metres.
-    #[serde(default)]
     pub half_extents_m: Option<[f64; 3]>,
     /// Its heading about the vertical in the robot's base frame, in radians.
-    #[serde(default)]
     pub heading_rad: Option<f64>,
     /// The agent that owns it according to this perspective; `None` if it is shared.
-    #[serde(default)]
     pub owner: Option<u16>,
     /// The agent that holds it.
     #[serde(default, skip_serializing_if = "Option::is_none")]

@@ -5,6 +5,7 @@ use std::path::Path;
 use budget::Budget;
 use clock::{Duration, Instant};
 use message::{Header, Hop, Observation};
+use quantity::number::saturating_u64;
 
 use crate::{Reader, Rejections, TraceError};
 
@@ -168,7 +169,7 @@ impl Playback {
     /// Skips all due frames but the newest, in time logarithmic in the number of frames. The sequence numbers count the
     /// skipped frames as missed.
     pub fn skip(&mut self, now: Instant) {
-        let frames = count(self.frames.len());
+        let frames = saturating_u64(self.frames.len());
         let span_ns = self.repeats_after_ns.unwrap_or(u64::MAX);
         let mut rounds = now.as_nanos().saturating_sub(self.start_ns).checked_div(span_ns).unwrap_or(0);
         let began_ns = self.start_ns;
@@ -180,7 +181,7 @@ impl Playback {
         }
         // Frame index counted from the round in which playback is now.
         let newest = rounds.saturating_mul(frames).saturating_add(due).saturating_sub(1);
-        let passed = newest.saturating_sub(count(self.next));
+        let passed = newest.saturating_sub(saturating_u64(self.next));
         self.header.sequence = self.header.sequence.saturating_add(passed);
         if rounds > 0 || passed > 0 {
             self.next = usize::try_from(due.saturating_sub(1)).unwrap_or(usize::MAX);
@@ -189,14 +190,14 @@ impl Playback {
 
     /// The number of due frames of this round.
     fn due(&self, now: Instant) -> u64 {
-        count(self.frames.partition_point(|frame| self.restamped(frame.at_ns) <= now.as_nanos()))
+        saturating_u64(self.frames.partition_point(|frame| self.restamped(frame.at_ns) <= now.as_nanos()))
     }
 
     /// The average time between frames; `None` for a single frame.
     #[must_use]
     pub fn gap(&self) -> Option<Duration> {
         let (first, last) = (self.frames.first()?, self.frames.last()?);
-        let gaps = count(self.frames.len() - 1);
+        let gaps = saturating_u64(self.frames.len() - 1);
         last.at_ns.saturating_sub(first.at_ns).checked_div(gaps).map(Duration::from_nanos)
     }
 
@@ -234,10 +235,6 @@ impl Playback {
         let (later, earlier) = (at_ns.saturating_sub(self.begins_ns), self.begins_ns.saturating_sub(at_ns));
         self.start_ns.saturating_add(later).saturating_sub(earlier)
     }
-}
-
-fn count(frames: usize) -> u64 {
-    u64::try_from(frames).unwrap_or(u64::MAX)
 }
 
 #[cfg(test)]

@@ -117,15 +117,3 @@ impl BareSubscriber {
         Ok(sample.map(|sample| sample.payload().iter().map(|&byte| u64::from(byte)).sum()))
     }
 }
-
-impl fmt::Debug for BarePublisher {
-    fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
-        out.write_str("BareOutlet")
-    }
-}
-
-impl fmt::Debug for BareSubscriber {
-    fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
-        out.write_str("BareInlet")
-    }
-}

@@ -27,8 +27,7 @@ mod service;
 mod writers;
 
 pub use board::{
-    BusesReader, BusesWriter, HealthReader, HealthWriter, JointsReader, JointsWriter, LinkReader, LinkWriter,
-    PerspectivesReader, PerspectivesWriter, RosterReader, RosterWriter, SourcesReader, SourcesWriter,
+    Board, BoardReader, BoardWriter, CurrentBoard, HealthReader, HealthWriter, RosterReader, RosterWriter,
 };
 pub use domain::{Domain, DomainError, IncompatibleProgramError};
 pub use error::{JoinError, PortError, ReceiveError, SendError};

@@ -151,27 +151,44 @@ impl<'a> Bench<'a> {
     /// Calls `tries` for every servo that replies. An error of one is noted and does not affect the others.
     pub(super) fn each(
         &mut self,
-        measured: &mut Measured,
         mut tries: impl FnMut(&mut Self, &Joint, &mut Measured) -> Result<(), CommandError>,
-    ) -> Result<(), CommandError> {
+    ) -> Result<Measured, CommandError> {
+        let mut measured = Measured::default();
         for joint in self.joints()? {
             if self.stop.load(std::sync::atomic::Ordering::Relaxed) {
                 return Err(CommandError::runtime("interrupted"));
             }
-            if let Err(error) = tries(self, joint, measured) {
+            if let Err(error) = tries(self, joint, &mut measured) {
                 measured.wrong(format!("{}: {}", joint.name, error.text));
             }
         }
-        Ok(())
+        Ok(measured)
+    }
+
+    /// Switches torque on for the answering joints, which hold their positions.
+    pub(super) fn hold_all(&mut self) -> Result<(Vec<&'a Joint>, Measured), CommandError> {
+        let (joints, mut measured) = (self.joints()?, Measured::default());
+        for joint in &joints {
+            if let Err(error) = self.hold(joint) {
+                measured.wrong(format!("{}: {}", joint.name, error.text));
+            }
+        }
+        Ok((joints, measured))
     }
 
     /// A goal at a distance from the servo's position, towards the farther limit of its joint, as an angle of the
-    /// servo. `None` if it would be beyond the limit.
-    pub(super) fn aside(joint: &Joint, servo_rad: f64, by_rad: f64) -> Option<f64> {
+    /// servo. An error if it would be beyond the limit.
+    pub(super) fn aside(joint: &Joint, servo_rad: f64, by_rad: f64) -> Result<f64, CommandError> {
         let joint_rad = joint.joint_rad(servo_rad);
         let up = joint.max_rad - joint_rad >= joint_rad - joint.min_rad;
         let goal_rad = if up { joint_rad + by_rad } else { joint_rad - by_rad };
-        (joint.min_rad..=joint.max_rad).contains(&goal_rad).then(|| joint.servo_rad(goal_rad))
+        let is_within = (joint.min_rad..=joint.max_rad).contains(&goal_rad);
+        is_within.then(|| joint.servo_rad(goal_rad)).ok_or_else(|| {
+            CommandError::runtime(format!(
+                "has less than {:.0} deg of room within its limits",
+                by_rad.to_degrees()
+            ))
+        })
     }
 
     /// Whether a model number matches motor.toml.

@@ -254,6 +254,20 @@ impl BeliefRenderer {
     }
 }
 
+/// A red square of a test at `x` metres.
+#[cfg(test)]
+pub(crate) fn seen(id: u64, x: f64, filled: f64, is_seen: bool) -> Seen {
+    Seen {
+        id,
+        words: "red square".to_owned(),
+        position_m: Some([x, 0.5, 0.03]),
+        colour_rgb: None,
+        shape: None,
+        states: BTreeMap::from([("filled".to_owned(), filled)]),
+        is_seen,
+    }
+}
+
 /// The robot's belief about the same object as a partner's belief.
 pub(crate) fn counterpart(seen: &Seen, robots: &[Seen], differing: &[Difference]) -> Option<u64> {
     if let Some(difference) = differing.iter().find(|difference| difference.other() == Some(seen.id)) {

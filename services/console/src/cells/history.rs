@@ -111,18 +111,7 @@ impl Point {
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    fn seen(id: u64, x: f64, filled: f64, is_seen: bool) -> Seen {
-        Seen {
-            id,
-            words: "red square".to_owned(),
-            position_m: Some([x, 0.5, 0.03]),
-            colour_rgb: None,
-            shape: None,
-            states: BTreeMap::from([("filled".to_owned(), filled)]),
-            is_seen,
-        }
-    }
+    use crate::cells::seen;
 
     /// The instants of the points of a track.
     fn instants(state_store: &StateStore, perspective: usize) -> Vec<f64> {

@@ -3,11 +3,11 @@
 use std::path::{Path, PathBuf};
 
 use clock::{Duration, Instant};
-use message::{Joints, Process};
+use message::{Joints, Process, Roster};
 use process::arming::{self, ArmOrder};
 use process::{ProcessNode, emergency};
 use tokio::sync::mpsc::Sender;
-use transport::{Domain, JointsReader, RosterReader};
+use transport::{CurrentBoard, Domain};
 
 use crate::cells;
 use crate::io::hand::reply;
@@ -22,8 +22,8 @@ const ORDER_TIMEOUT: Duration = Duration::from_secs(3);
 pub(crate) struct Arming {
     domain: PathBuf,
     joint_names: Vec<String>,
-    roster: Option<RosterReader>,
-    board: Option<(u64, JointsReader)>,
+    roster: CurrentBoard<Roster>,
+    board: CurrentBoard<Joints>,
     read_at: Option<Instant>,
     waiting: Vec<Waiting>,
 }
@@ -39,8 +39,8 @@ impl Arming {
         Self {
             domain: domain.to_owned(),
             joint_names: joint_names.to_vec(),
-            roster: None,
-            board: None,
+            roster: CurrentBoard::default(),
+            board: CurrentBoard::default(),
             read_at: None,
             waiting: Vec::new(),
         }
@@ -62,15 +62,9 @@ impl Arming {
 
     /// The joints reported by the current incarnation of the motor process.
     fn read(&mut self, member: &ProcessNode) -> Option<Joints> {
-        if self.roster.is_none() {
-            self.roster = RosterReader::open(member.node(), Process::Supervisor, 1).ok();
-        }
-        let life = self.roster.as_ref()?.read().incarnation(Process::Motor)?;
-        if self.board.as_ref().is_none_or(|(known, _)| *known != life) {
-            self.board =
-                JointsReader::open(member.node(), Process::Motor, life).ok().map(|board| (life, board));
-        }
-        self.board.as_ref().map(|(_, board)| board.read()).filter(|joints| joints.count > 0)
+        let roster = self.roster.read(member.node(), Process::Supervisor, 1)?;
+        let life = roster.incarnation(Process::Motor)?;
+        self.board.read(member.node(), Process::Motor, life).filter(|joints| joints.count > 0)
     }
 
     /// Orders arming on behalf of a page. The page gets its answer once the motor process has taken the order.

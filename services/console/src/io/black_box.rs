@@ -10,13 +10,13 @@ use std::thread;
 use clock::{Duration, Instant};
 use config::Robot;
 use config::lesson::Lesson;
-use crossbeam::channel::{Receiver, bounded};
+use crossbeam_channel::{Receiver, bounded};
 use folder::Output;
-use message::Process;
+use message::{Process, Roster};
 use process::{Launch, black_box, emergency};
 use recording::{Recorder, RingSnapshot, Subject, Time, robot_pose};
 use tokio::sync::mpsc::Sender;
-use transport::{Domain, Node, RosterReader};
+use transport::{CurrentBoard, Domain, Node};
 
 use crate::io::hand::reply;
 use crate::io::tape::PROGRAM;
@@ -50,7 +50,7 @@ pub(crate) struct BlackBox {
     kept: Result<DumpRecorder, String>,
     domain: PathBuf,
     joint_names: Vec<String>,
-    roster: Option<RosterReader>,
+    roster: CurrentBoard<Roster>,
     failures: FailureDetector,
     looked_at: Option<Instant>,
     waiting: Waiting,
@@ -92,7 +92,7 @@ impl BlackBox {
             kept: DumpRecorder::open(launch, robot, lesson),
             domain: launch.domain.clone(),
             joint_names: robot.motor.joints.iter().map(|joint| joint.name.clone()).collect(),
-            roster: None,
+            roster: CurrentBoard::default(),
             failures: FailureDetector::default(),
             looked_at: None,
             waiting: Waiting::default(),
@@ -129,10 +129,8 @@ impl BlackBox {
     }
 
     fn check_failures(&mut self, now: Instant, node: &Node, quarantined: &[u32]) {
-        if self.roster.is_none() {
-            self.roster = RosterReader::open(node, Process::Supervisor, 1).ok();
-        }
-        let lives = self.roster.as_ref().map(|roster| self.failures.check_processes(&roster.read()));
+        let roster = self.roster.read(node, Process::Supervisor, 1);
+        let lives = roster.map(|roster| self.failures.check_processes(&roster));
         let joints = self.failures.check_joints(quarantined, &self.joint_names);
         let stopped = self.failures.check_emergency_stop(emergency::is_raised(&self.domain));
         let failed = lives.unwrap_or_default().into_iter().chain(joints).chain(stopped);

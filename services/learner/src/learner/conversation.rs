@@ -2,13 +2,14 @@
 
 use clock::Instant;
 use message::EventKind;
+use motion::{Face, Skill};
 use tasks::{Sentence, Task, key};
 
 use super::utterance_queue::PendingSentence;
 use super::{Learner, Output, decline, say};
 use crate::performance::Performance;
 use crate::question::Question;
-use crate::{Body, Skill, answers};
+use crate::{Body, answers};
 
 impl<B: Body> Learner<B> {
     /// Processes every "stop" at once, without waiting for object identities. Requests to perform that were made
@@ -63,7 +64,7 @@ impl<B: Body> Learner<B> {
             Sentence::Yes => match self.current_task() {
                 Some(task) => {
                     say(output, &task.name.clone(), "good, I will do it like that");
-                    self.show(now, Skill::Pleased, present_rad);
+                    self.show(now, Face::Pleased, present_rad);
                 }
                 None => say(output, "", "I did not ask anything"),
             },
@@ -116,7 +117,7 @@ impl<B: Body> Learner<B> {
             Sentence::Unknown => {
                 say(output, "", &format!("I did not understand \"{text}\""));
                 say(output, "", &Sentence::help());
-                self.show(now, Skill::Puzzled, present_rad);
+                self.show(now, Face::Puzzled, present_rad);
             }
         }
     }

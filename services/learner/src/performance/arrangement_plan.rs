@@ -1,12 +1,12 @@
 use std::collections::BTreeMap;
 
 use geometry::{Base, Position};
+use motion::{Skill, Turn};
 use tasks::{Arrangement, ArrangementPart, Object, Snapshot, describe_object, part_positions};
 
 use super::free_space::{Footprint, find_free_place};
 use super::{Plan, SAME_PLACE_M, Step, half_height_m};
 use crate::vocabulary::Vocabulary;
-use crate::{Skill, Turn};
 
 /// An object is in place if it is at most this far from its goal position, in metres.
 const IN_PLACE_M: f64 = 0.02;

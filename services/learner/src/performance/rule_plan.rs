@@ -1,11 +1,13 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use geometry::Position;
+use motion::Skill;
 use quantity::number::{counted, saturating_u32};
 use tasks::{Learned, Object, Rule, Snapshot, describe_object, listed};
 
-use super::{HalfHeights, Plan, SAME_PLACE_M, Step, half_height_m};
-use crate::Skill;
+use super::{
+    BLOCK_HALF_HEIGHT_M, MARKER_HALF_HEIGHT_M, PEG_HALF_HEIGHT_M, Plan, SAME_PLACE_M, Step, half_height_m,
+};
 use crate::report::{expectation, with_expectation};
 use crate::vocabulary::{Insertion, Vocabulary, no_skill};
 
@@ -15,7 +17,6 @@ pub(super) struct RulePlan {
     rules: Vec<Rule>,
     /// The class features of the pegs and markers that the teachers used.
     kinds: BTreeSet<BTreeMap<String, String>>,
-    half_heights: HalfHeights,
     /// The rule of the step selected last.
     chosen: Option<Rule>,
     /// Positions of objects that were given up.
@@ -23,11 +24,10 @@ pub(super) struct RulePlan {
 }
 
 impl RulePlan {
-    pub(super) fn new(learned: &Learned, half_heights: HalfHeights) -> Self {
+    pub(super) fn new(learned: &Learned) -> Self {
         Self {
             rules: learned.primary().cloned().collect(),
             kinds: learned.means.iter().flat_map(|means| means.kinds.iter().cloned()).collect(),
-            half_heights,
             chosen: None,
             given_up: Vec::new(),
         }
@@ -119,7 +119,7 @@ impl Plan for RulePlan {
             .ok_or_else(|| format!("the {} is no longer where it was", step.name))?;
         let lost = || "I do not know where things are".to_owned();
         let [x, y, z] = block.position().ok_or_else(lost)?.to_array();
-        let top_m = z + half_height_m(block).unwrap_or(self.half_heights.block_m);
+        let top_m = z + half_height_m(block).unwrap_or(BLOCK_HALF_HEIGHT_M);
         let expected = self.chosen.as_ref().map(|rule| &rule.expectation);
         if let Some(Insertion { inserted, .. }) = expected.and_then(|expected| vocabulary.fills(expected)) {
             let is_loose = |object: &Object| object.states.get(inserted) == Some(&false);
@@ -127,7 +127,7 @@ impl Plan for RulePlan {
             let peg = peg.ok_or_else(|| format!("I see nothing that could still be {inserted}"))?;
             return Ok(Skill::Insert {
                 thing: peg.position().ok_or_else(lost)?,
-                half_height_m: half_height_m(peg).unwrap_or(self.half_heights.peg_m),
+                half_height_m: half_height_m(peg).unwrap_or(PEG_HALF_HEIGHT_M),
                 hole: Position::new(x, y, top_m),
             });
         }
@@ -146,7 +146,7 @@ impl Plan for RulePlan {
             };
             let marker = self.means(own, step, is_loose);
             let marker = marker.ok_or_else(|| format!("I see nothing left by which it could be {marked}"))?;
-            let half_height_m = half_height_m(marker).unwrap_or(self.half_heights.marker_m);
+            let half_height_m = half_height_m(marker).unwrap_or(MARKER_HALF_HEIGHT_M);
             return Ok(Skill::Place {
                 thing: marker.position().ok_or_else(lost)?,
                 half_height_m,
@@ -177,7 +177,7 @@ mod tests {
             name: "some of them".to_owned(),
         };
         let learned = Learned { goals: vec![vec![rule]], ..Learned::default() };
-        RulePlan::new(&learned, HalfHeights { block_m: 0.03, peg_m: 0.025, marker_m: 0.005 })
+        RulePlan::new(&learned)
     }
 
     /// A row of squares along the robot's x axis.

@@ -1,9 +1,9 @@
 //! Leo obeys a stop of every partner, and no example is lost.
 
 use message::EventKind;
+use motion::Skill;
 
 use super::table::Run;
-use crate::Skill;
 
 #[test]
 fn stop_is_obeyed_at_once_for_every_speaker() {

@@ -11,9 +11,10 @@ use geometry::{Base, Person, Pose, Position};
 use message::{
     Belief, BeliefHead, Event, EventKind, Feature, Header, JointGoal, NOBODY, Remembered, Text, Utterance,
 };
+use motion::Skill;
 use tasks::{OnConflict, Task, key};
 
-use crate::{Body, Input, Kept, Learner, Motion, Output, Settings, Skill, Vocabulary};
+use crate::{Body, Input, Kept, Learner, Motion, Output, Settings, Vocabulary};
 
 const STEP: Duration = Duration::from_millis(10);
 /// Height to which the teacher lifts a peg, in metres.
@@ -160,13 +161,7 @@ impl Run {
 
     pub(super) fn learning(partners: u16, tasks: Vec<Task>, learning: tasks::Settings) -> Self {
         let table = Rc::new(RefCell::new(Table::default()));
-        let settings = Settings {
-            learning,
-            goal_period: Duration::from_millis(20),
-            block_half_height_m: BLOCK_HALF_HEIGHT_M,
-            peg_half_height_m: 0.025,
-            marker_half_height_m: 0.005,
-        };
+        let settings = Settings { learning, goal_period: Duration::from_millis(20) };
         let names = Names::try_from(vec!["the teacher".to_owned()]).unwrap();
         let vocabulary = Vocabulary::of(&Percepts::builtin()).unwrap().with_names(&names);
         let body = FakeBody { table: Rc::clone(&table), under_way: None };

@@ -4,15 +4,13 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use config::Robot;
-use message::{
-    ActsAnswered, Beliefs, Bytes, Divergences, Events, Head as _, JointGoals, JointStates, Percepts, Scene,
-    TeacherActs, Topic, Utterances, get_frame, put_frame,
-};
+use message::{Bytes, Head as _, Topic, get_frame, put_frame};
 use process::{Failure, ProcessNode};
 use transport::{FramePublisher, FrameSubscriber};
 
 use crate::Stream;
 use crate::outbox::Place;
+use crate::stream::with_topic;
 
 /// Callback for a frame that was read.
 type Taker<'a> = &'a mut dyn FnMut(Stream, Place, Arc<[u8]>);
@@ -109,18 +107,7 @@ impl TopicReaders {
             let subscriber = member.subscriber::<T>(stream.name().1)?;
             Ok(Box::new(Read { stream, subscriber, bytes: Vec::new(), place: None, drops: 0 }))
         }
-        let open = |&stream: &Stream| match stream {
-            Stream::Percepts => tap::<Percepts>(member, stream),
-            Stream::Beliefs(_) => tap::<Beliefs>(member, stream),
-            Stream::Divergences(_) => tap::<Divergences>(member, stream),
-            Stream::JointStates => tap::<JointStates>(member, stream),
-            Stream::Scene => tap::<Scene>(member, stream),
-            Stream::JointGoals => tap::<JointGoals>(member, stream),
-            Stream::TeacherActs => tap::<TeacherActs>(member, stream),
-            Stream::ActsAnswered => tap::<ActsAnswered>(member, stream),
-            Stream::Utterances => tap::<Utterances>(member, stream),
-            Stream::Events => tap::<Events>(member, stream),
-        };
+        let open = |&stream: &Stream| with_topic!(stream, T => tap::<T>(member, stream));
         Ok(Self(streams.iter().map(open).collect::<Result<_, _>>()?))
     }
 
@@ -155,19 +142,13 @@ impl TopicWriters {
         }
         let (objects, joints) = (robot.leo.buffers.objects.get(), robot.motor.joints.len());
         let open = |&stream: &Stream| {
-            let spring = match stream {
-                Stream::Percepts => spring::<Percepts>(member, stream, objects),
-                Stream::Beliefs(_) => spring::<Beliefs>(member, stream, objects),
-                Stream::Divergences(_) => spring::<Divergences>(member, stream, 2 * objects),
-                Stream::JointStates => spring::<JointStates>(member, stream, joints),
-                Stream::Scene => spring::<Scene>(member, stream, objects),
-                Stream::JointGoals => spring::<JointGoals>(member, stream, joints),
-                Stream::TeacherActs => spring::<TeacherActs>(member, stream, WORDS),
-                Stream::ActsAnswered => spring::<ActsAnswered>(member, stream, WORDS),
-                Stream::Utterances => spring::<Utterances>(member, stream, WORDS),
-                Stream::Events => spring::<Events>(member, stream, WORDS),
+            let capacity = match stream {
+                Stream::Percepts | Stream::Beliefs(_) | Stream::Scene => objects,
+                Stream::Divergences(_) => 2 * objects,
+                Stream::JointStates | Stream::JointGoals => joints,
+                Stream::TeacherActs | Stream::ActsAnswered | Stream::Utterances | Stream::Events => WORDS,
             };
-            Ok((stream, spring?))
+            Ok((stream, with_topic!(stream, T => spring::<T>(member, stream, capacity))?))
         };
         Ok(Self(streams.iter().map(open).collect::<Result<_, Failure>>()?))
     }

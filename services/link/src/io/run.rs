@@ -5,6 +5,7 @@ use config::Robot;
 use config::leo::{Link, Side};
 use message::{Header, LinkHealth, Process};
 use process::{Failure, Launch, ProcessNode, Progress};
+use quantity::number::saturating_u64;
 
 use crate::Stream;
 use crate::compatibility::{Compatibility, IncompatiblePeer};
@@ -54,7 +55,7 @@ pub fn run(launch: &Launch, robot: &Robot) -> Result<(), Failure> {
     };
     let mut subscribers = TopicReaders::open(&member, &here)?;
     let net = Net::start(link, carrier.compatibility).map_err(Failure::own)?;
-    let mut board = member.link_board()?;
+    let mut board = member.board()?;
     let mut tell_at = clock::now();
     member.begin(Some(link.link_rate_hz.period()))?;
     while let Some(now) = member.next_cycle()? {
@@ -126,7 +127,7 @@ impl LinkRuntime {
     fn receive_and_publish(&mut self, net: &Net) -> Result<(), Failure> {
         let mut newest = BTreeMap::<Stream, (Frame, i64)>::new();
         while let Some(Message { sort, at, bytes }) = net.receive() {
-            self.health.bytes_received += count(bytes.len());
+            self.health.bytes_received += saturating_u64(bytes.len());
             let understood = match sort {
                 MessageKind::Heartbeat => Heartbeat::decode(&bytes, self.compatibility).map(|pulse| {
                     self.session.receive_heartbeat(at, &pulse);
@@ -157,7 +158,7 @@ impl LinkRuntime {
     /// Publishes pending reliable frames in order, rate-limited by stream.
     fn publish_pending(&mut self) -> Result<(), Failure> {
         let beyond = self.pending_frames.len().saturating_sub(MAX_PENDING_FRAMES);
-        self.health.refused += count(self.pending_frames.drain(..beyond).len());
+        self.health.refused += saturating_u64(self.pending_frames.drain(..beyond).len());
         let now = clock::now();
         let waiting = std::mem::take(&mut self.pending_frames);
         for (frame, ahead_ns) in waiting {
@@ -241,13 +242,13 @@ impl LinkRuntime {
         while net.has_room()
             && let Some(bundle) = self.session.bundle(now)
         {
-            self.health.sent += count(bundle.frames.len());
+            self.health.sent += saturating_u64(bundle.frames.len());
             self.send(net, MessageKind::Batch, bundle.to_bytes(self.compatibility));
         }
     }
 
     fn send(&mut self, net: &Net, sort: MessageKind, bytes: Vec<u8>) {
-        self.health.bytes_sent += count(bytes.len());
+        self.health.bytes_sent += saturating_u64(bytes.len());
         net.send(sort, bytes);
     }
 
@@ -268,10 +269,6 @@ impl LinkRuntime {
     fn refused(&self) -> u64 {
         self.health.refused + self.session.foreign_messages
     }
-}
-
-fn count(size: usize) -> u64 {
-    u64::try_from(size).unwrap_or(u64::MAX)
 }
 
 #[cfg(test)]

@@ -295,13 +295,9 @@ mod tests {
             parent: Some(42),
             config: Some("a b.toml".into()),
             kept: Some("/dev/shm/leo-7/configuration".into()),
-            lesson: None,
-            synthetic: None,
             partners: Some(0),
-            stay: false,
             lockstep: true,
-            state: None,
-            campaign: None,
+            ..Launch::default()
         };
         let told = arguments(&launch).join(" ".as_ref());
         assert_eq!(

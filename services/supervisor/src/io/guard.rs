@@ -265,20 +265,7 @@ mod tests {
     #[test]
     fn no_guard_is_started_where_every_bus_is_a_mock() {
         let robot = Robot::load(None).unwrap();
-        let launch = Launch {
-            domain: "/dev/shm/leo-7".into(),
-            incarnation: 1,
-            parent: None,
-            config: None,
-            kept: None,
-            lesson: None,
-            synthetic: None,
-            partners: None,
-            stay: false,
-            lockstep: false,
-            state: None,
-            campaign: None,
-        };
+        let launch = Launch { domain: "/dev/shm/leo-7".into(), incarnation: 1, ..Launch::default() };
         assert!(Guard::start(&robot, &launch).is_none());
     }
 }

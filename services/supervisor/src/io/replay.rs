@@ -191,14 +191,9 @@ fn play<R: Read>(
         incarnation: 1,
         parent: i32::try_from(std::process::id()).ok(),
         config: Some(replaying.config.clone()),
-        kept: None,
-        lesson: None,
-        synthetic: None,
         partners: Some(partners),
-        stay: false,
         lockstep: true,
-        state: None,
-        campaign: None,
+        ..Launch::default()
     };
     lockstep_processes.start_all(
         &node,

@@ -63,10 +63,6 @@ pub struct RunOptions {
     pub files: Files,
     /// Text of the lesson to play.
     pub lesson: Option<String>,
-    /// Number of objects of a synthetic lesson, played instead of `lesson`.
-    pub synthetic: Option<u32>,
-    /// Number of partners whose perspective is simulated; default: the configuration's value.
-    pub partners: Option<u32>,
     /// File that stores what Leo has learned.
     pub state: Option<PathBuf>,
     /// Text of the fault campaign, and the part of it that concerns processes.
@@ -121,8 +117,8 @@ pub fn run(orders: &RunOptions) -> Result<Outcome, RunError> {
     for name in sweep_stale() {
         tracing::info!(domain = name, "removed the files of a killed robot");
     }
-    let partners = orders.partners.unwrap_or(orders.settings.belief.partners);
-    check_shared_memory(&orders.settings, partners, false).map_err(RunError::NoRoom)?;
+    check_shared_memory(&orders.settings, orders.settings.belief.partners, false)
+        .map_err(RunError::NoRoom)?;
     let claim = claim(&orders.domain)?;
     if let Some(reason) = emergency::reason(orders.domain.root()) {
         tracing::warn!(
@@ -237,12 +233,10 @@ fn launch(orders: &RunOptions, kept: &ConfigurationSnapshot, incarnation: u64) -
         config: orders.files.leo().map(Path::to_owned),
         kept: Some(kept.folder.clone()),
         lesson: kept.lesson.clone(),
-        synthetic: orders.synthetic,
-        partners: orders.partners,
         stay: orders.stay || orders.run_for.is_some(),
-        lockstep: false,
         state: orders.state.clone(),
         campaign: kept.campaign.clone(),
+        ..Launch::default()
     }
 }
 

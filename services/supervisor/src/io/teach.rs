@@ -33,14 +33,12 @@ pub struct LessonOptions {
     pub settings: Leo,
     /// The configuration file, which the processes read themselves.
     pub config: Option<PathBuf>,
-    /// The lesson; `None` for the built-in one.
-    pub lesson: Option<PathBuf>,
+    /// The lesson.
+    pub lesson: PathBuf,
     /// Number of performances in the lesson.
     pub performances: u32,
     /// Number of partners whose perspective is simulated; default: the configuration's value.
     pub partners: Option<u32>,
-    /// File that stores what Leo has learned. `None`: Leo starts without memory and stores nothing.
-    pub state: Option<PathBuf>,
     /// Where to record the lesson.
     pub record: Option<Record>,
 }
@@ -116,14 +114,10 @@ fn play(teaching: &LessonOptions) -> Result<Account, TeachError> {
         incarnation: 1,
         parent: i32::try_from(std::process::id()).ok(),
         config: teaching.config.clone(),
-        kept: None,
-        lesson: teaching.lesson.clone(),
-        synthetic: None,
+        lesson: Some(teaching.lesson.clone()),
         partners: teaching.partners,
-        stay: false,
         lockstep: true,
-        state: teaching.state.clone(),
-        campaign: None,
+        ..Launch::default()
     };
     lockstep_processes.start_all(
         &node,

@@ -165,7 +165,7 @@ fn noise_and_repeated_parts_cost_no_reading() {
                 let (told, _, mut parser) = hear(&parts, &said, 4096);
                 assert_eq!(told, there, "{more:?} before {own}");
                 parser.clear();
-                assert_eq!(parser.losses().noise, number(more.len()), "{more:?} before {own}");
+                assert_eq!(parser.losses().noise, saturating_u64(more.len()), "{more:?} before {own}");
                 // With small chunks the available bytes may be too few to recognise the noise.
                 for chunk in [1, 7] {
                     let told = hear(&parts, &said, chunk).0;
@@ -200,7 +200,7 @@ fn noise_and_frames_of_others_before_it_cost_nothing() {
     for chunk in [1, 4096] {
         let (told, _, parser) = hear(&parts, &bytes, chunk);
         assert_eq!(told, parts);
-        assert_eq!(parser.losses(), Losses { noise: 5, stray: number(length), ..Losses::default() });
+        assert_eq!(parser.losses(), Losses { noise: 5, stray: saturating_u64(length), ..Losses::default() });
     }
 }
 

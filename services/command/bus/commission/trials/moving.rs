@@ -46,12 +46,9 @@ impl Seen {
 }
 
 pub(super) fn motion(bench: &mut Bench<'_>) -> Result<Measured, CommandError> {
-    let mut measured = Measured::default();
-    bench.each(&mut measured, |bench, joint, measured| {
+    bench.each(|bench, joint, measured| {
         let start_rad = bench.hold(joint)?;
-        let Some(goal_rad) = Bench::aside(joint, start_rad, SMALL_RAD) else {
-            return Err(CommandError::runtime("has less than 2 deg of room within its limits"));
-        };
+        let goal_rad = Bench::aside(joint, start_rad, SMALL_RAD)?;
         let stop = bench.stop;
         let mut servo = bench.servo(joint)?;
         let mut seen = Seen::default();
@@ -76,8 +73,7 @@ pub(super) fn motion(bench: &mut Bench<'_>) -> Result<Measured, CommandError> {
             ),
         );
         Ok(())
-    })?;
-    Ok(measured)
+    })
 }
 
 fn ended(ended: MotionEnd) -> &'static str {
@@ -92,12 +88,9 @@ fn ended(ended: MotionEnd) -> &'static str {
 }
 
 pub(super) fn watchdog(bench: &mut Bench<'_>) -> Result<Measured, CommandError> {
-    let mut measured = Measured::default();
-    bench.each(&mut measured, |bench, joint, measured| {
+    bench.each(|bench, joint, measured| {
         let start_rad = bench.hold(joint)?;
-        let Some(goal_rad) = Bench::aside(joint, start_rad, WATCHED_RAD) else {
-            return Err(CommandError::runtime("has no 4 deg of room within its limits"));
-        };
+        let goal_rad = Bench::aside(joint, start_rad, WATCHED_RAD)?;
         let mut servo = bench.servo(joint)?;
         servo.put(PROFILE_VELOCITY, SLOWEST)?;
         servo.put(BUS_WATCHDOG, UNITS)?;
@@ -120,23 +113,19 @@ pub(super) fn watchdog(bench: &mut Bench<'_>) -> Result<Measured, CommandError> 
             ),
         );
         Ok(())
-    })?;
-    Ok(measured)
+    })
 }
 
 pub(super) fn blocked(bench: &mut Bench<'_>) -> Result<Measured, CommandError> {
-    let mut measured = Measured::default();
     let mut skipped = false;
-    bench.each(&mut measured, |bench, joint, measured| {
+    let mut measured = bench.each(|bench, joint, measured| {
         let what = format!("Hold {} firmly by hand; it will push slowly, and stops by itself", joint.name);
         if skipped || bench.person.ask(&what)? == Reply::Skip {
             skipped = true;
             return Ok(());
         }
         let start_rad = bench.hold(joint)?;
-        let Some(goal_rad) = Bench::aside(joint, start_rad, LARGE_RAD) else {
-            return Err(CommandError::runtime("has no 10 deg of room within its limits"));
-        };
+        let goal_rad = Bench::aside(joint, start_rad, LARGE_RAD)?;
         let stop = bench.stop;
         let mut servo = bench.servo(joint)?;
         let mut seen = Seen::default();

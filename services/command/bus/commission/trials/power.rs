@@ -16,8 +16,7 @@ const STILL_RAD: f64 = 0.0175;
 const STARTS_WITHIN: Duration = Duration::from_secs(15);
 
 pub(super) fn torque(bench: &mut Bench<'_>) -> Result<Measured, CommandError> {
-    let mut measured = Measured::default();
-    bench.each(&mut measured, |bench, joint, measured| {
+    bench.each(|bench, joint, measured| {
         let before_rad = bench.hold(joint)?;
         let mut servo = bench.servo(joint)?;
         clock::sleep_until(clock::now() + SETTLES);
@@ -37,13 +36,11 @@ pub(super) fn torque(bench: &mut Bench<'_>) -> Result<Measured, CommandError> {
             ),
         );
         Ok(())
-    })?;
-    Ok(measured)
+    })
 }
 
 pub(super) fn all_off(bench: &mut Bench<'_>) -> Result<Measured, CommandError> {
-    let mut measured = Measured::default();
-    bench.each(&mut measured, |bench, joint, _| bench.hold(joint).map(|_| ()))?;
+    let mut measured = bench.each(|bench, joint, _| bench.hold(joint).map(|_| ()))?;
     let bus = bench.bus;
     let line = bench.line()?;
     line.torque_off()?;
@@ -56,13 +53,7 @@ pub(super) fn all_off(bench: &mut Bench<'_>) -> Result<Measured, CommandError> {
 }
 
 pub(super) fn cut(bench: &mut Bench<'_>) -> Result<Measured, CommandError> {
-    let mut measured = Measured::default();
-    let joints = bench.joints()?;
-    for joint in &joints {
-        if let Err(error) = bench.hold(joint) {
-            measured.wrong(format!("{}: {}", joint.name, error.text));
-        }
-    }
+    let (joints, mut measured) = bench.hold_all()?;
     if bench.person.ask("Cut the power of the servos; the adapter stays plugged in")? == Reply::Skip {
         return Ok(Measured::skipped());
     }

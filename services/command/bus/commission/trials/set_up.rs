@@ -24,12 +24,8 @@ pub(super) fn identity(bench: &mut Bench<'_>) -> Result<Measured, CommandError> 
     let mut measured = Measured::default();
     let bus = bench.bus;
     let line = bench.line()?;
-    let mut found = line.scan()?;
+    let found = line.find(&bus.joints)?;
     for joint in &bus.joints {
-        // A reply to a broadcast ping is lost more easily than one to a direct ping.
-        if !found.iter().any(|servo| servo.id == joint.id) {
-            found.extend(line.ping(joint.id)?);
-        }
         match found.iter().find(|servo| servo.id == joint.id) {
             None => measured.wrong(format!("{} (id {}) does not answer", joint.name, joint.id)),
             Some(servo) if !Bench::is_model(joint, servo.model) => {
@@ -56,9 +52,8 @@ pub(super) fn identity(bench: &mut Bench<'_>) -> Result<Measured, CommandError> 
 }
 
 pub(super) fn firmware(bench: &mut Bench<'_>) -> Result<Measured, CommandError> {
-    let mut measured = Measured::default();
     let mut versions: BTreeMap<&str, Vec<u8>> = BTreeMap::new();
-    bench.each(&mut measured, |bench, joint, measured| {
+    let mut measured = bench.each(|bench, joint, measured| {
         let servo = bench.line()?.ping(joint.id)?.ok_or_else(|| CommandError::runtime("does not answer"))?;
         let model = servo::Model::from(joint.model);
         versions.entry(model.name()).or_default().push(servo.firmware);
@@ -81,9 +76,8 @@ pub(super) fn firmware(bench: &mut Bench<'_>) -> Result<Measured, CommandError> 
 }
 
 pub(super) fn eeprom(bench: &mut Bench<'_>) -> Result<Measured, CommandError> {
-    let mut measured = Measured::default();
     let others = bench.bus.joints.clone();
-    bench.each(&mut measured, |bench, joint, measured| {
+    bench.each(|bench, joint, measured| {
         let mut servo = bench.servo(joint)?;
         let before = measured.wrong.len();
         refused(&mut servo, joint, measured)?;
@@ -93,8 +87,7 @@ pub(super) fn eeprom(bench: &mut Bench<'_>) -> Result<Measured, CommandError> {
             measured.note(format!("{}: nothing that Leo refuses", joint.name));
         }
         Ok(())
-    })?;
-    Ok(measured)
+    })
 }
 
 /// Finds settings with which Leo would give the servo no torque, or its joint could not do what is required.

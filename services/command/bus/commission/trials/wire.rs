@@ -33,13 +33,7 @@ pub(super) fn speed(bench: &mut Bench<'_>) -> Result<Measured, CommandError> {
 }
 
 pub(super) fn unplug(bench: &mut Bench<'_>) -> Result<Measured, CommandError> {
-    let mut measured = Measured::default();
-    let joints = bench.joints()?;
-    for joint in &joints {
-        if let Err(error) = bench.hold(joint) {
-            measured.wrong(format!("{}: {}", joint.name, error.text));
-        }
-    }
+    let (joints, mut measured) = bench.hold_all()?;
     if bench.person.ask("Unplug the adapter from this machine; the servos keep their power")? == Reply::Skip {
         return Ok(Measured::skipped());
     }

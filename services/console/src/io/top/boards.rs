@@ -3,22 +3,19 @@
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
-use message::{Health, Process, ProcessState};
+use message::{Buses, Health, Joints, LinkHealth, Perspectives, Process, ProcessState, Sources};
 use metrics::Readings;
-use transport::{
-    BusesReader, HealthReader, JointsReader, LinkReader, Node, PerspectivesReader, PortError, RosterReader,
-    SourcesReader,
-};
+use transport::{CurrentBoard, Node, PortError, RosterReader};
 
 /// Reads the health boards of one domain. A missing board is looked for again at each read.
 pub struct Boards {
     roster: RosterReader,
-    health: BTreeMap<Process, Option<(u64, HealthReader)>>,
-    sources: Option<(u64, SourcesReader)>,
-    buses: Option<(u64, BusesReader)>,
-    perspectives: Option<(u64, PerspectivesReader)>,
-    joints: Option<(u64, JointsReader)>,
-    link: Option<(u64, LinkReader)>,
+    health: BTreeMap<Process, CurrentBoard<Health>>,
+    sources: CurrentBoard<Sources>,
+    buses: CurrentBoard<Buses>,
+    perspectives: CurrentBoard<Perspectives>,
+    joints: CurrentBoard<Joints>,
+    link: CurrentBoard<LinkHealth>,
 }
 
 impl Boards {
@@ -31,11 +28,11 @@ impl Boards {
         Ok(Self {
             roster: RosterReader::open(node, Process::Supervisor, 1)?,
             health: BTreeMap::new(),
-            sources: None,
-            buses: None,
-            perspectives: None,
-            joints: None,
-            link: None,
+            sources: CurrentBoard::default(),
+            buses: CurrentBoard::default(),
+            perspectives: CurrentBoard::default(),
+            joints: CurrentBoard::default(),
+            link: CurrentBoard::default(),
         })
     }
 
@@ -48,42 +45,32 @@ impl Boards {
             readings.processes.insert(process, self.health(node, process, life));
         }
         let life = |process| readings.processes.get(&process).map(|health| health.incarnation);
-        if let Some(life) = life(Process::Sensor) {
-            let sources =
-                current(&mut self.sources, life, || SourcesReader::open(node, Process::Sensor, life));
-            readings.sources = sources.map(|board| board.read().all().to_vec()).unwrap_or_default();
+        let [sensor, belief, motor, link] =
+            [Process::Sensor, Process::Belief, Process::Motor, Process::Link].map(life);
+        if let Some(board) = sensor.and_then(|life| self.sources.read(node, Process::Sensor, life)) {
+            readings.sources = board.all().to_vec();
         }
-        if let Some(life) = life(Process::Belief) {
-            let open = || PerspectivesReader::open(node, Process::Belief, life);
-            let perspectives = current(&mut self.perspectives, life, open);
-            readings.perspectives = perspectives.map(|board| board.read().all().to_vec()).unwrap_or_default();
+        if let Some(board) = belief.and_then(|life| self.perspectives.read(node, Process::Belief, life)) {
+            readings.perspectives = board.all().to_vec();
         }
-        if let Some(life) = life(Process::Motor) {
-            let buses = current(&mut self.buses, life, || BusesReader::open(node, Process::Motor, life));
-            readings.buses = buses.map(|board| board.read().all().to_vec()).unwrap_or_default();
-            let joints = current(&mut self.joints, life, || JointsReader::open(node, Process::Motor, life));
-            if let Some(board) = joints.map(JointsReader::read) {
+        if let Some(life) = motor {
+            let buses = self.buses.read(node, Process::Motor, life);
+            readings.buses = buses.map(|board| board.all().to_vec()).unwrap_or_default();
+            if let Some(board) = self.joints.read(node, Process::Motor, life) {
                 readings.joints = board.all().to_vec();
                 readings.joint_locks = board.locks;
                 (readings.goals_limited, readings.goals_refused) = (board.limited, board.refused);
             }
         }
-        if let Some(life) = life(Process::Link) {
-            let link = current(&mut self.link, life, || LinkReader::open(node, Process::Link, life));
-            readings.link = link.map(LinkReader::read);
-        }
+        readings.link = link.and_then(|life| self.link.read(node, Process::Link, life));
         readings
     }
 
     /// The health of an incarnation. A process that has published no board is reported as down, like a dead one.
     /// A process that cannot restart therefore stays in the list.
     fn health(&mut self, node: &Node, process: Process, life: u64) -> Health {
-        let mut health = Health::default();
-        if let Some(reader) =
-            current(self.health.entry(process).or_default(), life, || HealthReader::open(node, process, life))
-        {
-            health = reader.read();
-        }
+        let mut health =
+            self.health.entry(process).or_default().read(node, process, life).unwrap_or_default();
         health.incarnation = life;
         if is_gone(health.pid) {
             health.set_state(ProcessState::Absent);
@@ -97,18 +84,6 @@ fn is_gone(pid: u32) -> bool {
     let processes = Path::new("/proc");
     let folder: PathBuf = processes.join(pid.to_string());
     processes.join("self").exists() && !folder.exists()
-}
-
-/// The board of an incarnation. Reopens it if the cached one belongs to another incarnation.
-fn current<B>(
-    kept: &mut Option<(u64, B)>,
-    life: u64,
-    open: impl FnOnce() -> Result<B, PortError>,
-) -> Option<&B> {
-    if kept.as_ref().is_none_or(|(known, _)| *known != life) {
-        *kept = open().ok().map(|board| (life, board));
-    }
-    kept.as_ref().map(|(_, board)| board)
 }
 
 #[cfg(test)]

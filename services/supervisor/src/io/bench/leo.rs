@@ -63,14 +63,10 @@ pub(super) fn percept_to_belief(domain: &Domain, node: &Node, case: Case) -> Res
                 incarnation,
                 parent: i32::try_from(std::process::id()).ok(),
                 config: Some(file.clone()),
-                kept: None,
-                lesson: None,
                 synthetic: Some(case.objects),
                 partners: Some(1),
                 stay: true,
-                lockstep: false,
-                state: None,
-                campaign: None,
+                ..Launch::default()
             };
             children.start(process, &launch)?;
             await_running(node, process, incarnation)?;

@@ -66,7 +66,8 @@ fn numbered<'a>(body: impl Iterator<Item = &'a str>) -> Numbered {
             name.clone_into(&mut numbered.name);
             numbered.doc = std::mem::take(&mut doc);
         } else if let Some((name, number)) = line.trim_end_matches(',').split_once(" = ") {
-            let number = number.parse().expect("a number");
+            // A name may follow the number.
+            let number = number.split(' ').next().unwrap_or(number).parse().expect("a number");
             let doc = std::mem::take(&mut doc).join(" ");
             numbered.values.push(Value { name: name.to_owned(), number, doc });
         }

@@ -2,53 +2,70 @@ use std::ops::RangeInclusive;
 
 use clock::Duration;
 
-/// A kind of fault.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum FaultKind {
+macro_rules! kinds {
+    ($($(#[$doc:meta])* $kind:ident = $name:literal,)+) => {
+        /// A kind of fault.
+        #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+        pub enum FaultKind { $($(#[$doc])* $kind,)+ }
+
+        impl FaultKind {
+            /// Every kind.
+            pub const ALL: [Self; FAULT_KINDS] = [$(Self::$kind,)+];
+
+            /// Its name in the fault syntax.
+            #[must_use]
+            pub const fn name(self) -> &'static str {
+                match self { $(Self::$kind => $name,)+ }
+            }
+        }
+    };
+}
+
+kinds! {
     /// A reply is lost.
-    Drop,
+    Drop = "drop",
     /// A bit of a reply flips.
-    Flip,
+    Flip = "flip",
     /// A reply ends early.
-    Truncate,
+    Truncate = "truncate",
     /// The length field of a reply is wrong.
-    Length,
+    Length = "length",
     /// A reply contains an error number.
-    Error,
+    Error = "error",
     /// Noise bytes precede a reply.
-    Noise,
+    Noise = "noise",
     /// The host receives an echo of its own bytes.
-    Echo,
+    Echo = "echo",
     /// A reply is delayed; the other servos do not wait for it.
-    Late,
+    Late = "late",
     /// A reply is sent twice.
-    Duplicate,
+    Duplicate = "duplicate",
     /// Two servos reply in the wrong order.
-    Swap,
+    Swap = "swap",
     /// An instruction is lost.
-    DropInstruction,
+    DropInstruction = "drop-instruction",
     /// A bit of an instruction flips.
-    FlipInstruction,
+    FlipInstruction = "flip-instruction",
     /// Input voltage error: a hardware alert that switches the torque off on some models only.
-    Alert,
+    Alert = "alert",
     /// Overload: a hardware alert that switches the torque off.
-    Overload,
+    Overload = "overload",
     /// The servo has no power for a while.
-    BrownOut,
+    BrownOut = "brown-out",
     /// The servo listens at another baud rate.
-    Baud,
+    Baud = "baud",
     /// A second servo has the same ID.
-    DuplicateId,
+    DuplicateId = "duplicate-id",
     /// The serial line hangs up.
-    HangUp,
+    HangUp = "hang-up",
     /// The servo reboots without notice.
-    Reboot,
+    Reboot = "reboot",
     /// The servo's realtime tick stops.
-    StoppedClock,
+    StoppedClock = "stopped-clock",
     /// An obstacle blocks the servo's shaft.
-    Blocked,
+    Blocked = "blocked",
     /// The servo's supply voltage changes.
-    Sag,
+    Sag = "sag",
 }
 
 /// Maximum error number: the bit above is the hardware alert.
@@ -61,61 +78,6 @@ const MAX_DECIVOLTS: u16 = 200;
 pub(in crate::mock) const FAULT_KINDS: usize = 22;
 
 impl FaultKind {
-    /// Every kind.
-    pub const ALL: [Self; FAULT_KINDS] = [
-        Self::Drop,
-        Self::Flip,
-        Self::Truncate,
-        Self::Length,
-        Self::Error,
-        Self::Noise,
-        Self::Echo,
-        Self::Late,
-        Self::Duplicate,
-        Self::Swap,
-        Self::DropInstruction,
-        Self::FlipInstruction,
-        Self::Alert,
-        Self::Overload,
-        Self::BrownOut,
-        Self::Baud,
-        Self::DuplicateId,
-        Self::HangUp,
-        Self::Reboot,
-        Self::StoppedClock,
-        Self::Blocked,
-        Self::Sag,
-    ];
-
-    /// Its name in the fault syntax.
-    #[must_use]
-    pub const fn name(self) -> &'static str {
-        match self {
-            Self::Drop => "drop",
-            Self::Flip => "flip",
-            Self::Truncate => "truncate",
-            Self::Length => "length",
-            Self::Error => "error",
-            Self::Noise => "noise",
-            Self::Echo => "echo",
-            Self::Late => "late",
-            Self::Duplicate => "duplicate",
-            Self::Swap => "swap",
-            Self::DropInstruction => "drop-instruction",
-            Self::FlipInstruction => "flip-instruction",
-            Self::Alert => "alert",
-            Self::Overload => "overload",
-            Self::BrownOut => "brown-out",
-            Self::Baud => "baud",
-            Self::DuplicateId => "duplicate-id",
-            Self::HangUp => "hang-up",
-            Self::Reboot => "reboot",
-            Self::StoppedClock => "stopped-clock",
-            Self::Blocked => "blocked",
-            Self::Sag => "sag",
-        }
-    }
-
     pub(super) fn from_name(name: &str) -> Option<Self> {
         Self::ALL.into_iter().find(|kind| kind.name() == name)
     }
