@@ -37,7 +37,7 @@ pub(crate) const LAYERS: [&[&str]; 6] = [
         "tasks",
     ],
     &["config", "message"],
-    &["budget", "clock", "geometry", "invariant", "quantity", "skip", "testkit"],
+    &["budget", "clock", "geometry", "invariant", "prefetch", "quantity", "skip", "testkit"],
 ];
 
 /// Arrows within a layer, from the crate to those of its own layer that it may know.

@@ -56,7 +56,7 @@ const CLOCK_PATHS: [&str; 7] = [
 ];
 
 /// Folders that may hold unsafe code.
-const MAY_BE_UNSAFE: [&str; 2] = ["shared/realtime/", "shared/testkit/"];
+const MAY_BE_UNSAFE: [&str; 3] = ["shared/prefetch/", "shared/realtime/", "shared/testkit/"];
 
 /// Crates without a core: reading the clock, files or the environment is what they are for.
 const READS_BY_PURPOSE: [&str; 4] = ["budget", "clock", "config", "skip"];

@@ -12,7 +12,7 @@ pub(crate) use detections::{Detections, FrameAssociation};
 pub(crate) use step::Step;
 
 use crate::BeliefSystemError;
-use crate::cluster::{GateKeys, MemberSummary};
+use crate::cluster::{GateKeys, MemberSummary, PREFETCH_DISTANCE};
 use crate::detection_history::{DetectionHistory, Interval};
 use crate::free_list::FreeList;
 use crate::history::Histories;
@@ -71,6 +71,10 @@ struct Chain {
     entry: u32,
     at: Instant,
 }
+
+/// The data of this many beliefs stays in the cache between steps. The samples are the exception; they are written
+/// before they could be fetched.
+const CACHE_RESIDENT_BELIEFS: usize = 256;
 
 /// Where the percepts of a belief are.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -387,6 +391,12 @@ impl Arena {
         let old = self.live.len();
         for index in 0..old {
             let Some(&slot) = self.live.get(index) else { break };
+            if let Some(&slot) = self.live.get(index + 2 * PREFETCH_DISTANCE) {
+                self.prefetch(slot, false);
+            }
+            if let Some(&slot) = self.live.get(index + PREFETCH_DISTANCE) {
+                self.prefetch(slot, true);
+            }
             self.remember(slot, perceived);
         }
         self.commit_new(perceived)
@@ -403,6 +413,23 @@ impl Arena {
         }
         self.fresh.clear();
         self.live.len() - old
+    }
+
+    /// Whether there are too many beliefs for their data to stay in the cache.
+    #[inline]
+    fn exceeds_cache(&self) -> bool {
+        self.live.len() > CACHE_RESIDENT_BELIEFS
+    }
+
+    /// If there are many beliefs, prefetches the headers of a belief's histories, or, if `soon`, the cells that it will
+    /// write.
+    #[inline(always)]
+    fn prefetch(&self, slot: u32, soon: bool) {
+        if self.exceeds_cache()
+            && let Some(row) = self.row(slot)
+        {
+            if soon { self.histories.prefetch_cells(row) } else { self.histories.prefetch(row) }
+        }
     }
 
     /// Removes the freed slots from the list.

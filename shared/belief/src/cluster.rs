@@ -19,6 +19,9 @@ use quantity::number::saturating_u32;
 use queue::{Pair, Queue};
 use spatial_hash::SpatialHash;
 
+/// Prefetch distance, in members: the time to process this many covers the memory latency.
+pub(crate) const PREFETCH_DISTANCE: usize = 4;
+
 /// Agglomerative clustering that does not compare all pairs, with bit for bit the result of [the naive
 /// loop](cluster_naively).
 ///
@@ -96,7 +99,13 @@ impl Clustering {
             return None;
         }
         let mut merged = 0;
+        let wants_prefetch = problem.wants_prefetch();
         while let Some((old, fresh)) = self.matching.pair(merged) {
+            for (ahead, soon) in [(2 * PREFETCH_DISTANCE, false), (PREFETCH_DISTANCE, true)] {
+                if wants_prefetch && let Some((old, fresh)) = self.matching.pair(merged + ahead) {
+                    problem.expect(old, fresh, soon);
+                }
+            }
             problem.merge(old, fresh);
             self.spatial_hash.insert(problem, old);
             merged += 1;

@@ -156,6 +156,21 @@ impl Histories {
         self.add_snapshot(row, &[value], true, at, phase);
     }
 
+    /// Prefetches the headers of a row's histories.
+    #[inline]
+    pub(crate) fn prefetch(&self, row: u32) {
+        self.scalars.prefetch(row);
+        self.generals.prefetch(row);
+        self.low_passes.prefetch(row);
+    }
+
+    /// Prefetches the cells that the next snapshot of a row will be written to.
+    #[inline]
+    pub(crate) fn prefetch_cells(&self, row: u32) {
+        self.scalars.prefetch_cells(row);
+        self.generals.prefetch_cells(row);
+    }
+
     /// Adds the evaluations of one snapshot, made at `at`. Skips invalid ones, unless `are_sound`, and returns their
     /// number.
     pub(crate) fn add_snapshot(

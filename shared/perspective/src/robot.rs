@@ -12,6 +12,9 @@ use crate::field::Field;
 use crate::transform::place_in_base;
 use crate::{OwnershipEstimator, PerceptualContext, PerspectiveError};
 
+/// Prefetch distance, in entries.
+const AHEAD: usize = 4;
+
 /// The robot's own perspective: it perceives all observations, in the base frame, and detects absences where
 /// its sensors look.
 ///
@@ -99,6 +102,9 @@ impl Robot {
         // One pass over the entries, for cache locality.
         let mut step_builder = self.system.begin(at);
         let noted = entries.iter().enumerate().map(|(index, entry)| {
+            if let Some(later) = entries.get(index + AHEAD) {
+                prefetch::prefetch_whole(later);
+            }
             let is_sound = entry.is_sound();
             if is_sound && is_object(entry) {
                 self.perceivable += 1;

@@ -207,6 +207,18 @@ impl AssociationProblem for FrameAssociation<'_> {
         self.step.remains_cannot_link(a, b)
     }
 
+    fn wants_prefetch(&self) -> bool {
+        self.step.arena.exceeds_cache()
+    }
+
+    #[inline]
+    fn expect(&self, old: u32, fresh: u32, soon: bool) {
+        self.step.arena.prefetch(old, soon);
+        if !soon && let Some(perceived) = self.perceived(fresh) {
+            prefetch::prefetch_whole(perceived);
+        }
+    }
+
     fn merge(&mut self, old: u32, fresh: u32) {
         let Some(index) = require!(self.index(fresh), "{fresh} is a detection of this step") else { return };
         let Detections { things, frame, at, .. } = &mut *self.detections;

@@ -76,6 +76,15 @@ pub trait AssociationProblem {
         None
     }
 
+    /// Whether calls of [`Self::expect`] are useful.
+    fn wants_prefetch(&self) -> bool {
+        true
+    }
+
+    /// Announces the merge of a pair so that its memory can be prefetched. Each pair is announced twice; `soon` marks
+    /// the second time, shortly before the merge.
+    fn expect(&self, _kept: u32, _gone: u32, _soon: bool) {}
+
     /// Merges the member in `gone` into the one in `kept`; `gone` is removed.
     fn merge(&mut self, kept: u32, gone: u32);
 }

@@ -15,6 +15,8 @@ pub(crate) struct StridedView {
     first: usize,
     stride: usize,
     len: usize,
+    /// Number of interleaved series.
+    interleaved: usize,
     /// Offset to the same series of the next belief of the block.
     block_slot: usize,
 }
@@ -54,6 +56,13 @@ impl StridedView {
     #[inline]
     pub(super) fn cells_mut<'a, T: Copy>(&self, blocks: &'a mut Table<T>, row: u32) -> Cells<&'a mut [T]> {
         self.in_row(blocks, row).of(blocks.all_mut())
+    }
+
+    /// Whether the cells of another view are interleaved with these, or are the same.
+    pub(crate) const fn is_interleaved_with(self, other: Self) -> bool {
+        self.stride == other.stride
+            && self.len == other.len
+            && self.first.abs_diff(other.first) < self.interleaved
     }
 
     /// Number of cells.
@@ -100,7 +109,7 @@ pub(crate) fn interleave_layout<T: Copy + PartialEq>(
             };
             let first = cells;
             cells += interleaved * len * BLOCK_SLOTS as usize;
-            StridedView { first, stride, len, block_slot }
+            StridedView { first, stride, len, interleaved, block_slot }
         };
         views.push((view, kind));
     }
@@ -117,7 +126,7 @@ pub(crate) struct Cells<C> {
 impl<T, C: Deref<Target = [T]>> Cells<C> {
     /// A view of all cells.
     pub(crate) fn of(all: C) -> Self {
-        let view = StridedView { first: 0, stride: 1, len: all.len(), block_slot: all.len() };
+        let view = StridedView { first: 0, stride: 1, len: all.len(), interleaved: 1, block_slot: all.len() };
         Self { all, view }
     }
 
@@ -129,6 +138,13 @@ impl<T, C: Deref<Target = [T]>> Cells<C> {
     #[inline]
     pub(crate) fn get(&self, index: usize) -> Option<&T> {
         self.all.get(self.view.place(index))
+    }
+
+    /// The cell at `index`, and the interleaved cells next to it.
+    #[inline]
+    pub(crate) fn interleaved(&self, index: usize) -> &[T] {
+        let place = self.view.place(index);
+        self.all.get(place..place + self.view.interleaved).unwrap_or(&[])
     }
 
     #[inline]

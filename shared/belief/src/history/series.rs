@@ -72,6 +72,17 @@ impl<T: CellFormat> Series<T> {
         self.len as usize
     }
 
+    #[inline]
+    pub(crate) const fn is_empty(&self) -> bool {
+        self.len == 0
+    }
+
+    /// Prefetches the cell that the next sample is usually written to, and the interleaved cells next to it.
+    #[inline]
+    pub(crate) fn prefetch(&self, cells: &Cells<&[T]>) {
+        prefetch::prefetch_all(cells.interleaved(self.cell(cells.len(), self.len as usize)));
+    }
+
     /// Number of samples ever added.
     #[cfg(test)]
     pub(crate) fn total_added(&self) -> u32 {

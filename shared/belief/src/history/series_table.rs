@@ -11,6 +11,8 @@ use crate::sample::{CellFormat, Sample, SampleRef, StoredSample};
 /// The unfiltered histories of all beliefs whose cells have one format: several series per row.
 #[derive(Clone, Debug)]
 pub(crate) struct SeriesTable<T> {
+    /// Which series have interleaved cells.
+    interleaved: Box<[InterleaveGroup]>,
     series: Table<Series<T>>,
     cells: Table<T>,
     scratch: BoundedVec<StoredSample>,
@@ -26,13 +28,30 @@ pub(crate) struct SeriesLayout {
     thinning: Thinning,
 }
 
+/// Series that are usually filled at the same rate; their next cells are adjacent.
+#[derive(Clone, Debug)]
+struct InterleaveGroup {
+    /// Their indices in a row.
+    series: Vec<usize>,
+    /// The cells of the first.
+    cells: StridedView,
+}
+
 impl<T: CellFormat> SeriesTable<T> {
     /// Preallocates `rows` rows. `series` gives the number of samples and the thinning rule of each series of a row.
     pub(crate) fn new(series: &[(usize, Thinning)], rows: usize) -> (Self, Vec<SeriesLayout>) {
         let (views, cells) = interleave_layout(series, |thinning| thinning == Thinning::ForgetOldest);
+        let mut interleaved: Vec<InterleaveGroup> = Vec::new();
+        for (index, (cells, _)) in views.iter().enumerate() {
+            match interleaved.iter_mut().find(|all| cells.is_interleaved_with(all.cells)) {
+                Some(all) => all.series.push(index),
+                None => interleaved.push(InterleaveGroup { series: vec![index], cells: *cells }),
+            }
+        }
         let most = series.iter().map(|(samples, _)| *samples).max().unwrap_or(0);
         let all = Self {
             series: Table::new(views.len(), rows),
+            interleaved: interleaved.into_boxed_slice(),
             cells: Table::new(cells, blocks(rows)),
             scratch: BoundedVec::with_bound(2 * most),
             others_samples: BoundedVec::with_bound(most),
@@ -51,6 +70,25 @@ impl<T: CellFormat> SeriesTable<T> {
 
     pub(crate) fn reset(&mut self, row: usize) {
         self.series.reset(row);
+    }
+
+    /// Prefetches the headers of a row's series.
+    #[inline]
+    pub(crate) fn prefetch(&self, row: u32) {
+        self.series.prefetch(row);
+    }
+
+    /// Prefetches the cells that the next snapshot of a row will be written to.
+    #[inline]
+    pub(crate) fn prefetch_cells(&self, row: u32) {
+        let Some(series) = self.series.row(row) else { return };
+        for interleaved in &self.interleaved {
+            // An empty series does not show where the others write.
+            let mut taking = interleaved.series.iter().filter_map(|index| series.get(*index));
+            if let Some(series) = taking.find(|series| !series.is_empty()) {
+                series.prefetch(&interleaved.cells.cells(&self.cells, row));
+            }
+        }
     }
 
     /// Adds a sound sample; `phase` as for [`super::Histories::take`].
@@ -89,7 +127,7 @@ impl<T: CellFormat> SeriesTable<T> {
 
     /// Merges a series of one row with that of another.
     pub(crate) fn merge(&mut self, layout: &SeriesLayout, kept: u32, gone: u32, phase: u64) {
-        let Self { series, cells, scratch, others_samples } = self;
+        let Self { series, cells, scratch, others_samples, .. } = self;
         let SeriesLayout { index, view, thinning } = layout;
         let other = series.get(gone, *index).copied();
         let Some(other) = require!(other, "row {gone} exists") else { return };

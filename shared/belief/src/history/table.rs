@@ -33,6 +33,16 @@ impl<T: Copy> Table<T> {
         self.entries.get_mut(start + index)
     }
 
+    pub(super) fn row(&self, row: u32) -> Option<&[T]> {
+        self.range(row, &(0..self.width))
+    }
+
+    /// Prefetches a row.
+    #[inline]
+    pub(super) fn prefetch(&self, row: u32) {
+        prefetch::prefetch_all(self.row(row).unwrap_or(&[]));
+    }
+
     /// The entries of all rows.
     #[inline]
     pub(super) fn all(&self) -> &[T] {
