@@ -7,7 +7,7 @@ use std::sync::{Arc, Mutex, PoisonError};
 use std::thread::JoinHandle;
 
 use clock::Duration;
-use crossbeam_channel::{Receiver, RecvTimeoutError, Sender, TrySendError, bounded};
+use crossbeam::channel::{Receiver, RecvTimeoutError, Sender, TrySendError, bounded};
 use folder::Output;
 use transport::janitor::is_claimed;
 use transport::{Domain, Node, OverflowPolicy, Queues};
@@ -330,8 +330,8 @@ fn keep_in_memory(
     let _waits = ready.send(());
     let mut frames = Some(from);
     loop {
-        let never = crossbeam_channel::never();
-        crossbeam_channel::select! {
+        let never = crossbeam::channel::never();
+        crossbeam::channel::select! {
             recv(frames.unwrap_or(&never)) -> frame => match frame {
                 Ok(frame) => {
                     ring.push(&frame).map_err(failed)?;

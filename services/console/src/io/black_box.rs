@@ -10,7 +10,7 @@ use std::thread;
 use clock::{Duration, Instant};
 use config::Robot;
 use config::lesson::Lesson;
-use crossbeam_channel::{Receiver, bounded};
+use crossbeam::channel::{Receiver, bounded};
 use folder::Output;
 use message::{Process, Roster};
 use process::{Launch, black_box, emergency};

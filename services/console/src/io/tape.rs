@@ -10,7 +10,7 @@ use std::thread;
 
 use clock::{Duration, Instant};
 use config::lesson::Lesson;
-use crossbeam_channel::{Receiver, TryRecvError, bounded};
+use crossbeam::channel::{Receiver, TryRecvError, bounded};
 use folder::{Folder, Output};
 use process::Launch;
 use recording::{Recorder, Subject, Time, robot_pose};

@@ -26,7 +26,7 @@ use axum::http::{HeaderMap, header};
 use axum::response::{IntoResponse, Response};
 use axum::routing::{get, post};
 use config::leo::ReadWithoutToken;
-use crossbeam_channel::{Receiver, Sender, unbounded};
+use crossbeam::channel::{Receiver, Sender, unbounded};
 use tokio::net::{TcpListener, TcpSocket};
 
 use crate::requests::PageRequest;

@@ -2,7 +2,7 @@ use std::collections::VecDeque;
 use std::thread::JoinHandle;
 
 use clock::Duration;
-use crossbeam_channel::{Receiver, RecvTimeoutError, Sender, unbounded};
+use crossbeam::channel::{Receiver, RecvTimeoutError, Sender, unbounded};
 
 use crate::Kept;
 

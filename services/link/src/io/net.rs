@@ -4,7 +4,7 @@ use std::thread::JoinHandle;
 
 use clock::Instant;
 use config::leo::Link;
-use crossbeam_channel::{Receiver, bounded};
+use crossbeam::channel::{Receiver, bounded};
 use rustls::pki_types::UnixTime;
 use tokio::sync::mpsc::{self, Sender, error::TrySendError};
 use tokio::task::LocalSet;
@@ -118,7 +118,7 @@ impl Drop for Net {
 
 /// The network's ends of the two queues, for tests.
 #[cfg(test)]
-pub(crate) type Ends = (mpsc::Receiver<(MessageKind, Vec<u8>)>, crossbeam_channel::Sender<Message>);
+pub(crate) type Ends = (mpsc::Receiver<(MessageKind, Vec<u8>)>, crossbeam::channel::Sender<Message>);
 
 #[cfg(test)]
 impl Net {

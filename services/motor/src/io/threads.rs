@@ -5,8 +5,8 @@ use std::thread::JoinHandle;
 
 use clock::{Duration, Instant};
 use config::motor::{Bus, Device};
-use crossbeam_channel::{Receiver, RecvTimeoutError, TryRecvError, bounded};
-use crossbeam_queue::ArrayQueue;
+use crossbeam::channel::{Receiver, RecvTimeoutError, TryRecvError, bounded};
+use crossbeam::queue::ArrayQueue;
 use message::Histogram;
 use process::EmergencyFlag;
 use serial::{OpenError, Tty};

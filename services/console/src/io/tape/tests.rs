@@ -10,7 +10,7 @@ const LONG: Duration = Duration::from_secs(60);
 const NOW: Instant = Instant::EPOCH;
 
 /// A mock disk: each message completes one operation.
-type Disk = crossbeam_channel::Sender<Result<(), String>>;
+type Disk = crossbeam::channel::Sender<Result<(), String>>;
 
 /// A recording on the mock disk.
 struct Slow(Receiver<Result<(), String>>);

@@ -6,7 +6,7 @@ use std::sync::Arc;
 
 use clock::Duration;
 use config::leo::ReadWithoutToken;
-use crossbeam_channel::Receiver;
+use crossbeam::channel::Receiver;
 use hyper_util::service::TowerToHyperService;
 use tokio::io::{AsyncReadExt as _, AsyncWriteExt as _};
 use tokio::time::timeout;

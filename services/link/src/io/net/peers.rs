@@ -48,7 +48,7 @@ pub(super) type Failed = Box<dyn std::error::Error>;
 pub(super) struct Peers {
     pub(super) keys: Keys,
     compatibility: Compatibility,
-    incoming: crossbeam_channel::Sender<Message>,
+    incoming: crossbeam::channel::Sender<Message>,
     pub(super) connected: RefCell<BTreeMap<usize, Peer>>,
     /// Slots of incoming handshakes. They are reserved for addresses whose certificate was accepted, in either
     /// role, and for the addresses in `connect`.
@@ -69,7 +69,7 @@ pub(super) async fn carry(
     reports: Reports,
     listen: Vec<Address>,
     connect: Vec<Address>,
-    incoming: crossbeam_channel::Sender<Message>,
+    incoming: crossbeam::channel::Sender<Message>,
     mut outgoing: mpsc::Receiver<(MessageKind, Vec<u8>)>,
 ) {
     let (connected, slots) = (RefCell::default(), HandshakeSlots::reserved_for(&connect));

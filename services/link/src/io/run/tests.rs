@@ -1,4 +1,4 @@
-use crossbeam_channel::Sender;
+use crossbeam::channel::Sender;
 use tokio::sync::mpsc::Receiver;
 
 use super::*;
