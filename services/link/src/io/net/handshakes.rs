@@ -6,6 +6,7 @@ use std::net::{IpAddr, Ipv6Addr};
 use std::rc::Rc;
 
 use clock::{Duration, Instant};
+use invariant::require;
 use tokio::sync::Notify;
 
 /// Maximum connections of an endpoint: in handshake, verified, and closing.
@@ -89,9 +90,11 @@ impl HandshakeSlot {
 impl Drop for HandshakeSlot {
     fn drop(&mut self) {
         let mut all = self.slots.0.borrow_mut();
-        let Some(taken) = all.get_mut(&self.address) else { return };
+        let taken = all.get_mut(&self.address);
+        let Some(taken) = require!(taken, "the address of a slot is known") else { return };
         if !taken.end(&self.evicted) {
-            taken.closing = taken.closing.saturating_sub(1);
+            let others = taken.closing.checked_sub(1);
+            taken.closing = require!(others, "a slot is open, or its connection is closing").unwrap_or(0);
         }
         if taken.open.is_empty() && taken.closing == 0 {
             all.remove(&self.address);
