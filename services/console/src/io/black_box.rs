@@ -310,7 +310,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_writer_that_ends_without_a_result_does_not_block_the_next_dump() {
+    fn an_aborted_writer_does_not_block_the_next_dump() {
         let (page, mut answers) = tokio::sync::mpsc::channel(1);
         let wanted = Waiting { requesters: vec![Requester::Page(page, Some(7))], ..Waiting::default() };
         let (to, outcome) = bounded(1);
