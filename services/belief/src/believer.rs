@@ -2,6 +2,7 @@ use clock::Instant;
 use config::percepts::Percepts;
 use config::perspective::Perspective;
 use geometry::{Base, Position};
+use invariant::{invariant, require};
 use message::{Belief, BeliefHead, Header, Path, Perceived, PerceptHead, Perspectives};
 use perception::{Perception, PerceptionError};
 use perspective::{NestedPerspective, Partner, PerspectiveError, Robot};
@@ -182,14 +183,20 @@ impl Believer {
         self.robot.step(self.at, head.looked(), entries);
         self.count(0);
         for index in 0..self.partner_perspectives.len() {
-            let Some((earlier, [other, ..])) = self.partner_perspectives.split_at_mut_checked(index) else {
+            let split = self.partner_perspectives.split_at_mut_checked(index);
+            let Some((earlier, [other, ..])) = split else {
+                invariant!(false, "perspective {index} of the partners exists");
                 return;
             };
             let perceptual_context = match other.within.checked_sub(1) {
                 None => Some(self.robot.perceptual_context()),
                 Some(index) => earlier.get(index).and_then(|parent| parent.partner.perceptual_context()),
             };
-            // A perspective that contains others has a perceptual context; `new` guarantees it.
+            let perceptual_context = require!(
+                perceptual_context,
+                "perspective {} contains others, and has a perceptual context",
+                other.within
+            );
             if let Some(perceptual_context) = perceptual_context {
                 let (robot, within) = (&self.robot, other.within);
                 let surveyed =
@@ -216,7 +223,7 @@ impl Believer {
         let (head, beliefs) = (self.head(perspective), self.len(perspective));
         let counts =
             usize::try_from(perspective).ok().and_then(|index| self.computed.perspectives.get_mut(index));
-        if let Some(counts) = counts {
+        if let Some(counts) = require!(counts, "perspective {perspective} is counted") {
             counts.steps += 1;
             counts.beliefs += u64::from(saturating_u32(beliefs));
             (counts.left_out, counts.refused) = (head.overflowed, head.refused);

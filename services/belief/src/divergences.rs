@@ -1,4 +1,5 @@
 use config::percepts::Percepts;
+use invariant::require;
 use message::{Belief, BeliefHead, Difference, DivergenceHead};
 use perspective::{Divergence, PerspectiveBeliefs};
 use quantity::number::saturating_u32;
@@ -79,7 +80,8 @@ impl Divergences {
     pub fn compare(&mut self) {
         for index in 1..self.minds.len() {
             let Some((earlier, [mind, ..])) = self.minds.split_at_mut_checked(index) else { return };
-            let Some(within) = earlier.get(mind.within) else { continue };
+            let within = require!(earlier.get(mind.within), "perspective {index} is after its parent");
+            let Some(within) = within else { continue };
             mind.compared |= mind.head.present != 0 || !mind.beliefs.is_empty();
             if mind.compared {
                 mind.divergence

@@ -3,6 +3,8 @@
 use std::collections::{BTreeMap, BTreeSet, VecDeque};
 use std::fmt::Write as _;
 
+use invariant::require;
+
 /// Maximum number of removed keys kept for deltas. A page that is further behind gets the full state.
 const MAX_REMOVED_KEYS: usize = 512;
 
@@ -37,8 +39,9 @@ impl StateStore {
 
     /// Sets a value. An unchanged value does not change the version.
     pub fn put(&mut self, key: &str, value: &impl serde::Serialize) {
-        // Serialisation of our numbers and texts does not fail; NaN and infinities become null.
-        let Ok(value) = serde_json::to_string(value) else { return };
+        // NaN and infinities become null.
+        let value = serde_json::to_string(value).ok();
+        let Some(value) = require!(value, "numbers and texts can be written: `{key}`") else { return };
         match self.cells.get_mut(key) {
             Some(cell) if cell.value == value => {}
             Some(cell) => {

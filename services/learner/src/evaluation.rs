@@ -2,6 +2,7 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
+use invariant::require;
 use message::{Event, EventKind};
 use tasks::{
     Decision, Explanation, Language, Learned, OnConflict, OpenQuestion, Rule, Selection, Settings, Task,
@@ -74,7 +75,10 @@ impl Evaluation {
     pub(crate) fn followed(&self) -> Option<(u16, &Learned)> {
         match self.decision {
             Decision::NoRule => None,
-            Decision::Followed(perspective) => Some((perspective, self.by_perspective.get(&perspective)?)),
+            Decision::Followed(perspective) => {
+                let learned = self.by_perspective.get(&perspective);
+                Some((perspective, require!(learned, "perspective {perspective} learned the rule")?))
+            }
             Decision::Open(_) => self.settled.as_ref().map(|(perspective, learned)| (*perspective, learned)),
         }
     }

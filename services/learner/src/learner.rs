@@ -4,6 +4,7 @@ mod utterance_queue;
 use std::collections::{BTreeMap, VecDeque};
 
 use clock::{Duration, Instant};
+use invariant::require;
 use message::{Belief, BeliefHead, Event, EventKind, JointGoal, Utterance};
 use motion::{Face, Skill};
 use tasks::{Example, Language, Learned, Noise, OnConflict, Prior, Snapshot, Task, key};
@@ -46,8 +47,8 @@ pub fn learning(learner: &config::leo::Learner) -> tasks::Settings {
         language: learner.language,
         prior: Prior { lambda: learner.lambda.get(), mu: learner.mu.get() },
         selection_nats: learner.selection_nats.get(),
-        // The configuration was validated, so the default is never used.
-        noise: Noise::try_from(learner.noise.get()).unwrap_or(Noise::NONE),
+        noise: require!(Noise::try_from(learner.noise.get()).ok(), "the configuration was validated")
+            .unwrap_or(Noise::NONE),
         high_likelihood: learner.high_likelihood.get(),
         on_conflict: learner.on_conflict,
     }
@@ -332,9 +333,9 @@ impl<B: Body> Learner<B> {
     /// describe the origin of the example.
     fn report_learned(&mut self, task_key: &str, kind: EventKind, text: &str, output: &mut Output) {
         let (language, settings) = (&self.vocabulary.language, &self.settings.learning);
-        let Some(task) = self.tasks.get(task_key) else { return };
+        let Some(task) = require!(self.tasks.get(task_key), "`{task_key}` is a task") else { return };
         let name = task.name.clone();
-        if let Some(example) = task.examples.last() {
+        if let Some(example) = require!(task.examples.last(), "`{task_key}` has the new example") {
             let place = u64::from(saturating_u32(task.examples.len() - 1));
             let (key, task, example) = (task_key.to_owned(), name.clone(), example.clone());
             output.save.push(Kept { key, task, place, example });

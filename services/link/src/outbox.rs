@@ -4,6 +4,7 @@ use std::collections::{BTreeMap, VecDeque};
 use std::sync::Arc;
 
 use clock::{Duration, Instant};
+use invariant::require;
 use quantity::number::saturating_u64;
 
 use crate::Stream;
@@ -90,7 +91,8 @@ impl Outbox {
         let frames = self.incomplete.entry(place).or_default();
         frames.insert(stream, bytes);
         if frames.len() == self.together.len() {
-            let whole = self.incomplete.remove(&place).unwrap_or_default();
+            let whole = require!(self.incomplete.remove(&place), "the set is incomplete until now");
+            let whole = whole.unwrap_or_default();
             // Older or previous-incarnation sets can no longer be completed.
             let older: usize = self.incomplete.values().map(BTreeMap::len).sum();
             self.incomplete.clear();

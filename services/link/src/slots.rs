@@ -4,6 +4,7 @@ use core::net::{IpAddr, Ipv6Addr};
 use std::collections::{BTreeMap, VecDeque};
 
 use clock::{Duration, Instant};
+use invariant::{invariant, require};
 
 /// Maximum of slots of all addresses without a reservation, closing connections included.
 pub(crate) const MAX_UNRESERVED: usize = 256;
@@ -79,14 +80,14 @@ impl SlotTable {
 
     /// Marks a handshake as finished while its connection is still in memory.
     pub(crate) fn close(&mut self, number: u64) {
-        if let Some(slot) = self.slots.get_mut(&number) {
+        if let Some(slot) = require!(self.slots.get_mut(&number), "a slot that is closed was taken") {
             slot.is_open = false;
         }
     }
 
     /// Frees a slot.
     pub(crate) fn free(&mut self, number: u64) {
-        self.slots.remove(&number);
+        invariant!(self.slots.remove(&number).is_some(), "a slot that is freed was taken");
     }
 
     /// Reserves slots for an address from now on.

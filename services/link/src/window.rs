@@ -3,6 +3,7 @@
 use std::collections::VecDeque;
 
 use clock::{Duration, Instant};
+use invariant::require;
 use quantity::number::{float_of_count, floor_usize};
 
 /// Minimum window in bytes: a batch or two.
@@ -71,7 +72,8 @@ impl Window {
                 break;
             }
             self.under_way.pop_front();
-            self.bytes = self.bytes.saturating_sub(first.bytes);
+            let others = self.bytes.checked_sub(first.bytes);
+            self.bytes = require!(others, "the sum contains each batch under way").unwrap_or(0);
             newest = Some(first);
             came += first.bytes;
         }

@@ -2,11 +2,11 @@ use arrayvec::ArrayVec;
 use clock::{Duration, Instant};
 use invariant::{invariant, require};
 use servo::table::{GOAL_POSITION, PROFILE_VELOCITY, TORQUE_ENABLE};
-use servo::{Address, Id, Instruction, Reading};
+use servo::{Address, Id, Instruction, Reading, Status};
 
 use crate::counts::BusCounters;
 use crate::duplicate_id_check::ProbeResult;
-use crate::job::{Job, READING_WITH_SUPPLY};
+use crate::job::{CONDITION, Job, READING_WITH_SUPPLY};
 use crate::joint::{Command, Joint, Taken};
 use crate::request::{PartKind, SERVOS_MOST, STATUS_BYTES};
 use crate::{Replies, Request};
@@ -141,7 +141,7 @@ impl Bus {
     }
 
     fn have_let_go(&self, joints: &[Joint]) -> bool {
-        self.joints.iter().all(|&index| joints.get(index).is_some_and(Joint::has_confirmed_torque_off))
+        self.joints.iter().all(|&index| joint(joints, index).is_some_and(Joint::has_confirmed_torque_off))
     }
 
     /// Adds the goals for all servos and the read of the measurements. Servos whose firmware supports it get a fast
@@ -149,7 +149,7 @@ impl Bus {
     fn plan_measurements(&mut self, now: Instant, joints: &mut [Joint], request: &mut Request) {
         let mut goals = Goals::default();
         for &index in &self.joints {
-            if let Some(joint) = joints.get_mut(index)
+            if let Some(joint) = joint_mut(joints, index)
                 && let Some(command) = joint.command(now)
             {
                 goals.add(joint.id(), command);
@@ -160,14 +160,14 @@ impl Bus {
             // Servos that missed their last read come last, so that they cannot delay the others.
             for suspect in [false, true] {
                 for &index in &self.joints {
-                    let Some(joint) = joints.get(index).filter(|joint| joint.is_read()) else { continue };
+                    let Some(joint) = joint(joints, index).filter(|joint| joint.is_read()) else { continue };
                     if joint.is_fast() == fast && joint.is_suspect() == suspect {
                         self.asked.push((index, topic));
                     }
                 }
             }
             let asked = self.asked.get(first..).unwrap_or_default();
-            let who = || asked.iter().filter_map(|(index, _)| Some(joints.get(*index)?.id()));
+            let who = || asked.iter().filter_map(|(index, _)| Some(joint(joints, *index)?.id()));
             let ids: ArrayVec<u8, SERVOS_MOST> = who().map(Id::get).take(SERVOS_MOST).collect();
             let (address, length) = (Reading::ITEM.address, self.asked_length);
             let question = if fast {
@@ -193,7 +193,7 @@ impl Bus {
     ) {
         self.job = self.find_job(now, joints, arm_up_to);
         if let Some((index, job)) = self.job
-            && let Some(joint) = joints.get(index)
+            && let Some(joint) = joint(joints, index)
         {
             // With two servos on one identifier, two answers can arrive.
             let answers = if matches!(job, Job::DuplicateIdCheck { .. }) { 2 } else { 1 };
@@ -207,7 +207,7 @@ impl Bus {
         // A silent servo can keep the servos behind it from answering. So confirmed servos come first, and the order
         // of the others rotates.
         let has_confirmed_torque_off =
-            |index: usize| joints.get(index).is_some_and(Joint::has_confirmed_torque_off);
+            |index: usize| joint(joints, index).is_some_and(Joint::has_confirmed_torque_off);
         let first = self.round * self.joints.len() / ROUNDS;
         for confirmed in [true, false] {
             let turns = self.joints.iter().cycle().skip(first).take(self.joints.len());
@@ -217,7 +217,7 @@ impl Bus {
                     .map(|&index| (index, PartKind::Torque)),
             );
         }
-        let who = || self.asked.iter().filter_map(|(index, _)| Some(joints.get(*index)?.id()));
+        let who = || self.asked.iter().filter_map(|(index, _)| Some(joint(joints, *index)?.id()));
         let ids: ArrayVec<u8, SERVOS_MOST> = who().map(Id::get).take(SERVOS_MOST).collect();
         let length = TORQUE_ENABLE.length + self.more;
         let off = Instruction::Write { address: TORQUE_ENABLE.address, data: &[0] };
@@ -248,6 +248,7 @@ impl Bus {
             self.silent = if replies.is_empty() { self.silent.saturating_add(1) } else { 0 };
             let stale = self.counts.stale;
             let heard = self.take_all(now, joints, replies, &asked);
+            self.counts.stale += job.map_or(0, |job| strays(joints, job, replies));
             let is_late = replies.late > 0 || self.counts.stale > stale;
             self.late = if is_late { self.late.saturating_add(1) } else { 0 };
             let missing = self.count_missing(now, joints, replies, &asked, &heard);
@@ -258,13 +259,17 @@ impl Bus {
             self.clean_exchanges = if is_calm { self.clean_exchanges.saturating_add(1) } else { 0 };
             self.take_answer(now, joints, replies, job, missing);
             for status in replies.about(PartKind::AlertCondition) {
-                if let Some(joint) = self.joint_of(joints, status.id) {
-                    joint.alarmed(now, &status);
+                // A late answer to another job is no condition.
+                let is_condition =
+                    status.params.len() == usize::from(CONDITION.length) || status.fault.is_some();
+                match self.joint_of(joints, status.id).filter(|_| is_condition) {
+                    Some(joint) => joint.alarmed(now, &status),
+                    None => self.counts.stale += 1,
                 }
             }
         }
         for &index in &self.joints {
-            if let Some(joint) = joints.get_mut(index) {
+            if let Some(joint) = joint_mut(joints, index) {
                 self.counts.fault_counters.add(joint.take_fault_counters());
             }
         }
@@ -279,7 +284,7 @@ impl Bus {
         self.is_lost = true;
         self.clean_exchanges = 0;
         for &index in &self.joints {
-            if let Some(joint) = joints.get_mut(index) {
+            if let Some(joint) = joint_mut(joints, index) {
                 joint.lost(now);
             }
         }
@@ -296,15 +301,17 @@ impl Bus {
         let mut heard = [false; SERVOS_MOST];
         for topic in [PartKind::FastRead, PartKind::PlainRead, PartKind::Reread, PartKind::Torque] {
             for status in replies.about(topic) {
-                let is_whose = |index: usize| joints.get(index).is_some_and(|joint| joint.id() == status.id);
-                let place = asked.iter().position(|(index, _)| is_whose(*index));
-                let joint = place.and_then(|place| joints.get_mut(asked.get(place)?.0));
-                let fits = status.params.len() == usize::from(self.asked_length) || status.fault.is_some();
-                match (place.and_then(|place| heard.get_mut(place)), joint) {
-                    (Some(heard), Some(joint)) if fits && !*heard => {
+                let is_whose =
+                    |index: usize| joint(joints, index).is_some_and(|joint| joint.id() == status.id);
+                let asked = asked.iter().zip(&mut heard).find(|((index, _), _)| is_whose(*index));
+                let is_whole = status.params.len() == usize::from(self.asked_length);
+                let fits = is_whole || status.fault.is_some();
+                match asked.and_then(|((index, _), heard)| Some((heard, joint_mut(joints, *index)?))) {
+                    Some((heard, joint)) if fits && !*heard => {
                         *heard = true;
                         if topic == PartKind::Torque {
-                            if let Some(torque) = status.params.first() {
+                            // An error in place of the data confirms nothing.
+                            if let Some(torque) = status.params.first().filter(|_| is_whole) {
                                 joint.confirm(now, *torque);
                             }
                         } else if joint.read(now, replies.asked_at(topic), &status) == Taken::Stale {
@@ -335,7 +342,7 @@ impl Bus {
             *place = Some(index);
             self.counts.missed += 1;
             if self.counts_missing()
-                && let Some(joint) = joints.get_mut(index)
+                && let Some(joint) = joint_mut(joints, index)
             {
                 joint.missed(now, replies.corrupt_replies(topic) > 0);
             }
@@ -353,12 +360,10 @@ impl Bus {
         missing: [Option<usize>; SERVOS_MOST],
     ) {
         let Some((index, job)) = job else { return };
-        let Some(joint) = require!(joints.get_mut(index), "joint {index} exists") else { return };
+        let Some(joint) = joint_mut(joints, index) else { return };
         self.counts.broken += u64::from(replies.corrupt_replies(job.topic()));
-        let fits = |status: &servo::Status<'_>| {
-            let length = status.params.len();
-            status.id == joint.id() && (length == job.answer_length() || status.fault.is_some())
-        };
+        let id = joint.id();
+        let fits = |status: &Status<'_>| is_answer(status, id, job);
         if let Job::DuplicateIdCheck { .. } = job {
             let came = ProbeResult {
                 answers: replies.about(PartKind::Job).filter(fits).count(),
@@ -367,9 +372,8 @@ impl Bus {
             };
             if joint.process_probe(now, came) {
                 self.counts.duplicates += 1;
-                let id = joint.id();
                 for &index in &self.joints {
-                    if let Some(joint) = joints.get_mut(index) {
+                    if let Some(joint) = joint_mut(joints, index) {
                         joint.forbid(now, id);
                     }
                 }
@@ -394,8 +398,8 @@ impl Bus {
 
     fn joint_of<'a>(&self, joints: &'a mut [Joint], id: Id) -> Option<&'a mut Joint> {
         let index =
-            self.joints.iter().find(|&&index| joints.get(index).is_some_and(|joint| joint.id() == id))?;
-        joints.get_mut(*index)
+            self.joints.iter().find(|&&index| joint(joints, index).is_some_and(|joint| joint.id() == id))?;
+        joint_mut(joints, *index)
     }
 
     /// Finds the next job of setup or power switching, round-robin over the joints. A due condition read is used if
@@ -413,11 +417,11 @@ impl Bus {
         }
         let count = self.joints.len();
         // Torque comes on only after every servo of the bus has been identified.
-        let unsettled = |&index: &usize| joints.get(index).is_some_and(Joint::is_unsettled);
+        let unsettled = |&index: &usize| joint(joints, index).is_some_and(Joint::is_unsettled);
         let arm_up_to = arm_up_to.filter(|_| !self.joints.iter().any(unsettled));
         for place in (self.next..count).chain(0..self.next) {
-            let index = *self.joints.get(place)?;
-            let Some(joint) = joints.get_mut(index) else { continue };
+            let index = *require!(self.joints.get(place), "joint {place} of {count} of the bus exists")?;
+            let Some(joint) = joint_mut(joints, index) else { continue };
             let may_arm = arm_up_to.is_some_and(|last| joint.group() <= last);
             if let Some(job) = joint.job(now, may_arm) {
                 self.next = (place + 1) % count;
@@ -429,13 +433,34 @@ impl Bus {
 
     /// Condition read of the servo that is most overdue. A cycle with longer measurements has none.
     fn find_look(&self, now: Instant, joints: &mut [Joint]) -> Option<(usize, Job)> {
-        let due = |index: usize| Some((joints.get(index)?.look_due(now)?, index));
+        let due = |index: usize| Some((joint(joints, index)?.look_due(now)?, index));
         if self.reads_supply() {
             return None;
         }
         let (_, index) = self.joints.iter().filter_map(|&index| due(index)).min()?;
-        Some((index, joints.get_mut(index)?.read_condition(now)))
+        Some((index, joint_mut(joints, index)?.read_condition(now)))
     }
+}
+
+/// Whether a status can be the answer of servo `id` to a job.
+fn is_answer(status: &Status<'_>, id: Id, job: Job) -> bool {
+    status.id == id && (status.params.len() == job.answer_length() || status.fault.is_some())
+}
+
+/// Number of answers that cannot be the answer to the job, such as late ones to an earlier job.
+fn strays(joints: &[Joint], (index, job): (usize, Job), replies: &Replies) -> u64 {
+    let Some(id) = joint(joints, index).map(Joint::id) else { return 0 };
+    replies.about(job.topic()).map(|status| u64::from(!is_answer(&status, id, job))).sum()
+}
+
+/// A joint of the body. A bus only has indices of joints that exist.
+fn joint(joints: &[Joint], index: usize) -> Option<&Joint> {
+    require!(joints.get(index), "joint {index} exists")
+}
+
+/// A joint of the body, to be changed.
+fn joint_mut(joints: &mut [Joint], index: usize) -> Option<&mut Joint> {
+    require!(joints.get_mut(index), "joint {index} exists")
 }
 
 /// Goals of a cycle. They are written without acknowledgement.

@@ -2,6 +2,7 @@
 
 use arrayvec::ArrayVec;
 use clock::{Duration, Instant};
+use invariant::{invariant, require};
 use serial::LineLostError;
 use servo::table::TORQUE_ENABLE;
 use servo::{Address, FastReply, Id, Instruction, Parser, Reading, Status};
@@ -124,10 +125,11 @@ impl Master {
     pub fn cut(&mut self, port: &mut impl Port) {
         let off = Instruction::Write { address: TORQUE_ENABLE.address, data: &[0] };
         let mut bytes = [0; INSTRUCTION];
-        let length = off.encode(Address::All, &mut bytes).unwrap_or(0);
+        let length = require!(off.encode(Address::All, &mut bytes).ok(), "torque off fits").unwrap_or(0);
+        let bytes = require!(bytes.get(..length), "{length} bytes were written").unwrap_or_default();
         for _ in 0..CUTS {
             // The next send opens a lost line again.
-            let _sent = port.send(bytes.get(..length).unwrap_or_default(), self.patience.get());
+            let _sent = port.send(bytes, self.patience.get());
         }
     }
 
@@ -156,7 +158,7 @@ impl Master {
                 again = self.ask_again(part, &heard, usize::from(but));
                 if let Some((again, bytes)) = &again {
                     let first_at = replies.asked_at(part.topic);
-                    let heard = self.ask(port, again, bytes.get(..again.sent).unwrap_or_default(), replies);
+                    let heard = self.ask(port, again, sent(again, bytes), replies);
                     // A late answer to the first read looks like one to the second, which has the same length. Only
                     // "sampled after the first read" is certain.
                     replies.asked(PartKind::Reread, first_at);
@@ -165,7 +167,7 @@ impl Master {
             }
         }
         if let Some((part, bytes)) = alarm(replies) {
-            self.ask(port, &part, bytes.get(..part.sent).unwrap_or_default(), replies)?;
+            self.ask(port, &part, sent(&part, &bytes), replies)?;
         }
         Ok(())
     }
@@ -174,7 +176,7 @@ impl Master {
     fn ask_again(&self, part: &Part, heard: &PartAnswers, but: usize) -> Option<(Part, [u8; INSTRUCTION])> {
         let missing = part.ids().iter().zip(&heard.who).filter(|(_, heard)| !**heard).map(|(id, _)| *id);
         let ids: ArrayVec<u8, SERVOS_MOST> = missing.skip(but).take(SERVOS_MOST).collect();
-        let length = u16::try_from(part.data).ok()?;
+        let length = require!(u16::try_from(part.data).ok(), "a read of {} bytes", part.data)?;
         question(PartKind::Reread, Reading::ITEM.address, length, &ids)
     }
 
@@ -186,11 +188,11 @@ impl Master {
         bytes: &[u8],
         replies: &mut Replies,
     ) -> Result<PartAnswers, LineLostError> {
-        let length = u16::try_from(part.data).unwrap_or(u16::MAX);
         if part.topic == PartKind::FastRead {
-            let who = part.ids().iter().filter_map(|id| Id::new(*id));
-            // A request that fits also fits into the chain's state.
-            let _fits = self.chain.expect(who.map(|id| (id, length)));
+            let length = require!(u16::try_from(part.data).ok(), "a read of {} bytes", part.data);
+            let who = part.ids().iter().filter_map(|id| Some((Id::new(*id)?, length?)));
+            let fits = self.chain.expect(who).is_ok();
+            invariant!(fits, "the answers to a request for {} servos fit into one packet", part.ids().len());
         }
         let broken = broken(&self.parser);
         let before = self.parser.losses();
@@ -226,7 +228,8 @@ impl Master {
             max_bytes = max_bytes.saturating_sub(count);
             awaited = awaited.saturating_sub(count);
             replies.hear(part.topic, count);
-            self.parser.push(buffer.get(..count).unwrap_or_default());
+            let received = require!(buffer.get(..count), "{count} bytes were received into the buffer");
+            self.parser.push(received.unwrap_or_default());
             each_status(&mut self.parser, &mut self.chain, part.topic, |status| {
                 let mut awaited = part.ids().iter().zip(&mut heard.who);
                 if let Some((_, heard)) = awaited.find(|(id, heard)| **id == status.id.get() && !**heard) {
@@ -252,7 +255,7 @@ impl Master {
             replies.late +=
                 replies.heard(PartKind::Reread).saturating_sub(part.bytes_of_answers() + part.sent);
         }
-        replies.noisy |= losses.noise > before.noise;
+        replies.noisy |= losses.noise > before.noise || losses.overrun > before.overrun;
         replies.record_corrupt(part.topic, broken_since(&self.parser, broken));
         Ok(heard)
     }
@@ -317,9 +320,18 @@ fn alarm(replies: &Replies) -> Option<(Part, [u8; INSTRUCTION])> {
 /// A sync read of some servos; `None` if there are none.
 fn question(topic: PartKind, address: u16, length: u16, ids: &[u8]) -> Option<(Part, [u8; INSTRUCTION])> {
     let mut bytes = [0; INSTRUCTION];
-    let sent = Instruction::SyncRead { address, length, ids }.encode(Address::All, &mut bytes).ok()?;
+    if ids.is_empty() {
+        return None;
+    }
+    let encoded = Instruction::SyncRead { address, length, ids }.encode(Address::All, &mut bytes);
+    let sent = require!(encoded.ok(), "a read from {} servos fits", ids.len())?;
     let who = ids.iter().filter_map(|id| Id::new(*id));
-    (!ids.is_empty()).then(|| (Part::new(topic, sent, usize::from(length), who), bytes))
+    Some((Part::new(topic, sent, usize::from(length), who), bytes))
+}
+
+/// The bytes of a part at the beginning of its buffer.
+fn sent<'a>(part: &Part, bytes: &'a [u8]) -> &'a [u8] {
+    require!(bytes.get(..part.sent), "a part has {} bytes", part.sent).unwrap_or_default()
 }
 
 #[cfg(test)]

@@ -10,6 +10,7 @@ use servo::{Address, HardwareErrors, Id, Instruction, Model, Reading, velocity_c
 
 use crate::joint::Watchdog;
 use crate::notice::Notice;
+use crate::request::DATA;
 use crate::{JointFault, PartKind};
 
 /// The setup of a servo, from return delay to profile velocity. It is read before anything but the status return
@@ -29,6 +30,8 @@ const MODE: [u8; 3] = [0, 0, 3];
 pub(crate) const CONDITION: Item = span(TORQUE_ENABLE, BUS_WATCHDOG);
 /// The measurements of every cycle, and behind them input voltage and temperature.
 pub(crate) const READING_WITH_SUPPLY: Item = span(Reading::ITEM, PRESENT_TEMPERATURE);
+// A longer answer would be dropped, and its servo never be set up.
+const _: () = assert!(SETUP.length as usize <= DATA && CONDITION.length as usize <= DATA);
 
 const fn span(first: Item, last: Item) -> Item {
     Item { address: first.address, length: last.address + last.length - first.address }
@@ -102,10 +105,13 @@ impl Job {
         }
     }
 
-    /// Writes the instruction and returns its length in bytes; 0 if it does not fit.
+    /// Writes the instructions and returns their length in bytes; 0 if they do not all fit.
     pub(crate) fn encode(self, id: Id, out: &mut [u8]) -> usize {
-        let mut say =
-            |instruction: Instruction<'_>| encoded_length(instruction.encode(Address::One(id), out));
+        require!(self.encode_all(id, out), "the job {self:?} fits into its request").unwrap_or(0)
+    }
+
+    fn encode_all(self, id: Id, out: &mut [u8]) -> Option<usize> {
+        let mut say = |instruction: Instruction<'_>| instruction.encode(Address::One(id), out).ok();
         let write = |item: Item, data| Instruction::Write { address: item.address, data };
         let read = |item: Item| Instruction::Read { address: item.address, length: item.length };
         match self {
@@ -130,9 +136,9 @@ impl Job {
             // When torque comes on, a servo takes its present position as the goal, even beyond its limits. A servo
             // that has restarted meanwhile has neither torque nor watchdog, and gets both.
             Self::Stay => {
-                let off = encode_one(id, (BUS_WATCHDOG, WATCHDOG), out);
-                let rest = out.get_mut(off..).unwrap_or_default();
-                off + encode_two(id, (TORQUE_ENABLE, 0), write(TORQUE_ENABLE, &[1]), rest)
+                let off = encode_one(id, (BUS_WATCHDOG, WATCHDOG), out)?;
+                let rest = out.get_mut(off..)?;
+                Some(off + encode_two(id, (TORQUE_ENABLE, 0), write(TORQUE_ENABLE, &[1]), rest)?)
             }
             Self::ReadCondition => say(read(CONDITION)),
             Self::Reboot => say(Instruction::Reboot),
@@ -142,21 +148,16 @@ impl Job {
 
 /// Writes two instructions: a sync write of one byte, followed by another instruction. A sync write is not
 /// acknowledged. So there is exactly one answer, also from a servo that does not acknowledge writes yet.
-fn encode_two(id: Id, first: (Item, u8), then: Instruction<'_>, out: &mut [u8]) -> usize {
-    let end = encode_one(id, first, out);
-    end + encoded_length(then.encode(Address::One(id), out.get_mut(end..).unwrap_or_default()))
+fn encode_two(id: Id, first: (Item, u8), then: Instruction<'_>, out: &mut [u8]) -> Option<usize> {
+    let end = encode_one(id, first, out)?;
+    Some(end + then.encode(Address::One(id), out.get_mut(end..)?).ok()?)
 }
 
 /// Writes a sync write of one byte, which is not acknowledged.
-fn encode_one(id: Id, (item, byte): (Item, u8), out: &mut [u8]) -> usize {
+fn encode_one(id: Id, (item, byte): (Item, u8), out: &mut [u8]) -> Option<usize> {
     let Item { address, length } = item;
     let write = Instruction::SyncWrite { address, length, records: &[id.get(), byte] };
-    encoded_length(write.encode(Address::All, out))
-}
-
-/// Length of an encoded instruction. The buffer of a request has room for every job.
-fn encoded_length<E>(encoded: Result<usize, E>) -> usize {
-    require!(encoded.ok(), "an instruction fits into its request").unwrap_or(0)
+    write.encode(Address::All, out).ok()
 }
 
 fn words([a, b, c]: [i32; 3]) -> [u8; 12] {
@@ -175,6 +176,11 @@ pub(crate) fn is_configured(setup: &[u8], min: i32, max: i32) -> bool {
             .is_some_and(|found| found.starts_with(&words([max, min, 0])[..8]))
 }
 
+/// Whether an answer to [`Job::Inspect`] is complete. The checks of a setup pass over items that are missing.
+pub(crate) fn is_whole(setup: &[u8]) -> bool {
+    setup.len() == usize::from(SETUP.length)
+}
+
 /// Finds settings in the answer to [`Job::Inspect`] that were made for another robot, and that this program must not
 /// overwrite. Firmware without fast sync reads has no startup configuration, and any value may be there.
 pub(crate) fn foreign(model: Model, is_fast: bool, setup: &[u8]) -> Option<JointFault> {
@@ -190,8 +196,8 @@ pub(crate) fn foreign(model: Model, is_fast: bool, setup: &[u8]) -> Option<Joint
         return Some(JointFault::HomingOffset(offset));
     }
     let found = *setup.get(at(SHUTDOWN))?;
-    let initial = by_address(model, SHUTDOWN.address)?.initial;
-    let expected = u8::try_from(initial).ok()?;
+    let entry = require!(by_address(model, SHUTDOWN.address), "every model has the item shutdown")?;
+    let expected = require!(u8::try_from(entry.initial).ok(), "the item shutdown is one byte")?;
     (found & expected != expected).then_some(JointFault::Shutdown { expected, found })
 }
 
@@ -326,8 +332,11 @@ pub(crate) struct Condition {
 }
 
 impl Condition {
-    /// Parses the answer to [`Job::ReadCondition`].
+    /// Parses the answer to [`Job::ReadCondition`]; `None` for the answer to another job.
     pub(crate) fn parse(bytes: &[u8]) -> Option<Self> {
+        if bytes.len() != usize::from(CONDITION.length) {
+            return None;
+        }
         let at = |item: Item| usize::from(item.address - CONDITION.address);
         let byte = |item: Item| bytes.get(at(item));
         Some(Self {

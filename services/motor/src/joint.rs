@@ -13,6 +13,7 @@ mod steer;
 pub(crate) use answers::MAX_REBOOTS;
 use clock::{Duration, Instant};
 use config::leo::AlertReaction;
+use invariant::invariant;
 use message::JointCause;
 use servo::{Id, Model, Reading, position_count};
 
@@ -387,9 +388,8 @@ impl Joint {
 
     /// Stops a motion without permission. This is a programming error, and is counted.
     fn guard(&mut self) {
-        let is_wrong = self.motion != Motion::Idle && !self.may_move();
-        debug_assert!(!is_wrong, "joint {} moves without being allowed to: {self:?}", self.index);
-        if is_wrong {
+        let is_right = self.motion == Motion::Idle || self.may_move();
+        if !invariant!(is_right, "joint {} moves without being allowed to: {self:?}", self.index) {
             self.violations += 1;
             self.motion = Motion::Idle;
         }

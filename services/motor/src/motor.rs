@@ -1,6 +1,7 @@
 use clock::{Duration, Instant};
 use config::leo::{AlertReaction, StopCategory};
 use config::motor::Device;
+use invariant::{invariant, require};
 use message::{JointCause, JointGoal, JointState};
 use servo::Id;
 
@@ -109,7 +110,9 @@ impl Motor {
         for (index, joint) in (0..).zip(&robot.joints) {
             let id = Id::new(joint.id)
                 .ok_or_else(|| MotorError::Id { joint: joint.name.clone(), id: joint.id })?;
-            let reaction = robot.groups.get(joint.group).and_then(|group| reactions.get(group));
+            let group = require!(robot.groups.get(joint.group), "joint `{}` has a group", joint.name);
+            invariant!(joint.bus < robot.buses.len(), "joint `{}` has a bus", joint.name);
+            let reaction = group.and_then(|group| reactions.get(group));
             let reaction = reaction.copied().unwrap_or(AlertReaction::Lower);
             joints.push(Joint::new(index, id, joint, policy, reaction));
         }
@@ -234,7 +237,10 @@ impl Motor {
         self.failing.fill(0);
         for (joint, was_failing) in self.joints.iter().zip(&mut self.was_failing) {
             let fails = joint.stops_group();
-            if fails && let Some(failing) = self.failing.get_mut(joint.group()) {
+            if fails
+                && let Some(failing) =
+                    require!(self.failing.get_mut(joint.group()), "group {} exists", joint.group())
+            {
                 *failing += 1;
             }
             if fails && !std::mem::replace(was_failing, fails) {
@@ -349,14 +355,17 @@ impl Motor {
                 Purpose::Drive { arm_up_to: if may_arm { rising } else { None } }
             }
         };
-        if let Some(bus) = self.buses.get_mut(bus) {
+        if let Some(bus) = require!(self.buses.get_mut(bus), "bus {bus} exists") {
             bus.plan(now, &mut self.joints, purpose, request);
+        } else {
+            // The last request must not go out again.
+            request.clear();
         }
     }
 
     /// Processes the replies of a bus to its last request.
     pub fn replies(&mut self, bus: usize, now: Instant, replies: &Replies) {
-        if let Some(bus) = self.buses.get_mut(bus) {
+        if let Some(bus) = require!(self.buses.get_mut(bus), "bus {bus} exists") {
             bus.process_replies(now, &mut self.joints, replies);
         }
         self.refuse_swapped(bus, now);
@@ -384,7 +393,7 @@ impl Motor {
 
     /// Marks a bus as lost because its thread does not return. The bus stays lost until the thread returns.
     pub(crate) fn lose(&mut self, bus: usize, now: Instant) {
-        if let Some(bus) = self.buses.get_mut(bus) {
+        if let Some(bus) = require!(self.buses.get_mut(bus), "bus {bus} exists") {
             bus.lose(now, &mut self.joints);
         }
     }

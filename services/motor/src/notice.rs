@@ -1,5 +1,6 @@
 use std::fmt;
 
+use invariant::require;
 use servo::table::Item;
 
 /// Maximum number of notices of one inspection.
@@ -44,9 +45,10 @@ pub(crate) struct Notices {
 }
 
 impl Notices {
-    /// Adds a notice. A notice without space is dropped; an inspection has fewer than the maximum.
+    /// Adds a notice. An inspection has fewer than the maximum.
     pub(crate) fn add(&mut self, notice: Notice) {
-        if let Some(place) = self.all.iter_mut().find(|place| place.is_none()) {
+        let free = self.all.iter_mut().find(|place| place.is_none());
+        if let Some(place) = require!(free, "an inspection has at most {MAX_NOTICES} notices") {
             *place = Some(notice);
         }
     }

@@ -9,7 +9,7 @@ pub const SERVOS_MOST: usize = 32;
 /// Capacity of a request in bytes: goals for every servo and reads from every servo, with byte stuffing.
 const BYTES: usize = 1024;
 /// Capacity of the data of one answer in bytes.
-const DATA: usize = 128;
+pub(crate) const DATA: usize = 128;
 /// Bytes of a status packet without data: header, identifier, length, instruction, error, check sum.
 pub(crate) const STATUS_BYTES: usize = 11;
 /// Bytes of a fast sync read status before the first answer: header, identifier, length, instruction.
@@ -40,6 +40,34 @@ pub enum PartKind {
 
 impl PartKind {
     const COUNT: usize = 7;
+
+    /// The entry of this kind in a table with one entry a kind.
+    const fn of<T>(self, table: &[T; Self::COUNT]) -> &T {
+        let [fast, plain, again, torque, job, condition, alert] = table;
+        match self {
+            Self::FastRead => fast,
+            Self::PlainRead => plain,
+            Self::Reread => again,
+            Self::Torque => torque,
+            Self::Job => job,
+            Self::ReadCondition => condition,
+            Self::AlertCondition => alert,
+        }
+    }
+
+    /// As [`of`](Self::of), to be changed.
+    const fn of_mut<T>(self, table: &mut [T; Self::COUNT]) -> &mut T {
+        let [fast, plain, again, torque, job, condition, alert] = table;
+        match self {
+            Self::FastRead => fast,
+            Self::PlainRead => plain,
+            Self::Reread => again,
+            Self::Torque => torque,
+            Self::Job => job,
+            Self::ReadCondition => condition,
+            Self::AlertCondition => alert,
+        }
+    }
 }
 
 /// One part of a request: instructions, and the answers to wait for before the next part may be sent.
@@ -127,7 +155,8 @@ impl Request {
         data: usize,
         write: impl FnOnce(&mut [u8]) -> usize,
     ) {
-        let sent = write(self.bytes.get_mut(self.end..).unwrap_or_default());
+        let free = require!(self.bytes.get_mut(self.end..), "a request ends at byte {}", self.end);
+        let sent = write(free.unwrap_or_default());
         if sent == 0 {
             return;
         }
@@ -141,9 +170,10 @@ impl Request {
     pub fn parts(&self) -> impl Iterator<Item = (&Part, &[u8])> {
         let mut start = 0;
         self.parts.iter().map(move |part| {
-            let bytes = self.bytes.get(start..start + part.sent).unwrap_or_default();
+            let bytes = self.bytes.get(start..start + part.sent);
+            let bytes = require!(bytes, "a part of {} bytes begins at byte {start}", part.sent);
             start += part.sent;
-            (part, bytes)
+            (part, bytes.unwrap_or_default())
         })
     }
 }
@@ -161,7 +191,7 @@ pub(crate) struct Answer {
 
 impl Answer {
     pub(crate) fn status(&self) -> Status<'_> {
-        let params = self.data.get(..self.length).unwrap_or_default();
+        let params = require!(self.data.get(..self.length), "{} bytes", self.length).unwrap_or_default();
         Status { id: self.id, alert: self.alert, fault: self.fault, params }
     }
 }
@@ -215,9 +245,7 @@ impl Replies {
 
     /// Records when a part was sent.
     pub(crate) fn asked(&mut self, topic: PartKind, at: Instant) {
-        if let Some(place) = self.sent_at.get_mut(topic as usize) {
-            *place = at;
-        }
+        *topic.of_mut(&mut self.sent_at) = at;
     }
 
     /// Sets all send times to `now`: simulated time does not advance during an exchange.
@@ -227,43 +255,41 @@ impl Replies {
 
     /// When a part was sent.
     pub(crate) fn asked_at(&self, topic: PartKind) -> Instant {
-        self.sent_at.get(topic as usize).copied().unwrap_or(Instant::EPOCH)
+        *topic.of(&self.sent_at)
     }
 
     /// Records received bytes of a part.
     pub(crate) fn hear(&mut self, topic: PartKind, bytes: usize) {
-        if let Some(place) = self.bytes.get_mut(topic as usize) {
-            *place += bytes;
-        }
+        *topic.of_mut(&mut self.bytes) += bytes;
     }
 
     /// Bytes received for a part.
     pub(crate) fn heard(&self, topic: PartKind) -> usize {
-        self.bytes.get(topic as usize).copied().unwrap_or(0)
+        *topic.of(&self.bytes)
     }
 
     /// Records corrupt answers to a part.
     pub(crate) fn record_corrupt(&mut self, topic: PartKind, count: u32) {
-        if let Some(place) = self.corrupt_replies.get_mut(topic as usize) {
-            *place += count;
-        }
+        *topic.of_mut(&mut self.corrupt_replies) += count;
     }
 
     /// Corrupt answers to a part.
     pub(crate) fn corrupt_replies(&self, topic: PartKind) -> u32 {
-        self.corrupt_replies.get(topic as usize).copied().unwrap_or(0)
+        *topic.of(&self.corrupt_replies)
     }
 
     /// Adds an answer to a part of the request. An answer that is longer than any expected one, or exceeds the
-    /// capacity, is dropped.
+    /// capacity, is dropped and counts as noise.
     pub fn add(&mut self, topic: PartKind, status: &Status<'_>) {
         let mut data = [0; DATA];
-        let Some(place) = data.get_mut(..status.params.len()) else { return };
+        let place = data.get_mut(..status.params.len());
+        let Some(place) = place.filter(|_| self.answers.len() < self.answers.capacity()) else {
+            self.noisy = true;
+            return;
+        };
         place.copy_from_slice(status.params);
-        if self.answers.len() < self.answers.capacity() {
-            let (id, alert, fault) = (status.id, status.alert, status.fault);
-            self.answers.push(Answer { topic, data, length: status.params.len(), id, alert, fault });
-        }
+        let (id, alert, fault) = (status.id, status.alert, status.fault);
+        self.answers.push(Answer { topic, data, length: status.params.len(), id, alert, fault });
     }
 
     /// Records that the line was lost.

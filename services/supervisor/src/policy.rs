@@ -15,6 +15,7 @@ use std::fmt;
 
 use clock::{Duration, Instant};
 use config::leo::Supervisor;
+use invariant::require;
 use message::{Process, ProcessState};
 
 use life::{ProcessLifecycle, Stage};
@@ -332,7 +333,8 @@ impl Policy {
     }
 
     fn record_exit(&mut self, now: Instant, process: Process, ended: ExitKind) {
-        let Some(life) = self.lives.iter_mut().find(|life| life.process == process) else { return };
+        let life = self.lives.iter_mut().find(|life| life.process == process);
+        let Some(life) = require!(life, "{process} is supervised") else { return };
         let asked = matches!(life.stage, Stage::Stopping { .. });
         let too_often = life.record_death(&self.settings, now);
         if process == Process::Motor && ended == ExitKind::Done {

@@ -7,6 +7,7 @@ use clock::Instant;
 use config::percepts::Percepts;
 use invariant::{invariant, require};
 use message::{Feature, Perceived, PerceptValue, Snapshot, SourceSet};
+use quantity::number::saturating_u32;
 
 pub(crate) use detections::{Detections, FrameAssociation};
 pub(crate) use step::Step;
@@ -199,7 +200,7 @@ impl Arena {
     #[inline]
     fn features(&self, slot: u32) -> &[Option<Feature>] {
         let start = slot as usize * self.terms.len();
-        self.features.get(start..start + self.terms.len()).unwrap_or(&[])
+        require!(self.features.get(start..start + self.terms.len()), "slot {slot} exists").unwrap_or(&[])
     }
 
     /// Whether the gate keys of the belief in `older` remain valid when it merges with another one. `newer` are the
@@ -252,26 +253,26 @@ impl Arena {
         perceived: &Perceived,
     ) -> Option<u32> {
         let number = self.free_list.take()?;
-        self.latest = self.latest.max(at);
-        if let (Some(memory), Some(storage), Some(chain)) = (
+        let (start, terms) = (number as usize * self.terms.len(), self.terms.len());
+        let (Some(memory), Some(storage), Some(chain), Some(features), Some(gate_keys)) = (
             self.memories.get_mut(number as usize),
             self.storage.get_mut(number as usize),
             self.chains.get_mut(number as usize),
-        ) {
-            *memory = Memory::new(id, at, now, &perceived.observation);
-            *storage = Storage::Snapshot;
-            *chain = Chain { entry, at, ..NO_CHAIN };
+            self.features.get_mut(start..start + terms),
+            self.gate_keys.get_mut(number as usize),
+        ) else {
+            invariant!(false, "slot {number} exists");
+            return None;
+        };
+        self.latest = self.latest.max(at);
+        *memory = Memory::new(id, at, now, &perceived.observation);
+        *storage = Storage::Snapshot;
+        *chain = Chain { entry, at, ..NO_CHAIN };
+        for (feature, percept) in features.iter_mut().zip(&self.terms) {
+            let value = evaluation(&perceived.snapshot, *percept, self.prevalidated);
+            *feature = value.map(|value| self.histories.representable(*percept, value.sound_feature()));
         }
-        let (start, terms) = (number as usize * self.terms.len(), self.terms.len());
-        if let (Some(features), Some(gate_keys)) =
-            (self.features.get_mut(start..start + terms), self.gate_keys.get_mut(number as usize))
-        {
-            for (feature, percept) in features.iter_mut().zip(&self.terms) {
-                let value = evaluation(&perceived.snapshot, *percept, self.prevalidated);
-                *feature = value.map(|value| self.histories.representable(*percept, value.sound_feature()));
-            }
-            *gate_keys = self.metric.gate_keys_of(features);
-        }
+        *gate_keys = self.metric.gate_keys_of(features);
         if let Some(detection_history) = &mut self.detection_history {
             let Perceived { observation, .. } = perceived;
             let observed_at = Instant::from_nanos(observation.observed_at_ns);
@@ -291,6 +292,21 @@ impl Arena {
         dropped_things
     }
 
+    /// Removes the beliefs of this step whose entry is not below `entries`; returns their number.
+    pub(crate) fn truncate_entries(&mut self, entries: usize) -> u64 {
+        let (before, chains) = (self.fresh.len(), &self.chains);
+        let is_beyond =
+            |slot: &u32| chains.get(*slot as usize).is_some_and(|it| it.entry as usize >= entries);
+        // They are in the order of their entries.
+        let kept = self.fresh.partition_point(|slot| !is_beyond(slot));
+        while self.fresh.len() > kept
+            && let Some(slot) = self.fresh.pop()
+        {
+            self.free_slot(slot);
+        }
+        u64::from(saturating_u32(before - kept))
+    }
+
     /// Called once all beliefs of the step are created. `before` returns the instant of a source's frame that precedes
     /// the given one.
     pub(crate) fn set_previous_frame(&mut self, before: impl Fn(u16, Instant) -> Option<Instant>) {
@@ -301,6 +317,10 @@ impl Arena {
 
     /// Merges the belief in `gone` into the one in `kept` (M). `perceived` is the input of this step.
     fn merge(&mut self, kept: u32, gone: u32, perceived: &[Perceived]) {
+        let are_two = kept != gone && self.is_live(kept) && self.is_live(gone);
+        if !invariant!(are_two, "slots {kept} and {gone} have a belief each") {
+            return;
+        }
         if !self.append(kept, gone) {
             self.unite(kept, gone, perceived);
         }
@@ -407,8 +427,14 @@ impl Arena {
         let old = self.live.len();
         for index in 0..self.fresh.len() {
             let Some(&slot) = self.fresh.get(index) else { break };
-            if self.is_live(slot) && self.remember(slot, perceived).is_some() {
+            if !self.is_live(slot) {
+                continue;
+            }
+            if self.remember(slot, perceived).is_some() {
                 self.live.push(slot);
+            } else {
+                // Neither in the list nor free, the slot would be lost.
+                self.free_slot(slot);
             }
         }
         self.fresh.clear();
@@ -441,7 +467,7 @@ impl Arena {
 
     /// The histories of a committed belief.
     pub(crate) fn histories(&self, slot: u32) -> Option<(&Histories, u32)> {
-        Some((&self.histories, self.row(slot)?))
+        Some((&self.histories, require!(self.row(slot), "slot {slot} has histories")?))
     }
 
     /// The newest feature of a percept of a committed belief.
@@ -456,7 +482,7 @@ impl Arena {
 
     /// Mutable histories of a committed belief; the caller must [refresh](Self::refresh) the belief afterwards.
     pub(crate) fn histories_mut(&mut self, slot: u32) -> Option<(&mut Histories, u32)> {
-        let row = self.row(slot)?;
+        let row = require!(self.row(slot), "slot {slot} has histories")?;
         Some((&mut self.histories, row))
     }
 
@@ -484,10 +510,13 @@ impl Arena {
     /// its row here.
     fn remember(&mut self, number: u32, perceived: &[Perceived]) -> Option<u32> {
         let (row, mut pending) = match self.storage(number) {
-            Storage::Nothing => return None,
+            Storage::Nothing => {
+                invariant!(false, "slot {number} has a belief");
+                return None;
+            }
             Storage::Histories(row) => (row, self.chains.get_mut(number as usize)?.pending.take()),
             Storage::Snapshot => {
-                let row = self.histories.allocate_row()?;
+                let row = require!(self.histories.allocate_row(), "there are as many rows as slots")?;
                 *self.storage.get_mut(number as usize)? = Storage::Histories(row);
                 (row, Some((number, number)))
             }
@@ -495,7 +524,7 @@ impl Arena {
         while let Some((first, last)) = pending {
             let Chain { next, entry, at, .. } = *self.chains.get(first as usize)?;
             pending = (first != last).then_some((next, last));
-            if let Some(perceived) = perceived.get(entry as usize) {
+            if let Some(perceived) = require!(perceived.get(entry as usize), "entry {entry} exists") {
                 let id = self.memories.get(number as usize)?.id;
                 self.unsound +=
                     self.histories.add_snapshot(row, perceived.snapshot.values(), self.prevalidated, at, id);

@@ -1,4 +1,5 @@
 use clock::Instant;
+use invariant::require;
 
 /// Largest number of detection intervals per belief.
 const MAX_INTERVALS: usize = 8;
@@ -247,13 +248,13 @@ impl IntervalList {
         }
         let key = |run: &Interval| (run.source, run.first);
         let index = self.as_slice().partition_point(|other| key(other) < key(&run));
-        self.len += 1;
-        if let Some(tail) = self.intervals.get_mut(index..self.len) {
-            tail.rotate_right(1);
-        }
-        if let Some(place) = self.intervals.get_mut(index) {
+        let tail = require!(self.intervals.get_mut(index..=self.len), "there is room for an interval");
+        let Some(tail) = tail else { return };
+        tail.rotate_right(1);
+        if let Some(place) = tail.first_mut() {
             *place = run;
         }
+        self.len += 1;
     }
 
     /// Adds an interval that touches exactly one other and does not start before it. Otherwise returns `false`, with
@@ -274,7 +275,8 @@ impl IntervalList {
             tail.rotate_left(1);
             self.len -= 1;
         }
-        self.intervals.get(self.len).copied().unwrap_or(EMPTY_INTERVAL)
+        let removed = require!(self.intervals.get(self.len), "there was an interval {index}");
+        removed.copied().unwrap_or(EMPTY_INTERVAL)
     }
 
     /// Makes room for `run` and returns the interval that remains to be added. Merges the two intervals of one source

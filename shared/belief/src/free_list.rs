@@ -1,3 +1,5 @@
+use invariant::require;
+
 /// A free list that allocates the lowest slot first. So beliefs created in sequence are contiguous in memory, in
 /// whatever order slots were freed.
 #[derive(Clone, Debug)]
@@ -37,7 +39,7 @@ impl FreeList {
     /// Frees a slot.
     pub(crate) fn put(&mut self, slot: u32) {
         let index = slot as usize / BITS;
-        if let Some(word) = self.words.get_mut(index) {
+        if let Some(word) = require!(self.words.get_mut(index), "slot {slot} exists") {
             *word |= 1 << (slot as usize % BITS);
             self.first = self.first.min(index);
         }

@@ -171,8 +171,8 @@ impl Histories {
         self.generals.prefetch_cells(row);
     }
 
-    /// Adds the evaluations of one snapshot, made at `at`. Skips invalid ones, unless `are_sound`, and returns their
-    /// number.
+    /// Adds the evaluations of one snapshot, made at `at`. Skips invalid ones, unless `are_sound`, and those of unknown
+    /// percepts, and returns their number.
     pub(crate) fn add_snapshot(
         &mut self,
         row: u32,
@@ -196,15 +196,15 @@ impl Histories {
                         low_pass.take(sample, *share);
                     }
                 }
-                _ => self.add_other(row, sample, phase),
+                _ => unsound += u64::from(!self.add_other(row, sample, phase)),
             }
         }
         unsound
     }
 
-    /// Adds a sound sample to a history of another kind.
+    /// Adds a sound sample to a history of another kind. Returns whether the percept set has the percept.
     #[inline(never)]
-    fn add_other(&mut self, row: u32, sample: SampleRef<'_>, phase: u64) {
+    fn add_other(&mut self, row: u32, sample: SampleRef<'_>, phase: u64) -> bool {
         let Self { generators, generals, kept, plugin_cells, .. } = self;
         match generators.get(usize::from(sample.value.percept)) {
             Some(Generator::General(layout)) => generals.take(row, layout, sample, phase),
@@ -215,8 +215,9 @@ impl Histories {
                     history.take(&mut Samples { cells, len }, &sample.kept().sample());
                 }
             }
-            Some(Generator::Scalar(_) | Generator::LowPass { .. }) | None => {}
+            Some(Generator::Scalar(_) | Generator::LowPass { .. }) | None => return false,
         }
+        true
     }
 
     /// Updates `newest` to the value that it will have once a sound sample newer than all others is added.

@@ -5,7 +5,7 @@ mod tests;
 
 use clock::{Duration, Instant};
 use config::percepts::{self, Percept, Percepts};
-use invariant::require;
+use invariant::{invariant, require};
 use message::{Belief, Perceived, PerceptValue, Remembered, SourceSet};
 use quantity::number::saturating_u32;
 
@@ -231,7 +231,7 @@ impl BeliefSystem {
     ) {
         let mut step_builder = self.begin(now);
         for index in which {
-            if let Some(perceived) = perceived.get(index) {
+            if let Some(perceived) = require!(perceived.get(index), "entry {index} exists") {
                 step_builder.add_observation(index, perceived);
             }
         }
@@ -278,8 +278,8 @@ impl BeliefSystem {
         for (number, percept) in (0..).zip(&self.percepts) {
             if let Some(sample) = histories.at(row, number, instant, percept.decay_per_s) {
                 let Sample { at, matching, confidence, feature } = sample;
-                // There is room: a belief holds as many percepts as a percept set has.
-                belief.push(Remembered::new(number, at.as_nanos(), matching, confidence, feature));
+                let remembered = Remembered::new(number, at.as_nanos(), matching, confidence, feature);
+                invariant!(belief.push(remembered), "a belief has room for percept {number}");
             }
         }
         Some(belief)
@@ -464,7 +464,7 @@ impl BeliefSystem {
         for index in self.arena.live().partition_point(is_old)..self.len() {
             let slot = self.arena.live().get(index).copied();
             let memory = slot.and_then(|slot| self.arena.memory_mut(slot));
-            let Some(memory) = require!(memory, "the belief at index {index} is live") else { return };
+            let Some(memory) = require!(memory, "the belief at index {index} is live") else { continue };
             memory.id = self.next_id;
             self.next_id += 1;
         }

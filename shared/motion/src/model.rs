@@ -1,4 +1,5 @@
 use geometry::Position;
+use invariant::require;
 use kinematics::{ARM_JOINTS, Body, HandGoal, Side};
 
 use crate::parts::{MissingJoint, Parts, set};
@@ -62,9 +63,10 @@ impl Model {
         stance
     }
 
-    /// Position of a joint clamped to its limits; zero if there is no such joint.
+    /// Position of a joint clamped to its limits.
     pub(crate) fn limited(&self, joint: usize, position_rad: f64) -> f64 {
-        self.body.joints().get(joint).map_or(0.0, |joint| joint.limited(position_rad))
+        let known = require!(self.body.joints().get(joint), "joint {joint} exists");
+        known.map_or(0.0, |joint| joint.limited(position_rad))
     }
 }
 

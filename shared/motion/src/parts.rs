@@ -1,3 +1,4 @@
+use invariant::require;
 use kinematics::{Body, Side};
 
 use crate::face::{FACE_PARTS, Face};
@@ -137,7 +138,7 @@ impl Parts {
 
 /// Sets the position of a joint in a configuration.
 pub(crate) fn set(positions_rad: &mut [f64], joint: usize, position_rad: f64) {
-    if let Some(position) = positions_rad.get_mut(joint) {
+    if let Some(position) = require!(positions_rad.get_mut(joint), "joint {joint} exists") {
         *position = position_rad;
     }
 }

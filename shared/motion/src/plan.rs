@@ -1,4 +1,5 @@
 use clock::{Duration, nanos};
+use invariant::require;
 use kinematics::Body;
 use quantity::number::float;
 
@@ -107,12 +108,9 @@ impl Plan {
         let share = float(nanos(elapsed)) / float(nanos(leg.duration)).max(1.0);
         let share = share.clamp(0.0, 1.0);
         let smooth = share * share * (3.0 - 2.0 * share);
-        let whole = self.reached_s.get(leg.last).copied().unwrap_or(0.0);
-        let time = smooth * whole;
+        let time = smooth * self.reached_s(leg.last);
         // The first waypoint of a leg is the last one of the previous leg, so its time belongs to that.
-        let time_of = |waypoint: usize| {
-            if waypoint == leg.first { 0.0 } else { self.reached_s.get(waypoint).copied().unwrap_or(0.0) }
-        };
+        let time_of = |waypoint: usize| if waypoint == leg.first { 0.0 } else { self.reached_s(waypoint) };
         let next = (leg.first + 1..leg.last).find(|waypoint| time_of(*waypoint) > time).unwrap_or(leg.last);
         let (begin, end) = (time_of(next - 1), time_of(next));
         let way = if end > begin { ((time - begin) / (end - begin)).clamp(0.0, 1.0) } else { 1.0 };
@@ -127,7 +125,12 @@ impl Plan {
     }
 
     fn row(&self, waypoint: usize) -> &[f64] {
-        self.rows.get(waypoint * self.joints..(waypoint + 1) * self.joints).unwrap_or(&[])
+        let row = self.rows.get(waypoint * self.joints..(waypoint + 1) * self.joints);
+        require!(row, "waypoint {waypoint} has a configuration").unwrap_or(&[])
+    }
+
+    fn reached_s(&self, waypoint: usize) -> f64 {
+        require!(self.reached_s.get(waypoint), "waypoint {waypoint} has a time").copied().unwrap_or(0.0)
     }
 }
 

@@ -1,4 +1,5 @@
 use geometry::{Base, Pose, Position};
+use invariant::require;
 use kinematics::{ARM_JOINTS, HandGoal, Side, Unreachable};
 use nalgebra::{Isometry3, UnitQuaternion, Vector3};
 
@@ -136,7 +137,8 @@ impl PlanBuilder<'_> {
     fn near(&self, side: Side, arm_rad: [f64; ARM_JOINTS]) -> Result<[f64; ARM_JOINTS], Unreachable> {
         let leap =
             self.model.body.arm_joints(side).into_iter().zip(arm_rad).fold(0.0_f64, |leap, (joint, to)| {
-                leap.max((to - self.at.get(joint).copied().unwrap_or(0.0)).abs())
+                let from = require!(self.at.get(joint), "joint {joint} exists").copied().unwrap_or(0.0);
+                leap.max((to - from).abs())
             });
         if leap <= MAX_JUMP_RAD {
             Ok(arm_rad)

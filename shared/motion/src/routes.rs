@@ -1,6 +1,7 @@
 //! The path of each skill, phase by phase.
 
 use geometry::{Base, Position};
+use invariant::require;
 use kinematics::Side;
 
 use crate::model::Stance;
@@ -190,7 +191,8 @@ impl PlanBuilder<'_> {
     }
 
     fn rest_joint(&mut self, joint: usize) {
-        set(self.at, joint, self.model.rest_rad.get(joint).copied().unwrap_or(0.0));
+        let rest_rad = require!(self.model.rest_rad.get(joint), "joint {joint} exists");
+        set(self.at, joint, rest_rad.copied().unwrap_or(0.0));
     }
 
     /// Raises hands out of the blocks, where an aborted skill may have left them.

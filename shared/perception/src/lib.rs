@@ -41,6 +41,7 @@ mod prototypes;
 use std::sync::Arc;
 
 use config::percepts::{Percepts, is_inside};
+use invariant::{invariant, require};
 use kernel::Kernel;
 use message::{Feature, Observation, PerceptValue, Snapshot};
 
@@ -213,7 +214,9 @@ impl Perception {
         let mut ready: Vec<Percept> = Vec::with_capacity(percepts.percepts.len());
         for (number, percept) in (0..).zip(&percepts.percepts) {
             let kernel = Kernel::new(percept, own)?;
-            let parent = percept.parent.and_then(|parent| ready.get(usize::from(parent)));
+            let parent = percept.parent.and_then(|parent| {
+                require!(ready.get(usize::from(parent)), "percept {parent} precedes {number}")
+            });
             let is_frame_dependent =
                 kernel.is_frame_dependent() || parent.is_some_and(|parent| parent.is_frame_dependent);
             let above = percept.parent.and_then(|parent| percepts.get(parent)).map(|parent| &parent.kernel);
@@ -348,8 +351,7 @@ impl Perception {
         });
     }
 
-    /// Fills a snapshot, percept by percept; `says` gets the values before each. There is always room: the
-    /// configuration has no more percepts than a snapshot.
+    /// Fills a snapshot, percept by percept; `says` gets the values before each.
     #[inline]
     fn fill(
         &self,
@@ -358,7 +360,10 @@ impl Perception {
     ) {
         for percept in &self.percepts {
             if let Some(value) = says(percept, snapshot) {
-                snapshot.push(value);
+                invariant!(
+                    snapshot.push(value),
+                    "a snapshot has room for every percept of the configuration"
+                );
             }
         }
     }

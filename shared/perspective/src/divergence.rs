@@ -6,6 +6,7 @@ mod tests;
 mod thing;
 
 use config::percepts::{Kernel, Percept, Percepts, origin};
+use invariant::invariant;
 use message::{Belief, BeliefHead, Difference};
 
 use pairing::{BeliefDistance, Pairing};
@@ -157,8 +158,8 @@ impl Divergence {
             let mut difference = None;
             self.aspects.compare(one, other, |aspect| {
                 let new = || Difference::new(Some(one.id), Some(other.id));
-                // A difference has a slot for each percept.
-                let _fits = difference.get_or_insert_with(new).push(aspect);
+                let fits = difference.get_or_insert_with(new).push(aspect);
+                invariant!(fits, "a difference has a slot for each percept");
             });
             match difference {
                 None => self.agreed += 1,

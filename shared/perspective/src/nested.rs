@@ -1,3 +1,4 @@
+use invariant::require;
 use message::{DEPTH_MOST, PERSPECTIVES_MOST, Path, perspectives};
 use quantity::number::saturating_u16;
 
@@ -45,7 +46,8 @@ impl NestedPerspective {
         let mut layer = 0..1;
         for _ in 0..depth {
             for within in layer.clone() {
-                let parent = all.get(within).map_or(Path::ROBOT, |parent| parent.path);
+                let parent = require!(all.get(within), "perspective {within} exists");
+                let Some(&Self { path: parent, .. }) = parent else { continue };
                 let children = (0..=partners).filter_map(|agent| parent.within(agent));
                 all.extend(children.map(|path| Self { path, within }));
             }

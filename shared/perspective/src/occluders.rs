@@ -1,5 +1,6 @@
 use clock::{Duration, Instant};
 use geometry::{Base, Pose, Position, Thing};
+use invariant::invariant;
 use message::{Observation, SourceSet};
 use scene::Occluders;
 
@@ -142,8 +143,8 @@ impl RememberedOccluders {
     fn rebuild(&mut self) {
         self.shapes.clear();
         for old in &self.remembered {
-            // The capacities are equal and only valid observations are stored, so `add` cannot fail.
-            let _added = self.shapes.add(&old.x_base_box, old.half_extents_m);
+            let added = self.shapes.add(&old.x_base_box, old.half_extents_m);
+            invariant!(added.is_ok(), "the capacities are equal, and only valid observations are stored");
         }
     }
 }

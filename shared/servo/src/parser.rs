@@ -1,3 +1,4 @@
+use invariant::require;
 use quantity::number::saturating_u64;
 
 use crate::crc::crc;
@@ -79,7 +80,8 @@ impl Parser {
         let excess = (self.end + kept.len()).saturating_sub(CAPACITY);
         self.bytes.copy_within(excess..self.end, 0);
         self.end -= excess;
-        if let Some(place) = self.bytes.get_mut(self.end..self.end + kept.len()) {
+        let place = self.bytes.get_mut(self.end..self.end + kept.len());
+        if let Some(place) = require!(place, "{} bytes fit behind byte {}", kept.len(), self.end) {
             place.copy_from_slice(kept);
             self.end += kept.len();
         }
@@ -93,9 +95,11 @@ impl Parser {
         let (address, length) = self.find()?;
         let body = self.start + PREFIX;
         self.skip(length);
-        let body = self.bytes.get_mut(body..body + length - PREFIX - SUFFIX)?;
+        let body = self.bytes.get_mut(body..body + length - PREFIX - SUFFIX);
+        let body = require!(body, "a packet of {length} bytes is in the buffer")?;
         let kept = unstuff(body);
-        let (&instruction, params) = body.get(..kept)?.split_first()?;
+        let body = body.get(..kept).and_then(<[u8]>::split_first);
+        let (&instruction, params) = require!(body, "a packet of {length} bytes has an instruction")?;
         Some(Frame { address, instruction, params })
     }
 
@@ -109,7 +113,8 @@ impl Parser {
                 Step::Part { .. } => {
                     let start = self.start;
                     self.skip(reply.take());
-                    return step.status(self.bytes.get(start..self.end)?);
+                    let status = self.bytes.get(start..self.end).and_then(|bytes| step.status(bytes));
+                    return require!(status, "the block is in the buffer");
                 }
                 Step::Wait => return None,
                 Step::Broken => self.losses.corrupt += 1,
@@ -179,7 +184,8 @@ impl Parser {
     }
 
     fn waiting(&self) -> &[u8] {
-        self.bytes.get(self.start..self.end).unwrap_or_default()
+        let waiting = self.bytes.get(self.start..self.end);
+        require!(waiting, "the buffer holds bytes {} to {}", self.start, self.end).unwrap_or_default()
     }
 }
 

@@ -1,6 +1,7 @@
 //! The paper's hypotheses without label noise, expanded from the demonstrations: a template and a simple disjunction
 //! of its classes.
 
+use invariant::require;
 use rustc_hash::FxHashMap;
 
 use crate::Selection;
@@ -301,7 +302,7 @@ impl EnumeratedDnf {
         let (asked, best, log_total) = self.take(episodes, seen, weight, within);
         let mut admitted: Vec<Admitted> = Vec::new();
         for (template, node) in
-            asked.into_iter().filter_map(|index| Some((index, self.templates.get(index)?)))
+            asked.into_iter().filter_map(|index| Some((index, template(&self.templates, index)?)))
         {
             for (number, one) in node.all().enumerate().filter(|(_, one)| one.tally > 0) {
                 let share = log_of(&self.logs, one.tally) - log_of(&self.logs, episodes.len());
@@ -314,10 +315,10 @@ impl EnumeratedDnf {
         // Equivalent hypotheses have the same tally, and a template contains at most one of them.
         keep_best(&mut admitted, most.saturating_mul(self.templates.len()));
         let hypothesis = |one: Admitted| {
-            let node = self.templates.get(one.template)?;
+            let node = template(&self.templates, one.template)?;
             let chosen = numbers(&node.row(one.number)).into_iter();
-            let mut classes: Vec<Key> =
-                chosen.filter_map(|number| node.classes.get(number).copied()).collect();
+            let class = |number| require!(node.classes.get(number), "class {number} exists").copied();
+            let mut classes: Vec<Key> = chosen.filter_map(class).collect();
             classes.sort_unstable();
             Some(Hypothesis {
                 mask: node.mask,
@@ -345,7 +346,7 @@ impl EnumeratedDnf {
         if log_total == f64::NEG_INFINITY {
             return (log_total, about);
         }
-        for node in templates.into_iter().filter_map(|index| self.templates.get(index)) {
+        for node in templates.into_iter().filter_map(|index| template(&self.templates, index)) {
             let class = |key: &Key| {
                 let has_class = present(*key) & node.mask == node.mask;
                 node.numbers.get(&(key & node.key_mask)).copied().filter(|_| has_class)
@@ -357,7 +358,8 @@ impl EnumeratedDnf {
                 for size in shares.len()..=standing.size {
                     shares.push((weight.log(size, node.features) - log_none).exp());
                 }
-                let share = shares.get(standing.size).copied().unwrap_or(0.0);
+                let share = require!(shares.get(standing.size), "there is a share of {}", standing.size);
+                let share = share.copied().unwrap_or(0.0);
                 for (sum, key) in about.iter_mut().zip(asked) {
                     let word = class(key).and_then(|class| Some(row.get(class / 64)? >> (class % 64) & 1));
                     if word == Some(1) {
@@ -389,7 +391,12 @@ fn keep_best(admitted: &mut Vec<Admitted>, most: usize) {
     admitted.sort_unstable_by_key(|one| (one.template, one.number));
 }
 
+/// A template by its index.
+fn template(templates: &[TemplateNode], index: usize) -> Option<&TemplateNode> {
+    require!(templates.get(index), "template {index} exists")
+}
+
 /// The logarithm of a whole number.
 fn log_of(logs: &[f64], number: usize) -> f64 {
-    logs.get(number).copied().unwrap_or(f64::NEG_INFINITY)
+    require!(logs.get(number), "the logarithm of {number} is known").copied().unwrap_or(f64::NEG_INFINITY)
 }

@@ -1,5 +1,6 @@
 //! Descriptions of object sets in disjunctive normal form.
 
+use invariant::require;
 use rustc_hash::FxHashSet;
 
 use crate::hypothesis::Described;
@@ -79,7 +80,8 @@ impl Descriptions {
         while !frontier.is_empty() {
             let mut grown = Vec::new();
             for parent in frontier {
-                let Some(&Description { term: last, cost, .. }) = sets.get(parent) else { continue };
+                let set = require!(sets.get(parent), "description {parent} exists");
+                let Some(&Description { term: last, cost, .. }) = set else { continue };
                 for (term, new) in terms.iter().enumerate().skip(last + 1) {
                     if cost + new.cost > longest {
                         // The terms are sorted by cost.
@@ -97,7 +99,8 @@ impl Descriptions {
     }
 
     fn term(&self, number: usize) -> impl Iterator<Item = Literal> {
-        let literals = self.terms.get(number).map_or(&[][..], |term| &term.literals);
+        let term = require!(self.terms.get(number), "term {number} exists");
+        let literals = term.map_or(&[][..], |term| &term.literals);
         literals.iter().filter_map(|&literal| self.literals.get(literal).copied())
     }
 
@@ -127,9 +130,14 @@ impl Descriptions {
         reduce(mask, classes, seen)
     }
 
+    /// Cost of a set.
+    pub(crate) fn cost(&self, set: usize) -> usize {
+        require!(self.sets.get(set), "description {set} exists").map_or(0, |set| set.cost)
+    }
+
     /// Index and cost of a set.
     pub(crate) fn described(&self, set: usize) -> Described {
-        Described { cost: self.sets.get(set).map_or(0, |set| set.cost), set }
+        Described { cost: self.cost(set), set }
     }
 
     /// The description in words: "red or not small square".

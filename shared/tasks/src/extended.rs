@@ -1,6 +1,7 @@
 //! The extended hypothesis language: short descriptions of object sets with a selection, weighted by description
 //! length.
 
+use invariant::require;
 use quantity::number::{float, float_of_count};
 use rustc_hash::{FxBuildHasher, FxHashMap};
 
@@ -116,8 +117,7 @@ impl Extended {
             }
             let mut extents: Option<(usize, Extent)> = None;
             for one in &mut self.selected {
-                let begin = one.set * table.words;
-                let members = members.get(begin..begin + table.words).unwrap_or(&[]);
+                let members = table.row(&members, one.set);
                 let extent = match extents {
                     Some((set, extent)) if set == one.set => extent,
                     _ => table.extent(members),
@@ -139,7 +139,9 @@ impl Extended {
         let examples = float_of_count(self.taken);
         let shares: Vec<f64> =
             (0..=self.taken).map(|tally| (float_of_count(tally) / examples).ln()).collect();
-        let share = |tally: usize| shares.get(tally).copied().unwrap_or(f64::NEG_INFINITY);
+        let share = |tally: usize| {
+            require!(shares.get(tally), "a tally of {tally}").copied().unwrap_or(f64::NEG_INFINITY)
+        };
         let mut scores = Vec::with_capacity(self.sets.len() + self.selected.len());
         for (number, (set, standing)) in self.descriptions.sets.iter().zip(&self.sets).enumerate().skip(1) {
             let log_likelihood = match cost.label_errors {
@@ -153,7 +155,7 @@ impl Extended {
             scores.push(Score { set: number, selection: Selection::All, tally: standing.tally, log });
         }
         for one in &self.selected {
-            let described = self.descriptions.sets.get(one.set).map_or(0, |set| set.cost);
+            let described = self.descriptions.cost(one.set);
             let log_likelihood =
                 if cost.label_errors.is_none() { share(one.tally) } else { one.log_likelihood };
             let log = log_likelihood - float_of_count(described) - cost.selection_nats;
@@ -237,7 +239,8 @@ impl Extended {
     /// The index of the distinct set that a description denotes.
     fn meaning(&mut self, set: usize, seen: &SeenKinds) -> usize {
         let next = self.distinct.len();
-        let Some(slot) = self.meanings.get_mut(set) else { return next };
+        let slot = require!(self.meanings.get_mut(set), "description {set} exists");
+        let Some(slot) = slot else { return next };
         if let Some(known) = *slot {
             return known;
         }
@@ -264,8 +267,7 @@ impl Extended {
         for score in scores.iter().filter(|score| score.log >= best - ROUNDING_NATS) {
             let weight = (score.log - best).exp();
             total += weight;
-            let begin = score.set * table.words;
-            let members = members.get(begin..begin + table.words).unwrap_or(&[]);
+            let members = table.row(&members, score.set);
             table.add_shares(score.selection, members, weight, &mut about);
         }
         if total > 0.0 {

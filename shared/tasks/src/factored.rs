@@ -5,6 +5,7 @@ mod scale;
 use std::cmp::Ordering;
 use std::collections::{BTreeMap, BinaryHeap};
 
+use invariant::require;
 use rustc_hash::FxHashMap;
 use scale::{ClassTotals, NEGLIGIBLE_NATS, PriorScale, net, softplus};
 
@@ -190,7 +191,8 @@ impl MarginalizedDisjunctions {
                 leave_out_ties(&mut hypotheses, candidate.log_weight);
                 break;
             }
-            let Some(table) = tables.get(candidate.table) else { break };
+            let table = require!(tables.get(candidate.table), "table {} exists", candidate.table);
+            let Some(table) = table else { break };
             queue.extend(candidate.next(table));
             let classes = table.chosen(&candidate.changed);
             if !classes.is_empty() {
@@ -229,7 +231,7 @@ impl MarginalizedDisjunctions {
             for (members, count) in classes.iter() {
                 let asked = members.iter().filter_map(|&member| (member as usize).checked_sub(seen));
                 for one in asked {
-                    if let Some(about) = about.get_mut(one) {
+                    if let Some(about) = require!(about.get_mut(one), "kind {one} was asked about") {
                         // The disjunctions with this class: g Π' (1 + g'), none of which is empty.
                         about.add(log_empty + total.softplus - softplus(-scale.gain(count.net).0));
                     }

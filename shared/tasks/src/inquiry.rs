@@ -2,6 +2,8 @@
 
 use std::collections::BTreeMap;
 
+use invariant::require;
+
 use crate::describe::listed;
 use crate::hypothesis::{Hypothesis, Scored};
 use crate::lexicon::{
@@ -115,7 +117,7 @@ pub(crate) fn inquire(asking: &QueryContext<'_>, scored: &Scored, most: usize) -
 fn gain(weighed: &[Weighed<'_>], labels: &[usize], outcomes: usize, noise: Noise) -> f64 {
     let mut done = vec![0.0; outcomes];
     for (one, &label) in weighed.iter().zip(labels) {
-        if let Some(probability) = done.get_mut(label) {
+        if let Some(probability) = require!(done.get_mut(label), "outcome {label} exists") {
             *probability += one.weight;
         }
     }

@@ -1,5 +1,7 @@
 //! Partitions the kinds seen into the classes of each template, one template after another.
 
+use invariant::require;
+
 use crate::lexicon::{Key, MAX_FEATURES, Mask, field, present};
 
 /// A kind of object to be classified.
@@ -41,7 +43,7 @@ impl Classes {
     pub(crate) fn iter(&self) -> impl Iterator<Item = (&[u32], EvidenceCount)> {
         let begins = std::iter::once(0).chain(self.ends.iter().map(|(end, _)| *end));
         let ranges = begins.zip(&self.ends);
-        ranges.map(|(begin, &(end, count))| (self.members.get(begin..end).unwrap_or(&[]), count))
+        ranges.map(|(begin, &(end, count))| (range(&self.members, begin, end), count))
     }
 }
 
@@ -130,7 +132,8 @@ impl<V> TemplateWalk<V> {
         into.ends.clear();
         let mut sums = Sums { settled, all: settled };
         let mut buckets = std::mem::take(&mut self.buckets);
-        let column = self.columns.get(feature).map_or(&[][..], Vec::as_slice);
+        let column = require!(self.columns.get(feature), "feature {feature} exists");
+        let column = column.map_or(&[][..], Vec::as_slice);
         for (members, _) in classes.iter() {
             buckets.fill(members, column);
             for bucket in buckets.iter() {
@@ -219,8 +222,13 @@ impl Buckets {
 
     fn iter(&self) -> impl Iterator<Item = &[u32]> {
         let begins = std::iter::once(0).chain(self.ends.iter().copied());
-        begins.zip(&self.ends).map(|(begin, &end)| self.members.get(begin..end).unwrap_or(&[]))
+        begins.zip(&self.ends).map(|(begin, &end)| range(&self.members, begin, end))
     }
+}
+
+/// The members of one class.
+fn range(members: &[u32], begin: usize, end: usize) -> &[u32] {
+    require!(members.get(begin..end), "the ends of classes ascend: {begin}, {end}").unwrap_or(&[])
 }
 
 #[cfg(test)]

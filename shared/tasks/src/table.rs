@@ -1,5 +1,6 @@
 //! The objects of one demonstration as bit sets, and the evaluation of hypotheses on them.
 
+use invariant::require;
 use quantity::number::{float, float_of_count};
 
 use crate::dnf::{Description, Descriptions};
@@ -64,9 +65,9 @@ impl ObjectBitSets {
         members.resize(words, 0);
         for set in sets.iter().skip(1) {
             for word in 0..words {
-                let parent = members.get(set.parent * words + word).copied().unwrap_or(0);
-                let term = self.terms.get(set.term * words + word).copied().unwrap_or(0);
-                members.push(parent | term);
+                let parent = require!(members.get(set.parent * words + word), "the parent precedes its set");
+                let term = require!(self.terms.get(set.term * words + word), "term {} exists", set.term);
+                members.push(parent.copied().unwrap_or(0) | term.copied().unwrap_or(0));
             }
         }
         members
@@ -80,6 +81,12 @@ impl ObjectBitSets {
                 u64::from(((members ^ changed) & (changed | left_out)).count_ones())
             })
             .sum()
+    }
+
+    /// The members of a set among those of all.
+    pub(crate) fn row<'a>(&self, members: Members<'a>, set: usize) -> Members<'a> {
+        let begin = set * self.words;
+        require!(members.get(begin..begin + self.words), "set {set} has members").unwrap_or(&[])
     }
 
     fn each<'a>(&'a self, members: Members<'a>) -> impl Iterator<Item = (usize, Option<Place>)> + 'a {

@@ -10,7 +10,7 @@ use std::thread;
 use clock::{Duration, Instant};
 use config::Robot;
 use config::lesson::Lesson;
-use crossbeam::channel::{Receiver, bounded};
+use crossbeam::channel::{Receiver, TryRecvError, bounded};
 use folder::Output;
 use message::{Process, Roster};
 use process::{Launch, black_box, emergency};
@@ -31,6 +31,9 @@ const AFTERMATH: Duration = Duration::from_secs(3);
 const MIN_DUMP_INTERVAL: Duration = Duration::from_secs(30);
 /// Time span of the dump written when the robot ends with a failure; there is no time for a full one.
 const FINAL_DUMP_SPAN: Duration = Duration::from_secs(20);
+
+/// The result of a dump whose thread has ended without one.
+const NO_RESULT: &str = "the thread that writes it was aborted";
 
 /// Maximum number of requesters waiting for the next file.
 const MAX_REQUESTERS: usize = 256;
@@ -170,10 +173,15 @@ impl BlackBox {
 
     /// Reports a finished dump to its requesters.
     fn written(&mut self) -> Vec<String> {
-        let Some(outcome) = self.writing.as_ref().and_then(|writing| writing.outcome.try_recv().ok()) else {
-            return Vec::new();
-        };
         let Some(writing) = self.writing.take() else { return Vec::new() };
+        let outcome = match writing.outcome.try_recv() {
+            Err(TryRecvError::Empty) => {
+                self.writing = Some(writing);
+                return Vec::new();
+            }
+            // The next dump must not wait for a thread that is gone.
+            outcome => outcome.unwrap_or_else(|_| Err(NO_RESULT.to_owned())),
+        };
         let said = outcome.as_ref().map(|written| written.file.as_str()).map_err(String::as_str);
         for requester in &writing.wanted.requesters {
             match requester {
@@ -196,9 +204,8 @@ impl BlackBox {
         let Self { kept, waiting, writing, .. } = self;
         move || {
             let mut told = Vec::new();
-            if let Some(Writing { wanted, outcome }) = writing
-                && let Ok(outcome) = outcome.recv()
-            {
+            if let Some(Writing { wanted, outcome }) = writing {
+                let outcome = outcome.recv().unwrap_or_else(|_| Err(NO_RESULT.to_owned()));
                 told.push(dump_message(&wanted, &outcome));
             }
             if let Ok(kept) = &kept
@@ -299,6 +306,29 @@ fn write(last: &RingSnapshot, files: &Files, word: &str) -> Result<Written, Stri
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn an_aborted_writer_does_not_block_the_next_dump() {
+        let (page, mut answers) = tokio::sync::mpsc::channel(1);
+        let wanted = Waiting { requesters: vec![Requester::Page(page, Some(7))], ..Waiting::default() };
+        let (to, outcome) = bounded(1);
+        let mut black_box = BlackBox {
+            kept: Err("none is needed".to_owned()),
+            domain: PathBuf::new(),
+            joint_names: Vec::new(),
+            roster: None,
+            failures: FailureDetector::default(),
+            looked_at: None,
+            waiting: Waiting::default(),
+            wrote_at: None,
+            writing: Some(Writing { wanted, outcome }),
+        };
+        assert!(black_box.written().is_empty() && black_box.writing.is_some());
+        drop(to);
+        black_box.written();
+        assert!(black_box.writing.is_none());
+        assert!(answers.try_recv().unwrap().contains(NO_RESULT));
+    }
 
     #[test]
     fn a_failure_dump_has_priority_over_requests() {

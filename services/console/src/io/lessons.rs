@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 
 use config::leo::Leo;
 use config::lesson::{LIBRARY, Lesson};
+use invariant::require;
 use message::{NO_TABLE, SceneHead, SceneMode};
 use serde_json::{Value, json};
 
@@ -43,7 +44,8 @@ impl LessonLibrary {
             })
         };
         let carried = LIBRARY.iter().filter_map(|(name, text)| {
-            Some(((*name).to_owned(), Lesson::parse(text, Path::new(name)).ok()?))
+            let lesson = Lesson::parse(text, Path::new(name)).ok();
+            Some(((*name).to_owned(), require!(lesson, "the lesson {name} of this program is valid")?))
         });
         let mut lessons: Vec<(String, Lesson)> = carried.collect();
         let mut broken = Vec::new();

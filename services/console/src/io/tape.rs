@@ -226,7 +226,8 @@ impl Tape {
     /// Blocks until no recording runs and all data is written.
     pub(crate) fn finish(mut self) -> Result<(), String> {
         if let State::Beginning { begun, .. } = self.state {
-            self.state = begun.recv().ok().and_then(Result::ok).map_or(State::Idle, State::Running);
+            let begun = begun.recv().unwrap_or_else(|_| Err(NO_RESULT.to_owned()));
+            self.state = State::Running(begun?);
         }
         match self.state {
             State::Running(running) => running.recording.stop().map(drop),

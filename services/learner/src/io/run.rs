@@ -2,6 +2,7 @@ use std::path::{Path, PathBuf};
 
 use clock::{Duration, Instant};
 use config::Robot;
+use invariant::require;
 use message::{
     Beliefs, Event, EventKind, Events, Header, Hop, JointGoal, JointGoals, JointStates, Process, Utterance,
     Utterances,
@@ -184,7 +185,7 @@ fn publish_reports(reports: &mut EventQueue, events: &mut FramePublisher<Events>
     while let Some(Report { at_ns, events: happened, .. }) = reports.next() {
         for chunk in happened.chunks(MAX_EVENTS_PER_FRAME) {
             let nothing = Event::new(EventKind::Said, "", "");
-            let event = |index| chunk.get(index).copied().unwrap_or(nothing);
+            let event = |index| require!(chunk.get(index), "event {index}").copied().unwrap_or(nothing);
             events.send(Header::at(at_ns), chunk.len(), event, |_| {})?;
         }
     }
@@ -201,7 +202,7 @@ fn publish_goals(
     if let Some(&first) = wanted.first() {
         let mut header = header.header_for_derived();
         header.valid_at_ns = now_ns;
-        let goal = |index| wanted.get(index).copied().unwrap_or(first);
+        let goal = |index| require!(wanted.get(index), "goal {index}").copied().unwrap_or(first);
         goals
             .send(header, wanted.len(), goal, |header| header.pass(Hop::Decided, member.now().as_nanos()))?;
     }

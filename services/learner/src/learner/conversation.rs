@@ -1,6 +1,7 @@
 //! Responses to sentences.
 
 use clock::Instant;
+use invariant::require;
 use message::EventKind;
 use motion::{Face, Skill};
 use tasks::{Sentence, Task, key};
@@ -157,7 +158,8 @@ impl<B: Body> Learner<B> {
 
     /// Adds the answer to Leo's question as an example.
     fn add_answer_as_example(&mut self, question: &Question, speaker: u16, yes: bool, output: &mut Output) {
-        if let Some(task) = self.tasks.get_mut(&question.task) {
+        let task = self.tasks.get_mut(&question.task);
+        if let Some(task) = require!(task, "a question is about a task, and `{}` is one", question.task) {
             // The answer is attributed to the last teacher, whoever gave it, so the chosen perspective does not change.
             let teacher = task.examples.last().map_or(speaker, |example| example.teacher);
             task.examples.push(question.to_example(yes, teacher, &self.perspectives));

@@ -1,6 +1,7 @@
 use std::collections::BTreeMap;
 
 use geometry::{Base, Position};
+use invariant::require;
 use motion::{Skill, Turn};
 use tasks::{Arrangement, ArrangementPart, Object, Snapshot, describe_object, part_positions};
 
@@ -87,7 +88,8 @@ impl ArrangementPlan {
     }
 
     fn set_state(&mut self, state: PlacingState) {
-        if let Some(placing) = self.placings.as_mut().and_then(|placings| placings.get_mut(self.chosen)) {
+        let placing = self.placings.as_mut().and_then(|placings| placings.get_mut(self.chosen));
+        if let Some(placing) = require!(placing, "a step was chosen before it ended") {
             placing.state = state;
         }
     }

@@ -1,5 +1,6 @@
 use clock::{Duration, Instant};
 use config::Robot;
+use invariant::require;
 use message::{Header, Hop, JointCause, JointGoals, JointMode, JointState, JointStates, Process};
 use process::arming::Arming;
 use process::{Emergency, EmergencyFlag, Failure, Launch, ProcessNode, Progress};
@@ -114,7 +115,8 @@ fn publish(
     let unread = JointState::unread(u32::MAX, JointMode::Limp, JointCause::NotStarted);
     let count = all.len();
     let stamp = |header: &mut Header| header.pass(Hop::Moved, member.now().as_nanos());
-    states.send(header, count, |_| all.next().unwrap_or(unread), stamp)?;
+    let state = |_| require!(all.next(), "{count} joints").unwrap_or(unread);
+    states.send(header, count, state, stamp)?;
     Ok(())
 }
 

@@ -7,6 +7,7 @@ use clock::{Duration, Instant};
 use config::motor::{Bus, Device};
 use crossbeam::channel::{Receiver, RecvTimeoutError, TryRecvError, bounded};
 use crossbeam::queue::ArrayQueue;
+use invariant::invariant;
 use message::Histogram;
 use process::EmergencyFlag;
 use serial::{OpenError, Tty};
@@ -294,8 +295,8 @@ impl BusWorker {
     fn give(&self, exchange: Box<Exchange>) -> Result<(), ThreadError> {
         let thread = self.thread.as_ref().filter(|thread| !thread.is_finished());
         let thread = thread.ok_or_else(|| ThreadError::Ended { bus: self.name.clone() })?;
-        // There is only one exchange, so the queue is empty.
-        let _nothing = self.to.jobs.force_push(exchange);
+        let is_alone = self.to.jobs.force_push(exchange).is_none();
+        invariant!(is_alone, "bus `{}` has one exchange, and its queue is empty", self.name);
         thread.thread().unpark();
         Ok(())
     }

@@ -127,11 +127,10 @@ impl Joint {
 
     /// Disarms the joint at once. A lock stays.
     pub(super) fn disarm(&mut self, cause: JointCause) {
-        let ending = self.licence.ending();
         match self.licence {
             ArmingState::Locked { .. } => {}
-            ArmingState::Armed { .. } if ending.is_some_and(|ending| ending.locks) => {
-                self.licence = ending.map_or(self.licence, Disarming::licence);
+            ArmingState::Armed { ending: Some(ending @ Disarming { locks: true, .. }), .. } => {
+                self.licence = ending.licence();
             }
             ArmingState::Armed { .. } | ArmingState::Disarmed { .. } => {
                 self.licence = ArmingState::Disarmed { cause }
@@ -180,29 +179,28 @@ impl Joint {
             self.abort_power_up();
         }
         self.lock_beyond_limits(now);
-        match self.licence {
+        match (self.licence, halt) {
             // Torque may come on while others are stopped; then the joint waits for them.
-            ArmingState::Armed { .. } if self.power.is_on() && halt.is_some() => {
-                let cause = halt.unwrap_or(JointCause::GroupStopped);
+            (ArmingState::Armed { .. }, Some(cause)) if self.power.is_on() => {
                 self.begin_disarm(Disarming { cause, locks: false });
             }
-            ArmingState::Armed { after, lapses_at: Some(lapses_at), ending: None }
+            (ArmingState::Armed { after, lapses_at: Some(lapses_at), ending: None }, _)
                 if now >= lapses_at && !self.power.is_on() =>
             {
                 self.disarm(after);
             }
-            ArmingState::Armed { after, ending: Some(ending), lapses_at } => {
+            (ArmingState::Armed { after, ending: Some(ending), lapses_at }, _) => {
                 // The reason of the stop is gone, and the configuration allows automatic arming after it.
                 if !ending.locks && live && halt.is_none() && self.policy.arms_after(ending.cause) {
                     self.licence = ArmingState::Armed { after, lapses_at, ending: None };
                 }
             }
-            ArmingState::Disarmed { cause }
+            (ArmingState::Disarmed { cause }, _)
                 if live && self.may_be_armed() && self.policy.arms_after(cause) =>
             {
                 self.licence = ArmingState::Armed { after: cause, lapses_at: None, ending: None };
             }
-            ArmingState::Armed { .. } | ArmingState::Disarmed { .. } | ArmingState::Locked { .. } => {}
+            (ArmingState::Armed { .. } | ArmingState::Disarmed { .. } | ArmingState::Locked { .. }, _) => {}
         }
     }
 

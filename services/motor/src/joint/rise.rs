@@ -1,6 +1,7 @@
 //! Selects the next instruction to a joint's servo: setup, torque on, torque off.
 
 use clock::{Duration, Instant};
+use invariant::{invariant, require};
 use message::JointCause;
 use servo::{Motion as Setpoint, acceleration_count, position_count};
 
@@ -13,7 +14,7 @@ use super::{
 use crate::JointFault;
 use crate::duplicate_id_check::ProbeResult;
 use crate::job::{self, Job, ServoLimits};
-use crate::notice::Notice;
+use crate::notice::{Notice, Notices};
 
 /// Value of goal PWM at a duty of 100 % (items 36 and 100).
 const FULL_DUTY: u16 = 885;
@@ -152,7 +153,8 @@ impl Joint {
             servo::velocity_rad_s(i32::try_from(self.model.velocity_limit()).unwrap_or(i32::MAX));
         let share = (self.velocity_rad_s() / no_load_rad_s).clamp(0.0, 1.0);
         let pwm = quantity::number::round_i64(f64::from(FULL_DUTY) * share);
-        u16::try_from(pwm).unwrap_or(FULL_DUTY).clamp(1, bounds.pwm.max(1))
+        let pwm = require!(u16::try_from(pwm).ok(), "a share of the duty is {pwm}").unwrap_or(1);
+        pwm.clamp(1, bounds.pwm.max(1))
     }
 
     /// Tells a servo to stay where it is, and repeats that if the servo does not stand in time.
@@ -259,10 +261,13 @@ impl Joint {
 
     fn identified(&mut self, now: Instant, answer: &[u8]) {
         let expected = self.model.number();
-        let found = answer.first_chunk().map_or(0, |number| u16::from_le_bytes(*number));
+        let Some(&[low, high, firmware]) = require!(answer.first_chunk(), "{} bytes of a ping", answer.len())
+        else {
+            return;
+        };
+        let found = u16::from_le_bytes([low, high]);
         if found == expected {
-            self.contact.is_fast =
-                answer.get(2).is_some_and(|firmware| self.model.supports_fast_reads(*firmware));
+            self.contact.is_fast = self.model.supports_fast_reads(firmware);
             self.link = Link::Identified(Setup::Inspect);
         } else {
             self.link = Link::Unknown;
@@ -272,6 +277,9 @@ impl Joint {
 
     /// Processes the answer to the inspection.
     fn inspected(&mut self, now: Instant, setup: &[u8]) {
+        if !invariant!(job::is_whole(setup), "{} bytes of a setup", setup.len()) {
+            return;
+        }
         let (min, max) = self.limit_counts();
         let has_torque = job::has_torque(setup);
         let was_on = matches!(self.power, Power::Unknown { was_on: true });
@@ -290,6 +298,8 @@ impl Joint {
             true if is_cutting => Power::Cutting { tell_at: now },
             true => Power::Found { watchdog: job::watchdog(setup), stay: None },
         };
+        // Those of an earlier inspection are found again: nothing is written before they were reported.
+        self.notices = Notices::default();
         for notice in job::notices(self.model, setup, (min, max), self.settings.velocity_rad_s) {
             self.notices.add(notice);
         }
@@ -329,7 +339,7 @@ impl Joint {
     /// Locks the joint because its servo has the limits of joint `other`. Nothing is written to the servo before an
     /// operator has acknowledged that.
     pub(crate) fn refuse_as_other(&mut self, now: Instant, other: usize) {
-        self.notices = crate::notice::Notices::default();
+        self.notices = Notices::default();
         self.link = Link::Answering;
         self.fail(now, JointCause::Refused, JointFault::OtherJoint(other + 1));
     }

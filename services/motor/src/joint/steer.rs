@@ -2,6 +2,7 @@
 
 use clock::{Duration, Instant};
 use config::leo::AlertReaction;
+use invariant::invariant;
 use message::JointCause;
 use servo::{Limits, Motion as Setpoint, position_count, velocity_count};
 
@@ -55,7 +56,7 @@ impl Joint {
                     self.begin_soft(now, Setpoint::at(to_rad));
                 }
             }
-            Motion::Stay { .. } if self.stays() => self.after_stay(now, goes_on),
+            Motion::Stay { told } if self.stays() => self.after_stay(now, told, goes_on),
             Motion::Soft { .. } | Motion::Track { .. } if !goes_on => self.halt(),
             Motion::Soft { at, until } if now >= until && self.has_full_acceleration() => {
                 self.motion = Motion::Track { at }
@@ -83,7 +84,10 @@ impl Joint {
 
     /// Begins to move from the position that its servo holds.
     fn set_out(&mut self, now: Instant) {
-        let Power::On { goal_rad, .. } = self.power else { return };
+        let Power::On { goal_rad, .. } = self.power else {
+            invariant!(false, "joint {} may move without torque", self.index);
+            return;
+        };
         if self.is_far_from(goal_rad) {
             // The joint was moved by hand meanwhile, or is beyond its limits: the goal is written again.
             self.power = Power::Rising { step: PowerUpStep::WriteGoal, is_on: true, is_tripped: false };
@@ -110,14 +114,13 @@ impl Joint {
     }
 
     /// Its servo stands where it was told to stay.
-    fn after_stay(&mut self, now: Instant, goes_on: bool) {
+    fn after_stay(&mut self, now: Instant, told: Option<(Instant, f64)>, goes_on: bool) {
         if goes_on {
             self.motion = Motion::Idle;
             self.power = Power::Rising { step: PowerUpStep::WriteGoal, is_on: true, is_tripped: false };
         } else if let Some(ending) = self.licence.ending() {
             // The servo holds a goal of its own beyond the joint's limits, which no setpoint can express. So it is
             // monitored, and told to stay again if it moves.
-            let Motion::Stay { told } = self.motion else { return };
             self.power = Power::Found { watchdog: Watchdog::Armed, stay: told };
             self.motion = Motion::Idle;
             self.licence = ending.licence();

@@ -257,6 +257,42 @@ fn answers_to_an_earlier_question_are_never_taken_whatever_their_length() {
     assert_eq!(rig.motor.bus_counts(1).stale, 9);
 }
 
+/// Hands one answer of servo 1 on bus 1 to the motor, in place of all others of a cycle.
+fn answer_alone(rig: &mut Rig, topic: PartKind, fault: Option<servo::Fault>, params: &[u8]) {
+    rig.now += PERIOD;
+    rig.motor.step(rig.now);
+    rig.motor.request(1, rig.now, &mut rig.request);
+    rig.replies.clear();
+    rig.replies.add(topic, &Status { id: Id::new(1).unwrap(), alert: false, fault, params });
+    rig.motor.replies(1, rig.now, &rig.replies);
+}
+
+#[test]
+fn a_late_answer_to_another_job_is_no_condition() {
+    let mut rig = following();
+    let stale = rig.motor.counts().stale;
+    // At the place of the hardware errors stands something else.
+    answer_alone(&mut rig, PartKind::AlertCondition, None, &[0xFF; 107]);
+    assert_eq!((rig.motor.trouble(2), rig.motor.bus_counts(1).fault_counters.alerts), (None, 0));
+    assert_eq!(rig.motor.counts().stale, stale + 1);
+}
+
+#[test]
+fn an_error_in_place_of_torque_enable_confirms_nothing() {
+    let mut rig = following();
+    rig.motor.emergency_stop(rig.now);
+    answer_alone(&mut rig, PartKind::Torque, Some(servo::Fault::Result), &[0; 40]);
+    assert_eq!(rig.motor.unconfirmed(), 3);
+}
+
+#[test]
+fn an_answer_longer_than_any_expected_one_counts_as_noise() {
+    let mut rig = following();
+    let broken = rig.motor.bus_counts(1).broken;
+    answer_alone(&mut rig, PartKind::FastRead, None, &[0; 200]);
+    assert_eq!(rig.motor.bus_counts(1).broken, broken + 1);
+}
+
 #[test]
 fn noise_with_a_valid_check_sum_is_no_alert_or_refusal() {
     let mut rig = following();

@@ -2,6 +2,7 @@ use clock::{Duration, Instant};
 use config::Robot;
 use config::campaign::Campaign;
 use config::leo::{Source, SourceKind};
+use invariant::require;
 use message::{
     Hop, LOSSES, Loss, Observation, Observations, Perceived, PerceptHead, Percepts, Process, Snapshot,
 };
@@ -66,10 +67,13 @@ pub fn run(launch: &Launch, robot: &Robot) -> Result<(), Failure> {
         if let Some(fault_injector) = &mut fault_injector {
             let mut disturbed = fault_injector.inject(now, sensor.perceived()).iter();
             let count = disturbed.len();
-            publisher.send(head, count, |_| disturbed.next().copied().unwrap_or(nothing), stamp)?;
+            let entry = |_| require!(disturbed.next(), "{count} entries").copied().unwrap_or(nothing);
+            publisher.send(head, count, entry, stamp)?;
         } else {
             let mut perceived = sensor.perceived();
-            publisher.send(head, sensor.len(), |_| perceived.next().unwrap_or(nothing), stamp)?;
+            let count = sensor.len();
+            let entry = |_| require!(perceived.next(), "{count} entries").unwrap_or(nothing);
+            publisher.send(head, count, entry, stamp)?;
         }
         let health = member.health();
         let losses = sensor.losses();

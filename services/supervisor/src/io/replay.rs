@@ -9,6 +9,7 @@ use std::time::Duration;
 
 use clock::Instant;
 use config::leo::Leo;
+use invariant::require;
 use message::{Bytes, Head as _, Hop, JointStates, Percepts, Process, Topic, Utterances};
 use process::Launch;
 use recording::{Buffer, BufferSubscribers, Difference, Frame, ReadError, Reader, RecordError, Time};
@@ -263,8 +264,8 @@ fn send<T>(publisher: &mut FramePublisher<T>, frame: &Frame) -> Result<(), Repla
 where
     T: Topic<Head: Bytes, Entry: Bytes>,
 {
-    // The reader returns complete frames only.
-    let Some((head, entries)) = frame.read::<T>() else { return Ok(()) };
+    let read = require!(frame.read::<T>(), "the reader returns complete frames only");
+    let Some((head, entries)) = read else { return Ok(()) };
     if entries.len() > publisher.capacity() {
         let Frame { buffer, sequence, .. } = *frame;
         let (entries, most) = (entries.len(), publisher.capacity());

@@ -1,5 +1,5 @@
 use clock::Instant;
-use invariant::require;
+use invariant::{invariant, require};
 use message::{Feature, MAX_PERCEPTS, Perceived, Snapshot, SourceSet};
 use quantity::number::saturating_u32;
 
@@ -90,10 +90,12 @@ impl Detections {
     pub(crate) fn admit(&mut self, arena: &mut Arena, first_new: u64, now: Instant, perceived: &[Perceived]) {
         for (id, detection) in (first_new..).zip(self.things.drain(..)) {
             let Detection { entry, .. } = detection;
-            // An assigned detection has no entry.
-            if let Some(perceived) = perceived.get(entry as usize) {
+            if entry == ASSIGNED {
+                continue;
+            }
+            if let Some(perceived) = require!(perceived.get(entry as usize), "entry {entry} exists") {
                 let at = Instant::from_nanos(perceived.observation.observed_at_ns).min(now);
-                arena.create(id, [at, now], entry, perceived);
+                require!(arena.create(id, [at, now], entry, perceived), "each detection has a free slot");
             }
         }
     }
@@ -131,7 +133,8 @@ impl AssociationProblem for FrameAssociation<'_> {
 
     #[inline]
     fn fresh(&self) -> &[u32] {
-        self.detections.numbers.get(..self.detections.things.len()).unwrap_or(&[])
+        let count = self.detections.things.len();
+        require!(self.detections.numbers.get(..count), "{count} detections are numbered").unwrap_or(&[])
     }
 
     fn is_live(&self, number: u32) -> bool {
@@ -292,6 +295,7 @@ impl Arena {
     ) {
         let Perceived { observation, snapshot } = perceived;
         let (Some(row), Some(memory)) = (self.row(slot), self.memories.get_mut(slot as usize)) else {
+            invariant!(false, "slot {slot} has histories");
             return;
         };
         memory.add_observation(at, now, observation.held_by, SourceSet::of(observation.source));
@@ -326,6 +330,7 @@ impl Arena {
         let (Some(features), Some(gate_keys)) =
             (self.features.get_mut(features), self.gate_keys.get_mut(slot as usize))
         else {
+            invariant!(false, "slot {slot} exists");
             return;
         };
         for (feature, percept) in features.iter_mut().zip(&self.terms) {

@@ -1,3 +1,4 @@
+use invariant::require;
 use message::Perceived;
 
 use super::{Arena, Storage};
@@ -28,11 +29,11 @@ impl AssociationProblem for Step<'_> {
 
     #[inline]
     fn id(&self, slot: u32) -> u64 {
-        self.arena.memory(slot).map_or(0, |memory| memory.id)
+        require!(self.arena.memory(slot), "slot {slot} exists").map_or(0, |memory| memory.id)
     }
 
     fn version(&self, slot: u32) -> u32 {
-        self.arena.versions.get(slot as usize).copied().unwrap_or(0)
+        require!(self.arena.versions.get(slot as usize), "slot {slot} exists").copied().unwrap_or(0)
     }
 
     #[inline]
@@ -43,7 +44,8 @@ impl AssociationProblem for Step<'_> {
 
     #[inline]
     fn gate_keys(&self, slot: u32) -> GateKeys {
-        self.arena.gate_keys.get(slot as usize).copied().unwrap_or(GateKeys::NONE)
+        let gate_keys = require!(self.arena.gate_keys.get(slot as usize), "slot {slot} exists");
+        gate_keys.copied().unwrap_or(GateKeys::NONE)
     }
 
     fn distance(&self, a: u32, b: u32) -> Option<f64> {

@@ -2,6 +2,7 @@ use super::matching::{Candidate, nearest};
 use super::spatial_hash::SpatialHash;
 use super::{AssociationProblem, pair};
 use crate::room::BoundedVec;
+use invariant::require;
 
 /// Groups the members when several frames come at once. A group has one old member, or one new member that starts it,
 /// and at most one new member of each frame. If groups are compact and well separated, the loop merges each group
@@ -90,7 +91,7 @@ impl Grouping {
             let Some(frame) = problem.frame(slot).and_then(|frame| self.frame(frame)) else {
                 return false;
             };
-            if let Some(member) = self.members.get_mut(slot as usize) {
+            if let Some(member) = require!(self.members.get_mut(slot as usize), "slot {slot} exists") {
                 *member = Member { frame, ..NO_MEMBER };
             }
             let left = match nearest(spatial_hash, problem, slot, place) {
@@ -146,9 +147,8 @@ impl Grouping {
 
     /// A new member starts a group.
     fn begin(&mut self, slot: u32) {
-        if let (Some(group), Some(member)) =
-            (self.groups.get_mut(slot as usize), self.members.get(slot as usize))
-        {
+        let entries = self.groups.get_mut(slot as usize).zip(self.members.get(slot as usize));
+        if let Some((group, member)) = require!(entries, "slot {slot} exists") {
             *group = Group { frames: member.frame, ..EMPTY_GROUP };
             self.oldest.push(slot);
         }
@@ -158,8 +158,8 @@ impl Grouping {
     /// of its frame is nearer.
     fn join(&mut self, slot: u32, candidate: Candidate) -> Option<u32> {
         let Candidate { slot: oldest, distance } = candidate;
-        let group = self.groups.get_mut(oldest as usize)?;
-        let frame = self.members.get(slot as usize)?.frame;
+        let group = require!(self.groups.get_mut(oldest as usize), "slot {oldest} exists")?;
+        let frame = require!(self.members.get(slot as usize), "slot {slot} exists")?.frame;
         if group.frames == 0 {
             self.oldest.push(oldest);
         }

@@ -1,3 +1,4 @@
+use invariant::require;
 use std::cmp::Ordering;
 
 use super::spatial_hash::SpatialHash;
@@ -118,16 +119,17 @@ impl Matching {
         self.matched.get(slot as usize).filter(|matched| matched.generation == self.generation)
     }
 
-    /// Pair `index` of the matching: the track and the detection.
+    /// Pair `index` of the matching, if there are so many: the track and the detection.
     #[inline]
     pub(super) fn pair(&self, index: usize) -> Option<(u32, u32)> {
         let &slot = self.matched_tracks.get(index)?;
-        Some((slot, self.matched.get(slot as usize)?.slot))
+        Some((slot, require!(self.matched.get(slot as usize), "slot {slot} exists")?.slot))
     }
 
     /// A detection proposes to a track. Returns the detection that is rejected, if any.
     fn propose(&mut self, problem: &impl AssociationProblem, slot: u32, candidate: Candidate) -> Option<u32> {
-        let matched = self.matched.get_mut(candidate.slot as usize)?;
+        let matched = self.matched.get_mut(candidate.slot as usize);
+        let matched = require!(matched, "slot {} exists", candidate.slot)?;
         let proposal = Proposal { slot, distance: candidate.distance, generation: self.generation };
         if matched.generation != self.generation {
             *matched = proposal;

@@ -1,4 +1,4 @@
-use invariant::require;
+use invariant::{invariant, require};
 use std::cmp::Ordering;
 
 use crate::room::BoundedVec;
@@ -132,12 +132,13 @@ impl Queue {
     }
 
     fn put(&mut self, place: usize, entry: Entry) {
-        if let Some(held) = self.heap.get_mut(place) {
-            *held = entry;
-        }
-        if let (Some(held), Ok(place)) = (self.places.get_mut(entry.slot as usize), u32::try_from(place)) {
-            *held = place;
-        }
+        let slots =
+            (self.heap.get_mut(place), self.places.get_mut(entry.slot as usize), u32::try_from(place));
+        let (Some(held), Some(held_place), Ok(place)) = slots else {
+            invariant!(false, "the queue has an entry {place}, and slot {} exists", entry.slot);
+            return;
+        };
+        (*held, *held_place) = (entry, place);
     }
 
     fn sift_up(&mut self, mut place: usize) -> usize {

@@ -1,3 +1,4 @@
+use invariant::require;
 use std::ops::{Deref, DerefMut};
 
 use super::table::Table;
@@ -152,7 +153,8 @@ impl<T, C: Deref<Target = [T]>> Cells<C> {
     where
         C: DerefMut,
     {
-        self.all.get_mut(self.view.place(index))
+        let place = self.view.place(index);
+        require!(self.all.get_mut(place), "cell {index} exists")
     }
 }
 

@@ -126,7 +126,7 @@ impl<T: CellFormat> Series<T> {
             let cell = self.advance(view.len());
             self.newest = T::from_ref(sample);
             let place = view.in_row(blocks, row).place(cell);
-            if let Some(cell) = blocks.all_mut().get_mut(place) {
+            if let Some(cell) = require!(blocks.all_mut().get_mut(place), "cell {cell} exists") {
                 // Converted again instead of copied from `newest`, which would stall until that store completes.
                 *cell = T::from_ref(sample);
             }

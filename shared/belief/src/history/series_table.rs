@@ -1,5 +1,4 @@
 use clock::Instant;
-use invariant::require;
 use message::Feature;
 
 use super::cells::{Cells, StridedView, block, blocks, interleave_layout};
@@ -94,7 +93,7 @@ impl<T: CellFormat> SeriesTable<T> {
     /// Adds a sound sample; `phase` as for [`super::Histories::take`].
     #[inline(always)]
     pub(crate) fn take(&mut self, row: u32, layout: &SeriesLayout, sample: SampleRef<'_>, phase: u64) {
-        if let Some(series) = require!(self.series.get_mut(row, layout.index), "row {row} exists") {
+        if let Some(series) = self.series.get_mut(row, layout.index) {
             let cells = (&mut self.cells, row);
             series.take(cells, &layout.view, layout.thinning, sample, phase, &mut self.scratch);
         }
@@ -129,11 +128,10 @@ impl<T: CellFormat> SeriesTable<T> {
     pub(crate) fn merge(&mut self, layout: &SeriesLayout, kept: u32, gone: u32, phase: u64) {
         let Self { series, cells, scratch, others_samples, .. } = self;
         let SeriesLayout { index, view, thinning } = layout;
-        let other = series.get(gone, *index).copied();
-        let Some(other) = require!(other, "row {gone} exists") else { return };
+        let Some(other) = series.get(gone, *index).copied() else { return };
         others_samples.clear();
         others_samples.extend(other.samples(&view.cells(cells, gone)));
-        if let Some(mine) = require!(series.get_mut(kept, *index), "row {kept} exists") {
+        if let Some(mine) = series.get_mut(kept, *index) {
             let cells = view.cells_mut(cells, kept);
             mine.merge(cells, *thinning, (other, others_samples), phase, scratch);
         }

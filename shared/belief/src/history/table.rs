@@ -1,5 +1,7 @@
 use std::ops::Range;
 
+use invariant::require;
+
 use crate::room::BoundedVec;
 
 /// Rows of equal width, stored contiguously, that grow within a preallocated capacity.
@@ -25,12 +27,12 @@ impl<T: Copy> Table<T> {
     }
 
     pub(super) fn get(&self, row: u32, index: usize) -> Option<&T> {
-        self.entries.get(self.start(row) + index)
+        require!(self.entries.get(self.start(row) + index), "row {row} exists")
     }
 
     pub(super) fn get_mut(&mut self, row: u32, index: usize) -> Option<&mut T> {
         let start = self.start(row);
-        self.entries.get_mut(start + index)
+        require!(self.entries.get_mut(start + index), "row {row} exists")
     }
 
     pub(super) fn row(&self, row: u32) -> Option<&[T]> {
@@ -60,14 +62,15 @@ impl<T: Copy> Table<T> {
 
     pub(super) fn range_mut(&mut self, row: u32, range: &Range<usize>) -> Option<&mut [T]> {
         let range = self.of(row, range);
-        self.entries.get_mut(range)
+        require!(self.entries.get_mut(range), "row {row} exists")
     }
 
     /// Two rows, the second read-only.
     pub(super) fn two_rows_mut(&mut self, one: u32, other: u32) -> Option<(&mut [T], &[T])> {
         let rows = [one, other].map(|row| self.of(row, &(0..self.width)));
-        let [one, other] = self.entries.get_disjoint_mut(rows).ok()?;
-        Some((one, other))
+        let both = self.entries.get_disjoint_mut(rows).ok();
+        let [mine, others] = require!(both, "{one} and {other} are two rows")?;
+        Some((mine, others))
     }
 
     fn of(&self, row: u32, range: &Range<usize>) -> Range<usize> {
@@ -83,7 +86,7 @@ impl<T: Copy + Default> Table<T> {
 
     pub(super) fn reset(&mut self, row: usize) {
         let start = row * self.width;
-        if let Some(entries) = self.entries.get_mut(start..start + self.width) {
+        if let Some(entries) = require!(self.entries.get_mut(start..start + self.width), "row {row} exists") {
             entries.fill(T::default());
         }
     }

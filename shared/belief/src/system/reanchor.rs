@@ -19,12 +19,10 @@ impl BeliefSystem {
         // Rounding may have brought two beliefs closer than they were.
         self.is_clustered = false;
         for index in 0..self.len() {
-            let Some(&slot) = require!(self.arena.live().get(index), "belief {index} is live") else {
-                return;
-            };
+            let slot = require!(self.arena.live().get(index), "belief {index} is live");
+            let Some(&slot) = slot else { continue };
             for (number, percept) in (0..).zip(&self.percepts) {
-                let histories = require!(self.arena.histories_mut(slot), "slot {slot} has histories");
-                let Some((histories, row)) = histories else { return };
+                let Some((histories, row)) = self.arena.histories_mut(slot) else { continue };
                 match &percept.kernel {
                     Kernel::Position => histories.map(row, number, |feature| moved(x_new_old, feature)),
                     Kernel::Orientation => histories.map(row, number, |feature| turned(x_new_old, feature)),
@@ -47,8 +45,7 @@ impl BeliefSystem {
     /// so they are already in the new frame.
     fn see_places_anew(&mut self, slot: u32) {
         for (number, percept) in (0..).zip(&self.percepts) {
-            let histories = require!(self.arena.histories_mut(slot), "slot {slot} has histories");
-            let Some((histories, row)) = histories else { return };
+            let Some((histories, row)) = self.arena.histories_mut(slot) else { return };
             let above = percept.parent.and_then(|parent| self.percepts.get(usize::from(parent)));
             let parent = percept.parent.and_then(|parent| histories.newest(row, parent));
             let read = parent.filter(|_| above.is_some_and(|above| percept.kernel.reads(&above.kernel)));

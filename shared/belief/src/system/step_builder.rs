@@ -59,6 +59,8 @@ impl StepBuilder<'_> {
         let remaining = if system.defers_creation {
             system.cluster_detections(first_new, perceived, is_clustered, detections_cannot_link)
         } else {
+            let lost = system.arena.truncate_entries(perceived.len());
+            system.rollback(lost);
             let BeliefSystem { arena, clustering, sources, .. } = &mut *system;
             arena.set_previous_frame(|source, at| sources.before(source, at));
             system.counts.merged +=

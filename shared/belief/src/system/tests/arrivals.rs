@@ -183,18 +183,22 @@ fn a_belief_whose_symbol_becomes_a_number_may_merge() {
 
 #[test]
 fn an_absent_percept_is_not_added_and_counted() {
-    let mut robot = Robot::new(&Percepts::builtin());
+    let robot = Robot::new(&Percepts::builtin());
     let seen = [block(ms(0), [0.5, 0.0, 0.0], RED), block(ms(0), [0.9, 0.0, 0.0], BLUE)];
     let perceived = seen.map(|observation| Perceived {
         observation,
         snapshot: robot.perception.perceive(&observation, &Frame { agent: 0 }),
     });
-    let mut step_builder = robot.system.begin(ms(0));
-    for (index, perceived) in perceived.iter().enumerate() {
-        step_builder.add_observation(index, perceived);
+    for defers_creation in [true, false] {
+        let mut system = robot.system.clone();
+        let mut step_builder = system.begin(ms(0));
+        step_builder.system.defers_creation = defers_creation;
+        for (index, perceived) in perceived.iter().enumerate() {
+            step_builder.add_observation(index, perceived);
+        }
+        let (told, _not_told) = perceived.split_at(1);
+        step_builder.finish(told, SourceSet::of(0), |_| true);
+        assert_eq!(system.beliefs().map(|belief| belief.id).collect::<Vec<_>>(), [1]);
+        assert_eq!((system.counts().overflowed, system.counts().created), (1, 1));
     }
-    let (told, _not_told) = perceived.split_at(1);
-    step_builder.finish(told, SourceSet::of(0), |_| true);
-    assert_eq!(robot.ids(), [1]);
-    assert_eq!((robot.system.counts().overflowed, robot.system.counts().created), (1, 1));
 }

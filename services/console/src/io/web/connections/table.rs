@@ -5,6 +5,7 @@ use std::collections::BTreeMap;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use clock::{Duration, Instant};
+use invariant::require;
 use tokio::task::AbortHandle;
 
 /// Minimum age of an evicted connection. It gives a slow browser time for its request head. It also bounds the rate
@@ -111,13 +112,13 @@ impl Entries {
 
     fn remove(&mut self, number: u64) -> Option<Entry> {
         let place = self.places.remove(&number)?;
-        let of_address = self.by_address.get_mut(&place)?;
-        let entry = of_address.remove(&number);
+        if let Some(count) = require!(self.counts.get_mut(&place.0), "connections are counted by class") {
+            *count -= 1;
+        }
+        let of_address = require!(self.by_address.get_mut(&place), "connection {number} has an address")?;
+        let entry = require!(of_address.remove(&number), "connection {number} is one of its address");
         if of_address.is_empty() {
             self.by_address.remove(&place);
-        }
-        if let Some(count) = self.counts.get_mut(&place.0) {
-            *count -= 1;
         }
         entry
     }
@@ -142,7 +143,10 @@ impl Entries {
     fn evict_one(&mut self, class: Class, address: IpAddr) {
         while let Some(address) = self.address_to_evict(class, address) {
             let of_address = self.by_address.get(&(class, address));
-            let Some(oldest) = of_address.and_then(|some| some.keys().next().copied()) else { return };
+            let oldest = of_address.and_then(|some| some.keys().next().copied());
+            let Some(oldest) = require!(oldest, "an address with a connection to evict has one") else {
+                return;
+            };
             self.evicted += 1;
             if let Some(served) = self.remove(oldest).and_then(|entry| entry.served) {
                 served.abort();
