@@ -213,7 +213,7 @@ fallocate -l "$(($(df --output=avail -B1 /var/lib/leo | tail -1) - 1500000))" /v
 status=0
 wait "$recorder" || status=$?
 expect "the recorder's exit status" "$status" 1
-expect "what the recorder says" "$(cat /run/recorded)" "leo: $recording: less than 3 MB of its disk are free*is whole"
+expect "what the recorder says" "$(cat /run/recorded)" "leo: $recording: less than 3 MB of its disk are free*the recording is complete up to this point"
 expect "lines that the recorder says" "$(wc -l </run/recorded)" 1
 # The magic bytes at the end of a complete MCAP file.
 expect "the recording's end" "$(tail -c 8 "$recording" | od -An -tx1 | tr -d ' ')" 894d434150300d0a
