@@ -1,5 +1,6 @@
 //! Another program fills shared memory while the robot runs.
 
+use std::collections::BTreeMap;
 use std::env;
 use std::fs::{self, File};
 use std::io::Write as _;
@@ -40,6 +41,15 @@ fn full_shared_memory_keeps_processes_from_starting_and_is_named() {
     assert!(inside.status.success() && out.contains("1 passed"), "{out}\n{err}");
 }
 
+/// Waits until each of some processes has waited and was woken a hundred times more.
+fn goes_on(robot: &Robot, processes: &BTreeMap<String, i32>, is_full: impl Fn() -> bool) {
+    let begun: Vec<u64> = processes.values().map(|&pid| turns(pid)).collect();
+    for ((name, &pid), begun) in processes.iter().zip(begun) {
+        let goes_on = wait_until(|| is_full() && turns(pid) > begun + 100);
+        assert!(goes_on, "`{name}` stands still\n{}", robot.said());
+    }
+}
+
 /// How often a process has waited and was woken.
 fn turns(pid: i32) -> u64 {
     let status = fs::read_to_string(format!("/proc/{pid}/status")).unwrap_or_default();
@@ -49,13 +59,18 @@ fn turns(pid: i32) -> u64 {
 
 fn in_small_shared_memory() {
     let robot = Robot::ready("full", &PATIENT);
-    assert!(robot.works(), "{}", robot.said());
     let fill = File::options().create(true).append(true).open(FILE).expect("writes");
     // A dead process frees its memory, so the file is extended again and again.
     let is_full = || {
         while (&fill).write_all(&[1; 4096]).is_ok() {}
         true
     };
+    // Filled at once: most of the frames were never written before.
+    assert!(is_full());
+    let running = robot.processes();
+    goes_on(&robot, &running, is_full);
+    assert_eq!(robot.processes(), running, "a running process ended\n{}", robot.said());
+    assert!(!robot.said().contains("starts anew"), "{}", robot.said());
     for victim in ["sensor", "learner"] {
         let before = robot.processes();
         assert_eq!(before.len(), 7, "{before:?}\n{}", robot.said());
@@ -68,14 +83,9 @@ fn in_small_shared_memory() {
         let known = said();
         let is_named = wait_until(|| is_full() && said() > known + 3);
         assert!(is_named, "the full memory is not named\n{}", robot.said());
-        for (name, &pid) in before.iter().filter(|(name, _)| *name != victim) {
-            let begun = turns(pid);
-            assert!(
-                wait_until(|| is_full() && turns(pid) > begun + 10),
-                "`{name}` stands still\n{}",
-                robot.said()
-            );
-        }
+        let mut others = before.clone();
+        others.remove(victim);
+        goes_on(&robot, &others, is_full);
         fill.set_len(0).expect("is its");
         assert!(robot.works(), "`{victim}` does not come back\n{}", robot.said());
         let mut after = robot.processes();
