@@ -4,6 +4,8 @@
 mod black_box;
 mod campaign;
 mod emergency;
+mod full_memory;
+mod guesses;
 mod journal;
 mod live_top;
 mod metrics;

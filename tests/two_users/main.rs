@@ -27,7 +27,12 @@ fn is_root() -> bool {
 
 /// Runs a shell script as the other user.
 fn other(script: &str) -> (bool, String) {
-    let ran = Command::new("/bin/sh").args(["-c", script]).uid(OTHER).gid(OTHER).current_dir("/").output();
+    by(OTHER, script)
+}
+
+/// Runs a shell script as a user; returns whether it succeeded, and its errors.
+fn by(user: u32, script: &str) -> (bool, String) {
+    let ran = Command::new("/bin/sh").args(["-c", script]).uid(user).gid(user).current_dir("/").output();
     let ran = ran.expect("a shell");
     (ran.status.success(), String::from_utf8_lossy(&ran.stderr).into_owned())
 }
@@ -108,7 +113,13 @@ impl Place {
 
     /// Starts a robot and waits until it runs.
     fn start(&mut self) {
-        self.robot = Some(self.command().spawn().expect("starts"));
+        let mut command = self.command();
+        self.start_with(&mut command);
+    }
+
+    /// As [`Self::start`], with a prepared command.
+    fn start_with(&mut self, command: &mut Command) {
+        self.robot = Some(command.spawn().expect("starts"));
         let end = clock::now() + PATIENCE;
         while !self.said().contains("all 65 joints follow") {
             let is_running =
@@ -229,6 +240,36 @@ fn another_user_opens_no_segment_and_damaged_segments_are_created_again() {
         assert_eq!(fs::metadata(&path).expect("is there").mode() & 0o077, 0, "{}", path.display());
     }
     assert!(place.shared().is_empty(), "{:?}", place.shared());
+}
+
+#[test]
+fn a_process_of_the_same_user_may_write_to_every_segment() {
+    if !is_root() {
+        return;
+    }
+    let mut place = Place::new("two-same");
+    let program = place.program_for_all();
+    let state = place.files.path().join("state");
+    fs::create_dir(&state).expect("writes");
+    std::os::unix::fs::chown(&state, Some(OTHER), Some(OTHER)).expect("root may");
+    // Root may open every file, so the robot is that of another user.
+    let command = place.command();
+    let mut robot = Command::new(program);
+    robot.args(command.get_args()).env_remove("RUST_LOG").env("XDG_STATE_HOME", state).uid(OTHER).gid(OTHER);
+    robot.current_dir("/").stdin(Stdio::null()).stdout(Stdio::null());
+    robot.stderr(fs::File::create(place.log()).expect("writes"));
+    place.start_with(&mut robot);
+    let shared = place.shared();
+    assert!(shared.len() > 20, "{shared:?}");
+    for path in shared {
+        let path = path.display();
+        // Opens the file for writing and writes nothing. Opening it as a new one would be refused to other users in any
+        // case, because of the folder.
+        let open = format!("dd if=/dev/null of='{path}' conv=notrunc,nocreat");
+        let may_write = |user: u32| by(user, &open).0;
+        assert!(may_write(OTHER), "{path} cannot be written by its user");
+        assert!(!may_write(OTHER - 1), "{path} can be written by another user");
+    }
 }
 
 #[test]

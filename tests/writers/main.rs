@@ -5,6 +5,7 @@
 #[expect(dead_code, reason = "the tests of the supervisor use the rest")]
 mod robot;
 mod rogue;
+mod slots;
 
 use std::fs;
 use std::path::Path;

@@ -1,4 +1,4 @@
-use transport::{DomainError, JoinError, PortError, ReceiveError, SendError};
+use transport::{DomainError, JoinError, PortError, ReceiveError, ReserveError, SendError};
 
 /// Error that ends a process.
 #[derive(Debug, thiserror::Error)]
@@ -21,6 +21,9 @@ pub enum Failure {
     /// A frame could not be received.
     #[error(transparent)]
     Receive(#[from] ReceiveError),
+    /// Shared memory is full.
+    #[error(transparent)]
+    Reserve(#[from] ReserveError),
     /// The supervisor has died.
     #[error(transparent)]
     Parent(#[from] realtime::ParentError),

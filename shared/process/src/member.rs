@@ -32,6 +32,7 @@ pub enum Progress {
 /// A process that has joined its domain.
 pub struct ProcessNode {
     process: Process,
+    domain: Domain,
     node: Node,
     pace: LoopTiming,
     stop: Arc<AtomicBool>,
@@ -98,6 +99,7 @@ impl ProcessNode {
         };
         Ok(Self {
             process,
+            domain,
             node,
             pace,
             stop,
@@ -199,13 +201,17 @@ impl ProcessNode {
     ///
     /// # Errors
     ///
-    /// The period is zero.
+    /// The period is zero, or shared memory is full.
     pub fn begin(&mut self, period: Option<Duration>) -> Result<(), Failure> {
         if let LoopTiming::Wall { schedule } = &mut self.pace {
             *schedule = match period {
                 Some(period) => Some(Schedule::new(period, clock::now() + period)?),
                 None => None,
             };
+        }
+        // In lockstep the queues are long, and a lesson may end by an error.
+        if !self.is_lockstep() {
+            self.domain.reserve_mapped_files()?;
         }
         self.health.period_ns = period.map_or(0, clock::nanos);
         self.health.set_state(ProcessState::Running);

@@ -1,3 +1,4 @@
+use std::collections::BTreeSet;
 use std::path::PathBuf;
 
 use crate::IncompatibleProgramError;
@@ -48,7 +49,8 @@ impl PortError {
 
     /// Other processes publish on the topic already, or were killed and not cleaned up yet.
     pub(crate) fn taken(topic: &str, pids: &[u32]) -> Self {
-        let pids: Vec<_> = pids.iter().map(u32::to_string).collect();
+        let pids: BTreeSet<_> = pids.iter().collect();
+        let pids: Vec<_> = pids.into_iter().map(u32::to_string).collect();
         let reason = format!("process {} publishes on it already: end it first", pids.join(", "));
         Self { topic: topic.to_owned(), purpose: "writing", reason }
     }

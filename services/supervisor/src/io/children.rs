@@ -2,7 +2,7 @@ use std::collections::BTreeMap;
 use std::ffi::OsString;
 use std::io;
 use std::os::fd::{AsFd, BorrowedFd, OwnedFd};
-use std::os::unix::process::CommandExt as _;
+use std::os::unix::process::{CommandExt as _, ExitStatusExt as _};
 use std::path::PathBuf;
 use std::process::{Child, Command, ExitStatus, Stdio};
 
@@ -197,6 +197,7 @@ impl Children {
             }
             match living.child.try_wait() {
                 Ok(Some(status)) => {
+                    report_full_memory(*process, status);
                     dead.push((*process, status));
                     false
                 }
@@ -222,6 +223,17 @@ impl Children {
         {
             tracing::error!(%process, %error, "cannot be signalled");
         }
+    }
+}
+
+/// Names the usual cause of SIGBUS. It ends a process that writes to shared memory for the first time and finds no
+/// space.
+fn report_full_memory(process: Process, status: ExitStatus) {
+    if status.signal() == Some(Signal::BUS.as_raw()) {
+        tracing::error!(
+            %process,
+            "was ended by SIGBUS: /dev/shm is full, or one of its files was truncated; free some (`du -a /dev/shm`)"
+        );
     }
 }
 

@@ -7,8 +7,6 @@ use transport::{Domain, Replaced, Segment};
 
 /// Interval between two checks.
 const EVERY: Duration = Duration::from_millis(100);
-/// The memory mappings of this process.
-const MAPS: &str = "/proc/self/maps";
 
 /// Detects that shared memory was removed under the running robot, or that the middleware's management segment is
 /// damaged. Causes of a removal are logind's `RemoveIPC` at the user's last logout, and cleaners of /dev/shm.
@@ -42,9 +40,8 @@ type File = (u64, u64);
 impl MemoryWatch {
     /// Watches the current files of the domain, which the supervisor has joined.
     pub(crate) fn of(domain: &Domain) -> Self {
-        let mapped = fs::read_to_string(MAPS).unwrap_or_default();
         let folder = [domain.root().to_owned()].into_iter();
-        let files = folder.chain(files_mapped(&mapped, domain)).map(|path| (path.clone(), file(&path)));
+        let files = folder.chain(domain.mapped_files()).map(|path| (path.clone(), file(&path)));
         let segment = Segment::of(domain);
         if segment.is_none() {
             tracing::warn!("the middleware's management segment was not found and is not watched");
@@ -80,35 +77,9 @@ fn file(path: &Path) -> Option<File> {
     fs::metadata(path).map(|file| (file.dev(), file.ino())).ok()
 }
 
-/// The mapped shared memory files of a domain.
-fn files_mapped(maps: &str, domain: &Domain) -> Vec<PathBuf> {
-    let files = format!("{}_", domain.root().display());
-    let mut paths: Vec<_> = maps
-        .lines()
-        .filter_map(|line| line.find(&files).and_then(|at| line.get(at..)))
-        .filter(|path| !path.ends_with(" (deleted)"))
-        .map(PathBuf::from)
-        .collect();
-    paths.sort();
-    paths.dedup();
-    paths
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn the_files_of_a_domain_are_found_among_what_is_mapped() {
-        let domain = Domain::named("7").unwrap();
-        let maps = "7f00-7f01 rw-s 00000000 00:19 12 /dev/shm/leo-7_a.data\n\
-                    7f01-7f02 rw-s 00001000 00:19 12 /dev/shm/leo-7_a.data\n\
-                    7f02-7f03 rw-s 00000000 00:19 13 /dev/shm/leo-7_b.data (deleted)\n\
-                    7f03-7f04 rw-s 00000000 00:19 14 /dev/shm/leo-77_c.data\n\
-                    7f04-7f05 r-xp 00000000 08:01 15 /usr/bin/leo\n\
-                    7f05-7f06 rw-p 00000000 00:00 0\n";
-        assert_eq!(files_mapped(maps, &domain), [PathBuf::from("/dev/shm/leo-7_a.data")]);
-    }
 
     #[test]
     fn a_removed_or_recreated_folder_is_detected() {
