@@ -1,6 +1,6 @@
 use arrayvec::ArrayVec;
 use clock::{Duration, Instant};
-use invariant::invariant;
+use invariant::{invariant, require};
 use serial::LineLostError;
 use servo::{Id, Status};
 

@@ -316,7 +316,7 @@ mod tests {
             kept: Err("none is needed".to_owned()),
             domain: PathBuf::new(),
             joint_names: Vec::new(),
-            roster: None,
+            roster: CurrentBoard::default(),
             failures: FailureDetector::default(),
             looked_at: None,
             waiting: Waiting::default(),
