@@ -193,7 +193,7 @@ fn machines(readings: &Readings, page: &mut MetricsText) {
         "leo_joint_fault",
         Kind::Info,
         None,
-        "The states of a joint that is in trouble, and why it is locked or disarmed.",
+        "The states of a joint with a fault, and why it is locked or disarmed.",
     );
     for joint in readings.joints.iter().filter(|joint| joint.is_in_trouble()) {
         let Some(machines) = joint.machines() else { continue };

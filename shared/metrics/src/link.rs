@@ -24,7 +24,7 @@ const COUNTS: [Count; 10] = [
     ("leo_link_received_frames", None, "Frames of the other machine that were published here.", |link| {
         link.received
     }),
-    ("leo_link_lost_batches", None, "Bundles of frames that were lost on the way to this machine.", |link| {
+    ("leo_link_lost_batches", None, "Batches of frames that were lost on the way to this machine.", |link| {
         link.lost
     }),
     ("leo_link_refused", None, "Messages and frames of the other machine refused as malformed.", |link| {
