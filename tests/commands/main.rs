@@ -376,7 +376,8 @@ fn an_overflow_is_reported_once_and_the_robot_continues() {
     assert_ne!(read(&config), read("config/leo.toml"));
     let (command, folder) = leo(&["run", "--config", &config]);
     let run = Leo::start(command, folder);
-    let words = "there is more than I have room for, and some of it is left out: raise `buffers.max_objects` in leo.toml";
+    let words = "there is more than I have room for, and some of it is left out: raise \
+                 `buffers.max_objects` in leo.toml";
     assert!(wait_until(|| run.said("out").contains(words)), "{}\n{}", run.said("out"), run.said("err"));
     // The lesson continues long after that.
     assert!(wait_until(|| run.said("out").matches("teacher:").count() >= 2), "{}", run.said("out"));
