@@ -27,7 +27,7 @@ pub fn run(launch: &Launch, robot: &Robot) -> Result<(), Failure> {
     if robot.perspective.ownership.rule == OwnershipRule::Territory && capacity > TERRITORY_MOST {
         tracing::warn!(
             "buffers.max_objects is {capacity}: with more than {TERRITORY_MOST} beliefs there are no territories, and no \
-             object has an owner; `by` in perspective.toml names other rules"
+             object has an owner; `ownership.rule` in perspective.toml names other rules"
         );
     }
     let depth = leo.belief.depth.get();
