@@ -52,18 +52,25 @@ fn name(path: &str) -> &str {
     path.rsplit(['.', ' ']).next().unwrap_or(path)
 }
 
-/// Explains serde's message about an unknown name that an older version had; `None` for any other message.
+/// Explains a message about an unknown name that an older version had; `None` for any other message.
 ///
 /// The message lists the names that are valid at its place. A successor that is not among them belongs to another
 /// table.
 pub(crate) fn explain(message: &str) -> Option<String> {
-    let is_about_a_name = message.starts_with("unknown field") || message.starts_with("unknown variant");
-    let mut quoted = message.split('`').skip(1).step_by(2);
-    let old = quoted.next().filter(|_| is_about_a_name)?;
-    let expected: Vec<&str> = quoted.collect();
-    let (_, _, new) =
-        RENAMED.iter().find(|(_, from, to)| name(from) == old && expected.contains(&name(to)))?;
-    let new = name(new);
+    let message = message.trim_end();
+    let (unknown, expected): (Vec<&str>, Vec<&str>) =
+        if message.starts_with("unknown field") || message.starts_with("unknown variant") {
+            let mut quoted = message.split('`').skip(1).step_by(2);
+            (quoted.next().into_iter().collect(), quoted.collect())
+        } else {
+            // The TOML parser itself checks the keys of an enum's variant.
+            let (unknown, expected) =
+                message.strip_prefix("unexpected keys in table: ")?.split_once(", available keys: ")?;
+            (unknown.split(", ").collect(), expected.split(", ").collect())
+        };
+    let (_, old, new) =
+        RENAMED.iter().find(|(_, old, new)| unknown.contains(&name(old)) && expected.contains(&name(new)))?;
+    let (old, new) = (name(old), name(new));
     Some(format!("`{old}` was renamed to `{new}`: write `{new}`"))
 }
 
