@@ -77,7 +77,7 @@ const fn in_urdf(limit: Limit, joint: &Joint) -> (&'static str, f64) {
     match limit {
         Limit::Min => ("lower", joint.lower_rad),
         Limit::Max => ("upper", joint.upper_rad),
-        Limit::Velocity => ("velocity", joint.max_velocity_rad_s),
+        Limit::Velocity => ("velocity", joint.velocity_rad_s),
     }
 }
 
