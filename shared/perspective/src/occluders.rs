@@ -36,7 +36,7 @@ pub(crate) struct RememberedOccluders {
 
 impl RememberedOccluders {
     pub(crate) fn new(config: &config::perspective::Occluders) -> Self {
-        let capacity = config.most.get();
+        let capacity = config.max_count.get();
         Self {
             remembered: Vec::with_capacity(capacity),
             capacity,
