@@ -250,8 +250,8 @@ fn joint_row(readings: &Readings, joint: &JointState) -> JointRow {
         cause: joint.cause().map(message::JointCause::name),
         link: machines.map(|machines| machines.link.name()),
         power: machines.map(|machines| machines.power.name()),
-        licence: machines.map(|machines| machines.licence.name()),
-        licence_cause: machines.map(|machines| machines.licence_cause.name()),
+        arming: machines.map(|machines| machines.licence.name()),
+        arming_cause: machines.map(|machines| machines.licence_cause.name()),
         motion: machines.map(|machines| machines.motion.name()),
         reading_age_s: joint.reading_age_s(readings.read_at_ns),
     }
