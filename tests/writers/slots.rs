@@ -48,7 +48,7 @@ impl Drop for Taker {
 fn a_process_in_all_publisher_slots_is_named_by_the_restarted_one() {
     let files = tempfile::tempdir().expect("a folder");
     let held = files.path().join("slots");
-    let robot = Robot::ready("slots", &[("deaths_most", "1000000"), ("backoff_most_ms", "40.0")]);
+    let robot = Robot::ready("slots", &[("max_deaths", "1000000"), ("max_backoff_ms", "40.0")]);
     assert!(robot.works(), "{}", robot.said());
     let before = robot.processes();
     let taker = Command::new(env::current_exe().expect("this program"))

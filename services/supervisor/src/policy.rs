@@ -24,34 +24,34 @@ use life::{ProcessLifecycle, Stage};
 #[derive(Clone, Copy, Debug)]
 pub struct PolicySettings {
     /// Timeout from the start of a process until it is ready.
-    pub ready_within: Duration,
+    pub ready_timeout: Duration,
     /// Heartbeat timeout of the processes of the hot path, the mock servo bus included.
     pub heartbeat_timeout: Duration,
     /// Heartbeat timeout of the other processes, which may wait for a busy processor or disk.
     pub heartbeat_timeout_others: Duration,
     /// Delay before the first restart.
-    pub backoff_first: Duration,
+    pub initial_backoff: Duration,
     /// Longest delay before a restart.
-    pub backoff_most: Duration,
+    pub max_backoff: Duration,
     /// Number of deaths of one process within the window that ends the run.
-    pub deaths_most: usize,
+    pub max_deaths: usize,
     /// Length of the window. An incarnation that lasts as long resets the restart delay.
     pub deaths_window: Duration,
     /// Timeout from SIGTERM to SIGKILL.
-    pub stop_within: Duration,
+    pub stop_timeout: Duration,
 }
 
 impl From<&Supervisor> for PolicySettings {
     fn from(config: &Supervisor) -> Self {
         Self {
-            ready_within: config.ready_within_ms.duration(),
+            ready_timeout: config.ready_timeout_ms.duration(),
             heartbeat_timeout: config.heartbeat_timeout_ms.duration(),
             heartbeat_timeout_others: config.heartbeat_timeout_others_ms.duration(),
-            backoff_first: config.backoff_first_ms.duration(),
-            backoff_most: config.backoff_most_ms.duration(),
-            deaths_most: usize::try_from(config.deaths_most).unwrap_or(usize::MAX),
+            initial_backoff: config.initial_backoff_ms.duration(),
+            max_backoff: config.max_backoff_ms.duration(),
+            max_deaths: usize::try_from(config.max_deaths).unwrap_or(usize::MAX),
             deaths_window: config.deaths_window_ms.duration(),
-            stop_within: config.stop_within_ms.duration(),
+            stop_timeout: config.stop_timeout_ms.duration(),
         }
     }
 }

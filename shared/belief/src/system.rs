@@ -111,7 +111,7 @@ enum Cull {
     UnseenLongerThan(u64),
     ConfidenceBelow { percept: u16, floor: f64 },
     PlaceEmptyFor(Duration),
-    Own(PluginHandle<dyn plugin::Cull>),
+    Plugin(PluginHandle<dyn plugin::Cull>),
 }
 
 impl Cull {
@@ -122,7 +122,7 @@ impl Cull {
                 Self::ConfidenceBelow { percept: *percept, floor: *floor }
             }
             percepts::Cull::PlaceEmptyFor(time) => Self::PlaceEmptyFor(*time),
-            percepts::Cull::Own(name) => Self::Own(plugin.cull(name)?),
+            percepts::Cull::Plugin(name) => Self::Plugin(plugin.cull(name)?),
         })
     }
 }
@@ -422,7 +422,7 @@ impl BeliefSystem {
                 let is_empty_for = |since| self.now.since(since) >= *time;
                 looked.intersects(memory.seen_by) && memory.empty_since.is_some_and(is_empty_for)
             }
-            Cull::Own(plugin) => {
+            Cull::Plugin(plugin) => {
                 let remembered = |number: u16| {
                     let decay = self.percepts.get(usize::from(number))?.decay_per_s;
                     let (histories, row) = self.arena.histories(slot)?;

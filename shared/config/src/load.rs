@@ -3,7 +3,7 @@ use std::path::Path;
 
 use serde::de::DeserializeOwned;
 
-use crate::ConfigError;
+use crate::{ConfigError, renamed};
 
 /// Minimum similarity (Jaro-Winkler, 0 to 1) at which a known key is suggested for an unknown one.
 const MIN_SIMILARITY: f64 = 0.75;
@@ -44,7 +44,7 @@ pub fn text(file: &Path) -> Result<String, ConfigError> {
 /// ```
 pub fn parse<T: DeserializeOwned>(text: &str, file: &Path) -> Result<T, ConfigError> {
     toml::from_str(text).map_err(|error| {
-        let reason = suggest(error.message());
+        let reason = renamed::explain(error.message()).unwrap_or_else(|| suggest(error.message()));
         let (line, column) = line_and_column(text, error.span());
         ConfigError::Invalid { file: file.to_owned(), line, column, reason }
     })

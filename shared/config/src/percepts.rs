@@ -76,7 +76,7 @@ pub enum History {
     /// y = a·x + (1 − a)·y: the current value only, no past.
     LowPass {
         /// a: the weight of the newest sample.
-        share: Unit,
+        alpha: Unit,
     },
     /// Samples thinned with age: a query for any age returns a sample whose age is within a factor of two.
     LogTimescale {
@@ -84,7 +84,7 @@ pub enum History {
         samples: Capacity,
     },
     /// A history generator that the program registers under this name.
-    Own(String),
+    Plugin(String),
 }
 
 /// Which sample a full lossless history drops.
@@ -118,7 +118,7 @@ pub enum Kernel {
     /// Whether a number that the parent derived lies within limits; indexical if that number is.
     Range(Range),
     /// A classifier that the program registers under this name.
-    Own(String),
+    Plugin(String),
 }
 
 /// The name of a state in the file.
@@ -153,7 +153,7 @@ impl StateName {
 #[serde(deny_unknown_fields)]
 pub struct Nearest {
     /// The feature space.
-    pub of: Space,
+    pub space: Space,
     /// The distance from a prototype at which the match reaches zero.
     pub scale: Positive,
     /// The prototypes; a prototype's index in this list is its symbol.
@@ -199,16 +199,16 @@ pub struct Prototype {
 #[serde(deny_unknown_fields)]
 pub struct Region {
     /// Minimum x, y and z, in metres.
-    pub minimum_m: [f64; 3],
+    pub min_m: [f64; 3],
     /// Maximum x, y and z, in metres.
-    pub maximum_m: [f64; 3],
+    pub max_m: [f64; 3],
 }
 
 impl Region {
     /// Whether a position is in the box, sides included.
     #[must_use]
     pub fn holds(&self, position_m: [f32; 3]) -> bool {
-        let sides = self.minimum_m.iter().zip(&self.maximum_m);
+        let sides = self.min_m.iter().zip(&self.max_m);
         position_m.iter().zip(sides).all(|(at, (minimum, maximum))| {
             let at = f64::from(*at);
             *minimum <= at && at <= *maximum
@@ -267,7 +267,7 @@ pub enum Measure {
     /// 1 for two different symbols, 0 for equal ones.
     Differs,
     /// A distance function that the program registers under this name.
-    Own(String),
+    Plugin(String),
 }
 
 /// A culling function (Eq. 5).
@@ -286,7 +286,7 @@ pub enum Cull {
     /// observed there. A belief without a position never satisfies the condition.
     PlaceEmptyFor(Duration),
     /// A culling function that the program registers under this name.
-    Own(String),
+    Plugin(String),
 }
 
 impl Percepts {
@@ -387,7 +387,7 @@ impl Percept {
             | Kernel::State(_)
             | Kernel::Region(_)
             | Kernel::Range(_)
-            | Kernel::Own(_) => &[],
+            | Kernel::Plugin(_) => &[],
         };
         prototypes.iter().map(|prototype| prototype.name.as_str())
     }

@@ -22,7 +22,7 @@ pub struct Perspective {
     /// The field of view of the robot itself.
     pub robot: Robot,
     /// The ownership of objects.
-    pub resource: Resource,
+    pub ownership: Ownership,
 }
 
 impl Perspective {
@@ -80,11 +80,11 @@ pub struct Frame {
 #[serde(deny_unknown_fields)]
 pub struct Occluders {
     /// Maximum number of remembered occluders.
-    pub most: Capacity,
+    pub max_count: Capacity,
     /// An occluder observed within this distance of a remembered one is the same one, in metres.
-    pub same_within_m: Positive,
+    pub association_distance_m: Positive,
     /// An occluder that is in view and not observed for this long is removed.
-    pub gone_after_ms: Milliseconds,
+    pub remove_after_ms: Milliseconds,
 }
 
 /// The field of view of the robot itself.
@@ -96,7 +96,7 @@ pub struct Robot {
     /// The point that the eye looks at, in the base frame.
     pub looks_at_m: [Coordinate; 3],
     /// The region in which the absence of an object is noticed.
-    pub field: Field,
+    pub field_of_view: Field,
 }
 
 /// The region in which the robot would see an object.
@@ -117,13 +117,13 @@ pub enum Field {
 /// The ownership of objects, estimated in each perspective.
 #[derive(Clone, Debug, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct Resource {
+pub struct Ownership {
     /// The rule.
-    pub by: OwnershipRule,
+    pub rule: OwnershipRule,
     /// For `territory`: the minimum ratio of the gap between two clusters to the longest link within them.
-    pub gap_ratio: Positive,
-    /// For `told`: the owned regions.
-    pub told: Vec<Region>,
+    pub min_gap_ratio: Positive,
+    /// For `regions`: the owned regions.
+    pub regions: Vec<Region>,
 }
 
 /// The rule by which an object's owner is estimated.
@@ -137,7 +137,7 @@ pub enum OwnershipRule {
     /// The agent that held the object last.
     Possession,
     /// The regions in the file.
-    Told,
+    Regions,
 }
 
 /// A region of the table and its owner.
@@ -214,7 +214,7 @@ mod tests {
     fn the_file_that_comes_with_leo_is_sound() {
         let perspective = Perspective::builtin();
         assert!((perspective.sight.cone_half_angle_deg.radians() - 60_f64.to_radians()).abs() < 1e-12);
-        assert_eq!(perspective.robot.field, Field::Everything);
+        assert_eq!(perspective.robot.field_of_view, Field::Everything);
     }
 
     #[test]
@@ -226,19 +226,20 @@ mod tests {
 
     #[test]
     fn the_robot_may_have_a_cone_of_its_own() {
-        let cone = r#"field = { kind = "cone", half_angle_deg = 70.0, range_m = 3.0 }"#;
-        let text = BUILTIN.replace(r#"field = { kind = "everything" }"#, cone);
+        let cone = r#"field_of_view = { kind = "cone", half_angle_deg = 70.0, range_m = 3.0 }"#;
+        let text = BUILTIN.replace(r#"field_of_view = { kind = "everything" }"#, cone);
         let perspective = parse::<Perspective>(&text, Path::new("p.toml")).unwrap();
-        assert!(matches!(perspective.robot.field, Field::Cone { .. }));
+        assert!(matches!(perspective.robot.field_of_view, Field::Cone { .. }));
     }
 
     #[test]
     fn a_region_has_its_configured_owner_and_an_empty_one_is_refused() {
         let told = |region: &str| {
-            let text = BUILTIN.replace("told = []", &format!("told = [{region}]"));
+            let text = BUILTIN.replace("regions = []", &format!("regions = [{region}]"));
             parse::<Perspective>(&text, Path::new("p.toml"))
         };
-        let region = told("{ owner = 1, from_m = [0.8, -1.0], to_m = [1.2, 1.0] }").unwrap().resource.told[0];
+        let region =
+            told("{ owner = 1, from_m = [0.8, -1.0], to_m = [1.2, 1.0] }").unwrap().ownership.regions[0];
         assert!(region.holds([0.8, 0.0]) && !region.holds([0.7, 0.0]) && !region.holds([f64::NAN, 0.0]));
         let said = told("{ owner = 1, from_m = [0.8, 1.0], to_m = [1.2, 1.0] }").unwrap_err().to_string();
         assert!(said.starts_with("p.toml:") && said.contains("a region is empty"), "{said}");

@@ -59,7 +59,7 @@ numbered! {
         /// The servo is hot or its voltage low, so its speed is reduced.
         Derated = 14 as "derated",
         /// The servo replies, but its clock does not advance correctly. So its replies may be outdated.
-        Unbelieved = 15 as "unbelieved",
+        Stale = 15 as "stale",
         /// The joint did not follow its command: it was blocked, or its servo is too weak.
         Blocked = 16 as "blocked",
         /// Further beyond its limits than the tolerance: a slipped horn, a wrong offset, or a swapped servo.
@@ -79,7 +79,7 @@ numbered! {
         /// Quarantined, and probed at intervals: it does not reply, or its replies are not trusted.
         Silent = 3 as "silent",
         /// Its replies arrive corrupt: two servos may reply at the same time.
-        Doubted = 4 as "doubted",
+        Corrupt = 4 as "corrupt",
     }
 }
 
@@ -93,11 +93,11 @@ numbered! {
         /// Found on at start-up: another process switched it on.
         Found = 2 as "found-on",
         /// Being switched on.
-        Rising = 3 as "rising",
+        SwitchingOn = 3 as "switching-on",
         /// On, and the servo's bus watchdog is armed.
         On = 4 as "on",
         /// Being switched off, not confirmed by the servo yet.
-        Cutting = 5 as "cutting",
+        SwitchingOff = 5 as "switching-off",
     }
 }
 
@@ -121,15 +121,15 @@ numbered! {
         /// Moving slowly back within its limits.
         Align = 1 as "align",
         /// Following goals with the speed limit of the soft start.
-        Soft = 2 as "soft",
+        SoftStart = 2 as "soft-start",
         /// Following goals.
         Track = 3 as "track",
         /// Decelerating to a stop.
-        Halt = 4 as "halt",
+        Decelerate = 4 as "decelerate",
         /// Holding the position where it stopped, ready for new goals.
         Hold = 5 as "hold",
         /// Moving slowly to its rest pose.
-        Retreat = 6 as "retreat",
+        Lower = 6 as "lower",
     }
 }
 

@@ -25,25 +25,25 @@ numbered! {
         /// Its kind is unknown.
         Kind = 9 as "kind",
         /// Its modality is unknown.
-        Sense = 10 as "sense",
+        Modality = 10 as "modality",
         /// Its position is not finite, or out of range.
-        Place = 11 as "place",
+        Position = 11 as "position",
         /// Its orientation is not a unit quaternion.
         Orientation = 12 as "orientation",
         /// Its extents are not finite, negative, or out of range.
         Extents = 13 as "extents",
         /// Its colour or shape is not in [0, 1].
-        Look = 14 as "look",
+        Appearance = 14 as "appearance",
         /// Its confidence is not in [0, 1].
         Confidence = 15 as "confidence",
         /// It is of a person, but names no person.
         Person = 16 as "person",
         /// The buffer was full.
-        LeftOut = 17 as "left-out",
+        OverCapacity = 17 as "over-capacity",
         /// The degree of a state is neither in [0, 1] nor NaN, which means that the object has no such state.
         State = 18 as "state",
         /// Another observation of the same person at the same instant is in the frame.
-        Twice = 19 as "twice",
+        Duplicate = 19 as "duplicate",
     }
 }
 
@@ -56,7 +56,7 @@ impl Loss {
     /// Whether the input was invalid, rather than late or too much.
     #[must_use]
     pub const fn is_refusal(self) -> bool {
-        !matches!(self, Self::Overtaken | Self::Missed | Self::LeftOut)
+        !matches!(self, Self::Overtaken | Self::Missed | Self::OverCapacity)
     }
 
     /// Description of the problem and its remedy, about the source.
@@ -66,7 +66,7 @@ impl Loss {
             Self::Overtaken => "two of its frames arrived in one cycle of the sensor: the newest was used",
             Self::Missed => {
                 "frames of it were dropped before they were read: the sensor was late, or the source sends more in one \
-                 cycle than `buffers.frames` hold"
+                 cycle than `buffers.queue_depth` hold"
             }
             Self::Unreadable => "a frame could not be read: was its process killed, or is /dev/shm full?",
             Self::Misnumbered => {
@@ -82,19 +82,19 @@ impl Loss {
             Self::Past => "`observed_at_ns` is older than ten seconds: it must be of CLOCK_MONOTONIC",
             Self::Stale => "`observed_at_ns` is not newer than what was observed in an earlier frame",
             Self::Kind => "`kind` must be 1 (object), 2 (person) or 3 (occluder)",
-            Self::Sense => "`modality` must be 1 (vision), 2 (hearing) or 3 (touch)",
-            Self::Place => "`position_m` must be finite and within 1000 m",
+            Self::Modality => "`modality` must be 1 (vision), 2 (hearing) or 3 (touch)",
+            Self::Position => "`position_m` must be finite and within 1000 m",
             Self::Orientation => "`orientation_xyzw` must be a quaternion of norm 1, within 1 %",
             Self::Extents => "`half_extents_m` must be from 0 to 1000 m",
-            Self::Look => "`colour_rgb` and `shape` must be from 0 to 1",
+            Self::Appearance => "`colour_rgb` and `shape` must be from 0 to 1",
             Self::Confidence => "`confidence` must be from 0 to 1",
             Self::Person => "`partner` of a person must be 1, 2, ..., or 0 for the robot's own head",
-            Self::LeftOut => "not all of its observations fit: raise `buffers.objects`",
+            Self::OverCapacity => "not all of its observations fit: raise `buffers.max_objects`",
             Self::State => {
                 "each of `states` must be from 0 to 1; a state that the object does not have is NaN, or left out of a \
                  trace"
             }
-            Self::Twice => {
+            Self::Duplicate => {
                 "a person can be in only one place at an instant: the first observation of each person was used"
             }
         }

@@ -17,7 +17,7 @@ const COUNTS: [Count; 4] = [
         |perspective| perspective.beliefs,
     ),
     (
-        "leo_perspective_left_out",
+        "leo_perspective_over_capacity",
         "Observations, beliefs and occluders beyond the perspective's capacity.",
         |perspective| perspective.left_out,
     ),

@@ -103,7 +103,7 @@ fn joints(readings: &Readings, page: &mut MetricsText) {
     page.gauges("leo_joints", "Joints by their mode in the motor process.", "mode", modes);
     let causes = JointCause::ALL.iter().filter(|cause| **cause != JointCause::None);
     let causes = causes.map(|cause| (cause.name(), count(&|joint| joint.cause() == Some(*cause))));
-    page.gauges("leo_joints_in_trouble", "Joints with a fault, by the cause.", "cause", causes);
+    page.gauges("leo_joints_with_fault", "Joints with a fault, by the cause.", "cause", causes);
     machines(readings, page);
     for (name, help, of) in READ {
         let read =
@@ -128,7 +128,7 @@ fn machines(readings: &Readings, page: &mut MetricsText) {
             );
         };
     }
-    states!("leo_joints_by_licence", "licence", "Joints by whether they may move.", JointLicence, licence);
+    states!("leo_joints_by_arming", "licence", "Joints by whether they may move.", JointLicence, licence);
     states!("leo_joints_by_link", "link", "Joints by the connection to their servo.", JointLink, link);
     states!("leo_joints_by_power", "power", "Joints by the torque of their servo.", JointPower, power);
     states!("leo_joints_by_motion", "motion", "Joints by how they move.", JointMotion, motion);
@@ -145,9 +145,9 @@ fn machines(readings: &Readings, page: &mut MetricsText) {
         page.count(&[], count);
     }
     page.family(
-        "leo_joint_trouble",
+        "leo_joint_fault",
         Kind::Info,
-        "The states of a joint that is in trouble, and why it is locked or disarmed.",
+        "The states of a joint with a fault, and why it is locked or disarmed.",
     );
     for joint in readings.joints.iter().filter(|joint| joint.is_in_trouble()) {
         let Some(machines) = joint.machines() else { continue };
@@ -155,8 +155,8 @@ fn machines(readings: &Readings, page: &mut MetricsText) {
             ("joint", readings.joint_name(joint.joint)),
             ("link", machines.link.name().to_owned()),
             ("power", machines.power.name().to_owned()),
-            ("licence", machines.licence.name().to_owned()),
-            ("licence_cause", machines.licence_cause.name().to_owned()),
+            ("arming", machines.licence.name().to_owned()),
+            ("arming_cause", machines.licence_cause.name().to_owned()),
             ("motion", machines.motion.name().to_owned()),
         ];
         let labels = labels.each_ref().map(|(name, text)| (*name, text.as_str()));

@@ -11,14 +11,14 @@ use crate::readings::Readings;
 type Count = (&'static str, &'static str, fn(&LinkHealth) -> u64);
 
 const COUNTS: [Count; 10] = [
-    ("leo_link_hearings", "How often the link to the other machine was established.", |link| link.hearings),
+    ("leo_link_sessions", "How often the link to the other machine was established.", |link| link.hearings),
     ("leo_link_sent_frames", "Frames handed to the network.", |link| link.sent),
     ("leo_link_overtaken_frames", "Frames not sent because a newer one came first.", |link| link.overtaken),
-    ("leo_link_given_up_frames", "Frames dropped after waiting too long to be sent.", |link| link.given_up),
+    ("leo_link_expired_frames", "Frames dropped after waiting too long to be sent.", |link| link.given_up),
     ("leo_link_received_frames", "Frames of the other machine that were published here.", |link| {
         link.received
     }),
-    ("leo_link_lost_bundles", "Bundles of frames that were lost on the way to this machine.", |link| {
+    ("leo_link_lost_batches", "Batches of frames that were lost on the way to this machine.", |link| {
         link.lost
     }),
     ("leo_link_refused", "Messages and frames of the other machine refused as malformed.", |link| {
@@ -32,7 +32,7 @@ const COUNTS: [Count; 10] = [
 pub(crate) fn write(readings: &Readings, page: &mut MetricsText) {
     let Some(link) = &readings.link else { return };
     let gauges = [
-        ("leo_link_heard", "1 while the link to the other machine is up.", float(link.is_heard)),
+        ("leo_link_up", "1 while the link to the other machine is up.", float(link.is_heard)),
         (
             "leo_link_round_trip_seconds",
             "Latest round-trip time to the other machine.",

@@ -119,10 +119,10 @@ row! {
         link: Option<&'static str> = joint.machines().map(|machines| machines.link.name()),
         /// State of its servo's torque.
         power: Option<&'static str> = joint.machines().map(|machines| machines.power.name()),
-        /// State of its licence to move.
-        licence: Option<&'static str> = joint.machines().map(|machines| machines.licence.name()),
-        /// The cause of a missing licence.
-        licence_cause: Option<&'static str> = joint.machines().map(|machines| machines.licence_cause.name()),
+        /// Its arming state.
+        arming: Option<&'static str> = joint.machines().map(|machines| machines.licence.name()),
+        /// Why it is not armed.
+        arming_cause: Option<&'static str> = joint.machines().map(|machines| machines.licence_cause.name()),
         /// State of its motion.
         motion: Option<&'static str> = joint.machines().map(|machines| machines.motion.name()),
         /// Time since its servo was last read.

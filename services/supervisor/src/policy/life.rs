@@ -82,7 +82,7 @@ impl ProcessLifecycle {
     /// Kills the process if its current timeout has expired.
     pub(super) fn watch(&mut self, settings: &PolicySettings, now: Instant, actions: &mut Vec<Action>) {
         let overdue = match self.stage {
-            Stage::Starting { since } if now.since(since) > settings.ready_within => {
+            Stage::Starting { since } if now.since(since) > settings.ready_timeout => {
                 Some(KillReason::NotReady)
             }
             Stage::Running { beat_at, .. }
@@ -90,7 +90,7 @@ impl ProcessLifecycle {
             {
                 Some(KillReason::Hangs)
             }
-            Stage::Stopping { since } if now.since(since) > settings.stop_within => {
+            Stage::Stopping { since } if now.since(since) > settings.stop_timeout => {
                 Some(KillReason::DoesNotStop)
             }
             Stage::Waiting { .. }
@@ -129,12 +129,12 @@ impl ProcessLifecycle {
         self.deaths.push_back(now);
         let lasted = now.since(self.started_at) >= settings.deaths_window;
         self.backoff = if lasted || self.backoff.is_zero() {
-            settings.backoff_first
+            settings.initial_backoff
         } else {
-            self.backoff.saturating_mul(2).min(settings.backoff_most)
+            self.backoff.saturating_mul(2).min(settings.max_backoff)
         };
         self.stage = Stage::Waiting { until: now + self.backoff };
-        self.deaths.len() >= settings.deaths_most
+        self.deaths.len() >= settings.max_deaths
     }
 
     pub(super) const fn is_gone(&self) -> bool {

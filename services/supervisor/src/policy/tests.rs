@@ -3,14 +3,14 @@ use proptest::prelude::*;
 use super::*;
 
 const SETTINGS: PolicySettings = PolicySettings {
-    ready_within: Duration::from_millis(1000),
+    ready_timeout: Duration::from_millis(1000),
     heartbeat_timeout: Duration::from_millis(100),
     heartbeat_timeout_others: Duration::from_millis(500),
-    backoff_first: Duration::from_millis(20),
-    backoff_most: Duration::from_millis(100),
-    deaths_most: 5,
+    initial_backoff: Duration::from_millis(20),
+    max_backoff: Duration::from_millis(100),
+    max_deaths: 5,
     deaths_window: Duration::from_millis(10_000),
-    stop_within: Duration::from_millis(200),
+    stop_timeout: Duration::from_millis(200),
 };
 
 const ORDER: [Process; 3] = [Process::Motor, Process::Belief, Process::Sensor];
@@ -138,7 +138,7 @@ fn no_clean_up_runs_while_another_process_starts() {
 
 #[test]
 fn the_wait_before_a_restart_doubles_up_to_its_bound() {
-    let settings = PolicySettings { deaths_most: usize::MAX, ..SETTINGS };
+    let settings = PolicySettings { max_deaths: usize::MAX, ..SETTINGS };
     let mut policy = Policy::new(settings, &[Process::Motor], at(0));
     policy.step(at(0), &[]);
     let mut now = 0;
@@ -324,7 +324,7 @@ fn an_elapsed_run_time_does_not_hurry_the_end() {
 fn a_failing_run_ends_the_same_when_it_is_stopped_meanwhile() {
     for (ended, outcome, deaths) in [
         (ExitKind::Refused, Outcome::Refused(Process::Motor), 1),
-        (ExitKind::Failed, Outcome::GaveUp(Process::Motor), SETTINGS.deaths_most),
+        (ExitKind::Failed, Outcome::GaveUp(Process::Motor), SETTINGS.max_deaths),
     ] {
         let mut policy = running();
         let mut actions = Vec::new();
@@ -393,7 +393,7 @@ fn chance() -> impl Strategy<Value = Chance> {
 proptest! {
     #[test]
     fn no_process_ever_runs_twice_and_every_stop_ends(chances in prop::collection::vec(chance(), 0..300)) {
-        let settings = PolicySettings { deaths_most: usize::MAX, ..SETTINGS };
+        let settings = PolicySettings { max_deaths: usize::MAX, ..SETTINGS };
         let mut policy = Policy::new(settings, &ORDER, at(0));
         let mut alive = [false; ORDER.len()];
         let mut hangs = [false; ORDER.len()];

@@ -73,7 +73,7 @@ enum When {
     PlaceEmptyForMs(Milliseconds),
     /// As `PlaceEmptyForMs`, with a single observation.
     PlaceInViewAndEmpty,
-    Own(String),
+    Plugin(String),
 }
 
 impl File {
@@ -148,7 +148,7 @@ impl RawBelief {
                 }
                 When::PlaceEmptyForMs(time) => Cull::PlaceEmptyFor(time.duration()),
                 When::PlaceInViewAndEmpty => Cull::PlaceEmptyFor(Duration::ZERO),
-                When::Own(name) => Cull::Own(name),
+                When::Plugin(name) => Cull::Plugin(name),
             });
         }
         Ok(Belief {
@@ -173,7 +173,7 @@ fn number(name: &Spanned<String>, percepts: &[Percept]) -> Result<u16, SpannedEr
 }
 
 fn fits(measure: &Measure, kernel: &Kernel) -> bool {
-    if matches!(measure, Measure::Own(_)) {
+    if matches!(measure, Measure::Plugin(_)) {
         return true;
     }
     match kernel {
@@ -182,7 +182,7 @@ fn fits(measure: &Measure, kernel: &Kernel) -> bool {
         Kernel::State(_) | Kernel::Region(_) | Kernel::Range(_) => *measure == Measure::Difference,
         Kernel::Nearest(_) | Kernel::Source => *measure == Measure::Differs,
         // What a registered classifier derives is not known here.
-        Kernel::Own(_) => true,
+        Kernel::Plugin(_) => true,
     }
 }
 
@@ -196,7 +196,7 @@ fn check_kernel(kernel: &Kernel, parent: Option<&Percept>) -> Result<(), String>
         | Kernel::Extents
         | Kernel::Source
         | Kernel::State(_)
-        | Kernel::Own(_) => Ok(()),
+        | Kernel::Plugin(_) => Ok(()),
     }
 }
 
@@ -224,7 +224,7 @@ fn check_prototypes(nearest: &Nearest) -> Result<(), String> {
         return Err(format!("{} prototypes: at most 65535 are possible", nearest.prototypes.len()));
     }
     for (index, prototype) in nearest.prototypes.iter().enumerate() {
-        let dimensions = nearest.of.dimensions();
+        let dimensions = nearest.space.dimensions();
         let name = &prototype.name;
         if prototype.at.len() != dimensions {
             let given = prototype.at.len();
@@ -242,7 +242,7 @@ fn check_prototypes(nearest: &Nearest) -> Result<(), String> {
 
 fn check_region(region: &Region) -> Result<(), String> {
     // Written so that NaN is rejected.
-    if region.minimum_m.iter().zip(&region.maximum_m).all(|(minimum, maximum)| minimum < maximum) {
+    if region.min_m.iter().zip(&region.max_m).all(|(minimum, maximum)| minimum < maximum) {
         Ok(())
     } else {
         Err("an empty region: every minimum must be below its maximum".to_owned())
@@ -250,13 +250,13 @@ fn check_region(region: &Region) -> Result<(), String> {
 }
 
 fn check_range(range: &Range, parent: Option<&Percept>) -> Result<(), String> {
-    let of = range.of.name();
+    let of = range.component.name();
     let Some(parent) = parent else {
         return Err(format!(
             "a range without a parent, from which it takes its `{of}`: name an earlier percept with `parent`"
         ));
     };
-    if !range.of.is_of(&parent.kernel) {
+    if !range.component.is_of(&parent.kernel) {
         return Err(format!(
             "the parent `{}` derives no `{of}`: a position has x_m, y_m, z_m and distance_m, extents have \
              longest_m and shortest_m, a state, a region and a range have number; a program's own may have any \

@@ -15,7 +15,7 @@ const INSIDE: f32 = 0.5;
 #[serde(deny_unknown_fields)]
 pub struct Range {
     /// The number of the parent's feature; the other keys are in its unit.
-    pub of: Component,
+    pub component: Component,
     /// Lower limit.
     pub from: Option<f64>,
     /// Upper limit.
@@ -65,11 +65,11 @@ impl Component {
     pub const fn is_of(self, kernel: &Kernel) -> bool {
         match self {
             Self::XM | Self::YM | Self::ZM | Self::DistanceM => {
-                matches!(kernel, Kernel::Position | Kernel::Own(_))
+                matches!(kernel, Kernel::Position | Kernel::Plugin(_))
             }
             Self::LongestM | Self::ShortestM => matches!(kernel, Kernel::Extents),
             Self::Number => {
-                matches!(kernel, Kernel::State(_) | Kernel::Region(_) | Kernel::Range(_) | Kernel::Own(_))
+                matches!(kernel, Kernel::State(_) | Kernel::Region(_) | Kernel::Range(_) | Kernel::Plugin(_))
             }
         }
     }
@@ -107,7 +107,7 @@ impl Range {
     /// Limits are compared in single precision, like observations: 0.7 is within a range from 0.7.
     #[must_use]
     pub fn degree(&self, feature: Feature) -> Option<f32> {
-        Some(self.degree_of(self.of.of(feature)?))
+        Some(self.degree_of(self.component.of(feature)?))
     }
 
     fn degree_of(&self, number: f32) -> f32 {
@@ -142,11 +142,11 @@ impl Kernel {
     /// In all other cases the parent only gates the evaluation.
     #[must_use]
     pub fn reads(&self, parent: &Self) -> bool {
-        let is_own = matches!(parent, Self::Own(_));
+        let is_own = matches!(parent, Self::Plugin(_));
         match self {
-            Self::Range(range) => range.of.is_of(parent),
+            Self::Range(range) => range.component.is_of(parent),
             Self::Region(_) => is_own || matches!(parent, Self::Position),
-            Self::Nearest(nearest) => match nearest.of {
+            Self::Nearest(nearest) => match nearest.space {
                 super::Space::EdgeM => is_own || matches!(parent, Self::Extents),
                 super::Space::Colour => is_own,
                 super::Space::Shape => false,
@@ -156,7 +156,7 @@ impl Kernel {
             | Self::Extents
             | Self::Source
             | Self::State(_)
-            | Self::Own(_) => false,
+            | Self::Plugin(_) => false,
         }
     }
 

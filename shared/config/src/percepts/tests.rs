@@ -103,7 +103,7 @@ fn a_source_is_a_symbol_without_a_name_that_tells_things_apart() {
     assert_eq!(percepts.belief.distance.last(), Some(&term));
     let said = with_source("neither", lossless, "difference").unwrap_err();
     assert!(said.contains("does not fit what `seen_by` derives"), "{said}");
-    let said = with_source("neither", "low_pass = { share = 0.5 }", "differs").unwrap_err();
+    let said = with_source("neither", "low_pass = { alpha = 0.5 }", "differs").unwrap_err();
     assert!(said.contains("symbols cannot be filtered"), "{said}");
     let said = with_source("criteria", lossless, "differs").unwrap_err();
     assert!(said.contains("criteria need a kernel with `nearest` prototypes"), "{said}");
@@ -118,7 +118,7 @@ fn a_negative_weight_is_refused() {
 #[test]
 fn symbols_are_not_filtered() {
     let said =
-        refusal("history = { log_timescale = { samples = 64 } }", "history = { low_pass = { share = 0.5 } }");
+        refusal("history = { log_timescale = { samples = 64 } }", "history = { low_pass = { alpha = 0.5 } }");
     assert!(said.contains("symbols cannot be filtered"), "{said}");
 }
 
@@ -130,9 +130,9 @@ fn a_prototype_out_of_its_space_is_refused() {
 
 #[test]
 fn an_empty_region_is_refused() {
-    let said = refusal("maximum_m = [inf, inf, inf]", "maximum_m = [inf, -1.0, inf]");
+    let said = refusal("max_m = [inf, inf, inf]", "max_m = [inf, -1.0, inf]");
     assert!(said.contains("an empty region"), "{said}");
-    let said = refusal("maximum_m = [inf, inf, inf]", "maximum_m = [inf, nan, inf]");
+    let said = refusal("max_m = [inf, inf, inf]", "max_m = [inf, nan, inf]");
     assert!(said.contains("an empty region"), "{said}");
 }
 
@@ -144,7 +144,7 @@ fn an_unknown_key_gets_the_right_one_suggested() {
 
 #[test]
 fn a_region_holds_its_sides_and_no_nan() {
-    let region = Region { minimum_m: [0.0; 3], maximum_m: [1.0; 3] };
+    let region = Region { min_m: [0.0; 3], max_m: [1.0; 3] };
     assert!(region.holds([0.0, 0.5, 1.0]));
     assert!(!region.holds([0.0, 0.5, 1.1]));
     assert!(!region.holds([f32::NAN, 0.5, 0.5]));
@@ -166,7 +166,7 @@ fn with_range(parent: Option<&str>, range: &str) -> Result<Percepts, String> {
     let parent = parent.map(|parent| format!("parent = \"{parent}\"\n")).unwrap_or_default();
     let percept = format!(
         "[[percept]]\nname = \"r\"\n{parent}role = \"neither\"\ndecay_per_s = 0.2\n\
-         history = {{ low_pass = {{ share = 0.5 }} }}\nkernel = {{ range = {{ {range} }} }}\n\n[belief]"
+         history = {{ low_pass = {{ alpha = 0.5 }} }}\nkernel = {{ range = {{ {range} }} }}\n\n[belief]"
     );
     let text = BUILTIN.replacen("[belief]", &percept, 1);
     Percepts::parse(&text, Path::new("p.toml")).map_err(|error| error.to_string())
@@ -183,7 +183,7 @@ fn range(parent: &str, range: &str) -> Range {
 #[test]
 fn a_range_holds_its_limits_and_nothing_beyond_nor_nan() {
     // In double precision, an observed 0.7 is less than 0.7, and an observed 1.1 is greater.
-    let raised = range("position", "of = \"z_m\", from = 0.7, to = 1.1");
+    let raised = range("position", "component = \"z_m\", from = 0.7, to = 1.1");
     let degree = |z| raised.degree(Feature::Vector([9.0, 9.0, z]));
     for (z, expected) in [(0.7, 1.0), (0.9, 1.0), (1.1, 1.0), (0.699, 0.0), (1.101, 0.0), (f32::NAN, 0.0)] {
         assert_eq!(degree(z), Some(expected), "{z}");
@@ -195,7 +195,7 @@ fn a_range_holds_its_limits_and_nothing_beyond_nor_nan() {
 
 #[test]
 fn a_range_falls_to_nothing_over_its_softness() {
-    let soft = range("position", "of = \"z_m\", from = 0.25, to = 0.5, softness = 0.5");
+    let soft = range("position", "component = \"z_m\", from = 0.25, to = 0.5, softness = 0.5");
     let degree = |z| soft.degree(Feature::Vector([0.0, 0.0, z]));
     assert_eq!([degree(0.25), degree(0.5)], [Some(1.0); 2]);
     assert_eq!([degree(0.0), degree(0.75)], [Some(0.5); 2]);
@@ -222,12 +222,12 @@ fn a_range_is_of_the_number_that_it_names() {
         ("left", "number", Feature::Number(1.0), 1.0),
     ] {
         let degree = |from: f64, to: f64| {
-            range(parent, &format!("of = \"{of}\", from = {from}, to = {to}")).degree(feature)
+            range(parent, &format!("component = \"{of}\", from = {from}, to = {to}")).degree(feature)
         };
         assert_eq!(degree(number - 0.01, number + 0.01), Some(1.0), "{of}");
         assert_eq!(degree(number + 0.01, number + 0.02), Some(0.0), "{of}");
         assert_eq!(
-            range(parent, &format!("of = \"{of}\", to = 9.0")).degree(Feature::Symbol(1)),
+            range(parent, &format!("component = \"{of}\", to = 9.0")).degree(Feature::Symbol(1)),
             None,
             "{of}"
         );
@@ -236,17 +236,17 @@ fn a_range_is_of_the_number_that_it_names() {
 
 #[test]
 fn one_limit_is_enough() {
-    let high = range("position", "of = \"z_m\", from = 0.1");
+    let high = range("position", "component = \"z_m\", from = 0.1");
     assert_eq!(high.degree(Feature::Vector([0.0, 0.0, f32::MAX])), Some(1.0));
     assert_eq!(high.degree(Feature::Vector([0.0, 0.0, 0.0])), Some(0.0));
-    let near = range("position", "of = \"distance_m\", to = 0.5");
+    let near = range("position", "component = \"distance_m\", to = 0.5");
     assert_eq!(near.degree(Feature::Vector([0.0; 3])), Some(1.0));
     assert_eq!(near.degree(Feature::Vector([0.5, 0.1, 0.0])), Some(0.0));
 }
 
 #[test]
 fn a_range_of_an_underived_number_is_refused_at_its_place() {
-    let said = with_range(None, "of = \"z_m\", from = 0.1").unwrap_err();
+    let said = with_range(None, "component = \"z_m\", from = 0.1").unwrap_err();
     assert!(said.contains("a range without a parent, from which it takes its `z_m`: name an"), "{said}");
     assert!(said.starts_with("p.toml:") && !said.starts_with("p.toml:1:"), "{said}");
     for (parent, of) in [
@@ -259,7 +259,7 @@ fn a_range_of_an_underived_number_is_refused_at_its_place() {
         ("filled", "z_m"),
         ("left", "x_m"),
     ] {
-        let said = with_range(Some(parent), &format!("of = \"{of}\", from = 0.1")).unwrap_err();
+        let said = with_range(Some(parent), &format!("component = \"{of}\", from = 0.1")).unwrap_err();
         assert!(said.contains(&format!("the parent `{parent}` derives no `{of}`: a position has")), "{said}");
     }
 }
@@ -277,10 +277,10 @@ fn limits_that_limit_nothing_are_refused() {
         (", from = 0.1, softness = nan", "it must be finite and not negative"),
         (", from = 0.1, upto = 0.2", "unknown field `upto`"),
     ] {
-        let said = with_range(Some("position"), &format!("of = \"z_m\"{limits}")).unwrap_err();
+        let said = with_range(Some("position"), &format!("component = \"z_m\"{limits}")).unwrap_err();
         assert!(said.contains(reason) && said.starts_with("p.toml:"), "{limits}: {said}");
     }
-    let said = with_range(Some("position"), "of = \"height\", from = 0.1").unwrap_err();
+    let said = with_range(Some("position"), "component = \"height\", from = 0.1").unwrap_err();
     assert!(said.contains("unknown variant `height`, expected one of `x_m`"), "{said}");
 }
 
@@ -295,18 +295,18 @@ fn every_number_is_called_as_it_is_written() {
         ("extents", Component::ShortestM),
         ("on", Component::Number),
     ] {
-        assert_eq!(range(parent, &format!("of = \"{}\", to = 1.0", of.name())).of, of);
+        assert_eq!(range(parent, &format!("component = \"{}\", to = 1.0", of.name())).component, of);
     }
 }
 
 #[test]
 fn degrees_of_a_range_are_compared_by_their_difference() {
-    let percepts = with_range(Some("position"), "of = \"z_m\", from = 0.1").unwrap();
+    let percepts = with_range(Some("position"), "component = \"z_m\", from = 0.1").unwrap();
     let term = |measure: &str| {
         let text = BUILTIN.replacen("measure = \"differs\"", &format!("measure = \"{measure}\""), 1);
         let range = "[[percept]]\nname = \"r\"\nparent = \"position\"\nrole = \"neither\"\n\
-                     decay_per_s = 0.2\nhistory = { low_pass = { share = 0.5 } }\n\
-                     kernel = { range = { of = \"z_m\", from = 0.1 } }\n\n[belief]";
+                     decay_per_s = 0.2\nhistory = { low_pass = { alpha = 0.5 } }\n\
+                     kernel = { range = { component = \"z_m\", from = 0.1 } }\n\n[belief]";
         let text = text.replacen("[belief]", range, 1).replacen("percept = \"shape\"", "percept = \"r\"", 1);
         Percepts::parse(&text, Path::new("p.toml"))
     };
@@ -317,7 +317,7 @@ fn degrees_of_a_range_are_compared_by_their_difference() {
 
 #[test]
 fn the_data_of_a_range_come_from_the_first_that_is_none() {
-    let percepts = with_range(Some("left"), "of = \"number\", from = 0.5").unwrap();
+    let percepts = with_range(Some("left"), "component = \"number\", from = 0.5").unwrap();
     let all = &percepts.percepts;
     assert_eq!(origin(all, all.last().unwrap()).name, "left");
     assert_eq!(origin(all, &all[3]).name, "size");
@@ -333,7 +333,7 @@ proptest! {
         mut numbers in prop::collection::vec(-6.0..6.0_f32, 2..20),
     ) {
         let range = Range {
-            of: Component::Number,
+            component: Component::Number,
             from: (limits != 1).then_some(from),
             to: (limits != 2).then_some(from + width),
             softness: NotNegative::try_from(softness).ok(),
