@@ -1,5 +1,5 @@
 //! The supervisor with real processes: whichever process is killed, the robot continues or ends cleanly.
-#![expect(clippy::expect_used, reason = "a test fails by panicking")]
+#![expect(clippy::expect_used, clippy::indexing_slicing, reason = "a test fails by panicking")]
 
 mod black_box;
 mod campaign;
