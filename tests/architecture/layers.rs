@@ -6,7 +6,7 @@ use std::path::Path;
 use cargo_metadata::{DependencyKind, MetadataCommand, Package};
 
 /// The crates from the top to the base, one row per layer. An arrow only goes down.
-pub(crate) const LAYERS: [&[&str]; 6] = [
+pub(crate) const LAYERS: [&[&str]; 8] = [
     &["leo"],
     &[
         "belief-process",
@@ -20,8 +20,10 @@ pub(crate) const LAYERS: [&[&str]; 6] = [
         "supervisor-process",
     ],
     &["folder", "process", "realtime", "recording", "serial", "store", "torque", "trace", "transport"],
+    &["account", "study"],
+    // It composes the settings that the crates of the domain own. None of them may know it.
+    &["config"],
     &[
-        "account",
         "belief",
         "chronicle",
         "cycle",
@@ -33,26 +35,24 @@ pub(crate) const LAYERS: [&[&str]; 6] = [
         "records",
         "scene",
         "servo",
-        "study",
         "tasks",
     ],
-    &["config", "message"],
-    &["budget", "clock", "geometry", "invariant", "prefetch", "quantity", "skip", "testkit"],
+    &["message"],
+    &["budget", "clock", "geometry", "invariant", "prefetch", "quantity", "settings", "skip", "testkit"],
 ];
 
 /// Arrows within a layer, from the crate to those of its own layer that it may know.
-const PEERS: [(&str, &[&str]); 11] = [
+const PEERS: [(&str, &[&str]); 10] = [
     ("process", &["folder", "realtime", "transport"]),
     ("store", &["folder"]),
     ("transport", &["folder"]),
     ("recording", &["folder", "transport"]),
     ("torque", &["serial"]),
     ("belief", &["perception"]),
-    ("chronicle", &["perspective"]),
+    ("chronicle", &["belief", "perspective"]),
     ("perspective", &["belief", "perception", "scene"]),
     ("motion", &["kinematics"]),
     ("study", &["account"]),
-    ("config", &["message"]),
 ];
 
 /// What others made that only some of our crates may know.
@@ -74,7 +74,7 @@ const WRAPPED: [(&str, &[&str]); 18] = [
         &["clock", "folder", "process", "realtime", "recording", "serial", "supervisor-process", "transport"],
     ),
     ("urdf-rs", &["kinematics"]),
-    ("toml", &["config"]),
+    ("toml", &["config", "settings"]),
     ("quinn", &["link-process"]),
     ("quinn-proto", &["link-process"]),
     ("rustls", &["link-process"]),

@@ -1,7 +1,7 @@
 //! The learned rules as one JSON document, written example by example.
 
 use serde_json::{Value, json};
-use tasks::{HypothesisLanguage, Inquiry, Learned, Rule, Selection, Settings};
+use tasks::{Inquiry, Learned, Rule, Selection, Settings};
 
 use super::examples::Examples;
 use super::text::{asked_first, expectation};
@@ -9,10 +9,7 @@ use super::{Conclusion, ExampleResult};
 
 /// The document up to its first example.
 pub(super) fn opening(examples: &Examples, settings: &Settings) -> serde_json::Result<String> {
-    let language = match settings.language {
-        HypothesisLanguage::Paper => "paper",
-        HypothesisLanguage::Extended => "extended",
-    };
+    let language = settings.language.word();
     let title = serde_json::to_string(&examples.title)?;
     let noise = serde_json::to_string(&settings.noise.get())?;
     Ok(format!("{{\"title\":{title},\"language\":\"{language}\",\"noise\":{noise},\"examples\":["))

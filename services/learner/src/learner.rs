@@ -54,20 +54,12 @@ impl Settings {
 #[must_use]
 pub fn learning(learner: &config::leo::Learner) -> tasks::Settings {
     tasks::Settings {
-        language: match learner.language {
-            config::leo::HypothesisLanguage::Paper => tasks::HypothesisLanguage::Paper,
-            config::leo::HypothesisLanguage::Extended => tasks::HypothesisLanguage::Extended,
-        },
+        language: learner.language,
         prior: Prior { lambda: learner.lambda.get(), mu: learner.mu.get() },
         selection_nats: learner.selection_nats.get(),
-        // The configuration was validated, so the default is never used.
-        noise: Noise::try_from(learner.noise.get()).unwrap_or(Noise::NONE),
+        noise: learner.noise,
         high_likelihood: learner.high_likelihood.get(),
-        on_conflict: match learner.on_conflict {
-            config::leo::OnConflict::Human => OnConflict::Human,
-            config::leo::OnConflict::Own => OnConflict::Own,
-            config::leo::OnConflict::Resolve => OnConflict::Resolve,
-        },
+        on_conflict: learner.on_conflict,
     }
 }
 

@@ -14,7 +14,7 @@
 use std::f64::consts::PI;
 use std::hint::black_box;
 
-use config::percepts::Percepts;
+use belief::percepts::Percepts;
 use geometry::{Base, Person, Pose, Position};
 use message::{Belief, BeliefHead, Feature, Header, NOBODY, Remembered};
 use perspective::{Divergence, PerspectiveBeliefs};

@@ -11,12 +11,12 @@
 
 use std::hint::black_box;
 
+use belief::percepts::Percepts;
 use clock::Instant;
-use config::percepts::Percepts;
-use config::perspective::Perspective;
 use geometry::{Base, Eye, Person, Pose, Position};
 use message::{Observation, ObservationKind, Perceived, SourceSet, State};
 use perception::{Frame, Perception};
+use perspective::settings::Perspective;
 use perspective::{Partner, Robot, observed_from, place_of_thing};
 use quantity::number::{float, single};
 use scene::{Cone, Occluders, Samples, Sight};

@@ -176,6 +176,6 @@ impl<'a> Bench<'a> {
 
     /// Whether a model number matches motor.toml.
     pub(super) fn is_model(joint: &Joint, number: u16) -> bool {
-        Model::from(joint.model).number() == number
+        joint.model.number() == number
     }
 }

@@ -23,7 +23,7 @@ use crate::io::serial_lines::SerialLines;
 use crate::io::service_manager::ServiceManager;
 use crate::io::signals::Signals;
 use crate::io::stop_by_any_user::stop_by_any_user;
-use crate::policy::{Action, Event, ExitKind, KillReason, Outcome, Policy, PolicySettings};
+use crate::policy::{Action, Event, ExitKind, KillReason, Outcome, Policy};
 use crate::{Children, RosterPublisher};
 
 /// Polling interval while a process is starting or stopping.
@@ -282,8 +282,8 @@ struct HeartbeatMonitor {
 
 impl RobotSupervisor<'_> {
     fn live(&mut self, mut signals: Signals) -> Outcome {
-        let terms = PolicySettings::from(&self.orders.settings.supervisor);
-        let mut policy = Policy::new(terms, &self.orders.processes, clock::now());
+        let settings = self.orders.settings.supervisor.clone();
+        let mut policy = Policy::new(settings, &self.orders.processes, clock::now());
         loop {
             self.poll_events(&mut signals);
             // Read the clock after the heartbeats, so that no heartbeat seems older than it is.

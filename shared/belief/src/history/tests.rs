@@ -1,8 +1,8 @@
-use config::number::{Capacity, Unit};
-use config::percepts::{Kernel, Role};
 use proptest::prelude::*;
+use settings::number::{Capacity, Unit};
 
 use super::*;
+use crate::percepts::{Kernel, Role};
 use crate::sample::order;
 
 const DECAY: f64 = 0.1;
