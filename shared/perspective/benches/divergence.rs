@@ -1,4 +1,4 @@
-//! Benchmark of comparing two perspectives: `cargo bench -p perspective --bench divergence`.
+//! Benchmark of comparing two perspectives: `cargo bench -p leo-perspective --bench divergence`.
 //!
 //! The robot and a partner opposite believe in the same things on a grid of 11 cm.
 //!

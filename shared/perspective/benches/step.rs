@@ -1,4 +1,4 @@
-//! Benchmark of one step of the robot's and of a partner's perspective: `cargo bench -p perspective`.
+//! Benchmark of one step of the robot's and of a partner's perspective: `cargo bench -p leo-perspective`.
 //!
 //! The scene is a grid of things, seen at 200 Hz with a few millimetres of jitter. Low walls stand between
 //! some things and the partners.
