@@ -2,7 +2,7 @@
 //! that were given up.
 //!
 //! Compares an idle machine with one full of threads that wake each other, as those of a browser or a
-//! compiler do. The busy machine is measured with and without `supervisor.keep_serial_lines_prompt`, in turn.
+//! compiler do. The busy machine is measured with and without `supervisor.boost_serial_kworkers`, in turn.
 //!
 //! `cargo bench --bench busy [-- SECONDS [ROUNDS]]`: seconds per turn and rounds of three turns (default 10
 //! and 3).
@@ -71,7 +71,7 @@ fn measure(turn: usize, seconds: u64) {
     let (what, is_busy, are_prompt) = *TURNS.get(turn).expect("a turn");
     let folder = tempfile::tempdir().expect("a folder");
     let wanted = config::Robot::leo_text_with(&[]).replace("\"127.0.0.1:7780\"", "\"none\"");
-    let key = "keep_serial_lines_prompt = ";
+    let key = "boost_serial_kworkers = ";
     let text = wanted.replace(&format!("{key}true"), &format!("{key}{are_prompt}"));
     assert!(are_prompt == (text == wanted), "the key is there");
     fs::write(folder.path().join("leo.toml"), text).expect("writes");

@@ -57,9 +57,9 @@ fn main() -> ExitCode {
     let _load = Load::begin(load);
     let folder = tempfile::tempdir().expect("a folder");
     let text = config::Robot::leo_text_with(&[
-        ("supervisor.deaths_most", 1e6),
+        ("supervisor.max_deaths", 1e6),
         // A short back-off, since its purpose is to spare a machine with repeated crashes.
-        ("supervisor.backoff_most_ms", 100.0),
+        ("supervisor.max_backoff_ms", 100.0),
     ]);
     let text = text.replace("\"127.0.0.1:7780\"", "\"127.0.0.1:0\"");
     fs::write(folder.path().join("leo.toml"), text).expect("writes");

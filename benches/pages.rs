@@ -62,7 +62,7 @@ fn measure(has_blocks: bool, mut numbers: impl Iterator<Item = u64>) {
     let folder = tempfile::tempdir().expect("a folder");
     let folder = folder.path();
     let capacity = if has_blocks { CAPACITY } else { 64.0 };
-    let text = config::Robot::leo_text_with(&[("buffers.objects", capacity)]);
+    let text = config::Robot::leo_text_with(&[("buffers.max_objects", capacity)]);
     fs::write(folder.join("leo.toml"), text.replace("\"127.0.0.1:7780\"", "\"127.0.0.1:0\""))
         .expect("writes");
     let lesson = folder.join("blocks.toml");

@@ -56,15 +56,15 @@ bus = ["drop p=0.005", "flip p=0.005", "noise p=0.005", "late p=0.002 by=8ms"]
 
 [[percepts]]
 kind = "drop"
-chance = 0.01
+probability = 0.01
 
 [[percepts]]
 kind = "nan"
-chance = 0.005
+probability = 0.005
 
 [[percepts]]
 kind = "reorder"
-chance = 0.02
+probability = 0.02
 "#;
 
 /// Period of stopped or slowed processes.
@@ -81,7 +81,7 @@ fn campaign(seconds: u64) -> String {
         ];
         let (kind, process, long) = held.get(number % held.len()).copied().expect("one of them");
         format!(
-            "\n[[processes]]\nkind = \"{kind}\"\nprocess = \"{process}\"\nat_s = {at}.0\nfor_s = {long}\n"
+            "\n[[processes]]\nkind = \"{kind}\"\nprocess = \"{process}\"\nat_s = {at}.0\nduration_s = {long}\n"
         )
     };
     CAMPAIGN.to_owned() + &holds.enumerate().map(hold).collect::<String>()

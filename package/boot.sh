@@ -91,7 +91,7 @@ moved() {
 }
 
 # The supervisor never gives up, so only the watchdog can end the service.
-sed -i 's/^deaths_most = .*/deaths_most = 1000000/' /etc/leo/leo.toml
+sed -i 's/^max_deaths = .*/max_deaths = 1000000/' /etc/leo/leo.toml
 systemctl start leo
 expect state "$(show ActiveState)" active
 expect status "$(show StatusText)" "all 7 processes run"

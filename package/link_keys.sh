@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # Creates the keys of a link between two machines, see docs/more_than_one_machine.md.
-#   link_keys.sh FOLDER robot=DNS:leo.local,IP:192.0.2.7 away=DNS:desk.local
+#   link_keys.sh FOLDER robot=DNS:leo.local,IP:192.0.2.7 remote=DNS:desk.local
 # Writes to FOLDER: authority.pem for both machines, NAME.pem and NAME.key for one each, and authority.key. Keep
 # authority.key away from both machines: its holder can sign a certificate for any machine.
 set -euo pipefail

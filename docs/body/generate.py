@@ -277,7 +277,7 @@ MOTOR_HEAD = """\
 #   offset_rad  servo = sign * joint + offset; the servo's zero is the middle of its turn, which here is the rest
 #            position of the joint
 #   min_rad, max_rad  lowest and highest position of the joint, as in the URDF
-#   velocity_rad_s, acceleration_rad_s2  highest speed (as in the URDF) and acceleration of the joint; the servo's
+#   max_velocity_rad_s, max_acceleration_rad_s2  highest speed (as in the URDF) and acceleration of the joint; the servo's
 #            profile is never faster than that speed
 #   group    torque comes on one group after the other, in the order of this file; the joints of a group stop together,
 #            and with them the groups that hang from it in the URDF
@@ -301,7 +301,7 @@ def motor():
 
         out.append(f'[[joint]]\nname = "{j.name}"\nbus = "{j.bus}"\nid = {ids[j.bus]}\nmodel = "{j.servo.model}"\nsign = 1\n'
                    f'offset_rad = {decimal(-j.rest)}\nmin_rad = {decimal(j.lower)}\nmax_rad = {decimal(j.upper)}\n'
-                   f'velocity_rad_s = {decimal(j.servo.velocity)}\nacceleration_rad_s2 = {decimal(j.servo.acceleration)}\ngroup = "{j.group}"\n')
+                   f'max_velocity_rad_s = {decimal(j.servo.velocity)}\nmax_acceleration_rad_s2 = {decimal(j.servo.acceleration)}\ngroup = "{j.group}"\n')
     return "\n".join(out)
 
 

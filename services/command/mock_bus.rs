@@ -42,7 +42,7 @@ pub(crate) struct MockBus {
     seed: Option<u64>,
     /// Let servos answer a fast read when one before them is silent [default: as configured]
     #[arg(long)]
-    followers_go_on: bool,
+    fast_read_continues_after_gap: bool,
 }
 
 impl MockBus {
@@ -58,7 +58,7 @@ impl MockBus {
         let mut faults = Faults::configured(&robot.leo.mock_bus, &robot.motor)
             .map_err(|bad| CommandError::usage(format!("leo.toml: `faults` of [mock_bus]: {bad}")))?;
         faults.seed = self.seed.unwrap_or(faults.seed);
-        if self.followers_go_on {
+        if self.fast_read_continues_after_gap {
             faults.followers = FollowerBehaviour::Continue;
         }
         for words in &self.fault {

@@ -27,7 +27,7 @@ pub(super) fn rehearse(
     partners: u32,
 ) -> Result<Account, CommandError> {
     let settings = &robot.leo;
-    let capacity = settings.buffers.objects.get();
+    let capacity = settings.buffers.max_objects.get();
     let mut world = World::new(lesson, lesson.seed);
     let mut sensor = sensor_process::Sensor::new(&robot.percepts, &settings.sensor.source, capacity)
         .map_err(CommandError::usage)?;

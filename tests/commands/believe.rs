@@ -298,7 +298,7 @@ fn refused_and_overflowed_observations_are_reported_at_the_end() {
     for line in [
         "1 observations refused: `position_m` must be finite and within 1000 m (the first: line 2)\n",
         "1 observations refused: `at_ns` must be later than in the frame before of the same source (the first: line 3)\n",
-        "6 observations did not fit: raise buffers.objects in leo.toml\n",
+        "6 observations did not fit: raise buffers.max_objects in leo.toml\n",
         "the trace ends in the middle of a frame: it was read up to there\n",
     ] {
         assert!(told.out.contains(line), "{line} is not in\n{}", told.out);
@@ -318,8 +318,8 @@ fn beliefs_that_found_no_room_are_told_of_whose_they_are() {
     assert_eq!((told.status, told.err.as_str()), (Some(0), ""), "{told:?}");
     let line = "Leo believes in 64 things\n";
     assert!(told.out.contains(line), "{line} is not in\n{}", told.out);
-    let line = "  16 observations, beliefs or occluders did not fit: raise buffers.objects in leo.toml, or \
-                occluders.most in perspective.toml\n";
+    let line = "  16 observations, beliefs or occluders did not fit: raise buffers.max_objects in leo.toml, or \
+                occluders.max_count in perspective.toml\n";
     assert!(told.out.contains(line), "{line} is not in\n{}", told.out);
 }
 

@@ -125,13 +125,13 @@ fn a_wrong_configuration_is_one_error_that_names_the_place() {
         ("partners = 1", "partnerz = 1", "did you mean `partners`?"),
         ("rate_hz = 250.0", "rate_khz = 0.25", "did you mean `rate_hz`?"),
         ("rate_hz = 250.0", "rate_hz = -250.0", "-250"),
-        ("objects = 64 ", "objects = 5000 ", "4096"),
+        ("max_objects = 64 ", "max_objects = 5000 ", "4096"),
         ("partners = 1", "", "missing field `partners`"),
         ("on_conflict = \"human\"", "on_conflict = \"humna\"", "did you mean `human`?"),
-        ("objects = 64 ", "objects = ", "expected"),
+        ("max_objects = 64 ", "max_objects = ", "expected"),
         ("listen = []", "listen = [\"tcp/0.0.0.0:7447\"]", "in the clear"),
         ("side = \"off\"", "side = \"robot\"", "needs `listen` or `connect`"),
-        ("off_board = [", "off_board = [\"motor\", ", "unknown variant `motor`"),
+        ("remote_processes = [", "remote_processes = [\"motor\", ", "unknown variant `motor`"),
         ("topics = []", "topics = [\"observations\"]", "not a topic that can be sent"),
     ] {
         let wrong = right.replacen(from, to, 1);
@@ -148,7 +148,11 @@ fn a_wrong_configuration_is_one_error_that_names_the_place() {
         1,
     );
     let file = write(&files, "leo.toml", &linked);
-    assert_refused(&run_leo(&["run", "--config", &file]), 2, &["leo.toml:", "`authority`, `certificate`"]);
+    assert_refused(
+        &run_leo(&["run", "--config", &file]),
+        2,
+        &["leo.toml:", "`ca_certificate`, `certificate`"],
+    );
     assert_refused(&run_leo(&["check", "--config", "/nowhere/leo.toml"]), 2, &["/nowhere/leo.toml"]);
 
     let files = tempfile::tempdir().expect("a folder");
@@ -217,7 +221,7 @@ fn wrong_bodies() -> Vec<(&'static str, String, &'static [&'static str])> {
         (
             "leo.urdf",
             changed("leo.urdf", "velocity=\"", "velocity=\"1"),
-            &["motor.toml:59:18: joint `torso_yaw_joint`: `velocity_rad_s` is ", "`velocity` is 1"],
+            &["motor.toml:59:18: joint `torso_yaw_joint`: `max_velocity_rad_s` is ", "`velocity` is 1"],
         ),
         ("leo.urdf", "<robot name=\"leo\">\n<joint\n".to_owned(), &["/leo.urdf: not a URDF: "]),
         (
@@ -352,9 +356,9 @@ fn a_closed_standard_output_causes_no_panic() {
 fn a_dead_or_hung_process_in_lockstep_ends_the_lesson() {
     let files = tempfile::tempdir().expect("a folder");
     let config = read("config/leo.toml");
-    let hasty = config.replace("turn_within_ms = 10000.0", "turn_within_ms = 1500.0");
+    let hasty = config.replace("step_timeout_ms = 10000.0", "step_timeout_ms = 1500.0");
     let config =
-        write(&files, "leo.toml", &hasty.replace("ready_within_ms = 10000.0", "ready_within_ms = 8000.0"));
+        write(&files, "leo.toml", &hasty.replace("ready_timeout_ms = 10000.0", "ready_timeout_ms = 8000.0"));
     assert_ne!(read(&config), read("config/leo.toml"));
     for (process, signal) in [("belief", Signal::KILL), ("sensor", Signal::STOP)] {
         let (command, folder) = leo(&["teach", TASK_1, "--config", &config]);
@@ -367,13 +371,12 @@ fn a_dead_or_hung_process_in_lockstep_ends_the_lesson() {
 #[test]
 fn an_overflow_is_reported_once_and_the_robot_continues() {
     let files = tempfile::tempdir().expect("a folder");
-    let small = read("config/leo.toml").replace("objects = 64 ", "objects = 8 ");
+    let small = read("config/leo.toml").replace("max_objects = 64 ", "max_objects = 8 ");
     let config = write(&files, "leo.toml", &small);
     assert_ne!(read(&config), read("config/leo.toml"));
     let (command, folder) = leo(&["run", "--config", &config]);
     let run = Leo::start(command, folder);
-    let words =
-        "there is more than I have room for, and some of it is left out: raise `buffers.objects` in leo.toml";
+    let words = "there is more than I have room for, and some of it is left out: raise `buffers.max_objects` in leo.toml";
     assert!(wait_until(|| run.said("out").contains(words)), "{}\n{}", run.said("out"), run.said("err"));
     // The lesson continues long after that.
     assert!(wait_until(|| run.said("out").matches("teacher:").count() >= 2), "{}", run.said("out"));

@@ -46,7 +46,7 @@ fn a_recording_with_an_older_configuration_is_replayed() {
     const FILES: [&str; 5] = ["leo.toml", "percepts.toml", "perspective.toml", "motor.toml", "leo.urdf"];
     let mut files: std::collections::BTreeMap<&str, String> =
         FILES.into_iter().map(|name| (name, reader.files()[name].clone())).collect();
-    let key = "keep_serial_lines_prompt";
+    let key = "boost_serial_kworkers";
     let leo = files.get_mut("leo.toml").expect("is there");
     assert!(leo.contains(key));
     *leo = leo.lines().filter(|line| !line.starts_with(key)).map(|line| format!("{line}\n")).collect();

@@ -123,7 +123,7 @@ fn every_lesson_of_a_fourth_part_is_replayed_bit_by_bit() {
 #[test]
 fn a_lesson_with_another_seed_differs_and_is_replayed_bit_by_bit() {
     let folder = tempfile::tempdir().expect("a folder");
-    let lesson = changed(&short_lesson(), "position_sigma_m = 0.003", "position_sigma_m = 0.02");
+    let lesson = changed(&short_lesson(), "position_sd_m = 0.003", "position_sd_m = 0.02");
     let seen = [1, 2].map(|seed| {
         let lesson = changed(&lesson, "seed = 2006", &format!("seed = {seed}"));
         let to = file(&folder, "seed.mcap");

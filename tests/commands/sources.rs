@@ -90,10 +90,18 @@ fn a_function_that_this_program_lacks_is_refused_before_anything_starts() {
     let config = write(&files, "leo.toml", &read("config/leo.toml"));
     let percepts = read("config/percepts.toml");
     for (from, to, words) in [
-        ("measure = \"metres\"", "measure = { own = \"mine\" }", "custom distance `mine`"),
-        ("when = \"place_in_view_and_empty\"", "when = { own = \"mine\" }", "custom culling function `mine`"),
-        ("history = { low_pass = { share = 0.5 } }", "history = { own = \"mine\" }", "custom history `mine`"),
-        ("kernel = \"orientation\"", "kernel = { own = \"mine\" }", "custom classifier `mine`"),
+        ("measure = \"metres\"", "measure = { plugin = \"mine\" }", "custom distance `mine`"),
+        (
+            "when = \"place_in_view_and_empty\"",
+            "when = { plugin = \"mine\" }",
+            "custom culling function `mine`",
+        ),
+        (
+            "history = { low_pass = { alpha = 0.5 } }",
+            "history = { plugin = \"mine\" }",
+            "custom history `mine`",
+        ),
+        ("kernel = \"orientation\"", "kernel = { plugin = \"mine\" }", "custom classifier `mine`"),
     ] {
         assert!(percepts.contains(from), "{from}");
         write(&files, "percepts.toml", &percepts.replacen(from, to, 1));

@@ -85,7 +85,7 @@ fn each_certificate_of_a_foreign_peer_gives_the_results_of_the_table() {
 
     let port = free_port();
     let robot = Side::robot(&format!("quic/127.0.0.1:{port}")).keyed(keys.path(), "robot");
-    let robot = robot.with("connect", &format!("[{}]", everywhere.join(", "))).with("off_board", "[]");
+    let robot = robot.with("connect", &format!("[{}]", everywhere.join(", "))).with("remote_processes", "[]");
     let robot = Machine::ready(None, "link-table", &robot.changes());
     let mut left = awaiting;
     while !left.is_empty() {
@@ -114,12 +114,12 @@ fn a_peer_of_another_protocol_or_robot_is_refused_before_any_certificate() {
     let folder = keys.path().to_str().expect("a name");
     let port = free_port();
     let robot = Side::robot(&format!("quic/127.0.0.1:{port}")).keyed(keys.path(), "robot");
-    let robot = Machine::ready(None, "link-protocol", &robot.with("off_board", "[]").changes());
+    let robot = Machine::ready(None, "link-protocol", &robot.with("remote_processes", "[]").changes());
     let port = port.to_string();
     for (protocol, is_let_in) in
-        [("", false), ("h3", false), ("leo-link/other/away", false), (OF_ROBOT, false), (TO_ROBOT, true)]
+        [("", false), ("h3", false), ("leo-link/other/remote", false), (OF_ROBOT, false), (TO_ROBOT, true)]
     {
-        let came = peer.run(&["connect", &port, protocol, folder, "away"]);
+        let came = peer.run(&["connect", &port, protocol, folder, "remote"]);
         let line = came.first().expect("what came");
         let alert = (word(line, "came") == "ended").then(|| number(line, "alert").expect("an alert"));
         // `no_application_protocol` (RFC 7301): it is sent instead of the server's first message.

@@ -13,8 +13,8 @@ fn a_restarted_remote_console_gets_the_learned_tasks() {
     let _alone = alone();
     let Some(keys) = keys_or_skip("DNS:localhost") else { return };
     let port = free_port();
-    let console = |side: Side| side.with("off_board", "[\"console\"]");
-    let away = console(Side::away(&format!("quic/localhost:{port}")).keyed(keys.path(), "away"));
+    let console = |side: Side| side.with("remote_processes", "[\"console\"]");
+    let away = console(Side::remote(&format!("quic/localhost:{port}")).keyed(keys.path(), "remote"));
     let away = Machine::ready(None, "link-ears", &away.changes());
     let robot = console(Side::robot(&format!("quic/127.0.0.1:{port}")).keyed(keys.path(), "robot"));
     let robot = Machine::ready(None, "link-mind", &robot.changes());
@@ -38,5 +38,5 @@ fn a_restarted_remote_console_gets_the_learned_tasks() {
     }
     // No other process had to restart for it.
     assert_eq!(robot.process("learner"), learner);
-    assert_eq!(away.count("leo_link_hearings_total"), 1, "{}", away.said());
+    assert_eq!(away.count("leo_link_sessions_total"), 1, "{}", away.said());
 }

@@ -8,7 +8,8 @@ fn differently_configured_machines_refuse_each_other_with_the_remedy() {
     let _alone = alone();
     let Some(keys) = keys_or_skip("DNS:localhost") else { return };
     let port = free_port();
-    let away = Side::away(&format!("quic/localhost:{port}")).keyed(keys.path(), "away").with("partners", "2");
+    let away =
+        Side::remote(&format!("quic/localhost:{port}")).keyed(keys.path(), "remote").with("partners", "2");
     let away = Machine::ready(None, "link-two", &away.changes());
     let robot = Side::robot(&format!("quic/127.0.0.1:{port}")).keyed(keys.path(), "robot");
     let robot = Machine::ready(None, "link-alone", &robot.changes());
@@ -29,8 +30,8 @@ fn differently_configured_machines_refuse_each_other_with_the_remedy() {
         assert!(error.contains("ERROR") && error.contains("in `partners` or `depth` of [belief]"), "{error}");
         assert!(error.contains("Make that the same on both, and restart both"), "{error}");
         let fares = machine.metrics();
-        assert!(fares.contains_key("leo_link_heard"), "{fares:?}");
-        assert_eq!(machine.count("leo_link_heard"), 0);
+        assert!(fares.contains_key("leo_link_up"), "{fares:?}");
+        assert_eq!(machine.count("leo_link_up"), 0);
         assert_eq!(machine.count("leo_link_received_frames_total"), 0);
     }
 }

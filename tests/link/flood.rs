@@ -31,7 +31,7 @@ impl Flooded {
         let (keys, peer) = (keys_or_skip("DNS:localhost")?, Peer::or_skip()?);
         let port = free_port();
         let robot = Side::robot(&format!("quic/127.0.0.1:{port}")).keyed(keys.path(), "robot");
-        let robot = Machine::ready(None, name, &robot.with("off_board", "[]").changes());
+        let robot = Machine::ready(None, name, &robot.with("remote_processes", "[]").changes());
         Some(Self { robot, peer, keys, port: port.to_string() })
     }
 
@@ -54,7 +54,7 @@ impl Flooded {
 
     /// Checks that the remote machine, with the right certificate, is accepted.
     fn assert_lets_in(&self, when: &str) {
-        let came = self.run("connect", &["away"]);
+        let came = self.run("connect", &["remote"]);
         let how = came.first().map(|line| word(line, "came"));
         assert_eq!(how, Some("talked to"), "{when}: {came:?}\n{}", self.robot.said());
     }
@@ -154,7 +154,7 @@ fn the_other_machine_connects_during_a_flood_from_its_own_address() {
     let (mut tries, mut let_in) = (0, 0);
     while let_in < 5 && flood.is_running() {
         tries += 1;
-        let came = flooded.run("connect", &["away"]);
+        let came = flooded.run("connect", &["remote"]);
         let_in += u32::from(came.first().is_some_and(|line| word(line, "came") == "talked to"));
     }
     println!("let in {let_in} times in {tries} tries");

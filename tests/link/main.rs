@@ -53,7 +53,7 @@ pub(crate) fn keys_or_skip(names: &str) -> Option<TempDir> {
     let script = Path::new(env!("CARGO_MANIFEST_DIR")).join("package/link_keys.sh");
     let made = Command::new(script)
         .arg(folder.path())
-        .args([format!("robot={names}"), "away=DNS:desk.local".to_owned()])
+        .args([format!("robot={names}"), "remote=DNS:desk.local".to_owned()])
         .status()
         .expect("it is there");
     assert!(made.success());
@@ -68,13 +68,13 @@ impl Side {
         Self(vec![("side", quoted("robot")), ("listen", format!("[{}]", quoted(listen)))])
     }
 
-    pub(crate) fn away(connect: &str) -> Self {
-        Self(vec![("side", quoted("away")), ("connect", format!("[{}]", quoted(connect)))])
+    pub(crate) fn remote(connect: &str) -> Self {
+        Self(vec![("side", quoted("remote")), ("connect", format!("[{}]", quoted(connect)))])
     }
 
     pub(crate) fn keyed(mut self, folder: &Path, name: &str) -> Self {
         for (key, file) in [
-            ("authority", "authority.pem".to_owned()),
+            ("ca_certificate", "authority.pem".to_owned()),
             ("certificate", format!("{name}.pem")),
             ("private_key", format!("{name}.key")),
         ] {
@@ -110,7 +110,7 @@ fn a_learner_on_another_machine_learns_task_1_and_performs_it() {
     let _alone = alone();
     let Some(keys) = keys_or_skip("DNS:localhost") else { return };
     let port = free_port();
-    let away = Side::away(&format!("quic/localhost:{port}")).keyed(keys.path(), "away");
+    let away = Side::remote(&format!("quic/localhost:{port}")).keyed(keys.path(), "remote");
     let mut away = Machine::ready(None, "link-away", &away.changes());
     let robot = Side::robot(&format!("quic/127.0.0.1:{port}")).keyed(keys.path(), "robot");
     let mut robot = Machine::ready(None, "link-robot", &robot.changes());
@@ -129,13 +129,13 @@ fn a_learner_on_another_machine_learns_task_1_and_performs_it() {
     println!("away: {}", link(&fares));
     println!("robot: {}", link(&robot.metrics()));
     assert!(away.metric("leo_link_clock_error_seconds") > 0.0);
-    assert!(away.metric("leo_link_delay_life_seconds_count{direction=\"received\"}") > 100.0);
+    assert!(away.metric("leo_link_delay_since_start_seconds_count{direction=\"received\"}") > 100.0);
 
     // The robot's link process dies: no other process is affected, and the connection is restored.
-    let heard = away.metric("leo_link_hearings_total");
+    let heard = away.metric("leo_link_sessions_total");
     let motor = robot.process("motor");
     kill_process(robot.process("link").expect("lives"), Signal::KILL).expect("lives");
-    assert!(wait_until(|| away.metric("leo_link_hearings_total") > heard), "{}", away.said());
+    assert!(wait_until(|| away.metric("leo_link_sessions_total") > heard), "{}", away.said());
     assert_eq!(robot.process("motor"), motor);
     for machine in [&mut away, &mut robot] {
         let (status, said) = machine.stop();

@@ -28,7 +28,7 @@ fn two_robots_of_one_network_connect_only_to_their_own_machines() {
     let everybody = format!("[{everybody}]");
     let pair = |name: &str, port, lesson, task| {
         let named = |side: Side, key| side.keyed(keys.path(), key).with("robot", &format!("\"{name}\""));
-        let away = named(Side::away("quic/localhost:1"), "away").with("connect", &everybody);
+        let away = named(Side::remote("quic/localhost:1"), "remote").with("connect", &everybody);
         let robot = named(Side::robot(&format!("quic/127.0.0.1:{port}")), "robot");
         let lesson = Path::new(env!("CARGO_MANIFEST_DIR")).join("config/lessons").join(lesson);
         let lesson = ["--lesson", lesson.to_str().expect("is text")];
@@ -46,10 +46,10 @@ fn two_robots_of_one_network_connect_only_to_their_own_machines() {
     for pair in &pairs {
         let said = format!("{}\nThe other machine:\n{}", pair.robot.said(), pair.away.said());
         for machine in [&pair.robot, &pair.away] {
-            assert_eq!(machine.count("leo_link_heard"), 1, "{said}");
+            assert_eq!(machine.count("leo_link_up"), 1, "{said}");
             // No message of another robot even arrived.
             assert_eq!(machine.count("leo_link_refused_total"), 0, "{said}");
-            assert_eq!(machine.count("leo_link_hearings_total"), 1, "{said}");
+            assert_eq!(machine.count("leo_link_sessions_total"), 1, "{said}");
             assert!(!machine.said().contains("a second machine claims"), "{said}");
         }
     }

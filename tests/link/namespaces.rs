@@ -190,7 +190,7 @@ fn the_hot_path_does_not_notice_what_the_network_does() {
     let _wakeful = quiet_rounds().map(|_| Wakeful::on([HOT_CORE, OTHER_CORE]));
     let [a, b] = network.names.clone();
     let Some(keys) = keys_or_skip("IP:10.77.0.1") else { return };
-    let away = Side::away("quic/10.77.0.1:7447").keyed(keys.path(), "away");
+    let away = Side::remote("quic/10.77.0.1:7447").keyed(keys.path(), "remote");
     let mut away = Machine::ready(Some(&b), "ns-away", &away.changes());
     let robot = Side::robot("quic/10.77.0.1:7447").keyed(keys.path(), "robot");
     let mut robot = Machine::ready(Some(&a), "ns-robot", &[robot.changes(), plan].concat());
@@ -205,7 +205,7 @@ fn the_hot_path_does_not_notice_what_the_network_does() {
         yardstick: quiet_rounds().map(|_| Yardstick::on(HOT_CORE)),
     };
     let received = || away.metric("leo_link_received_frames_total");
-    let waiting = || robot.metric("leo_joints_in_trouble{cause=\"command-timeout\"}");
+    let waiting = || robot.metric("leo_joints_with_fault{cause=\"command-timeout\"}");
 
     assert!(wait_until(|| waiting() == 0.0), "{:?}", robot.metrics());
     let mut looks = Vec::new();
@@ -221,7 +221,7 @@ fn the_hot_path_does_not_notice_what_the_network_does() {
 
         network.set("cut");
         let cut = hot.look("cut");
-        assert!(wait_until(|| away.metric("leo_link_heard") == 0.0 && waiting() > 0.0), "{}", away.said());
+        assert!(wait_until(|| away.metric("leo_link_up") == 0.0 && waiting() > 0.0), "{}", away.said());
 
         network.set("0 0");
         let before = received();

@@ -9,7 +9,7 @@ use serde_json::Value;
 use crate::venv;
 
 /// The ALPN protocol that the remote machine requests from a robot named as in `config/leo.toml`.
-pub(crate) const TO_ROBOT: &str = "leo-link/leo/away";
+pub(crate) const TO_ROBOT: &str = "leo-link/leo/remote";
 /// The ALPN protocol that the robot requests.
 pub(crate) const OF_ROBOT: &str = "leo-link/leo/robot";
 

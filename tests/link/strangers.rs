@@ -8,12 +8,12 @@ fn unknown_peers_and_other_robots_are_refused() {
     let _alone = alone();
     let [Some(ours), Some(theirs)] = ["DNS:localhost"; 2].map(keys_or_skip) else { return };
     let port = free_port();
-    let alone = |side: Side| side.with("off_board", "[]");
+    let alone = |side: Side| side.with("remote_processes", "[]");
     let connect = format!("quic/localhost:{port}");
     // One with keys of another authority, one of another robot, and finally the right one.
-    let stranger = alone(Side::away(&connect).keyed(theirs.path(), "away"));
-    let other = alone(Side::away(&connect).keyed(ours.path(), "away")).with("robot", "\"other\"");
-    let right = alone(Side::away(&connect).keyed(ours.path(), "away"));
+    let stranger = alone(Side::remote(&connect).keyed(theirs.path(), "remote"));
+    let other = alone(Side::remote(&connect).keyed(ours.path(), "remote")).with("robot", "\"other\"");
+    let right = alone(Side::remote(&connect).keyed(ours.path(), "remote"));
     let robot = alone(Side::robot(&format!("quic/127.0.0.1:{port}")).keyed(ours.path(), "robot"));
     let robot = Machine::ready(None, "link-one", &robot.changes());
     let stranger = Machine::ready(None, "link-stranger", &stranger.changes());
@@ -23,8 +23,8 @@ fn unknown_peers_and_other_robots_are_refused() {
     assert!(wait_until(|| received(&right) > 500.0), "{}\n{}", right.said(), robot.said());
     for silent in [&stranger, &other] {
         let fares = silent.metrics();
-        assert!(fares.contains_key("leo_link_heard"), "{fares:?}");
-        assert_eq!((silent.metric("leo_link_heard"), received(silent)), (0.0, 0.0), "{}", silent.said());
+        assert!(fares.contains_key("leo_link_up"), "{fares:?}");
+        assert_eq!((silent.metric("leo_link_up"), received(silent)), (0.0, 0.0), "{}", silent.said());
     }
     // Both sides report the reason, the certificate and the advice. The other authority has the same name.
     let issuer = "its issuer has the name of the authority of this machine";

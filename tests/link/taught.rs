@@ -55,7 +55,7 @@ fn what_was_learned_over_a_bad_network_is_right_and_stays_learned() {
     let Some(mut network) = Network::or_skip("taught") else { return };
     let [a, b] = network.names.clone();
     let Some(keys) = keys_or_skip("IP:10.77.0.1") else { return };
-    let away = Side::away("quic/10.77.0.1:7447").keyed(keys.path(), "away");
+    let away = Side::remote("quic/10.77.0.1:7447").keyed(keys.path(), "remote");
     let mut away = Machine::ready(Some(&b), "ns-pupil", &away.changes());
     let robot = Side::robot("quic/10.77.0.1:7447").keyed(keys.path(), "robot");
     let lesson = keys.path().join("lesson.toml");
@@ -81,7 +81,7 @@ fn what_was_learned_over_a_bad_network_is_right_and_stays_learned() {
     let heard = || away.told().matches(UNSEEN).count() > unseen;
     assert!(wait_until(heard), "it recovers by itself, and tells that showing apart\n{}", all(&away, &robot));
     // The health board shows it within 0.1 s.
-    let heard_again = || away.metric("leo_link_hearings_total") >= 2.0;
+    let heard_again = || away.metric("leo_link_sessions_total") >= 2.0;
     assert!(wait_until(heard_again), "{}", all(&away, &robot));
     assert!(holds(&away, examples.len() + 2), "{}", all(&away, &robot));
     assert!(wait_until(|| away.told().contains(PERFORMED)), "{}", all(&away, &robot));

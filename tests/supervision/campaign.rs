@@ -50,7 +50,7 @@ fn a_campaign_that_is_none_is_refused_before_anything_starts() {
     let file = folder.path().join("campaign.toml");
     for (text, said) in [
         ("bus = [\n\"dorp id=5\"]", "campaign.toml:2:1: `dorp` is no kind of fault"),
-        ("[[percepts]]\nkind = \"drop\"\nchance = 2", "campaign.toml:3"),
+        ("[[percepts]]\nkind = \"drop\"\nprobability = 2", "campaign.toml:3"),
         (
             "[[processes]]\nkind = \"kill\"\nprocess = \"mind\"\nat_s = 1",
             "campaign.toml:3:11: `mind` is not a process",

@@ -134,7 +134,7 @@ fn a_stop_outlives_its_robot_until_it_is_released() {
     let robot = Robot::ready(name, &[]);
     assert!(robot.works(), "{}", robot.said());
     until_told(&robot, limp);
-    until_told(&robot, "leo_joints_in_trouble{cause=\"emergency\"} 65");
+    until_told(&robot, "leo_joints_with_fault{cause=\"emergency\"} 65");
     let said = robot.said();
     let warned =
         said.lines().filter(|line| line.contains("before this start (a hand is in the arm)")).count();
@@ -152,7 +152,7 @@ fn a_stop_outlives_its_robot_until_it_is_released() {
     let robot = Robot::ready(name, &[]);
     until_told(&robot, limp);
     assert_eq!(stop(&robot, &["--release"]).0, Some(0));
-    until_told(&robot, "leo_joints_by_licence{licence=\"disarmed\"} 65");
+    until_told(&robot, "leo_joints_by_arming{arming=\"disarmed\"} 65");
     until_told(&robot, limp);
     arm(&robot);
     until_told(&robot, following);

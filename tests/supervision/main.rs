@@ -26,7 +26,7 @@ use rustix::process::Signal;
 use robot::{PROCESSES, Robot, domain, is_alive, left_behind, leo, pause, signal, wait_until};
 
 /// A supervisor that never gives up on processes that tests kill.
-const PATIENT: [(&str, &str); 2] = [("deaths_most", "1000000"), ("backoff_most_ms", "40.0")];
+const PATIENT: [(&str, &str); 2] = [("max_deaths", "1000000"), ("max_backoff_ms", "40.0")];
 /// Number of kills of each process.
 const KILLS: u32 = 50;
 
@@ -131,7 +131,7 @@ fn two_robots_run_side_by_side_and_one_ends_without_the_other() {
 
 #[test]
 fn a_process_that_cannot_be_kept_alive_ends_the_run_loudly() {
-    let mut robot = Robot::ready("giving-up", &[("deaths_most", "3")]);
+    let mut robot = Robot::ready("giving-up", &[("max_deaths", "3")]);
     let domain = robot.domain().to_owned();
     for _death in 0..3 {
         let mut victim = None;

@@ -34,7 +34,7 @@ fn metrics_of_a_running_robot_are_in_the_format_to_the_letter() {
     let complete = wait_until(|| {
         text = openmetrics(&robot);
         text.matches("leo_joint_temperature_celsius{").count() == 65
-            && text.matches("leo_execution_life_seconds_count{").count() == PROCESSES.len()
+            && text.matches("leo_execution_since_start_seconds_count{").count() == PROCESSES.len()
     });
     assert!(complete, "{text}\n{}", robot.said());
     let mut parser = Command::new(python)

@@ -77,7 +77,7 @@ fn the_service_manager_is_notified_of_ready_watchdog_and_stopping() {
 #[test]
 fn a_process_that_hangs_and_cannot_be_replaced_starves_the_watchdog() {
     let manager = Manager::listens();
-    let never_tired = [("deaths_most", "1000000"), ("backoff_most_ms", "40.0")];
+    let never_tired = [("max_deaths", "1000000"), ("max_backoff_ms", "40.0")];
     let robot = manager.starts("starved", &never_tired);
     assert!(wait_until(|| manager.count("WATCHDOG=1") > 0), "{:?}\n{}", manager.heard(), robot.said());
     // No process can join the domain any more.

@@ -96,7 +96,7 @@ fn is_refused<T: Topic>(
 fn an_impostor_of_a_dead_process_is_refused_and_named() {
     let folder = tempfile::tempdir().expect("a folder");
     let lesson = quiet_lesson(folder.path());
-    let patient = [("deaths_most", "1000000"), ("backoff_most_ms", "40.0")];
+    let patient = [("max_deaths", "1000000"), ("max_backoff_ms", "40.0")];
     let robot = Robot::with("writers", &patient, &["--lesson", &lesson]);
     assert!(wait_until(|| robot.said().contains("the robot runs")), "{}", robot.said());
     let domain = Domain::at(robot.domain()).expect("a domain");

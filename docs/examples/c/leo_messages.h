@@ -122,7 +122,7 @@ enum leo_joint_cause {
     /* The servo is hot or its voltage low, so its speed is reduced. */
     LEO_JOINT_CAUSE_DERATED = 14,
     /* The servo replies, but its clock does not advance correctly. So its replies may be outdated. */
-    LEO_JOINT_CAUSE_UNBELIEVED = 15,
+    LEO_JOINT_CAUSE_STALE = 15,
     /* The joint did not follow its command: it was blocked, or its servo is too weak. */
     LEO_JOINT_CAUSE_BLOCKED = 16,
     /* Further beyond its limits than the tolerance: a slipped horn, a wrong offset, or a swapped servo. */
@@ -150,7 +150,7 @@ enum leo_joint_link {
     /* Quarantined, and probed at intervals: it does not reply, or its replies are not trusted. */
     LEO_JOINT_LINK_SILENT = 3,
     /* Its replies arrive corrupt: two servos may reply at the same time. */
-    LEO_JOINT_LINK_DOUBTED = 4,
+    LEO_JOINT_LINK_CORRUPT = 4,
 };
 
 /* Mode of a joint in the motor process. */
@@ -182,15 +182,15 @@ enum leo_joint_motion {
     /* Moving slowly back within its limits. */
     LEO_JOINT_MOTION_ALIGN = 1,
     /* Following goals with the speed limit of the soft start. */
-    LEO_JOINT_MOTION_SOFT = 2,
+    LEO_JOINT_MOTION_SOFT_START = 2,
     /* Following goals. */
     LEO_JOINT_MOTION_TRACK = 3,
     /* Decelerating to a stop. */
-    LEO_JOINT_MOTION_HALT = 4,
+    LEO_JOINT_MOTION_DECELERATE = 4,
     /* Holding the position where it stopped, ready for new goals. */
     LEO_JOINT_MOTION_HOLD = 5,
     /* Moving slowly to its rest pose. */
-    LEO_JOINT_MOTION_RETREAT = 6,
+    LEO_JOINT_MOTION_LOWER = 6,
 };
 
 /* State of the torque of a joint's servo. */
@@ -202,11 +202,11 @@ enum leo_joint_power {
     /* Found on at start-up: another process switched it on. */
     LEO_JOINT_POWER_FOUND = 2,
     /* Being switched on. */
-    LEO_JOINT_POWER_RISING = 3,
+    LEO_JOINT_POWER_SWITCHING_ON = 3,
     /* On, and the servo's bus watchdog is armed. */
     LEO_JOINT_POWER_ON = 4,
     /* Being switched off, not confirmed by the servo yet. */
-    LEO_JOINT_POWER_CUTTING = 5,
+    LEO_JOINT_POWER_SWITCHING_OFF = 5,
 };
 
 /* Why an observation of a source did not become a percept. The first six reasons concern whole frames, the
@@ -233,25 +233,25 @@ enum leo_loss {
     /* Its kind is unknown. */
     LEO_LOSS_KIND = 9,
     /* Its modality is unknown. */
-    LEO_LOSS_SENSE = 10,
+    LEO_LOSS_MODALITY = 10,
     /* Its position is not finite, or out of range. */
-    LEO_LOSS_PLACE = 11,
+    LEO_LOSS_POSITION = 11,
     /* Its orientation is not a unit quaternion. */
     LEO_LOSS_ORIENTATION = 12,
     /* Its extents are not finite, negative, or out of range. */
     LEO_LOSS_EXTENTS = 13,
     /* Its colour or shape is not in [0, 1]. */
-    LEO_LOSS_LOOK = 14,
+    LEO_LOSS_APPEARANCE = 14,
     /* Its confidence is not in [0, 1]. */
     LEO_LOSS_CONFIDENCE = 15,
     /* It is of a person, but names no person. */
     LEO_LOSS_PERSON = 16,
     /* The buffer was full. */
-    LEO_LOSS_LEFT_OUT = 17,
+    LEO_LOSS_OVER_CAPACITY = 17,
     /* The degree of a state is neither in [0, 1] nor NaN, which means that the object has no such state. */
     LEO_LOSS_STATE = 18,
     /* Another observation of the same person at the same instant is in the frame. */
-    LEO_LOSS_TWICE = 19,
+    LEO_LOSS_DUPLICATE = 19,
 };
 
 /* The sense that made an observation. */

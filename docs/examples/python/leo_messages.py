@@ -113,7 +113,7 @@ class JointCause(enum.IntEnum):
     # The servo is hot or its voltage low, so its speed is reduced.
     DERATED = 14
     # The servo replies, but its clock does not advance correctly. So its replies may be outdated.
-    UNBELIEVED = 15
+    STALE = 15
     # The joint did not follow its command: it was blocked, or its servo is too weak.
     BLOCKED = 16
     # Further beyond its limits than the tolerance: a slipped horn, a wrong offset, or a swapped servo.
@@ -141,7 +141,7 @@ class JointLink(enum.IntEnum):
     # Quarantined, and probed at intervals: it does not reply, or its replies are not trusted.
     SILENT = 3
     # Its replies arrive corrupt: two servos may reply at the same time.
-    DOUBTED = 4
+    CORRUPT = 4
 
 
 # Mode of a joint in the motor process.
@@ -173,15 +173,15 @@ class JointMotion(enum.IntEnum):
     # Moving slowly back within its limits.
     ALIGN = 1
     # Following goals with the speed limit of the soft start.
-    SOFT = 2
+    SOFT_START = 2
     # Following goals.
     TRACK = 3
     # Decelerating to a stop.
-    HALT = 4
+    DECELERATE = 4
     # Holding the position where it stopped, ready for new goals.
     HOLD = 5
     # Moving slowly to its rest pose.
-    RETREAT = 6
+    LOWER = 6
 
 
 # State of the torque of a joint's servo.
@@ -193,11 +193,11 @@ class JointPower(enum.IntEnum):
     # Found on at start-up: another process switched it on.
     FOUND = 2
     # Being switched on.
-    RISING = 3
+    SWITCHING_ON = 3
     # On, and the servo's bus watchdog is armed.
     ON = 4
     # Being switched off, not confirmed by the servo yet.
-    CUTTING = 5
+    SWITCHING_OFF = 5
 
 
 # Why an observation of a source did not become a percept. The first six reasons concern whole frames, the
@@ -224,25 +224,25 @@ class Loss(enum.IntEnum):
     # Its kind is unknown.
     KIND = 9
     # Its modality is unknown.
-    SENSE = 10
+    MODALITY = 10
     # Its position is not finite, or out of range.
-    PLACE = 11
+    POSITION = 11
     # Its orientation is not a unit quaternion.
     ORIENTATION = 12
     # Its extents are not finite, negative, or out of range.
     EXTENTS = 13
     # Its colour or shape is not in [0, 1].
-    LOOK = 14
+    APPEARANCE = 14
     # Its confidence is not in [0, 1].
     CONFIDENCE = 15
     # It is of a person, but names no person.
     PERSON = 16
     # The buffer was full.
-    LEFT_OUT = 17
+    OVER_CAPACITY = 17
     # The degree of a state is neither in [0, 1] nor NaN, which means that the object has no such state.
     STATE = 18
     # Another observation of the same person at the same instant is in the frame.
-    TWICE = 19
+    DUPLICATE = 19
 
 
 # The sense that made an observation.

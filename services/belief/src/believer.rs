@@ -10,7 +10,7 @@ use quantity::number::{saturating_u16, saturating_u32};
 /// The plug-ins of a program, under the names that `percepts.toml` uses.
 #[derive(Clone, Default)]
 pub struct Own {
-    /// Percepts, for `kernel = { own = "NAME" }`.
+    /// Percepts, for `kernel = { plugin = "NAME" }`.
     pub percepts: perception::Own,
     /// Distances, culling functions and histories.
     pub functions: belief::BeliefPlugins,
@@ -118,7 +118,7 @@ impl Believer {
     /// }
     ///
     /// let text = std::fs::read_to_string("../../config/percepts.toml")?;
-    /// let text = text + "\n[[belief.cull]]\nwhen = { own = \"in nobody's hand\" }\n";
+    /// let text = text + "\n[[belief.cull]]\nwhen = { plugin = \"in nobody's hand\" }\n";
     /// let percepts = Percepts::parse(&text, "percepts.toml".as_ref())?;
     /// assert!(Believer::new(&percepts, &Perspective::builtin(), 1, 1, 64).is_err());
     ///

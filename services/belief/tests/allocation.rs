@@ -12,7 +12,7 @@ use testkit::allocations_in;
 fn frames_with_two_nested_partners_and_64_objects_allocate_nothing() {
     let percepts = belief::percepts::Percepts::builtin();
     let mut config = perspective::settings::Perspective::builtin();
-    config.resource.by = perspective::settings::OwnershipRule::Territory;
+    config.ownership.rule = perspective::settings::OwnershipRule::Territory;
     let mut believer = Believer::new(&percepts, &config, 2, 2, capacity()).unwrap();
     let mut divergences = Divergences::new(&percepts, &believer, capacity());
     let mut frames = Frames::new(64);

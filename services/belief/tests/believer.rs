@@ -113,7 +113,7 @@ impl Classify for Mine {
 fn each_perspective_perceives_the_programs_own_percept_by_itself() {
     let text = std::fs::read_to_string("../../config/percepts.toml").unwrap();
     let mine = "[[percept]]\nname = \"mine\"\nrole = \"neither\"\ndecay_per_s = 0.0\n\
-                history = { log_timescale = { samples = 8 } }\nkernel = { own = \"mine\" }\n\n[belief]\n";
+                history = { log_timescale = { samples = 8 } }\nkernel = { plugin = \"mine\" }\n\n[belief]\n";
     let percepts = Percepts::parse(&text.replacen("[belief]\n", mine, 1), "percepts.toml".as_ref()).unwrap();
     let mut own = Own::default();
     own.percepts.push(("mine".to_owned(), Arc::new(Mine)));

@@ -33,7 +33,7 @@ struct PerspectiveState {
 impl BeliefPipeline {
     /// No beliefs yet, with the capacities of the robot's buffers.
     pub(super) fn new(robot: &Robot, partners: u32) -> Result<Self, BeliefProcessError> {
-        let capacity = robot.leo.buffers.objects.get();
+        let capacity = robot.leo.buffers.max_objects.get();
         let depth = robot.leo.belief.depth.get();
         let believer = Believer::new(&robot.percepts, &robot.perspective, partners, depth, capacity)?;
         let own = |perspective| PerspectiveState {

@@ -83,7 +83,7 @@ fn go(
         return Err(CommandError::runtime(beyond(joint, present_rad)));
     }
     let stop = process::stop_flag().map_err(CommandError::runtime)?;
-    servo.slow_down(care.motor.soft_start_rad_s.get().min(joint.velocity_rad_s))?;
+    servo.slow_down(care.motor.soft_start_rad_s.get().min(joint.max_velocity_rad_s))?;
     output::print(&format!("{name} goes from {} to {}\n", angle(present_rad), angle(goal_rad)))?;
     let ended = servo.go(joint.servo_rad(goal_rad), &stop, |_, _| Ok(true))?;
     let at = angle(joint.joint_rad(servo.reading()?.0.position_rad));

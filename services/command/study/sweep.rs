@@ -21,20 +21,19 @@ const MAX_NAMED_DESIGNS: usize = 5;
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 struct Setting {
     /// Standard deviation of an observed position, in metres.
-    position_sigma_m: f64,
+    position_sd_m: f64,
     /// Half angle of the partner's cone, in degrees.
     cone_half_angle_deg: f64,
     /// Distance below which beliefs are merged.
     threshold: f64,
 }
 
-const DEFAULT_SETTING: Setting =
-    Setting { position_sigma_m: 0.003, cone_half_angle_deg: 60.0, threshold: 0.15 };
+const DEFAULT_SETTING: Setting = Setting { position_sd_m: 0.003, cone_half_angle_deg: 60.0, threshold: 0.15 };
 
 const SETTINGS: [Setting; 7] = [
     DEFAULT_SETTING,
-    Setting { position_sigma_m: 0.010, ..DEFAULT_SETTING },
-    Setting { position_sigma_m: 0.030, ..DEFAULT_SETTING },
+    Setting { position_sd_m: 0.010, ..DEFAULT_SETTING },
+    Setting { position_sd_m: 0.030, ..DEFAULT_SETTING },
     Setting { cone_half_angle_deg: 30.0, ..DEFAULT_SETTING },
     Setting { cone_half_angle_deg: 89.0, ..DEFAULT_SETTING },
     Setting { threshold: 0.10, ..DEFAULT_SETTING },
@@ -110,7 +109,7 @@ impl Setting {
 
     /// The required success rate in percent.
     fn percent(self) -> u64 {
-        if self.position_sigma_m > 0.01 { 95 } else { 100 }
+        if self.position_sd_m > 0.01 { 95 } else { 100 }
     }
 }
 
@@ -164,7 +163,7 @@ fn play(
     let Some(TaskVariant { mut lesson, with, without, .. }) = TaskVariant::of(task, design) else {
         return Err(CommandError::runtime(format!("there is no design of task {task}")));
     };
-    lesson.noise.position_sigma_m = setting.position_sigma_m;
+    lesson.noise.position_sd_m = setting.position_sd_m;
     let mut broken = Vec::new();
     for (perspective_taking, wanted) in [(true, with), (false, without)] {
         let account = rehearse(pupil.robot, pupil.source, &lesson, u32::from(perspective_taking))?;
@@ -179,8 +178,8 @@ fn play(
 
 impl fmt::Display for Setting {
     fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Self { position_sigma_m, cone_half_angle_deg, threshold } = self;
-        let noise_mm = position_sigma_m * 1e3;
+        let Self { position_sd_m, cone_half_angle_deg, threshold } = self;
+        let noise_mm = position_sd_m * 1e3;
         write!(out, "noise {noise_mm:>2.0} mm, cone {cone_half_angle_deg:.0}°, threshold {threshold:.2}")
     }
 }

@@ -60,7 +60,7 @@ impl Vocabulary {
                         name: percept.name.clone(),
                         values: percept.symbols().map(str::to_owned).collect(),
                     };
-                    if nearest.of == Space::Shape { nouns.push(words) } else { features.push(words) }
+                    if nearest.space == Space::Shape { nouns.push(words) } else { features.push(words) }
                 }
                 Kernel::State(state) if percept.role == Role::Expectation => {
                     match state {
@@ -76,7 +76,7 @@ impl Vocabulary {
                 | Kernel::Nearest(_)
                 | Kernel::Region(_)
                 | Kernel::Range(_)
-                | Kernel::Own(_) => {}
+                | Kernel::Plugin(_) => {}
             }
         }
         features.append(&mut nouns);

@@ -3,7 +3,7 @@
 use std::fmt;
 
 use config::Robot;
-use config::leo::OffBoard;
+use config::leo::RemoteProcess;
 
 use crate::wire::LANGUAGE;
 
@@ -21,7 +21,7 @@ pub struct Compatibility {
     /// Number of perspectives.
     pub perspectives: u64,
     /// The processes that run on the remote machine, one bit each.
-    pub off_board: u64,
+    pub remote_processes: u64,
 }
 
 /// Number of fields of an `Compatibility`.
@@ -32,9 +32,9 @@ impl Compatibility {
     pub(crate) fn of(robot: &Robot, perspectives: u32) -> Self {
         let joints = robot.motor.joints.iter();
         let joints = joints.map(|joint| format!("{} {:?} {:?}", joint.name, joint.min_rad, joint.max_rad));
-        let off_board = robot.leo.link.off_board.iter().map(|process| match process {
-            OffBoard::Learner => 1,
-            OffBoard::Console => 2,
+        let remote_processes = robot.leo.link.remote_processes.iter().map(|process| match process {
+            RemoteProcess::Learner => 1,
+            RemoteProcess::Console => 2,
         });
         Self {
             version: packed(env!("CARGO_PKG_VERSION")),
@@ -42,18 +42,18 @@ impl Compatibility {
             joints: hash(joints),
             percepts: hash(robot.percepts.percepts.iter().map(|percept| format!("{percept:?}"))),
             perspectives: u64::from(perspectives),
-            off_board: off_board.fold(0, |bits, bit| bits | bit),
+            remote_processes: remote_processes.fold(0, |bits, bit| bits | bit),
         }
     }
 
     pub(crate) const fn numbers(self) -> [u64; NUMBERS] {
-        let Self { version, layouts, joints, percepts, perspectives, off_board } = self;
-        [version, layouts, joints, percepts, perspectives, off_board]
+        let Self { version, layouts, joints, percepts, perspectives, remote_processes } = self;
+        [version, layouts, joints, percepts, perspectives, remote_processes]
     }
 
     pub(crate) const fn of_numbers(numbers: [u64; NUMBERS]) -> Self {
-        let [version, layouts, joints, percepts, perspectives, off_board] = numbers;
-        Self { version, layouts, joints, percepts, perspectives, off_board }
+        let [version, layouts, joints, percepts, perspectives, remote_processes] = numbers;
+        Self { version, layouts, joints, percepts, perspectives, remote_processes }
     }
 
     /// Whether frames mean the same to both.
@@ -63,7 +63,7 @@ impl Compatibility {
             && self.joints == other.joints
             && self.percepts == other.percepts
             && self.perspectives == other.perspectives
-            && self.off_board == other.off_board
+            && self.remote_processes == other.remote_processes
     }
 }
 
@@ -113,7 +113,7 @@ impl fmt::Display for IncompatiblePeer {
             (here.joints != there.joints, "the joints of motor.toml or their ranges"),
             (here.percepts != there.percepts, "the percepts of percepts.toml"),
             (here.perspectives != there.perspectives, "`partners` or `depth` of [belief] in leo.toml"),
-            (here.off_board != there.off_board, "`off_board` of [link] in leo.toml"),
+            (here.remote_processes != there.remote_processes, "`remote_processes` of [link] in leo.toml"),
         ];
         let what: Vec<&str> = differs.iter().filter(|(differs, _)| *differs).map(|(_, what)| *what).collect();
         write!(
@@ -188,10 +188,10 @@ mod tests {
         let (robot, mut other) = (robot(), robot());
         other.motor.joints.first_mut().unwrap().max_rad += 1e-9;
         other.percepts.percepts.first_mut().unwrap().name.push('x');
-        other.leo.link.off_board.pop();
+        other.leo.link.remote_processes.pop();
         let here = Compatibility::of(&robot, 2);
         let all = Compatibility::of(&other, 3);
-        let words = ["motor.toml", "percepts.toml", "`partners`", "`off_board`"];
+        let words = ["motor.toml", "percepts.toml", "`partners`", "`remote_processes`"];
         let of_numbers = |differs: usize| {
             let mut numbers = here.numbers();
             let place = differs + NUMBERS - words.len();

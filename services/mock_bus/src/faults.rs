@@ -21,8 +21,11 @@ impl Faults {
     /// A fault is invalid, or names a bus that is not a mock bus of this robot.
     pub fn configured(settings: &MockBus, robot: &Motor) -> Result<Self, FaultSpecError> {
         let injections = settings.faults.iter().map(|words| parse(words, robot)).collect::<Result<_, _>>()?;
-        let followers =
-            if settings.followers_go_on { FollowerBehaviour::Continue } else { FollowerBehaviour::Silent };
+        let followers = if settings.fast_read_continues_after_gap {
+            FollowerBehaviour::Continue
+        } else {
+            FollowerBehaviour::Silent
+        };
         Ok(Self { seed: settings.seed, injections, followers })
     }
 }

@@ -288,7 +288,7 @@ impl Joint {
         match self.link {
             Link::Unknown | Link::Identified(_) => true,
             Link::Answering => self.licence.is_given() && !self.power.is_on(),
-            Link::Silent { .. } | Link::Doubted(_) => false,
+            Link::Silent { .. } | Link::Corrupt(_) => false,
         }
     }
 

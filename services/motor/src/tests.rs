@@ -36,8 +36,8 @@ sign = 1
 offset_rad = 0.0
 min_rad = -1.0
 max_rad = 1.0
-velocity_rad_s = 2.0
-acceleration_rad_s2 = 10.0
+max_velocity_rad_s = 2.0
+max_acceleration_rad_s2 = 10.0
 group = "body"
 [[joint]]
 name = "elbow"
@@ -48,8 +48,8 @@ sign = -1
 offset_rad = 0.5
 min_rad = -1.0
 max_rad = 1.0
-velocity_rad_s = 2.0
-acceleration_rad_s2 = 10.0
+max_velocity_rad_s = 2.0
+max_acceleration_rad_s2 = 10.0
 group = "arm"
 [[joint]]
 name = "brow"
@@ -60,18 +60,18 @@ sign = 1
 offset_rad = 0.0
 min_rad = -1.0
 max_rad = 1.0
-velocity_rad_s = 2.0
-acceleration_rad_s2 = 10.0
+max_velocity_rad_s = 2.0
+max_acceleration_rad_s2 = 10.0
 group = "arm"
 "#;
 
 const SETTINGS: &str = "rate_hz = 250\ncommand_timeout_ms = 200\nlimp_after_ms = 1000\n\
-                        answer_within_ms = 1\nsoft_start_ms = 400\nsoft_start_rad_s = 0.5\non_alert = \"hold\"\n\
+                        reply_timeout_ms = 1\nsoft_start_ms = 400\nsoft_start_rad_s = 0.5\non_alert = \"hold\"\n\
                         automatic_arming = \"simulated\"\nstop_category = 0\nmax_tracking_error_rad = 0.3\n\
                         blocked_after_ms = 500\nmax_beyond_limits_rad = 1.0\n\
                         alert = { input_voltage = \"limp\", overheating = \"limp\", encoder = \"limp\", \
                         electrical_shock = \"limp\", overload = \"limp\", groups = {}, hold_ms = 100, \
-                        lower_within_ms = 3000 }\n\
+                        lower_timeout_ms = 3000 }\n\
                         realtime = { fifo_priority = 0, cores = [], lock_memory = false }";
 
 /// A motor and its buses in simulated time.

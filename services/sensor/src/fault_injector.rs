@@ -63,7 +63,7 @@ impl FaultInjector {
     }
 
     fn apply(&mut self, now: Instant, fault: PerceptFault) {
-        let chance = fault.chance.get();
+        let chance = fault.probability.get();
         match fault.kind {
             PerceptFaultKind::Drop => {
                 let dice = &mut self.chance;
@@ -71,7 +71,7 @@ impl FaultInjector {
             }
             PerceptFaultKind::Delay => {
                 let (dice, late, capacity) = (&mut self.chance, &mut self.late, self.capacity);
-                let by = fault.by_ms.map_or(DELAY, |ms| Duration::from_secs_f64(ms.get() / 1e3));
+                let by = fault.delay_ms.map_or(DELAY, |ms| Duration::from_secs_f64(ms.get() / 1e3));
                 self.frame.retain(|perceived| {
                     let delayed = late.len() < capacity && strikes(dice, chance);
                     if delayed {
@@ -152,13 +152,13 @@ mod tests {
     #[test]
     fn every_kind_injects_its_fault() {
         let kind =
-            |kind, more| fault_injector(&format!("[[percepts]]\nkind = \"{kind}\"\nchance = 1\n{more}"));
-        assert_eq!(frames(&mut kind("drop", "from_s = 0.005"), 2), [vec![0, 1, 2, 3], vec![]]);
-        let late = frames(&mut kind("delay", "by_ms = 10\nfor_s = 0.004"), 3);
+            |kind, more| fault_injector(&format!("[[percepts]]\nkind = \"{kind}\"\nprobability = 1\n{more}"));
+        assert_eq!(frames(&mut kind("drop", "start_s = 0.005"), 2), [vec![0, 1, 2, 3], vec![]]);
+        let late = frames(&mut kind("delay", "delay_ms = 10\nduration_s = 0.004"), 3);
         assert_eq!(late, [vec![], vec![10, 11, 12, 13], vec![20, 21, 22, 23, 0, 3, 2, 1]]);
         assert_eq!(frames(&mut kind("duplicate", ""), 1), [vec![0, 1, 2, 3, 0, 1, 2, 3]]);
         assert_eq!(frames(&mut kind("reorder", ""), 1), [vec![3, 2, 1, 0]]);
-        assert_eq!(frames(&mut kind("freeze", "from_s = 0.005"), 3), [[0, 1, 2, 3]; 3]);
+        assert_eq!(frames(&mut kind("freeze", "start_s = 0.005"), 3), [[0, 1, 2, 3]; 3]);
         let mut nan = kind("nan", "");
         assert!(nan.inject(Instant::EPOCH, [perceived(1)].into_iter())[0].observation.position_m[0].is_nan());
     }
@@ -166,7 +166,7 @@ mod tests {
     #[test]
     fn the_same_seed_makes_the_same_faults_and_nothing_exceeds_the_frame() {
         let text = ["drop", "delay", "duplicate", "reorder", "freeze"]
-            .map(|kind| format!("[[percepts]]\nkind = \"{kind}\"\nchance = 0.3\n"))
+            .map(|kind| format!("[[percepts]]\nkind = \"{kind}\"\nprobability = 0.3\n"))
             .concat();
         let run = || frames(&mut fault_injector(&text), 500);
         let (one, other) = (run(), run());

@@ -66,7 +66,7 @@ pub enum SourceEvent {
 /// assert_eq!((head.header.valid_at_ns, sensor.len()), (1_000, 1));
 /// assert_eq!(head.looked(), SourceSet::of(0));
 /// assert_eq!(sensor.perceived().next().unwrap().observation.source, 0);
-/// assert_eq!(sensor.losses()[usize::from(Loss::Place.raw())], 1);
+/// assert_eq!(sensor.losses()[usize::from(Loss::Position.raw())], 1);
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 #[derive(Clone)]

@@ -142,7 +142,7 @@ impl Source {
             match self.validate(now, *entry) {
                 Ok(observation) => {
                     if self.is_duplicate(&observation) {
-                        self.count_loss(Loss::Twice, 1);
+                        self.count_loss(Loss::Duplicate, 1);
                         continue;
                     }
                     newest = newest.max(Some(Instant::from_nanos(observation.observed_at_ns)));
@@ -153,7 +153,7 @@ impl Source {
         }
         self.observed_at = newest;
         let beyond = u64::try_from(entries.len().saturating_sub(room)).unwrap_or(u64::MAX);
-        self.count_loss(Loss::LeftOut, beyond);
+        self.count_loss(Loss::OverCapacity, beyond);
         let mut taken = Header::at(header.valid_at_ns);
         taken.pass(Hop::Observed, stamped_at.as_nanos());
         let before = self.header.map_or(0, |earlier| earlier.left_out);
@@ -249,7 +249,7 @@ impl Source {
         let beyond = self.observations.len().saturating_sub(room);
         self.observations.truncate(room);
         let beyond = u64::try_from(beyond).unwrap_or(u64::MAX);
-        self.count_loss(Loss::LeftOut, beyond);
+        self.count_loss(Loss::OverCapacity, beyond);
         if let Some(header) = &mut self.header {
             header.left_out = header.left_out.saturating_add(beyond);
         }

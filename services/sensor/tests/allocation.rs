@@ -48,5 +48,5 @@ fn three_sources_of_which_one_bursts_and_one_falls_silent_allocate_nothing() {
     assert_eq!(perceived, 499 * CAPACITY);
     // Left out, silent, heard again, missed.
     assert_eq!(news, 4);
-    assert!(sensor.losses()[usize::from(Loss::LeftOut.raw())] > 0);
+    assert!(sensor.losses()[usize::from(Loss::OverCapacity.raw())] > 0);
 }

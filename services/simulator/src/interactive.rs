@@ -300,13 +300,13 @@ impl World {
         self.state.recorder.close(now, self.people(now));
         self.state.undo.clear();
         self.state.clear_table();
-        let laying = self.lesson.laying;
-        let stands = laying.empty.saturating_sub(laying.occluders_first);
+        let table_timing = self.lesson.table_timing;
+        let stands = table_timing.empty.saturating_sub(table_timing.occluders_first);
         let script_event = |at, event| ScriptEvent { at, table, event };
         self.state
             .script_events
-            .extend([script_event(stands, Event::Occlude), script_event(laying.empty, Event::Lay)]);
-        self.state.lasts = laying.empty;
+            .extend([script_event(stands, Event::Occlude), script_event(table_timing.empty, Event::Lay)]);
+        self.state.lasts = table_timing.empty;
         self.state.began = Some(now);
         Ok(Done)
     }

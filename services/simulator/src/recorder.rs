@@ -121,7 +121,7 @@ impl DemonstrationRecorder {
     pub(crate) fn lesson(&self, title: &str, now: Instant, of: &Lesson) -> Option<Lesson> {
         let first = self.pages.first()?;
         let last = self.pages.len() - 1;
-        let mut keep = of.laying.keep;
+        let mut keep = of.table_timing.keep;
         let mut tables = Vec::new();
         // A lesson begins with everyone present.
         let mut people: Vec<PersonState> =
@@ -149,7 +149,7 @@ impl DemonstrationRecorder {
             title: title.to_owned(),
             watch: "It was taught by hand.".to_owned(),
             teachers: first.before.iter().map(teacher).collect(),
-            laying: lesson::TableTiming { keep, ..of.laying },
+            table_timing: lesson::TableTiming { keep, ..of.table_timing },
             demonstrations: tables,
             novel,
             ..of.clone()

@@ -30,18 +30,18 @@ pub(crate) enum Event {
 /// Each table stays empty for a while, visible to everyone, so that beliefs about the previous objects are culled.
 /// Occluders are put up before the objects are laid, so that no one has seen what they hide.
 pub(crate) fn timeline(lesson: &Lesson) -> (Vec<ScriptEvent>, Duration) {
-    let laying = &lesson.laying;
+    let table_timing = &lesson.table_timing;
     let mut script_events = Vec::new();
     let mut ends = Duration::ZERO;
     for (table, content) in lesson.tables().enumerate() {
         let stands = if table == 0 {
             ends
         } else {
-            let clears = ends + laying.keep;
+            let clears = ends + table_timing.keep;
             script_events.push(ScriptEvent { at: clears, table, event: Event::Clear });
-            clears + laying.empty.saturating_sub(laying.occluders_first)
+            clears + table_timing.empty.saturating_sub(table_timing.occluders_first)
         };
-        let lies = stands + laying.occluders_first;
+        let lies = stands + table_timing.occluders_first;
         script_events.push(ScriptEvent { at: stands, table, event: Event::Occlude });
         script_events.push(ScriptEvent { at: lies, table, event: Event::Lay });
         ends = lies;

@@ -13,7 +13,7 @@ const NO_HANDS: [Option<Hand>; 2] = [None, None];
 fn lesson(script: &str) -> Lesson {
     let text = include_str!("../../../config/lessons/task1.toml");
     let (head, _) = text.split_once("[[demonstration]]").unwrap();
-    let head = head.replace("position_sigma_m = 0.003", "position_sigma_m = 0.0");
+    let head = head.replace("position_sd_m = 0.003", "position_sd_m = 0.0");
     let table = r#"
         [kind.marker]
         role = "marker"

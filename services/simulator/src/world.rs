@@ -169,7 +169,7 @@ impl World {
             self.state.offsets_m.resize(observations, [0.0; 3]);
         }
         for offset in &mut self.state.offsets_m {
-            *offset = [(); 3].map(|()| self.state.noise.next() * self.lesson.noise.position_sigma_m);
+            *offset = [(); 3].map(|()| self.state.noise.next() * self.lesson.noise.position_sd_m);
         }
     }
 

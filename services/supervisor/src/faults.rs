@@ -55,7 +55,8 @@ impl ProcessFaults {
         let planned = faults.iter().map(|fault| {
             let process = crate::ORDER.into_iter().find(|process| process.name() == fault.process.get_ref());
             let at = Duration::from_secs_f64(fault.at_s.get());
-            let lasts = fault.for_s.map_or(DEFAULT_DURATION, |lasts| Duration::from_secs_f64(lasts.get()));
+            let lasts =
+                fault.duration_s.map_or(DEFAULT_DURATION, |lasts| Duration::from_secs_f64(lasts.get()));
             Ok(ScheduledFault {
                 process: process.ok_or_else(|| UnknownProcess { name: fault.process.get_ref().clone() })?,
                 kind: fault.kind,
@@ -152,7 +153,7 @@ mod tests {
 
     #[test]
     fn a_process_is_killed_stopped_and_slowed_in_time() {
-        let text = "[[processes]]\nkind = \"stop\"\nprocess = \"motor\"\nat_s = 0.2\nfor_s = 1\n\
+        let text = "[[processes]]\nkind = \"stop\"\nprocess = \"motor\"\nat_s = 0.2\nduration_s = 1\n\
                     [[processes]]\nkind = \"kill\"\nprocess = \"belief\"\nat_s = 0.5";
         let expected = [
             (200, "motor", FaultAction::Freeze),
@@ -160,7 +161,7 @@ mod tests {
             (1200, "motor", FaultAction::Thaw),
         ];
         assert_eq!(deeds(text), expected);
-        let slow = deeds("[[processes]]\nkind = \"slow\"\nprocess = \"learner\"\nat_s = 1\nfor_s = 0.1");
+        let slow = deeds("[[processes]]\nkind = \"slow\"\nprocess = \"learner\"\nat_s = 1\nduration_s = 0.1");
         assert_eq!(slow.len(), 20);
         assert_eq!(
             slow.last().map(|(_, _, action)| *action),

@@ -82,11 +82,11 @@ impl Histories {
         let mut generators = Vec::with_capacity(percepts.len());
         for percept in percepts {
             generators.extend(match &percept.history {
-                percepts::History::LowPass { share } => {
+                percepts::History::LowPass { alpha } => {
                     low_passes += 1;
-                    Some(Generator::LowPass { index: low_passes - 1, share: share.get() })
+                    Some(Generator::LowPass { index: low_passes - 1, share: alpha.get() })
                 }
-                percepts::History::Own(name) => {
+                percepts::History::Plugin(name) => {
                     let history = plugin.history(name)?;
                     let samples = history.samples();
                     if !(1..=MAX_PLUGIN_SAMPLES).contains(&samples) {
@@ -397,14 +397,14 @@ fn keeps(history: &percepts::History) -> Option<(usize, Thinning)> {
             Some((samples.get().max(1), thinning))
         }
         percepts::History::LogTimescale { samples } => Some((samples.get().max(1), Thinning::Octaves)),
-        percepts::History::LowPass { .. } | percepts::History::Own(_) => None,
+        percepts::History::LowPass { .. } | percepts::History::Plugin(_) => None,
     }
 }
 
 /// Whether a kernel derives at most one number.
 const fn derives_one_number(kernel: &Kernel) -> bool {
     match kernel {
-        Kernel::Position | Kernel::Orientation | Kernel::Extents | Kernel::Own(_) => false,
+        Kernel::Position | Kernel::Orientation | Kernel::Extents | Kernel::Plugin(_) => false,
         Kernel::Source | Kernel::State(_) | Kernel::Nearest(_) | Kernel::Region(_) | Kernel::Range(_) => true,
     }
 }

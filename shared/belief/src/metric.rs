@@ -49,7 +49,7 @@ impl Term {
             Measure::AngleRad => MeasureFn::AngleRad,
             Measure::Difference => MeasureFn::Difference,
             Measure::Differs => MeasureFn::Differs,
-            Measure::Own(name) => MeasureFn::Own(plugin.distance(name)?),
+            Measure::Plugin(name) => MeasureFn::Own(plugin.distance(name)?),
         };
         Ok(Self { percept: config.percept, weight: config.weight, measure })
     }

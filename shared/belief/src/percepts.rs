@@ -259,7 +259,7 @@ impl Percept {
             | Kernel::State(_)
             | Kernel::Region(_)
             | Kernel::Range(_)
-            | Kernel::Own(_) => &[],
+            | Kernel::Plugin(_) => &[],
         };
         prototypes.iter().map(|prototype| prototype.name.as_str())
     }

@@ -263,7 +263,7 @@ impl fmt::Debug for CullContext<'_> {
 /// let mut percepts = Percepts::builtin();
 /// let colour = percepts.index("colour").unwrap();
 /// for term in percepts.belief.distance.iter_mut().filter(|term| term.percept == colour) {
-///     term.measure = Measure::Own("fading".to_owned());
+///     term.measure = Measure::Plugin("fading".to_owned());
 /// }
 /// assert!(BeliefSystem::new(&percepts, 16).unwrap_err().to_string().contains("`fading`"));
 ///

@@ -111,7 +111,7 @@ enum CullFn {
     UnseenLongerThan(u64),
     ConfidenceBelow { percept: u16, floor: f64 },
     PlaceEmptyFor(Duration),
-    Own(PluginHandle<dyn plugin::Cull>),
+    Plugin(PluginHandle<dyn plugin::Cull>),
 }
 
 impl CullFn {
@@ -122,7 +122,7 @@ impl CullFn {
                 Self::ConfidenceBelow { percept: *percept, floor: *floor }
             }
             percepts::Cull::PlaceEmptyFor(time) => Self::PlaceEmptyFor(*time),
-            percepts::Cull::Own(name) => Self::Own(plugin.cull(name)?),
+            percepts::Cull::Plugin(name) => Self::Plugin(plugin.cull(name)?),
         })
     }
 }

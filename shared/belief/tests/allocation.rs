@@ -79,12 +79,12 @@ fn with_functions_of_the_programs_own_it_allocates_nothing_either() {
     let (position, colour, filled) =
         (percepts.index("position"), percepts.index("colour"), percepts.index("filled"));
     for term in percepts.belief.distance.iter_mut().filter(|term| Some(term.percept) == colour) {
-        term.measure = belief::percepts::Measure::Own(name());
+        term.measure = belief::percepts::Measure::Plugin(name());
     }
-    percepts.belief.cull.push(belief::percepts::Cull::Own(name()));
+    percepts.belief.cull.push(belief::percepts::Cull::Plugin(name()));
     for percept in [position, filled].into_iter().flatten() {
         if let Some(percept) = percepts.percepts.get_mut(usize::from(percept)) {
-            percept.history = belief::percepts::History::Own(name());
+            percept.history = belief::percepts::History::Plugin(name());
         }
     }
     let functions = BeliefPlugins {

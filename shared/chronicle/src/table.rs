@@ -65,8 +65,8 @@ fn write_mind(words: &PerceptPhrases, mind: &PerspectiveRecord<'_>, out: &mut St
         let count = head.overflowed;
         writeln!(
             out,
-            "  {count} observations, beliefs or occluders did not fit: raise buffers.objects in leo.toml, or \
-             occluders.most in perspective.toml"
+            "  {count} observations, beliefs or occluders did not fit: raise buffers.max_objects in leo.toml, or \
+             occluders.max_count in perspective.toml"
         )?;
     }
     if head.refused > 0 {
@@ -122,7 +122,7 @@ fn write_summary(summary: &Summary, out: &mut String) -> fmt::Result {
         )?;
     }
     if *left_out > 0 {
-        writeln!(out, "{left_out} observations did not fit: raise buffers.objects in leo.toml")?;
+        writeln!(out, "{left_out} observations did not fit: raise buffers.max_objects in leo.toml")?;
     }
     if let Some(most) = not_simulated.last() {
         let partners: Vec<String> = not_simulated.iter().map(|partner| agent_name(*partner)).collect();

@@ -177,7 +177,7 @@ fn the_table_at_the_end_says_what_differs_and_what_went_in() {
         "     7  red square at (0.50, 0.00, 0.00), not on, held by Leo",
         "3 times, 2.00 s ago\n",
         "  7, which is Leo's 4, differs:\n        on           on for Leo, not on for partner 1\n",
-        "  12 observations, beliefs or occluders did not fit: raise buffers.objects in leo.toml, or occluders.most \
+        "  12 observations, beliefs or occluders did not fit: raise buffers.max_objects in leo.toml, or occluders.max_count \
          in perspective.toml\n",
         "  13 observations or evaluations were refused: invalid, too old, or too new\n",
         "partner 2 was never there\n",

@@ -27,7 +27,7 @@ impl PerceptPhrases {
         for (number, percept) in (0_u16..).zip(&percepts.percepts) {
             match &percept.kernel {
                 Kernel::Position => position = position.or(Some(number)),
-                Kernel::Nearest(nearest) => match nearest.of {
+                Kernel::Nearest(nearest) => match nearest.space {
                     Space::Shape => nouns.push(number),
                     Space::Colour => class.push(number),
                     Space::EdgeM => {}
@@ -38,7 +38,7 @@ impl PerceptPhrases {
                 | Kernel::Source
                 | Kernel::Region(_)
                 | Kernel::Range(_)
-                | Kernel::Own(_) => {}
+                | Kernel::Plugin(_) => {}
             }
         }
         class.append(&mut nouns);

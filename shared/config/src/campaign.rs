@@ -18,7 +18,7 @@ use settings::{ConfigError, Spanned, invalid, parse};
 ///     bus = ["drop bus=torso id=5 p=0.01"]
 ///     [[percepts]]
 ///     kind = "drop"
-///     chance = 0.05
+///     probability = 0.05
 ///     [[processes]]
 ///     kind = "kill"
 ///     process = "belief"
@@ -53,16 +53,16 @@ pub struct PerceptFault {
     /// The kind of fault.
     pub kind: PerceptFaultKind,
     /// Its probability, per percept snapshot; per frame for `reorder` and `freeze`.
-    pub chance: Unit,
+    pub probability: Unit,
     /// Its start, in seconds since the sensor process started; 0 if absent.
     #[serde(default)]
-    pub from_s: Option<NotNegative>,
+    pub start_s: Option<NotNegative>,
     /// Its duration in seconds; unlimited if absent.
     #[serde(default)]
-    pub for_s: Option<NotNegative>,
+    pub duration_s: Option<NotNegative>,
     /// The delay of a `delay` fault in milliseconds; 50 ms if absent.
     #[serde(default)]
-    pub by_ms: Option<NotNegative>,
+    pub delay_ms: Option<NotNegative>,
 }
 
 /// A kind of fault in the percepts.
@@ -95,7 +95,7 @@ pub struct ProcessFault {
     pub at_s: NotNegative,
     /// Its duration in seconds, for `stop` and `slow`; half a second if absent.
     #[serde(default)]
-    pub for_s: Option<NotNegative>,
+    pub duration_s: Option<NotNegative>,
 }
 
 /// A kind of fault of a process.
@@ -158,8 +158,8 @@ impl PerceptFault {
     #[must_use]
     pub fn is_on(&self, after: Duration) -> bool {
         let seconds = after.as_secs_f64();
-        let from = self.from_s.map_or(0.0, NotNegative::get);
-        seconds >= from && self.for_s.is_none_or(|lasts| seconds < from + lasts.get())
+        let from = self.start_s.map_or(0.0, NotNegative::get);
+        seconds >= from && self.duration_s.is_none_or(|lasts| seconds < from + lasts.get())
     }
 }
 
@@ -170,9 +170,9 @@ mod tests {
     #[test]
     fn what_is_no_fault_is_refused_where_it_stands() {
         let refuse = |text: &str| parse::<Campaign>(text, Path::new("c.toml")).unwrap_err().to_string();
-        let said = refuse("[[percepts]]\nkind = \"dorp\"\nchance = 0.1");
+        let said = refuse("[[percepts]]\nkind = \"dorp\"\nprobability = 0.1");
         assert!(said.contains("c.toml:2") && said.contains("drop"), "{said}");
-        let said = refuse("[[percepts]]\nkind = \"drop\"\nchance = 7");
+        let said = refuse("[[percepts]]\nkind = \"drop\"\nprobability = 7");
         assert!(said.contains("from 0 to 1"), "{said}");
         let said = refuse("[[processes]]\nkind = \"kill\"\nprocess = \"belief\"\nat_s = -1");
         assert!(said.contains("c.toml:4"), "{said}");
@@ -181,7 +181,7 @@ mod tests {
 
     #[test]
     fn a_fault_lasts_for_its_duration() {
-        let text = "[[percepts]]\nkind = \"nan\"\nchance = 1\nfrom_s = 2\nfor_s = 3";
+        let text = "[[percepts]]\nkind = \"nan\"\nprobability = 1\nstart_s = 2\nduration_s = 3";
         let fault = parse::<Campaign>(text, Path::new("c.toml")).unwrap().percepts[0];
         let on = |ms| fault.is_on(Duration::from_millis(ms));
         assert_eq!([on(1999), on(2000), on(4999), on(5000)], [false, true, true, false]);

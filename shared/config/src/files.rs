@@ -99,7 +99,7 @@ mod tests {
     fn a_kept_configuration_is_independent_of_later_changes() {
         let [own, folder] = [(); 2].map(|()| tempfile::tempdir().unwrap());
         let leo = own.path().join("robot.toml");
-        fs::write(&leo, builtin::LEO.replace("frames = 4 ", "frames = 3 ")).unwrap();
+        fs::write(&leo, builtin::LEO.replace("queue_depth = 4 ", "queue_depth = 3 ")).unwrap();
         fs::write(own.path().join("percepts.toml"), builtin::PERCEPTS).unwrap();
         let files = Files::read(Some(&leo)).unwrap();
         files.keep(folder.path()).unwrap();
@@ -108,7 +108,7 @@ mod tests {
         }
         let kept = Files::kept(Some(&leo), folder.path()).unwrap();
         assert_eq!(kept.texts(), files.texts());
-        assert_eq!(Robot::of(&kept).unwrap().leo.buffers.frames.get(), 3);
+        assert_eq!(Robot::of(&kept).unwrap().leo.buffers.queue_depth.get(), 3);
         assert!(Robot::load(Some(&leo)).is_err());
 
         fs::write(folder.path().join("percepts.toml"), "threshhold = 0.5\n").unwrap();

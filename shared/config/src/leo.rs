@@ -11,7 +11,7 @@ use settings::number::{Capacity, Hertz, Milliseconds, NotNegative, Positive, Sec
 use tasks::{HypothesisLanguage, Noise, OnConflict};
 
 pub(crate) use link::fault as link_error;
-pub use link::{Endpoint, Link, OffBoard, RobotName, Side};
+pub use link::{Endpoint, Link, RemoteProcess, RobotName, Side};
 pub(crate) use source::fault as sources_error;
 pub use source::{Source, SourceFrame, SourceKind};
 
@@ -48,9 +48,9 @@ pub struct Leo {
 #[serde(deny_unknown_fields)]
 pub struct Buffers {
     /// Maximum number of objects in a frame of observations, percepts or beliefs.
-    pub objects: Capacity,
+    pub max_objects: Capacity,
     /// Frames queued for a reader before the oldest is dropped.
-    pub frames: Capacity,
+    pub queue_depth: Capacity,
 }
 
 /// Real-time settings that a process requests.
@@ -194,7 +194,7 @@ pub struct Motor {
     /// After this further time without joint goals, torque goes off.
     pub limp_after_ms: Milliseconds,
     /// Reply timeout of a servo, in addition to the transmission time on the bus.
-    pub answer_within_ms: Milliseconds,
+    pub reply_timeout_ms: Milliseconds,
     /// Duration of a joint's soft start after torque on.
     pub soft_start_ms: Milliseconds,
     /// Maximum velocity during the soft start, in radians per second.
@@ -331,7 +331,7 @@ pub struct AlertReactions {
     /// How long a joint holds before it is lowered or goes limp.
     pub hold_ms: Milliseconds,
     /// Maximum duration of lowering to the rest pose.
-    pub lower_within_ms: Milliseconds,
+    pub lower_timeout_ms: Milliseconds,
 }
 
 /// The reaction of a joint before torque off, ordered from the weakest to the strongest.
@@ -365,7 +365,7 @@ pub struct MockBus {
     /// Faults injected from the start, in the syntax `drop bus=torso id=5 p=0.01`.
     pub faults: Vec<String>,
     /// Whether servos reply to a Fast Sync Read after a servo before them in the chain stayed silent.
-    pub followers_go_on: bool,
+    pub fast_read_continues_after_gap: bool,
     /// Real-time rights.
     pub realtime: Rights,
 }
@@ -437,26 +437,26 @@ pub struct Supervisor {
     /// Whether CPU cores are kept from idle states while the robot runs.
     pub keep_cores_awake: bool,
     /// Whether the kernel's worker threads for serial ports run ahead of ordinary threads while the robot runs.
-    pub keep_serial_lines_prompt: bool,
+    pub boost_serial_kworkers: bool,
     /// Whether every user of this machine may raise the emergency stop. `leo emergency-stop` connects to the robot's
     /// stop socket.
     pub stop_by_any_user: bool,
     /// A process that is not ready after this long has failed to start.
-    pub ready_within_ms: Milliseconds,
+    pub ready_timeout_ms: Milliseconds,
     /// Heartbeat timeout of the hot-path processes: sensor, belief, motor and mock servo bus.
     pub heartbeat_timeout_ms: Milliseconds,
     /// Heartbeat timeout of all other processes.
     pub heartbeat_timeout_others_ms: Milliseconds,
     /// Delay before the first restart; doubled for each further restart until a process stays up for the whole window.
-    pub backoff_first_ms: Milliseconds,
+    pub initial_backoff_ms: Milliseconds,
     /// Maximum delay before a restart.
-    pub backoff_most_ms: Milliseconds,
+    pub max_backoff_ms: Milliseconds,
     /// Number of deaths within the window after which the supervisor gives up.
-    pub deaths_most: u32,
+    pub max_deaths: u32,
     /// The length of that window.
     pub deaths_window_ms: Milliseconds,
     /// A process that has not ended this long after the stop request is killed.
-    pub stop_within_ms: Milliseconds,
+    pub stop_timeout_ms: Milliseconds,
     /// Lockstep: a process whose step takes longer than this counts as hung.
-    pub turn_within_ms: Milliseconds,
+    pub step_timeout_ms: Milliseconds,
 }

@@ -42,7 +42,7 @@ pub struct Lesson {
     /// The noise of the robot's sensors.
     pub noise: Noise,
     /// The timing of setting the table.
-    pub laying: TableTiming,
+    pub table_timing: TableTiming,
     /// The named kinds of objects.
     pub kinds: BTreeMap<String, ObjectKind>,
     /// The named colours, linear red, green and blue in [0, 1].
@@ -77,7 +77,7 @@ pub struct Teacher {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Noise {
     /// Standard deviation of an observed position along each axis, in metres.
-    pub position_sigma_m: f64,
+    pub position_sd_m: f64,
     /// Confidence of every observation, in [0, 1].
     pub confidence: f64,
 }

@@ -274,7 +274,7 @@ mod tests {
 
     #[test]
     fn a_table_without_a_head_of_its_own_gets_one() {
-        let old = without(&["[mock_bus]", "seed", "faults", "followers_go_on"]);
+        let old = without(&["[mock_bus]", "seed", "faults", "fast_read_continues_after_gap"]);
         let migrated = leo(&old).unwrap();
         assert_eq!(migrated.steps.len(), 3, "{:?}", migrated.steps);
         assert_eq!(migrated.text.matches("\n[mock_bus]\n").count(), 1, "{}", migrated.text);
@@ -317,7 +317,7 @@ mod tests {
     fn what_is_wrong_and_not_old_is_an_error_as_ever() {
         for (from, to) in [
             ("rate_hz = 200.0", "rate_hz = \"often\""),
-            ("frames = 4", "fraems = 4"),
+            ("queue_depth = 4", "fraems = 4"),
             ("[belief]", "[belief"),
         ] {
             let error = leo(&BUILTIN.replacen(from, to, 1)).unwrap_err().to_string();

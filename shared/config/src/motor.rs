@@ -76,9 +76,9 @@ pub struct Joint {
     /// Upper position limit, in radians.
     pub max_rad: f64,
     /// Velocity limit, in radians per second.
-    pub velocity_rad_s: f64,
+    pub max_velocity_rad_s: f64,
     /// Acceleration limit, in radians per second squared.
-    pub acceleration_rad_s2: f64,
+    pub max_acceleration_rad_s2: f64,
     /// The index of its group; the torque of a group's joints is enabled together.
     pub group: usize,
     /// Rest position, in radians; after some alerts the joint moves there before its torque goes off.
@@ -108,7 +108,7 @@ pub enum Limit {
     Min,
     /// `max_rad`.
     Max,
-    /// `velocity_rad_s`.
+    /// `max_velocity_rad_s`.
     Velocity,
 }
 
@@ -122,7 +122,7 @@ impl Limit {
         match self {
             Self::Min => "min_rad",
             Self::Max => "max_rad",
-            Self::Velocity => "velocity_rad_s",
+            Self::Velocity => "max_velocity_rad_s",
         }
     }
 
@@ -132,7 +132,7 @@ impl Limit {
         match self {
             Self::Min => joint.min_rad,
             Self::Max => joint.max_rad,
-            Self::Velocity => joint.velocity_rad_s,
+            Self::Velocity => joint.max_velocity_rad_s,
         }
     }
 }
@@ -149,7 +149,7 @@ pub fn limit_error(text: &str, file: &Path, joint: &str, limit: Limit, reason: S
     let span = found.map_or(0..0, |found| match limit {
         Limit::Min => found.min_rad.span(),
         Limit::Max => found.max_rad.span(),
-        Limit::Velocity => found.velocity_rad_s.span(),
+        Limit::Velocity => found.max_velocity_rad_s.span(),
     });
     invalid(text, file, span, reason)
 }
@@ -180,8 +180,8 @@ struct RawJoint {
     offset_rad: Spanned<Finite>,
     min_rad: Spanned<Finite>,
     max_rad: Spanned<Finite>,
-    velocity_rad_s: Spanned<Positive>,
-    acceleration_rad_s2: Positive,
+    max_velocity_rad_s: Spanned<Positive>,
+    max_acceleration_rad_s2: Positive,
     group: String,
     rest_rad: Option<Spanned<Finite>>,
     max_tracking_error_rad: Option<Positive>,
@@ -272,11 +272,11 @@ fn check_joint(raw: RawJoint, motor: &mut Motor) -> Result<Joint, SpannedError> 
         let reason = format!("the limits are crossed: min_rad {min_rad} must be below max_rad {max_rad}");
         return Err(wrong(&raw.max_rad, reason));
     }
-    let (velocity_rad_s, most) = (raw.velocity_rad_s.get_ref().get(), raw.model.max_velocity_rad_s());
-    if velocity_rad_s > most {
+    let (max_velocity_rad_s, most) = (raw.max_velocity_rad_s.get_ref().get(), raw.model.max_velocity_rad_s());
+    if max_velocity_rad_s > most {
         let reason =
-            format!("{velocity_rad_s} rad/s is faster than the servo, which turns at {most:.2} rad/s");
-        return Err(wrong(&raw.velocity_rad_s, reason));
+            format!("{max_velocity_rad_s} rad/s is faster than the servo, which turns at {most:.2} rad/s");
+        return Err(wrong(&raw.max_velocity_rad_s, reason));
     }
     let group = motor.groups.iter().position(|group| *group == raw.group).unwrap_or_else(|| {
         motor.groups.push(raw.group.clone());
@@ -290,8 +290,8 @@ fn check_joint(raw: RawJoint, motor: &mut Motor) -> Result<Joint, SpannedError> 
         offset_rad: raw.offset_rad.get_ref().get(),
         min_rad,
         max_rad,
-        velocity_rad_s,
-        acceleration_rad_s2: raw.acceleration_rad_s2.get(),
+        max_velocity_rad_s,
+        max_acceleration_rad_s2: raw.max_acceleration_rad_s2.get(),
         group,
         // Defaults to the joint's zero, clamped to its limits.
         rest_rad: raw
@@ -381,8 +381,8 @@ mod tests {
             ("sign = 1 ", "sign = 0 ", ":19:8: a sign is 1 or -1, not 0"),
             ("max_rad = 1.2", "max_rad = -1.2", ":22:11: the limits are crossed"),
             ("max_rad = 1.2", "max_rad = 3.2", ":22:11: the servo would stand at 3.2"),
-            ("velocity_rad_s = 2.0", "velocity_rad_s = 20.0", ":23:18: 20 rad/s is faster"),
-            ("velocity_rad_s = 2.0", "velocity_rad_s = nan", ":23:18: NaN is out of range"),
+            ("max_velocity_rad_s = 2.0", "max_velocity_rad_s = 20.0", ":23:18: 20 rad/s is faster"),
+            ("max_velocity_rad_s = 2.0", "max_velocity_rad_s = nan", ":23:18: NaN is out of range"),
             ("name = \"face\"", "name = \"torso\"", ":10:8: there are two buses named `torso`"),
             ("name = \"face\"", "name = \"fa/ce\"", ":10:8: `fa/ce` cannot name a bus"),
             ("baud = 4000000", "baud = 4000001", ":7:8: no servo supports 4000001 baud"),

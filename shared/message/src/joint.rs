@@ -62,7 +62,7 @@ numbered! {
         /// The servo is hot or its voltage low, so its speed is reduced.
         Derated = 14,
         /// The servo replies, but its clock does not advance correctly. So its replies may be outdated.
-        Unbelieved = 15,
+        Stale = 15,
         /// The joint did not follow its command: it was blocked, or its servo is too weak.
         Blocked = 16,
         /// Further beyond its limits than the tolerance: a slipped horn, a wrong offset, or a swapped servo.
@@ -82,7 +82,7 @@ numbered! {
         /// Quarantined, and probed at intervals: it does not reply, or its replies are not trusted.
         Silent = 3,
         /// Its replies arrive corrupt: two servos may reply at the same time.
-        Doubted = 4,
+        Corrupt = 4,
     }
 }
 
@@ -96,11 +96,11 @@ numbered! {
         /// Found on at start-up: another process switched it on.
         Found = 2,
         /// Being switched on.
-        Rising = 3,
+        SwitchingOn = 3,
         /// On, and the servo's bus watchdog is armed.
         On = 4,
         /// Being switched off, not confirmed by the servo yet.
-        Cutting = 5,
+        SwitchingOff = 5,
     }
 }
 
@@ -124,15 +124,15 @@ numbered! {
         /// Moving slowly back within its limits.
         Align = 1,
         /// Following goals with the speed limit of the soft start.
-        Soft = 2,
+        SoftStart = 2,
         /// Following goals.
         Track = 3,
         /// Decelerating to a stop.
-        Halt = 4,
+        Decelerate = 4,
         /// Holding the position where it stopped, ready for new goals.
         Hold = 5,
         /// Moving slowly to its rest pose.
-        Retreat = 6,
+        Lower = 6,
     }
 }
 
@@ -174,7 +174,7 @@ impl JointCause {
             Self::Restarted => "restarted",
             Self::DuplicateId => "duplicate-id",
             Self::Derated => "derated",
-            Self::Unbelieved => "unbelieved",
+            Self::Stale => "stale",
             Self::Blocked => "blocked",
             Self::BeyondLimits => "beyond-limits",
         }
@@ -190,7 +190,7 @@ impl JointLink {
             Self::Identified => "identified",
             Self::Answering => "answering",
             Self::Silent => "silent",
-            Self::Doubted => "doubted",
+            Self::Corrupt => "corrupt",
         }
     }
 }
@@ -203,9 +203,9 @@ impl JointPower {
             Self::Unknown => "unknown",
             Self::Off => "off",
             Self::Found => "found-on",
-            Self::Rising => "rising",
+            Self::SwitchingOn => "switching-on",
             Self::On => "on",
-            Self::Cutting => "cutting",
+            Self::SwitchingOff => "switching-off",
         }
     }
 }
@@ -229,11 +229,11 @@ impl JointMotion {
         match self {
             Self::Idle => "idle",
             Self::Align => "align",
-            Self::Soft => "soft",
+            Self::SoftStart => "soft-start",
             Self::Track => "track",
-            Self::Halt => "halt",
+            Self::Decelerate => "decelerate",
             Self::Hold => "hold",
-            Self::Retreat => "retreat",
+            Self::Lower => "lower",
         }
     }
 }

@@ -112,7 +112,7 @@ impl JointCause {
             Self::Restarted => "the servo restarted: its power or its firmware failed for a moment",
             Self::DuplicateId => "two servos answer to its identifier",
             Self::Derated => "the servo is hot or short of voltage",
-            Self::Unbelieved => "the servo's clock does not advance, so its answers may be old",
+            Self::Stale => "the servo's clock does not advance, so its answers may be old",
             Self::Blocked => {
                 "the joint did not follow its command: something held it, or its servo is too weak"
             }
@@ -149,7 +149,7 @@ impl JointCause {
                 "give one of the two servos another identifier; `leo bus scan` shows which answer"
             }
             Self::Derated => "let the servo cool down, or check the supply, then arm",
-            Self::Unbelieved => {
+            Self::Stale => {
                 "restart the servo with `leo bus reboot JOINT`, and exchange it where that does not help"
             }
             Self::Blocked => {
@@ -171,7 +171,7 @@ impl JointState {
         let is_waiting = matches!(self.cause(), Some(JointCause::None | JointCause::NotStarted));
         let is_failing = self.machines().is_none_or(|machines| {
             machines.licence == JointLicence::Locked
-                || matches!(machines.link, JointLink::Silent | JointLink::Doubted)
+                || matches!(machines.link, JointLink::Silent | JointLink::Corrupt)
         });
         !is_waiting || is_failing
     }

@@ -25,25 +25,25 @@ numbered! {
         /// Its kind is unknown.
         Kind = 9,
         /// Its modality is unknown.
-        Sense = 10,
+        Modality = 10,
         /// Its position is not finite, or out of range.
-        Place = 11,
+        Position = 11,
         /// Its orientation is not a unit quaternion.
         Orientation = 12,
         /// Its extents are not finite, negative, or out of range.
         Extents = 13,
         /// Its colour or shape is not in [0, 1].
-        Look = 14,
+        Appearance = 14,
         /// Its confidence is not in [0, 1].
         Confidence = 15,
         /// It is of a person, but names no person.
         Person = 16,
         /// The buffer was full.
-        LeftOut = 17,
+        OverCapacity = 17,
         /// The degree of a state is neither in [0, 1] nor NaN, which means that the object has no such state.
         State = 18,
         /// Another observation of the same person at the same instant is in the frame.
-        Twice = 19,
+        Duplicate = 19,
     }
 }
 
@@ -56,7 +56,7 @@ impl Loss {
     /// Whether the input was invalid, rather than late or too much.
     #[must_use]
     pub const fn is_refusal(self) -> bool {
-        !matches!(self, Self::Overtaken | Self::Missed | Self::LeftOut)
+        !matches!(self, Self::Overtaken | Self::Missed | Self::OverCapacity)
     }
 
     /// Its name in `leo top`.
@@ -73,16 +73,16 @@ impl Loss {
             Self::Past => "past",
             Self::Stale => "stale",
             Self::Kind => "kind",
-            Self::Sense => "sense",
-            Self::Place => "place",
+            Self::Modality => "modality",
+            Self::Position => "position",
             Self::Orientation => "orientation",
             Self::Extents => "extents",
-            Self::Look => "look",
+            Self::Appearance => "appearance",
             Self::Confidence => "confidence",
             Self::Person => "person",
-            Self::LeftOut => "left-out",
+            Self::OverCapacity => "over-capacity",
             Self::State => "state",
-            Self::Twice => "twice",
+            Self::Duplicate => "duplicate",
         }
     }
 
@@ -93,7 +93,7 @@ impl Loss {
             Self::Overtaken => "two of its frames arrived in one cycle of the sensor: the newest was used",
             Self::Missed => {
                 "frames of it were dropped before they were read: the sensor was late, or the source sends more in one \
-                 cycle than `buffers.frames` hold"
+                 cycle than `buffers.queue_depth` hold"
             }
             Self::Unreadable => "a frame could not be read: was its process killed, or is /dev/shm full?",
             Self::Misnumbered => {
@@ -109,19 +109,19 @@ impl Loss {
             Self::Past => "`observed_at_ns` is older than ten seconds: it must be of CLOCK_MONOTONIC",
             Self::Stale => "`observed_at_ns` is not newer than what was observed in an earlier frame",
             Self::Kind => "`kind` must be 1 (object), 2 (person) or 3 (occluder)",
-            Self::Sense => "`modality` must be 1 (vision), 2 (hearing) or 3 (touch)",
-            Self::Place => "`position_m` must be finite and within 1000 m",
+            Self::Modality => "`modality` must be 1 (vision), 2 (hearing) or 3 (touch)",
+            Self::Position => "`position_m` must be finite and within 1000 m",
             Self::Orientation => "`orientation_xyzw` must be a quaternion of norm 1, within 1 %",
             Self::Extents => "`half_extents_m` must be from 0 to 1000 m",
-            Self::Look => "`colour_rgb` and `shape` must be from 0 to 1",
+            Self::Appearance => "`colour_rgb` and `shape` must be from 0 to 1",
             Self::Confidence => "`confidence` must be from 0 to 1",
             Self::Person => "`partner` of a person must be 1, 2, ..., or 0 for the robot's own head",
-            Self::LeftOut => "not all of its observations fit: raise `buffers.objects`",
+            Self::OverCapacity => "not all of its observations fit: raise `buffers.max_objects`",
             Self::State => {
                 "each of `states` must be from 0 to 1; a state that the object does not have is NaN, or left out of a \
                  trace"
             }
-            Self::Twice => {
+            Self::Duplicate => {
                 "a person can be in only one place at an instant: the first observation of each person was used"
             }
         }

@@ -167,7 +167,7 @@ impl Observation {
     /// let sound = Observation::object(0, 5);
     /// assert_eq!(sound.fault(), None);
     /// let nowhere = Observation { position_m: [0.0, f32::NAN, 0.0], ..sound };
-    /// assert_eq!(nowhere.fault(), Some(Loss::Place));
+    /// assert_eq!(nowhere.fault(), Some(Loss::Position));
     /// ```
     #[must_use]
     pub fn fault(&self) -> Option<Loss> {
@@ -177,15 +177,15 @@ impl Observation {
         } else if self.kind().is_none() {
             Loss::Kind
         } else if self.modality().is_none() {
-            Loss::Sense
+            Loss::Modality
         } else if !is_each(&self.position_m, is_within_reach) {
-            Loss::Place
+            Loss::Position
         } else if !is_unit(self.orientation_xyzw) {
             Loss::Orientation
         } else if !is_each(&self.half_extents_m, is_extent) {
             Loss::Extents
         } else if !is_each(&self.colour_rgb, is_share) || !is_each(&self.shape, is_share) {
-            Loss::Look
+            Loss::Appearance
         } else if !is_each(&self.states, is_degree) {
             Loss::State
         } else if !is_share(self.confidence) {
@@ -260,15 +260,15 @@ mod tests {
         assert_eq!(sound.fault(), None);
         for (unsound, loss) in [
             (Observation { kind: 0, ..sound }, Loss::Kind),
-            (Observation { modality: 9, ..sound }, Loss::Sense),
-            (Observation { position_m: [0.0, f32::INFINITY, 0.0], ..sound }, Loss::Place),
-            (Observation { position_m: [0.0, -1000.5, 0.0], ..sound }, Loss::Place),
+            (Observation { modality: 9, ..sound }, Loss::Modality),
+            (Observation { position_m: [0.0, f32::INFINITY, 0.0], ..sound }, Loss::Position),
+            (Observation { position_m: [0.0, -1000.5, 0.0], ..sound }, Loss::Position),
             (Observation { orientation_xyzw: [0.0; 4], ..sound }, Loss::Orientation),
             (Observation { orientation_xyzw: [f32::NAN; 4], ..sound }, Loss::Orientation),
             (Observation { half_extents_m: [0.1, -0.1, 0.1], ..sound }, Loss::Extents),
             (Observation { half_extents_m: [0.1, f32::NAN, 0.1], ..sound }, Loss::Extents),
-            (Observation { colour_rgb: [0.0, 0.0, 1.5], ..sound }, Loss::Look),
-            (Observation { shape: [0.0, 0.0, 0.0, f32::NAN], ..sound }, Loss::Look),
+            (Observation { colour_rgb: [0.0, 0.0, 1.5], ..sound }, Loss::Appearance),
+            (Observation { shape: [0.0, 0.0, 0.0, f32::NAN], ..sound }, Loss::Appearance),
             (Observation { states: [f32::INFINITY; STATES], ..sound }, Loss::State),
             (Observation { states: [-0.5; STATES], ..sound }, Loss::State),
             (Observation { confidence: -0.5, ..sound }, Loss::Confidence),

@@ -64,7 +64,7 @@ fn perspectives(readings: &Readings, page: &mut MetricsText) {
         page.count(&[("perspective", path)], perspective.beliefs);
     }
     page.family(
-        "leo_perspective_left_out",
+        "leo_perspective_over_capacity",
         Kind::Counter,
         None,
         "Observations, beliefs and occluders beyond the perspective's capacity.",

@@ -96,7 +96,7 @@ fn joints(readings: &Readings, page: &mut MetricsText) {
         let count = readings.joints.iter().filter(|joint| joint.mode() == Some(*mode)).count();
         page.gauge(&[("mode", mode.name())], float_of_count(count));
     }
-    page.family("leo_joints_in_trouble", Kind::Gauge, None, "Joints with a fault, by the cause.");
+    page.family("leo_joints_with_fault", Kind::Gauge, None, "Joints with a fault, by the cause.");
     for cause in JointCause::ALL.iter().filter(|cause| **cause != JointCause::None) {
         let count = readings.joints.iter().filter(|joint| joint.cause() == Some(*cause)).count();
         page.gauge(&[("cause", cause.name())], float_of_count(count));
@@ -159,8 +159,8 @@ fn machines(readings: &Readings, page: &mut MetricsText) {
         };
     }
     gauge(
-        "leo_joints_by_licence",
-        "licence",
+        "leo_joints_by_arming",
+        "arming",
         "Joints by whether they may move.",
         &counted!(JointLicence, licence),
     );
@@ -190,10 +190,10 @@ fn machines(readings: &Readings, page: &mut MetricsText) {
         page.count(&[], count);
     }
     page.family(
-        "leo_joint_trouble",
+        "leo_joint_fault",
         Kind::Info,
         None,
-        "The states of a joint that is in trouble, and why it is locked or disarmed.",
+        "The states of a joint with a fault, and why it is locked or disarmed.",
     );
     for joint in readings.joints.iter().filter(|joint| joint.is_in_trouble()) {
         let Some(machines) = joint.machines() else { continue };
@@ -201,8 +201,8 @@ fn machines(readings: &Readings, page: &mut MetricsText) {
             ("joint", readings.joint_name(joint.joint)),
             ("link", machines.link.name().to_owned()),
             ("power", machines.power.name().to_owned()),
-            ("licence", machines.licence.name().to_owned()),
-            ("licence_cause", machines.licence_cause.name().to_owned()),
+            ("arming", machines.licence.name().to_owned()),
+            ("arming_cause", machines.licence_cause.name().to_owned()),
             ("motion", machines.motion.name().to_owned()),
         ];
         let labels = labels.each_ref().map(|(name, text)| (*name, text.as_str()));

@@ -11,20 +11,20 @@ use crate::readings::Readings;
 type Count = (&'static str, Option<&'static str>, &'static str, fn(&LinkHealth) -> u64);
 
 const COUNTS: [Count; 10] = [
-    ("leo_link_hearings", None, "How often the link to the other machine was established.", |link| {
+    ("leo_link_sessions", None, "How often the link to the other machine was established.", |link| {
         link.hearings
     }),
     ("leo_link_sent_frames", None, "Frames handed to the network.", |link| link.sent),
     ("leo_link_overtaken_frames", None, "Frames not sent because a newer one came first.", |link| {
         link.overtaken
     }),
-    ("leo_link_given_up_frames", None, "Frames dropped after waiting too long to be sent.", |link| {
+    ("leo_link_expired_frames", None, "Frames dropped after waiting too long to be sent.", |link| {
         link.given_up
     }),
     ("leo_link_received_frames", None, "Frames of the other machine that were published here.", |link| {
         link.received
     }),
-    ("leo_link_lost_bundles", None, "Bundles of frames that were lost on the way to this machine.", |link| {
+    ("leo_link_lost_batches", None, "Batches of frames that were lost on the way to this machine.", |link| {
         link.lost
     }),
     ("leo_link_refused", None, "Messages and frames of the other machine refused as malformed.", |link| {
@@ -37,7 +37,7 @@ const COUNTS: [Count; 10] = [
 
 pub(crate) fn write(readings: &Readings, page: &mut MetricsText) {
     let Some(link) = &readings.link else { return };
-    page.family("leo_link_heard", Kind::Gauge, None, "1 while the link to the other machine is up.");
+    page.family("leo_link_up", Kind::Gauge, None, "1 while the link to the other machine is up.");
     page.gauge(&[], float(link.is_heard));
     page.family(
         "leo_link_round_trip_seconds",

@@ -98,7 +98,7 @@ pub(crate) fn distribution(
         page.buckets(&[(label, name)], histogram);
     }
     let life = format!("{help}, since the process started.");
-    page.family(&format!("{stem}_life_seconds"), Kind::Summary, Some("seconds"), &life);
+    page.family(&format!("{stem}_since_start_seconds"), Kind::Summary, Some("seconds"), &life);
     for (name, histogram) in told() {
         page.quantiles(&[(label, name)], histogram);
     }

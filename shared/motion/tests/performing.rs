@@ -72,8 +72,8 @@ impl Stand {
             if self.follow == Follow::WithinLimits {
                 let settings = &SERVOS[joint];
                 let limits = Limits {
-                    velocity_rad_s: settings.velocity_rad_s,
-                    acceleration_rad_s2: settings.acceleration_rad_s2,
+                    velocity_rad_s: settings.max_velocity_rad_s,
+                    acceleration_rad_s2: settings.max_acceleration_rad_s2,
                 };
                 let mut motion = self.motions[joint];
                 for cycle in 0..PERIOD.as_millis() / CYCLE.as_millis() {
@@ -425,7 +425,7 @@ fn the_bus_file_and_the_body_agree() {
     assert_eq!([on(0), on(1), on(2), on(3), on(4)], [16, 16, 13, 13, 7]);
     for (servo, joint) in motor.joints.iter().zip(LEO.body.joints()) {
         assert_eq!(servo.name, joint.name);
-        let said = [servo.min_rad, servo.max_rad, servo.velocity_rad_s].map(f64::to_bits);
+        let said = [servo.min_rad, servo.max_rad, servo.max_velocity_rad_s].map(f64::to_bits);
         let limits = [joint.lower_rad, joint.upper_rad, joint.velocity_rad_s].map(f64::to_bits);
         assert_eq!(said, limits, "{}", joint.name);
         let rest = servo.joint_rad(0.0);

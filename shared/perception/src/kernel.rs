@@ -17,7 +17,7 @@ pub(crate) enum Kernel {
     Nearest(Prototypes),
     Region(Region),
     Range(Range),
-    Own(Arc<dyn Classify>),
+    Plugin(Arc<dyn Classify>),
 }
 
 impl Kernel {
@@ -31,13 +31,13 @@ impl Kernel {
             percepts::Kernel::Nearest(nearest) => Self::Nearest(Prototypes::new(nearest)),
             percepts::Kernel::Region(region) => Self::Region(*region),
             percepts::Kernel::Range(range) => Self::Range(*range),
-            percepts::Kernel::Own(name) => {
+            percepts::Kernel::Plugin(name) => {
                 let found = own.iter().find(|(known, _)| known == name);
                 let (_, classifier) = found.ok_or_else(|| PerceptionError::NoSuchClassifier {
                     percept: percept.name.to_owned(),
                     classifier: name.clone(),
                 })?;
-                Self::Own(Arc::clone(classifier))
+                Self::Plugin(Arc::clone(classifier))
             }
         })
     }
@@ -46,7 +46,7 @@ impl Kernel {
     /// may. A range depends on what its parent depends on.
     pub(crate) fn is_frame_dependent(&self) -> bool {
         match self {
-            Self::Position | Self::Orientation | Self::Region(_) | Self::Own(_) => true,
+            Self::Position | Self::Orientation | Self::Region(_) | Self::Plugin(_) => true,
             Self::Extents | Self::Source | Self::State(_) | Self::Nearest(_) | Self::Range(_) => false,
         }
     }
@@ -67,7 +67,7 @@ impl Kernel {
             Self::Region(region) => within(region, observation.position_m),
             // A range needs a parent, which selects the number to test.
             Self::Range(_) => Evaluation::NONE,
-            Self::Own(classifier) => classifier.classify(input),
+            Self::Plugin(classifier) => classifier.classify(input),
         }
     }
 
@@ -87,7 +87,7 @@ impl Kernel {
             | Self::Extents
             | Self::Source
             | Self::State(_)
-            | Self::Own(_) => None,
+            | Self::Plugin(_) => None,
         }
     }
 }

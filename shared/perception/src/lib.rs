@@ -111,7 +111,7 @@ impl<'a> ClassifierInput<'a> {
     }
 }
 
-/// A plug-in percept, for the kernel `{ own = "NAME" }`.
+/// A plug-in percept, for the kernel `{ plugin = "NAME" }`.
 ///
 /// ```
 /// use message::{Feature, Observation};

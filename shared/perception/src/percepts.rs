@@ -130,16 +130,16 @@ pub struct Prototype {
 #[serde(deny_unknown_fields)]
 pub struct Region {
     /// Minimum x, y and z, in metres.
-    pub minimum_m: [f64; 3],
+    pub min_m: [f64; 3],
     /// Maximum x, y and z, in metres.
-    pub maximum_m: [f64; 3],
+    pub max_m: [f64; 3],
 }
 
 impl Region {
     /// Whether a position is in the box, sides included.
     #[must_use]
     pub fn holds(&self, position_m: [f32; 3]) -> bool {
-        let sides = self.minimum_m.iter().zip(&self.maximum_m);
+        let sides = self.min_m.iter().zip(&self.max_m);
         position_m.iter().zip(sides).all(|(at, (minimum, maximum))| {
             let at = f64::from(*at);
             *minimum <= at && at <= *maximum
@@ -202,11 +202,11 @@ impl Component {
     pub const fn is_of(self, kernel: &Kernel) -> bool {
         match self {
             Self::XM | Self::YM | Self::ZM | Self::DistanceM => {
-                matches!(kernel, Kernel::Position | Kernel::Own(_))
+                matches!(kernel, Kernel::Position | Kernel::Plugin(_))
             }
             Self::LongestM | Self::ShortestM => matches!(kernel, Kernel::Extents),
             Self::Number => {
-                matches!(kernel, Kernel::State(_) | Kernel::Region(_) | Kernel::Range(_) | Kernel::Own(_))
+                matches!(kernel, Kernel::State(_) | Kernel::Region(_) | Kernel::Range(_) | Kernel::Plugin(_))
             }
         }
     }
@@ -300,9 +300,9 @@ impl Kernel {
     pub fn reads(&self, parent: &Self) -> bool {
         let is_own = matches!(parent, Self::Own(_));
         match self {
-            Self::Range(range) => range.of.is_of(parent),
+            Self::Range(range) => range.component.is_of(parent),
             Self::Region(_) => is_own || matches!(parent, Self::Position),
-            Self::Nearest(nearest) => match nearest.of {
+            Self::Nearest(nearest) => match nearest.space {
                 Space::EdgeM => is_own || matches!(parent, Self::Extents),
                 Space::Colour => is_own,
                 Space::Shape => false,
@@ -345,7 +345,7 @@ fn check_prototypes(nearest: &Nearest) -> Result<(), String> {
         return Err(format!("{} prototypes: at most 65535 are possible", nearest.prototypes.len()));
     }
     for (index, prototype) in nearest.prototypes.iter().enumerate() {
-        let dimensions = nearest.of.dimensions();
+        let dimensions = nearest.space.dimensions();
         let name = &prototype.name;
         if prototype.at.len() != dimensions {
             let given = prototype.at.len();
@@ -363,7 +363,7 @@ fn check_prototypes(nearest: &Nearest) -> Result<(), String> {
 
 fn check_region(region: &Region) -> Result<(), String> {
     // Written so that NaN is rejected.
-    if region.minimum_m.iter().zip(&region.maximum_m).all(|(minimum, maximum)| minimum < maximum) {
+    if region.min_m.iter().zip(&region.max_m).all(|(minimum, maximum)| minimum < maximum) {
         Ok(())
     } else {
         Err("an empty region: every minimum must be below its maximum".to_owned())
@@ -371,13 +371,13 @@ fn check_region(region: &Region) -> Result<(), String> {
 }
 
 fn check_range(range: &Range, parent: Option<(&str, &Kernel)>) -> Result<(), String> {
-    let of = range.of.name();
+    let of = range.component.name();
     let Some((name, kernel)) = parent else {
         return Err(format!(
             "a range without a parent, from which it takes its `{of}`: name an earlier percept with `parent`"
         ));
     };
-    if !range.of.is_of(kernel) {
+    if !range.component.is_of(kernel) {
         return Err(format!(
             "the parent `{name}` derives no `{of}`: a position has x_m, y_m, z_m and distance_m, extents have \
              longest_m and shortest_m, a state, a region and a range have number; a program's own may have any \

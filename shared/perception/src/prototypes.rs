@@ -25,7 +25,7 @@ impl Prototypes {
             }
             (symbol, point)
         });
-        Self { space: nearest.of, scale: nearest.scale.get(), points: points.collect() }
+        Self { space: nearest.space, scale: nearest.scale.get(), points: points.collect() }
     }
 
     /// With d₁ and d₂ the distances of the nearest and the second nearest prototype: match max(0, 1 − d₁ / scale), and

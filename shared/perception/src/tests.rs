@@ -83,7 +83,7 @@ impl Classify for Always {
 
 fn with_plugins(evaluation: Evaluation) -> Perception {
     let own: Own = vec![("mine".to_owned(), Arc::new(Always(evaluation)))];
-    Perception::with_plugins(&percepts(&percept("p", "kernel = { own = \"mine\" }")), &own).unwrap()
+    Perception::with_plugins(&percepts(&percept("p", "kernel = { plugin = \"mine\" }")), &own).unwrap()
 }
 
 #[test]
@@ -121,7 +121,7 @@ fn an_own_percept_that_lies_matches_nothing() {
 
 #[test]
 fn an_own_percept_that_the_program_lacks_is_named() {
-    let refused = Perception::new(&percepts(&percept("p", "kernel = { own = \"mine\" }"))).err().unwrap();
+    let refused = Perception::new(&percepts(&percept("p", "kernel = { plugin = \"mine\" }"))).err().unwrap();
     assert!(refused.to_string().contains("`mine`"), "{refused}");
 }
 
@@ -179,7 +179,7 @@ fn every_prototype_is_its_own_symbol_at_every_confidence_above_the_threshold() {
         for (symbol, prototype) in (0..).zip(&nearest.prototypes) {
             let mut thing = Observation { confidence: 0.51, ..cube() };
             let at: Vec<f32> = prototype.at.iter().map(|part| single(*part)).collect();
-            match nearest.of {
+            match nearest.space {
                 percepts::Space::Shape => thing.shape = at.try_into().unwrap(),
                 percepts::Space::Colour => thing.colour_rgb = at.try_into().unwrap(),
                 percepts::Space::EdgeM => thing.half_extents_m = [at[0] / 2.0; 3],
@@ -244,28 +244,28 @@ impl Classify for Told {
 }
 
 const KERNELS: [&str; 11] = [
-    "{ own = \"told\" }",
+    "{ plugin = \"told\" }",
     "\"position\"",
     "\"orientation\"",
     "\"extents\"",
     "\"source\"",
     "{ state = \"filled\" }",
-    "{ region = { minimum_m = [0.0, -1.0, -1.0], maximum_m = [1.0, 1.0, 1.0] } }",
-    "{ own = \"near\" }",
-    "{ nearest = { of = \"edge_m\", scale = 0.1, prototypes = [{ name = \"a\", at = [0.03] }, { name = \"b\", at = [0.1] }] } }",
-    "{ nearest = { of = \"colour\", scale = 1.0, prototypes = [{ name = \"a\", at = [0.8, 0.0, 0.0] }, { name = \"b\", at = [0.0, 0.0, 0.8] }] } }",
-    "{ nearest = { of = \"shape\", scale = 1.0, prototypes = [{ name = \"a\", at = [0.0, 0.0, 0.0, 0.0] }] } }",
+    "{ region = { min_m = [0.0, -1.0, -1.0], max_m = [1.0, 1.0, 1.0] } }",
+    "{ plugin = \"near\" }",
+    "{ nearest = { space = \"edge_m\", scale = 0.1, prototypes = [{ name = \"a\", at = [0.03] }, { name = \"b\", at = [0.1] }] } }",
+    "{ nearest = { space = \"colour\", scale = 1.0, prototypes = [{ name = \"a\", at = [0.8, 0.0, 0.0] }, { name = \"b\", at = [0.0, 0.0, 0.8] }] } }",
+    "{ nearest = { space = \"shape\", scale = 1.0, prototypes = [{ name = \"a\", at = [0.0, 0.0, 0.0, 0.0] }] } }",
 ];
 
 /// A range over the feature that a percept with this kernel derives, if there is one.
 fn range_of(kernel: &str) -> Option<&'static str> {
     match kernel {
-        "\"position\"" => Some("{ range = { of = \"distance_m\", to = 1.0, softness = 1.0 } }"),
-        "\"extents\"" => Some("{ range = { of = \"longest_m\", from = 0.1, softness = 0.05 } }"),
+        "\"position\"" => Some("{ range = { component = \"distance_m\", to = 1.0, softness = 1.0 } }"),
+        "\"extents\"" => Some("{ range = { component = \"longest_m\", from = 0.1, softness = 0.05 } }"),
         "\"orientation\"" | "\"source\"" => None,
-        own if own.contains("told") => Some("{ range = { of = \"y_m\", from = 0.0, to = 1.0 } }"),
+        own if own.contains("told") => Some("{ range = { component = \"y_m\", from = 0.0, to = 1.0 } }"),
         nearest if nearest.contains("nearest") => None,
-        _number => Some("{ range = { of = \"number\", from = 0.6, softness = 0.4 } }"),
+        _number => Some("{ range = { component = \"number\", from = 0.6, softness = 0.4 } }"),
     }
 }
 
@@ -385,7 +385,7 @@ fn a_range_without_softness_is_inside_or_outside() {
     let text = percept("position", "kernel = \"position\"")
         + &percept(
             "raised",
-            "parent = \"position\"\nkernel = { range = { of = \"z_m\", from = 0.5, softness = 0.25 } }",
+            "parent = \"position\"\nkernel = { range = { component = \"z_m\", from = 0.5, softness = 0.25 } }",
         );
     let at =
         |z| said(&text, &Observation { position_m: [0.0, 0.0, z], confidence: 0.75, ..cube() }, "raised");
@@ -402,8 +402,14 @@ fn a_range_without_softness_is_inside_or_outside() {
 fn ranges_apply_to_whole_sides_and_to_state_degrees() {
     let text = percept("extents", "kernel = \"extents\"")
         + &percept("filled", "kernel = { state = \"filled\" }")
-        + &percept("long", "parent = \"extents\"\nkernel = { range = { of = \"longest_m\", from = 0.1 } }")
-        + &percept("full", "parent = \"filled\"\nkernel = { range = { of = \"number\", from = 0.75 } }");
+        + &percept(
+            "long",
+            "parent = \"extents\"\nkernel = { range = { component = \"longest_m\", from = 0.1 } }",
+        )
+        + &percept(
+            "full",
+            "parent = \"filled\"\nkernel = { range = { component = \"number\", from = 0.75 } }",
+        );
     let mut block = Observation { half_extents_m: [0.03, 0.05, 0.03], ..cube() };
     assert_eq!(said(&text, &block, "long").unwrap().2, Feature::Number(1.0));
     assert_eq!(said(&text, &cube(), "long").unwrap().2, Feature::Number(0.0));
@@ -417,8 +423,8 @@ fn ranges_apply_to_whole_sides_and_to_state_degrees() {
 #[test]
 fn children_of_regions_and_ranges_are_asked_only_of_what_is_inside() {
     for kernel in [
-        "{ range = { of = \"distance_m\", to = 0.5 } }",
-        "{ region = { minimum_m = [-0.5, -0.5, -0.5], maximum_m = [0.5, 0.5, 0.5] } }",
+        "{ range = { component = \"distance_m\", to = 0.5 } }",
+        "{ region = { min_m = [-0.5, -0.5, -0.5], max_m = [0.5, 0.5, 0.5] } }",
     ] {
         let text = percept("position", "kernel = \"position\"")
             + &percept("near", &format!("parent = \"position\"\nkernel = {kernel}"))
@@ -434,7 +440,7 @@ fn children_of_regions_and_ranges_are_asked_only_of_what_is_inside() {
 #[test]
 fn a_child_of_ones_own_reads_what_its_parent_extracted() {
     let text = percept("extents", "kernel = \"extents\"") + &percept("size", NEAREST_EDGE);
-    let text = text + &percept("told", "parent = \"size\"\nkernel = { own = \"told\" }");
+    let text = text + &percept("told", "parent = \"size\"\nkernel = { plugin = \"told\" }");
     let thing = Observation { half_extents_m: [0.016; 3], confidence: 0.9, ..cube() };
     let size = said(&text, &thing, "size").unwrap();
     assert!(size.0 < 1.0 && size.1 < 0.9, "{size:?}");
@@ -443,18 +449,18 @@ fn a_child_of_ones_own_reads_what_its_parent_extracted() {
     assert_eq!(told, (size.0, size.1 * 0.9, size.2));
 }
 
-const NEAREST_EDGE: &str = "parent = \"extents\"\nkernel = { nearest = { of = \"edge_m\", scale = 0.1, prototypes = \
+const NEAREST_EDGE: &str = "parent = \"extents\"\nkernel = { nearest = { space = \"edge_m\", scale = 0.1, prototypes = \
     [{ name = \"a\", at = [0.03] }, { name = \"b\", at = [0.1] }] } }";
 
 #[test]
 fn children_read_the_value_and_confidence_of_a_plugin_percept() {
     // The position half a metre to the left of the thing, with a confidence of 0.9.
-    let text = percept("beside", "kernel = { own = \"told\" }")
+    let text = percept("beside", "kernel = { plugin = \"told\" }")
         + &percept(
             "left",
-            "parent = \"beside\"\nkernel = { region = { minimum_m = [-9.0, 0.0, -9.0], maximum_m = [9.0, 9.0, 9.0] } }",
+            "parent = \"beside\"\nkernel = { region = { min_m = [-9.0, 0.0, -9.0], max_m = [9.0, 9.0, 9.0] } }",
         )
-        + &percept("right", "parent = \"beside\"\nkernel = { range = { of = \"y_m\", to = 0.0 } }")
+        + &percept("right", "parent = \"beside\"\nkernel = { range = { component = \"y_m\", to = 0.0 } }")
         + &percept("edge", &NEAREST_EDGE.replace("extents", "beside"))
         + &percept("red", &NEAREST_RED.replace("extents", "beside"));
     let at = |position_m, name| {
@@ -472,17 +478,17 @@ fn children_read_the_value_and_confidence_of_a_plugin_percept() {
     assert_eq!(at([1.0, -0.5, 0.0], "red"), Some((1.0, sure, Feature::Symbol(0))));
 }
 
-const NEAREST_RED: &str = "parent = \"extents\"\nkernel = { nearest = { of = \"colour\", scale = 0.5, prototypes = \
+const NEAREST_RED: &str = "parent = \"extents\"\nkernel = { nearest = { space = \"colour\", scale = 0.5, prototypes = \
     [{ name = \"a\", at = [1.0, 0.0, 0.0] }] } }";
 
 #[test]
 fn where_ones_own_extracted_no_vector_its_children_read_the_observation() {
-    let text = percept("number", "kernel = { own = \"near\" }")
+    let text = percept("number", "kernel = { plugin = \"near\" }")
         + &percept(
             "left",
-            "parent = \"number\"\nkernel = { region = { minimum_m = [-9.0, 0.0, -9.0], maximum_m = [9.0, 9.0, 9.0] } }",
+            "parent = \"number\"\nkernel = { region = { min_m = [-9.0, 0.0, -9.0], max_m = [9.0, 9.0, 9.0] } }",
         )
-        + &percept("high", "parent = \"number\"\nkernel = { range = { of = \"z_m\", from = 0.0 } }");
+        + &percept("high", "parent = \"number\"\nkernel = { range = { component = \"z_m\", from = 0.0 } }");
     let thing = Observation { position_m: [0.0, 0.25, 0.0], confidence: 0.8, ..cube() };
     assert_eq!(said(&text, &thing, "left"), Some((1.0, 0.8, Feature::Number(1.0))));
     assert_eq!(said(&text, &thing, "high"), None, "a number has no z");

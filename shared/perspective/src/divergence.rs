@@ -197,10 +197,10 @@ impl Meaning {
                 | Kernel::Nearest(_)
                 | Kernel::Region(_)
                 | Kernel::Range(_)
-                | Kernel::Own(_) => None,
+                | Kernel::Plugin(_) => None,
             },
             // The source of the last observation is no property of the thing.
-            Kernel::Source | Kernel::Region(_) | Kernel::Own(_) => None,
+            Kernel::Source | Kernel::Region(_) | Kernel::Plugin(_) => None,
         }
     }
 

@@ -27,8 +27,8 @@ struct Remembered {
 pub(crate) struct RememberedOccluders {
     remembered: Vec<Remembered>,
     capacity: usize,
-    same_within_m: f64,
-    gone_after: Duration,
+    association_distance_m: f64,
+    remove_after: Duration,
     shapes: Occluders,
     /// Observations dropped because all slots were taken.
     left_out: u64,
@@ -36,12 +36,12 @@ pub(crate) struct RememberedOccluders {
 
 impl RememberedOccluders {
     pub(crate) fn new(config: &crate::settings::Occluders) -> Self {
-        let capacity = config.most.get();
+        let capacity = config.max_count.get();
         Self {
             remembered: Vec::with_capacity(capacity),
             capacity,
-            same_within_m: config.same_within_m.get(),
-            gone_after: config.gone_after_ms.duration(),
+            association_distance_m: config.association_distance_m.get(),
+            remove_after: config.remove_after_ms.duration(),
             shapes: Occluders::new(capacity),
             left_out: 0,
         }
@@ -66,7 +66,7 @@ impl RememberedOccluders {
 
     /// Records an observed occluder at arrival time `at`.
     ///
-    /// It updates the nearest occluder within `same_within_m` that this source has not yet observed in this
+    /// It updates the nearest occluder within `association_distance_m` that this source has not yet observed in this
     /// frame. If all slots are taken, it replaces the one unobserved for longest. If all were observed in
     /// this frame, it is dropped and counted.
     pub(crate) fn observe(&mut self, observation: &Observation, at: Instant) {
@@ -81,7 +81,7 @@ impl RememberedOccluders {
             .filter(|old| old.taken_by != taken_by)
             .map(|old| (old.x_base_box.origin().distance(&x_base_box.origin()), old))
             .min_by(|a, b| a.0.total_cmp(&b.0))
-            .filter(|(distance, _)| *distance <= self.same_within_m);
+            .filter(|(distance, _)| *distance <= self.association_distance_m);
         if let Some((_, old)) = nearest {
             *old = Remembered { seen_by: old.seen_by.union(seen_by), ..new };
         } else if self.remembered.len() < self.capacity {
@@ -95,9 +95,11 @@ impl RememberedOccluders {
         }
     }
 
-    /// Whether an occluder is remembered within `same_within_m` of a place.
+    /// Whether an occluder is remembered within `association_distance_m` of a place.
     pub(crate) fn has_one_at(&self, place: &Position<Base>) -> bool {
-        self.remembered.iter().any(|old| old.x_base_box.origin().distance(place) <= self.same_within_m)
+        self.remembered
+            .iter()
+            .any(|old| old.x_base_box.origin().distance(place) <= self.association_distance_m)
     }
 
     /// Ends a frame.
@@ -112,7 +114,7 @@ impl RememberedOccluders {
         }
     }
 
-    /// Removes occluders that stayed unobserved for `gone_after`, although a source that saw them before
+    /// Removes occluders that stayed unobserved for `remove_after`, although a source that saw them before
     /// `looked` and `is_partly_visible` reported part of the box in view all the time.
     ///
     /// An occluder for which `stands` is true stays. Returns whether any was removed.
@@ -123,14 +125,14 @@ impl RememberedOccluders {
         is_partly_visible: impl Fn(&Pose<Base, Thing>, [f64; 3]) -> bool,
         stands: impl Fn(&Pose<Base, Thing>) -> bool,
     ) -> bool {
-        let gone_after = self.gone_after;
+        let remove_after = self.remove_after;
         self.remembered.retain_mut(|old| {
             if old.received_at >= at || !looked.intersects(old.seen_by) {
                 return true;
             }
             let is_empty = is_partly_visible(&old.x_base_box, old.half_extents_m);
             old.empty_since = is_empty.then_some(old.empty_since.unwrap_or(at));
-            old.empty_since.is_none_or(|since| at.since(since) < gone_after) || stands(&old.x_base_box)
+            old.empty_since.is_none_or(|since| at.since(since) < remove_after) || stands(&old.x_base_box)
         });
         let forgot = self.remembered.len() < self.shapes.len();
         if forgot {

@@ -7,7 +7,7 @@ use message::NOBODY;
 use quantity::number::float_of_count;
 use tree::Tree;
 
-use crate::settings::{OwnershipRule, Resource};
+use crate::settings::{Ownership, OwnershipRule};
 
 /// Estimates the owner of each belief of a perspective (the resource perspective): Own of V' = V ∧ Own.
 ///
@@ -24,8 +24,8 @@ use crate::settings::{OwnershipRule, Resource};
 /// use geometry::Position;
 /// use perspective::{OwnershipClaim, OwnershipEstimator};
 ///
-/// let mut config = perspective::settings::Perspective::builtin().resource;
-/// config.by = perspective::settings::OwnershipRule::Territory;
+/// let mut config = perspective::settings::Perspective::builtin().ownership;
+/// config.rule = perspective::settings::OwnershipRule::Territory;
 /// let mut owners = OwnershipEstimator::new(&config, 16);
 /// // Two things in front of the robot, two in front of a partner on the other side of the table.
 /// let places = [(0.35, 0.1), (0.40, 0.2), (1.0, 0.1), (1.05, 0.2)];
@@ -39,7 +39,7 @@ use crate::settings::{OwnershipRule, Resource};
 /// ```
 #[derive(Clone, Debug)]
 pub struct OwnershipEstimator {
-    config: Resource,
+    config: Ownership,
     capacity: usize,
     /// The claims of the last completed update, and their owners.
     claims: Vec<OwnershipClaim>,
@@ -96,9 +96,9 @@ pub struct OwnershipClaim {
 impl OwnershipEstimator {
     /// Returns an estimator without owners, for up to `capacity` beliefs.
     #[must_use]
-    pub fn new(config: &Resource, capacity: usize) -> Self {
+    pub fn new(config: &Ownership, capacity: usize) -> Self {
         // Without a rule, no memory is needed.
-        let capacity = if config.by == OwnershipRule::None { 0 } else { capacity };
+        let capacity = if config.rule == OwnershipRule::None { 0 } else { capacity };
         Self {
             config: config.clone(),
             capacity,
@@ -121,7 +121,7 @@ impl OwnershipEstimator {
         self.phase = UPDATE_PERIOD.mul_f64(f64::from(agent) * 0.618 % 1.0);
         // Possession and configured regions are cheap and need no delay.
         self.waits =
-            if self.config.by == OwnershipRule::Territory { u32::from(agent) % MAX_DELAY_STEPS } else { 0 };
+            if self.config.rule == OwnershipRule::Territory { u32::from(agent) % MAX_DELAY_STEPS } else { 0 };
         self
     }
 
@@ -146,7 +146,7 @@ impl OwnershipEstimator {
         x_base_frame: &Pose<Base, F>,
         agents: impl IntoIterator<Item = (u16, Position<Base>), IntoIter: Clone>,
     ) {
-        if self.config.by == OwnershipRule::None {
+        if self.config.rule == OwnershipRule::None {
             return;
         }
         if self.tree.is_grown() {
@@ -176,14 +176,14 @@ impl OwnershipEstimator {
     fn begin_update(&mut self, claims: impl IntoIterator<Item = OwnershipClaim>) {
         self.pending.clear();
         self.pending.extend(claims.into_iter().take(self.capacity));
-        if self.config.by != OwnershipRule::Territory {
+        if self.config.rule != OwnershipRule::Territory {
             return;
         }
         let is_placed =
             |claim: &OwnershipClaim| claim.place.to_array().iter().all(|metres| metres.is_finite());
         if self.pending.len() > TERRITORY_MOST || !self.pending.iter().all(is_placed) {
             self.tree.clear();
-        } else if !self.tree.keeps_cut(self.config.gap_ratio.get(), &self.pending) {
+        } else if !self.tree.keeps_cut(self.config.min_gap_ratio.get(), &self.pending) {
             self.tree.begin(&self.pending);
         }
     }
@@ -192,13 +192,13 @@ impl OwnershipEstimator {
     fn finish_update(&mut self, agents: impl IntoIterator<Item = (u16, Position<Base>), IntoIter: Clone>) {
         std::mem::swap(&mut self.claims, &mut self.pending);
         self.owners.clear();
-        match self.config.by {
+        match self.config.rule {
             OwnershipRule::None => {}
             OwnershipRule::Possession => self.by_possession(),
-            OwnershipRule::Told => {
+            OwnershipRule::Regions => {
                 let told = |claim: &OwnershipClaim| {
                     let [x, y, _] = claim.place.to_array();
-                    let holds = self.config.told.iter().find(|region| region.holds([x, y]));
+                    let holds = self.config.regions.iter().find(|region| region.holds([x, y]));
                     holds.map_or(NOBODY, |region| region.owner)
                 };
                 self.owners.extend(self.claims.iter().map(told));
@@ -217,7 +217,7 @@ impl OwnershipEstimator {
         if is_known {
             // A short hold already transfers possession, so every step counts.
             let in_time = self.judged.is_some_and(|judged| time(judged.at) == time(at));
-            if in_time && self.config.by != OwnershipRule::Possession {
+            if in_time && self.config.rule != OwnershipRule::Possession {
                 return false;
             }
         } else if self.judged.is_some() && self.waited < self.waits {
@@ -271,7 +271,7 @@ impl OwnershipEstimator {
     /// each has at least two things; each is nearest to a different agent.
     fn by_territory(&mut self, agents: &(impl Iterator<Item = (u16, Position<Base>)> + Clone)) {
         self.owners.extend(self.claims.iter().map(|_| NOBODY));
-        if !self.tree.is_parted(self.config.gap_ratio.get()) {
+        if !self.tree.is_parted(self.config.min_gap_ratio.get()) {
             return;
         }
         let sides = || self.claims.iter().zip(self.tree.beyond_gap());

@@ -69,7 +69,7 @@ impl Partner {
             senses: Senses {
                 frame: Frame { agent },
                 perception,
-                sight: Sight::new(Pose::identity(), cone, &Occluders::new(config.occluders.most.get())),
+                sight: Sight::new(Pose::identity(), cone, &Occluders::new(config.occluders.max_count.get())),
                 samples: sight.samples,
                 hearing_range_m: sight.hearing_range_m.get(),
                 sees_occluders: false,
@@ -83,7 +83,7 @@ impl Partner {
                 .assume_validated(),
             empty_margin_m: sight.empty_margin_m.get(),
             anchor: Anchor::new(config.frame.reanchor_m.get(), config.frame.reanchor_deg.radians()),
-            owners: OwnershipEstimator::new(&config.resource, capacity).of(agent),
+            owners: OwnershipEstimator::new(&config.ownership, capacity).of(agent),
             eye: None,
             present: false,
             at: Instant::EPOCH,

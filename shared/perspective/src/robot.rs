@@ -69,7 +69,7 @@ impl Robot {
             Position::<Base>::new(x, y, z)
         };
         let x_base_rest = Pose::looking(&position(config.robot.eye_m), &position(config.robot.looks_at_m));
-        let field = match config.robot.field {
+        let field = match config.robot.field_of_view {
             crate::settings::Field::Everything => Field::Everything,
             crate::settings::Field::Cone { half_angle_deg, range_m } => {
                 let cone = Cone::new(half_angle_deg.radians(), range_m.get())
@@ -82,7 +82,7 @@ impl Robot {
             perceptual_context,
             field,
             x_base_rest,
-            owners: OwnershipEstimator::new(&config.resource, capacity).of(0),
+            owners: OwnershipEstimator::new(&config.ownership, capacity).of(0),
             empty_margin_m: config.sight.empty_margin_m.get(),
             at: Instant::EPOCH,
             perceivable: 0,

@@ -70,9 +70,9 @@ pub struct Occluders {
     /// Maximum number of remembered occluders.
     pub most: Capacity,
     /// An occluder observed within this distance of a remembered one is the same one, in metres.
-    pub same_within_m: Positive,
+    pub association_distance_m: Positive,
     /// An occluder that is in view and not observed for this long is removed.
-    pub gone_after_ms: Milliseconds,
+    pub remove_after_ms: Milliseconds,
 }
 
 /// The field of view of the robot itself.
@@ -109,7 +109,7 @@ pub struct Resource {
     /// The rule.
     pub by: OwnershipRule,
     /// For `territory`: the minimum ratio of the gap between two clusters to the longest link within them.
-    pub gap_ratio: Positive,
+    pub min_gap_ratio: Positive,
     /// For `told`: the owned regions.
     pub told: Vec<Region>,
 }
@@ -202,7 +202,7 @@ mod tests {
     fn the_file_that_comes_with_leo_is_sound() {
         let perspective = Perspective::builtin();
         assert!((perspective.sight.cone_half_angle_deg.radians() - 60_f64.to_radians()).abs() < 1e-12);
-        assert_eq!(perspective.robot.field, Field::Everything);
+        assert_eq!(perspective.robot.field_of_view, Field::Everything);
     }
 
     #[test]
@@ -217,16 +217,17 @@ mod tests {
         let cone = r#"field = { kind = "cone", half_angle_deg = 70.0, range_m = 3.0 }"#;
         let text = BUILTIN.replace(r#"field = { kind = "everything" }"#, cone);
         let perspective = parse::<Perspective>(&text, Path::new("p.toml")).unwrap();
-        assert!(matches!(perspective.robot.field, Field::Cone { .. }));
+        assert!(matches!(perspective.robot.field_of_view, Field::Cone { .. }));
     }
 
     #[test]
     fn a_region_has_its_configured_owner_and_an_empty_one_is_refused() {
         let told = |region: &str| {
-            let text = BUILTIN.replace("told = []", &format!("told = [{region}]"));
+            let text = BUILTIN.replace("regions = []", &format!("regions = [{region}]"));
             parse::<Perspective>(&text, Path::new("p.toml"))
         };
-        let region = told("{ owner = 1, from_m = [0.8, -1.0], to_m = [1.2, 1.0] }").unwrap().resource.told[0];
+        let region =
+            told("{ owner = 1, from_m = [0.8, -1.0], to_m = [1.2, 1.0] }").unwrap().ownership.told[0];
         assert!(region.holds([0.8, 0.0]) && !region.holds([0.7, 0.0]) && !region.holds([f64::NAN, 0.0]));
         let said = told("{ owner = 1, from_m = [0.8, 1.0], to_m = [1.2, 1.0] }").unwrap_err().to_string();
         assert!(said.starts_with("p.toml:") && said.contains("a region is empty"), "{said}");

@@ -465,8 +465,11 @@ fn follow_roster(
 #[must_use]
 pub fn queues(buffers: &Buffers, lockstep: bool) -> Queues {
     if lockstep {
-        Queues { frames: buffers.frames.get().max(LOCKSTEP_FRAMES), overflow_policy: OverflowPolicy::Fail }
+        Queues {
+            frames: buffers.queue_depth.get().max(LOCKSTEP_FRAMES),
+            overflow_policy: OverflowPolicy::Fail,
+        }
     } else {
-        Queues { frames: buffers.frames.get(), overflow_policy: OverflowPolicy::DropOldest }
+        Queues { frames: buffers.queue_depth.get(), overflow_policy: OverflowPolicy::DropOldest }
     }
 }

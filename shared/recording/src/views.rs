@@ -279,7 +279,9 @@ impl Shown {
             position: find(|kernel| matches!(kernel, Kernel::Position)),
             orientation: find(|kernel| matches!(kernel, Kernel::Orientation)),
             extents: find(|kernel| matches!(kernel, Kernel::Extents)),
-            colour: find(|kernel| matches!(kernel, Kernel::Nearest(nearest) if nearest.of == Space::Colour)),
+            colour: find(
+                |kernel| matches!(kernel, Kernel::Nearest(nearest) if nearest.space == Space::Colour),
+            ),
         }
     }
 }

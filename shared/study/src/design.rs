@@ -78,8 +78,8 @@ impl TaskVariant {
             seed,
             robot: UprightPose { position_m: [0.0; 3], heading_rad: FRAC_PI_2 },
             teachers: vec![Teacher { number: 1, eyes_m: EYES_M, looks_at_m: LOOKS_AT_M }],
-            noise: Noise { position_sigma_m: 0.003, confidence: 0.9 },
-            laying: TableTiming {
+            noise: Noise { position_sd_m: 0.003, confidence: 0.9 },
+            table_timing: TableTiming {
                 empty: Duration::from_secs(2),
                 occluders_first: Duration::from_millis(300),
                 keep: Duration::from_millis(300),

@@ -39,7 +39,7 @@ impl fmt::Display for TraceRejectReason {
     fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
         out.write_str(match self {
             Self::Unusable(fault) => fault.advice(),
-            Self::Twice => Loss::Twice.advice(),
+            Self::Twice => Loss::Duplicate.advice(),
             Self::InFuture => "`observed_at_ns` must be no more than a second after `at_ns`",
             Self::Stale => "`at_ns` must be later than in the frame before of the same source",
         })

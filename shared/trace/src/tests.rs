@@ -383,7 +383,7 @@ fn an_unusable_frame_is_refused_with_its_reason() {
         assert_eq!(
             refused,
             [
-                (TraceRejectReason::Unusable(Loss::Place), 2, Place::Line(2)),
+                (TraceRejectReason::Unusable(Loss::Position), 2, Place::Line(2)),
                 (TraceRejectReason::Unusable(Loss::Orientation), 1, Place::Line(4)),
                 (TraceRejectReason::Stale, 2, Place::Line(5)),
                 (TraceRejectReason::Unusable(Loss::State), 1, Place::Line(6)),

@@ -20,14 +20,14 @@ const COUNTERS_INTERVAL: Duration = Duration::from_millis(20);
 /// The domain cannot be joined, the configuration is invalid, or the middleware failed.
 pub fn run(launch: &Launch, robot: &Robot) -> Result<(), Failure> {
     let leo = &robot.leo;
-    let capacity = leo.buffers.objects.get();
+    let capacity = leo.buffers.max_objects.get();
     let partners = launch.partners.unwrap_or(leo.belief.partners);
     let mut member = ProcessNode::join(launch, Process::Belief, &leo.buffers, &leo.belief.realtime)?;
     let mut percepts = member.waking_subscriber::<Percepts>(None)?;
-    if robot.perspective.resource.by == OwnershipRule::Territory && capacity > TERRITORY_MOST {
+    if robot.perspective.ownership.rule == OwnershipRule::Territory && capacity > TERRITORY_MOST {
         tracing::warn!(
-            "buffers.objects is {capacity}: with more than {TERRITORY_MOST} beliefs there are no territories, and no \
-             object has an owner; `by` in perspective.toml names other rules"
+            "buffers.max_objects is {capacity}: with more than {TERRITORY_MOST} beliefs there are no territories, and no \
+             object has an owner; `ownership.rule` in perspective.toml names other rules"
         );
     }
     let depth = leo.belief.depth.get();

@@ -132,7 +132,7 @@ impl<'a> Bench<'a> {
     /// Switches torque on at a joint's present position, and returns it as an angle of the servo. Returns an error if
     /// the servo has an alert, does not match motor.toml, or stands beyond the joint's limits.
     pub(super) fn hold(&mut self, joint: &Joint) -> Result<f64, CommandError> {
-        let speed_rad_s = self.motor.soft_start_rad_s.get().min(joint.velocity_rad_s);
+        let speed_rad_s = self.motor.soft_start_rad_s.get().min(joint.max_velocity_rad_s);
         let mut servo = self.servo(joint)?;
         servo.refuse_alert()?;
         servo.check(joint)?;

@@ -51,9 +51,9 @@ export function summary(processes, buses, trouble) {
  * A joint in trouble as text: its mode and cause, and the states of its state machines. Pure.
  * @param {any} joint
  */
-export function troubleWords({ joint, mode, cause, link, power, licence, licence_cause: why, motion }) {
+export function troubleWords({ joint, mode, cause, link, power, arming, arming_cause: why, motion }) {
   const reason = why === undefined || why === null || why === 'none' ? '' : `: ${why}`;
-  const machines = licence ? ` (link ${link}, power ${power}, ${licence}${reason}, ${motion})` : '';
+  const machines = arming ? ` (link ${link}, power ${power}, ${arming}${reason}, ${motion})` : '';
   return `${joint}: ${mode}, ${cause}${machines}`;
 }
 

@@ -21,7 +21,7 @@ test('where all is well nothing is said of trouble', () => {
 });
 
 test('a joint in trouble shows the states of its machines and why it is locked', () => {
-  const joint = { joint: 'elbow', mode: 'limp', cause: 'blocked', link: 'answering', power: 'off', licence: 'locked', licence_cause: 'blocked', motion: 'idle' };
+  const joint = { joint: 'elbow', mode: 'limp', cause: 'blocked', link: 'answering', power: 'off', arming: 'locked', arming_cause: 'blocked', motion: 'idle' };
   assert.equal(troubleWords(joint), 'elbow: limp, blocked (link answering, power off, locked: blocked, idle)');
   assert.equal(troubleWords({ joint: 'elbow', mode: 'quarantined', cause: 'silent' }), 'elbow: quarantined, silent');
 });

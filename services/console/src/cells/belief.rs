@@ -57,7 +57,7 @@ impl BeliefRenderer {
             match &percept.kernel {
                 Kernel::Nearest(nearest) => {
                     let prototypes = (0_u16..).zip(&nearest.prototypes);
-                    match nearest.of {
+                    match nearest.space {
                         Space::Colour => {
                             let of = prototypes.filter_map(|(symbol, it)| Some((symbol, exactly(&it.at)?)));
                             colour = Some((number, of.collect()));
@@ -76,7 +76,7 @@ impl BeliefRenderer {
                 | Kernel::Region(_)
                 | Kernel::Range(_)
                 | Kernel::State(_)
-                | Kernel::Own(_) => {}
+                | Kernel::Plugin(_) => {}
             }
         }
         let words = PerceptPhrases::of(percepts);

@@ -18,8 +18,8 @@ use crate::state_store::StateStore;
 const BELIEFS_EVERY: u32 = 5;
 
 /// The message for a robot that perceives more than its buffers hold.
-const OVERFLOW_MESSAGE: &str = "there is more than I have room for, and some of it is left out: raise `buffers.objects` in \
-                       leo.toml, or `occluders.most` in perspective.toml";
+const OVERFLOW_MESSAGE: &str = "there is more than I have room for, and some of it is left out: raise `buffers.max_objects` in \
+                       leo.toml, or `occluders.max_count` in perspective.toml";
 
 /// Subscribers that read the newest frame of each topic. Skipped frames do not count as drops.
 pub(crate) struct TopicPoller {

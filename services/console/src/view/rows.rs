@@ -94,10 +94,10 @@ pub struct JointRow {
     pub link: Option<&'static str>,
     /// State of its servo's torque.
     pub power: Option<&'static str>,
-    /// State of its licence to move.
-    pub licence: Option<&'static str>,
-    /// The cause of a missing licence.
-    pub licence_cause: Option<&'static str>,
+    /// Its arming state.
+    pub arming: Option<&'static str>,
+    /// Why it is not armed.
+    pub arming_cause: Option<&'static str>,
     /// State of its motion.
     pub motion: Option<&'static str>,
     /// Time since its servo was last read.
@@ -108,7 +108,7 @@ pub struct JointRow {
 #[derive(Clone, Debug, Serialize)]
 pub struct LinkRow {
     /// Whether the other machine is currently reachable.
-    pub heard: bool,
+    pub up: bool,
     /// The newest round-trip time, in microseconds.
     pub round_trip_us: f64,
     /// Maximum error of the clock offset, in microseconds.
@@ -250,8 +250,8 @@ fn joint_row(readings: &Readings, joint: &JointState) -> JointRow {
         cause: joint.cause().map(message::JointCause::name),
         link: machines.map(|machines| machines.link.name()),
         power: machines.map(|machines| machines.power.name()),
-        licence: machines.map(|machines| machines.licence.name()),
-        licence_cause: machines.map(|machines| machines.licence_cause.name()),
+        arming: machines.map(|machines| machines.licence.name()),
+        arming_cause: machines.map(|machines| machines.licence_cause.name()),
         motion: machines.map(|machines| machines.motion.name()),
         reading_age_s: joint.reading_age_s(readings.read_at_ns),
     }
@@ -260,7 +260,7 @@ fn joint_row(readings: &Readings, joint: &JointState) -> JointRow {
 fn link_row(link: &LinkHealth) -> LinkRow {
     let micros = |nanos| Duration::from_nanos(nanos).as_secs_f64() * 1e6;
     LinkRow {
-        heard: link.is_heard != 0,
+        up: link.is_heard != 0,
         round_trip_us: micros(link.round_trip_ns),
         clock_error_us: micros(link.clock_error_ns),
         sent: link.sent,

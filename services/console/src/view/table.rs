@@ -151,7 +151,7 @@ mod tests {
     fn each_source_has_a_line_below_the_table() {
         let mut camera = SourceHealth { frames: 12, observations: 34, silent: 1, ..SourceHealth::default() };
         camera.name = Text::new("camera");
-        camera.losses[usize::from(Loss::Place.raw())] = 7;
+        camera.losses[usize::from(Loss::Position.raw())] = 7;
         camera.losses[usize::from(Loss::Overtaken.raw())] = 2;
         let sources = vec![SourceHealth::default(), camera];
         let (rows, table) = told(Process::Sensor, Readings { sources, ..Readings::default() });

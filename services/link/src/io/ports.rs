@@ -153,7 +153,7 @@ impl TopicWriters {
         ) -> Result<Box<dyn TopicWriter>, Failure> {
             Ok(Box::new(member.publisher::<T>(stream.name().1, capacity)?))
         }
-        let (objects, joints) = (robot.leo.buffers.objects.get(), robot.motor.joints.len());
+        let (objects, joints) = (robot.leo.buffers.max_objects.get(), robot.motor.joints.len());
         let open = |&stream: &Stream| {
             let spring = match stream {
                 Stream::Percepts => spring::<Percepts>(member, stream, objects),

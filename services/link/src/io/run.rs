@@ -49,7 +49,7 @@ pub fn run(launch: &Launch, robot: &Robot) -> Result<(), Failure> {
     let mut carrier = LinkRuntime {
         publishers: TopicWriters::open(&member, &there, robot)?,
         instants: there.iter().map(|&stream| (stream, TimestampFields::of(stream))).collect(),
-        late_after: link.late_after_ms.duration(),
+        late_after: link.max_command_age_ms.duration(),
         ..LinkRuntime::new(Compatibility::of(robot, perspectives), &here, clock::now())
     };
     let mut subscribers = TopicReaders::open(&member, &here)?;

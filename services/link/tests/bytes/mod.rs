@@ -165,7 +165,7 @@ pub(crate) fn play(script: &[u8]) -> Seen {
             joints: 3,
             percepts: 4,
             perspectives: 5,
-            off_board: 6,
+            remote_processes: 6,
         },
         now,
         epoch: 0,

@@ -19,8 +19,8 @@ fn robot_of(baud: u32) -> config::motor::Motor {
         let _ = writeln!(
             text,
             "[[joint]]\nname = \"joint_{id}\"\nbus = \"only\"\nid = {id}\nmodel = \"XM430-W350\"\nsign = 1\n\
-             offset_rad = 0.0\nmin_rad = -1.0\nmax_rad = 1.0\nvelocity_rad_s = 2.0\n\
-             acceleration_rad_s2 = 10.0\ngroup = \"all\""
+             offset_rad = 0.0\nmin_rad = -1.0\nmax_rad = 1.0\nmax_velocity_rad_s = 2.0\n\
+             max_acceleration_rad_s2 = 10.0\ngroup = \"all\""
         );
     }
     config::motor::parse(&text, "motor.toml".as_ref()).expect("a robot")

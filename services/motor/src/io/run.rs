@@ -33,15 +33,15 @@ pub fn run(launch: &Launch, robot: &Robot) -> Result<(), Failure> {
     let mut motor = Motor::new(&robot.motor, &leo.motor).map_err(Failure::own)?.with_parents(&parents);
     let mut reporter = Reporter::new(robot);
     let period = leo.motor.rate_hz.period();
-    let turn_within = leo.supervisor.turn_within_ms.duration();
+    let step_timeout = leo.supervisor.step_timeout_ms.duration();
     // In lockstep a slow machine must not look like a silent servo.
     let patience = if launch.lockstep {
-        (turn_within / 4, turn_within / 4)
+        (step_timeout / 4, step_timeout / 4)
     } else {
-        (leo.motor.answer_within_ms.duration(), 2 * period)
+        (leo.motor.reply_timeout_ms.duration(), 2 * period)
     };
     // In lockstep the mock servo bus must answer in every step. Otherwise a device may be plugged in later.
-    let until = clock::now() + leo.supervisor.ready_within_ms.duration() / 2;
+    let until = clock::now() + leo.supervisor.ready_timeout_ms.duration() / 2;
     // There is no emergency stop in simulated time.
     let emergency = if launch.lockstep { None } else { Some(Emergency::watch(&launch.domain)?) };
     let arming = if launch.lockstep { None } else { Some(Arming::watch(&launch.domain)?) };
@@ -75,7 +75,7 @@ pub fn run(launch: &Launch, robot: &Robot) -> Result<(), Failure> {
         motor.step(now);
         threads.send(&mut motor, now).map_err(Failure::own)?;
         if member.is_lockstep() {
-            threads.wait(&mut motor, now, turn_within).map_err(Failure::own)?;
+            threads.wait(&mut motor, now, step_timeout).map_err(Failure::own)?;
         }
         // A failure of the middleware ends the loop, so that torque goes off.
         if let Err(failure) = publish(&motor, header, &member, &mut states) {

@@ -79,7 +79,7 @@ impl Joint {
         }
         self.contact.trusted_at = Some(now + TRUST_DELAY);
         self.trouble = Some(JointFault::Unbelieved);
-        self.quarantine(now, JointCause::Unbelieved);
+        self.quarantine(now, JointCause::Stale);
     }
 
     /// Processes the answer to a job.
@@ -167,7 +167,7 @@ impl Joint {
             && !self.licence.is_locked()
         {
             self.fall_silent(JointCause::Silent);
-            self.link = Link::Doubted(DuplicateIdCheck::default());
+            self.link = Link::Corrupt(DuplicateIdCheck::default());
         } else {
             self.quarantine(now, JointCause::Silent);
         }

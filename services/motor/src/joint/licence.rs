@@ -89,7 +89,7 @@ pub(crate) const fn arming_cause(cause: JointCause) -> Option<ArmingCause> {
     match cause {
         JointCause::NotStarted => Some(ArmingCause::Start),
         JointCause::CommandTimeout => Some(ArmingCause::CommandTimeout),
-        JointCause::Silent | JointCause::Unbelieved => Some(ArmingCause::Silent),
+        JointCause::Silent | JointCause::Stale => Some(ArmingCause::Silent),
         JointCause::Restarted => Some(ArmingCause::Restarted),
         JointCause::BusLost => Some(ArmingCause::BusLost),
         JointCause::Watchdog => Some(ArmingCause::Watchdog),
@@ -110,7 +110,7 @@ pub(crate) const fn is_own_fault(cause: JointCause) -> bool {
     matches!(
         cause,
         JointCause::Silent
-            | JointCause::Unbelieved
+            | JointCause::Stale
             | JointCause::Restarted
             | JointCause::BusLost
             | JointCause::Watchdog

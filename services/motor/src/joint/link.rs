@@ -20,7 +20,7 @@ pub(crate) enum Link {
         cause: JointCause,
     },
     /// Its answers are corrupt: it is probed for a duplicate identifier.
-    Doubted(DuplicateIdCheck),
+    Corrupt(DuplicateIdCheck),
 }
 
 /// Steps of setting a servo up.
@@ -44,16 +44,16 @@ impl Link {
             Self::Identified(_) => JointLink::Identified,
             Self::Answering => JointLink::Answering,
             Self::Silent { .. } => JointLink::Silent,
-            Self::Doubted(_) => JointLink::Doubted,
+            Self::Corrupt(_) => JointLink::Corrupt,
         }
     }
 
     pub(crate) const fn is_quarantined(self) -> bool {
-        matches!(self, Self::Silent { .. } | Self::Doubted(_))
+        matches!(self, Self::Silent { .. } | Self::Corrupt(_))
     }
 
     /// Whether it is not known yet that exactly one servo answers, and that it is set up correctly.
     pub(crate) const fn is_unsettled(self) -> bool {
-        matches!(self, Self::Unknown | Self::Identified(_) | Self::Doubted(_))
+        matches!(self, Self::Unknown | Self::Identified(_) | Self::Corrupt(_))
     }
 }

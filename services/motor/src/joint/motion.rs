@@ -85,10 +85,10 @@ pub(crate) const fn published(motion: Motion, stays: bool) -> JointMotion {
         Motion::Idle => JointMotion::Idle,
         Motion::Align { .. } => JointMotion::Align,
         Motion::Stay { .. } if stays => JointMotion::Hold,
-        Motion::Stay { .. } | Motion::Halt { .. } => JointMotion::Halt,
-        Motion::Soft { .. } => JointMotion::Soft,
+        Motion::Stay { .. } | Motion::Halt { .. } => JointMotion::Decelerate,
+        Motion::Soft { .. } => JointMotion::SoftStart,
         Motion::Track { .. } => JointMotion::Track,
         Motion::Hold { .. } => JointMotion::Hold,
-        Motion::Retreat { .. } => JointMotion::Retreat,
+        Motion::Retreat { .. } => JointMotion::Lower,
     }
 }

@@ -32,7 +32,7 @@ pub(crate) struct Policy {
     pub(crate) max_beyond_limits_rad: f64,
     /// How long a joint holds after an alert, and the longest duration of the motion to its rest pose then.
     pub(crate) hold: Duration,
-    pub(crate) lower_within: Duration,
+    pub(crate) lower_timeout: Duration,
     /// Reaction to each hardware error, by its bit.
     reactions: [(u8, AlertReaction); 5],
     /// Whether joints are armed automatically after a cause, in the order of [`ARMING_CAUSES`].
@@ -50,7 +50,7 @@ impl Policy {
             overload,
             groups: _,
             hold_ms,
-            lower_within_ms,
+            lower_timeout_ms,
         } = &settings.alert;
         Self {
             period: settings.rate_hz.period(),
@@ -62,7 +62,7 @@ impl Policy {
             blocked_after: settings.blocked_after_ms.duration(),
             max_beyond_limits_rad: settings.max_beyond_limits_rad.get(),
             hold: hold_ms.duration(),
-            lower_within: lower_within_ms.duration(),
+            lower_timeout: lower_timeout_ms.duration(),
             reactions: [
                 (1, *input_voltage),
                 (1 << 2, *overheating),

@@ -73,9 +73,9 @@ impl Power {
             Self::Unknown { .. } => JointPower::Unknown,
             Self::Off => JointPower::Off,
             Self::Found { .. } => JointPower::Found,
-            Self::Rising { .. } => JointPower::Rising,
+            Self::Rising { .. } => JointPower::SwitchingOn,
             Self::On { .. } => JointPower::On,
-            Self::Cutting { .. } => JointPower::Cutting,
+            Self::Cutting { .. } => JointPower::SwitchingOff,
         }
     }
 

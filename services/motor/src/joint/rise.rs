@@ -29,7 +29,7 @@ impl Joint {
         }
         match self.link {
             Link::Silent { ask_at, .. } => return (now >= ask_at).then(|| self.call()),
-            Link::Doubted(duplicate_id_check) => {
+            Link::Corrupt(duplicate_id_check) => {
                 return Some(Job::DuplicateIdCheck { alike: duplicate_id_check.asks_alike() });
             }
             Link::Unknown | Link::Identified(_) | Link::Answering => {}
@@ -50,7 +50,7 @@ impl Joint {
                 let (min, max) = self.limit_counts();
                 Some(Job::SetLimits { min, max })
             }
-            Link::Answering | Link::Silent { .. } | Link::Doubted(_) => self.power_job(now, may_arm),
+            Link::Answering | Link::Silent { .. } | Link::Corrupt(_) => self.power_job(now, may_arm),
         }
     }
 
@@ -122,7 +122,7 @@ impl Joint {
             Motion::Stay { told } => self.stay_job(now, told, true),
             Motion::Soft { until, .. } if now >= until && !self.has_full_acceleration() => {
                 Some(Job::Profile([
-                    acceleration(self.settings.acceleration_rad_s2 * ACCELERATION_MARGIN),
+                    acceleration(self.settings.max_acceleration_rad_s2 * ACCELERATION_MARGIN),
                     velocity(self.velocity_rad_s()),
                 ]))
             }
@@ -233,9 +233,9 @@ impl Joint {
 
     /// Processes the result of one probe for a duplicate identifier. Returns whether a duplicate is certain now.
     pub(crate) fn process_probe(&mut self, now: Instant, came: ProbeResult) -> bool {
-        let Link::Doubted(mut duplicate_id_check) = self.link else { return false };
+        let Link::Corrupt(mut duplicate_id_check) = self.link else { return false };
         let verdict = duplicate_id_check.note(came);
-        self.link = Link::Doubted(duplicate_id_check);
+        self.link = Link::Corrupt(duplicate_id_check);
         if verdict == Some(false) {
             self.quarantine(now, JointCause::Silent);
         }
@@ -290,7 +290,7 @@ impl Joint {
             true if is_cutting => Power::Cutting { tell_at: now },
             true => Power::Found { watchdog: job::watchdog(setup), stay: None },
         };
-        for notice in job::notices(self.model, setup, (min, max), self.settings.velocity_rad_s) {
+        for notice in job::notices(self.model, setup, (min, max), self.settings.max_velocity_rad_s) {
             self.notices.add(notice);
         }
         if let Some(trouble) = job::foreign(self.model, self.contact.is_fast, setup) {

@@ -50,8 +50,8 @@ impl Joint {
         }
         match (self.link, self.power) {
             (Link::Silent { cause, .. }, _) => (JointMode::Quarantined, cause),
-            (Link::Doubted(_), _) => (JointMode::Quarantined, JointCause::Silent),
-            _ if self.is_unproven() => (JointMode::Quarantined, JointCause::Unbelieved),
+            (Link::Corrupt(_), _) => (JointMode::Quarantined, JointCause::Silent),
+            _ if self.is_unproven() => (JointMode::Quarantined, JointCause::Stale),
             (_, Power::Off) if !self.licence.is_armed() => (JointMode::Limp, cause),
             (Link::Unknown | Link::Identified(_), _) if self.licence.is_locked() => (JointMode::Limp, cause),
             (_, Power::Found { .. }) => match self.licence {

@@ -136,7 +136,7 @@ impl Joint {
                 return;
             }
             if self.reaction == Some(AlertReaction::Lower) {
-                self.motion = Motion::Retreat { at, until: now + self.policy.lower_within };
+                self.motion = Motion::Retreat { at, until: now + self.policy.lower_timeout };
             } else {
                 self.switch_torque_off(now);
             }
@@ -171,7 +171,7 @@ impl Joint {
         let Some(at) = self.motion.setpoint() else { return };
         let stop = Limits {
             velocity_rad_s: self.velocity_rad_s(),
-            acceleration_rad_s2: self.settings.acceleration_rad_s2,
+            acceleration_rad_s2: self.settings.max_acceleration_rad_s2,
         };
         let share = self.spare();
         let slow_rad_s = self.policy.soft_start_rad_s;
@@ -265,7 +265,7 @@ impl Joint {
     /// Highest speed of the joint, in rad/s: its own limit, or the velocity limit of its servo if that is lower.
     pub(super) fn velocity_rad_s(&self) -> f64 {
         let servo_rad_s = self.bounds.map_or(f64::INFINITY, |bounds| bounds.velocity_rad_s);
-        self.settings.velocity_rad_s.min(servo_rad_s)
+        self.settings.max_velocity_rad_s.min(servo_rad_s)
     }
 
     /// Derating factor of the speed, 0 to 1; below one until the servo is well within its bounds again.
@@ -331,7 +331,7 @@ impl Joint {
     /// Stopping position of the setpoint one cycle later, in radians, not beyond the goal.
     fn lead_rad(&self, at: Setpoint) -> f64 {
         let acceleration_rad_s2 = if self.has_full_acceleration() {
-            self.settings.acceleration_rad_s2 * ACCELERATION_MARGIN
+            self.settings.max_acceleration_rad_s2 * ACCELERATION_MARGIN
         } else {
             LOW_ACCELERATION_RAD_S2
         };

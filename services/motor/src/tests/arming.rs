@@ -65,7 +65,7 @@ fn on_hardware_no_torque_comes_on_before_the_joints_are_armed() {
         power: JointPower::On,
         licence: JointLicence::Armed,
         licence_cause: JointCause::None,
-        motion: JointMotion::Soft,
+        motion: JointMotion::SoftStart,
     };
     assert_eq!(rig.machines(2), all);
 }

@@ -205,7 +205,7 @@ fn a_dismissed_joint_slows_down_before_its_torque_goes_off() {
 
 #[test]
 fn a_dismissed_joint_that_cannot_stop_in_time_releases_in_motion() {
-    let robot = ROBOT.replace("acceleration_rad_s2 = 10.0", "acceleration_rad_s2 = 0.5");
+    let robot = ROBOT.replace("max_acceleration_rad_s2 = 10.0", "max_acceleration_rad_s2 = 0.5");
     let mut rig = Rig::of(&robot, SETTINGS);
     rig.until(2000, 1.0, |rig| rig.state(0).present_velocity_rad_s() > Some(0.4));
     let let_go_at = rig.now + Duration::from_millis(500);

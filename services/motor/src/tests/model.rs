@@ -287,7 +287,8 @@ impl World {
         }
         self.licence = machines.licence;
         // A joint that is decelerating may continue to.
-        let starts = matches!(machines.motion, JointMotion::Align | JointMotion::Soft | JointMotion::Track);
+        let starts =
+            matches!(machines.motion, JointMotion::Align | JointMotion::SoftStart | JointMotion::Track);
         if self.is_reset() && self.answers() && starts {
             self.fail("(c) the joint moves after a reset");
         }

@@ -36,19 +36,19 @@ sign = 1
 offset_rad = 0.0
 min_rad = -1.0
 max_rad = 1.0
-velocity_rad_s = 2.0
-acceleration_rad_s2 = 10.0
+max_velocity_rad_s = 2.0
+max_acceleration_rad_s2 = 10.0
 group = "body"
 "#;
 
 /// Short times, so that few cycles reach what follows. Joints are armed only by orders.
 pub(super) const SHORT: &str = "rate_hz = 250\ncommand_timeout_ms = 20\nlimp_after_ms = 20\n\
-                     answer_within_ms = 1\nsoft_start_ms = 12\nsoft_start_rad_s = 0.5\non_alert = \"hold\"\n\
+                     reply_timeout_ms = 1\nsoft_start_ms = 12\nsoft_start_rad_s = 0.5\non_alert = \"hold\"\n\
                      automatic_arming = \"never\"\nstop_category = 0\nmax_tracking_error_rad = 0.3\n\
                      blocked_after_ms = 20\nmax_beyond_limits_rad = 1.0\n\
                      alert = { input_voltage = \"lower\", overheating = \"limp\", encoder = \"hold\", \
                      electrical_shock = \"limp\", overload = \"limp\", groups = {}, hold_ms = 12, \
-                     lower_within_ms = 60 }\n\
+                     lower_timeout_ms = 60 }\n\
                      realtime = { fifo_priority = 0, cores = [], lock_memory = false }";
 
 /// The commander's goal.
@@ -235,14 +235,14 @@ pub(super) fn check_published(state: &JointState) -> Result<(), String> {
                 && (power == JointPower::Off || machines.licence == JointLicence::Locked)
         }
         JointMode::Starting | JointMode::Quarantined => {
-            is_still || mode == JointMode::Starting && motion == JointMotion::Halt
+            is_still || mode == JointMode::Starting && motion == JointMotion::Decelerate
         }
         JointMode::Holding => is_still && matches!(power, JointPower::On | JointPower::Found),
-        JointMode::Following => matches!(motion, JointMotion::Soft | JointMotion::Track),
-        JointMode::Decelerating => motion == JointMotion::Halt || power == JointPower::Found,
-        JointMode::Releasing => power == JointPower::Cutting && motion == JointMotion::Idle,
+        JointMode::Following => matches!(motion, JointMotion::SoftStart | JointMotion::Track),
+        JointMode::Decelerating => motion == JointMotion::Decelerate || power == JointPower::Found,
+        JointMode::Releasing => power == JointPower::SwitchingOff && motion == JointMotion::Idle,
         JointMode::Aligning => motion == JointMotion::Align,
-        JointMode::Lowering => motion == JointMotion::Retreat,
+        JointMode::Lowering => motion == JointMotion::Lower,
     };
     let is_guarded = machines.link == JointLink::Answering
         && power == JointPower::On
@@ -520,7 +520,7 @@ impl Bench {
         let (torque, watchdog) = (item(&self.line, TORQUE_ENABLE), item(&self.line, BUS_WATCHDOG));
         let is_known = machines.link == JointLink::Answering && self.letting_go.is_none();
         // A servo that refuses torque off is told again, and is published as unconfirmed.
-        let is_cut = machines.power == JointPower::Cutting;
+        let is_cut = machines.power == JointPower::SwitchingOff;
         if is_known && torque == 1 && watchdog != 10 && !is_cut {
             return Err(format!("it answers with torque, and its watchdog is {watchdog}: {machines:?}"));
         }
@@ -591,13 +591,13 @@ const PRODUCTS: [&str; 66] = [
     "answering on disarmed idle",
     "answering on locked idle",
     "answering rising armed idle",
-    "doubted cutting disarmed idle let-go",
-    "doubted cutting locked idle",
-    "doubted cutting locked idle let-go",
-    "doubted off disarmed idle let-go",
-    "doubted off locked idle let-go",
-    "doubted unknown disarmed idle",
-    "doubted unknown locked idle",
+    "corrupt cutting disarmed idle let-go",
+    "corrupt cutting locked idle",
+    "corrupt cutting locked idle let-go",
+    "corrupt off disarmed idle let-go",
+    "corrupt off locked idle let-go",
+    "corrupt unknown disarmed idle",
+    "corrupt unknown locked idle",
     "identified cutting armed idle",
     "identified cutting disarmed idle",
     "identified cutting disarmed idle let-go",

@@ -36,7 +36,7 @@ fn a_servo_with_a_stopped_clock_at_start_gets_no_torque() {
     rig.inject(0, "stopped-clock id=1");
     // It is the only servo of the first group.
     rig.until(150, 0.3, |rig| rig.modes() == [Quarantined, Following, Following]);
-    assert_eq!(rig.causes()[0], JointCause::Unbelieved);
+    assert_eq!(rig.causes()[0], JointCause::Stale);
     let said = rig.motor.trouble(0).unwrap().to_string();
     assert!(
         said.starts_with("its servo answers with readings that cannot be trusted: its clock (item 120)"),
@@ -59,7 +59,7 @@ fn a_servo_with_a_slow_clock_is_quarantined_without_flapping() {
     for of in [5, 10] {
         let mut rig = following();
         assert_eq!(rig.losing(4 * PROVEN, of), 0, "in {of} cycles");
-        assert_eq!((rig.modes()[0], rig.causes()[0]), (Quarantined, JointCause::Unbelieved));
+        assert_eq!((rig.modes()[0], rig.causes()[0]), (Quarantined, JointCause::Stale));
         assert_eq!(rig.torque(0, 0), 1, "as it was: it holds what it held");
         // Without a commander.
         for _ in 0..300 + 2 * ALONE {

@@ -23,7 +23,7 @@ const SHOWN_EVERY: Duration = Duration::from_millis(20);
 /// failed. An error of one source at run time only counts as its loss.
 pub fn run(launch: &Launch, robot: &Robot) -> Result<(), Failure> {
     let leo = &robot.leo;
-    let capacity = leo.buffers.objects.get();
+    let capacity = leo.buffers.max_objects.get();
     let mut member = ProcessNode::join(launch, Process::Sensor, &leo.buffers, &leo.sensor.realtime)?;
     // Limits the frames read in one cycle, so that a fast source cannot delay it.
     let frames_most = process::queues(&leo.buffers, member.is_lockstep()).frames;

@@ -99,7 +99,7 @@ impl Classify for Height {
 fn the_programs_own_percept_is_in_the_percept_buffer() {
     let text = std::fs::read_to_string("../../config/percepts.toml").unwrap();
     let height = "[[percept]]\nname = \"height\"\nrole = \"neither\"\ndecay_per_s = 0.0\n\
-                  history = { log_timescale = { samples = 8 } }\nkernel = { own = \"height\" }\n\n[belief]\n";
+                  history = { log_timescale = { samples = 8 } }\nkernel = { plugin = \"height\" }\n\n[belief]\n";
     let percepts =
         Percepts::parse(&text.replacen("[belief]\n", height, 1), Path::new("percepts.toml")).unwrap();
     let without = Sensor::new(&percepts, &sources(&[""]), CAPACITY).err().unwrap().to_string();
@@ -127,11 +127,11 @@ fn a_person_is_in_one_place_at_an_instant() {
     cycle(&mut sensor, 10, &[(0, header(1, 9), &frame), (1, header(1, 9), &[person(1, 9, 0.6)])]);
     let places: Vec<f32> = reported(&sensor).iter().map(|observation| observation.position_m[0]).collect();
     assert_eq!(places, [0.1, 0.2, 0.3, 0.5, 0.6], "what another source says is another matter");
-    assert_eq!(lost(&sensor), [(Loss::Twice, 1)]);
+    assert_eq!(lost(&sensor), [(Loss::Duplicate, 1)]);
     // The partner number of an object has no meaning.
     let thing = Observation { partner: 1, ..seen(19) };
     cycle(&mut sensor, 20, &[(0, header(2, 19), &[thing; 3])]);
-    assert_eq!((sensor.len(), lost(&sensor)), (3, vec![(Loss::Twice, 1)]));
+    assert_eq!((sensor.len(), lost(&sensor)), (3, vec![(Loss::Duplicate, 1)]));
 }
 
 #[test]
@@ -157,7 +157,7 @@ fn what_is_within_reach_of_a_far_source_only_is_refused() {
     let mut sensor = sensor(&["frame = { position_m = [100.0, 0.0, 0.0], heading_deg = 0.0 }"]);
     let far = Observation { position_m: [950.0, 0.0, 0.0], ..seen(9) };
     cycle(&mut sensor, 10, &[(0, header(1, 9), &[far])]);
-    assert_eq!((sensor.len(), lost(&sensor)), (0, vec![(Loss::Place, 1)]));
+    assert_eq!((sensor.len(), lost(&sensor)), (0, vec![(Loss::Position, 1)]));
 }
 
 #[test]
@@ -296,7 +296,7 @@ fn a_burst_crowds_out_nobodys_share() {
     );
     let of = |number| reported(&sensor).iter().filter(|observation| observation.source == number).count();
     assert_eq!([of(0), of(1), of(2)], [2, 2, 2]);
-    assert_eq!((merged.header.left_out, lost(&sensor)), (58, vec![(Loss::LeftOut, 58)]));
+    assert_eq!((merged.header.left_out, lost(&sensor)), (58, vec![(Loss::OverCapacity, 58)]));
     // A source with left-out observations did not look.
     assert_eq!(merged.looked(), [1, 2].map(SourceSet::of).into_iter().collect());
     // Unused capacity goes to the sources that need it.
@@ -374,7 +374,7 @@ fn each_source_is_shown_with_what_became_of_its_own_reports() {
     assert_eq!((first.name.as_str(), first.frames, first.observations), ("0", 2, 2));
     assert_eq!((first.heard_at_ns, first.losses), (15 * MILLI, [0; LOSSES]));
     assert_eq!((second.name.as_str(), second.frames, second.observations), ("1", 1, 2));
-    assert_eq!((second.heard_at_ns, second.lost(Loss::Place)), (10 * MILLI, 1));
+    assert_eq!((second.heard_at_ns, second.lost(Loss::Position)), (10 * MILLI, 1));
 }
 
 #[test]
@@ -389,8 +389,8 @@ fn a_loss_is_logged_once() {
             told.push(news);
         }
     }
-    assert_eq!(told, [(1, SourceEvent::Lost(Loss::Kind)), (1, SourceEvent::Lost(Loss::Place))]);
-    assert_eq!(lost(&sensor), [(Loss::Kind, 4), (Loss::Place, 4)]);
+    assert_eq!(told, [(1, SourceEvent::Lost(Loss::Kind)), (1, SourceEvent::Lost(Loss::Position))]);
+    assert_eq!(lost(&sensor), [(Loss::Kind, 4), (Loss::Position, 4)]);
 }
 
 #[test]

@@ -187,7 +187,7 @@ impl World {
             Ok(())
         } else {
             refuse(format!(
-                "there is room for {room} things and people: `buffers.objects` in leo.toml says so"
+                "there is room for {room} things and people: `buffers.max_objects` in leo.toml says so"
             ))
         }
     }

@@ -103,7 +103,7 @@ impl LessonController {
         };
         if most(&lesson) > self.room {
             return Err(Refusal(format!(
-                "the lesson has {} things and people, but `buffers.objects` in leo.toml has room for {}",
+                "the lesson has {} things and people, but `buffers.max_objects` in leo.toml has room for {}",
                 most(&lesson),
                 self.room
             )));
@@ -116,7 +116,7 @@ impl LessonController {
     fn play(&self, world: &mut World, now: Instant) {
         *world = World::new(&self.lesson, self.lesson.seed);
         // The table stays empty until then, so that everyone sees that the old objects are gone.
-        world.begin(now + self.lesson.laying.empty);
+        world.begin(now + self.lesson.table_timing.empty);
     }
 
     fn save(&mut self, world: &World, now: Instant, act: &TeacherAct) -> Result<Option<String>, Refusal> {

@@ -24,7 +24,7 @@ const ANSWERS: usize = 64;
 /// The URDF is invalid, the domain cannot be joined, or the middleware failed.
 pub fn run(launch: &Launch, robot: &Robot, lesson: &Lesson) -> Result<(), Failure> {
     let leo = &robot.leo;
-    let capacity = leo.buffers.objects.get();
+    let capacity = leo.buffers.max_objects.get();
     let mut member = ProcessNode::join(launch, Process::Simulator, &leo.buffers, &leo.simulator.realtime)?;
     let mut joint_states = member.subscriber::<JointStates>(None)?;
     let source = leo.sensor.simulator().ok_or_else(|| {

@@ -139,7 +139,7 @@ fn machine(robot: &Robot) -> Machine {
         missing_rights: missing_rights(leo),
         is_wall_clock_synchronised: realtime::is_wall_clock_synchronised(),
         hot: HotProcess::all(robot),
-        carriers: if leo.supervisor.keep_serial_lines_prompt {
+        carriers: if leo.supervisor.boost_serial_kworkers {
             carriers()
         } else {
             SerialWorkerPriority::Ordinary
@@ -229,7 +229,7 @@ pub(crate) fn check_shared_memory(leo: &Leo, partners: u32, lockstep: bool) -> R
 /// Bytes of shared memory that a robot with this many partners needs.
 fn needed(leo: &Leo, partners: u32, lockstep: bool) -> u64 {
     let frames = queues(&leo.buffers, lockstep).max_frames();
-    shared_memory_needed(leo.buffers.objects.get(), frames, leo.belief.perspectives(partners))
+    shared_memory_needed(leo.buffers.max_objects.get(), frames, leo.belief.perspectives(partners))
 }
 
 fn is_writable(folder: &str) -> bool {

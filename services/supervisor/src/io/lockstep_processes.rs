@@ -78,13 +78,13 @@ impl LockstepProcesses {
         node: &Node,
         processes: &[Process],
         launch: &Launch,
-        ready_within: Duration,
+        ready_timeout: Duration,
     ) -> Result<(), LockstepError> {
         for &process in processes {
             let started = self.children.start(process, launch);
             started.map_err(|source| LockstepError::Start { process, source })?;
         }
-        processes.iter().try_for_each(|process| self.await_ready(node, *process, ready_within))
+        processes.iter().try_for_each(|process| self.await_ready(node, *process, ready_timeout))
     }
 
     fn await_ready(&mut self, node: &Node, process: Process, within: Duration) -> Result<(), LockstepError> {

@@ -182,8 +182,8 @@ fn play<R: Read>(
     }
     let mut lockstep_processes = lockstep_processes.with_roster(lives);
     node.follow_roster()?;
-    let turn_within = settings.supervisor.turn_within_ms.duration();
-    let mut conductor = Conductor::open(&node, &PROCESSES, turn_within)?;
+    let step_timeout = settings.supervisor.step_timeout_ms.duration();
+    let mut conductor = Conductor::open(&node, &PROCESSES, step_timeout)?;
     let ports = ReplayPorts::open(&node, replaying, settings.belief.perspectives(partners))?;
     let tape = replaying.record.as_ref().map(RecordingFile::begin).transpose()?;
     let launch = Launch {
@@ -204,7 +204,7 @@ fn play<R: Read>(
         &node,
         &PROCESSES,
         &launch,
-        settings.supervisor.ready_within_ms.duration(),
+        settings.supervisor.ready_timeout_ms.duration(),
     )?;
     let mut performance = ReplayRun {
         conductor: &mut conductor,
@@ -220,7 +220,7 @@ fn play<R: Read>(
     let outcome = performance.play(reader);
     let ReplayRun { played, tape, .. } = performance;
     conductor.stop_all();
-    lockstep_processes.wait_for_exit(settings.supervisor.stop_within_ms.duration());
+    lockstep_processes.wait_for_exit(settings.supervisor.stop_timeout_ms.duration());
     outcome?;
     if let Some(tape) = tape {
         tape.finish()?;
@@ -253,7 +253,7 @@ impl ReplayPorts {
     fn open(node: &Node, replaying: &ReplayOptions, perspectives: u32) -> Result<Self, PortError> {
         let made = Buffer::all(perspectives).filter(|buffer| buffer.is_derived());
         Ok(Self {
-            percepts: node.publisher(None, replaying.settings.buffers.objects.get())?,
+            percepts: node.publisher(None, replaying.settings.buffers.max_objects.get())?,
             utterances: node.publisher(None, SENTENCES)?,
             joint_states: node.publisher(None, replaying.joints)?,
             joints: None,

@@ -170,15 +170,17 @@ impl ConfigurationSnapshot {
 fn supervise(orders: &RunOptions, kept: &ConfigurationSnapshot) -> Result<Outcome, RunError> {
     let robot = Robot::of(&orders.files)?;
     let signals = Signals::watch().map_err(RunError::Signals)?;
-    let queues =
-        Queues { frames: orders.settings.buffers.frames.get(), overflow_policy: OverflowPolicy::DropOldest };
+    let queues = Queues {
+        frames: orders.settings.buffers.queue_depth.get(),
+        overflow_policy: OverflowPolicy::DropOldest,
+    };
     let node = Node::join(&orders.domain, Process::Supervisor.name(), 1, queues)?;
     let lives = RosterPublisher::publish_members(&node, &orders.processes)?;
     // Child processes must not inherit the supervisor's capabilities, such as changing kernel threads. A kernel
     // without ambient capabilities has granted none.
     let _cleared = rustix::thread::clear_ambient_capability_set();
-    let stop_within = orders.settings.supervisor.stop_within_ms.duration();
-    let children = Children::new().map_err(RunError::Executable)?.with_motor(stop_within).with_roster(lives);
+    let stop_timeout = orders.settings.supervisor.stop_timeout_ms.duration();
+    let children = Children::new().map_err(RunError::Executable)?.with_motor(stop_timeout).with_roster(lives);
     let has_motor = orders.processes.contains(&Process::Motor);
     let guard = if has_motor { Guard::start(&robot, &launch(orders, kept, 1)) } else { None };
     let memory = MemoryWatch::of(&orders.domain);
@@ -206,7 +208,7 @@ fn supervise(orders: &RunOptions, kept: &ConfigurationSnapshot) -> Result<Outcom
         clean_at: clock::now() + CLEAN_EVERY,
         faults: orders.faults.as_ref().map(|(_, faults)| faults.clone()).unwrap_or_default(),
         service_manager: ServiceManager::default(),
-        serial_lines: SerialLines::new(orders.settings.supervisor.keep_serial_lines_prompt),
+        serial_lines: SerialLines::new(orders.settings.supervisor.boost_serial_kworkers),
     };
     let outcome = supervised.live(signals);
     if let Some(guard) = supervised.guard.take() {

@@ -107,7 +107,7 @@ fn play(teaching: &LessonOptions) -> Result<Account, TeachError> {
     let mut lockstep_processes =
         lockstep_processes.with_roster(RosterPublisher::publish_members(&node, &processes)?);
     node.follow_roster()?;
-    let mut conductor = Conductor::open(&node, &processes, settings.supervisor.turn_within_ms.duration())?;
+    let mut conductor = Conductor::open(&node, &processes, settings.supervisor.step_timeout_ms.duration())?;
     let mut events = node.subscriber::<Events>(None)?;
     let mut recorder =
         teaching.record.as_ref().map(|record| LessonRecorder::open(&node, record)).transpose()?;
@@ -129,11 +129,11 @@ fn play(teaching: &LessonOptions) -> Result<Account, TeachError> {
         &node,
         &processes,
         &launch,
-        settings.supervisor.ready_within_ms.duration(),
+        settings.supervisor.ready_timeout_ms.duration(),
     )?;
     let account = conduct(&mut conductor, &mut lockstep_processes, &mut events, recorder.as_mut(), teaching);
     conductor.stop_all();
-    lockstep_processes.wait_for_exit(settings.supervisor.stop_within_ms.duration());
+    lockstep_processes.wait_for_exit(settings.supervisor.stop_timeout_ms.duration());
     let account = account?;
     if let Some(recorder) = recorder {
         recorder.finish()?;

@@ -83,7 +83,7 @@ impl ProcessLifecycle {
     /// Kills the process if its current timeout has expired.
     pub(super) fn watch(&mut self, settings: &Supervisor, now: Instant, actions: &mut Vec<Action>) {
         let overdue = match self.stage {
-            Stage::Starting { since } if now.since(since) > settings.ready_within_ms.duration() => {
+            Stage::Starting { since } if now.since(since) > settings.ready_timeout_ms.duration() => {
                 Some(KillReason::NotReady)
             }
             Stage::Running { beat_at, .. }
@@ -91,7 +91,7 @@ impl ProcessLifecycle {
             {
                 Some(KillReason::Hangs)
             }
-            Stage::Stopping { since } if now.since(since) > settings.stop_within_ms.duration() => {
+            Stage::Stopping { since } if now.since(since) > settings.stop_timeout_ms.duration() => {
                 Some(KillReason::DoesNotStop)
             }
             Stage::Waiting { .. }
@@ -131,12 +131,12 @@ impl ProcessLifecycle {
         self.deaths.push_back(now);
         let lasted = now.since(self.started_at) >= window;
         self.backoff = if lasted || self.backoff.is_zero() {
-            settings.backoff_first_ms.duration()
+            settings.initial_backoff_ms.duration()
         } else {
-            self.backoff.saturating_mul(2).min(settings.backoff_most_ms.duration())
+            self.backoff.saturating_mul(2).min(settings.max_backoff_ms.duration())
         };
         self.stage = Stage::Waiting { until: now + self.backoff };
-        self.deaths.len() >= usize::try_from(settings.deaths_most).unwrap_or(usize::MAX)
+        self.deaths.len() >= usize::try_from(settings.max_deaths).unwrap_or(usize::MAX)
     }
 
     pub(super) const fn is_gone(&self) -> bool {

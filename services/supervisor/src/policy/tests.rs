@@ -11,14 +11,14 @@ const DEATHS_MOST: u32 = 5;
 static SETTINGS: LazyLock<Supervisor> = LazyLock::new(|| {
     let ms = |value: f64| Milliseconds::try_from(value).unwrap();
     Supervisor {
-        ready_within_ms: ms(1000.0),
+        ready_timeout_ms: ms(1000.0),
         heartbeat_timeout_ms: ms(100.0),
         heartbeat_timeout_others_ms: ms(500.0),
-        backoff_first_ms: ms(20.0),
-        backoff_most_ms: ms(100.0),
-        deaths_most: DEATHS_MOST,
+        initial_backoff_ms: ms(20.0),
+        max_backoff_ms: ms(100.0),
+        max_deaths: DEATHS_MOST,
         deaths_window_ms: ms(10_000.0),
-        stop_within_ms: ms(200.0),
+        stop_timeout_ms: ms(200.0),
         ..Robot::load(None).unwrap().leo.supervisor
     }
 });
@@ -148,7 +148,7 @@ fn no_clean_up_runs_while_another_process_starts() {
 
 #[test]
 fn the_wait_before_a_restart_doubles_up_to_its_bound() {
-    let settings = Supervisor { deaths_most: u32::MAX, ..SETTINGS.clone() };
+    let settings = Supervisor { max_deaths: u32::MAX, ..SETTINGS.clone() };
     let mut policy = Policy::new(settings, &[Process::Motor], at(0));
     policy.step(at(0), &[]);
     let mut now = 0;
@@ -403,7 +403,7 @@ fn chance() -> impl Strategy<Value = Chance> {
 proptest! {
     #[test]
     fn no_process_ever_runs_twice_and_every_stop_ends(chances in prop::collection::vec(chance(), 0..300)) {
-        let settings = Supervisor { deaths_most: u32::MAX, ..SETTINGS.clone() };
+        let settings = Supervisor { max_deaths: u32::MAX, ..SETTINGS.clone() };
         let mut policy = Policy::new(settings, &ORDER, at(0));
         let mut alive = [false; ORDER.len()];
         let mut hangs = [false; ORDER.len()];

@@ -96,7 +96,7 @@ fn larger_buffers_need_more_shared_memory() {
     let needed = |objects, frames, lockstep, perspectives| {
         let buffers = buffers(objects, frames);
         let frames = process::queues(&buffers, lockstep).max_frames();
-        shared_memory_needed(buffers.objects.get(), frames, perspectives) >> 10
+        shared_memory_needed(buffers.max_objects.get(), frames, perspectives) >> 10
     };
     // Measured on robots with one partner, in KiB.
     for (objects, frames, lockstep, measured) in [

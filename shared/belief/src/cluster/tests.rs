@@ -128,7 +128,7 @@ fn functions() -> BeliefPlugins {
 
 /// Makes some of the functions plug-ins.
 fn make_own(percepts: &mut Percepts, which: [bool; 3]) {
-    let uphill = || Measure::Own("uphill".to_owned());
+    let uphill = || Measure::Plugin("uphill".to_owned());
     let [colour, place, history] = which;
     let (colour_percept, position) = (percepts.index("colour").unwrap(), percepts.index("position").unwrap());
     for term in &mut percepts.belief.distance {
@@ -137,7 +137,7 @@ fn make_own(percepts: &mut Percepts, which: [bool; 3]) {
         }
     }
     if history {
-        percepts.percepts[usize::from(position)].history = History::Own("mean".to_owned());
+        percepts.percepts[usize::from(position)].history = History::Plugin("mean".to_owned());
     }
 }
 

@@ -20,7 +20,7 @@ fn log_timescale(room: u32) -> percepts::History {
 }
 
 fn low_pass(share: f64) -> percepts::History {
-    percepts::History::LowPass { share: Unit::try_from(share).unwrap() }
+    percepts::History::LowPass { alpha: Unit::try_from(share).unwrap() }
 }
 
 /// Histories of one percept, with room for three beliefs.
@@ -45,14 +45,14 @@ fn histories_of<'a>(percepts: impl IntoIterator<Item = (&'a percepts::History, K
 /// Kernels that derive one symbol or number, and kernels that may derive several numbers.
 fn kernels() -> impl Strategy<Value = Kernel> {
     let builtin = percepts::Percepts::builtin().percepts.into_iter().map(|percept| percept.kernel);
-    let others = [Kernel::Source, Kernel::Own("own".to_owned())];
+    let others = [Kernel::Source, Kernel::Plugin("own".to_owned())];
     prop::sample::select(builtin.chain(others).collect::<Vec<_>>())
 }
 
 /// The part of a feature that a percept of this kernel can derive.
 fn possible(kernel: &Kernel, feature: Feature) -> Feature {
     match (kernel, feature) {
-        (Kernel::Position | Kernel::Orientation | Kernel::Extents | Kernel::Own(_), _)
+        (Kernel::Position | Kernel::Orientation | Kernel::Extents | Kernel::Plugin(_), _)
         | (_, Feature::None | Feature::Symbol(_) | Feature::Number(_)) => feature,
         (_, Feature::Vector(_) | Feature::Orientation(_)) => Feature::None,
     }
@@ -520,7 +520,7 @@ proptest! {
         let instants = grown(&generator, &drawn).instants();
         let room = match generator {
             percepts::History::Lossless { samples, .. } | percepts::History::LogTimescale { samples } => samples.get(),
-            percepts::History::LowPass { .. } | percepts::History::Own(_) => 1,
+            percepts::History::LowPass { .. } | percepts::History::Plugin(_) => 1,
         };
         prop_assert!(instants.len() <= room);
         prop_assert!(instants.is_sorted_by(|a, b| a < b));

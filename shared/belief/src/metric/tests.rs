@@ -58,7 +58,7 @@ fn had() -> impl Strategy<Value = Had> {
 }
 
 fn measures() -> impl Strategy<Value = Measure> {
-    let plugin = Measure::Own("squared".to_owned());
+    let plugin = Measure::Plugin("squared".to_owned());
     prop::sample::select(vec![
         Measure::Metres,
         Measure::AngleRad,
@@ -81,7 +81,7 @@ fn d(measure: &Measure, a: Had, b: Had) -> Option<f64> {
         }
         (Measure::Difference, Had::Number(a), Had::Number(b)) => Some((a - b).abs()),
         (Measure::Differs, Had::Symbol(a), Had::Symbol(b)) => Some(if a == b { 0.0 } else { 1.0 }),
-        (Measure::Own(_), Had::Number(a), Had::Number(b)) => Some((a - b) * (a - b)),
+        (Measure::Plugin(_), Had::Number(a), Had::Number(b)) => Some((a - b) * (a - b)),
         _ => None,
     }
 }

@@ -146,7 +146,7 @@ impl RawBelief {
                 }
                 When::PlaceEmptyForMs(time) => Cull::PlaceEmptyFor(time.duration()),
                 When::PlaceInViewAndEmpty => Cull::PlaceEmptyFor(Duration::ZERO),
-                When::Own(name) => Cull::Own(name),
+                When::Plugin(name) => Cull::Plugin(name),
             });
         }
         Ok(Belief {
@@ -171,7 +171,7 @@ fn number(name: &Spanned<String>, percepts: &[Percept]) -> Result<u16, SpannedEr
 }
 
 fn fits(measure: &Measure, kernel: &Kernel) -> bool {
-    if matches!(measure, Measure::Own(_)) {
+    if matches!(measure, Measure::Plugin(_)) {
         return true;
     }
     match kernel {
@@ -180,7 +180,7 @@ fn fits(measure: &Measure, kernel: &Kernel) -> bool {
         Kernel::State(_) | Kernel::Region(_) | Kernel::Range(_) => *measure == Measure::Difference,
         Kernel::Nearest(_) | Kernel::Source => *measure == Measure::Differs,
         // What a registered classifier derives is not known here.
-        Kernel::Own(_) => true,
+        Kernel::Plugin(_) => true,
     }
 }
 

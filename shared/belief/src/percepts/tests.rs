@@ -103,7 +103,7 @@ fn a_source_is_a_symbol_without_a_name_that_tells_things_apart() {
     assert_eq!(percepts.belief.distance.last(), Some(&term));
     let said = with_source("neither", lossless, "difference").unwrap_err();
     assert!(said.contains("does not fit what `seen_by` derives"), "{said}");
-    let said = with_source("neither", "low_pass = { share = 0.5 }", "differs").unwrap_err();
+    let said = with_source("neither", "low_pass = { alpha = 0.5 }", "differs").unwrap_err();
     assert!(said.contains("symbols cannot be filtered"), "{said}");
     let said = with_source("criteria", lossless, "differs").unwrap_err();
     assert!(said.contains("criteria need a kernel with `nearest` prototypes"), "{said}");
@@ -118,7 +118,7 @@ fn a_negative_weight_is_refused() {
 #[test]
 fn symbols_are_not_filtered() {
     let said =
-        refusal("history = { log_timescale = { samples = 64 } }", "history = { low_pass = { share = 0.5 } }");
+        refusal("history = { log_timescale = { samples = 64 } }", "history = { low_pass = { alpha = 0.5 } }");
     assert!(said.contains("symbols cannot be filtered"), "{said}");
 }
 
@@ -130,9 +130,9 @@ fn a_prototype_out_of_its_space_is_refused() {
 
 #[test]
 fn an_empty_region_is_refused() {
-    let said = refusal("maximum_m = [inf, inf, inf]", "maximum_m = [inf, -1.0, inf]");
+    let said = refusal("max_m = [inf, inf, inf]", "max_m = [inf, -1.0, inf]");
     assert!(said.contains("an empty region"), "{said}");
-    let said = refusal("maximum_m = [inf, inf, inf]", "maximum_m = [inf, nan, inf]");
+    let said = refusal("max_m = [inf, inf, inf]", "max_m = [inf, nan, inf]");
     assert!(said.contains("an empty region"), "{said}");
 }
 
@@ -144,7 +144,7 @@ fn an_unknown_key_gets_the_right_one_suggested() {
 
 #[test]
 fn a_region_holds_its_sides_and_no_nan() {
-    let region = Region { minimum_m: [0.0; 3], maximum_m: [1.0; 3] };
+    let region = Region { min_m: [0.0; 3], max_m: [1.0; 3] };
     assert!(region.holds([0.0, 0.5, 1.0]));
     assert!(!region.holds([0.0, 0.5, 1.1]));
     assert!(!region.holds([f32::NAN, 0.5, 0.5]));
@@ -166,7 +166,7 @@ fn with_range(parent: Option<&str>, range: &str) -> Result<Percepts, String> {
     let parent = parent.map(|parent| format!("parent = \"{parent}\"\n")).unwrap_or_default();
     let percept = format!(
         "[[percept]]\nname = \"r\"\n{parent}role = \"neither\"\ndecay_per_s = 0.2\n\
-         history = {{ low_pass = {{ share = 0.5 }} }}\nkernel = {{ range = {{ {range} }} }}\n\n[belief]"
+         history = {{ low_pass = {{ alpha = 0.5 }} }}\nkernel = {{ range = {{ {range} }} }}\n\n[belief]"
     );
     let text = BUILTIN.replacen("[belief]", &percept, 1);
     Percepts::parse(&text, Path::new("p.toml")).map_err(|error| error.to_string())
@@ -305,8 +305,8 @@ fn degrees_of_a_range_are_compared_by_their_difference() {
     let term = |measure: &str| {
         let text = BUILTIN.replacen("measure = \"differs\"", &format!("measure = \"{measure}\""), 1);
         let range = "[[percept]]\nname = \"r\"\nparent = \"position\"\nrole = \"neither\"\n\
-                     decay_per_s = 0.2\nhistory = { low_pass = { share = 0.5 } }\n\
-                     kernel = { range = { of = \"z_m\", from = 0.1 } }\n\n[belief]";
+                     decay_per_s = 0.2\nhistory = { low_pass = { alpha = 0.5 } }\n\
+                     kernel = { range = { component = \"z_m\", from = 0.1 } }\n\n[belief]";
         let text = text.replacen("[belief]", range, 1).replacen("percept = \"shape\"", "percept = \"r\"", 1);
         Percepts::parse(&text, Path::new("p.toml"))
     };
@@ -333,7 +333,7 @@ proptest! {
         mut numbers in prop::collection::vec(-6.0..6.0_f32, 2..20),
     ) {
         let range = Range {
-            of: Component::Number,
+            component: Component::Number,
             from: (limits != 1).then_some(from),
             to: (limits != 2).then_some(from + width),
             softness: NotNegative::try_from(softness).ok(),

@@ -34,7 +34,7 @@ impl BeliefSystem {
                     | Kernel::Source
                     | Kernel::State(_)
                     | Kernel::Nearest(_)
-                    | Kernel::Own(_) => {}
+                    | Kernel::Plugin(_) => {}
                 }
             }
             self.see_places_anew(slot);
@@ -66,7 +66,7 @@ impl BeliefSystem {
                     | Kernel::State(_)
                     | Kernel::Nearest(_)
                     | Kernel::Range(_)
-                    | Kernel::Own(_) => continue,
+                    | Kernel::Plugin(_) => continue,
                 },
                 Kernel::Position
                 | Kernel::Orientation
@@ -74,7 +74,7 @@ impl BeliefSystem {
                 | Kernel::Source
                 | Kernel::State(_)
                 | Kernel::Nearest(_)
-                | Kernel::Own(_) => continue,
+                | Kernel::Plugin(_) => continue,
             };
             let is_asked =
                 above.is_none_or(|above| parent.is_some_and(|parent| above.kernel.admits(parent.feature)));

@@ -291,13 +291,13 @@ fn placed() -> Percepts {
     let history = percepts.get(6).unwrap().history.clone();
     percepts.percepts.truncate(6);
     let soft = NotNegative::try_from(0.5).ok();
-    let range = |of, from, to, softness| Kernel::Range(Range { of, from, to, softness });
-    let (minimum_m, maximum_m) = ([f64::NEG_INFINITY, 0.0, f64::NEG_INFINITY], [f64::INFINITY; 3]);
+    let range = |of, from, to, softness| Kernel::Range(Range { component: of, from, to, softness });
+    let (min_m, max_m) = ([f64::NEG_INFINITY, 0.0, f64::NEG_INFINITY], [f64::INFINITY; 3]);
     for (name, parent, kernel) in [
         ("near", "position", range(Component::DistanceM, None, Some(1.0), soft)),
         ("very near", "near", range(Component::Number, Some(0.9), None, None)),
-        ("left", "position", Kernel::Region(Region { minimum_m, maximum_m })),
-        ("near left", "near", Kernel::Region(Region { minimum_m, maximum_m })),
+        ("left", "position", Kernel::Region(Region { min_m, max_m })),
+        ("near left", "near", Kernel::Region(Region { min_m, max_m })),
         ("far ahead", "left", range(Component::Number, Some(0.5), None, None)),
         ("long", "extents", range(Component::LongestM, Some(0.1), None, None)),
     ] {

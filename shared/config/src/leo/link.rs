@@ -29,7 +29,7 @@ pub struct Link {
     /// The robot's name on the network.
     pub robot: RobotName,
     /// The processes that run on the remote machine.
-    pub off_board: Vec<OffBoard>,
+    pub remote_processes: Vec<RemoteProcess>,
     /// The topics that this machine sends; empty means all.
     pub topics: Vec<String>,
     /// The endpoints on which this machine listens.
@@ -37,7 +37,7 @@ pub struct Link {
     /// The endpoints of the other machine to connect to.
     pub connect: Vec<Endpoint>,
     /// The CA certificate that signed both machines' certificates, a PEM file; empty for none.
-    pub authority: PathBuf,
+    pub ca_certificate: PathBuf,
     /// This machine's certificate, a PEM file; empty for none.
     pub certificate: PathBuf,
     /// This machine's private key, a PEM file; empty for none.
@@ -45,7 +45,7 @@ pub struct Link {
     /// How often per second the link sends and receives.
     pub link_rate_hz: Hertz,
     /// A command older than this on arrival is discarded.
-    pub late_after_ms: Milliseconds,
+    pub max_command_age_ms: Milliseconds,
     /// Real-time rights.
     pub realtime: Rights,
 }
@@ -59,13 +59,13 @@ pub enum Side {
     /// The robot's machine.
     Robot,
     /// The remote machine.
-    Away,
+    Remote,
 }
 
 /// A process that may run on the remote machine. All others belong to the hot path, or the hot path waits for them.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
 #[serde(rename_all = "lowercase")]
-pub enum OffBoard {
+pub enum RemoteProcess {
     /// The learner.
     Learner,
     /// The console.
@@ -156,8 +156,8 @@ impl Endpoint {
 impl Link {
     /// Whether a process runs on the remote machine.
     #[must_use]
-    pub fn is_off_board(&self, process: message::Process) -> bool {
-        self.off_board.iter().any(|off_board| off_board.process() == process)
+    pub fn is_remote(&self, process: message::Process) -> bool {
+        self.remote_processes.iter().any(|remote| remote.process() == process)
     }
 
     /// Whether a process runs on this machine. With two machines, each process runs on one of them, and the link on
@@ -166,14 +166,14 @@ impl Link {
     pub fn runs_here(&self, process: message::Process) -> bool {
         match self.side {
             Side::Off => process != message::Process::Link,
-            Side::Robot => !self.is_off_board(process),
-            Side::Away => self.is_off_board(process) || process == message::Process::Link,
+            Side::Robot => !self.is_remote(process),
+            Side::Remote => self.is_remote(process) || process == message::Process::Link,
         }
     }
 
     /// Resolves relative paths against the folder of `leo.toml`.
     pub(crate) fn relative_to(&mut self, folder: &Path) {
-        for file in [&mut self.authority, &mut self.certificate, &mut self.private_key] {
+        for file in [&mut self.ca_certificate, &mut self.certificate, &mut self.private_key] {
             if !file.as_os_str().is_empty() {
                 *file = folder.join(&file);
             }
@@ -181,7 +181,7 @@ impl Link {
     }
 }
 
-impl OffBoard {
+impl RemoteProcess {
     const fn process(self) -> message::Process {
         match self {
             Self::Learner => message::Process::Learner,
@@ -204,11 +204,11 @@ pub(crate) fn fault(link: &Link) -> Option<(&'static str, String)> {
     if link.listen.is_empty() && link.connect.is_empty() {
         return Some(("listen", "the link is on, and needs `listen` or `connect`".to_owned()));
     }
-    let keys = [&link.authority, &link.certificate, &link.private_key];
+    let keys = [&link.ca_certificate, &link.certificate, &link.private_key];
     if keys.iter().any(|file| file.as_os_str().is_empty()) {
-        let reason = "the link is on, and needs `authority`, `certificate` and `private_key`; \
+        let reason = "the link is on, and needs `ca_certificate`, `certificate` and `private_key`; \
                       docs/more_than_one_machine.md says how to make them";
-        return Some(("authority", reason.to_owned()));
+        return Some(("ca_certificate", reason.to_owned()));
     }
     None
 }

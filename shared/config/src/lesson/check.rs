@@ -32,7 +32,7 @@ struct Catalogue {
 }
 
 pub(super) fn lesson(raw: raw::Lesson) -> Result<Lesson, SpannedError> {
-    let laying = laying(&raw.laying)?;
+    let table_timing = table_timing(&raw.table_timing)?;
     let teachers = teachers(&raw.teacher)?;
     let catalogue = Catalogue {
         kinds: raw.kind.into_iter().map(|(name, kind)| (name, self::kind(&kind))).collect(),
@@ -60,11 +60,8 @@ pub(super) fn lesson(raw: raw::Lesson) -> Result<Lesson, SpannedError> {
             heading_rad: raw.robot.heading_deg.get().to_radians(),
         },
         teachers,
-        noise: Noise {
-            position_sigma_m: raw.noise.position_sigma_m.get(),
-            confidence: raw.noise.confidence.get(),
-        },
-        laying,
+        noise: Noise { position_sd_m: raw.noise.position_sd_m.get(), confidence: raw.noise.confidence.get() },
+        table_timing,
         kinds: catalogue.kinds,
         colours: catalogue.colours.into_iter().map(|(name, rgb)| (name, rgb.map(Unit::get))).collect(),
         demonstrations,
@@ -72,7 +69,7 @@ pub(super) fn lesson(raw: raw::Lesson) -> Result<Lesson, SpannedError> {
     })
 }
 
-fn laying(raw: &raw::TableTiming) -> Result<TableTiming, SpannedError> {
+fn table_timing(raw: &raw::TableTiming) -> Result<TableTiming, SpannedError> {
     let first = &raw.occluders_first_s;
     if first.get_ref() > &raw.empty_s {
         let reason = format!(

@@ -19,7 +19,7 @@ pub(super) struct Lesson {
     pub(super) robot: Robot,
     pub(super) teacher: Vec<Teacher>,
     pub(super) noise: Noise,
-    pub(super) laying: TableTiming,
+    pub(super) table_timing: TableTiming,
     pub(super) colour: BTreeMap<String, [Unit; 3]>,
     pub(super) kind: BTreeMap<String, ObjectKind>,
     #[serde(default)]
@@ -45,7 +45,7 @@ pub(super) struct Teacher {
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(super) struct Noise {
-    pub(super) position_sigma_m: NotNegative,
+    pub(super) position_sd_m: NotNegative,
     pub(super) confidence: Unit,
 }
 

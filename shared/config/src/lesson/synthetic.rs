@@ -34,8 +34,8 @@ impl Lesson {
             seed: 1,
             robot: UprightPose { position_m: [0.0; 3], heading_rad: std::f64::consts::FRAC_PI_2 },
             teachers: vec![Teacher { number: 1, eyes_m: [0.0, 3.5, 0.55], looks_at_m: [0.0, 1.5, 0.0] }],
-            noise: Noise { position_sigma_m: 0.003, confidence: 0.9 },
-            laying: TableTiming {
+            noise: Noise { position_sd_m: 0.003, confidence: 0.9 },
+            table_timing: TableTiming {
                 empty: Duration::ZERO,
                 occluders_first: Duration::ZERO,
                 keep: Duration::ZERO,

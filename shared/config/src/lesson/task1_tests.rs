@@ -143,6 +143,7 @@ fn the_lesson_lasts_about_eighteen_seconds_and_tells_leo_once_to_perform() {
         .iter()
         .map(|table| table.script.last().map_or(0.0, |step| (step.at + step.act.takes()).as_secs_f64()))
         .sum();
-    let laid = (lesson.laying.occluders_first + lesson.laying.empty + lesson.laying.keep).as_secs_f64();
+    let laid = (lesson.table_timing.occluders_first + lesson.table_timing.empty + lesson.table_timing.keep)
+        .as_secs_f64();
     assert!((15.0..19.0).contains(&(shown + laid)), "{shown} s + {laid} s");
 }

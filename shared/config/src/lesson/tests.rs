@@ -7,9 +7,9 @@ title = "One hole"
 watch = "The peg"
 seed = 7
 [noise]
-position_sigma_m = 0.0
+position_sd_m = 0.0
 confidence = 1.0
-[laying]
+[table_timing]
 empty_s = 1.0
 occluders_first_s = 0.2
 keep_s = 0.5
@@ -153,7 +153,7 @@ fn faults_between_fields_are_named_where_they_stand() {
         ("looks_at_m = [0.0, 0.75, 0.0]", "looks_at_m = [0.0, 1.5, 0.55]", "their own eyes"),
         ("occluders_first_s = 0.2", "occluders_first_s = 3.0", "the table is empty for only 1 s"),
         (r#"say = "It is done""#, r#"say = " ""#, "a sentence has 1 to"),
-        ("position_sigma_m = 0.0", "position_sigma_m = nan", "out of range"),
+        ("position_sd_m = 0.0", "position_sd_m = nan", "out of range"),
     ];
     for (from, to, expected) in faults {
         let said = refusal(from, to);

@@ -62,14 +62,14 @@ struct Writer<'a> {
 
 impl Writer<'_> {
     fn lesson(mut self, lesson: &Lesson) -> fmt::Result {
-        let Lesson { title, watch, needs, seed, robot, teachers, noise, laying, .. } = lesson;
+        let Lesson { title, watch, needs, seed, robot, teachers, noise, table_timing, .. } = lesson;
         writeln!(self.out, "title = {}\nwatch = {}\nseed = {seed}\n", text(title), text(watch))?;
         self.needs(needs)?;
-        writeln!(self.out, "[noise]\nposition_sigma_m = {}", number(noise.position_sigma_m))?;
+        writeln!(self.out, "[noise]\nposition_sd_m = {}", number(noise.position_sd_m))?;
         writeln!(self.out, "confidence = {}\n", number(noise.confidence))?;
-        writeln!(self.out, "[laying]\nempty_s = {}", seconds(laying.empty))?;
-        writeln!(self.out, "occluders_first_s = {}", seconds(laying.occluders_first))?;
-        writeln!(self.out, "keep_s = {}\n", seconds(laying.keep))?;
+        writeln!(self.out, "[table_timing]\nempty_s = {}", seconds(table_timing.empty))?;
+        writeln!(self.out, "occluders_first_s = {}", seconds(table_timing.occluders_first))?;
+        writeln!(self.out, "keep_s = {}\n", seconds(table_timing.keep))?;
         writeln!(self.out, "[robot]\nposition_m = {}", numbers(&robot.position_m))?;
         writeln!(self.out, "heading_deg = {}\n", degrees(robot.heading_rad))?;
         for teacher in teachers {

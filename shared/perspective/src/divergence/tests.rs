@@ -368,7 +368,7 @@ fn length_is_compared_and_nearness_is_not() {
     let mut percepts = Percepts::builtin();
     let state = percepts.percepts[8].clone();
     percepts.percepts.truncate(6);
-    let range = |of| Kernel::Range(Range { of, from: None, to: Some(0.5), softness: None });
+    let range = |of| Kernel::Range(Range { component: of, from: None, to: Some(0.5), softness: None });
     for (name, parent, kernel) in [
         ("near", "position", range(Component::DistanceM)),
         ("short", "extents", range(Component::LongestM)),

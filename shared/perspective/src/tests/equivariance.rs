@@ -23,7 +23,7 @@ static PERCEPTS: LazyLock<Percepts> = LazyLock::new(|| {
     let mut percepts = Percepts::builtin();
     let inserted = usize::from(percepts.index("inserted").unwrap());
     let kernel = Kernel::Range(Range {
-        of: Component::DistanceM,
+        component: Component::DistanceM,
         from: None,
         to: Some(0.4),
         softness: Some(1.5.try_into().unwrap()),

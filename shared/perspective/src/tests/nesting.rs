@@ -69,7 +69,7 @@ fn an_observation_too_far_from_a_partner_is_refused() {
 #[test]
 fn walls_beyond_a_partners_capacity_are_counted() {
     let mut config = Perspective::builtin();
-    config.occluders.most = 1.try_into().unwrap();
+    config.occluders.max_count = 1.try_into().unwrap();
     let mut minds = Minds::with(&config, 1, 2);
     let overflowed = |minds: &Minds| minds.at(&[1]).head(Header::default()).overflowed;
     let before_him = wall([0.9, 0.2, 0.1]);

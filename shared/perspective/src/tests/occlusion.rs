@@ -39,7 +39,7 @@ fn looking_aside(looks_at_m: [f64; 3]) -> Perspective {
     let mut config = Perspective::builtin();
     config.robot.eye_m = [0.0, 0.0, 0.5].map(|part| part.try_into().unwrap());
     config.robot.looks_at_m = looks_at_m.map(|part| part.try_into().unwrap());
-    config.robot.field =
+    config.robot.field_of_view =
         Field::Cone { half_angle_deg: 40.0.try_into().unwrap(), range_m: 3.0.try_into().unwrap() };
     config
 }
@@ -109,7 +109,7 @@ fn a_barrier_that_is_pushed_aside_is_one_barrier() {
 #[test]
 fn barriers_beyond_those_that_can_be_remembered_replace_the_longest_unseen() {
     let mut config = looking_aside([0.0, -1.0, 0.0]);
-    config.occluders.most = 2.try_into().unwrap();
+    config.occluders.max_count = 2.try_into().unwrap();
     let mut world = Workspace::with(&config);
     world.step(&[wall([0.5, 1.0, 0.125]), person(EYES, TABLE)]);
     world.step(&[wall([0.5, 2.0, 0.125]), person(EYES, TABLE)]);

@@ -6,14 +6,14 @@ use proptest::prelude::*;
 use proptest::test_runner::RngSeed;
 
 use super::workspace::{EYES, TABLE, Workspace, block, person, wall};
-use crate::settings::{OwnershipRule, Perspective, Resource};
+use crate::settings::{Ownership, OwnershipRule, Perspective};
 use crate::{OwnershipClaim, OwnershipEstimator, TERRITORY_MOST};
 
 const ROBOT: [f64; 2] = [0.0, 0.0];
 const TEACHER: [f64; 2] = [1.5, 0.0];
 
-fn resource(by: OwnershipRule) -> Resource {
-    Resource { by, ..Perspective::builtin().resource }
+fn ownership(rule: OwnershipRule) -> Ownership {
+    Ownership { rule, ..Perspective::builtin().ownership }
 }
 
 fn claims(places: &[[f64; 2]]) -> impl Iterator<Item = OwnershipClaim> {
@@ -29,7 +29,7 @@ fn agents(places: [[f64; 2]; 2]) -> impl Iterator<Item = (u16, Position<Base>)> 
 }
 
 fn by_territory(places: &[[f64; 2]]) -> Vec<u16> {
-    let mut owners = OwnershipEstimator::new(&resource(OwnershipRule::Territory), 64);
+    let mut owners = OwnershipEstimator::new(&ownership(OwnershipRule::Territory), 64);
     owners.update(claims(places), agents([ROBOT, TEACHER]));
     owners.all().to_vec()
 }
@@ -60,7 +60,7 @@ fn where_the_things_are_not_apart_all_is_everybodys() {
 
 #[test]
 fn an_object_belongs_to_its_last_holder() {
-    let mut owners = OwnershipEstimator::new(&resource(OwnershipRule::Possession), 4);
+    let mut owners = OwnershipEstimator::new(&ownership(OwnershipRule::Possession), 4);
     let mut update = |held: &[(u64, u16)]| {
         let claim = |(id, held_by): &(u64, u16)| OwnershipClaim {
             id: *id,
@@ -79,18 +79,18 @@ fn an_object_belongs_to_its_last_holder() {
 }
 
 /// A configured region around x = 1 m belongs to the teacher.
-fn told(by: OwnershipRule) -> Perspective {
+fn told(rule: OwnershipRule) -> Perspective {
     let region = "[{ owner = 1, from_m = [0.8, -1.0], to_m = [1.2, 1.0] }]";
-    let text =
-        include_str!("../../../../config/perspective.toml").replace("told = []", &format!("told = {region}"));
+    let text = include_str!("../../../../config/perspective.toml")
+        .replace("regions = []", &format!("regions = {region}"));
     let config: Perspective = settings::parse(&text, "p.toml".as_ref()).unwrap();
-    Perspective { resource: Resource { by, ..config.resource }, ..config }
+    Perspective { ownership: Ownership { rule, ..config.ownership }, ..config }
 }
 
 #[test]
 fn configured_owners_hold_and_other_objects_have_no_owner() {
-    for (by, expected) in [(OwnershipRule::Told, 1), (OwnershipRule::None, NOBODY)] {
-        let mut owners = OwnershipEstimator::new(&told(by).resource, 4);
+    for (by, expected) in [(OwnershipRule::Regions, 1), (OwnershipRule::None, NOBODY)] {
+        let mut owners = OwnershipEstimator::new(&told(by).ownership, 4);
         owners.update(claims(&[[1.0, 0.0], [0.4, 0.0]]), agents([ROBOT, TEACHER]));
         assert_eq!((owners.owner(0), owners.owner(1), owners.owner(9)), (expected, NOBODY, NOBODY));
     }
@@ -104,7 +104,7 @@ fn configured_and_held_ownership_holds_in_every_perspective() {
     let far = block([1.0, 0.1, 0.03]);
     let all = [person(EYES, TABLE), near, held, far];
     for (by, expected) in
-        [(OwnershipRule::Told, [NOBODY, NOBODY, 1]), (OwnershipRule::Possession, [NOBODY, 1, NOBODY])]
+        [(OwnershipRule::Regions, [NOBODY, NOBODY, 1]), (OwnershipRule::Possession, [NOBODY, 1, NOBODY])]
     {
         let mut world = Workspace::with(&told(by));
         world.step(&all);
@@ -117,7 +117,7 @@ fn configured_and_held_ownership_holds_in_every_perspective() {
 #[test]
 fn ownership_in_each_perspective_uses_only_its_known_agents() {
     let mut config = Perspective::builtin();
-    config.resource = resource(OwnershipRule::Territory);
+    config.ownership = ownership(OwnershipRule::Territory);
     let mut world = Workspace::with(&config);
     let mine = [[0.35, 0.1], [0.40, 0.2]].map(|[x, y]| block([x, y, 0.03]));
     let his = [[1.0, 0.1], [1.05, 0.2]].map(|[x, y]| block([x, y, 0.03]));
@@ -133,7 +133,7 @@ fn ownership_in_each_perspective_uses_only_its_known_agents() {
     // While the partner is away, the robot knows no other agent as an owner.
     world.run(Duration::from_secs(1), &all[1..]);
     assert_eq!((owners(world.robots()), owners(world.his())), (vec![NOBODY; 4], vec![0, 0, 1, 1]));
-    config.resource = resource(OwnershipRule::None);
+    config.ownership = ownership(OwnershipRule::None);
     let mut unasked = Workspace::with(&config);
     unasked.step(&all);
     assert_eq!(owners(unasked.robots()), [NOBODY; 4]);
@@ -142,7 +142,7 @@ fn ownership_in_each_perspective_uses_only_its_known_agents() {
 #[test]
 fn until_the_next_estimate_owners_stay_and_new_objects_have_none() {
     let mut config = Perspective::builtin();
-    config.resource = resource(OwnershipRule::Territory);
+    config.ownership = ownership(OwnershipRule::Territory);
     let mut world = Workspace::with(&config);
     let things = [[0.35, 0.1], [0.40, 0.2], [0.45, 0.0], [1.0, 0.1], [1.05, 0.2], [0.30, 0.0]];
     let blocks = things.map(|[x, y]| block([x, y, 0.03]));
@@ -177,7 +177,7 @@ fn grid(x: f32, [rows, columns]: [u8; 2], pitch_m: f32) -> impl Iterator<Item = 
 #[test]
 fn many_objects_are_compared_over_several_steps() {
     let mut config = Perspective::builtin();
-    config.resource = resource(OwnershipRule::Territory);
+    config.ownership = ownership(OwnershipRule::Territory);
     let mut world = Workspace::with_room(Percepts::builtin(), &config, 64);
     let group = |x: f32| grid(x, [4, 5], 0.1);
     let blocks: Vec<_> = group(0.2).chain(group(0.85)).chain([block([0.1, 0.0, 0.03])]).collect();
@@ -212,7 +212,7 @@ fn many_objects_are_compared_over_several_steps() {
 #[test]
 fn however_many_they_are_it_takes_eight_steps_more_at_most() {
     let mut config = Perspective::builtin();
-    config.resource = resource(OwnershipRule::Territory);
+    config.ownership = ownership(OwnershipRule::Territory);
     let mut world = Workspace::with_room(Percepts::builtin(), &config, 256);
     let group = |x: f32| grid(x, [12, 10], 0.05);
     let all: Vec<_> = [person(EYES, TABLE)].into_iter().chain(group(0.1)).chain(group(0.9)).collect();
@@ -227,7 +227,7 @@ fn however_many_they_are_it_takes_eight_steps_more_at_most() {
 
 #[test]
 fn too_many_objects_have_no_owners() {
-    let mut owners = OwnershipEstimator::new(&resource(OwnershipRule::Territory), 2 * TERRITORY_MOST);
+    let mut owners = OwnershipEstimator::new(&ownership(OwnershipRule::Territory), 2 * TERRITORY_MOST);
     for (count, expected) in [(TERRITORY_MOST, [0, 1]), (TERRITORY_MOST + 1, [NOBODY; 2])] {
         let places: Vec<_> =
             (0..count).map(|index| if index < 128 { [0.2, 0.0] } else { [1.3, 0.0] }).collect();
@@ -238,7 +238,7 @@ fn too_many_objects_have_no_owners() {
 
 #[test]
 fn a_thing_without_a_place_leaves_no_territories() {
-    let mut owners = OwnershipEstimator::new(&resource(OwnershipRule::Territory), 64);
+    let mut owners = OwnershipEstimator::new(&ownership(OwnershipRule::Territory), 64);
     let places = [[0.3, 0.0], [0.4, 0.0], [1.3, 0.0], [1.4, 0.0], [f64::NAN, 0.0]];
     owners.update(claims(&places[..4]), agents([ROBOT, TEACHER]));
     assert_eq!(owners.all(), [0, 0, 1, 1]);
@@ -249,7 +249,7 @@ fn a_thing_without_a_place_leaves_no_territories() {
 #[test]
 fn a_copy_judges_as_the_original_does() {
     let places = [[0.3, 0.0], [0.4, 0.0], [1.3, 0.0], [1.4, 0.0], [1.4, 0.1]];
-    let mut copy = OwnershipEstimator::new(&resource(OwnershipRule::Territory), 4).clone();
+    let mut copy = OwnershipEstimator::new(&ownership(OwnershipRule::Territory), 4).clone();
     copy.update(claims(&places), agents([ROBOT, TEACHER]));
     assert_eq!(copy.all(), [0, 0, 1, 1], "the fifth is beyond the capacity");
     assert_eq!(copy.owner(4), NOBODY);
@@ -332,7 +332,7 @@ proptest! {
         let claims = |places: &[Position<Base>]| -> Vec<OwnershipClaim> {
             (1..).zip(places).map(|(id, place)| OwnershipClaim { id, place: *place, held_by: NOBODY }).collect()
         };
-        let mut owners = OwnershipEstimator::new(&resource(OwnershipRule::Territory), 16);
+        let mut owners = OwnershipEstimator::new(&ownership(OwnershipRule::Territory), 16);
         owners.update(claims(&places), known.iter().copied());
         let here = owners.all().to_vec();
         let Some(expected) = by_merging(&places, &known) else { return Ok(()) };
@@ -364,7 +364,7 @@ proptest! {
             let x = if id.is_multiple_of(2) { apart.0 } else { apart.1 };
             (id, [x + dx, *y])
         }).collect();
-        let mut owners = OwnershipEstimator::new(&resource(OwnershipRule::Territory), 16);
+        let mut owners = OwnershipEstimator::new(&ownership(OwnershipRule::Territory), 16);
         for (by_m, ways, gone) in steps {
             for ((_, [x, y]), (dx, dy)) in things.iter_mut().zip(ways) {
                 (*x, *y) = (*x + by_m * dx, *y + by_m * dy);
@@ -379,7 +379,7 @@ proptest! {
                 OwnershipClaim { id: *id, place: Position::new(*x, *y, 0.03), held_by: NOBODY }
             });
             owners.update(claims(), agents([ROBOT, TEACHER]));
-            let mut stranger = OwnershipEstimator::new(&resource(OwnershipRule::Territory), 16);
+            let mut stranger = OwnershipEstimator::new(&ownership(OwnershipRule::Territory), 16);
             stranger.update(claims(), agents([ROBOT, TEACHER]));
             prop_assert_eq!(owners.all(), stranger.all());
         }

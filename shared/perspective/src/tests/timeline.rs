@@ -168,9 +168,13 @@ fn ranged() -> Percepts {
         (
             "near_me",
             "position",
-            Range { of: Component::DistanceM, from: None, to: Some(0.5), softness: None },
+            Range { component: Component::DistanceM, from: None, to: Some(0.5), softness: None },
         ),
-        ("long", "extents", Range { of: Component::LongestM, from: Some(0.1), to: None, softness: None }),
+        (
+            "long",
+            "extents",
+            Range { component: Component::LongestM, from: Some(0.1), to: None, softness: None },
+        ),
     ] {
         percepts.percepts.push(Percept {
             name: name.to_owned(),

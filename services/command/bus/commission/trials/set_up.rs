@@ -101,7 +101,7 @@ pub(super) fn eeprom(bench: &mut Bench<'_>) -> Result<Measured, CommandError> {
 fn refused(servo: &mut Servo<'_>, joint: &Joint, measured: &mut Measured) -> Result<(), CommandError> {
     let initial = |item: Item| by_address(servo.model, item.address).map_or(0, |entry| entry.initial);
     let (mask, duty, current) = (initial(SHUTDOWN), initial(PWM_LIMIT), initial(CURRENT_LIMIT));
-    let fastest = i64::from(velocity_count(joint.velocity_rad_s));
+    let fastest = i64::from(velocity_count(joint.max_velocity_rad_s));
     let mut look = |item: Item, name: &str, right: fn(i64, i64) -> bool, than: i64, so: &str| {
         let found = servo.get(item)?;
         if !right(found, than) {

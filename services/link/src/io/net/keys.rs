@@ -78,12 +78,13 @@ impl Keys {
         };
         let authority = || -> Result<RootCertStore, Box<dyn std::error::Error>> {
             let mut store = RootCertStore::empty();
-            for certificate in CertificateDer::pem_slice_iter(budget::text(&link.authority)?.as_bytes()) {
+            for certificate in CertificateDer::pem_slice_iter(budget::text(&link.ca_certificate)?.as_bytes())
+            {
                 store.add(certificate?)?;
             }
             Ok(store)
         };
-        let unknown = |error: &dyn std::fmt::Display| wrong("authority", &link.authority, error);
+        let unknown = |error: &dyn std::fmt::Display| wrong("ca_certificate", &link.ca_certificate, error);
         let authority = Arc::new(authority().map_err(|error| unknown(&error))?);
         let unusable = |error: &dyn std::fmt::Display| wrong("certificate", &link.certificate, error);
         let text = budget::text(&link.certificate).map_err(|error| unusable(&error))?;
@@ -99,7 +100,7 @@ impl Keys {
             WebPkiClientVerifier::builder_with_provider(Arc::clone(&authority), Arc::clone(&provider))
                 .build();
         let servers = WebPkiServerVerifier::builder_with_provider(authority, Arc::clone(&provider)).build();
-        let other = if link.side == Side::Away { Side::Robot } else { Side::Away };
+        let other = if link.side == Side::Remote { Side::Robot } else { Side::Remote };
         let identity = Identity {
             provider,
             chain,
@@ -200,7 +201,7 @@ impl Identity {
 /// The ALPN protocol (RFC 7301): robot name and side of the connecting machine. Connections between different
 /// robots or between two machines of one side fail in the handshake.
 pub(crate) fn protocol(robot: &RobotName, side: Side) -> Vec<u8> {
-    let side = if side == Side::Away { "away" } else { "robot" };
+    let side = if side == Side::Remote { "remote" } else { "robot" };
     format!("leo-link/{}/{side}", robot.as_str()).into_bytes()
 }
 
@@ -262,7 +263,7 @@ mod tests {
     fn a_defect_of_the_own_certificate_is_reported_before_any_refusal() {
         let Some(keys) = everybody_or_skip() else { return };
         let mut link = config::Robot::load(None).unwrap().leo.link;
-        link.authority = keys.path().join("authority.pem");
+        link.ca_certificate = keys.path().join("authority.pem");
         let here = vec!["quic/127.0.0.1:1".to_owned().try_into().unwrap()];
         let nowhere = Vec::new();
         let mut told = |name: &str, listen: &Vec<_>, connect: &Vec<_>| {
@@ -271,7 +272,7 @@ mod tests {
             link.private_key = keys.path().join(format!("{name}.key"));
             Keys::read(&link).unwrap().own_refusal(&link, UnixTime::now())
         };
-        for name in ["robot", "any", "away"] {
+        for name in ["robot", "any", "remote"] {
             assert_eq!(told(name, &here, &here), None, "{name}");
         }
         // Certificates for one role only.
@@ -293,7 +294,7 @@ mod tests {
     fn a_file_that_holds_no_key_is_named() {
         let Some(keys) = everybody_or_skip() else { return };
         let mut link = config::Robot::load(None).unwrap().leo.link;
-        link.authority = keys.path().join("authority.pem");
+        link.ca_certificate = keys.path().join("authority.pem");
         link.certificate = keys.path().join("robot.pem");
         link.private_key = keys.path().join("robot.pem");
         let told = Keys::read(&link).err().unwrap().to_string();

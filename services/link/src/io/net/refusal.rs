@@ -32,7 +32,7 @@ pub(crate) struct KeyFiles {
 impl KeyFiles {
     pub(crate) fn of(link: &Link) -> Self {
         let shown = |file: &Path| file.display().to_string();
-        Self { authority: shown(&link.authority), certificate: shown(&link.certificate) }
+        Self { authority: shown(&link.ca_certificate), certificate: shown(&link.certificate) }
     }
 
     /// Explains why there is no connection with the machine at `peer`, or none any more.

@@ -31,7 +31,7 @@ impl Pair {
         link.side = side;
         let file = |ending: &str| self.keys.path().join(format!("{name}.{ending}"));
         (link.certificate, link.private_key) = (file("pem"), file("key"));
-        link.authority = self.keys.path().join("authority.pem");
+        link.ca_certificate = self.keys.path().join("authority.pem");
         link
     }
 
@@ -42,7 +42,7 @@ impl Pair {
     }
 
     fn away(&self, change: impl FnOnce(&mut Link)) -> Net {
-        let mut link = self.link(Side::Away, "away");
+        let mut link = self.link(Side::Remote, "remote");
         link.connect = vec![format!("quic/localhost:{}", self.port).try_into().unwrap()];
         change(&mut link);
         Net::start(&link, compatibility()).unwrap()
@@ -131,7 +131,7 @@ fn a_closing_peer_says_so() {
     let Some(pair) = Pair::or_skip() else { return };
     let robot = pair.robot();
     within(async {
-        let endpoint = client(pair.keys.path(), Some("away"));
+        let endpoint = client(pair.keys.path(), Some("remote"));
         let at = (Ipv4Addr::LOCALHOST, pair.port).into();
         let connection = endpoint.connect(at, "localhost").unwrap().await.unwrap();
         // The robot sends until the connection is set up.
@@ -149,7 +149,7 @@ fn before_compatibility_is_known_only_pulses_are_accepted() {
     let Some(pair) = Pair::or_skip() else { return };
     let robot = pair.robot();
     within(async {
-        let endpoint = client(pair.keys.path(), Some("away"));
+        let endpoint = client(pair.keys.path(), Some("remote"));
         let at = (Ipv4Addr::LOCALHOST, pair.port).into();
         let connection = endpoint.connect(at, "localhost").unwrap().await.unwrap();
         let say = |bytes: Vec<u8>| connection.send_datagram(bytes.into()).unwrap();

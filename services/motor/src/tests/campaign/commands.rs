@@ -45,8 +45,8 @@ pub(crate) fn check_servo(servo: &Servo, joint: &Joint) -> bool {
         return false;
     }
     let [one, other] = [joint.min_rad, joint.max_rad].map(|rad| position_count(joint.servo_rad(rad)));
-    let velocity = velocity_count(joint.velocity_rad_s * VELOCITY_MARGIN);
-    let acceleration = acceleration_count(joint.acceleration_rad_s2 * ACCELERATION_MARGIN);
+    let velocity = velocity_count(joint.max_velocity_rad_s * VELOCITY_MARGIN);
+    let acceleration = acceleration_count(joint.max_acceleration_rad_s2 * ACCELERATION_MARGIN);
     for (item, least, most) in [
         (GOAL_POSITION, one.min(other), one.max(other)),
         // Zero would mean unlimited.
@@ -99,12 +99,12 @@ impl Commands {
             assert!((joint.min_rad..=joint.max_rad).contains(&position_rad), "{name}: {position_rad} rad");
             let velocity_rad_s = before.map(|before| (position_rad - before.position_rad) / dt_s);
             if let Some(velocity) = velocity_rad_s {
-                let most = joint.velocity_rad_s;
+                let most = joint.max_velocity_rad_s;
                 assert!(velocity.abs() <= most + SLIGHT / dt_s, "{name}: {velocity} rad/s, {most} at most");
             }
             if let Some((now, then)) = velocity_rad_s.zip(before.and_then(|before| before.velocity_rad_s)) {
                 // From the middle of the previous cycle to the middle of this one.
-                let most = joint.acceleration_rad_s2 * f64::midpoint(self.before_s, dt_s);
+                let most = joint.max_acceleration_rad_s2 * f64::midpoint(self.before_s, dt_s);
                 let by = now - then;
                 assert!(by.abs() <= most + SLIGHT / dt_s, "{name}: {by} rad/s more, {most} at most");
                 self.compared += 1;

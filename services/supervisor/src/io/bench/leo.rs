@@ -46,7 +46,7 @@ pub(super) fn percept_to_belief(domain: &Domain, node: &Node, case: Case) -> Res
     let capacity = f64::from(case.objects).max(64.0) + 8.0;
     let rate = f64::from(case.rate_hz);
     let text = config::Robot::leo_text_with(&[
-        ("buffers.objects", capacity),
+        ("buffers.max_objects", capacity),
         ("sensor.rate_hz", rate),
         ("simulator.rate_hz", rate),
     ]);

@@ -75,7 +75,7 @@ fn functions() -> BeliefPlugins {
 #[test]
 fn a_plugin_culling_function_is_evaluated_among_the_others() {
     let mut percepts = Percepts::builtin();
-    percepts.belief.cull = vec![Cull::Own("fleeting".to_owned())];
+    percepts.belief.cull = vec![Cull::Plugin("fleeting".to_owned())];
     let mut robot = Robot::new(&Percepts::builtin());
     robot.system = BeliefSystem::with_plugins(&percepts, &functions(), 16).unwrap();
     let (often, once) = ([0.5, 0.0, 0.0], [0.5, 0.5, 0.0]);
@@ -91,8 +91,8 @@ fn a_plugin_culling_function_is_evaluated_among_the_others() {
 fn a_plugin_history_decides_what_is_remembered() {
     let mut percepts = Percepts::builtin();
     let (filled, marked) = (percepts.index("filled").unwrap(), percepts.index("marked").unwrap());
-    percepts.percepts[usize::from(filled)].history = History::Own("highest".to_owned());
-    percepts.percepts[usize::from(marked)].history = History::Own("nonsense".to_owned());
+    percepts.percepts[usize::from(filled)].history = History::Plugin("highest".to_owned());
+    percepts.percepts[usize::from(marked)].history = History::Plugin("nonsense".to_owned());
     let mut robot = Robot::new(&Percepts::builtin());
     robot.system = BeliefSystem::with_plugins(&percepts, &functions(), 16).unwrap();
     for (step, degree) in [0.25, 1.0, 0.5].into_iter().enumerate() {
@@ -128,15 +128,17 @@ fn a_function_that_the_program_lacks_is_named() {
         change(&mut percepts, name());
         BeliefSystem::with_plugins(&percepts, &functions(), 16).unwrap_err().to_string()
     };
-    let distance = said(|percepts, name| percepts.belief.distance[0].measure = Measure::Own(name));
+    let distance = said(|percepts, name| percepts.belief.distance[0].measure = Measure::Plugin(name));
     assert_eq!(
         distance,
         "the configuration names the custom distance `mine`, which this program does not have"
     );
     assert!(
-        said(|percepts, name| percepts.belief.cull.push(Cull::Own(name))).contains("culling function `mine`")
+        said(|percepts, name| percepts.belief.cull.push(Cull::Plugin(name)))
+            .contains("culling function `mine`")
     );
     assert!(
-        said(|percepts, name| percepts.percepts[0].history = History::Own(name)).contains("history `mine`")
+        said(|percepts, name| percepts.percepts[0].history = History::Plugin(name))
+            .contains("history `mine`")
     );
 }

@@ -6,7 +6,7 @@ use super::*;
 use crate::io::net::tests::certificates::everybody_or_skip;
 
 fn files() -> KeyFiles {
-    KeyFiles { authority: "authority.pem".to_owned(), certificate: "away.pem".to_owned() }
+    KeyFiles { authority: "authority.pem".to_owned(), certificate: "remote.pem".to_owned() }
 }
 
 fn ended_by(alert: AlertDescription) -> ConnectionError {
@@ -34,7 +34,7 @@ fn each_tls_alert_names_the_own_certificate_and_what_to_do() {
         assert!(KeyFiles::is_refusal(&ended), "{alert:?}");
         let told = files().explain("robot.local", &RefusalRecord::default(), &ended);
         assert!(
-            told.starts_with("robot.local refuses the certificate of this machine (away.pem): "),
+            told.starts_with("robot.local refuses the certificate of this machine (remote.pem): "),
             "{told}"
         );
         assert!(told.contains(what_to_do), "{alert:?}: {told}");
@@ -64,7 +64,7 @@ fn a_certificate_that_expires_while_connected_is_named_on_both_sides() {
     let ended = ConnectionError::ApplicationClosed(close);
     assert!(KeyFiles::is_refusal(&ended));
     let there = files().explain("robot.local", &RefusalRecord::default(), &ended);
-    assert!(there.contains("(away.pem): it has expired"), "{there}");
+    assert!(there.contains("(remote.pem): it has expired"), "{there}");
     assert!(KeyFiles::expired("192.0.2.7").contains("192.0.2.7 is refused from now on: it has expired"));
 }
 

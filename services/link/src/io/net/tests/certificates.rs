@@ -45,7 +45,7 @@ const SHOWN: [Shown; 8] = [
     Shown { what: "for clients alone", file: "client", is_let_in: true, is_believed: false },
     Shown { what: "for no purpose in particular", file: "any", is_let_in: true, is_believed: true },
     // A client's name is not checked, only a server's.
-    Shown { what: "with another name", file: "away", is_let_in: true, is_believed: false },
+    Shown { what: "with another name", file: "remote", is_let_in: true, is_believed: false },
 ];
 
 /// Offset of TLS alerts among the QUIC error codes (RFC 9001, 4.8).
@@ -61,7 +61,7 @@ fn keys() -> TempDir {
     let script = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../package/link_keys.sh");
     let made = Command::new(script)
         .arg(folder.path())
-        .args(["robot=DNS:localhost", "away=DNS:desk.local"])
+        .args(["robot=DNS:localhost", "remote=DNS:desk.local"])
         .status()
         .unwrap();
     assert!(made.success());
@@ -144,7 +144,7 @@ pub(super) fn client(folder: &Path, name: Option<&str>) -> Endpoint {
         Some((chain, key)) => tls.with_client_auth_cert(chain, key).unwrap(),
         None => tls.with_no_client_auth(),
     };
-    tls.alpn_protocols = vec![spoken(Side::Away)];
+    tls.alpn_protocols = vec![spoken(Side::Remote)];
     let crypto = QuicClientConfig::try_from(tls).unwrap();
     let mut endpoint = Endpoint::client(SocketAddr::from((Ipv4Addr::LOCALHOST, 0))).unwrap();
     endpoint.set_default_client_config(quinn::ClientConfig::new(Arc::new(crypto)));
@@ -163,7 +163,7 @@ fn link(folder: &Path, listen: &str, connect: Vec<String>) -> Link {
     link.side = Side::Robot;
     link.listen = vec![listen.to_owned().try_into().unwrap()];
     link.connect = connect.into_iter().map(|endpoint| endpoint.try_into().unwrap()).collect();
-    link.authority = folder.join("authority.pem");
+    link.ca_certificate = folder.join("authority.pem");
     link.certificate = folder.join("robot.pem");
     link.private_key = folder.join("robot.key");
     link

@@ -9,7 +9,7 @@ use crate::io::run::shutdown;
 /// A robot in motion, whose joints need longer to stop than an orderly end may take.
 fn on_the_move(emergency_flag: &EmergencyFlag) -> Rig {
     let mut robot = config::Robot::load(None).unwrap();
-    robot.motor.joints.iter_mut().for_each(|joint| joint.acceleration_rad_s2 = 0.05);
+    robot.motor.joints.iter_mut().for_each(|joint| joint.max_acceleration_rad_s2 = 0.05);
     let mut rig = Rig::of(robot, Time::Wall, emergency_flag);
     rig.share = 0.9;
     // Decelerating takes two seconds.

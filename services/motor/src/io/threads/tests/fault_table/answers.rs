@@ -124,7 +124,7 @@ fn stopped_clocks(rig: &mut Rig, struck: &[usize]) -> Verdict {
         others_go_on(rig, struck)?;
         are(rig, struck, JointMode::Following, JointCause::None)?;
     }
-    within(rig, 2, |rig| are(rig, struck, JointMode::Quarantined, JointCause::Unbelieved))?;
+    within(rig, 2, |rig| are(rig, struck, JointMode::Quarantined, JointCause::Stale))?;
     for &joint in struck {
         let trouble = rig.motor.trouble(joint);
         expect(trouble == Some(JointFault::Unbelieved), || format!("{trouble:?}"))?;
@@ -134,7 +134,7 @@ fn stopped_clocks(rig: &mut Rig, struck: &[usize]) -> Verdict {
     for _ in 0..cycles_in(Duration::from_secs(2)) {
         rig.cycle();
         others_go_on(rig, struck)?;
-        are(rig, struck, JointMode::Quarantined, JointCause::Unbelieved)?;
+        are(rig, struck, JointMode::Quarantined, JointCause::Stale)?;
     }
     Ok(())
 }

@@ -203,7 +203,7 @@ fn spared(worsen: impl Fn(&mut servo::mock::Servo), mend: impl Fn(&mut servo::mo
             rig.cycle();
             for &joint in &poor {
                 let command = rig.state(joint).command_position_rad();
-                let most = 0.6 * rig.robot.motor.joints[joint].velocity_rad_s * PERIOD.as_secs_f64();
+                let most = 0.6 * rig.robot.motor.joints[joint].max_velocity_rad_s * PERIOD.as_secs_f64();
                 if let (Some(command), Some(before)) = (command, before[joint])
                     && cycle > 2 * look
                 {
