@@ -5,7 +5,7 @@
 #[expect(dead_code, reason = "the tests of the supervisor use the rest")]
 mod robot;
 
-use config::percepts::Percepts;
+use belief::percepts::Percepts;
 use message::{Belief, Beliefs, Difference, DivergenceHead, Divergences, Feature};
 use rustix::process::Signal;
 use transport::{Domain, FrameSubscriber, Node, OverflowPolicy, Queues};
@@ -55,7 +55,7 @@ impl Buffers {
 fn is_a(belief: &Belief, percept: &str, name: &str) -> bool {
     let percepts = Percepts::builtin();
     let number = percepts.index(percept).expect("configured");
-    let symbols = percepts.percepts.get(usize::from(number)).map(config::percepts::Percept::symbols);
+    let symbols = percepts.percepts.get(usize::from(number)).map(belief::percepts::Percept::symbols);
     let symbol = symbols.and_then(|mut symbols| symbols.position(|known| known == name)).expect("a symbol");
     let feature = belief.percept(number).and_then(message::Remembered::feature);
     matches!(feature, Some(Feature::Symbol(is)) if usize::from(is) == symbol)

@@ -5,7 +5,7 @@
 #[expect(dead_code, reason = "the tests of the supervisor use the rest")]
 mod robot;
 
-use config::percepts::Percepts;
+use belief::percepts::Percepts;
 use message::{Difference, Divergences, Feature};
 use rustix::process::Signal;
 use serde_json::Value;

@@ -6,7 +6,7 @@ use std::path::Path;
 use cargo_metadata::{DependencyKind, MetadataCommand, Package};
 
 /// The crates from the top to the base, one row per layer. An arrow only goes down.
-pub(crate) const LAYERS: [&[&str]; 6] = [
+pub(crate) const LAYERS: [&[&str]; 8] = [
     &["leo"],
     &[
         "belief-process",
@@ -20,39 +20,39 @@ pub(crate) const LAYERS: [&[&str]; 6] = [
         "supervisor-process",
     ],
     &["folder", "process", "realtime", "recording", "serial", "store", "torque", "trace", "transport"],
+    &["account", "study"],
+    // It composes the settings that the crates of the domain own. None of them may know it.
+    &["config"],
     &[
-        "account",
-        "belief",
+        "leo-belief",
         "chronicle",
         "cycle",
-        "kinematics",
+        "leo-kinematics",
         "metrics",
         "motion",
-        "perception",
-        "perspective",
+        "leo-perception",
+        "leo-perspective",
         "records",
-        "scene",
-        "servo",
-        "study",
-        "tasks",
+        "leo-scene",
+        "leo-servo",
+        "leo-tasks",
     ],
-    &["config", "message"],
-    &["budget", "clock", "geometry", "invariant", "prefetch", "quantity", "skip", "testkit"],
+    &["message"],
+    &["budget", "clock", "geometry", "invariant", "prefetch", "quantity", "settings", "skip", "testkit"],
 ];
 
 /// Arrows within a layer, from the crate to those of its own layer that it may know.
-const PEERS: [(&str, &[&str]); 11] = [
+const PEERS: [(&str, &[&str]); 10] = [
     ("process", &["folder", "realtime", "transport"]),
     ("store", &["folder"]),
     ("transport", &["folder"]),
     ("recording", &["folder", "transport"]),
     ("torque", &["serial"]),
-    ("belief", &["perception"]),
-    ("chronicle", &["perspective"]),
-    ("perspective", &["belief", "perception", "scene"]),
-    ("motion", &["kinematics"]),
+    ("leo-belief", &["leo-perception"]),
+    ("chronicle", &["leo-belief", "leo-perspective"]),
+    ("leo-perspective", &["leo-belief", "leo-perception", "leo-scene"]),
+    ("motion", &["leo-kinematics"]),
     ("study", &["account"]),
-    ("config", &["message"]),
 ];
 
 /// What others made that only some of our crates may know.
@@ -62,7 +62,7 @@ const WRAPPED: [(&str, &[&str]); 17] = [
     ("iceoryx2-bb-elementary-traits", &["message"]),
     ("clap_complete", &["leo"]),
     ("clap_mangen", &["leo"]),
-    ("parry3d", &["scene"]),
+    ("parry3d", &["leo-scene"]),
     ("ratatui", &["console-process"]),
     ("redb", &["store"]),
     ("mcap", &["recording", "records", "trace"]),
@@ -72,8 +72,8 @@ const WRAPPED: [(&str, &[&str]); 17] = [
         "rustix",
         &["clock", "folder", "process", "realtime", "recording", "serial", "supervisor-process", "transport"],
     ),
-    ("urdf-rs", &["kinematics"]),
-    ("toml", &["config"]),
+    ("urdf-rs", &["leo-kinematics"]),
+    ("toml", &["config", "settings"]),
     ("quinn", &["link-process"]),
     ("quinn-proto", &["link-process"]),
     ("rustls", &["link-process"]),

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use config::percepts::Percepts;
+use belief::percepts::Percepts;
 use message::{Belief, Beliefs};
 use recording::Buffer;
 
@@ -16,7 +16,7 @@ type Pressed = (bool, u64);
 fn button(percepts: &Percepts, beliefs: &[Belief]) -> Option<Pressed> {
     let is = |belief: &Belief, percept: &str, name: &str| {
         let number = percepts.index(percept).expect("configured");
-        let symbols = percepts.percepts.get(usize::from(number)).map(config::percepts::Percept::symbols);
+        let symbols = percepts.percepts.get(usize::from(number)).map(belief::percepts::Percept::symbols);
         let known = symbols.and_then(|mut symbols| symbols.position(|known| known == name));
         belief.symbol(number).map(usize::from) == Some(known.expect("a symbol"))
     };

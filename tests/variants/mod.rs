@@ -1,8 +1,8 @@
 //! Configurations that differ from the built-in one, selected by a byte. Shared by property tests and a fuzz
 //! target.
 
+use belief::percepts::{Cull, Distance, History, Measure, Percepts, WhenFull};
 use clock::Duration;
-use config::percepts::{Cull, Distance, History, Measure, Percepts, WhenFull};
 
 /// The built-in percepts with other belief settings: literal or not, other histories, distance terms and
 /// culling functions. Zero is the built-in configuration.

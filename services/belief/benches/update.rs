@@ -29,14 +29,14 @@
 
 use std::hint::black_box;
 
+use belief::percepts::Percepts;
 use belief::{AssociationProblem, Clustering, GateKeys, cluster_naively};
 use belief_process::{Believer, Divergences};
 use clock::{Duration, Instant};
-use config::percepts::Percepts;
-use config::perspective::{Angle, Perspective};
 use geometry::{Base, Eye, Pose, Position};
 use message::{Header, Hop, Observation, ObservationKind, Perceived, PerceptHead, SourceSet, State};
 use perception::{Frame, Perception};
+use perspective::settings::{Angle, Perspective};
 use quantity::number::{float, float_of_count, floor_usize, single};
 
 const SIZES: [usize; 8] = [16, 64, 256, 1_000, 3_000, 10_000, 30_000, 100_000];

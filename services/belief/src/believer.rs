@@ -1,10 +1,10 @@
+use belief::percepts::Percepts;
 use clock::Instant;
-use config::percepts::Percepts;
-use config::perspective::Perspective;
 use geometry::{Base, Position};
 use invariant::{invariant, require};
 use message::{Belief, BeliefHead, Header, Path, Perceived, PerceptHead, Perspectives};
 use perception::{Perception, PerceptionError};
+use perspective::settings::Perspective;
 use perspective::{NestedPerspective, Partner, PerspectiveError, Robot};
 use quantity::number::{saturating_u16, saturating_u32};
 
@@ -39,8 +39,8 @@ pub enum BeliefProcessError {
 /// use clock::Instant;
 /// use message::{Header, Observation, Perceived, PerceptHead, SourceSet};
 ///
-/// let percepts = config::percepts::Percepts::builtin();
-/// let perspective = config::perspective::Perspective::builtin();
+/// let percepts = belief::percepts::Percepts::builtin();
+/// let perspective = perspective::settings::Perspective::builtin();
 /// let perception = perception::Perception::new(&percepts)?;
 /// let mut believer = Believer::new(&percepts, &perspective, 1, 1, 16)?;
 ///
@@ -106,8 +106,8 @@ impl Believer {
     ///
     /// use belief::{Cull, CullContext};
     /// use belief_process::{Believer, Own};
-    /// use config::percepts::Percepts;
-    /// use config::perspective::Perspective;
+    /// use belief::percepts::Percepts;
+    /// use perspective::settings::Perspective;
     ///
     /// /// Things in an agent's hand are not culled.
     /// struct InNobodysHand;

@@ -1,4 +1,4 @@
-use config::percepts::Percepts;
+use belief::percepts::Percepts;
 use invariant::require;
 use message::{Belief, BeliefHead, Difference, DivergenceHead};
 use perspective::{Divergence, PerspectiveBeliefs};
@@ -17,8 +17,8 @@ use crate::Believer;
 /// use clock::Instant;
 /// use message::{Header, Observation, Perceived, PerceptHead, SourceSet};
 ///
-/// let percepts = config::percepts::Percepts::builtin();
-/// let perspective = config::perspective::Perspective::builtin();
+/// let percepts = belief::percepts::Percepts::builtin();
+/// let perspective = perspective::settings::Perspective::builtin();
 /// let perception = perception::Perception::new(&percepts)?;
 /// let mut believer = Believer::new(&percepts, &perspective, 1, 1, 16)?;
 /// let mut divergences = Divergences::new(&percepts, &believer, 16);

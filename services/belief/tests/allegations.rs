@@ -73,8 +73,8 @@ proptest! {
     fn any_percept_buffer_keeps_each_perspective_sound_and_within_its_capacity(
         frames in prop::collection::vec((any::<bool>(), 0..4_u16, prop::collection::vec(entry(), 0..12)), 1..12),
     ) {
-        let percepts = config::percepts::Percepts::builtin();
-        let config = config::perspective::Perspective::builtin();
+        let percepts = belief::percepts::Percepts::builtin();
+        let config = perspective::settings::Perspective::builtin();
         let mut believer = Believer::new(&percepts, &config, 2, 2, CAPACITY).unwrap();
         let mut now = Instant::EPOCH;
         for (honest, source, entries) in &frames {
@@ -102,8 +102,8 @@ proptest! {
 #[test]
 fn the_allegations_of_these_tests_are_accepted_and_refused() {
     let mut runner = proptest::test_runner::TestRunner::deterministic();
-    let percepts = config::percepts::Percepts::builtin();
-    let config = config::perspective::Perspective::builtin();
+    let percepts = belief::percepts::Percepts::builtin();
+    let config = perspective::settings::Perspective::builtin();
     let mut believer = Believer::new(&percepts, &config, 2, 2, CAPACITY).unwrap();
     for millis in 1..400 {
         let now = Instant::EPOCH + Duration::from_millis(millis);

@@ -10,9 +10,9 @@ use testkit::allocations_in;
 
 #[test]
 fn frames_with_two_nested_partners_and_64_objects_allocate_nothing() {
-    let percepts = config::percepts::Percepts::builtin();
-    let mut config = config::perspective::Perspective::builtin();
-    config.ownership.rule = config::perspective::OwnershipRule::Territory;
+    let percepts = belief::percepts::Percepts::builtin();
+    let mut config = perspective::settings::Perspective::builtin();
+    config.ownership.rule = perspective::settings::OwnershipRule::Territory;
     let mut believer = Believer::new(&percepts, &config, 2, 2, capacity()).unwrap();
     let mut divergences = Divergences::new(&percepts, &believer, capacity());
     let mut frames = Frames::new(64);

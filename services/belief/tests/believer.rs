@@ -6,9 +6,9 @@ mod frames;
 
 use std::sync::Arc;
 
+use belief::percepts::Percepts;
 use belief_process::{BeliefProcessError, Believer, Divergences, Own};
 use clock::{Duration, Instant};
-use config::percepts::Percepts;
 use frames::{Frames, capacity};
 use message::{Feature, Header, Hop, Observation, Perceived, PerceptHead, PerceptValue, Snapshot, SourceSet};
 use perception::{ClassifierInput, Classify, Evaluation, Frame, Perception};
@@ -20,7 +20,7 @@ fn believer(partners: u32) -> Believer {
 
 fn nested(partners: u32, depth: u32) -> Believer {
     let percepts = Percepts::builtin();
-    Believer::new(&percepts, &config::perspective::Perspective::builtin(), partners, depth, capacity())
+    Believer::new(&percepts, &perspective::settings::Perspective::builtin(), partners, depth, capacity())
         .unwrap()
 }
 
@@ -118,7 +118,7 @@ fn each_perspective_perceives_the_programs_own_percept_by_itself() {
     let mut own = Own::default();
     own.percepts.push(("mine".to_owned(), Arc::new(Mine)));
     let perception = Perception::with_plugins(&percepts, &own.percepts).unwrap();
-    let config = config::perspective::Perspective::builtin();
+    let config = perspective::settings::Perspective::builtin();
     let mut believer = Believer::with_plugins(&percepts, &own, &config, 1, 1, capacity()).unwrap();
     let mut frames = Frames::new(8);
     let (now, head, entries) = frames.next();
@@ -152,7 +152,7 @@ fn entries_beyond_the_capacity_are_left_out_and_counted() {
 #[test]
 fn too_many_and_too_deep_perspectives_are_refused() {
     let percepts = Percepts::builtin();
-    let config = config::perspective::Perspective::builtin();
+    let config = perspective::settings::Perspective::builtin();
     let refused = |partners, depth| Believer::new(&percepts, &config, partners, depth, 1).err().unwrap();
     let too_many = refused(65_535, 1);
     assert!(matches!(

@@ -83,7 +83,7 @@ impl Servo<'_> {
     /// Checks that the servo's model and settings match `motor.toml`, or returns an error that names the mismatch.
     pub(super) fn check(&mut self, joint: &Joint) -> Result<(), CommandError> {
         let wrong = |what: String| Err(CommandError::runtime(format!("{}: {what}", joint.name)));
-        let expected = Model::from(joint.model);
+        let expected = joint.model;
         if self.model != expected {
             return wrong(format!(
                 "the servo is an {}, and motor.toml says {}",

@@ -79,7 +79,7 @@ impl Report {
     ) -> Result<(), CommandError> {
         let joint = bus.joint(servo.id);
         let note = match joint {
-            Some(joint) if Model::from(joint.model).number() == servo.model => joint.name.clone(),
+            Some(joint) if joint.model.number() == servo.model => joint.name.clone(),
             Some(joint) => format!("{}, but another model than motor.toml says", joint.name),
             None if bus.joints.is_empty() => String::new(),
             None => "not in motor.toml".to_owned(),

@@ -47,8 +47,7 @@ pub fn learning(learner: &config::leo::Learner) -> tasks::Settings {
         language: learner.language,
         prior: Prior { lambda: learner.lambda.get(), mu: learner.mu.get() },
         selection_nats: learner.selection_nats.get(),
-        noise: require!(Noise::try_from(learner.noise.get()).ok(), "the configuration was validated")
-            .unwrap_or(Noise::NONE),
+        noise: learner.noise,
         high_likelihood: learner.high_likelihood.get(),
         on_conflict: learner.on_conflict,
     }

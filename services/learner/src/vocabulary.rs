@@ -1,5 +1,5 @@
+use belief::percepts::{Kernel, Percepts, Role, Space, StateName};
 use config::Names;
-use config::percepts::{Kernel, Percepts, Role, Space, StateName};
 use tasks::{Effect, FeatureWords, Language, Learned, Signature, StateWords};
 
 use crate::report::expectation;

@@ -12,7 +12,7 @@ pub fn line(robot: &Motor, bus: usize, now: Instant) -> Line {
     let servos = robot.joints.iter().filter(|joint| joint.bus == bus).filter_map(|joint| {
         let middle_rad = joint.joint_rad(0.0);
         let rest_rad = joint.servo_rad(middle_rad.max(joint.min_rad).min(joint.max_rad));
-        let mut servo = Servo::new(joint.model.into(), Id::new(joint.id)?, rest_rad, now);
+        let mut servo = Servo::new(joint.model, Id::new(joint.id)?, rest_rad, now);
         // EEPROM is writable because torque is off.
         servo.write(BAUD_RATE.address, &[code]).ok()?;
         Some(servo)

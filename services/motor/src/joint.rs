@@ -181,7 +181,7 @@ impl Joint {
             policy,
             index,
             id,
-            model: settings.model.into(),
+            model: settings.model,
             max_reaction,
             link: Link::Unknown,
             power: Power::Unknown { was_on: false },

@@ -10,9 +10,9 @@
 use std::hint::black_box;
 use std::path::Path;
 
+use belief::percepts::Percepts;
 use clock::Instant;
 use config::leo::Source;
-use config::percepts::Percepts;
 use message::{Header, Hop, Observation, Perceived, State};
 use quantity::number::float;
 use sensor_process::Sensor;

@@ -127,7 +127,7 @@ impl Recordings {
 mod tests {
     use std::fs;
 
-    use config::percepts::Percepts;
+    use belief::percepts::Percepts;
     use message::Loss;
 
     use super::*;

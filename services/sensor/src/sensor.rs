@@ -1,6 +1,6 @@
+use belief::percepts::Percepts;
 use clock::Instant;
 use config::leo;
-use config::percepts::Percepts;
 use geometry::Pose;
 use message::{Header, LOSSES, Loss, MAX_SOURCES, Observation, Perceived, PerceptHead, SourceSet, Sources};
 use perception::{Frame, Own, Perception, PerceptionError};
@@ -108,7 +108,7 @@ impl Sensor {
                     .ok_or_else(|| SensorError::Frame { name: source.name.clone() })
             });
             let confidence = single(source.confidence(percepts));
-            let period = source.rate_hz.map(config::number::Hertz::period);
+            let period = source.rate_hz.map(settings::number::Hertz::period);
             Ok(Source::new(number, &source.name, x_base_source.transpose()?, confidence, period, capacity))
         };
         Ok(Self {

@@ -2,8 +2,8 @@
 
 use std::path::Path;
 
+use belief::percepts::Percepts;
 use clock::{Duration, Instant};
-use config::percepts::Percepts;
 use message::{Header, Hop, Loss, Observation};
 use sensor_process::Sensor;
 use testkit::allocations_in;

@@ -20,48 +20,12 @@ use message::{Process, ProcessState};
 
 use life::{ProcessLifecycle, Stage};
 
-/// Timeouts and limits of the policy.
-#[derive(Clone, Copy, Debug)]
-pub struct PolicySettings {
-    /// Timeout from the start of a process until it is ready.
-    pub ready_timeout: Duration,
-    /// Heartbeat timeout of the processes of the hot path, the mock servo bus included.
-    pub heartbeat_timeout: Duration,
-    /// Heartbeat timeout of the other processes, which may wait for a busy processor or disk.
-    pub heartbeat_timeout_others: Duration,
-    /// Delay before the first restart.
-    pub initial_backoff: Duration,
-    /// Longest delay before a restart.
-    pub max_backoff: Duration,
-    /// Number of deaths of one process within the window that ends the run.
-    pub max_deaths: usize,
-    /// Length of the window. An incarnation that lasts as long resets the restart delay.
-    pub deaths_window: Duration,
-    /// Timeout from SIGTERM to SIGKILL.
-    pub stop_timeout: Duration,
-}
-
-impl From<&Supervisor> for PolicySettings {
-    fn from(config: &Supervisor) -> Self {
-        Self {
-            ready_timeout: config.ready_timeout_ms.duration(),
-            heartbeat_timeout: config.heartbeat_timeout_ms.duration(),
-            heartbeat_timeout_others: config.heartbeat_timeout_others_ms.duration(),
-            initial_backoff: config.initial_backoff_ms.duration(),
-            max_backoff: config.max_backoff_ms.duration(),
-            max_deaths: usize::try_from(config.max_deaths).unwrap_or(usize::MAX),
-            deaths_window: config.deaths_window_ms.duration(),
-            stop_timeout: config.stop_timeout_ms.duration(),
-        }
-    }
-}
-
-impl PolicySettings {
-    /// Heartbeat timeout of a process.
-    fn heartbeat_timeout_of(&self, process: Process) -> Duration {
-        let is_hot = matches!(process, Process::Sensor | Process::Belief | Process::Motor | Process::MockBus);
-        if is_hot { self.heartbeat_timeout } else { self.heartbeat_timeout_others }
-    }
+/// Heartbeat timeout of a process. The processes of the hot path have their own, the mock servo bus included; the
+/// others may wait for a busy processor or disk.
+fn heartbeat_timeout(settings: &Supervisor, process: Process) -> Duration {
+    let is_hot = matches!(process, Process::Sensor | Process::Belief | Process::Motor | Process::MockBus);
+    let timeout = if is_hot { settings.heartbeat_timeout_ms } else { settings.heartbeat_timeout_others_ms };
+    timeout.duration()
 }
 
 /// How a process ended.
@@ -193,7 +157,7 @@ impl fmt::Display for RobotState {
 /// State machine that makes the supervisor's decisions.
 #[derive(Clone, Debug)]
 pub struct Policy {
-    settings: PolicySettings,
+    settings: Supervisor,
     lives: Vec<ProcessLifecycle>,
     clean_up_state: CleanUpState,
     all_were_ready: bool,
@@ -232,7 +196,7 @@ enum CleanUpState {
 impl Policy {
     /// No process runs yet; `order` is the start order.
     #[must_use]
-    pub fn new(settings: PolicySettings, order: &[Process], now: Instant) -> Self {
+    pub fn new(settings: Supervisor, order: &[Process], now: Instant) -> Self {
         let lives = order.iter().map(|&process| ProcessLifecycle::new(process, now)).collect();
         Self {
             settings,
@@ -268,7 +232,8 @@ impl Policy {
     /// If the supervisor's step is late, the whole machine may have been paused. So between two steps at most half of
     /// the heartbeat timeout counts.
     fn extend_deadline(&mut self, now: Instant) {
-        let late = now.since(self.looked_at).saturating_sub(self.settings.heartbeat_timeout / 2);
+        let late =
+            now.since(self.looked_at).saturating_sub(self.settings.heartbeat_timeout_ms.duration() / 2);
         self.looked_at = now;
         if !late.is_zero() {
             self.lives.iter_mut().for_each(|life| life.extend_deadline(late));

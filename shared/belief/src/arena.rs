@@ -4,10 +4,11 @@ mod step;
 mod tests;
 
 use clock::Instant;
-use config::percepts::Percepts;
 use invariant::{invariant, require};
 use message::{Feature, Perceived, PerceptValue, Snapshot, SourceSet};
 use quantity::number::saturating_u32;
+
+use crate::percepts::Percepts;
 
 pub(crate) use detections::{Detections, FrameAssociation};
 pub(crate) use step::Step;

@@ -11,7 +11,6 @@ mod tests;
 use std::ops::Range;
 
 use clock::Instant;
-use config::percepts::{self, Kernel, Percept, WhenFull};
 use low_pass::LowPass;
 use message::{Feature, PerceptValue};
 use series::Thinning;
@@ -19,6 +18,7 @@ use series_table::{SeriesLayout, SeriesTable};
 use table::Table;
 
 use crate::BeliefSystemError;
+use crate::percepts::{self, Kernel, Percept, WhenFull};
 use crate::plugin::{BeliefPlugins, History, PluginHandle, Samples};
 use crate::room::BoundedVec;
 use crate::sample::{Sample, SampleRef, Scalar, StoredSample};

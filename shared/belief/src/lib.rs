@@ -28,7 +28,7 @@
 //! ```
 //! use belief::BeliefSystem;
 //! use clock::{Duration, Instant};
-//! use config::percepts::Percepts;
+//! use belief::percepts::Percepts;
 //! use message::{Feature, Observation, Perceived, SourceSet};
 //! use perception::{Frame, Perception};
 //!
@@ -72,7 +72,7 @@
 //! ```
 //! use belief::BeliefSystem;
 //! use clock::{Duration, Instant};
-//! use config::percepts::{Cull, Percepts};
+//! use belief::percepts::{Cull, Percepts};
 //! use message::{Observation, Perceived, SourceSet};
 //! use perception::{Frame, Perception};
 //!
@@ -122,6 +122,7 @@ mod free_list;
 mod history;
 mod memory;
 mod metric;
+pub mod percepts;
 mod plugin;
 mod room;
 mod sample;

@@ -1,11 +1,11 @@
 #[cfg(test)]
 mod tests;
 
-use config::percepts::{self, Measure, NoTermApplies};
 use message::Feature;
 
 use crate::BeliefSystemError;
 use crate::cluster::{GateKeys, KeyPositions};
+use crate::percepts::{self, Measure, NoTermApplies};
 use crate::plugin::{BeliefPlugins, Distance, PluginHandle};
 use crate::sample::order;
 

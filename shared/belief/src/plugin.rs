@@ -242,7 +242,7 @@ impl fmt::Debug for CullContext<'_> {
 /// use std::sync::Arc;
 ///
 /// use belief::{BeliefSystem, Distance, BeliefPlugins};
-/// use config::percepts::{Measure, Percepts};
+/// use belief::percepts::{Measure, Percepts};
 /// use message::Feature;
 ///
 /// /// Distance of colours that may fade: red and wood are near each other.

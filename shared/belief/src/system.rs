@@ -4,13 +4,13 @@ mod step_builder;
 mod tests;
 
 use clock::{Duration, Instant};
-use config::percepts::{self, Percept, Percepts};
 use invariant::{invariant, require};
 use message::{Belief, Perceived, PerceptValue, Remembered, SourceSet};
 use quantity::number::saturating_u32;
 
 use crate::arena::{Arena, Detections, Step};
 use crate::cluster::Clustering;
+use crate::percepts::{self, Percept, Percepts};
 use crate::plugin::{self, BeliefPlugins, CullContext, PluginHandle};
 use crate::sample::Sample;
 use crate::sources::{Admission, Sources};
@@ -31,7 +31,7 @@ const MAX_CAPACITY: usize = 1_000_000;
 /// ```
 /// use belief::BeliefSystem;
 /// use clock::Instant;
-/// use config::percepts::Percepts;
+/// use belief::percepts::Percepts;
 /// use message::{Observation, Perceived, SourceSet};
 /// use perception::{Frame, Perception};
 ///
@@ -55,7 +55,7 @@ pub struct BeliefSystem {
     threshold: f64,
     /// Index of the percept that gives a thing's position.
     place: Option<u16>,
-    cull: Vec<Cull>,
+    cull: Vec<CullFn>,
     capacity: usize,
     arena: Arena,
     detections: Detections,
@@ -105,16 +105,16 @@ impl Counts {
     }
 }
 
-/// A culling function c (Eq. 5).
+/// A culling function c (Eq. 5) with its plug-in found: [`percepts::Cull`] ready for use.
 #[derive(Clone, Debug)]
-enum Cull {
+enum CullFn {
     UnseenLongerThan(u64),
     ConfidenceBelow { percept: u16, floor: f64 },
     PlaceEmptyFor(Duration),
     Plugin(PluginHandle<dyn plugin::Cull>),
 }
 
-impl Cull {
+impl CullFn {
     fn new(config: &percepts::Cull, plugin: &BeliefPlugins) -> Result<Self, BeliefSystemError> {
         Ok(match config {
             percepts::Cull::UnseenLongerThan(limit) => Self::UnseenLongerThan(clock::nanos(*limit)),
@@ -188,7 +188,7 @@ impl BeliefSystem {
                 .belief
                 .cull
                 .iter()
-                .map(|cull| Cull::new(cull, plugin))
+                .map(|cull| CullFn::new(cull, plugin))
                 .collect::<Result<_, _>>()?,
             capacity,
             detections: Detections::new(arena.slots()),
@@ -368,7 +368,7 @@ impl BeliefSystem {
         if self.cull.is_empty() {
             return;
         }
-        let watches = self.cull.iter().any(|cull| matches!(cull, Cull::PlaceEmptyFor(_)));
+        let watches = self.cull.iter().any(|cull| matches!(cull, CullFn::PlaceEmptyFor(_)));
         let culled = self.counts.culled;
         for index in 0..self.len() {
             let Some(&slot) = self.arena.live().get(index) else { break };
@@ -402,14 +402,20 @@ impl BeliefSystem {
     }
 
     /// Evaluates a culling function c for a belief.
-    fn agrees(&self, cull: &Cull, slot: u32, looked: SourceSet, in_view: impl Fn([f32; 3]) -> bool) -> bool {
+    fn agrees(
+        &self,
+        cull: &CullFn,
+        slot: u32,
+        looked: SourceSet,
+        in_view: impl Fn([f32; 3]) -> bool,
+    ) -> bool {
         let Some(memory) = require!(self.arena.memory(slot), "slot {slot} is live") else { return false };
         match cull {
             // In nanoseconds, because this is evaluated for every belief in every step.
-            Cull::UnseenLongerThan(limit_ns) => {
+            CullFn::UnseenLongerThan(limit_ns) => {
                 self.now.as_nanos().saturating_sub(memory.updated_at.as_nanos()) > *limit_ns
             }
-            Cull::ConfidenceBelow { percept, floor } => {
+            CullFn::ConfidenceBelow { percept, floor } => {
                 let decay =
                     self.percepts.get(usize::from(*percept)).map_or(0.0, |percept| percept.decay_per_s);
                 let histories = self.arena.histories(slot);
@@ -418,11 +424,11 @@ impl BeliefSystem {
                 remembered.is_none_or(|sample| f64::from(sample.confidence) < *floor)
             }
             // Without a frame in this step the thing may have come back, so the belief stays.
-            Cull::PlaceEmptyFor(time) => {
+            CullFn::PlaceEmptyFor(time) => {
                 let is_empty_for = |since| self.now.since(since) >= *time;
                 looked.intersects(memory.seen_by) && memory.empty_since.is_some_and(is_empty_for)
             }
-            Cull::Plugin(plugin) => {
+            CullFn::Plugin(plugin) => {
                 let remembered = |number: u16| {
                     let decay = self.percepts.get(usize::from(number))?.decay_per_s;
                     let (histories, row) = self.arena.histories(slot)?;

@@ -5,9 +5,9 @@
 use std::hint::black_box;
 use std::sync::Arc;
 
+use belief::percepts::Percepts;
 use belief::{BeliefPlugins, BeliefSystem, Cull, CullContext, Distance, History, Sample, Samples};
 use clock::Instant;
-use config::percepts::Percepts;
 use geometry::{Base, Person, Pose};
 use message::{Feature, Observation, Perceived, SourceSet, State};
 use perception::{Frame, Perception};
@@ -79,12 +79,12 @@ fn with_functions_of_the_programs_own_it_allocates_nothing_either() {
     let (position, colour, filled) =
         (percepts.index("position"), percepts.index("colour"), percepts.index("filled"));
     for term in percepts.belief.distance.iter_mut().filter(|term| Some(term.percept) == colour) {
-        term.measure = config::percepts::Measure::Plugin(name());
+        term.measure = belief::percepts::Measure::Plugin(name());
     }
-    percepts.belief.cull.push(config::percepts::Cull::Plugin(name()));
+    percepts.belief.cull.push(belief::percepts::Cull::Plugin(name()));
     for percept in [position, filled].into_iter().flatten() {
         if let Some(percept) = percepts.percepts.get_mut(usize::from(percept)) {
-            percept.history = config::percepts::History::Plugin(name());
+            percept.history = belief::percepts::History::Plugin(name());
         }
     }
     let functions = BeliefPlugins {

@@ -1,7 +1,7 @@
 use std::collections::BTreeMap;
 
+use belief::percepts::Percepts;
 use clock::{Duration, Instant};
-use config::percepts::Percepts;
 use message::{Belief, Difference};
 
 use crate::words::PerceptPhrases;

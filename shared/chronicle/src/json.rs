@@ -1,4 +1,4 @@
-use config::percepts::Percepts;
+use belief::percepts::Percepts;
 use message::{Aspect, Belief, BeliefHead, Difference, Feature, NOBODY};
 use serde::ser::SerializeMap as _;
 use serde::{Serialize, Serializer};

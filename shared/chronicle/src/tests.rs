@@ -1,4 +1,4 @@
-use config::percepts::Percepts;
+use belief::percepts::Percepts;
 use message::{Belief, BeliefHead, Difference, Feature, Header, NOBODY, Remembered};
 use perspective::{Divergence, PerspectiveBeliefs};
 

@@ -1,8 +1,8 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::fmt::Write as _;
 
+use belief::percepts::Percepts;
 use clock::{Duration, Instant};
-use config::percepts::Percepts;
 use message::{Belief, BeliefHead, NOBODY};
 
 use crate::words::{PerceptPhrases, agent_name, perspective_name, place};

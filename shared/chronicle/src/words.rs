@@ -1,4 +1,4 @@
-use config::percepts::{Kernel, Percepts, Space};
+use belief::percepts::{Kernel, Percepts, Space};
 use message::{Belief, BeliefHead, Difference, Feature};
 
 /// The names of the percepts and symbols, and the phrases about them.

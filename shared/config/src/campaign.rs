@@ -5,11 +5,8 @@ use std::path::Path;
 use std::time::Duration;
 
 use serde::Deserialize;
-use toml::Spanned;
-
-use crate::load::{self, invalid};
-use crate::number::{NotNegative, Unit};
-use crate::{ConfigError, parse};
+use settings::number::{NotNegative, Unit};
+use settings::{ConfigError, Spanned, invalid, parse};
 
 /// The faults of one run.
 ///
@@ -124,7 +121,7 @@ impl Campaign {
         bus: impl Fn(&str) -> Result<(), B>,
         process: impl Fn(&str) -> Result<(), P>,
     ) -> Result<Self, ConfigError> {
-        let text = load::text(file)?;
+        let text = crate::text(file)?;
         Self::checked(&text, file, bus, process)
     }
 

@@ -4,10 +4,7 @@ use std::fmt::Display;
 use std::path::Path;
 
 use serde::Deserialize;
-use toml::Spanned;
-
-use crate::load::{self, invalid};
-use crate::{ConfigError, parse};
+use settings::{ConfigError, Spanned, invalid, parse};
 
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -22,7 +19,7 @@ struct Faults {
 /// The file cannot be read, is not TOML, has a key other than `faults`, or `read` rejects a fault. The error names the
 /// line.
 pub fn load<T, E: Display>(file: &Path, read: impl Fn(&str) -> Result<T, E>) -> Result<Vec<T>, ConfigError> {
-    let text = load::text(file)?;
+    let text = crate::text(file)?;
     let faults: Faults = parse(&text, file)?;
     let read = |words: &Spanned<String>| {
         read(words.get_ref()).map_err(|error| invalid(&text, file, words.span(), error.to_string()))

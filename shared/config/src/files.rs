@@ -2,9 +2,10 @@ use std::fs;
 use std::io;
 use std::path::{Path, PathBuf};
 
-use crate::ConfigError;
-use crate::load::text;
+use settings::ConfigError;
+
 use crate::robot::builtin;
+use crate::text;
 
 /// The texts of a robot's configuration files: `leo.toml` and its sibling files.
 ///

@@ -7,6 +7,8 @@ use std::collections::BTreeMap;
 use std::net::SocketAddr;
 
 use serde::Deserialize;
+use settings::number::{Capacity, Hertz, Milliseconds, NotNegative, Positive, Seconds, Unit};
+use tasks::{HypothesisLanguage, Noise, OnConflict};
 
 pub(crate) use link::fault as link_error;
 pub use link::{Endpoint, Link, RemoteProcess, RobotName, Side};
@@ -14,7 +16,6 @@ pub(crate) use source::fault as sources_error;
 pub use source::{Source, SourceFrame, SourceKind};
 
 use crate::Names;
-use crate::number::{Capacity, Hertz, LabelNoise, Milliseconds, NotNegative, Positive, Seconds, Unit};
 
 /// The content of `leo.toml`.
 #[derive(Clone, Debug, Deserialize)]
@@ -171,7 +172,7 @@ pub struct Learner {
     /// The cost of a number or a relation, in nats (extended language).
     pub selection_nats: NotNegative,
     /// Label noise: the probability that a teacher errs with one object.
-    pub noise: LabelNoise,
+    pub noise: Noise,
     /// What decides where the schemas from the robot's view and from the teacher's perspective differ.
     pub on_conflict: OnConflict,
     /// Hypotheses are reported if their posterior is at least this share of the best one's.
@@ -180,40 +181,6 @@ pub struct Learner {
     pub goal_rate_hz: Hertz,
     /// Real-time rights.
     pub realtime: Rights,
-}
-
-/// A hypothesis language.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
-#[serde(rename_all = "lowercase")]
-pub enum HypothesisLanguage {
-    /// The language of the paper's robot: simple disjunctions of classes.
-    Paper,
-    /// Adds negations, mixed templates, numbers and relations.
-    Extended,
-}
-
-impl HypothesisLanguage {
-    /// Its value in `leo.toml`.
-    #[must_use]
-    pub const fn word(self) -> &'static str {
-        match self {
-            Self::Paper => "paper",
-            Self::Extended => "extended",
-        }
-    }
-}
-
-/// The rule for a conflict between the schema from the robot's own view and the one from the teacher's perspective.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
-#[serde(rename_all = "lowercase")]
-pub enum OnConflict {
-    /// The teacher's schema is followed.
-    Human,
-    /// The robot's own schema is followed.
-    Own,
-    /// The teacher's schema is followed if the teacher could not perceive the evidence against it; otherwise the robot
-    /// asks the teacher first.
-    Resolve,
 }
 
 /// The motor process.

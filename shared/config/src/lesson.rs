@@ -19,7 +19,7 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
-use crate::{ConfigError, load};
+use settings::ConfigError;
 
 pub use library::{LIBRARY, STUDY};
 pub use needs::Needs;
@@ -267,7 +267,7 @@ impl Lesson {
     /// The file cannot be read, is not TOML, has an unknown or missing key, a value out of range, or inconsistent
     /// parts.
     pub fn load(file: &Path) -> Result<Self, ConfigError> {
-        Self::parse(&load::text(file)?, file)
+        Self::parse(&crate::text(file)?, file)
     }
 
     /// Checks the text of a lesson; errors name it as `file`.
@@ -276,8 +276,8 @@ impl Lesson {
     ///
     /// As [`Lesson::load`].
     pub fn parse(text: &str, file: &Path) -> Result<Self, ConfigError> {
-        let raw: raw::Lesson = load::parse(text, file)?;
-        check::lesson(raw).map_err(|fault| load::invalid(text, file, fault.span, fault.reason))
+        let raw: raw::Lesson = settings::parse(text, file)?;
+        check::lesson(raw).map_err(|fault| settings::invalid(text, file, fault.span, fault.reason))
     }
 
     /// Finds a lesson by name: a built-in one, otherwise `NAME.toml` in a folder.

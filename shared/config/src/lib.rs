@@ -1,11 +1,13 @@
 //! Leo's configuration files and lessons, parsed into typed values.
 //!
+//! This crate composes a robot's files. The settings of a domain, such as those of [`belief`] or [`perspective`], are
+//! types of that domain's crate, which also checks them.
+//!
 //! Every key is required, has its unit in its name and is documented where it stands in `config/`. An unknown key is an
 //! error with a suggestion, and the name of an older version an error with its successor. Every error names the file,
 //! the line and the field, and states what would be valid. A file is accepted whole or rejected whole.
 
 pub mod campaign;
-mod error;
 pub mod faults;
 mod files;
 pub mod leo;
@@ -14,15 +16,13 @@ mod load;
 mod migrated;
 pub mod motor;
 mod names;
-pub mod number;
-pub mod percepts;
-pub mod perspective;
-mod renamed;
+#[cfg(test)]
+mod renamed_tests;
 mod robot;
 
-pub use error::ConfigError;
 pub use files::Files;
-pub use load::{load, parse, suggest, text};
+pub use load::{load, text};
 pub use migrated::Migration;
 pub use names::Names;
 pub use robot::Robot;
+pub use settings::{ConfigError, parse, suggest};

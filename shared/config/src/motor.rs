@@ -7,11 +7,9 @@ use std::ops::Range;
 use std::path::Path;
 
 use serde::Deserialize;
-use toml::Spanned;
-
-use crate::load::{self, invalid};
-use crate::number::{Finite, Positive};
-use crate::{ConfigError, parse as parse_toml};
+use servo::Model;
+use settings::number::{Finite, Positive};
+use settings::{ConfigError, Spanned, invalid, parse as parse_toml};
 
 /// The supported baud rates, in bits per second: those of X-series servos from 1 Mbit/s up.
 const BAUDS: [u32; 5] = [1_000_000, 2_000_000, 3_000_000, 4_000_000, 4_500_000];
@@ -54,112 +52,6 @@ pub enum Device {
 impl From<String> for Device {
     fn from(device: String) -> Self {
         if device == "mock" { Self::Mock } else { Self::Tty(device.into()) }
-    }
-}
-
-/// A servo model.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
-#[serde(try_from = "String")]
-pub enum Model {
-    /// ROBOTIS XM430-W350: 12 V, for the body.
-    Xm430W350,
-    /// ROBOTIS XL330-M288: 5 V, small, for the face and the fingers.
-    Xl330M288,
-}
-
-/// Other Dynamixel models with Protocol 2.0; their control tables and limits are not implemented.
-const UNSUPPORTED: [&str; 42] = [
-    "XL330-M077",
-    "XC330-M181",
-    "XC330-M288",
-    "XC330-T181",
-    "XC330-T288",
-    "XL430-W250",
-    "2XL430-W250",
-    "XC430-W150",
-    "XC430-W240",
-    "2XC430-W250",
-    "XC430-T150BB",
-    "XC430-T240BB",
-    "XM335-T323",
-    "XM430-W210",
-    "XM540-W150",
-    "XM540-W270",
-    "XD430-T210",
-    "XD430-T350",
-    "XD540-T150",
-    "XD540-T270",
-    "XH430-W210",
-    "XH430-W350",
-    "XH430-V210",
-    "XH430-V350",
-    "XH540-W150",
-    "XH540-W270",
-    "XH540-V150",
-    "XH540-V270",
-    "XW430-T200",
-    "XW430-T333",
-    "XW540-T140",
-    "XW540-T260",
-    "XL-320",
-    "MX-28",
-    "MX-64",
-    "MX-106",
-    "PH42-020-S300-R",
-    "PH54-100-S500-R",
-    "PH54-200-S500-R",
-    "PM42-010-S260-R",
-    "PM54-040-S250-R",
-    "PM54-060-S250-R",
-];
-
-impl TryFrom<String> for Model {
-    type Error = String;
-
-    fn try_from(name: String) -> Result<Self, String> {
-        let [body, face] = Self::ALL.map(Self::name);
-        if let Some(model) = Self::ALL.into_iter().find(|model| model.name() == name) {
-            Ok(model)
-        } else if UNSUPPORTED.iter().any(|other| other.eq_ignore_ascii_case(&name)) {
-            Err(format!("{name} is not supported yet: Leo drives {body} and {face}"))
-        } else {
-            // This wording makes the parser suggest the closest model.
-            Err(format!("unknown variant `{name}`, expected `{body}` or `{face}`"))
-        }
-    }
-}
-
-impl Model {
-    /// All of them.
-    pub const ALL: [Self; 2] = [Self::Xm430W350, Self::Xl330M288];
-
-    /// The manufacturer's model name.
-    #[must_use]
-    pub const fn name(self) -> &'static str {
-        match self {
-            Self::Xm430W350 => "XM430-W350",
-            Self::Xl330M288 => "XL330-M288",
-        }
-    }
-
-    /// The maximum baud rate, in bits per second.
-    #[must_use]
-    pub const fn max_baud(self) -> u32 {
-        match self {
-            Self::Xm430W350 => 4_500_000,
-            Self::Xl330M288 => 4_000_000,
-        }
-    }
-
-    /// The maximum velocity, in radians per second: the default of Velocity Limit (address 44 of the control table),
-    /// 200 and 445 times 0.229 rev/min.
-    #[must_use]
-    pub fn max_velocity_rad_s(self) -> f64 {
-        let counts = match self {
-            Self::Xm430W350 => 200.0,
-            Self::Xl330M288 => 445.0,
-        };
-        counts * 0.229 * 2.0 * PI / 60.0
     }
 }
 
@@ -302,7 +194,7 @@ struct RawJoint {
 /// As [`crate::load`]; also an unknown bus, a duplicate name or servo, crossed limits, limits beyond half a turn of the
 /// servo, or a velocity above the servo's maximum.
 pub fn load(file: &Path) -> Result<Motor, ConfigError> {
-    parse(&load::text(file)?, file)
+    parse(&crate::text(file)?, file)
 }
 
 /// Checks the text of `motor.toml`; errors name it as `file`.

@@ -1,14 +1,14 @@
 use std::path::{Path, PathBuf};
 
+use belief::percepts::Percepts;
 use message::PERSPECTIVES_MOST;
+use perspective::settings::Perspective;
+use settings::invalid;
 
 use crate::leo::{Leo, link_error, sources_error};
-use crate::load::{invalid, text};
 use crate::migrated::{Migration, migrated};
 use crate::motor::{Limit, Motor};
-use crate::percepts::Percepts;
-use crate::perspective::Perspective;
-use crate::{ConfigError, Files, motor, parse};
+use crate::{ConfigError, Files, motor, parse, text};
 
 /// The whole configuration of a robot: `leo.toml` and its sibling files.
 #[derive(Clone, Debug)]

@@ -1,8 +1,8 @@
 use std::sync::Arc;
 
-use config::percepts::{self, Range, Region};
 use message::{Feature, State};
 
+use crate::percepts::{self, Definition, Range, Region};
 use crate::prototypes::Prototypes;
 use crate::{ClassifierInput, Classify, Evaluation, Own, PerceptionError};
 
@@ -21,8 +21,8 @@ pub(crate) enum Kernel {
 }
 
 impl Kernel {
-    pub(crate) fn new(percept: &percepts::Percept, own: &Own) -> Result<Self, PerceptionError> {
-        Ok(match &percept.kernel {
+    pub(crate) fn new(percept: &Definition<'_>, own: &Own) -> Result<Self, PerceptionError> {
+        Ok(match percept.kernel {
             percepts::Kernel::Position => Self::Position,
             percepts::Kernel::Orientation => Self::Orientation,
             percepts::Kernel::Extents => Self::Extents,
@@ -34,7 +34,7 @@ impl Kernel {
             percepts::Kernel::Plugin(name) => {
                 let found = own.iter().find(|(known, _)| known == name);
                 let (_, classifier) = found.ok_or_else(|| PerceptionError::NoSuchClassifier {
-                    percept: percept.name.clone(),
+                    percept: percept.name.to_owned(),
                     classifier: name.clone(),
                 })?;
                 Self::Plugin(Arc::clone(classifier))

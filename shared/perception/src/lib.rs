@@ -11,13 +11,21 @@
 //! not pass.
 //!
 //! ```
-//! use config::percepts::Percepts;
 //! use message::{Feature, Observation};
-//! use perception::{Frame, Perception};
+//! use perception::percepts::{Definition, Kernel, Nearest, Prototype, Space};
+//! use perception::{Frame, PerceptSet, Perception};
+//! use settings::number::Positive;
 //!
-//! let percepts = Percepts::builtin();
-//! let perception = Perception::new(&percepts)?;
-//! let (position, colour) = (percepts.index("position").unwrap(), percepts.index("colour").unwrap());
+//! let prototype = |name: &str, at: [f64; 3]| Prototype { name: name.to_owned(), at: at.to_vec() };
+//! let nearest = Kernel::Nearest(Nearest {
+//!     of: Space::Colour,
+//!     scale: Positive::try_from(0.6)?,
+//!     prototypes: vec![prototype("red", [0.80, 0.05, 0.05]), prototype("wood", [0.55, 0.35, 0.18])],
+//! });
+//! let position = Definition { name: "position", parent: None, kernel: &Kernel::Position };
+//! let colour = Definition { name: "colour", parent: None, kernel: &nearest };
+//! let perception = Perception::new(PerceptSet { threshold: 0.5, percepts: vec![position, colour] })?;
+//! let (position, colour) = (0, 1);
 //!
 //! let mut seen = Observation::object(0, 1_000);
 //! seen.confidence = 0.9;
@@ -32,18 +40,21 @@
 //! let snapshot = perception.perceive(&seen, &Frame { agent: 0 });
 //! assert!(snapshot.value(colour).is_none());
 //! assert_eq!(snapshot.value(position).unwrap().feature(), Some(Feature::Vector([0.75, 0.35, 0.03])));
-//! # Ok::<(), perception::PerceptionError>(())
+//! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
 mod kernel;
+pub mod percepts;
 mod prototypes;
 
 use std::sync::Arc;
 
-use config::percepts::{Percepts, is_inside};
 use invariant::{invariant, require};
 use kernel::Kernel;
 use message::{Feature, Observation, PerceptValue, Snapshot};
+use percepts::is_inside;
+
+pub use percepts::PerceptSet;
 
 /// The perspective of the perception. Observations are already in this perspective's frame.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -201,7 +212,7 @@ impl Perception {
     /// # Errors
     ///
     /// A percept has a plug-in kernel: see [`Self::with_plugins`].
-    pub fn new(percepts: &Percepts) -> Result<Self, PerceptionError> {
+    pub fn new<'a>(percepts: impl Into<PerceptSet<'a>>) -> Result<Self, PerceptionError> {
         Self::with_plugins(percepts, &Own::new())
     }
 
@@ -210,7 +221,8 @@ impl Perception {
     /// # Errors
     ///
     /// The configuration names a classifier that `own` lacks.
-    pub fn with_plugins(percepts: &Percepts, own: &Own) -> Result<Self, PerceptionError> {
+    pub fn with_plugins<'a>(percepts: impl Into<PerceptSet<'a>>, own: &Own) -> Result<Self, PerceptionError> {
+        let percepts: PerceptSet<'_> = percepts.into();
         let mut ready: Vec<Percept> = Vec::with_capacity(percepts.percepts.len());
         for (number, percept) in (0..).zip(&percepts.percepts) {
             let kernel = Kernel::new(percept, own)?;
@@ -219,11 +231,12 @@ impl Perception {
             });
             let is_frame_dependent =
                 kernel.is_frame_dependent() || parent.is_some_and(|parent| parent.is_frame_dependent);
-            let above = percept.parent.and_then(|parent| percepts.get(parent)).map(|parent| &parent.kernel);
+            let above = percept.parent.and_then(|parent| percepts.percepts.get(usize::from(parent)));
+            let above = above.map(|above| above.kernel);
             ready.push(Percept {
                 number,
                 parent: percept.parent,
-                requires_inside: above.is_some_and(config::percepts::Kernel::is_gate),
+                requires_inside: above.is_some_and(percepts::Kernel::is_gate),
                 reads_parent: above.is_some_and(|above| percept.kernel.reads(above)),
                 kernel,
                 is_frame_dependent,
@@ -237,7 +250,7 @@ impl Perception {
     /// order of the percepts. The snapshot of an unsound observation is empty.
     ///
     /// A percept with a parent is evaluated only if its parent passed; below a region or a range, only if the result is
-    /// "inside". A percept that classifies its parent's feature ([`config::percepts::Kernel::reads`]) has the parent's
+    /// "inside". A percept that classifies its parent's feature ([`percepts::Kernel::reads`]) has the parent's
     /// confidence, multiplied by its own, instead of the observation's.
     #[must_use]
     pub fn perceive(&self, observation: &Observation, frame: &Frame) -> Snapshot {
@@ -259,11 +272,13 @@ impl Perception {
     /// omitted.
     ///
     /// ```
-    /// use config::percepts::Percepts;
     /// use message::Observation;
-    /// use perception::{Frame, Perception};
+    /// use perception::percepts::{Definition, Kernel};
+    /// use perception::{Frame, PerceptSet, Perception};
     ///
-    /// let perception = Perception::new(&Percepts::builtin())?;
+    /// let position = Definition { name: "position", parent: None, kernel: &Kernel::Position };
+    /// let extents = Definition { name: "extents", parent: None, kernel: &Kernel::Extents };
+    /// let perception = Perception::new(PerceptSet { threshold: 0.5, percepts: vec![position, extents] })?;
     /// let mine = Observation { position_m: [0.5, 0.2, 0.0], half_extents_m: [0.03; 3], ..Observation::object(0, 1) };
     /// let known = perception.perceive(&mine, &Frame { agent: 0 });
     /// // The same thing in the frame of partner 1, who stands opposite.

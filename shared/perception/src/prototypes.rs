@@ -1,8 +1,8 @@
-use config::percepts::{Nearest, Space};
 use message::{Feature, Observation};
 use quantity::number::single;
 
 use crate::Evaluation;
+use crate::percepts::{Nearest, Space};
 
 /// Dimensions of the widest space.
 const DIMENSIONS: usize = 4;

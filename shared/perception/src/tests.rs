@@ -2,22 +2,71 @@ use std::path::Path;
 
 use message::State;
 use proptest::prelude::*;
+use serde::Deserialize;
 
+use super::percepts::Definition;
 use super::*;
 
 const ROBOT: Frame = Frame { agent: 0 };
 
+const BUILTIN: &str = include_str!("../../../config/percepts.toml");
+
+/// The part of `percepts.toml` that the Perception System reads.
+#[derive(Deserialize)]
+struct File {
+    threshold: f64,
+    percept: Vec<RawPercept>,
+}
+
+#[derive(Deserialize)]
+struct RawPercept {
+    name: String,
+    parent: Option<String>,
+    kernel: percepts::Kernel,
+}
+
+#[derive(Clone, Debug)]
+struct Percepts {
+    threshold: f64,
+    percepts: Vec<(String, Option<u16>, percepts::Kernel)>,
+}
+
+impl Percepts {
+    fn parse(text: &str) -> Self {
+        let file: File = settings::parse(text, Path::new("test.toml")).unwrap();
+        let mut percepts = Self { threshold: file.threshold, percepts: Vec::new() };
+        for RawPercept { name, parent, kernel } in file.percept {
+            let parent = parent.map(|parent| percepts.index(&parent).unwrap());
+            let above = parent.map(|parent| &percepts.percepts[usize::from(parent)]);
+            kernel.check(above.map(|(name, _, kernel)| (name.as_str(), kernel))).unwrap();
+            percepts.percepts.push((name, parent, kernel));
+        }
+        percepts
+    }
+
+    fn builtin() -> Self {
+        Self::parse(BUILTIN)
+    }
+
+    fn index(&self, name: &str) -> Option<u16> {
+        self.percepts.iter().position(|(known, ..)| known == name)?.try_into().ok()
+    }
+}
+
+impl<'a> From<&'a Percepts> for PerceptSet<'a> {
+    fn from(percepts: &'a Percepts) -> Self {
+        let define =
+            |(name, parent, kernel): &'a (String, _, _)| Definition { name, parent: *parent, kernel };
+        Self { threshold: percepts.threshold, percepts: percepts.percepts.iter().map(define).collect() }
+    }
+}
+
 fn percepts(text: &str) -> Percepts {
-    let belief = "[belief]\nthreshold = 0.1\nnormalised = false\ncannot_link_same_source_instant = true\n\
-                  no_term_applies = \"zero\"\n";
-    Percepts::parse(&format!("threshold = 0.5\n{text}{belief}"), Path::new("test.toml")).unwrap()
+    Percepts::parse(&format!("threshold = 0.5\n{text}"))
 }
 
 fn percept(name: &str, rest: &str) -> String {
-    format!(
-        "[[percept]]\nname = \"{name}\"\nrole = \"neither\"\ndecay_per_s = 0.0\n\
-         history = {{ lossless = {{ samples = 4, when_full = \"forget_oldest\" }} }}\n{rest}\n"
-    )
+    format!("[[percept]]\nname = \"{name}\"\n{rest}\n")
 }
 
 fn cube() -> Observation {
@@ -125,15 +174,15 @@ fn every_prototype_is_its_own_symbol_at_every_confidence_above_the_threshold() {
     let percepts = Percepts::builtin();
     let perception = Perception::new(&percepts).unwrap();
     let mut seen = 0;
-    for (number, percept) in (0..).zip(&percepts.percepts) {
-        let config::percepts::Kernel::Nearest(nearest) = &percept.kernel else { continue };
+    for (number, (_, _, kernel)) in (0..).zip(&percepts.percepts) {
+        let percepts::Kernel::Nearest(nearest) = kernel else { continue };
         for (symbol, prototype) in (0..).zip(&nearest.prototypes) {
             let mut thing = Observation { confidence: 0.51, ..cube() };
             let at: Vec<f32> = prototype.at.iter().map(|part| single(*part)).collect();
             match nearest.space {
-                config::percepts::Space::Shape => thing.shape = at.try_into().unwrap(),
-                config::percepts::Space::Colour => thing.colour_rgb = at.try_into().unwrap(),
-                config::percepts::Space::EdgeM => thing.half_extents_m = [at[0] / 2.0; 3],
+                percepts::Space::Shape => thing.shape = at.try_into().unwrap(),
+                percepts::Space::Colour => thing.colour_rgb = at.try_into().unwrap(),
+                percepts::Space::EdgeM => thing.half_extents_m = [at[0] / 2.0; 3],
             }
             let value = *perception.perceive(&thing, &ROBOT).value(number).unwrap();
             assert_eq!(value.feature(), Some(Feature::Symbol(symbol)), "{}", prototype.name);

@@ -1,4 +1,4 @@
-//! Benchmark of comparing two perspectives: `cargo bench -p perspective --bench divergence`.
+//! Benchmark of comparing two perspectives: `cargo bench -p leo-perspective --bench divergence`.
 //!
 //! The robot and a partner opposite believe in the same things on a grid of 11 cm.
 //!
@@ -14,7 +14,7 @@
 use std::f64::consts::PI;
 use std::hint::black_box;
 
-use config::percepts::Percepts;
+use belief::percepts::Percepts;
 use geometry::{Base, Person, Pose, Position};
 use message::{Belief, BeliefHead, Feature, Header, NOBODY, Remembered};
 use perspective::{Divergence, PerspectiveBeliefs};

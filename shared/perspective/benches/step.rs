@@ -1,4 +1,4 @@
-//! Benchmark of one step of the robot's and of a partner's perspective: `cargo bench -p perspective`.
+//! Benchmark of one step of the robot's and of a partner's perspective: `cargo bench -p leo-perspective`.
 //!
 //! The scene is a grid of things, seen at 200 Hz with a few millimetres of jitter. Low walls stand between
 //! some things and the partners.
@@ -11,12 +11,12 @@
 
 use std::hint::black_box;
 
+use belief::percepts::Percepts;
 use clock::Instant;
-use config::percepts::Percepts;
-use config::perspective::Perspective;
 use geometry::{Base, Eye, Person, Pose, Position};
 use message::{Observation, ObservationKind, Perceived, SourceSet, State};
 use perception::{Frame, Perception};
+use perspective::settings::Perspective;
 use perspective::{Partner, Robot, observed_from, place_of_thing};
 use quantity::number::{float, single};
 use scene::{Cone, Occluders, Samples, Sight};

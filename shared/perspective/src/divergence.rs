@@ -5,7 +5,7 @@ mod pairing;
 mod tests;
 mod thing;
 
-use config::percepts::{Kernel, Percept, Percepts, origin};
+use belief::percepts::{Kernel, Percept, Percepts, origin};
 use invariant::invariant;
 use message::{Belief, BeliefHead, Difference};
 

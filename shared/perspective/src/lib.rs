@@ -24,8 +24,8 @@
 //!
 //! ```
 //! use clock::Instant;
-//! use config::percepts::Percepts;
-//! use config::perspective::Perspective;
+//! use belief::percepts::Percepts;
+//! use perspective::settings::Perspective;
 //! use message::{Header, Observation, ObservationKind, Perceived, SourceSet};
 //! use perception::{Frame, Perception};
 //! use perspective::{Partner, Robot};
@@ -96,6 +96,7 @@ mod partner;
 mod perceptual_context;
 mod robot;
 mod senses;
+pub mod settings;
 mod transform;
 
 pub use anchor::Anchor;

@@ -36,7 +36,7 @@ pub(crate) struct RememberedOccluders {
 }
 
 impl RememberedOccluders {
-    pub(crate) fn new(config: &config::perspective::Occluders) -> Self {
+    pub(crate) fn new(config: &crate::settings::Occluders) -> Self {
         let capacity = config.max_count.get();
         Self {
             remembered: Vec::with_capacity(capacity),

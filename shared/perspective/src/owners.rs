@@ -2,11 +2,12 @@ mod tree;
 
 use belief::BeliefSystem;
 use clock::{Duration, Instant};
-use config::perspective::{Ownership, OwnershipRule};
 use geometry::{Base, Pose, Position};
 use message::NOBODY;
 use quantity::number::float_of_count;
 use tree::Tree;
+
+use crate::settings::{Ownership, OwnershipRule};
 
 /// Estimates the owner of each belief of a perspective (the resource perspective): Own of V' = V ∧ Own.
 ///
@@ -23,8 +24,8 @@ use tree::Tree;
 /// use geometry::Position;
 /// use perspective::{OwnershipClaim, OwnershipEstimator};
 ///
-/// let mut config = config::perspective::Perspective::builtin().ownership;
-/// config.rule = config::perspective::OwnershipRule::Territory;
+/// let mut config = perspective::settings::Perspective::builtin().ownership;
+/// config.rule = perspective::settings::OwnershipRule::Territory;
 /// let mut owners = OwnershipEstimator::new(&config, 16);
 /// // Two things in front of the robot, two in front of a partner on the other side of the table.
 /// let places = [(0.35, 0.1), (0.40, 0.2), (1.0, 0.1), (1.05, 0.2)];

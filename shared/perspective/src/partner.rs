@@ -1,16 +1,16 @@
+use belief::percepts::Percepts;
 use belief::{BeliefPlugins, BeliefSystem};
 use clock::Instant;
-use config::percepts::Percepts;
-use config::perspective::Perspective;
 use geometry::{Base, Eye, Person, Pose, Position};
 use message::{Belief, BeliefHead, Header, Perceived};
 use perception::{Frame, Perception};
 use quantity::number::saturating_u32;
-use scene::{Cone, Occluders, Samples, Sight};
+use scene::{Cone, Occluders, Sight};
 
 use crate::field::{is_fully_in_view, is_partly_visible};
 use crate::robot::is_object;
 use crate::senses::Senses;
+use crate::settings::Perspective;
 use crate::transform::place_in_base;
 use crate::{Anchor, OwnershipEstimator, PerceptualContext, PerspectiveError};
 
@@ -70,11 +70,7 @@ impl Partner {
                 frame: Frame { agent },
                 perception,
                 sight: Sight::new(Pose::identity(), cone, &Occluders::new(config.occluders.max_count.get())),
-                samples: match sight.samples {
-                    config::perspective::Samples::Centre => Samples::Centre,
-                    config::perspective::Samples::Faces => Samples::Faces,
-                    config::perspective::Samples::Corners => Samples::Corners,
-                },
+                samples: sight.samples,
                 hearing_range_m: sight.hearing_range_m.get(),
                 sees_occluders: false,
                 visible: Vec::with_capacity(capacity),

@@ -37,12 +37,7 @@ impl PerceptualContext {
     /// Returns an empty context of `agent`, for at most `partners` partners and `capacity` observations a
     /// frame.
     #[must_use]
-    pub fn new(
-        agent: u16,
-        config: &config::perspective::Perspective,
-        partners: u16,
-        capacity: usize,
-    ) -> Self {
+    pub fn new(agent: u16, config: &crate::settings::Perspective, partners: u16, capacity: usize) -> Self {
         Self {
             perceives: Vec::with_capacity(capacity),
             agent,

@@ -1,14 +1,14 @@
+use belief::percepts::Percepts;
 use belief::{BeliefPlugins, BeliefSystem};
 use clock::Instant;
-use config::number::Coordinate;
-use config::percepts::Percepts;
-use config::perspective::Perspective;
 use geometry::{Base, Eye, Pose, Position};
 use message::{Belief, BeliefHead, Header, ObservationKind, Perceived, SourceSet};
 use quantity::number::saturating_u32;
 use scene::{Cone, Sight};
+use settings::number::Coordinate;
 
 use crate::field::Field;
+use crate::settings::Perspective;
 use crate::transform::place_in_base;
 use crate::{OwnershipEstimator, PerceptualContext, PerspectiveError};
 
@@ -70,8 +70,8 @@ impl Robot {
         };
         let x_base_rest = Pose::looking(&position(config.robot.eye_m), &position(config.robot.looks_at_m));
         let field = match config.robot.field_of_view {
-            config::perspective::Field::Everything => Field::Everything,
-            config::perspective::Field::Cone { half_angle_deg, range_m } => {
+            crate::settings::Field::Everything => Field::Everything,
+            crate::settings::Field::Cone { half_angle_deg, range_m } => {
                 let cone = Cone::new(half_angle_deg.radians(), range_m.get())
                     .map_err(|source| PerspectiveError::Cone { agent: 0, source })?;
                 Field::Cone(Sight::new(x_base_rest, cone, perceptual_context.occluders()))

@@ -24,7 +24,7 @@ pub fn place_of_thing(observation: &Observation) -> Option<(Pose<Base, Thing>, [
 /// (1.0, −0.25, 0.05) m. That is on the partner's right, turned by a quarter to the right.
 ///
 /// ```
-/// use config::percepts::Percepts;
+/// use belief::percepts::Percepts;
 /// use geometry::{Base, Person, Pose, Thing};
 /// use message::Observation;
 /// use perception::{Frame, Perception};

@@ -2,7 +2,7 @@
 
 #![expect(clippy::unwrap_used, reason = "a test fails by panicking")]
 
-use config::percepts::Percepts;
+use belief::percepts::Percepts;
 use message::{Belief, BeliefHead, Feature, Header, NOBODY, Remembered};
 use perspective::{Divergence, PerspectiveBeliefs};
 use testkit::allocations_in;

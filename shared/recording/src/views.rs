@@ -1,7 +1,7 @@
 //! Messages for common viewers: the frames converted into ROS 2 messages.
 
+use belief::percepts::{Kernel, Percepts, Space};
 use config::Robot;
-use config::percepts::{Kernel, Percepts, Space};
 use geometry::{Base, Pose, World};
 use kinematics::{Body, BodyError};
 use message::{

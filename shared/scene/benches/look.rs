@@ -1,4 +1,4 @@
-//! Cost of one visibility test of many things behind many walls: `cargo bench -p scene`.
+//! Cost of one visibility test of many things behind many walls: `cargo bench -p leo-scene`.
 //!
 //! Blocks are scattered over a table, with low walls between them, all with random orientations; the eye is at the
 //! edge. A run updates the view and computes the visible share of every block from nine points. The same run also

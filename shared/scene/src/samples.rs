@@ -1,8 +1,10 @@
 use glam::Vec4;
 use quantity::number::single;
+use serde::Deserialize;
 
 /// Which sample points of a box are tested for visibility.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "lowercase")]
 pub enum Samples {
     /// The centre alone.
     Centre,
@@ -11,7 +13,8 @@ pub enum Samples {
     /// The centre and the corners: 9 points.
     Corners,
     /// The corners and the middles of the edges and faces, without the centre: 26 points. An opaque box hides its own
-    /// centre, so this measures the visible share of the surface.
+    /// centre, so this measures the visible share of the surface. A configuration cannot choose it.
+    #[serde(skip_deserializing)]
     Surface,
 }
 

@@ -1,4 +1,4 @@
-//! Time to add one example and compute the result, and memory of the learner: `cargo bench -p tasks`. The time is
+//! Time to add one example and compute the result, and memory of the learner: `cargo bench -p leo-tasks`. The time is
 //! compared with a full enumeration of all templates and classes after every example.
 //!
 //! The objects are of random kinds; those with one of two values of the first feature are marked.

@@ -1,6 +1,44 @@
-pub use config::leo::{HypothesisLanguage, OnConflict};
+use serde::Deserialize;
 
 use crate::Prior;
+
+/// The hypothesis language.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum HypothesisLanguage {
+    /// The language of the paper: a template and a simple disjunction of its classes.
+    #[default]
+    Paper,
+    /// A superset: also negations, disjunctions of conjunctions over different features, numbers and spatial
+    /// relations, weighted by description length.
+    Extended,
+}
+
+impl HypothesisLanguage {
+    /// Its value in a configuration.
+    #[must_use]
+    pub const fn word(self) -> &'static str {
+        match self {
+            Self::Paper => "paper",
+            Self::Extended => "extended",
+        }
+    }
+}
+
+/// The policy for a conflict between the schema from the robot's own view and the one from the teacher's
+/// perspective: the three policies that the paper names ("Task and Goal Learning").
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum OnConflict {
+    /// Follow the teacher's schema in any case: the policy of the paper's evaluation.
+    #[default]
+    Human,
+    /// Follow the robot's own schema.
+    Own,
+    /// Follow the teacher's schema once every contradiction is explained by the teacher's limited knowledge or
+    /// by their answers; until then follow neither.
+    Resolve,
+}
 
 /// How hypotheses are generated, weighted and chosen.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -39,7 +77,8 @@ impl Default for Settings {
 ///
 /// With 0, P(D|h) is the share of the examples that are consistent with h. Above 0, P(D|h) is a product over the
 /// objects that were not already in the goal state: ε for each mistake, 1 - ε for each other object.
-#[derive(Clone, Copy, Debug, Default, PartialEq, PartialOrd)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, PartialOrd, Deserialize)]
+#[serde(try_from = "f64")]
 pub struct Noise(f64);
 
 /// The error for a label noise outside [0, 0.5).

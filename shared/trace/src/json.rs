@@ -55,7 +55,7 @@ fn unread(bytes: &[u8], path: &str, error: &serde_json::Error) -> JsonError {
     let said = error.to_string();
     // serde_json's line number is dropped: the text is a single line.
     let said = said.rsplit_once(" at line ").map_or(said.as_str(), |(said, _)| said);
-    let mut reason = config::suggest(said);
+    let mut reason = settings::suggest(said);
     if error.is_eof() {
         return JsonError::Cut(reason);
     }

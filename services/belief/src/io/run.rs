@@ -1,8 +1,8 @@
 use clock::{Duration, Instant};
 use config::Robot;
-use config::perspective::OwnershipRule;
 use message::{Beliefs, Divergences as Differing, Hop, Percepts, Process};
 use perspective::TERRITORY_MOST;
+use perspective::settings::OwnershipRule;
 use process::{Failure, Launch, ProcessNode, Progress};
 use transport::FramePublisher;
 

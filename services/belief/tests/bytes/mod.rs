@@ -129,7 +129,7 @@ pub(crate) struct Seen {
 pub(crate) fn play(bytes: &[u8]) -> Seen {
     let mut bytes = Bytes(bytes);
     let percepts = variants::varied(bytes.byte());
-    let config = config::perspective::Perspective::builtin();
+    let config = perspective::settings::Perspective::builtin();
     let perception = Perception::new(&percepts).unwrap();
     let mut believer = Believer::new(&percepts, &config, 1, 2, CAPACITY).unwrap();
     let mut now = Instant::EPOCH + Duration::from_secs(100);

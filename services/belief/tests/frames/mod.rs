@@ -22,7 +22,7 @@ pub(crate) struct Frames {
 
 impl Frames {
     pub(crate) fn new(things: u16) -> Self {
-        let percepts = config::percepts::Percepts::builtin();
+        let percepts = belief::percepts::Percepts::builtin();
         let perception = Perception::new(&percepts).unwrap();
         Self { perception, things, count: 0, entries: Vec::with_capacity(usize::from(things) + 3) }
     }

@@ -3,7 +3,6 @@
 use std::sync::atomic::AtomicBool;
 
 use config::motor::Joint;
-use servo::Model;
 
 use super::super::CommandError;
 use super::super::line::Line;
@@ -193,6 +192,6 @@ impl<'a> Bench<'a> {
 
     /// Whether a model number matches motor.toml.
     pub(super) fn is_model(joint: &Joint, number: u16) -> bool {
-        Model::from(joint.model).number() == number
+        joint.model.number() == number
     }
 }

@@ -1,8 +1,8 @@
 use std::collections::{BTreeMap, BTreeSet};
 
+use belief::percepts::{Kernel, Space};
 use chronicle::PerceptPhrases;
 use config::Robot;
-use config::percepts::{Kernel, Space};
 use geometry::{Base, Person, Pose, Position, World};
 use message::{Belief, BeliefHead, Difference, Feature, NOBODY};
 use serde_json::json;

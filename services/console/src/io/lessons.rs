@@ -153,7 +153,7 @@ mod tests {
         assert_eq!((lacks("Two teachers"), lacks("Task 1")), (json!("`partners = 2`"), Value::Null));
         let head = SceneHead { lesson: message::Text::new("three_of_them"), ..SceneHead::default() };
         assert_eq!(library.workspace(Some(&head), None)["lacks"], json!("`language = \"extended\"`"));
-        library.settings.learner.language = config::leo::HypothesisLanguage::Extended;
+        library.settings.learner.language = tasks::HypothesisLanguage::Extended;
         assert_eq!(library.workspace(Some(&head), None)["lacks"], Value::Null);
     }
 

@@ -160,7 +160,7 @@ impl Plan for RulePlan {
 
 #[cfg(test)]
 mod tests {
-    use config::percepts::Percepts;
+    use belief::percepts::Percepts;
     use tasks::{Effect, Selection, Signature, Standing};
 
     use super::*;

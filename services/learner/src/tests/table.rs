@@ -4,9 +4,9 @@ use std::cell::RefCell;
 use std::collections::BTreeMap;
 use std::rc::Rc;
 
+use belief::percepts::Percepts;
 use clock::{Duration, Instant};
 use config::Names;
-use config::percepts::Percepts;
 use geometry::{Base, Person, Pose, Position};
 use message::{
     Belief, BeliefHead, Event, EventKind, Feature, Header, JointGoal, NOBODY, Remembered, Text, Utterance,

@@ -7,7 +7,7 @@ use std::sync::mpsc::{Receiver, channel};
 use budget::Lines;
 use clock::Duration;
 use config::ConfigError;
-use config::motor::{Device, Model, Motor};
+use config::motor::{Device, Motor};
 use servo::mock::FaultSpec;
 
 use crate::{Faults, MockBuses, MockBusesError, parse};
@@ -94,11 +94,7 @@ fn describe(robot: &Motor, bus: &str, link: &Path, seed: u64) -> String {
     let baud = robot.buses.iter().find(|each| each.name == bus).map_or(0, |bus| bus.baud);
     let mut models: BTreeMap<&str, Vec<u8>> = BTreeMap::new();
     for joint in robot.joints.iter().filter(|joint| Some(joint.bus) == place) {
-        let model = match joint.model {
-            Model::Xm430W350 => "XM430-W350",
-            Model::Xl330M288 => "XL330-M288",
-        };
-        models.entry(model).or_default().push(joint.id);
+        models.entry(joint.model.name()).or_default().push(joint.id);
     }
     let servos: Vec<String> =
         models.into_iter().map(|(model, ids)| format!("{model} id {}", ranges(ids))).collect();

@@ -5,9 +5,9 @@
 use std::collections::BTreeMap;
 use std::path::Path;
 
+use belief::percepts::Percepts;
 use clock::{Duration, Instant};
 use config::leo::Source;
-use config::percepts::Percepts;
 use message::{Header, Hop, Loss, Observation, ObservationKind, SourceSet};
 use sensor_process::Sensor;
 

@@ -23,7 +23,7 @@ use crate::io::serial_lines::SerialLines;
 use crate::io::service_manager::ServiceManager;
 use crate::io::signals::Signals;
 use crate::io::stop_by_any_user::stop_by_any_user;
-use crate::policy::{Action, Event, ExitKind, KillReason, Outcome, Policy, PolicySettings};
+use crate::policy::{Action, Event, ExitKind, KillReason, Outcome, Policy};
 use crate::unlisted::UnlistedPublishers;
 use crate::{Children, RosterPublisher};
 
@@ -280,8 +280,9 @@ struct HeartbeatMonitor {
 
 impl RobotSupervisor<'_> {
     fn live(&mut self, mut signals: Signals) -> Outcome {
-        let terms = PolicySettings::from(&self.orders.settings.supervisor);
-        let mut policy = Policy::new(terms, &self.orders.processes, clock::now());
+        let settings = self.orders.settings.supervisor.clone();
+        let heartbeat_timeout = settings.heartbeat_timeout_ms.duration();
+        let mut policy = Policy::new(settings, &self.orders.processes, clock::now());
         loop {
             self.poll_events(&mut signals);
             // Read the clock after the heartbeats, so that no heartbeat seems older than it is.
@@ -312,7 +313,7 @@ impl RobotSupervisor<'_> {
                 }
             }
             let pause =
-                if policy.is_busy() { BUSY_POLL_INTERVAL } else { terms.heartbeat_timeout / HEARTBEAT_POLLS };
+                if policy.is_busy() { BUSY_POLL_INTERVAL } else { heartbeat_timeout / HEARTBEAT_POLLS };
             let pause = self.end_at.map_or(pause, |end| pause.min(end.since(now).max(BUSY_POLL_INTERVAL)));
             let pause = self.faults.next().map_or(pause, |next| pause.min(next.since(now)));
             self.children.wait(signals.as_fd(), pause);

@@ -1,9 +1,10 @@
 use std::collections::VecDeque;
 
 use clock::{Duration, Instant};
+use config::leo::Supervisor;
 use message::{Process, ProcessState};
 
-use super::{Action, KillReason, PolicySettings};
+use super::{Action, KillReason, heartbeat_timeout};
 
 /// Stage of a process, as the supervisor sees it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -80,17 +81,17 @@ impl ProcessLifecycle {
     }
 
     /// Kills the process if its current timeout has expired.
-    pub(super) fn watch(&mut self, settings: &PolicySettings, now: Instant, actions: &mut Vec<Action>) {
+    pub(super) fn watch(&mut self, settings: &Supervisor, now: Instant, actions: &mut Vec<Action>) {
         let overdue = match self.stage {
-            Stage::Starting { since } if now.since(since) > settings.ready_timeout => {
+            Stage::Starting { since } if now.since(since) > settings.ready_timeout_ms.duration() => {
                 Some(KillReason::NotReady)
             }
             Stage::Running { beat_at, .. }
-                if now.since(beat_at) > settings.heartbeat_timeout_of(self.process) =>
+                if now.since(beat_at) > heartbeat_timeout(settings, self.process) =>
             {
                 Some(KillReason::Hangs)
             }
-            Stage::Stopping { since } if now.since(since) > settings.stop_timeout => {
+            Stage::Stopping { since } if now.since(since) > settings.stop_timeout_ms.duration() => {
                 Some(KillReason::DoesNotStop)
             }
             Stage::Waiting { .. }
@@ -122,19 +123,20 @@ impl ProcessLifecycle {
     }
 
     /// Records a death and schedules the restart. Returns whether the limit of deaths is reached.
-    pub(super) fn record_death(&mut self, settings: &PolicySettings, now: Instant) -> bool {
-        while self.deaths.front().is_some_and(|&death| now.since(death) > settings.deaths_window) {
+    pub(super) fn record_death(&mut self, settings: &Supervisor, now: Instant) -> bool {
+        let window = settings.deaths_window_ms.duration();
+        while self.deaths.front().is_some_and(|&death| now.since(death) > window) {
             self.deaths.pop_front();
         }
         self.deaths.push_back(now);
-        let lasted = now.since(self.started_at) >= settings.deaths_window;
+        let lasted = now.since(self.started_at) >= window;
         self.backoff = if lasted || self.backoff.is_zero() {
-            settings.initial_backoff
+            settings.initial_backoff_ms.duration()
         } else {
-            self.backoff.saturating_mul(2).min(settings.max_backoff)
+            self.backoff.saturating_mul(2).min(settings.max_backoff_ms.duration())
         };
         self.stage = Stage::Waiting { until: now + self.backoff };
-        self.deaths.len() >= settings.max_deaths
+        self.deaths.len() >= usize::try_from(settings.max_deaths).unwrap_or(usize::MAX)
     }
 
     pub(super) const fn is_gone(&self) -> bool {

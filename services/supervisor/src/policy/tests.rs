@@ -1,17 +1,27 @@
+use std::sync::LazyLock;
+
+use config::Robot;
 use proptest::prelude::*;
+use settings::number::Milliseconds;
 
 use super::*;
 
-const SETTINGS: PolicySettings = PolicySettings {
-    ready_timeout: Duration::from_millis(1000),
-    heartbeat_timeout: Duration::from_millis(100),
-    heartbeat_timeout_others: Duration::from_millis(500),
-    initial_backoff: Duration::from_millis(20),
-    max_backoff: Duration::from_millis(100),
-    max_deaths: 5,
-    deaths_window: Duration::from_millis(10_000),
-    stop_timeout: Duration::from_millis(200),
-};
+const DEATHS_MOST: u32 = 5;
+
+static SETTINGS: LazyLock<Supervisor> = LazyLock::new(|| {
+    let ms = |value: f64| Milliseconds::try_from(value).unwrap();
+    Supervisor {
+        ready_timeout_ms: ms(1000.0),
+        heartbeat_timeout_ms: ms(100.0),
+        heartbeat_timeout_others_ms: ms(500.0),
+        initial_backoff_ms: ms(20.0),
+        max_backoff_ms: ms(100.0),
+        max_deaths: DEATHS_MOST,
+        deaths_window_ms: ms(10_000.0),
+        stop_timeout_ms: ms(200.0),
+        ..Robot::load(None).unwrap().leo.supervisor
+    }
+});
 
 const ORDER: [Process; 3] = [Process::Motor, Process::Belief, Process::Sensor];
 
@@ -29,7 +39,7 @@ fn start(process: Process, incarnation: u64) -> Action {
 
 /// A policy whose processes all run, with a first heartbeat at 0 ms.
 fn running() -> Policy {
-    let mut policy = Policy::new(SETTINGS, &ORDER, at(0));
+    let mut policy = Policy::new(SETTINGS.clone(), &ORDER, at(0));
     policy.step(at(0), &[]);
     for process in ORDER {
         policy.step(at(0), &[heartbeat(process, 1)]);
@@ -44,7 +54,7 @@ fn all_beat(beat: u64) -> Vec<Event> {
 
 #[test]
 fn each_process_starts_when_the_previous_one_is_ready() {
-    let mut policy = Policy::new(SETTINGS, &ORDER, at(0));
+    let mut policy = Policy::new(SETTINGS.clone(), &ORDER, at(0));
     assert_eq!(policy.step(at(0), &[]), [start(Process::Motor, 1)]);
     let starting = Event::Heartbeat { process: Process::Motor, state: ProcessState::Starting, beat: 1 };
     assert_eq!(policy.step(at(1), &[starting]), []);
@@ -56,7 +66,7 @@ fn each_process_starts_when_the_previous_one_is_ready() {
 
 #[test]
 fn a_process_that_is_not_ready_in_time_is_killed() {
-    let mut policy = Policy::new(SETTINGS, &ORDER, at(0));
+    let mut policy = Policy::new(SETTINGS.clone(), &ORDER, at(0));
     policy.step(at(0), &[]);
     assert_eq!(policy.step(at(1000), &[]), []);
     assert_eq!(policy.step(at(1001), &[]), [Action::Kill(Process::Motor, KillReason::NotReady)]);
@@ -85,7 +95,7 @@ fn a_supervisor_that_was_suspended_kills_no_process_that_kept_beating() {
 #[test]
 fn the_hot_path_has_a_shorter_heartbeat_timeout_than_disk_users() {
     let all = [Process::Motor, Process::Learner, Process::Console];
-    let mut policy = Policy::new(SETTINGS, &all, at(0));
+    let mut policy = Policy::new(SETTINGS.clone(), &all, at(0));
     for process in all {
         policy.step(at(0), &[]);
         policy.step(at(0), &[heartbeat(process, 1)]);
@@ -129,7 +139,7 @@ fn nothing_starts_before_the_dead_are_cleaned_up_after() {
 
 #[test]
 fn no_clean_up_runs_while_another_process_starts() {
-    let mut policy = Policy::new(SETTINGS, &ORDER, at(0));
+    let mut policy = Policy::new(SETTINGS.clone(), &ORDER, at(0));
     policy.step(at(0), &[]);
     assert_eq!(policy.step(at(1), &[heartbeat(Process::Motor, 1)]), [start(Process::Belief, 1)]);
     assert_eq!(policy.step(at(2), &[Event::Died(Process::Motor, ExitKind::Failed)]), []);
@@ -138,7 +148,7 @@ fn no_clean_up_runs_while_another_process_starts() {
 
 #[test]
 fn the_wait_before_a_restart_doubles_up_to_its_bound() {
-    let settings = PolicySettings { max_deaths: usize::MAX, ..SETTINGS };
+    let settings = Supervisor { max_deaths: u32::MAX, ..SETTINGS.clone() };
     let mut policy = Policy::new(settings, &[Process::Motor], at(0));
     policy.step(at(0), &[]);
     let mut now = 0;
@@ -205,7 +215,7 @@ fn a_process_with_nothing_left_to_do_ends_the_run_well() {
 
 #[test]
 fn a_process_that_refuses_its_configuration_is_not_started_again() {
-    let mut policy = Policy::new(SETTINGS, &ORDER, at(0));
+    let mut policy = Policy::new(SETTINGS.clone(), &ORDER, at(0));
     policy.step(at(0), &[]);
     let off = policy.step(at(1), &[Event::Died(Process::Motor, ExitKind::Refused)]);
     assert_eq!(off, [Action::SwitchTorqueOff]);
@@ -232,7 +242,7 @@ fn a_process_that_does_not_stop_is_killed() {
 const WITH_SERVOS: [Process; 3] = [Process::MockBus, Process::Motor, Process::Sensor];
 
 fn running_with_servos() -> Policy {
-    let mut policy = Policy::new(SETTINGS, &WITH_SERVOS, at(0));
+    let mut policy = Policy::new(SETTINGS.clone(), &WITH_SERVOS, at(0));
     policy.step(at(0), &[]);
     for process in WITH_SERVOS {
         policy.step(at(0), &[heartbeat(process, 1)]);
@@ -291,7 +301,7 @@ fn a_stop_between_two_motor_processes_switches_torque_off() {
     policy.step(at(1), &[Event::Died(Process::Motor, ExitKind::Done)]);
     assert_eq!(policy.step(at(2), &[Event::Stop]), [Action::Terminate(Process::Sensor)]);
     // Before the first start nothing has to be switched off.
-    let mut policy = Policy::new(SETTINGS, &ORDER, at(0));
+    let mut policy = Policy::new(SETTINGS.clone(), &ORDER, at(0));
     assert_eq!(policy.step(at(0), &[Event::Stop]), [Action::End(Outcome::Stopped)]);
 }
 
@@ -324,7 +334,7 @@ fn an_elapsed_run_time_does_not_hurry_the_end() {
 fn a_failing_run_ends_the_same_when_it_is_stopped_meanwhile() {
     for (ended, outcome, deaths) in [
         (ExitKind::Refused, Outcome::Refused(Process::Motor), 1),
-        (ExitKind::Failed, Outcome::GaveUp(Process::Motor), SETTINGS.max_deaths),
+        (ExitKind::Failed, Outcome::GaveUp(Process::Motor), DEATHS_MOST),
     ] {
         let mut policy = running();
         let mut actions = Vec::new();
@@ -348,7 +358,7 @@ fn a_failing_run_ends_the_same_when_it_is_stopped_meanwhile() {
 
 #[test]
 fn the_robot_is_well_while_every_heartbeat_advances() {
-    let mut policy = Policy::new(SETTINGS, &ORDER, at(0));
+    let mut policy = Policy::new(SETTINGS.clone(), &ORDER, at(0));
     assert_eq!(policy.robot_state().to_string(), "starting: 0 of 3 processes run");
     assert!(!policy.robot_state().is_well());
     policy = running();
@@ -393,7 +403,7 @@ fn chance() -> impl Strategy<Value = Chance> {
 proptest! {
     #[test]
     fn no_process_ever_runs_twice_and_every_stop_ends(chances in prop::collection::vec(chance(), 0..300)) {
-        let settings = PolicySettings { max_deaths: usize::MAX, ..SETTINGS };
+        let settings = Supervisor { max_deaths: u32::MAX, ..SETTINGS.clone() };
         let mut policy = Policy::new(settings, &ORDER, at(0));
         let mut alive = [false; ORDER.len()];
         let mut hangs = [false; ORDER.len()];
@@ -477,7 +487,7 @@ proptest! {
 
 #[test]
 fn a_robot_runs_on_without_a_link_however_often_it_dies() {
-    let mut policy = Policy::new(SETTINGS, &[Process::Motor, Process::Link], at(0));
+    let mut policy = Policy::new(SETTINGS.clone(), &[Process::Motor, Process::Link], at(0));
     let beats = |beat| [heartbeat(Process::Motor, beat), heartbeat(Process::Link, beat)];
     policy.step(at(0), &[]);
     let mut now = 1;

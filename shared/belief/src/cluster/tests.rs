@@ -4,13 +4,13 @@ use std::cell::Cell;
 use std::sync::Arc;
 
 use clock::Instant;
-use config::percepts::{Distance, History, Measure, NoTermApplies, Percepts};
 use message::{Feature, Observation, Perceived, PerceptValue, Snapshot};
 use proptest::prelude::*;
 use proptest::test_runner::TestRunner;
 
 use super::{AssociationProblem as _, Clustering, cluster_naively};
 use crate::arena::{Arena, Step};
+use crate::percepts::{Distance, History, Measure, NoTermApplies, Percepts};
 use crate::plugin::{self, BeliefPlugins, Samples};
 use crate::sample::Sample;
 

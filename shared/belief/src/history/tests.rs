@@ -1,8 +1,8 @@
-use config::number::{Capacity, Unit};
-use config::percepts::{Kernel, Role};
 use proptest::prelude::*;
+use settings::number::{Capacity, Unit};
 
 use super::*;
+use crate::percepts::{Kernel, Role};
 use crate::sample::order;
 
 const DECAY: f64 = 0.1;
@@ -207,7 +207,7 @@ fn series_that_began_together_are_thinned_by_turns() {
     }
 }
 
-/// Two months at 200 Hz: `cargo test --release -p belief -- --ignored a_billion`.
+/// Two months at 200 Hz: `cargo test --release -p leo-belief -- --ignored a_billion`.
 #[test]
 #[ignore = "half a minute when optimised"]
 fn a_billion_samples_pass_through_a_log_timescale_in_constant_memory() {

@@ -1,12 +1,12 @@
 //! Transforms the memory into a perspective's frame that has moved.
 
-use config::percepts::{Kernel, Range, Region, origin};
 use geometry::{Pose, Position};
 use invariant::require;
 use message::Feature;
 use quantity::number::single;
 
 use super::BeliefSystem;
+use crate::percepts::{Kernel, Range, Region, origin};
 use crate::sample::Sample;
 
 impl BeliefSystem {

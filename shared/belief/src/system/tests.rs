@@ -2,13 +2,13 @@ mod arrivals;
 mod culling;
 mod functions;
 
-use config::number::NotNegative;
-use config::percepts::{Component, Distance, Kernel, Measure, NoTermApplies, Range, Region};
 use geometry::Pose;
 use message::{Feature, NOBODY, Observation, SourceSet, State};
 use perception::{Frame, Perception};
+use settings::number::NotNegative;
 
 use super::*;
+use crate::percepts::{Component, Distance, Kernel, Measure, NoTermApplies, Range, Region};
 
 const RED: [f32; 3] = [0.80, 0.05, 0.05];
 const BLUE: [f32; 3] = [0.05, 0.15, 0.80];

@@ -1,10 +1,10 @@
 use std::path::{Path, PathBuf};
 
+use message::Topic as _;
 use serde::Deserialize;
+use settings::number::{Hertz, Milliseconds};
 
 use super::Rights;
-use crate::number::{Hertz, Milliseconds};
-use message::Topic as _;
 
 /// The topics that a link can carry.
 const LINKED: [&str; 10] = [

@@ -1,10 +1,9 @@
 use std::path::{Path, PathBuf};
 
+use belief::percepts::Percepts;
 use message::MAX_SOURCES;
 use serde::Deserialize;
-
-use crate::number::{Coordinate, Hertz, NotNegative};
-use crate::percepts::Percepts;
+use settings::number::{Coordinate, Hertz, NotNegative};
 
 /// A sensory source: a process or recording that delivers observations. Its number, and that of its topic, is its index
 /// in the list, from zero.

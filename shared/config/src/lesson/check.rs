@@ -5,12 +5,12 @@ mod script;
 use std::collections::BTreeMap;
 use std::ops::Range;
 
-use toml::Spanned;
+use settings::Spanned;
+use settings::number::{Coordinate, NotNegative, Positive, Unit};
 
 use super::{
     Lesson, Noise, Object, ObjectKind, Occluder, Table, TableTiming, Teacher, Territory, UprightPose, raw,
 };
-use crate::number::{Coordinate, Unit};
 
 /// An error in a lesson: its position in the text, and the reason with what would be valid.
 pub(super) struct SpannedError {
@@ -122,7 +122,7 @@ fn kind(raw: &raw::ObjectKind) -> ObjectKind {
     ObjectKind {
         role: raw.role,
         shape: raw.shape.map(Unit::get),
-        half_extents_m: raw.half_extents_m.map(crate::number::Positive::get),
+        half_extents_m: raw.half_extents_m.map(Positive::get),
         hole: raw.hole,
         markable: raw.markable,
     }
@@ -168,7 +168,7 @@ fn object(raw: &raw::Object, catalogue: &Catalogue) -> Result<Object, SpannedErr
     let kind = *named(&raw.kind, "kind", catalogue.kinds.iter().map(|(name, kind)| (name.as_str(), kind)))?;
     let colours = catalogue.colours.iter().map(|(name, colour)| (name.as_str(), colour));
     let colour = named(&raw.colour, "colour", colours)?;
-    let underside_m = raw.underside_m.map_or(0.0, crate::number::NotNegative::get);
+    let underside_m = raw.underside_m.map_or(0.0, NotNegative::get);
     Ok(Object {
         name: raw.name.get_ref().clone(),
         kind,

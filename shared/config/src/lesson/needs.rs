@@ -1,7 +1,7 @@
 use serde::Deserialize;
+use tasks::{HypothesisLanguage, Noise};
 
-use crate::leo::{Depth, HypothesisLanguage, Leo};
-use crate::number::LabelNoise;
+use crate::leo::{Depth, Leo};
 
 /// The settings of `leo.toml` that a lesson needs beyond the built-in ones.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Deserialize)]
@@ -14,7 +14,7 @@ pub struct Needs {
     /// The hypothesis language.
     pub language: Option<HypothesisLanguage>,
     /// Minimum label noise.
-    pub noise: Option<LabelNoise>,
+    pub noise: Option<Noise>,
 }
 
 impl Needs {

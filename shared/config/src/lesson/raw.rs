@@ -3,10 +3,10 @@
 use std::collections::BTreeMap;
 
 use serde::Deserialize;
-use toml::Spanned;
+use settings::Spanned;
+use settings::number::{Coordinate, Finite, NotNegative, Positive, Seconds, Unit};
 
 use super::{Needs, Role};
-use crate::number::{Coordinate, Finite, NotNegative, Positive, Seconds, Unit};
 
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]

@@ -1,7 +1,7 @@
 use std::cmp::Ordering;
 
+use belief::percepts;
 use clock::Duration;
-use config::percepts;
 
 use super::Meaning;
 use super::thing::{ComparedPercepts, Thing, apart, distance};

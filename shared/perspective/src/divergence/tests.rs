@@ -1,7 +1,7 @@
 use std::collections::BTreeSet;
 use std::sync::LazyLock;
 
-use config::percepts::{Component, Kernel, Percept, Percepts, Range};
+use belief::percepts::{Component, Kernel, Percept, Percepts, Range};
 use geometry::{Base, Person, Pose, Position};
 use message::{Aspect, Belief, BeliefHead, Difference, Feature, Header, NOBODY, Remembered};
 use proptest::prelude::*;

@@ -1,4 +1,4 @@
-use config::percepts::Percepts;
+use belief::percepts::Percepts;
 use geometry::{Base, Person, Pose, Position};
 use message::{Aspect, Belief, Feature, MAX_PERCEPTS};
 use quantity::number::single;

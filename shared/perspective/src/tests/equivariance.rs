@@ -2,9 +2,8 @@
 
 use std::sync::LazyLock;
 
+use belief::percepts::{Component, Kernel, Percept, Percepts, Range};
 use clock::Duration;
-use config::percepts::{Component, Kernel, Percept, Percepts, Range};
-use config::perspective::Perspective;
 use geometry::Pose;
 use message::{Belief, Feature, Observation, Remembered, SourceSet, State};
 use proptest::prelude::*;
@@ -13,6 +12,7 @@ use quantity::number::single;
 
 use super::minds::{Minds, carried, head};
 use super::workspace::{EYES, Workspace, block, person, wall};
+use crate::settings::Perspective;
 
 /// Tolerance in metres and as a share of one: observations are in single precision, and the worlds are metres
 /// apart.
@@ -30,7 +30,7 @@ static PERCEPTS: LazyLock<Percepts> = LazyLock::new(|| {
     });
     let parent = percepts.index("position");
     let given_up = percepts.percepts[inserted].clone();
-    let role = config::percepts::Role::Neither;
+    let role = belief::percepts::Role::Neither;
     percepts.percepts[inserted] = Percept { name: "near_me".to_owned(), parent, role, kernel, ..given_up };
     percepts
 });

@@ -1,14 +1,14 @@
 //! The robot and all perspectives nested in its own, in steps of 5 ms.
 
+use belief::percepts::Percepts;
 use clock::{Duration, Instant};
-use config::percepts::Percepts;
-use config::perspective::Perspective;
 use geometry::{Base, Pose, Position, Thing};
 use message::{Belief, Feature, Observation, ObservationKind, Perceived, Remembered, SourceSet};
 use perception::{Frame, Perception};
 use quantity::number::single;
 
 use super::workspace::STEP;
+use crate::settings::Perspective;
 use crate::{NestedPerspective, Partner, PerceptualContext, Robot};
 
 pub(super) const CAPACITY: usize = 16;

@@ -1,8 +1,7 @@
 use std::sync::LazyLock;
 
+use belief::percepts::Percepts;
 use clock::Duration;
-use config::percepts::Percepts;
-use config::perspective::Perspective;
 use geometry::Pose;
 use message::{Header, Modality, NOBODY, Observation, SourceSet};
 use perception::Perception;
@@ -12,6 +11,7 @@ use scene::{Cone, Samples, Sight};
 
 use super::minds::{CAPACITY, Minds, believed, head};
 use super::workspace::{AWAY, EYES, STEP, TABLE, block, button, person, wall};
+use crate::settings::Perspective;
 use crate::{Partner, PerceptualContext};
 
 const SECOND: Duration = Duration::from_secs(1);

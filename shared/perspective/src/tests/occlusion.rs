@@ -1,8 +1,8 @@
 use clock::Duration;
-use config::perspective::{Field, Perspective};
 use message::{Header, Observation, SourceSet};
 
 use super::workspace::{EYES, TABLE, Workspace, block, person, wall};
+use crate::settings::{Field, Perspective};
 
 const SECOND: Duration = Duration::from_secs(1);
 /// Behind the wall for the partner.

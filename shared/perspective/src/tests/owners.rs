@@ -1,12 +1,12 @@
+use belief::percepts::Percepts;
 use clock::Duration;
-use config::percepts::Percepts;
-use config::perspective::{Ownership, OwnershipRule, Perspective};
 use geometry::{Base, Pose, Position};
 use message::{Belief, NOBODY, Observation};
 use proptest::prelude::*;
 use proptest::test_runner::RngSeed;
 
 use super::workspace::{EYES, TABLE, Workspace, block, person, wall};
+use crate::settings::{Ownership, OwnershipRule, Perspective};
 use crate::{OwnershipClaim, OwnershipEstimator, TERRITORY_MOST};
 
 const ROBOT: [f64; 2] = [0.0, 0.0];
@@ -83,7 +83,7 @@ fn told(rule: OwnershipRule) -> Perspective {
     let region = "[{ owner = 1, from_m = [0.8, -1.0], to_m = [1.2, 1.0] }]";
     let text = include_str!("../../../../config/perspective.toml")
         .replace("regions = []", &format!("regions = {region}"));
-    let config: Perspective = config::parse(&text, "p.toml".as_ref()).unwrap();
+    let config: Perspective = settings::parse(&text, "p.toml".as_ref()).unwrap();
     Perspective { ownership: Ownership { rule, ..config.ownership }, ..config }
 }
 

@@ -1,9 +1,9 @@
+use belief::percepts::{Component, Kernel, Percept, Percepts, Range, Role};
 use clock::Duration;
-use config::percepts::{Component, Kernel, Percept, Percepts, Range, Role};
-use config::perspective::Perspective;
 use message::{Belief, Modality, Observation, SourceSet};
 
 use super::workspace::{AWAY, EYES, TABLE, Workspace, block, button, person, wall};
+use crate::settings::Perspective;
 
 const SECOND: Duration = Duration::from_secs(1);
 

@@ -1,13 +1,13 @@
 //! A workspace for the tests: things, a robot and a partner, in steps of 5 ms.
 
+use belief::percepts::Percepts;
 use clock::{Duration, Instant};
-use config::percepts::Percepts;
-use config::perspective::Perspective;
 use geometry::{Base, Eye, Pose, Position};
 use message::{Belief, Feature, Header, NOBODY, Observation, ObservationKind, Perceived, SourceSet, State};
 use perception::{Frame, Perception};
 use quantity::number::single;
 
+use crate::settings::Perspective;
 use crate::{Partner, Robot};
 
 pub(super) const STEP: Duration = Duration::from_millis(5);

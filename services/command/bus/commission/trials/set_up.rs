@@ -55,7 +55,7 @@ pub(super) fn firmware(bench: &mut Bench<'_>) -> Result<Measured, CommandError> 
     let mut versions: BTreeMap<&str, Vec<u8>> = BTreeMap::new();
     let mut measured = bench.each(|bench, joint, measured| {
         let servo = bench.line()?.ping(joint.id)?.ok_or_else(|| CommandError::runtime("does not answer"))?;
-        let model = servo::Model::from(joint.model);
+        let model = joint.model;
         versions.entry(model.name()).or_default().push(servo.firmware);
         if !model.supports_fast_reads(servo.firmware) {
             measured.note(format!(

@@ -1,6 +1,6 @@
 //! Beliefs whose thing is missing are culled, and no others.
 
-use config::percepts::Cull;
+use crate::percepts::Cull;
 
 use super::*;
 

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use config::percepts::{Cull, History, Measure};
+use crate::percepts::{Cull, History, Measure};
 
 use super::*;
 

@@ -4,11 +4,11 @@ use std::collections::BTreeMap;
 use std::ops::Range;
 use std::time::Duration;
 
-use toml::Spanned;
+use settings::Spanned;
+use settings::number::Coordinate;
 
 use super::super::{Act, Destination, Object, Occluder, Role, Step, raw};
 use super::{Catalogue, SpannedError, named, standing};
-use crate::number::Coordinate;
 
 /// The objects and occluders on the table.
 pub(super) struct TableContents<'a> {

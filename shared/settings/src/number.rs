@@ -13,7 +13,9 @@ pub struct OutOfRange {
 }
 
 impl OutOfRange {
-    pub(crate) const fn new(value: f64, range: &'static str) -> Self {
+    /// The error for a `value` outside `range`, which completes the sentence "it must be …".
+    #[must_use]
+    pub const fn new(value: f64, range: &'static str) -> Self {
         Self { value, range }
     }
 }
@@ -51,10 +53,6 @@ ranged!(
 ranged!(
     /// A share, a match, a confidence or a probability.
     Unit: "from 0 to 1", |value| (0.0..=1.0).contains(&value)
-);
-ranged!(
-    /// A probability of label noise. At 0.5 an example would carry no information.
-    LabelNoise: "from 0 to below 0.5", |value| (0.0..0.5).contains(&value)
 );
 ranged!(
     /// A number that is zero or positive.

@@ -2,10 +2,10 @@
 
 use std::path::Path;
 
+use scene::Samples;
 use serde::Deserialize;
-
-use crate::number::{Capacity, Coordinate, Milliseconds, NotNegative, OutOfRange, Positive};
-use crate::parse;
+use settings::number::{Capacity, Coordinate, Milliseconds, NotNegative, OutOfRange, Positive};
+use settings::parse;
 
 const BUILTIN: &str = include_str!("../../../config/perspective.toml");
 
@@ -42,7 +42,7 @@ pub struct Sight {
     pub cone_half_angle_deg: Angle,
     /// The range of sight, in metres.
     pub range_m: Positive,
-    /// The points of an object that are tested for visibility.
+    /// The points of an object that are tested for visibility; the object is seen if the majority is visible.
     pub samples: Samples,
     /// The margin around a remembered position, in metres. It must be in view and empty before the partner notices the
     /// object's absence.
@@ -51,18 +51,6 @@ pub struct Sight {
     pub hearing_range_m: Positive,
     /// A partner not observed for this long is absent.
     pub absent_after_ms: Milliseconds,
-}
-
-/// The points of an object that are tested for visibility; the object is seen if the majority is visible.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
-#[serde(rename_all = "lowercase")]
-pub enum Samples {
-    /// Its centre.
-    Centre,
-    /// Its centre and the centres of its six faces.
-    Faces,
-    /// Its centre and its eight corners.
-    Corners,
 }
 
 /// The frame of a partner.

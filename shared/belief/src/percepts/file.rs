@@ -5,13 +5,10 @@ use std::time::Duration;
 
 use message::MAX_PERCEPTS;
 use serde::Deserialize;
-use toml::Spanned;
+use settings::Spanned;
+use settings::number::{Milliseconds, NotNegative, Unit};
 
-use super::{
-    Belief, Cull, Distance, History, Kernel, Measure, Nearest, NoTermApplies, Percept, Percepts, Range,
-    Region, Role,
-};
-use crate::number::{Milliseconds, NotNegative, Unit};
+use super::{Belief, Cull, Distance, History, Kernel, Measure, NoTermApplies, Percept, Percepts, Role};
 
 /// The error's position in the text, and its reason.
 type SpannedError = (ops::Range<usize>, String);
@@ -103,7 +100,8 @@ impl RawPercept {
         let kernel_span = self.kernel.span();
         let kernel = self.kernel.into_inner();
         let above = parent.and_then(|parent| earlier.get(usize::from(parent)));
-        check_kernel(&kernel, above).map_err(|reason| (kernel_span, reason))?;
+        let above = above.map(|above| (above.name.as_str(), &above.kernel));
+        kernel.check(above).map_err(|reason| (kernel_span, reason))?;
         check_role(*self.role.get_ref(), &kernel).map_err(|reason| (self.role.span(), reason))?;
         let history = self.history.get_ref().clone();
         if matches!(kernel, Kernel::Nearest(_) | Kernel::Source) && matches!(history, History::LowPass { .. })
@@ -186,20 +184,6 @@ fn fits(measure: &Measure, kernel: &Kernel) -> bool {
     }
 }
 
-fn check_kernel(kernel: &Kernel, parent: Option<&Percept>) -> Result<(), String> {
-    match kernel {
-        Kernel::Nearest(nearest) => check_prototypes(nearest),
-        Kernel::Region(region) => check_region(region),
-        Kernel::Range(range) => check_range(range, parent),
-        Kernel::Position
-        | Kernel::Orientation
-        | Kernel::Extents
-        | Kernel::Source
-        | Kernel::State(_)
-        | Kernel::Plugin(_) => Ok(()),
-    }
-}
-
 /// Rejects a role that goal beliefs cannot use; otherwise the percept would never be learned, without any error.
 fn check_role(role: Role, kernel: &Kernel) -> Result<(), String> {
     let (is_read, reason) = match role {
@@ -214,68 +198,4 @@ fn check_role(role: Role, kernel: &Kernel) -> Result<(), String> {
         ),
     };
     if is_read { Ok(()) } else { Err(reason.to_owned()) }
-}
-
-fn check_prototypes(nearest: &Nearest) -> Result<(), String> {
-    if nearest.prototypes.is_empty() {
-        return Err("`nearest` needs a prototype: give at least one".to_owned());
-    }
-    if u16::try_from(nearest.prototypes.len()).is_err() {
-        return Err(format!("{} prototypes: at most 65535 are possible", nearest.prototypes.len()));
-    }
-    for (index, prototype) in nearest.prototypes.iter().enumerate() {
-        let dimensions = nearest.space.dimensions();
-        let name = &prototype.name;
-        if prototype.at.len() != dimensions {
-            let given = prototype.at.len();
-            return Err(format!("prototype `{name}` has {given} numbers: its space has {dimensions}"));
-        }
-        if !prototype.at.iter().all(|part| part.is_finite()) {
-            return Err(format!("prototype `{name}` has a number that is not finite"));
-        }
-        if nearest.prototypes.iter().take(index).any(|earlier| earlier.name == *name) {
-            return Err(format!("a second prototype named `{name}`"));
-        }
-    }
-    Ok(())
-}
-
-fn check_region(region: &Region) -> Result<(), String> {
-    // Written so that NaN is rejected.
-    if region.min_m.iter().zip(&region.max_m).all(|(minimum, maximum)| minimum < maximum) {
-        Ok(())
-    } else {
-        Err("an empty region: every minimum must be below its maximum".to_owned())
-    }
-}
-
-fn check_range(range: &Range, parent: Option<&Percept>) -> Result<(), String> {
-    let of = range.component.name();
-    let Some(parent) = parent else {
-        return Err(format!(
-            "a range without a parent, from which it takes its `{of}`: name an earlier percept with `parent`"
-        ));
-    };
-    if !range.component.is_of(&parent.kernel) {
-        return Err(format!(
-            "the parent `{}` derives no `{of}`: a position has x_m, y_m, z_m and distance_m, extents have \
-             longest_m and shortest_m, a state, a region and a range have number; a program's own may have any \
-             but longest_m and shortest_m",
-            parent.name
-        ));
-    }
-    let limits = [("from", range.from), ("to", range.to)];
-    if let Some((key, limit)) =
-        limits.into_iter().find_map(|(key, limit)| Some((key, limit.filter(|limit| !limit.is_finite())?)))
-    {
-        return Err(format!("`{key}` is {limit}: it must be finite; leave out a limit that is not there"));
-    }
-    match (range.from, range.to) {
-        (None, None) => Err("a range without limits holds everything: give `from`, `to` or both".to_owned()),
-        (Some(from), Some(to)) if from < to => Ok(()),
-        (Some(from), Some(to)) => {
-            Err(format!("an empty range from {from} to {to}: `from` must be below `to`"))
-        }
-        (Some(_), None) | (None, Some(_)) => Ok(()),
-    }
 }

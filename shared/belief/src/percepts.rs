@@ -4,20 +4,21 @@
 //! Equations are those of Berlin et al. 2006, "Belief Modeling".
 
 mod file;
-mod range;
 #[cfg(test)]
 mod tests;
 
 use std::path::Path;
 use std::time::Duration;
 
-use message::State;
+use perception::PerceptSet;
+use perception::percepts::Definition;
 use serde::Deserialize;
+use settings::ConfigError;
+use settings::number::{Capacity, Unit};
 
-use crate::number::{Capacity, Positive, Unit};
-use crate::{ConfigError, load};
-
-pub use range::{Component, Range, is_inside, origin};
+pub use perception::percepts::{
+    Component, Kernel, Nearest, Prototype, Range, Region, Space, StateName, is_inside,
+};
 
 const BUILTIN: &str = include_str!("../../../config/percepts.toml");
 
@@ -97,125 +98,6 @@ pub enum WhenFull {
     Thin,
 }
 
-/// How a percept classifies an observation (Eq. 1).
-#[derive(Clone, Debug, PartialEq, Deserialize)]
-#[serde(rename_all = "snake_case", deny_unknown_fields)]
-pub enum Kernel {
-    /// The object's position in the perspective's frame, in metres.
-    Position,
-    /// The object's orientation in the perspective's frame.
-    Orientation,
-    /// Half the extents along the object's own axes, in metres.
-    Extents,
-    /// The number of the source that observed it, as a symbol; the same for every perspective.
-    Source,
-    /// The degree of a state; no match if the object has no such state.
-    State(StateName),
-    /// The nearest prototype in a feature space.
-    Nearest(Nearest),
-    /// 1 inside a box of the perspective's frame and 0 outside; an indexical percept.
-    Region(Region),
-    /// Whether a number that the parent derived lies within limits; indexical if that number is.
-    Range(Range),
-    /// A classifier that the program registers under this name.
-    Plugin(String),
-}
-
-/// The name of a state in the file.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
-#[serde(rename_all = "snake_case")]
-pub enum StateName {
-    /// The object's hole holds a peg.
-    Filled,
-    /// The object carries a marker.
-    Marked,
-    /// The object sits in a hole.
-    Inserted,
-    /// The object is switched on.
-    On,
-}
-
-impl StateName {
-    /// The state as used in observations.
-    #[must_use]
-    pub fn state(self) -> State {
-        match self {
-            Self::Filled => State::Filled,
-            Self::Marked => State::Marked,
-            Self::Inserted => State::Inserted,
-            Self::On => State::On,
-        }
-    }
-}
-
-/// Parameters of the nearest-prototype kernel.
-#[derive(Clone, Debug, PartialEq, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct Nearest {
-    /// The feature space.
-    pub space: Space,
-    /// The distance from a prototype at which the match reaches zero.
-    pub scale: Positive,
-    /// The prototypes; a prototype's index in this list is its symbol.
-    pub prototypes: Vec<Prototype>,
-}
-
-/// A feature space.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
-#[serde(rename_all = "snake_case")]
-pub enum Space {
-    /// Elongated, flat, round and tapered, each in [0, 1].
-    Shape,
-    /// Linear red, green and blue.
-    Colour,
-    /// The cube root of the volume of the object's bounding box, in metres.
-    EdgeM,
-}
-
-impl Space {
-    /// The number of dimensions.
-    #[must_use]
-    pub const fn dimensions(self) -> usize {
-        match self {
-            Self::Shape => 4,
-            Self::Colour => 3,
-            Self::EdgeM => 1,
-        }
-    }
-}
-
-/// A prototype.
-#[derive(Clone, Debug, PartialEq, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct Prototype {
-    /// The name of its symbol.
-    pub name: String,
-    /// Its coordinates, one per dimension of the space.
-    pub at: Vec<f64>,
-}
-
-/// A box in the perspective's frame; its sides may be infinite.
-#[derive(Clone, Copy, Debug, PartialEq, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct Region {
-    /// Minimum x, y and z, in metres.
-    pub min_m: [f64; 3],
-    /// Maximum x, y and z, in metres.
-    pub max_m: [f64; 3],
-}
-
-impl Region {
-    /// Whether a position is in the box, sides included.
-    #[must_use]
-    pub fn holds(&self, position_m: [f32; 3]) -> bool {
-        let sides = self.min_m.iter().zip(&self.max_m);
-        position_m.iter().zip(sides).all(|(at, (minimum, maximum))| {
-            let at = f64::from(*at);
-            *minimum <= at && at <= *maximum
-        })
-    }
-}
-
 /// The parameters of the belief system: d, q, w and c of its tuple (B, G, M, d, q, w, c).
 #[derive(Clone, Debug, PartialEq)]
 pub struct Belief {
@@ -290,26 +172,16 @@ pub enum Cull {
 }
 
 impl Percepts {
-    /// Reads and checks the file.
-    ///
-    /// # Errors
-    ///
-    /// As [`crate::load`]; also a duplicate or unknown name, a history or measure that does not fit the percept's
-    /// feature, or a range of a number that its parent does not derive.
-    pub fn load(file: &Path) -> Result<Self, ConfigError> {
-        let text = load::text(file)?;
-        Self::parse(&text, file)
-    }
-
     /// Checks the text of the file; errors name it as `file`.
     ///
     /// # Errors
     ///
-    /// As [`Self::load`].
+    /// As [`settings::parse`]; also a duplicate or unknown name, a history or measure that does not fit the percept's
+    /// feature, or a range of a number that its parent does not derive.
     pub fn parse(text: &str, file: &Path) -> Result<Self, ConfigError> {
-        crate::parse::<file::File>(text, file)?
+        settings::parse::<file::File>(text, file)?
             .resolve()
-            .map_err(|(span, reason)| load::invalid(text, file, span, reason))
+            .map_err(|(span, reason)| settings::invalid(text, file, span, reason))
     }
 
     /// The built-in percepts, `config/percepts.toml` at compile time.
@@ -391,4 +263,30 @@ impl Percept {
         };
         prototypes.iter().map(|prototype| prototype.name.as_str())
     }
+}
+
+impl<'a> From<&'a Percepts> for PerceptSet<'a> {
+    fn from(percepts: &'a Percepts) -> Self {
+        let define = |percept: &'a Percept| Definition {
+            name: &percept.name,
+            parent: percept.parent,
+            kernel: &percept.kernel,
+        };
+        Self { threshold: percepts.threshold, percepts: percepts.percepts.iter().map(define).collect() }
+    }
+}
+
+/// The percept that supplies a percept's data: for a range its nearest ancestor that is not a range, for any other
+/// percept itself.
+#[must_use]
+pub fn origin<'a>(percepts: &'a [Percept], percept: &'a Percept) -> &'a Percept {
+    let mut origin = percept;
+    // Parents precede their children in the list, so the loop ends.
+    while let (Kernel::Range(_), Some(parent)) = (&origin.kernel, origin.parent) {
+        match percepts.get(usize::from(parent)) {
+            Some(parent) => origin = parent,
+            None => break,
+        }
+    }
+    origin
 }

@@ -1,8 +1,8 @@
 use message::Feature;
 use proptest::prelude::*;
+use settings::number::NotNegative;
 
 use super::*;
-use crate::number::NotNegative;
 
 fn refusal(from: &str, to: &str) -> String {
     assert!(BUILTIN.contains(from), "the file no longer says {from}");

@@ -1,0 +1,15 @@
+//! Typed settings from TOML.
+//!
+//! A domain crate defines its settings as types that implement [`serde::Deserialize`], and checks them where they are
+//! defined. This crate parses them from text; the caller reads the file. Every error names the file, the line and the
+//! field, and states what would be valid. The types in [`number`] carry their range.
+
+mod error;
+pub mod number;
+mod parse;
+mod renamed;
+
+pub use error::ConfigError;
+pub use parse::{invalid, parse, suggest};
+pub use renamed::RENAMED;
+pub use toml::Spanned;

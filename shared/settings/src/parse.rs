@@ -1,0 +1,100 @@
+use std::ops::Range;
+use std::path::Path;
+
+use serde::de::DeserializeOwned;
+
+use crate::{ConfigError, renamed};
+
+/// Minimum similarity (Jaro-Winkler, 0 to 1) at which a known key is suggested for an unknown one.
+const MIN_SIMILARITY: f64 = 0.75;
+
+/// Parses and checks the text of a TOML file; errors name it as `file`.
+///
+/// # Errors
+///
+/// The text is not TOML, has an unknown or missing key, or has a value out of range.
+///
+/// ```
+/// #[derive(serde::Deserialize, Debug)]
+/// #[serde(deny_unknown_fields)]
+/// struct Cycle { period_us: u32 }
+/// let error = settings::parse::<Cycle>("# a cycle\nperiod_ms = 5", "leo.toml".as_ref()).unwrap_err();
+/// assert_eq!(
+///     error.to_string(),
+///     "leo.toml:2:1: unknown field `period_ms`, expected `period_us`; did you mean `period_us`?"
+/// );
+/// ```
+pub fn parse<T: DeserializeOwned>(text: &str, file: &Path) -> Result<T, ConfigError> {
+    toml::from_str(text).map_err(|error| {
+        let reason = renamed::explain(error.message()).unwrap_or_else(|| suggest(error.message()));
+        let (line, column) = line_and_column(text, error.span());
+        ConfigError::Invalid { file: file.to_owned(), line, column, reason }
+    })
+}
+
+/// An error at `span` of a text that was parsed already, for checks across several fields.
+#[must_use]
+pub fn invalid(text: &str, file: &Path, span: Range<usize>, reason: String) -> ConfigError {
+    let (line, column) = line_and_column(text, Some(span));
+    ConfigError::Invalid { file: file.to_owned(), line, column, reason }
+}
+
+fn line_and_column(text: &str, span: Option<Range<usize>>) -> (usize, usize) {
+    let before = span.and_then(|span| text.get(..span.start)).unwrap_or("");
+    let line = before.matches('\n').count() + 1;
+    let column = before.rsplit('\n').next().map_or(0, |tail| tail.chars().count()) + 1;
+    (line, column)
+}
+
+/// Appends the closest expected key to serde's message about an unknown key. Any other message is returned on one line.
+#[must_use]
+pub fn suggest(message: &str) -> String {
+    let message = message.trim_end().replace('\n', "; ");
+    let mut quoted = message.split('`').skip(1).step_by(2);
+    if !message.starts_with("unknown field") && !message.starts_with("unknown variant") {
+        return message;
+    }
+    let Some(unknown) = quoted.next() else { return message };
+    let closest = quoted
+        .map(|known| (strsim::jaro_winkler(unknown, known), known))
+        .filter(|(similarity, _)| *similarity >= MIN_SIMILARITY)
+        .max_by(|a, b| a.0.total_cmp(&b.0));
+    match closest {
+        Some((_, known)) => format!("{message}; did you mean `{known}`?"),
+        None => message,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::number::Hertz;
+
+    #[derive(serde::Deserialize, Debug)]
+    #[serde(deny_unknown_fields)]
+    struct Cycle {
+        #[expect(dead_code, reason = "only the error is looked at")]
+        rate_hz: Hertz,
+    }
+
+    fn refusal(text: &str) -> String {
+        parse::<Cycle>(text, Path::new("x.toml")).unwrap_err().to_string()
+    }
+
+    #[test]
+    fn a_value_out_of_range_is_named_with_its_line() {
+        let said = refusal("\n\nrate_hz = -3.0");
+        assert!(said.starts_with("x.toml:3:11: "), "{said}");
+        assert!(said.contains("-3"), "{said}");
+    }
+
+    #[test]
+    fn a_missing_key_is_named() {
+        assert!(refusal("").contains("missing field `rate_hz`"));
+    }
+
+    #[test]
+    fn a_wrong_unit_gets_the_right_key_suggested() {
+        assert!(refusal("rate_khz = 1").ends_with("did you mean `rate_hz`?"));
+    }
+}
