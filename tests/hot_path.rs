@@ -24,7 +24,7 @@ use process::{Failure, Launch};
 use rustix::process::{Pid, Resource, Signal, getpid, getrlimit, kill_process};
 use rustix::thread::{CapabilitySet, capabilities, gettid};
 use transport::janitor::{Janitor, claim};
-use transport::{BoardWriter, Domain, FramePublisher, FrameSubscriber, Node};
+use transport::{Domain, FramePublisher, FrameSubscriber, Node, RosterWriter};
 
 /// Size of the middleware's allocation for each loaned frame: the book-keeping of the loan.
 const LOAN_BYTES: usize = 48;
@@ -285,7 +285,7 @@ fn after_warm_up_only_the_middleware_allocates_once_per_frame() {
         roster.set_incarnation(*process, 1);
         roster.set_pid(*process, node.pid(), 0);
     }
-    let mut board = BoardWriter::<Roster>::create(&node, Process::Supervisor, 1).expect("is the first");
+    let mut board = RosterWriter::create(&node, Process::Supervisor, 1).expect("is the first");
     board.write(&roster);
     let mut robots = Robots::start(&domain, &node, &robot);
     // Not all joints: without real-time rights on a loaded machine, a servo is sometimes late.

@@ -8,10 +8,10 @@ use std::time::Duration;
 use clap::Args;
 use config::{Files, Robot};
 use folder::{Folder, FolderError};
-use message::{JointCause, JointMode, JointState, Joints, Process, Roster};
+use message::{JointCause, JointMode, JointState, Joints, Process};
 use process::{MotorProcess, emergency};
 use transport::janitor::is_claimed;
-use transport::{BoardReader, Domain, Node, OverflowPolicy, Queues};
+use transport::{Domain, JointsReader, Node, OverflowPolicy, Queues, RosterReader};
 
 use super::domain::domain_for_run;
 use super::failure::CommandError;
@@ -365,16 +365,16 @@ fn confirm_on_boards(robot: &Domain) -> Result<String, String> {
 /// The joints' board of the current incarnation of the motor process.
 struct Boards {
     node: Node,
-    joints: Option<(u64, BoardReader<Joints>)>,
+    joints: Option<(u64, JointsReader)>,
 }
 
 impl Boards {
     /// `None` until a motor process has published its joints.
     fn joints(&mut self) -> Option<Joints> {
-        let roster = BoardReader::<Roster>::open(&self.node, Process::Supervisor, 1).ok()?.read();
+        let roster = RosterReader::open(&self.node, Process::Supervisor, 1).ok()?.read();
         let life = roster.incarnation(Process::Motor)?;
         if self.joints.as_ref().is_none_or(|(known, _)| *known != life) {
-            self.joints = Some((life, BoardReader::open(&self.node, Process::Motor, life).ok()?));
+            self.joints = Some((life, JointsReader::open(&self.node, Process::Motor, life).ok()?));
         }
         self.joints.as_ref().map(|(_, board)| board.read()).filter(|joints| joints.count > 0)
     }

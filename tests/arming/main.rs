@@ -15,7 +15,7 @@ use process::arming::{self, ArmOrder};
 use process::emergency;
 use rustix::process::{Pid, Signal, kill_process};
 use transport::janitor::{Claim, Janitor, claim};
-use transport::{BoardWriter, Domain, Node, OverflowPolicy, Queues};
+use transport::{Domain, JointsWriter, Node, OverflowPolicy, Queues, RosterWriter};
 
 use clock::Duration;
 
@@ -69,8 +69,8 @@ fn write(folder: &tempfile::TempDir, name: &str, text: &str) -> String {
 struct Boards {
     domain: Domain,
     claim: Option<Claim>,
-    joints: BoardWriter<Joints>,
-    _roster: BoardWriter<Roster>,
+    joints: JointsWriter,
+    _roster: RosterWriter,
     _node: Node,
 }
 
@@ -83,9 +83,9 @@ impl Boards {
         let node = Node::join(&domain, "boards", 1, queues).expect("joins");
         let mut roster = Roster::default();
         roster.set_incarnation(Process::Motor, 1);
-        let mut written = BoardWriter::<Roster>::create(&node, Process::Supervisor, 1).expect("is the first");
+        let mut written = RosterWriter::create(&node, Process::Supervisor, 1).expect("is the first");
         written.write(&roster);
-        let mut board = BoardWriter::<Joints>::create(&node, Process::Motor, 1).expect("is the first");
+        let mut board = JointsWriter::create(&node, Process::Motor, 1).expect("is the first");
         board.write(joints);
         Self { domain, claim: Some(claim), joints: board, _roster: written, _node: node }
     }

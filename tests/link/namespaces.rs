@@ -3,7 +3,7 @@
 use clock::Duration;
 use message::{Health, Histogram, Process};
 use rustix::thread::{CpuSet, sched_setaffinity};
-use transport::{BoardReader, Domain, Node, OverflowPolicy, Queues};
+use transport::{Domain, HealthReader, Node, OverflowPolicy, Queues};
 
 use crate::machine::{Machine, pause, wait_until};
 use crate::network::Network;
@@ -28,7 +28,7 @@ const HOT: [Process; 3] = [Process::Sensor, Process::Belief, Process::Motor];
 
 /// The health boards of the hot path's processes, and the meter of the core's speed.
 struct HotPath {
-    boards: Vec<(Process, BoardReader<Health>)>,
+    boards: Vec<(Process, HealthReader)>,
     yardstick: Option<Yardstick>,
 }
 
@@ -199,7 +199,7 @@ fn the_hot_path_does_not_notice_what_the_network_does() {
     let queues = Queues { frames: 4, overflow_policy: OverflowPolicy::DropOldest };
     let domain = Domain::at(robot.domain()).expect("a domain");
     let node = Node::join(&domain, "observer", 1, queues).expect("joins");
-    let board = |process| (process, BoardReader::open(&node, process, 1).expect("it runs"));
+    let board = |process| (process, HealthReader::open(&node, process, 1).expect("it runs"));
     let hot = HotPath {
         boards: HOT.into_iter().map(board).collect(),
         yardstick: quiet_rounds().map(|_| Yardstick::on(HOT_CORE)),

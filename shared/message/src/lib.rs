@@ -11,7 +11,6 @@
 //! invalid values. No type here has an invalid bit pattern.
 
 mod belief;
-mod board;
 mod buses;
 mod bytes;
 mod divergence;
@@ -41,7 +40,6 @@ mod turn;
 mod utterance;
 
 pub use belief::{Belief, BeliefHead, Remembered};
-pub use board::{Board, BoardRow};
 pub use buses::{BusHealth, Buses, MAX_BUSES};
 pub use bytes::{Bytes, Field, Kind, Layout, Number, get_frame, put_frame};
 pub use divergence::{Aspect, Difference, DivergenceHead};
@@ -63,8 +61,8 @@ pub use path::{DEPTH_MOST, PERSPECTIVES_MOST, Path, perspectives};
 pub use percept::{Feature, MAX_PERCEPTS, Perceived, PerceptHead, PerceptValue, Snapshot};
 pub use perspectives::{MAX_PERSPECTIVES, PerspectiveHealth, Perspectives};
 pub use registry::{
-    ActsAnswered, BOARDS, Beliefs, Divergences, Events, JointGoals, JointStates, Observations, Percepts,
-    Scene, TeacherActs, TopicId, Turns, TurnsDone, Utterances,
+    ActsAnswered, Beliefs, Divergences, Events, JointGoals, JointStates, Observations, Percepts, Scene,
+    TeacherActs, TopicId, Turns, TurnsDone, Utterances,
 };
 pub use roster::{Life, Roster};
 pub use scene::{NO_TABLE, SceneHead, SceneMode, SceneObject, ThingRole};

@@ -1,15 +1,14 @@
-//! The registry: one row for each topic and for each board. Transport, link, recordings, the tables of the
-//! documentation, the C header and the Python module follow from it.
+//! The registry: one row for each topic. Transport, link, recordings, the tables of the documentation, the C header and
+//! the Python module follow from it.
 
 use crate::Capacity::{Fixed, Objects, PerJoint, TwiceObjects};
 use crate::Delivery::{Latched, Local, Newest, Reliable, Together};
 use crate::Writer::{Is, Numbered, Source};
-use crate::board::boards;
 use crate::topic::topics;
 use crate::{
-    ActAnswer, Belief, BeliefHead, Buses, Difference, DivergenceHead, Done, Event, Header, Health, JointGoal,
-    JointState, Joints, LinkHealth, Observation, Perceived, PerceptHead, Perspectives, Process, Recording,
-    Roster, SceneHead, SceneObject, Sources, TeacherAct, TopicRow, Turn, Utterance,
+    ActAnswer, Belief, BeliefHead, Difference, DivergenceHead, Done, Event, Header, JointGoal, JointState,
+    Observation, Perceived, PerceptHead, Process, Recording, SceneHead, SceneObject, TeacherAct, TopicRow,
+    Turn, Utterance,
 };
 
 // The order is that of the data flow. A recording holds the frames of one turn in this order.
@@ -92,14 +91,4 @@ topics! {
         writer: Numbered, readers: &[Process::Supervisor],
         delivery: Local, recording: Recording::None, is_command: false,
     };
-}
-
-boards! {
-    Health = "health", None, "state, heartbeat, counters, distributions of times";
-    Roster = "roster", Some(Process::Supervisor), "the newest incarnation of each process";
-    Sources = "sources", Some(Process::Sensor), "what was accepted and rejected of each source";
-    Buses = "buses", Some(Process::Motor), "the state of each servo bus";
-    Joints = "joints", Some(Process::Motor), "the state of each joint";
-    Perspectives = "perspectives", Some(Process::Belief), "the work per perspective";
-    LinkHealth = "link", Some(Process::Link), "the state of the link to the other machine";
 }

@@ -5,8 +5,11 @@ use std::time::Duration;
 use clock::Instant;
 use config::leo::{Buffers, Rights};
 use cycle::{Account, Schedule};
-use message::{Board, Health, Process, ProcessState, Topic};
-use transport::{BoardWriter, Domain, FramePublisher, FrameSubscriber, Node, OverflowPolicy, Queues};
+use message::{Health, Process, ProcessState, Topic};
+use transport::{
+    BusesWriter, Domain, FramePublisher, FrameSubscriber, HealthWriter, JointsWriter, LinkWriter, Node,
+    OverflowPolicy, PerspectivesWriter, Queues, SourcesWriter,
+};
 
 use crate::pace::{Lockstep, LoopTiming, Wait, wait_for_call};
 use crate::{Failure, Launch, stop_flag};
@@ -33,7 +36,7 @@ pub struct ProcessNode {
     node: Node,
     pace: LoopTiming,
     stop: Arc<AtomicBool>,
-    board: BoardWriter<Health>,
+    board: HealthWriter,
     health: Health,
     published_at: Instant,
     /// Whether locking all memory was requested and granted.
@@ -79,7 +82,7 @@ impl ProcessNode {
         let queues = queues(buffers, launch.lockstep);
         let mut node = Node::join(&domain, process.name(), launch.incarnation, queues)?;
         follow_roster(&mut node, process, launch.parent.is_some(), &stop)?;
-        let mut board = BoardWriter::create(&node, process, launch.incarnation)?;
+        let mut board = HealthWriter::create(&node, process, launch.incarnation)?;
         let now = clock::now();
         let mut health = Health::default();
         health.pid = std::process::id();
@@ -164,13 +167,49 @@ impl ProcessNode {
         }
     }
 
-    /// Creates a board of this process.
+    /// Creates the board with the counters of the sources, in the sensor process.
     ///
     /// # Errors
     ///
-    /// As [`BoardWriter::create`].
-    pub fn board<B: Board>(&self) -> Result<BoardWriter<B>, Failure> {
-        Ok(BoardWriter::create(&self.node, self.process, self.health.incarnation)?)
+    /// As [`SourcesWriter::create`].
+    pub fn sources_board(&self) -> Result<SourcesWriter, Failure> {
+        Ok(SourcesWriter::create(&self.node, self.process, self.health.incarnation)?)
+    }
+
+    /// Creates the board with the health of the buses, in the motor process.
+    ///
+    /// # Errors
+    ///
+    /// As [`BusesWriter::create`].
+    pub fn buses_board(&self) -> Result<BusesWriter, Failure> {
+        Ok(BusesWriter::create(&self.node, self.process, self.health.incarnation)?)
+    }
+
+    /// Creates the board with the joint states, in the motor process.
+    ///
+    /// # Errors
+    ///
+    /// As [`JointsWriter::create`].
+    pub fn joints_board(&self) -> Result<JointsWriter, Failure> {
+        Ok(JointsWriter::create(&self.node, self.process, self.health.incarnation)?)
+    }
+
+    /// Creates the board with the counters of the perspectives, in the belief process.
+    ///
+    /// # Errors
+    ///
+    /// As [`PerspectivesWriter::create`].
+    pub fn perspectives_board(&self) -> Result<PerspectivesWriter, Failure> {
+        Ok(PerspectivesWriter::create(&self.node, self.process, self.health.incarnation)?)
+    }
+
+    /// Creates the board with the health of the link, in the link process.
+    ///
+    /// # Errors
+    ///
+    /// As [`LinkWriter::create`].
+    pub fn link_board(&self) -> Result<LinkWriter, Failure> {
+        Ok(LinkWriter::create(&self.node, self.process, self.health.incarnation)?)
     }
 
     /// The current instant, of the clock or of simulated time.

@@ -2,10 +2,10 @@
 
 use clock::Duration;
 use config::Robot;
-use message::{Health, Percepts, Process};
+use message::{Percepts, Process};
 use process::{Launch, ProcessNode, queues};
 use transport::janitor::{Janitor, claim};
-use transport::{BoardReader, Domain, Node};
+use transport::{Domain, HealthReader, Node};
 
 #[test]
 fn the_heartbeat_continues_during_long_calls_and_a_slow_end() {
@@ -31,7 +31,7 @@ fn the_heartbeat_continues_during_long_calls_and_a_slow_end() {
     let rights = &leo.console.realtime;
     let mut member = ProcessNode::join(&launch, Process::Belief, &leo.buffers, rights).expect("joins");
     let mut percepts = member.waking_subscriber::<Percepts>(None).expect("a free reader");
-    let board = BoardReader::<Health>::open(&node, Process::Belief, 1).expect("the board stands");
+    let board = HealthReader::open(&node, Process::Belief, 1).expect("the board stands");
     member.begin(None).expect("no period");
     member.next_call(&mut percepts).expect("works").expect("nobody said stop");
     let mut beats = vec![board.read().beat];
@@ -46,7 +46,7 @@ fn the_heartbeat_continues_during_long_calls_and_a_slow_end() {
     // Also during the work at shutdown.
     let beats_on = member.run_with_heartbeat(|| {
         let node = Node::join(&domain, "onlooker", 1, queues(&leo.buffers, false)).expect("joins");
-        let board = BoardReader::<Health>::open(&node, Process::Belief, 1).expect("the board stands");
+        let board = HealthReader::open(&node, Process::Belief, 1).expect("the board stands");
         let (first, give_up) = (board.read().beat, clock::now() + Duration::from_secs(30));
         while board.read().beat < first + 3 && clock::now() < give_up {
             std::thread::yield_now();

@@ -76,16 +76,15 @@ impl BufferSubscribers {
         for topic in recorded_topics(0) {
             self.open(node, topic, OpenMode::Find)?;
         }
-        let mut is_last = false;
         for perspective in 0.. {
-            if is_last {
-                break;
-            }
-            is_last = true;
+            let mut is_open = false;
             for topic in TopicId::each(0).into_iter().filter(|topic| is_recorded(*topic)) {
                 let Some((Numbering::Perspective, first)) = topic.numbering() else { continue };
                 let Some(topic) = TopicId::of_code(topic.row().code, first + perspective) else { continue };
-                is_last &= !self.open(node, topic, OpenMode::Find)?;
+                is_open |= self.open(node, topic, OpenMode::Find)?;
+            }
+            if !is_open {
+                break;
             }
         }
         Ok(())

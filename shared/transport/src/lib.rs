@@ -26,7 +26,10 @@ mod segment;
 mod service;
 mod writers;
 
-pub use board::{BoardReader, BoardWriter};
+pub use board::{
+    BusesReader, BusesWriter, HealthReader, HealthWriter, JointsReader, JointsWriter, LinkReader, LinkWriter,
+    PerspectivesReader, PerspectivesWriter, RosterReader, RosterWriter, SourcesReader, SourcesWriter,
+};
 pub use domain::{Domain, DomainError, IncompatibleProgramError};
 pub use error::{JoinError, PortError, ReceiveError, SendError};
 pub use inlet::{Frame, FrameSubscriber};

@@ -12,7 +12,7 @@ use message::{Process, Topic};
 
 use crate::writers::{PublisherFilter, RosterFilter, identity};
 use crate::{
-    BoardReader, Domain, FramePublisher, FrameSubscriber, JoinError, PortError, Queues, RefusedFrames,
+    Domain, FramePublisher, FrameSubscriber, JoinError, PortError, Queues, RefusedFrames, RosterReader,
 };
 
 /// A process's node in a domain, from which its ports are created.
@@ -69,7 +69,7 @@ impl Node {
     ///
     /// No supervisor runs in the domain.
     pub fn follow_roster(&mut self) -> Result<(), PortError> {
-        self.listed = Some(RosterFilter::new(BoardReader::open(self, Process::Supervisor, 1)?));
+        self.listed = Some(RosterFilter::new(RosterReader::open(self, Process::Supervisor, 1)?));
         Ok(())
     }
 

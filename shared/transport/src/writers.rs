@@ -7,7 +7,7 @@ use std::rc::Rc;
 use iceoryx2::unique_id_generator::unique_system_id::UniqueSystemId;
 use message::{Process, Roster};
 
-use crate::BoardReader;
+use crate::RosterReader;
 
 /// Maximum number of processes that a subscriber logs; frames of further ones are only counted.
 const MAX_LOGGED: usize = 8;
@@ -23,12 +23,12 @@ pub struct RefusedFrames {
 
 /// The supervisor's roster, and the count of refused frames.
 pub(crate) struct RosterFilter {
-    roster: BoardReader<Roster>,
+    roster: RosterReader,
     unlisted: Cell<RefusedFrames>,
 }
 
 impl RosterFilter {
-    pub(crate) fn new(roster: BoardReader<Roster>) -> Rc<Self> {
+    pub(crate) fn new(roster: RosterReader) -> Rc<Self> {
         Rc::new(Self { roster, unlisted: Cell::default() })
     }
 

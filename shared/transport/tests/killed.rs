@@ -10,7 +10,7 @@ use std::{env, fs, thread};
 
 use message::{Event, EventKind, Events, Header, Health, Process, ProcessState, Utterance, Utterances};
 use transport::janitor::{Janitor, claim};
-use transport::{BoardReader, BoardWriter, Domain, FrameSubscriber, Node, OverflowPolicy, Queues};
+use transport::{Domain, FrameSubscriber, HealthReader, HealthWriter, Node, OverflowPolicy, Queues};
 
 const QUEUES: Queues = Queues { frames: 3, overflow_policy: OverflowPolicy::DropOldest };
 /// Environment variables for this program's child process.
@@ -27,7 +27,7 @@ fn child() {
     let domain = Domain::at(Path::new(&root)).expect("a domain");
     let life = env::var(LIFE).expect("told").parse().expect("a number");
     let node = Node::join(&domain, "child", life, QUEUES).expect("joins");
-    let mut board = BoardWriter::<Health>::create(&node, Process::Learner, life).expect("a new board");
+    let mut board = HealthWriter::create(&node, Process::Learner, life).expect("a new board");
     let mut events = node.waking_subscriber::<Events>(None).expect("a free reader");
     let mut utterances = node.publisher::<Utterances>(None, 1).expect("a free writer");
     let mut health = Health::default();
@@ -52,7 +52,7 @@ fn start(domain: &Domain, life: u64) -> Child {
 }
 
 fn is_running(node: &Node, life: u64) -> bool {
-    let board = BoardReader::<Health>::open(node, Process::Learner, life).ok();
+    let board = HealthReader::open(node, Process::Learner, life).ok();
     board.is_some_and(|board| board.read().state() == Some(ProcessState::Running))
 }
 

@@ -10,7 +10,7 @@ use message::{
     Event, EventKind, Events, Header, Health, Hop, Process, ProcessState, Topic, TopicRow, Utterance,
 };
 use transport::janitor::{Claim, ClaimError, Janitor, claim, is_claimed};
-use transport::{BoardReader, BoardWriter, Domain, Node, OverflowPolicy, Queues, SendError};
+use transport::{Domain, HealthReader, HealthWriter, Node, OverflowPolicy, Queues, SendError};
 
 /// iceoryx2 allows one domain per process, so the tests of this file share one. The last test removes it.
 struct Domained {
@@ -330,9 +330,9 @@ fn a_bell_rung_before_the_wait_is_not_lost() {
 #[test]
 fn health_is_read_as_it_was_written() {
     let node = node(OverflowPolicy::DropOldest);
-    assert!(BoardReader::<Health>::open(&node, Process::Sensor, 1).is_err());
-    let mut writer = BoardWriter::<Health>::create(&node, Process::Sensor, 1).expect("a new board");
-    let reader = BoardReader::<Health>::open(&node, Process::Sensor, 1).expect("the board is there");
+    assert!(HealthReader::open(&node, Process::Sensor, 1).is_err());
+    let mut writer = HealthWriter::create(&node, Process::Sensor, 1).expect("a new board");
+    let reader = HealthReader::open(&node, Process::Sensor, 1).expect("the board is there");
     assert_eq!(reader.read().state(), Some(ProcessState::Absent));
     let mut health = Health::default();
     health.beat = 5;

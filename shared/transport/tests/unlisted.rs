@@ -4,7 +4,7 @@
 use message::{EventKind, Events, Head as _, Header, Observation, Observations, Process, Roster, Topic};
 use transport::janitor::{Janitor, claim};
 use transport::{
-    BoardWriter, Domain, FramePublisher, FrameSubscriber, Node, OverflowPolicy, Queues, RefusedFrames,
+    Domain, FramePublisher, FrameSubscriber, Node, OverflowPolicy, Queues, RefusedFrames, RosterWriter,
 };
 
 const QUEUES: Queues = Queues { frames: 4, overflow_policy: OverflowPolicy::DropOldest };
@@ -38,7 +38,7 @@ fn check(domain: &Domain) {
     let mut reader = life(0);
     assert!(reader.follow_roster().is_err(), "no supervisor runs");
     let mut open_to_all = reader.subscriber::<Events>(None).expect("a free reader");
-    let mut board = BoardWriter::<Roster>::create(&reader, Process::Supervisor, 1).expect("is the first");
+    let mut board = RosterWriter::create(&reader, Process::Supervisor, 1).expect("is the first");
     reader.follow_roster().expect("there is a roster");
     let supervised = |incarnation| {
         let mut node = life(incarnation);

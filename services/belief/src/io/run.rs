@@ -42,7 +42,7 @@ pub fn run(launch: &Launch, robot: &Robot) -> Result<(), Failure> {
     let mut differing: Vec<FramePublisher<Differing>> = (1..believer.perspectives())
         .map(|perspective| member.publisher(Some(perspective), most))
         .collect::<Result<_, _>>()?;
-    let mut board = member.board()?;
+    let mut board = member.perspectives_board()?;
     let mut counters_published_at = Instant::EPOCH;
     member.begin(None)?;
     while member.next_call(&mut percepts)?.is_some() {

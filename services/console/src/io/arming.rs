@@ -3,11 +3,11 @@
 use std::path::{Path, PathBuf};
 
 use clock::{Duration, Instant};
-use message::{Joints, Process, Roster};
+use message::{Joints, Process};
 use process::arming::{self, ArmOrder};
 use process::{ProcessNode, emergency};
 use tokio::sync::mpsc::Sender;
-use transport::{BoardReader, Domain};
+use transport::{Domain, JointsReader, RosterReader};
 
 use crate::cells;
 use crate::io::hand::reply;
@@ -22,8 +22,8 @@ const ORDER_TIMEOUT: Duration = Duration::from_secs(3);
 pub(crate) struct Arming {
     domain: PathBuf,
     joint_names: Vec<String>,
-    roster: Option<BoardReader<Roster>>,
-    board: Option<(u64, BoardReader<Joints>)>,
+    roster: Option<RosterReader>,
+    board: Option<(u64, JointsReader)>,
     read_at: Option<Instant>,
     waiting: Vec<Waiting>,
 }
@@ -63,12 +63,12 @@ impl Arming {
     /// The joints reported by the current incarnation of the motor process.
     fn read(&mut self, member: &ProcessNode) -> Option<Joints> {
         if self.roster.is_none() {
-            self.roster = BoardReader::open(member.node(), Process::Supervisor, 1).ok();
+            self.roster = RosterReader::open(member.node(), Process::Supervisor, 1).ok();
         }
         let life = self.roster.as_ref()?.read().incarnation(Process::Motor)?;
         if self.board.as_ref().is_none_or(|(known, _)| *known != life) {
             self.board =
-                BoardReader::open(member.node(), Process::Motor, life).ok().map(|board| (life, board));
+                JointsReader::open(member.node(), Process::Motor, life).ok().map(|board| (life, board));
         }
         self.board.as_ref().map(|(_, board)| board.read()).filter(|joints| joints.count > 0)
     }

@@ -12,11 +12,11 @@ use config::Robot;
 use config::lesson::Lesson;
 use crossbeam::channel::{Receiver, bounded};
 use folder::Output;
-use message::{Process, Roster};
+use message::Process;
 use process::{Launch, black_box, emergency};
 use recording::{Recorder, RingSnapshot, Subject, Time, robot_pose};
 use tokio::sync::mpsc::Sender;
-use transport::{BoardReader, Domain, Node};
+use transport::{Domain, Node, RosterReader};
 
 use crate::io::hand::reply;
 use crate::io::tape::PROGRAM;
@@ -50,7 +50,7 @@ pub(crate) struct BlackBox {
     kept: Result<DumpRecorder, String>,
     domain: PathBuf,
     joint_names: Vec<String>,
-    roster: Option<BoardReader<Roster>>,
+    roster: Option<RosterReader>,
     failures: FailureDetector,
     looked_at: Option<Instant>,
     waiting: Waiting,
@@ -130,7 +130,7 @@ impl BlackBox {
 
     fn check_failures(&mut self, now: Instant, node: &Node, quarantined: &[u32]) {
         if self.roster.is_none() {
-            self.roster = BoardReader::open(node, Process::Supervisor, 1).ok();
+            self.roster = RosterReader::open(node, Process::Supervisor, 1).ok();
         }
         let lives = self.roster.as_ref().map(|roster| self.failures.check_processes(&roster.read()));
         let joints = self.failures.check_joints(quarantined, &self.joint_names);

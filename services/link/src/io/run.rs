@@ -55,7 +55,7 @@ pub fn run(launch: &Launch, robot: &Robot) -> Result<(), Failure> {
     };
     let mut subscribers = TopicReaders::open(&member, &here)?;
     let net = Net::start(link, carrier.compatibility).map_err(Failure::own)?;
-    let mut board = member.board()?;
+    let mut board = member.link_board()?;
     let mut tell_at = clock::now();
     member.begin(Some(link.link_rate_hz.period()))?;
     while let Some(now) = member.next_cycle()? {

@@ -1,7 +1,7 @@
 use clock::{Duration, Instant};
 use config::Robot;
 use message::{Buses, Joints, Text};
-use transport::BoardWriter;
+use transport::{BusesWriter, JointsWriter};
 
 use crate::Motor;
 use crate::io::threads::BusThreads;
@@ -12,8 +12,8 @@ const EVERY: Duration = Duration::from_millis(100);
 
 /// Publishes the health boards of the buses and joints.
 pub(crate) struct HealthPublisher {
-    board: BoardWriter<Buses>,
-    joints_board: BoardWriter<Joints>,
+    board: BusesWriter,
+    joints_board: JointsWriter,
     joints: Joints,
     buses: Buses,
     write_at: Instant,
@@ -22,7 +22,7 @@ pub(crate) struct HealthPublisher {
 }
 
 impl HealthPublisher {
-    pub(crate) fn new(board: BoardWriter<Buses>, joints_board: BoardWriter<Joints>, robot: &Robot) -> Self {
+    pub(crate) fn new(board: BusesWriter, joints_board: JointsWriter, robot: &Robot) -> Self {
         let mut buses = Buses::default();
         for (index, (place, bus)) in buses.buses.iter_mut().zip(&robot.motor.buses).enumerate() {
             place.name = Text::new(&bus.name);

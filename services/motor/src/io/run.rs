@@ -50,7 +50,7 @@ pub fn run(launch: &Launch, robot: &Robot) -> Result<(), Failure> {
     let mut threads =
         BusThreads::start(buses, &launch.domain, patience, until, !launch.lockstep, &emergency_flag)
             .map_err(Failure::own)?;
-    let mut health_publisher = HealthPublisher::new(member.board()?, member.board()?, robot);
+    let mut health_publisher = HealthPublisher::new(member.buses_board()?, member.joints_board()?, robot);
     let mut failed = None;
     member.begin(Some(period))?;
     while let Some(now) = member.next_cycle()? {

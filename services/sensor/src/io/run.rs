@@ -47,7 +47,7 @@ pub fn run(launch: &Launch, robot: &Robot) -> Result<(), Failure> {
     let mut sensor = Sensor::new(&robot.percepts, &sources, capacity).map_err(Failure::own)?;
     let mut recordings = Recordings::open(&sources).map_err(Failure::own)?;
     recordings.tell(&sources);
-    let mut board = member.board()?;
+    let mut board = member.sources_board()?;
     let mut shown_at = Instant::EPOCH;
     let mut fault_injector = fault_injector(launch, capacity)?;
     member.begin(Some(leo.sensor.rate_hz.period()))?;

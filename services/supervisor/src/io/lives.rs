@@ -1,12 +1,12 @@
 use std::fs;
 
 use message::{Process, Roster};
-use transport::{BoardWriter, Node, PortError};
+use transport::{Node, PortError, RosterWriter};
 
 /// Writer of the supervisor's roster: the newest incarnation of each process, and which process may publish.
 #[derive(Debug)]
 pub struct RosterPublisher {
-    board: BoardWriter<Roster>,
+    board: RosterWriter,
     roster: Roster,
 }
 
@@ -18,7 +18,7 @@ impl RosterPublisher {
     /// Another supervisor runs in the domain, or shared memory is exhausted.
     pub fn publish_members(node: &Node, members: &[Process]) -> Result<Self, PortError> {
         let mut lives =
-            Self { board: BoardWriter::create(node, Process::Supervisor, 1)?, roster: Roster::default() };
+            Self { board: RosterWriter::create(node, Process::Supervisor, 1)?, roster: Roster::default() };
         for member in members {
             lives.roster.add_member(*member);
         }

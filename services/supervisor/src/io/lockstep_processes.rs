@@ -6,10 +6,10 @@ use std::process::ExitStatus;
 use std::time::Duration;
 
 use config::leo::Leo;
-use message::{Health, Process, ProcessState};
+use message::{Process, ProcessState};
 use process::Launch;
 use realtime::IdleStateGuard;
-use transport::{BoardReader, Node};
+use transport::{HealthReader, Node};
 
 use crate::io::conductor::{ProcessMonitor, TurnError};
 use crate::io::run::RunError;
@@ -89,12 +89,12 @@ impl LockstepProcesses {
 
     fn await_ready(&mut self, node: &Node, process: Process, within: Duration) -> Result<(), LockstepError> {
         let give_up = clock::now() + within;
-        let mut board: Option<BoardReader<Health>> = None;
+        let mut board = None;
         loop {
             if board.is_none() {
-                board = BoardReader::open(node, process, 1).ok();
+                board = HealthReader::open(node, process, 1).ok();
             }
-            let state = board.as_ref().and_then(|board| board.read().state());
+            let state = board.as_ref().and_then(|board: &HealthReader| board.read().state());
             if state == Some(ProcessState::Running) {
                 return Ok(());
             }

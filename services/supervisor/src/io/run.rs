@@ -8,11 +8,11 @@ use std::thread::JoinHandle;
 use clock::{Duration, Instant};
 use config::leo::Leo;
 use config::{ConfigError, Files, Robot};
-use message::{Health, Process, ProcessState};
+use message::{Process, ProcessState};
 use process::{Launch, emergency};
 use realtime::{IdleStateGuard, StartupPriority};
 use transport::janitor::{ClaimError, Janitor, claim, sweep_stale};
-use transport::{BoardReader, Domain, DomainError, JoinError, Node, OverflowPolicy, PortError, Queues};
+use transport::{Domain, DomainError, HealthReader, JoinError, Node, OverflowPolicy, PortError, Queues};
 
 use crate::faults::{FaultAction, ProcessFaults};
 use crate::io::check::check_shared_memory;
@@ -275,7 +275,7 @@ struct RobotSupervisor<'orders> {
 
 struct HeartbeatMonitor {
     incarnation: u64,
-    board: Option<BoardReader<Health>>,
+    board: Option<HealthReader>,
     /// Held until the process is ready.
     head_start: Option<StartupPriority>,
 }
@@ -339,9 +339,9 @@ impl RobotSupervisor<'_> {
         }
         for (&process, monitor) in &mut self.heartbeat_monitors {
             if monitor.board.is_none() {
-                monitor.board = BoardReader::open(&self.node, process, monitor.incarnation).ok();
+                monitor.board = HealthReader::open(&self.node, process, monitor.incarnation).ok();
             }
-            let Some(health) = monitor.board.as_ref().map(BoardReader::read) else { continue };
+            let Some(health) = monitor.board.as_ref().map(HealthReader::read) else { continue };
             if let Some(state) = health.state() {
                 if state != ProcessState::Starting
                     && let Some(head_start) = monitor.head_start.take()

@@ -1,13 +1,11 @@
-//! The registry of topics and boards: what must be unique in it, and the tables of the documentation that follow from it.
+//! The registry of topics: what must be unique in it, and the tables of the documentation that follow from it.
 
 use std::collections::BTreeSet;
 use std::fmt::Write as _;
 use std::fs;
 use std::path::Path;
 
-use message::{
-    BOARDS, Capacity, Delivery, Numbering, Process, Recording, Topic, TopicId, TopicVisitor, Writer,
-};
+use message::{Capacity, Delivery, Numbering, Process, Recording, Topic, TopicId, TopicVisitor, Writer};
 
 use crate::declared::compare_part;
 
@@ -116,20 +114,10 @@ fn uses() -> String {
     out
 }
 
-fn boards() -> String {
-    let mut out = "| board | writer | bytes | content |\n|---|---|---|---|\n".to_owned();
-    for (value, bytes, row) in BOARDS {
-        let writer = row.writer.map_or("every process", Process::name);
-        writeln!(out, "| `{value}` | {writer} | {bytes} | {} |", row.content).expect("a string");
-    }
-    out
-}
-
 #[test]
 fn the_tables_of_the_architecture_page_are_the_registry() {
     compare_part(ARCHITECTURE, "topics", &topics());
     compare_part(ARCHITECTURE, "uses of topics", &uses());
-    compare_part(ARCHITECTURE, "boards", &boards());
 }
 
 #[test]
@@ -166,8 +154,6 @@ fn names_and_codes_are_unique_and_lead_back_to_the_topic() {
         (TopicId::of_code(13, 0), TopicId::of_code(3, 1), TopicId::of_name("", None)),
         (None, None, None)
     );
-    let boards: BTreeSet<&str> = BOARDS.iter().map(|(_, _, row)| row.name).collect();
-    assert_eq!(boards.len(), BOARDS.len());
 }
 
 #[test]
@@ -202,16 +188,16 @@ fn sources(folder: &Path, found: &mut Vec<(String, String)>) {
 }
 
 #[test]
-fn every_topic_and_board_of_transport_is_a_row() {
+fn every_topic_of_transport_is_a_row() {
     let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("../..");
     let mut found = Vec::new();
     ["shared", "services"].iter().for_each(|folder| sources(&root.join(folder), &mut found));
     let made: Vec<&str> = found
         .iter()
-        .filter(|(_, text)| ["Topic for", "Board for"].iter().any(|made| text.contains(made)))
+        .filter(|(_, text)| text.contains("Topic for "))
         .map(|(path, _)| path.rsplit("shared/").next().unwrap_or(path))
         .collect();
-    assert_eq!(BTreeSet::from_iter(made), BTreeSet::from(["message/src/board.rs", "message/src/topic.rs"]));
+    assert_eq!(BTreeSet::from_iter(made), BTreeSet::from(["message/src/topic.rs"]));
     assert!(found.len() > 300, "only {} sources were seen", found.len());
 }
 

@@ -3,24 +3,22 @@
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
-use message::{
-    Board, Buses, Health, Joints, LinkHealth, Perspectives, Process, ProcessState, Roster, Sources,
-};
+use message::{Health, Process, ProcessState};
 use metrics::Readings;
-use transport::{BoardReader, Node, PortError};
-
-/// A board that was found, with the incarnation of its writer.
-type Found<B> = Option<(u64, BoardReader<B>)>;
+use transport::{
+    BusesReader, HealthReader, JointsReader, LinkReader, Node, PerspectivesReader, PortError, RosterReader,
+    SourcesReader,
+};
 
 /// Reads the health boards of one domain. A missing board is looked for again at each read.
 pub struct Boards {
-    roster: BoardReader<Roster>,
-    health: BTreeMap<Process, Found<Health>>,
-    sources: Found<Sources>,
-    buses: Found<Buses>,
-    perspectives: Found<Perspectives>,
-    joints: Found<Joints>,
-    link: Found<LinkHealth>,
+    roster: RosterReader,
+    health: BTreeMap<Process, Option<(u64, HealthReader)>>,
+    sources: Option<(u64, SourcesReader)>,
+    buses: Option<(u64, BusesReader)>,
+    perspectives: Option<(u64, PerspectivesReader)>,
+    joints: Option<(u64, JointsReader)>,
+    link: Option<(u64, LinkReader)>,
 }
 
 impl Boards {
@@ -31,7 +29,7 @@ impl Boards {
     /// The board does not exist: the robot is starting, stopping or dead.
     pub fn open(node: &Node) -> Result<Self, PortError> {
         Ok(Self {
-            roster: BoardReader::open(node, Process::Supervisor, 1)?,
+            roster: RosterReader::open(node, Process::Supervisor, 1)?,
             health: BTreeMap::new(),
             sources: None,
             buses: None,
@@ -49,29 +47,43 @@ impl Boards {
             let Some(life) = roster.incarnation(process) else { continue };
             readings.processes.insert(process, self.health(node, process, life));
         }
-        if let Some(sources) = newest(&mut self.sources, node, &roster) {
-            readings.sources = sources.all().to_vec();
+        let life = |process| readings.processes.get(&process).map(|health| health.incarnation);
+        if let Some(life) = life(Process::Sensor) {
+            let sources =
+                current(&mut self.sources, life, || SourcesReader::open(node, Process::Sensor, life));
+            readings.sources = sources.map(|board| board.read().all().to_vec()).unwrap_or_default();
         }
-        if let Some(perspectives) = newest(&mut self.perspectives, node, &roster) {
-            readings.perspectives = perspectives.all().to_vec();
+        if let Some(life) = life(Process::Belief) {
+            let open = || PerspectivesReader::open(node, Process::Belief, life);
+            let perspectives = current(&mut self.perspectives, life, open);
+            readings.perspectives = perspectives.map(|board| board.read().all().to_vec()).unwrap_or_default();
         }
-        if let Some(buses) = newest(&mut self.buses, node, &roster) {
-            readings.buses = buses.all().to_vec();
+        if let Some(life) = life(Process::Motor) {
+            let buses = current(&mut self.buses, life, || BusesReader::open(node, Process::Motor, life));
+            readings.buses = buses.map(|board| board.read().all().to_vec()).unwrap_or_default();
+            let joints = current(&mut self.joints, life, || JointsReader::open(node, Process::Motor, life));
+            if let Some(board) = joints.map(JointsReader::read) {
+                readings.joints = board.all().to_vec();
+                readings.joint_locks = board.locks;
+                (readings.goals_limited, readings.goals_refused) = (board.limited, board.refused);
+            }
         }
-        if let Some(joints) = newest(&mut self.joints, node, &roster) {
-            readings.joints = joints.all().to_vec();
-            readings.joint_locks = joints.locks;
-            (readings.goals_limited, readings.goals_refused) = (joints.limited, joints.refused);
+        if let Some(life) = life(Process::Link) {
+            let link = current(&mut self.link, life, || LinkReader::open(node, Process::Link, life));
+            readings.link = link.map(LinkReader::read);
         }
-        readings.link = newest(&mut self.link, node, &roster);
         readings
     }
 
     /// The health of an incarnation. A process that has published no board is reported as down, like a dead one.
     /// A process that cannot restart therefore stays in the list.
     fn health(&mut self, node: &Node, process: Process, life: u64) -> Health {
-        let found = self.health.entry(process).or_default();
-        let mut health = read(found, node, process, life).unwrap_or_default();
+        let mut health = Health::default();
+        if let Some(reader) =
+            current(self.health.entry(process).or_default(), life, || HealthReader::open(node, process, life))
+        {
+            health = reader.read();
+        }
         health.incarnation = life;
         if is_gone(health.pid) {
             health.set_state(ProcessState::Absent);
@@ -87,18 +99,16 @@ fn is_gone(pid: u32) -> bool {
     processes.join("self").exists() && !folder.exists()
 }
 
-/// The value of a board of the newest incarnation of its writer.
-fn newest<B: Board>(found: &mut Found<B>, node: &Node, roster: &Roster) -> Option<B> {
-    let process = B::ROW.writer?;
-    read(found, node, process, roster.incarnation(process)?)
-}
-
-/// The value of the board of an incarnation. Reopens it if the cached one belongs to another incarnation.
-fn read<B: Board>(found: &mut Found<B>, node: &Node, process: Process, life: u64) -> Option<B> {
-    if found.as_ref().is_none_or(|(known, _)| *known != life) {
-        *found = BoardReader::open(node, process, life).ok().map(|board| (life, board));
+/// The board of an incarnation. Reopens it if the cached one belongs to another incarnation.
+fn current<B>(
+    kept: &mut Option<(u64, B)>,
+    life: u64,
+    open: impl FnOnce() -> Result<B, PortError>,
+) -> Option<&B> {
+    if kept.as_ref().is_none_or(|(known, _)| *known != life) {
+        *kept = open().ok().map(|board| (life, board));
     }
-    found.as_ref().map(|(_, board)| board.read())
+    kept.as_ref().map(|(_, board)| board)
 }
 
 #[cfg(test)]
@@ -106,7 +116,7 @@ mod tests {
     use std::process::Command;
 
     use transport::janitor::{Janitor, claim};
-    use transport::{BoardWriter, Domain, OverflowPolicy, Queues};
+    use transport::{Domain, HealthWriter, OverflowPolicy, Queues, RosterWriter};
 
     use super::*;
 
@@ -125,7 +135,7 @@ mod tests {
         let mut roster = message::Roster::default();
         let lives = [(Process::Motor, 1), (Process::Sensor, 2), (Process::Belief, 3)];
         lives.into_iter().for_each(|(process, life)| roster.set_incarnation(process, life));
-        let mut board = BoardWriter::<Roster>::create(&node, Process::Supervisor, 1).unwrap();
+        let mut board = RosterWriter::create(&node, Process::Supervisor, 1).unwrap();
         board.write(&roster);
         let mut ended = Command::new("true").spawn().unwrap();
         let dead = ended.id();
@@ -136,7 +146,7 @@ mod tests {
             let mut health = Health::default();
             health.pid = pid;
             health.set_state(ProcessState::Running);
-            let mut board = BoardWriter::<Health>::create(&node, process, life).unwrap();
+            let mut board = HealthWriter::create(&node, process, life).unwrap();
             board.write(&health);
             board
         });

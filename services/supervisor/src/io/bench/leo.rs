@@ -4,7 +4,7 @@ use std::time::Duration;
 
 use message::{BeliefHead, Beliefs, Health, Histogram, Hop, Process, ProcessState};
 use process::Launch;
-use transport::{BoardReader, Domain, FrameSubscriber, Node};
+use transport::{Domain, FrameSubscriber, HealthReader, Node};
 
 use super::{BenchError, Case, bare};
 use crate::{Children, RosterPublisher};
@@ -111,7 +111,7 @@ fn await_running(node: &Node, process: Process, incarnation: u64) -> Result<(), 
 }
 
 fn health(node: &Node, process: Process, incarnation: u64) -> Option<Health> {
-    BoardReader::open(node, process, incarnation).ok().map(|board| board.read())
+    HealthReader::open(node, process, incarnation).ok().map(|board| board.read())
 }
 
 fn read(
