@@ -38,7 +38,7 @@ fn the_partner_believes_the_last_seen_state_of_the_button() {
     let mut believed: BTreeMap<u64, [Option<Pressed>; 2]> = BTreeMap::new();
     for frame in frames(&to) {
         let of_both = [TopicId::Beliefs(0), TopicId::Beliefs(1)];
-        let Some(perspective) = of_both.iter().position(|buffer| *buffer == frame.topic) else { continue };
+        let Some(perspective) = of_both.iter().position(|topic| *topic == frame.topic) else { continue };
         let (head, beliefs) = frame.read::<Beliefs>().expect("beliefs of this version");
         believed.entry(head.header.valid_at_ns).or_default()[perspective] = button(&percepts, &beliefs);
     }

@@ -6,7 +6,7 @@ use std::thread;
 
 use clock::Duration;
 use geometry::Pose;
-use message::TopicId;
+use message::{Recording, TopicId};
 use recording::{Channel, Frame, Subject, Time, Writer};
 
 use crate::acts::{comes_true, movements};
@@ -36,7 +36,7 @@ fn comes_back(lesson: &str, config: Option<&str>, to: &str) {
     assert!(!told.out.contains("not compared"), "{lesson}: {told:?}");
     let frames = frames(to);
     let mut counts: BTreeMap<TopicId, usize> = BTreeMap::new();
-    for frame in frames.iter().filter(|frame| frame.topic.is_derived()) {
+    for frame in frames.iter().filter(|frame| frame.topic.row().recording == Recording::Derived) {
         *counts.entry(frame.topic).or_default() += 1;
     }
     for topic in [
