@@ -70,7 +70,7 @@ pub use source_set::SourceSet;
 pub use sources::{MAX_SOURCES, SourceHealth, Sources};
 pub use teacher_act::{ActAnswer, TeacherAct, TeacherActKind};
 pub use text::{TEXT_CAPACITY, Text};
-pub use topic::{Capacity, Delivery, Numbering, Recording, Topic, TopicRow, TopicVisitor, Writer};
+pub use topic::{Capacity, Delivery, Numbering, Recording, Topic, TopicRow, Writer};
 pub use turn::{Done, Turn, TurnKind};
 pub use utterance::Utterance;
 

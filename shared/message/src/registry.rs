@@ -13,6 +13,7 @@ use crate::{
 
 // The order is that of the data flow. A recording holds the frames of one turn in this order.
 topics! {
+    $
     /// Observations of a sensory source.
     Observations(Source from 0): Header, Observation = TopicRow {
         name: "observations", code: 10, rate: "200 Hz", capacity: Objects,

@@ -2,7 +2,7 @@ use std::fmt;
 
 use iceoryx2_bb_elementary_traits::zero_copy_send::ZeroCopySend;
 
-use crate::{Bytes, Head, Kind, Process, TopicId};
+use crate::{Bytes, Head, Process, TopicId};
 
 /// A topic: the types of its frames, and its row of the registry. Each has exactly one writer.
 pub trait Topic: 'static {
@@ -132,18 +132,10 @@ pub enum Numbering {
     Process,
 }
 
-/// An operation on a topic whose type is known only at run time.
-pub trait TopicVisitor {
-    /// Result of the operation.
-    type Output;
-
-    /// Performs the operation with the topic's type.
-    fn visit<T: Topic>(self) -> Self::Output;
-}
-
-/// Defines the topics, and [`TopicId`] as the enum of all of them.
+/// Defines the topics, [`TopicId`] as the enum of all of them, and `with_topic!`. The first token is `$`, for the macro
+/// that it defines.
 macro_rules! topics {
-    ($(
+    ($dollar:tt $(
         $(#[$doc:meta])*
         $name:ident $(($numbering:ident from $first:literal))?: $head:ty, $entry:ty = $row:expr;
     )+) => {
@@ -172,15 +164,19 @@ macro_rules! topics {
                 [$(Self::$name $(($crate::topic::instead!($numbering number)))?),+]
             }
 
-            /// Performs an operation with the topic's type.
-            pub fn visit<V: $crate::TopicVisitor>(self, visitor: V) -> V::Output {
-                match self { $(Self::$name { .. } => visitor.visit::<$name>(),)+ }
-            }
-
             /// Its row.
             #[must_use]
             pub const fn row(self) -> &'static $crate::TopicRow {
                 match self { $(Self::$name { .. } => &<$name as $crate::Topic>::ROW,)+ }
+            }
+
+            /// The layouts of a frame's head and of an entry.
+            #[must_use]
+            pub fn kinds(self) -> [$crate::Kind; 2] {
+                match self {
+                    $(Self::$name { .. } =>
+                        [<$head as $crate::Bytes>::kind(), <$entry as $crate::Bytes>::kind()],)+
+                }
             }
 
             /// What its number means, and the first number.
@@ -201,6 +197,19 @@ macro_rules! topics {
                         $crate::topic::optional!($($crate::topic::instead!($numbering number))?),)+
                 }
             }
+        }
+
+        /// The value of an expression about the type of a [`TopicId`]: `with_topic!(topic, T => open::<T>(node))`.
+        #[macro_export]
+        macro_rules! with_topic {
+            ($dollar topic:expr, $dollar marker:ident => $dollar value:expr) => {
+                match $dollar topic {
+                    $($crate::TopicId::$name { .. } => {
+                        type $dollar marker = $crate::$name;
+                        $dollar value
+                    })+
+                }
+            };
         }
     };
 }
@@ -242,20 +251,6 @@ impl TopicId {
     #[must_use]
     pub fn writer(self) -> Option<Process> {
         self.row().writer(self.number())
-    }
-
-    /// The layouts of a frame's head and of an entry.
-    #[must_use]
-    pub fn kinds(self) -> [Kind; 2] {
-        struct Kinds;
-        impl TopicVisitor for Kinds {
-            type Output = [Kind; 2];
-
-            fn visit<T: Topic>(self) -> [Kind; 2] {
-                [T::Head::kind(), T::Entry::kind()]
-            }
-        }
-        self.visit(Kinds)
     }
 }
 

@@ -1,4 +1,4 @@
-use message::{Numbering, Topic, TopicId, TopicVisitor};
+use message::{Numbering, Topic, TopicId, with_topic};
 use transport::{FrameSubscriber, Node, PortError, ReceiveError};
 
 use crate::Frame;
@@ -95,7 +95,7 @@ impl BufferSubscribers {
         if self.0.iter().any(|source| source.topic() == topic) {
             return Ok(true);
         }
-        let source = topic.visit(SourceOpener { node, topic, how })?;
+        let source = with_topic!(topic, T => tap::<T>(node, topic, how))?;
         let is_open = source.is_some();
         self.0.extend(source);
         Ok(is_open)
@@ -123,21 +123,10 @@ impl std::fmt::Debug for BufferSubscribers {
 }
 
 /// Opens the subscriber of a topic; `None` if it does not exist yet.
-struct SourceOpener<'a> {
-    node: &'a Node,
-    topic: TopicId,
-    how: OpenMode,
-}
-
-impl TopicVisitor for SourceOpener<'_> {
-    type Output = Result<Option<Box<dyn Source>>, PortError>;
-
-    fn visit<T: Topic>(self) -> Self::Output {
-        let Self { node, topic, how } = self;
-        let subscriber = match how {
-            OpenMode::Make => Some(node.subscriber::<T>(topic.number())?),
-            OpenMode::Find => node.existing_subscriber::<T>(topic.number())?,
-        };
-        Ok(subscriber.map(|subscriber| Box::new(BufferSubscriber { topic, subscriber }) as Box<dyn Source>))
-    }
+fn tap<T: Topic>(node: &Node, topic: TopicId, how: OpenMode) -> Result<Option<Box<dyn Source>>, PortError> {
+    let subscriber = match how {
+        OpenMode::Make => Some(node.subscriber::<T>(topic.number())?),
+        OpenMode::Find => node.existing_subscriber::<T>(topic.number())?,
+    };
+    Ok(subscriber.map(|subscriber| Box::new(BufferSubscriber { topic, subscriber }) as Box<dyn Source>))
 }

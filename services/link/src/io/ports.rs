@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use config::Robot;
-use message::{Head as _, Topic, TopicId, TopicVisitor, get_frame, put_frame};
+use message::{Head as _, Topic, TopicId, get_frame, put_frame, with_topic};
 use process::{Failure, ProcessNode};
 use transport::{FramePublisher, FrameSubscriber};
 
@@ -99,7 +99,11 @@ pub(crate) struct TopicReaders(Vec<Box<dyn TopicReader>>);
 
 impl TopicReaders {
     pub(crate) fn open(member: &ProcessNode, topics: &[TopicId]) -> Result<Self, Failure> {
-        let open = |&topic: &TopicId| topic.visit(ReaderOpener { member, topic });
+        fn tap<T: Topic>(member: &ProcessNode, topic: TopicId) -> Result<Box<dyn TopicReader>, Failure> {
+            let subscriber = member.subscriber::<T>(topic.number())?;
+            Ok(Box::new(Read { topic, subscriber, bytes: Vec::new(), place: None, drops: 0 }))
+        }
+        let open = |&topic: &TopicId| with_topic!(topic, T => tap::<T>(member, topic));
         Ok(Self(topics.iter().map(open).collect::<Result<_, _>>()?))
     }
 
@@ -125,10 +129,17 @@ pub(crate) struct TopicWriters(BTreeMap<TopicId, Box<dyn TopicWriter>>);
 
 impl TopicWriters {
     pub(crate) fn open(member: &ProcessNode, topics: &[TopicId], robot: &Robot) -> Result<Self, Failure> {
+        fn spring<T: Topic>(
+            member: &ProcessNode,
+            topic: TopicId,
+            capacity: usize,
+        ) -> Result<Box<dyn TopicWriter>, Failure> {
+            Ok(Box::new(member.publisher::<T>(topic.number(), capacity)?))
+        }
         let (objects, joints) = (robot.leo.buffers.objects.get(), robot.motor.joints.len());
         let open = |&topic: &TopicId| {
             let capacity = topic.row().capacity.entries(objects, joints);
-            Ok((topic, topic.visit(WriterOpener { member, number: topic.number(), capacity })?))
+            Ok((topic, with_topic!(topic, T => spring::<T>(member, topic, capacity))?))
         };
         Ok(Self(topics.iter().map(open).collect::<Result<_, Failure>>()?))
     }
@@ -146,36 +157,5 @@ impl TopicWriters {
 
     pub(crate) fn undelivered(&self) -> u64 {
         self.0.values().map(|spring| spring.undelivered()).sum()
-    }
-}
-
-/// Opens the reader of a topic.
-struct ReaderOpener<'a> {
-    member: &'a ProcessNode,
-    topic: TopicId,
-}
-
-impl TopicVisitor for ReaderOpener<'_> {
-    type Output = Result<Box<dyn TopicReader>, Failure>;
-
-    fn visit<T: Topic>(self) -> Self::Output {
-        let Self { member, topic } = self;
-        let subscriber = member.subscriber::<T>(topic.number())?;
-        Ok(Box::new(Read { topic, subscriber, bytes: Vec::new(), place: None, drops: 0 }))
-    }
-}
-
-/// Opens the writer of a topic.
-struct WriterOpener<'a> {
-    member: &'a ProcessNode,
-    number: Option<u32>,
-    capacity: usize,
-}
-
-impl TopicVisitor for WriterOpener<'_> {
-    type Output = Result<Box<dyn TopicWriter>, Failure>;
-
-    fn visit<T: Topic>(self) -> Self::Output {
-        Ok(Box::new(self.member.publisher::<T>(self.number, self.capacity)?))
     }
 }

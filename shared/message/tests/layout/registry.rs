@@ -5,7 +5,7 @@ use std::fmt::Write as _;
 use std::fs;
 use std::path::Path;
 
-use message::{Capacity, Delivery, Numbering, Process, Recording, Topic, TopicId, TopicVisitor, Writer};
+use message::{Capacity, Delivery, Numbering, Process, Recording, Topic, TopicId, Writer, with_topic};
 
 use crate::declared::compare_part;
 
@@ -20,19 +20,14 @@ pub(crate) struct Types {
 
 /// The types of a topic.
 pub(crate) fn types(topic: TopicId) -> Types {
-    struct Names;
-    impl TopicVisitor for Names {
-        type Output = Types;
-
-        fn visit<T: Topic>(self) -> Types {
-            fn named<T>() -> (&'static str, usize) {
-                let name = std::any::type_name::<T>();
-                (name.rsplit("::").next().unwrap_or(name), size_of::<T>())
-            }
-            Types { marker: named::<T>().0, head: named::<T::Head>(), entry: named::<T::Entry>() }
-        }
+    fn named<T>() -> (&'static str, usize) {
+        let name = std::any::type_name::<T>();
+        (name.rsplit("::").next().unwrap_or(name), size_of::<T>())
     }
-    topic.visit(Names)
+    fn of<T: Topic>() -> Types {
+        Types { marker: named::<T>().0, head: named::<T::Head>(), entry: named::<T::Entry>() }
+    }
+    with_topic!(topic, T => of::<T>())
 }
 
 /// The name of a topic with a place for its number: `beliefs/<perspective>`.
