@@ -25,8 +25,8 @@ use std::process::{Child, Command, ExitCode, Stdio};
 
 use chance::Chance;
 use clock::Duration;
-use message::{JointState, JointStates};
-use recording::{Buffer, Reader};
+use message::{JointState, JointStates, TopicId};
+use recording::Reader;
 use robot::{
     PROCESSES, Robot, descriptors, files_below, is_alive, kill, leo, pause, shared_memory, wait_until,
 };
@@ -399,9 +399,9 @@ impl Recording {
         let (mut goals, mut moves, mut reports) = (Vec::new(), Vec::new(), Vec::new());
         let mut first = None;
         for frame in reader.map_while(Result::ok) {
-            if frame.buffer == Buffer::JointGoals {
+            if frame.topic == TopicId::JointGoals {
                 goals.push((frame.at_ns, frame.header().incarnation, frame.sequence));
-            } else if frame.buffer == Buffer::JointStates {
+            } else if frame.topic == TopicId::JointStates {
                 first.get_or_insert(frame.at_ns);
                 reports.push(frame.at_ns);
                 let states = frame.read::<JointStates>().map(|(_, states)| states).unwrap_or_default();

@@ -10,8 +10,8 @@ use std::time::Duration;
 use clap::Args;
 use config::Robot;
 use console_process::{Line, Narrator, Transcript};
-use message::{Events, Utterances};
-use recording::{Buffer, Frame, Reader, Subject, Time};
+use message::{Events, TopicId, Utterances};
+use recording::{Channel, Frame, Reader, Subject, Time};
 use supervisor_process::{FrameCounts, Record, ReplayError, ReplayOptions};
 
 use super::failure::CommandError;
@@ -138,14 +138,14 @@ impl Replay {
         if let Some(unchecked) = reader.unchecked() {
             let _ = writeln!(text, "{unchecked}: damage there would not be noticed");
         }
-        for (buffer, paired) in &played.paired {
+        for (topic, paired) in &played.paired {
             let FrameCounts { equal, uncompared } = *paired;
             let said = match (equal, uncompared) {
                 (equal, 0) => format!("{equal:>9} frames equal"),
                 (0, uncompared) => format!("{uncompared:>9} frames, not compared"),
                 (equal, uncompared) => format!("{equal:>9} frames equal, {uncompared} not compared"),
             };
-            let _ = writeln!(text, "{:<22} {said}", buffer.to_string());
+            let _ = writeln!(text, "{:<22} {said}", Channel(*topic).to_string());
         }
         if let Some(why) = played.incomparable {
             let _ = writeln!(text, "nothing was compared: {why}");
@@ -185,7 +185,7 @@ impl Narration {
     fn tell(&mut self, frame: &Frame) {
         let Some((narrator, transcript)) = &mut self.narrator else { return };
         let mut lines: Vec<Line> = Vec::new();
-        if frame.buffer == Buffer::Utterances
+        if frame.topic == TopicId::Utterances
             && let Some((_, said)) = frame.read::<Utterances>()
         {
             lines.extend(said.iter().map(|said| narrator.utterance(frame.at_ns, said)));

@@ -1,7 +1,7 @@
 //! Recognised acts, tested with the real processes.
 
-use message::{EventKind, Events};
-use recording::{Buffer, Frame};
+use message::{EventKind, Events, TopicId};
+use recording::Frame;
 use serde_json::Value;
 
 use crate::harness::run_leo;
@@ -52,7 +52,7 @@ fn a_figure_is_built_by_placing_things_on_one_another() {
 /// The acts of others in a recording, each with the movements reported since the act before. Movements after
 /// the last act come last.
 pub(crate) fn movements(frames: &[Frame]) -> Vec<(Vec<String>, Option<String>)> {
-    let told = frames.iter().filter(|frame| frame.buffer == Buffer::Events);
+    let told = frames.iter().filter(|frame| frame.topic == TopicId::Events);
     let told = told.flat_map(|frame| frame.read::<Events>().expect("events of this version").1);
     let mut acts = vec![(Vec::new(), None)];
     for event in told {

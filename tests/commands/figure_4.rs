@@ -3,8 +3,7 @@
 use std::collections::BTreeMap;
 
 use belief::percepts::Percepts;
-use message::{Belief, Beliefs};
-use recording::Buffer;
+use message::{Belief, Beliefs, TopicId};
 
 use crate::harness::run_leo;
 use crate::recordings::{file, frames};
@@ -38,8 +37,8 @@ fn the_partner_believes_the_last_seen_state_of_the_button() {
     let percepts = Percepts::builtin();
     let mut believed: BTreeMap<u64, [Option<Pressed>; 2]> = BTreeMap::new();
     for frame in frames(&to) {
-        let of_both = [Buffer::Beliefs(0), Buffer::Beliefs(1)];
-        let Some(perspective) = of_both.iter().position(|buffer| *buffer == frame.buffer) else { continue };
+        let of_both = [TopicId::Beliefs(0), TopicId::Beliefs(1)];
+        let Some(perspective) = of_both.iter().position(|topic| *topic == frame.topic) else { continue };
         let (head, beliefs) = frame.read::<Beliefs>().expect("beliefs of this version");
         believed.entry(head.header.valid_at_ns).or_default()[perspective] = button(&percepts, &beliefs);
     }

@@ -6,7 +6,8 @@ use std::process::{Command, Output};
 
 use folder::Existing;
 use geometry::Pose;
-use recording::{Buffer, Frame, Reader, Subject, Time};
+use message::TopicId;
+use recording::{Frame, Reader, Subject, Time};
 use tempfile::TempDir;
 
 use crate::assert_refused;
@@ -252,7 +253,7 @@ fn a_running_robot_is_recorded_and_notices_nothing() {
     let lasts = |file: &str| {
         let instants: Vec<u64> = frames(file)
             .iter()
-            .filter(|frame| frame.buffer == Buffer::Percepts)
+            .filter(|frame| frame.topic == TopicId::Percepts)
             .map(|frame| frame.at_ns)
             .collect();
         (instants.len(), instants.iter().max().copied().expect("some"))
@@ -284,9 +285,9 @@ fn a_process_records_and_goes_on() {
             &folder::Output::named(Path::new(&to), Existing::Keep),
         )
         .expect("starts");
-        assert!(
-            wait_until(|| recorder.counts().of(Buffer::Beliefs(1)).written > 100 || recorder.has_ended())
-        );
+        assert!(wait_until(
+            || recorder.counts().of(TopicId::Beliefs(1)).written > 100 || recorder.has_ended()
+        ));
         assert!(!recorder.has_ended());
         let counts = recorder.stop().expect("is whole");
         let read = u64::try_from(frames(&to).len()).expect("fits");
@@ -306,8 +307,8 @@ fn a_process_records_and_goes_on() {
         recording::Recorder::keep(&domain, subject, std::time::Duration::from_secs(60), usize::MAX);
     let recorder = recorder.expect("starts");
     for name in ["3.mcap", "4.mcap"] {
-        let seen = recorder.counts().of(Buffer::Beliefs(1)).written;
-        assert!(wait_until(|| recorder.counts().of(Buffer::Beliefs(1)).written > seen + 100));
+        let seen = recorder.counts().of(TopicId::Beliefs(1)).written;
+        assert!(wait_until(|| recorder.counts().of(TopicId::Beliefs(1)).written > seen + 100));
         let to = file(&folder, name);
         let saved = recorder
             .last()

@@ -6,7 +6,8 @@ use std::thread;
 
 use clock::Duration;
 use geometry::Pose;
-use recording::{Buffer, Frame, Subject, Time, Writer};
+use message::{Recording, TopicId};
+use recording::{Channel, Frame, Subject, Time, Writer};
 
 use crate::acts::{comes_true, movements};
 use crate::assert_refused;
@@ -34,17 +35,21 @@ fn comes_back(lesson: &str, config: Option<&str>, to: &str) {
     assert_eq!((told.status, told.err.as_str()), (Some(0), ""), "{lesson}: {told:?}");
     assert!(!told.out.contains("not compared"), "{lesson}: {told:?}");
     let frames = frames(to);
-    let mut counts: BTreeMap<Buffer, usize> = BTreeMap::new();
-    for frame in frames.iter().filter(|frame| frame.buffer.is_derived()) {
-        *counts.entry(frame.buffer).or_default() += 1;
+    let mut counts: BTreeMap<TopicId, usize> = BTreeMap::new();
+    for frame in frames.iter().filter(|frame| frame.topic.row().recording == Recording::Derived) {
+        *counts.entry(frame.topic).or_default() += 1;
     }
-    for buffer in
-        [Buffer::Beliefs(0), Buffer::Beliefs(1), Buffer::Divergences(1), Buffer::Events, Buffer::JointGoals]
-    {
-        assert!(counts.get(&buffer).is_some_and(|&count| count > 1), "{lesson}: {counts:?}");
+    for topic in [
+        TopicId::Beliefs(0),
+        TopicId::Beliefs(1),
+        TopicId::Divergences(1),
+        TopicId::Events,
+        TopicId::JointGoals,
+    ] {
+        assert!(counts.get(&topic).is_some_and(|&count| count > 1), "{lesson}: {counts:?}");
     }
-    for (buffer, count) in counts {
-        assert_eq!(equal(&told, &buffer.to_string()), Some(count), "{lesson}: {buffer}\n{told:?}");
+    for (topic, count) in counts {
+        assert_eq!(equal(&told, &Channel(topic).to_string()), Some(count), "{lesson}: {topic}\n{told:?}");
     }
 }
 
@@ -128,7 +133,7 @@ fn a_lesson_with_another_seed_differs_and_is_replayed_bit_by_bit() {
         let lesson = changed(&lesson, "seed = 2006", &format!("seed = {seed}"));
         let to = file(&folder, "seed.mcap");
         comes_back(&write(&folder, "seed.toml", &lesson), None, &to);
-        let percepts = frames(&to).into_iter().filter(|frame| frame.buffer == Buffer::Percepts);
+        let percepts = frames(&to).into_iter().filter(|frame| frame.topic == TopicId::Percepts);
         percepts.map(|frame| frame.bytes).collect::<Vec<_>>()
     });
     assert!(seen[0] != seen[1], "the seed changes nothing");
@@ -153,11 +158,11 @@ fn recordings_are_reproducible_and_replay_differences_are_named() {
     // Flips one bit of the teacher's modelled beliefs: the confidence of the second percept of the first
     // belief.
     let right = frames(&one);
-    let nth = |buffer: Buffer, nth: usize| {
-        let found = right.iter().enumerate().filter(|(_, frame)| frame.buffer == buffer).nth(nth);
+    let nth = |topic: TopicId, nth: usize| {
+        let found = right.iter().enumerate().filter(|(_, frame)| frame.topic == topic).nth(nth);
         found.map(|(index, _)| index).expect("there are so many")
     };
-    let index = nth(Buffer::Beliefs(1), 1000);
+    let index = nth(TopicId::Beliefs(1), 1000);
     let mut changed = right.clone();
     changed[index].bytes[280 + 40 + 40 + 16] ^= 1;
     rewritten(&changed, &wrong);
@@ -182,7 +187,7 @@ fn recordings_are_reproducible_and_replay_differences_are_named() {
     }
 
     // One frame too few, then one too many.
-    let index = nth(Buffer::Divergences(1), 500);
+    let index = nth(TopicId::Divergences(1), 500);
     let mut fewer = right.clone();
     fewer.remove(index);
     rewritten(&fewer, &wrong);
@@ -199,7 +204,7 @@ fn recordings_are_reproducible_and_replay_differences_are_named() {
     // A changed observation changes the teacher's beliefs, for which it is perceived again. The robot's own
     // percepts are taken from the recording.
     let mut other_percepts = right.clone();
-    other_percepts[nth(Buffer::Percepts, 300)].bytes[size_of::<message::PerceptHead>() + 24] ^= 0x40;
+    other_percepts[nth(TopicId::Percepts, 300)].bytes[size_of::<message::PerceptHead>() + 24] ^= 0x40;
     rewritten(&other_percepts, &wrong);
     let told = run_leo(&["replay", &wrong]);
     assert_eq!(told.status, Some(1), "{told:?}");
@@ -260,8 +265,8 @@ fn a_replay_keeps_its_speed_from_the_start_point() {
     let frames = frames(&to);
     let began_ns = frames[0].at_ns;
     let at = |frame: &Frame| Duration::from_nanos(frame.at_ns - began_ns);
-    let of = |buffer: Buffer| frames.iter().filter(move |frame| frame.buffer == buffer);
-    let end = of(Buffer::Utterances).map(at).max().expect("something is said");
+    let of = |topic: TopicId| frames.iter().filter(move |frame| frame.topic == topic);
+    let end = of(TopicId::Utterances).map(at).max().expect("something is said");
     let margin = Duration::from_millis(10);
 
     // Once at real time, and once from the middle at a quarter of it. Then only the last sentence, so slowly
@@ -287,9 +292,9 @@ fn a_replay_keeps_its_speed_from_the_start_point() {
 
         // No line appears before its time. An utterance is received one step of 5 ms earlier, and times are
         // reported in hundredths of a second.
-        let turns = || of(Buffer::Percepts).filter(is_in).map(at);
+        let turns = || of(TopicId::Percepts).filter(is_in).map(at);
         let first = turns().min().expect("some");
-        let tells = |frame: &&Frame| matches!(frame.buffer, Buffer::Utterances | Buffer::Events);
+        let tells = |frame: &&Frame| matches!(frame.topic, TopicId::Utterances | TopicId::Events);
         let instants: Vec<Duration> = frames.iter().filter(tells).filter(is_in).map(at).collect();
         let begin = instants[0];
         assert_eq!(lines.len(), told.out.matches(" s] ").count());
@@ -304,7 +309,7 @@ fn a_replay_keeps_its_speed_from_the_start_point() {
         // The window is reported and compared as in a full replay.
         assert_eq!(
             equal(&told, "leo/beliefs/1"),
-            Some(of(Buffer::Beliefs(1)).filter(is_in).count()),
+            Some(of(TopicId::Beliefs(1)).filter(is_in).count()),
             "{told:?}"
         );
         assert!(lines.len() >= instants.len().min(2), "{told:?}");

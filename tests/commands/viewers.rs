@@ -5,8 +5,8 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 
-use message::{Events, Scene, Utterances};
-use recording::{Buffer, Frame, Reader};
+use message::{Events, Scene, TopicId, Utterances};
+use recording::{Frame, Reader};
 use tempfile::TempDir;
 
 use crate::harness::{short_lesson, write};
@@ -61,27 +61,27 @@ struct Expected {
 
 impl Expected {
     fn of(frames: &[Frame]) -> Self {
-        let of = |buffer: Buffer| frames.iter().filter(move |frame| frame.buffer == buffer);
+        let of = |topic: TopicId| frames.iter().filter(move |frame| frame.topic == topic);
         let mut messages: BTreeMap<String, usize> = BTreeMap::new();
         for frame in frames {
-            *messages.entry(frame.buffer.to_string()).or_default() += 1;
+            *messages.entry(frame.topic.to_string()).or_default() += 1;
         }
         // 50 of 250 joint frames and of 200 scene frames per second are exported: in simulated time every
         // fifth and every fourth.
-        let bodies = of(Buffer::JointStates).step_by(5).count();
-        let scenes: Vec<usize> = of(Buffer::Scene)
+        let bodies = of(TopicId::JointStates).step_by(5).count();
+        let scenes: Vec<usize> = of(TopicId::Scene)
             .step_by(4)
             .map(|frame| frame.read::<Scene>().expect("a scene").1.len())
             .collect();
-        let said = of(Buffer::Utterances).map(|frame| frame.read::<Utterances>().expect("words").1.len());
-        let told = of(Buffer::Events).map(|frame| frame.read::<Events>().expect("events").1.len());
+        let said = of(TopicId::Utterances).map(|frame| frame.read::<Utterances>().expect("words").1.len());
+        let told = of(TopicId::Events).map(|frame| frame.read::<Events>().expect("events").1.len());
         messages.extend(
             [
-                ("/joint_states", of(Buffer::JointStates).count()),
+                ("/joint_states", of(TopicId::JointStates).count()),
                 ("/robot_description", 1),
                 ("/scene", scenes.len()),
-                ("/beliefs/leo", of(Buffer::Beliefs(0)).step_by(4).count()),
-                ("/beliefs/the_teacher", of(Buffer::Beliefs(1)).step_by(4).count()),
+                ("/beliefs/leo", of(TopicId::Beliefs(0)).step_by(4).count()),
+                ("/beliefs/the_teacher", of(TopicId::Beliefs(1)).step_by(4).count()),
                 ("/tf", bodies + scenes.len()),
                 ("/log", said.sum::<usize>() + told.sum::<usize>()),
             ]
@@ -167,7 +167,7 @@ fn readers_that_know_nothing_of_leo_open_a_recording() {
     );
     // Every frame of beliefs, read by its schema only.
     let beliefs = found["beliefs"].as_array().expect("a list");
-    let ours = frames.iter().filter(|frame| frame.buffer == Buffer::Beliefs(0));
+    let ours = frames.iter().filter(|frame| frame.topic == TopicId::Beliefs(0));
     for (theirs, ours) in beliefs.iter().zip(ours) {
         let (_, entries) = ours.read::<message::Beliefs>().expect("beliefs");
         assert_eq!(
@@ -240,7 +240,7 @@ fn a_truncated_recording_is_readable_by_other_tools_too() {
     );
     let mut ours: BTreeMap<String, usize> = BTreeMap::new();
     for frame in &frames {
-        *ours.entry(frame.buffer.to_string()).or_default() += 1;
+        *ours.entry(frame.topic.to_string()).or_default() += 1;
     }
     let output = ran(Command::new(python).args([&script, &to]));
     let found: serde_json::Value = serde_json::from_slice(&output.stdout).expect("is JSON");

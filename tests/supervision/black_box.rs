@@ -4,7 +4,8 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use clock::{Duration, Instant};
-use recording::{Buffer, Reader};
+use message::TopicId;
+use recording::Reader;
 use rustix::process::Signal;
 
 use super::robot::{Robot, leo, signal, wait_until};
@@ -19,7 +20,7 @@ fn lives(file: &Path) -> (Vec<u64>, Duration, Duration) {
         let frame = frame.expect("is whole");
         oldest.get_or_insert(frame.at_ns);
         newest = newest.max(frame.at_ns);
-        if frame.buffer == Buffer::Beliefs(0) && lives.last() != Some(&frame.header().incarnation) {
+        if frame.topic == TopicId::Beliefs(0) && lives.last() != Some(&frame.header().incarnation) {
             lives.push(frame.header().incarnation);
             second = frame.at_ns;
         }

@@ -29,6 +29,34 @@
 #define LEO_TEXT_CAPACITY 252
 #define LEO_DEPTH_MOST 6
 
+/* Topics. A frame is the head and a slice of entries. */
+/* `observations/<source>`: struct leo_header, struct leo_observation */
+#define LEO_TOPIC_OBSERVATIONS "observations"
+/* `scene`: struct leo_scene_head, struct leo_scene_object */
+#define LEO_TOPIC_SCENE "scene"
+/* `teacher-acts`: struct leo_header, struct leo_teacher_act */
+#define LEO_TOPIC_TEACHER_ACTS "teacher-acts"
+/* `acts-answered`: struct leo_header, struct leo_act_answer */
+#define LEO_TOPIC_ACTS_ANSWERED "acts-answered"
+/* `utterances`: struct leo_header, struct leo_utterance */
+#define LEO_TOPIC_UTTERANCES "utterances"
+/* `percepts`: struct leo_percept_head, struct leo_perceived */
+#define LEO_TOPIC_PERCEPTS "percepts"
+/* `beliefs/<perspective>`: struct leo_belief_head, struct leo_belief */
+#define LEO_TOPIC_BELIEFS "beliefs"
+/* `divergences/<perspective>`: struct leo_divergence_head, struct leo_difference */
+#define LEO_TOPIC_DIVERGENCES "divergences"
+/* `events`: struct leo_header, struct leo_event */
+#define LEO_TOPIC_EVENTS "events"
+/* `joint-goals`: struct leo_header, struct leo_joint_goal */
+#define LEO_TOPIC_JOINT_GOALS "joint-goals"
+/* `joint-states`: struct leo_header, struct leo_joint_state */
+#define LEO_TOPIC_JOINT_STATES "joint-states"
+/* `turns/<process>`: struct leo_header, struct leo_turn */
+#define LEO_TOPIC_TURNS "turns"
+/* `turns-done/<process>`: struct leo_header, struct leo_done */
+#define LEO_TOPIC_TURNS_DONE "turns-done"
+
 /* Kind of an event of the learner. */
 enum leo_event_kind {
     /* Leo said something; the text is the sentence. */

@@ -1195,6 +1195,23 @@ class Utterance(ctypes.Structure):
         return "leo/Utterance/1"
 
 
+# Topics: the head and the entries of a frame.
+TOPICS = {
+    "observations/<source>": (Header, Observation),
+    "scene": (SceneHead, SceneObject),
+    "teacher-acts": (Header, TeacherAct),
+    "acts-answered": (Header, ActAnswer),
+    "utterances": (Header, Utterance),
+    "percepts": (PerceptHead, Perceived),
+    "beliefs/<perspective>": (BeliefHead, Belief),
+    "divergences/<perspective>": (DivergenceHead, Difference),
+    "events": (Header, Event),
+    "joint-goals": (Header, JointGoal),
+    "joint-states": (Header, JointState),
+    "turns/<process>": (Header, Turn),
+    "turns-done/<process>": (Header, Done),
+}
+
 _LAYOUT = [
     (Text, 256, [0, 4]),
     (ActAnswer, 272, [0, 8, 16]),

@@ -1,8 +1,6 @@
 //! Finds the timestamps in the bytes of a frame and converts them to this machine's clock.
 
-use message::{Kind, Layout, Number};
-
-use crate::Stream;
+use message::{Kind, Layout, Number, TopicId};
 
 /// Suffixes of the names of timestamp fields, such as `valid_at_ns`; and the hop stamps.
 const NAMES: [&str; 2] = ["_at_ns", "hops_ns"];
@@ -17,10 +15,10 @@ pub struct TimestampFields {
 }
 
 impl TimestampFields {
-    /// The offsets for the frames of a stream.
+    /// The offsets for the frames of a topic.
     #[must_use]
-    pub fn of(stream: Stream) -> Self {
-        let [head, entry] = stream.kinds();
+    pub fn of(topic: TopicId) -> Self {
+        let [head, entry] = topic.kinds();
         let places = |kind: &Kind| {
             let mut places = Vec::new();
             gather(kind, 0, false, &mut places);
@@ -88,7 +86,7 @@ mod tests {
         let goal = JointGoal { joint: 3, reserved: 0, goal_position_rad: 0.5, arrive_at_ns: 1000 };
         let mut bytes = Vec::new();
         put_frame::<JointGoals>(&header, &[goal, goal], &mut bytes);
-        let instants = TimestampFields::of(Stream::JointGoals);
+        let instants = TimestampFields::of(TopicId::JointGoals);
         assert_eq!(instants.entries(bytes.len()), Some(2));
         assert_eq!(instants.entries(bytes.len() - 1), None);
         instants.shift(&mut bytes, -6);
@@ -99,7 +97,7 @@ mod tests {
 
     #[test]
     fn what_is_remembered_moves_with_the_belief() {
-        let instants = TimestampFields::of(Stream::Beliefs(0));
+        let instants = TimestampFields::of(TopicId::Beliefs(0));
         let head = BeliefHead { header: Header::at(50), ..BeliefHead::default() };
         let belief = Belief::new(7, 20, 40, 3, u16::MAX);
         let mut bytes = Vec::new();

@@ -14,10 +14,10 @@ mod inbox;
 mod instants;
 mod io;
 mod offset;
+mod order;
 mod outbox;
 mod session;
 mod slots;
-mod stream;
 mod window;
 mod wire;
 
@@ -28,5 +28,4 @@ pub use io::net::KeyError;
 pub use io::run::{check, run};
 pub use offset::{ClockExchange, ClockOffset};
 pub use session::{ReceivedBatch, Session};
-pub use stream::{DeliveryClass, Stream};
 pub use wire::{Batch, DecodeError, Frame, Heartbeat};

@@ -5,10 +5,10 @@ use std::sync::Arc;
 
 use clock::{Duration, Instant};
 use invariant::require;
+use message::{Delivery, TopicId};
 use quantity::number::saturating_u64;
 
-use crate::Stream;
-use crate::stream::DeliveryClass;
+use crate::order::publishing_order;
 use crate::wire::Frame;
 
 /// Maximum number of unacknowledged reliable frames, and their maximum age.
@@ -24,14 +24,15 @@ const INCOMPLETE_MOST: usize = 4;
 /// Incarnation of a frame's writer, and the frame's sequence number.
 pub(crate) type Place = (u64, u64);
 
-/// Frames to be sent: the newest of most streams, and the newest complete set of the streams that belong
-/// together. Frames of reliable streams are kept until they are acknowledged.
+/// Frames to be sent: the newest of most topics, and the newest complete set of the topics that belong
+/// together. Frames of reliable topics are kept until they are acknowledged.
 #[derive(Debug)]
 pub(crate) struct Outbox {
-    newest: BTreeMap<Stream, Arc<[u8]>>,
-    together: Vec<Stream>,
-    incomplete: BTreeMap<Place, BTreeMap<Stream, Arc<[u8]>>>,
-    instant: BTreeMap<Stream, Arc<[u8]>>,
+    /// In the publishing order.
+    newest: BTreeMap<(bool, TopicId), Arc<[u8]>>,
+    together: Vec<TopicId>,
+    incomplete: BTreeMap<Place, BTreeMap<TopicId, Arc<[u8]>>>,
+    instant: BTreeMap<TopicId, Arc<[u8]>>,
     every: VecDeque<Kept>,
     /// Sequence numbers of the first frame in `every` and of the next one to be sent.
     oldest: u64,
@@ -42,7 +43,7 @@ pub(crate) struct Outbox {
 
 #[derive(Debug)]
 struct Kept {
-    stream: Stream,
+    topic: TopicId,
     bytes: Arc<[u8]>,
     since: Instant,
 }
@@ -57,10 +58,10 @@ pub(crate) struct Load {
 }
 
 impl Outbox {
-    /// Returns an empty queue for these streams.
-    pub(crate) fn new(streams: &[Stream]) -> Self {
+    /// Returns an empty queue for these topics.
+    pub(crate) fn new(topics: &[TopicId]) -> Self {
         let together =
-            streams.iter().copied().filter(|stream| stream.class() == DeliveryClass::Together).collect();
+            topics.iter().copied().filter(|topic| topic.row().delivery == Delivery::Together).collect();
         Self {
             newest: BTreeMap::new(),
             together,
@@ -74,12 +75,16 @@ impl Outbox {
         }
     }
 
-    pub(crate) fn push(&mut self, now: Instant, stream: Stream, place: Place, bytes: Arc<[u8]>) {
-        match stream.class() {
-            DeliveryClass::Newest => self.overtaken += u64::from(self.newest.insert(stream, bytes).is_some()),
-            DeliveryClass::Together => self.gather(stream, place, bytes),
-            DeliveryClass::Reliable => {
-                self.every.push_back(Kept { stream, bytes, since: now });
+    pub(crate) fn push(&mut self, now: Instant, topic: TopicId, place: Place, bytes: Arc<[u8]>) {
+        match topic.row().delivery {
+            Delivery::Local => {}
+            Delivery::Newest => {
+                let overtaken = self.newest.insert(publishing_order(topic), bytes);
+                self.overtaken += u64::from(overtaken.is_some());
+            }
+            Delivery::Together => self.gather(topic, place, bytes),
+            Delivery::Reliable | Delivery::Latched => {
+                self.every.push_back(Kept { topic, bytes, since: now });
                 if self.every.len() > MAX_UNACKED_FRAMES {
                     self.let_go();
                 }
@@ -87,9 +92,9 @@ impl Outbox {
         }
     }
 
-    fn gather(&mut self, stream: Stream, place: Place, bytes: Arc<[u8]>) {
+    fn gather(&mut self, topic: TopicId, place: Place, bytes: Arc<[u8]>) {
         let frames = self.incomplete.entry(place).or_default();
-        frames.insert(stream, bytes);
+        frames.insert(topic, bytes);
         if frames.len() == self.together.len() {
             let whole = require!(self.incomplete.remove(&place), "the set is incomplete until now");
             let whole = whole.unwrap_or_default();
@@ -109,10 +114,10 @@ impl Outbox {
         while self.every.front().is_some_and(|kept| now.since(kept.since) > KEPT_FOR) {
             self.let_go();
         }
-        let newest = std::mem::take(&mut self.newest).into_iter();
+        let newest = std::mem::take(&mut self.newest).into_iter().map(|((_, topic), bytes)| (topic, bytes));
         let instant = std::mem::take(&mut self.instant).into_iter();
         let mut frames: Vec<Frame> =
-            newest.chain(instant).map(|(stream, bytes)| Frame { stream, bytes }).collect();
+            newest.chain(instant).map(|(topic, bytes)| Frame { topic, bytes }).collect();
         let first = self.next;
         let skip = usize::try_from(first - self.oldest).unwrap_or(usize::MAX);
         let (mut room, mut numbered) = (BUNDLED_BYTES, 0);
@@ -121,7 +126,7 @@ impl Outbox {
                 break;
             }
             room = room.saturating_sub(kept.bytes.len());
-            frames.push(Frame { stream: kept.stream, bytes: Arc::clone(&kept.bytes) });
+            frames.push(Frame { topic: kept.topic, bytes: Arc::clone(&kept.bytes) });
             numbered += 1;
         }
         self.next += saturating_u64(numbered);
@@ -168,25 +173,25 @@ mod tests {
         vec![value].into()
     }
 
-    fn sent(outbox: &mut Outbox) -> Vec<(Stream, u8)> {
+    fn sent(outbox: &mut Outbox) -> Vec<(TopicId, u8)> {
         let load = outbox.load(at(1));
         load.map_or(Vec::new(), |load| {
-            load.frames.iter().map(|frame| (frame.stream, frame.bytes[0])).collect()
+            load.frames.iter().map(|frame| (frame.topic, frame.bytes[0])).collect()
         })
     }
 
     #[test]
     fn a_newer_frame_overtakes() {
-        let mut outbox = Outbox::new(&[Stream::Scene]);
-        outbox.push(at(1), Stream::Scene, (1, 1), bytes(1));
-        outbox.push(at(1), Stream::Scene, (1, 2), bytes(2));
-        assert_eq!((sent(&mut outbox), outbox.overtaken), (vec![(Stream::Scene, 2)], 1));
+        let mut outbox = Outbox::new(&[TopicId::Scene]);
+        outbox.push(at(1), TopicId::Scene, (1, 1), bytes(1));
+        outbox.push(at(1), TopicId::Scene, (1, 2), bytes(2));
+        assert_eq!((sent(&mut outbox), outbox.overtaken), (vec![(TopicId::Scene, 2)], 1));
         assert!(outbox.load(at(1)).is_none());
     }
 
     #[test]
     fn an_instant_is_sent_whole_or_not_at_all() {
-        let minds = [Stream::Beliefs(0), Stream::Beliefs(1), Stream::Divergences(1)];
+        let minds = [TopicId::Beliefs(0), TopicId::Beliefs(1), TopicId::Divergences(1)];
         let mut outbox = Outbox::new(&minds);
         for (value, number) in [(1, 1), (2, 2)] {
             for mind in minds {
@@ -206,9 +211,9 @@ mod tests {
 
     #[test]
     fn a_message_waits_until_it_is_acknowledged() {
-        let mut outbox = Outbox::new(&[Stream::Events]);
+        let mut outbox = Outbox::new(&[TopicId::Events]);
         for value in 1..=3 {
-            outbox.push(at(1), Stream::Events, (1, u64::from(value)), bytes(value));
+            outbox.push(at(1), TopicId::Events, (1, u64::from(value)), bytes(value));
         }
         let load = outbox.load(at(1)).unwrap();
         assert_eq!((load.oldest, load.first, load.numbered), (1, 1, 3));
@@ -224,13 +229,13 @@ mod tests {
 
     #[test]
     fn no_frame_waits_for_ever() {
-        let mut outbox = Outbox::new(&[Stream::Events]);
-        outbox.push(at(1), Stream::Events, (1, 1), bytes(1));
-        outbox.push(at(50), Stream::Events, (1, 2), bytes(2));
+        let mut outbox = Outbox::new(&[TopicId::Events]);
+        outbox.push(at(1), TopicId::Events, (1, 1), bytes(1));
+        outbox.push(at(50), TopicId::Events, (1, 2), bytes(2));
         let load = outbox.load(at(62)).unwrap();
         assert_eq!((load.oldest, load.numbered, outbox.given_up), (2, 1, 1));
         for value in 0..5000 {
-            outbox.push(at(62), Stream::Events, (1, value), bytes(0));
+            outbox.push(at(62), TopicId::Events, (1, value), bytes(0));
         }
         assert_eq!(outbox.every.len(), MAX_UNACKED_FRAMES);
     }

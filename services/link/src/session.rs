@@ -3,8 +3,8 @@
 use std::sync::Arc;
 
 use clock::{Duration, Instant};
+use message::TopicId;
 
-use crate::Stream;
 use crate::inbox::{Inbox, NewFrames};
 use crate::offset::ClockOffset;
 use crate::outbox::{Outbox, Place};
@@ -69,14 +69,14 @@ pub struct ReceivedBatch {
 }
 
 impl Session {
-    /// A session without a peer. `epoch` is the epoch of this process; `streams` are those that it sends.
+    /// A session without a peer. `epoch` is the epoch of this process; `topics` are those that it sends.
     #[must_use]
-    pub fn new(epoch: u64, streams: &[Stream], now: Instant) -> Self {
+    pub fn new(epoch: u64, topics: &[TopicId], now: Instant) -> Self {
         Self {
             epoch,
             number: 0,
             last_reliable_batch: 0,
-            outbox: Outbox::new(streams),
+            outbox: Outbox::new(topics),
             window: Window::new(),
             inbox: Inbox::default(),
             offset: ClockOffset::default(),
@@ -106,8 +106,8 @@ impl Session {
     }
 
     /// Queues a frame that was written on this machine.
-    pub fn push(&mut self, now: Instant, stream: Stream, place: Place, bytes: Arc<[u8]>) {
-        self.outbox.push(now, stream, place, bytes);
+    pub fn push(&mut self, now: Instant, topic: TopicId, place: Place, bytes: Arc<[u8]>) {
+        self.outbox.push(now, topic, place, bytes);
     }
 
     /// Processes a heartbeat of the peer, received at `at`.

@@ -7,9 +7,11 @@ use std::sync::Arc;
 
 use quantity::number::saturating_u64;
 
-use crate::Stream;
+use message::TopicId;
+
 use crate::compatibility::{Compatibility, IncompatiblePeer, NUMBERS};
 use crate::offset::ClockExchange;
+use crate::order::is_carried;
 
 /// Version of the format after the first number of a message.
 pub(crate) const LANGUAGE: u64 = 2;
@@ -21,8 +23,8 @@ const FRAMES_MOST: usize = 1024;
 /// A frame in transit.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Frame {
-    /// Its stream.
-    pub stream: Stream,
+    /// Its topic.
+    pub topic: TopicId,
     /// Head, then entries; timestamps are of the sender's clock.
     pub bytes: Arc<[u8]>,
 }
@@ -196,7 +198,7 @@ impl Batch {
             &mut bytes,
         );
         for frame in frames {
-            let (code, of) = frame.stream.code();
+            let (code, of) = frame.topic.code();
             put(&[u64::from(code), u64::from(of), saturating_u64(frame.bytes.len())], &mut bytes);
             bytes.extend_from_slice(&frame.bytes);
         }
@@ -221,8 +223,9 @@ impl Batch {
         }
         for _frame in 0..frames {
             let (code, of, length) = (numbers.next_small()?, numbers.next_small()?, numbers.next_size()?);
-            let stream = Stream::of_code(code, of).ok_or(DecodeError::Malformed)?;
-            bundle.frames.push(Frame { stream, bytes: numbers.bytes(length)?.into() });
+            let topic = TopicId::of_code(code, of).filter(|topic| is_carried(*topic));
+            let topic = topic.ok_or(DecodeError::Malformed)?;
+            bundle.frames.push(Frame { topic, bytes: numbers.bytes(length)?.into() });
         }
         numbers.end()?;
         Ok(bundle)
@@ -240,7 +243,7 @@ mod tests {
     }
 
     fn bundle() -> Batch {
-        let frame = |stream, length| Frame { stream, bytes: vec![7; length].into() };
+        let frame = |topic, length| Frame { topic, bytes: vec![7; length].into() };
         Batch {
             epoch: 1,
             number: 2,
@@ -248,7 +251,7 @@ mod tests {
             oldest: 4,
             first: 5,
             numbered: 1,
-            frames: vec![frame(Stream::Beliefs(2), 300), frame(Stream::Utterances, 0)],
+            frames: vec![frame(TopicId::Beliefs(2), 300), frame(TopicId::Utterances, 0)],
         }
     }
 
@@ -293,6 +296,23 @@ mod tests {
         assert_eq!(Heartbeat::decode(&bytes[..8], compatibility()), Err(other));
         bytes[1] = 0;
         assert_eq!(Heartbeat::decode(&bytes, compatibility()), Err(DecodeError::Malformed));
+    }
+
+    #[test]
+    fn a_frame_of_a_topic_that_stays_on_its_machine_is_malformed() {
+        let compatibility = compatibility();
+        let codes: Vec<(u32, u32)> = (0..20).flat_map(|code| [(code, 0), (code, 1)]).collect();
+        let accepted = codes.into_iter().filter(|&(code, number)| {
+            let batch = Batch { frames: bundle().frames[..1].to_vec(), numbered: 0, ..bundle() };
+            let mut bytes = batch.to_bytes(compatibility);
+            let place = 8 * (1 + NUMBERS + 7);
+            bytes[place..place + 4].copy_from_slice(&code.to_le_bytes());
+            bytes[place + 8..place + 12].copy_from_slice(&number.to_le_bytes());
+            Batch::decode(&bytes, compatibility).is_ok()
+        });
+        let carried =
+            [(0, 0), (1, 0), (1, 1), (2, 0), (2, 1), (3, 0), (4, 0), (5, 0), (6, 0), (7, 0), (8, 0), (9, 0)];
+        assert_eq!(accepted.collect::<Vec<_>>(), carried);
     }
 
     #[test]

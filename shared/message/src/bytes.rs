@@ -169,10 +169,7 @@ impl fmt::Display for Layout {
 }
 
 /// Appends the bytes of a frame: its head, then its entries.
-pub fn put_frame<T>(head: &T::Head, entries: &[T::Entry], out: &mut Vec<u8>)
-where
-    T: Topic<Head: Bytes, Entry: Bytes>,
-{
+pub fn put_frame<T: Topic>(head: &T::Head, entries: &[T::Entry], out: &mut Vec<u8>) {
     out.reserve(size_of::<T::Head>() + size_of_val(entries));
     head.put(out);
     T::Entry::put_all(entries, out);
@@ -180,10 +177,7 @@ where
 
 /// Parses a frame; `None` unless the bytes are a head and complete entries.
 #[must_use]
-pub fn get_frame<T>(bytes: &[u8]) -> Option<(T::Head, Vec<T::Entry>)>
-where
-    T: Topic<Head: Bytes, Entry: Bytes>,
-{
+pub fn get_frame<T: Topic>(bytes: &[u8]) -> Option<(T::Head, Vec<T::Entry>)> {
     let (head, entries) = bytes.split_at_checked(size_of::<T::Head>())?;
     let entries = entries.chunks(size_of::<T::Entry>());
     if entries.clone().last().is_some_and(|last| last.len() != size_of::<T::Entry>()) {

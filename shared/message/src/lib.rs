@@ -28,6 +28,7 @@ mod observation;
 mod path;
 mod percept;
 mod perspectives;
+mod registry;
 mod roster;
 mod scene;
 mod source_set;
@@ -36,6 +37,7 @@ mod teacher_act;
 mod text;
 mod topic;
 mod turn;
+mod utterance;
 
 pub use belief::{Belief, BeliefHead, Remembered};
 pub use buses::{BusHealth, Buses, MAX_BUSES};
@@ -58,18 +60,19 @@ pub use observation::{Modality, NOBODY, Observation, ObservationKind, STATES, St
 pub use path::{DEPTH_MOST, PERSPECTIVES_MOST, Path, perspectives};
 pub use percept::{Feature, MAX_PERCEPTS, Perceived, PerceptHead, PerceptValue, Snapshot};
 pub use perspectives::{MAX_PERSPECTIVES, PerspectiveHealth, Perspectives};
+pub use registry::{
+    ActsAnswered, Beliefs, Divergences, Events, JointGoals, JointStates, Observations, Percepts, Scene,
+    TeacherActs, TopicId, Turns, TurnsDone, Utterances,
+};
 pub use roster::{Life, Roster};
 pub use scene::{NO_TABLE, SceneHead, SceneMode, SceneObject, ThingRole};
 pub use source_set::SourceSet;
 pub use sources::{MAX_SOURCES, SourceHealth, Sources};
 pub use teacher_act::{ActAnswer, TeacherAct, TeacherActKind};
 pub use text::{TEXT_CAPACITY, Text};
-pub use topic::Utterance;
-pub use topic::{
-    ActsAnswered, Beliefs, Divergences, Events, JointGoals, JointStates, Observations, Percepts, Scene,
-    TeacherActs, Topic, Utterances,
-};
-pub use turn::{Done, Turn, TurnKind, Turns, TurnsDone};
+pub use topic::{Capacity, Delivery, Numbering, Recording, Topic, TopicRow, Writer};
+pub use turn::{Done, Turn, TurnKind};
+pub use utterance::Utterance;
 
 pub(crate) use iceoryx2_bb_derive_macros::ZeroCopySend;
 pub(crate) use iceoryx2_bb_elementary_traits::zero_copy_send::ZeroCopySend;

@@ -1,98 +1,281 @@
-use crate::bytes::impl_bytes;
-use crate::{
-    ActAnswer, Belief, BeliefHead, Difference, DivergenceHead, Event, Head, Header, JointGoal, JointState,
-    Observation, Perceived, PerceptHead, Process, SceneHead, SceneObject, TeacherAct, Text, ZeroCopySend,
-};
+use std::fmt;
 
-/// A topic: its name and the types of its frames. Each has exactly one writer.
-pub trait Topic {
+use iceoryx2_bb_elementary_traits::zero_copy_send::ZeroCopySend;
+
+use crate::{Bytes, Head, Process, TopicId};
+
+/// A topic: the types of its frames, and its row of the registry. Each has exactly one writer.
+pub trait Topic: 'static {
     /// Type of the head of a frame.
-    type Head: Head;
+    type Head: Head + Bytes;
     /// Type of the entries of a frame.
-    type Entry: ZeroCopySend + Copy + std::fmt::Debug + 'static;
+    type Entry: ZeroCopySend + Copy + fmt::Debug + Bytes + 'static;
+    /// Its row of the registry.
+    const ROW: TopicRow;
     /// Its name within the domain. A number is appended if there is one topic per partner, source or process.
-    const NAME: &'static str;
+    const NAME: &'static str = Self::ROW.name;
 
-    /// The process that writes it. If that process runs on another machine, the link writes in its place. `None` if
-    /// the writer is not a process of the robot. Readers accept frames from no other process.
-    fn writer(number: Option<u32>) -> Option<Process>;
+    /// As [`TopicRow::writer`].
+    #[must_use]
+    fn writer(number: Option<u32>) -> Option<Process> {
+        Self::ROW.writer(number)
+    }
 }
 
-macro_rules! topic {
-    ($(#[$doc:meta])* $name:ident = $text:literal: $head:ty, $entry:ty, $writer:expr) => {
-        $(#[$doc])*
-        #[derive(Clone, Copy, Debug)]
-        pub enum $name {}
+/// A row of the registry of topics.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct TopicRow {
+    /// The name within the domain, without a number.
+    pub name: &'static str,
+    /// The number of the topic in messages of the link.
+    pub code: u32,
+    /// The writer.
+    pub writer: Writer,
+    /// The robot's processes that read it. Empty if the process with the topic's number reads it.
+    pub readers: &'static [Process],
+    /// Maximum number of entries of a frame.
+    pub capacity: Capacity,
+    /// When frames are written, for people.
+    pub rate: &'static str,
+    /// Whether and how the link carries it.
+    pub delivery: Delivery,
+    /// Whether recordings hold it.
+    pub recording: Recording,
+    /// Whether frames are commands, which the link discards when they are late.
+    pub is_command: bool,
+}
 
-        impl Topic for $name {
-            type Head = $head;
-            type Entry = $entry;
-            const NAME: &'static str = $text;
+impl TopicRow {
+    /// The process that writes the topic with this number. If it runs on another machine, the link writes in its
+    /// place. Readers accept frames from no other process. `None` if the configuration names the writer.
+    #[must_use]
+    pub fn writer(&self, number: Option<u32>) -> Option<Process> {
+        match self.writer {
+            Writer::Is(process) => Some(process),
+            Writer::Source => None,
+            Writer::Numbered => Process::from_raw(u16::try_from(number?).ok()?),
+        }
+    }
+}
 
-            fn writer(_number: Option<u32>) -> Option<Process> {
-                $writer
+/// The writer of a topic.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Writer {
+    /// A process. Readers check a publisher against the supervisor's roster.
+    Is(Process),
+    /// The process whose number is that of the topic, with the same check.
+    Numbered,
+    /// A sensory source, which the configuration describes.
+    Source,
+}
+
+/// Maximum number of entries of a frame.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Capacity {
+    /// So many.
+    Fixed(usize),
+    /// `buffers.max_objects`.
+    Objects,
+    /// Twice `buffers.max_objects`.
+    TwiceObjects,
+    /// The number of joints.
+    PerJoint,
+}
+
+impl Capacity {
+    /// The number, for `buffers.max_objects` and a number of joints.
+    #[must_use]
+    pub const fn entries(self, objects: usize, joints: usize) -> usize {
+        match self {
+            Self::Fixed(entries) => entries,
+            Self::Objects => objects,
+            Self::TwiceObjects => 2 * objects,
+            Self::PerJoint => joints,
+        }
+    }
+}
+
+/// Delivery of a topic to another machine, when the network is slower than its writer.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Delivery {
+    /// Not at all.
+    Local,
+    /// Only the newest frame.
+    Newest,
+    /// The newest frames of one instant, of all topics of this kind together or not at all.
+    Together,
+    /// Every frame, in order.
+    Reliable,
+    /// Every frame, in order. The writer replays to new subscribers.
+    Latched,
+}
+
+/// Whether recordings hold a topic.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Recording {
+    /// No.
+    None,
+    /// Yes. A replay publishes its frames, or ignores them.
+    Input,
+    /// Yes. The belief process or the learner computes it from other topics, so a replay compares it.
+    Derived,
+}
+
+/// What the number of a topic means.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Numbering {
+    /// A sensory source.
+    Source,
+    /// A perspective.
+    Perspective,
+    /// A [`Process`].
+    Process,
+}
+
+/// Defines the topics, [`TopicId`] as the enum of all of them, and `with_topic!`. The first token is `$`, for the macro
+/// that it defines.
+macro_rules! topics {
+    ($dollar:tt $(
+        $(#[$doc:meta])*
+        $name:ident $(($numbering:ident from $first:literal))?: $head:ty, $entry:ty = $row:expr;
+    )+) => {
+        $(
+            $(#[$doc])*
+            #[derive(Clone, Copy, Debug)]
+            pub enum $name {}
+
+            impl $crate::Topic for $name {
+                type Head = $head;
+                type Entry = $entry;
+                const ROW: $crate::TopicRow = $row;
             }
+        )+
+
+        /// A topic as a value, with its number if there are several of its kind.
+        #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+        pub enum TopicId {
+            $($(#[$doc])* $name $(($crate::topic::instead!($numbering u32)))?,)+
+        }
+
+        impl TopicId {
+            /// One topic of each row, in the registry's order; numbered ones with this number.
+            #[must_use]
+            pub const fn each(number: u32) -> [Self; [$(stringify!($name)),+].len()] {
+                [$(Self::$name $(($crate::topic::instead!($numbering number)))?),+]
+            }
+
+            /// Its row.
+            #[must_use]
+            pub const fn row(self) -> &'static $crate::TopicRow {
+                match self { $(Self::$name { .. } => &<$name as $crate::Topic>::ROW,)+ }
+            }
+
+            /// The layouts of a frame's head and of an entry.
+            #[must_use]
+            pub fn kinds(self) -> [$crate::Kind; 2] {
+                match self {
+                    $(Self::$name { .. } =>
+                        [<$head as $crate::Bytes>::kind(), <$entry as $crate::Bytes>::kind()],)+
+                }
+            }
+
+            /// What its number means, and the first number.
+            #[must_use]
+            pub const fn numbering(self) -> Option<($crate::Numbering, u32)> {
+                match self {
+                    $(Self::$name { .. } => $crate::topic::optional!(
+                        $(($crate::Numbering::$numbering, $first))?
+                    ),)+
+                }
+            }
+
+            /// Its number.
+            #[must_use]
+            pub const fn number(self) -> Option<u32> {
+                match self {
+                    $(Self::$name $(($crate::topic::instead!($numbering number)))? =>
+                        $crate::topic::optional!($($crate::topic::instead!($numbering number))?),)+
+                }
+            }
+        }
+
+        /// The value of an expression about the type of a [`TopicId`]: `with_topic!(topic, T => open::<T>(node))`.
+        #[macro_export]
+        macro_rules! with_topic {
+            ($dollar topic:expr, $dollar marker:ident => $dollar value:expr) => {
+                match $dollar topic {
+                    $($crate::TopicId::$name { .. } => {
+                        type $dollar marker = $crate::$name;
+                        $dollar value
+                    })+
+                }
+            };
         }
     };
 }
 
-topic!(
-    /// Observations of a sensory source; numbered by source. Writer: that source, which the configuration names.
-    Observations = "observations": Header, Observation, None
-);
-topic!(
-    /// The percept buffer. Writer: sensor.
-    Percepts = "percepts": PerceptHead, Perceived, Some(Process::Sensor)
-);
-topic!(
-    /// The belief buffer of one perspective; numbered by perspective. Writer: belief.
-    Beliefs = "beliefs": BeliefHead, Belief, Some(Process::Belief)
-);
-topic!(
-    /// Differences between a perspective's beliefs and those of the perspective that it is nested in; numbered by
-    /// perspective, from 1. Writer: belief.
-    Divergences = "divergences": DivergenceHead, Difference, Some(Process::Belief)
-);
-topic!(
-    /// Joint commands: goal positions with arrival times. Writer: learner.
-    JointGoals = "joint-goals": Header, JointGoal, Some(Process::Learner)
-);
-topic!(
-    /// Joint states as read over the buses. Writer: motor.
-    JointStates = "joint-states": Header, JointState, Some(Process::Motor)
-);
-topic!(
-    /// Ground truth of the simulated workspace. Writer: simulator.
-    Scene = "scene": SceneHead, SceneObject, Some(Process::Simulator)
-);
-topic!(
-    /// Interactive acts of teachers in the simulated workspace. Writer: console.
-    TeacherActs = "teacher-acts": Header, TeacherAct, Some(Process::Console)
-);
-topic!(
-    /// Results of the acts of [`TeacherActs`]. Writer: simulator.
-    ActsAnswered = "acts-answered": Header, ActAnswer, Some(Process::Simulator)
-);
-topic!(
-    /// Sentences of the teachers. Writer: simulator.
-    Utterances = "utterances": Header, Utterance, Some(Process::Simulator)
-);
-topic!(
-    /// Events of the learner. Writer: learner.
-    Events = "events": Header, Event, Some(Process::Learner)
-);
+impl TopicId {
+    /// The topics of a robot with `perspectives` perspectives, in the registry's order, except those numbered by source
+    /// or process.
+    pub fn of_robot(perspectives: u32) -> impl Iterator<Item = Self> {
+        Self::each(0).into_iter().flat_map(move |topic| {
+            let numbers = match topic.numbering() {
+                None => 0..1,
+                Some((Numbering::Perspective, first)) => first..perspectives,
+                Some((Numbering::Source | Numbering::Process, _)) => 0..0,
+            };
+            numbers.filter_map(move |number| Self::of_code(topic.row().code, number))
+        })
+    }
 
-/// A sentence of a teacher.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ZeroCopySend)]
-#[repr(C)]
-#[type_name("leo/Utterance/1")]
-pub struct Utterance {
-    /// The speaker: partner 1, 2, …
-    pub speaker: u32,
-    /// The sentence.
-    pub text: Text,
+    /// The topic of a name and a number; `None` if there is none.
+    #[must_use]
+    pub fn of_name(name: &str, number: Option<u32>) -> Option<Self> {
+        let mut each = Self::each(number.unwrap_or(0)).into_iter();
+        each.find(|topic| (topic.row().name, topic.number()) == (name, number))
+    }
+
+    /// The topic of a code and a number in messages of the link; `None` if there is none.
+    #[must_use]
+    pub fn of_code(code: u32, number: u32) -> Option<Self> {
+        Self::each(number).into_iter().find(|topic| topic.code() == (code, number))
+    }
+
+    /// The code in messages of the link, and the number or zero.
+    #[must_use]
+    pub fn code(self) -> (u32, u32) {
+        (self.row().code, self.number().unwrap_or(0))
+    }
+
+    /// The process that writes it; see [`TopicRow::writer`].
+    #[must_use]
+    pub fn writer(self) -> Option<Process> {
+        self.row().writer(self.number())
+    }
 }
 
-impl_bytes!(Utterance = "leo/Utterance/1" {
-    speaker, text
-});
+/// Its name within the domain, as in `beliefs/1`.
+impl fmt::Display for TopicId {
+    fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
+        out.write_str(self.row().name)?;
+        self.number().map_or(Ok(()), |number| write!(out, "/{number}"))
+    }
+}
+
+/// `$used`, in a repetition over something else.
+macro_rules! instead {
+    ($_:ident $used:tt) => {
+        $used
+    };
+}
+
+macro_rules! optional {
+    () => {
+        None
+    };
+    ($some:expr) => {
+        Some($some)
+    };
+}
+
+pub(crate) use {instead, optional, topics};

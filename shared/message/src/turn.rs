@@ -1,4 +1,8 @@
-use crate::{Header, Process, Topic, ZeroCopySend, numbered};
+use iceoryx2_bb_derive_macros::ZeroCopySend;
+use iceoryx2_bb_elementary_traits::zero_copy_send::ZeroCopySend;
+
+use crate::bytes::impl_bytes;
+use crate::numbered;
 
 numbered! {
     /// Kind of a turn.
@@ -24,6 +28,10 @@ pub struct Turn {
     pub round: u64,
 }
 
+impl_bytes!(Turn = "leo/Turn/1" {
+    kind, reserved, round
+});
+
 impl Turn {
     /// The kind; `None` if the number is invalid.
     #[must_use]
@@ -43,30 +51,6 @@ pub struct Done {
     pub finished: u64,
 }
 
-/// Topic of the turns given to one process.
-#[derive(Clone, Copy, Debug)]
-pub enum Turns {}
-
-impl Topic for Turns {
-    type Head = Header;
-    type Entry = Turn;
-    const NAME: &'static str = "turns";
-
-    fn writer(_number: Option<u32>) -> Option<Process> {
-        Some(Process::Supervisor)
-    }
-}
-
-/// Topic of the turns completed by one process.
-#[derive(Clone, Copy, Debug)]
-pub enum TurnsDone {}
-
-impl Topic for TurnsDone {
-    type Head = Header;
-    type Entry = Done;
-    const NAME: &'static str = "turns-done";
-
-    fn writer(number: Option<u32>) -> Option<Process> {
-        number.and_then(|number| u16::try_from(number).ok()).and_then(Process::from_raw)
-    }
-}
+impl_bytes!(Done = "leo/Done/1" {
+    round, finished
+});

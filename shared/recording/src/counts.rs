@@ -1,13 +1,15 @@
 use std::collections::BTreeMap;
 use std::fmt;
 
-use crate::Buffer;
+use message::TopicId;
 
-/// Counters of written and dropped frames, per buffer.
+use crate::Channel;
+
+/// Counters of written and dropped frames, per topic.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
-pub struct Counts(BTreeMap<Buffer, Count>);
+pub struct Counts(BTreeMap<TopicId, Count>);
 
-/// Counters of one buffer.
+/// Counters of one topic.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Count {
     /// Frames in the file.
@@ -17,18 +19,18 @@ pub struct Count {
 }
 
 impl Counts {
-    /// The counters of every buffer with at least one frame.
-    pub fn iter(&self) -> impl Iterator<Item = (Buffer, Count)> + '_ {
-        self.0.iter().map(|(buffer, count)| (*buffer, *count))
+    /// The counters of every topic with at least one frame.
+    pub fn iter(&self) -> impl Iterator<Item = (TopicId, Count)> + '_ {
+        self.0.iter().map(|(topic, count)| (*topic, *count))
     }
 
-    /// The counters of one buffer.
+    /// The counters of one topic.
     #[must_use]
-    pub fn of(&self, buffer: Buffer) -> Count {
-        self.0.get(&buffer).copied().unwrap_or_default()
+    pub fn of(&self, topic: TopicId) -> Count {
+        self.0.get(&topic).copied().unwrap_or_default()
     }
 
-    /// The sums over all buffers.
+    /// The sums over all topics.
     #[must_use]
     pub fn total(&self) -> Count {
         self.0.values().fold(Count::default(), |sum, count| Count {
@@ -37,30 +39,30 @@ impl Counts {
         })
     }
 
-    pub(crate) fn written(&mut self, buffer: Buffer) {
-        self.0.entry(buffer).or_default().written += 1;
+    pub(crate) fn written(&mut self, topic: TopicId) {
+        self.0.entry(topic).or_default().written += 1;
     }
 
-    pub(crate) fn set_dropped(&mut self, buffer: Buffer, frames: u64) {
-        if frames > 0 || self.0.contains_key(&buffer) {
-            self.0.entry(buffer).or_default().dropped = frames;
+    pub(crate) fn set_dropped(&mut self, topic: TopicId, frames: u64) {
+        if frames > 0 || self.0.contains_key(&topic) {
+            self.0.entry(topic).or_default().dropped = frames;
         }
     }
 
     /// The entries of the metadata record: per channel the frames written, and those dropped.
     pub(crate) fn written_down(&self) -> BTreeMap<String, String> {
-        let say = |(buffer, count): (&Buffer, &Count)| {
-            (buffer.to_string(), format!("{} written, {} dropped", count.written, count.dropped))
+        let say = |(topic, count): (&TopicId, &Count)| {
+            (Channel(*topic).to_string(), format!("{} written, {} dropped", count.written, count.dropped))
         };
         self.0.iter().map(say).collect()
     }
 }
 
-/// One line per buffer.
+/// One line per topic.
 impl fmt::Display for Counts {
     fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
-        for (buffer, Count { written, dropped }) in self.iter() {
-            write!(out, "{:<22} {written:>9} frames", buffer.to_string())?;
+        for (topic, Count { written, dropped }) in self.iter() {
+            write!(out, "{:<22} {written:>9} frames", Channel(topic).to_string())?;
             if dropped > 0 {
                 write!(out, ", {dropped} dropped")?;
             }

@@ -1,10 +1,10 @@
 use std::fmt;
 
-use message::{Bytes as _, Kind, Layout, Number, Text};
+use message::{Bytes as _, Kind, Layout, Number, Text, TopicId};
 
-use crate::{Buffer, Frame};
+use crate::Frame;
 
-/// The first field in which two frames of one buffer differ.
+/// The first field in which two frames of one topic differ.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Difference {
     /// The field, such as `entries[3].percepts[0].confidence`.
@@ -29,13 +29,13 @@ impl Difference {
         Self { field: "the frame".to_owned(), one: said(is_in_one), other: said(!is_in_one) }
     }
 
-    /// Compares two frames of one buffer bit by bit; `None` if they are equal.
+    /// Compares two frames of one topic bit by bit; `None` if they are equal.
     #[must_use]
     pub fn between(one: &Frame, other: &Frame) -> Option<Self> {
         if one.bytes == other.bytes {
             return None;
         }
-        Some(within(one.buffer, &one.bytes, &other.bytes).unwrap_or_else(|| Self {
+        Some(within(one.topic, &one.bytes, &other.bytes).unwrap_or_else(|| Self {
             field: "bytes that belong to no field".to_owned(),
             one: format!("{} bytes", one.bytes.len()),
             other: format!("{} bytes", other.bytes.len()),
@@ -43,8 +43,8 @@ impl Difference {
     }
 }
 
-fn within(buffer: Buffer, one: &[u8], other: &[u8]) -> Option<Difference> {
-    let [head, entry] = buffer.kinds();
+fn within(topic: TopicId, one: &[u8], other: &[u8]) -> Option<Difference> {
+    let [head, entry] = topic.kinds();
     if let Some(found) = compare(&head, "", one, other) {
         return Some(found);
     }
@@ -129,7 +129,7 @@ mod tests {
                 belief
             })
             .collect();
-        Frame::of::<Beliefs>(Buffer::Beliefs(0), &BeliefHead::of(0, Header::at(5)), &entries)
+        Frame::of::<Beliefs>(TopicId::Beliefs(0), &BeliefHead::of(0, Header::at(5)), &entries)
     }
 
     #[test]
@@ -150,7 +150,7 @@ mod tests {
         );
         let said = |text| {
             let event = Event::new(EventKind::Said, "", text);
-            Frame::of::<Events>(Buffer::Events, &Header::at(1), &[event])
+            Frame::of::<Events>(TopicId::Events, &Header::at(1), &[event])
         };
         assert_eq!(
             found(said("yes"), said("no")).unwrap(),

@@ -1,7 +1,7 @@
 use budget::BudgetError;
 use records::Unchecked;
 
-use crate::Buffer;
+use crate::Channel;
 
 /// Why a recording cannot be read, or not to its end.
 #[derive(Debug, thiserror::Error)]
@@ -27,13 +27,13 @@ pub enum ReadError {
     },
     /// Its frame layout differs from this program's.
     #[error(
-        "{name}: `{buffer}` was recorded as {found}, and this Leo reads {known}: use the Leo that it was made with"
+        "{name}: `{channel}` was recorded as {found}, and this Leo reads {known}: use the Leo that it was made with"
     )]
     Version {
         /// The file.
         name: String,
         /// The channel.
-        buffer: Buffer,
+        channel: Channel,
         /// The name of its schema in the file.
         found: String,
         /// The name of its schema in this program.

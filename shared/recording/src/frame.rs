@@ -1,12 +1,10 @@
-use message::{Bytes as _, Head as _, Header, Topic, get_frame, put_frame};
+use message::{Bytes as _, Head as _, Header, Topic, TopicId, get_frame, put_frame};
 
-use crate::Buffer;
-
-/// A frame of a buffer, byte by byte as in shared memory.
+/// A frame of a topic, byte by byte as in shared memory.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Frame {
-    /// The buffer.
-    pub buffer: Buffer,
+    /// The topic.
+    pub topic: TopicId,
     /// The instant that it is valid at, in nanoseconds of the monotonic clock or of simulated time.
     pub at_ns: u64,
     /// Its sequence number.
@@ -16,24 +14,18 @@ pub struct Frame {
 }
 
 impl Frame {
-    /// Makes a frame of a head and entries. `buffer` must belong to topic `T`.
+    /// Makes a frame of a head and entries. `topic` must belong to `T`.
     #[must_use]
-    pub fn of<T>(buffer: Buffer, head: &T::Head, entries: &[T::Entry]) -> Self
-    where
-        T: Topic<Head: message::Bytes, Entry: message::Bytes>,
-    {
+    pub fn of<T: Topic>(topic: TopicId, head: &T::Head, entries: &[T::Entry]) -> Self {
         let Header { valid_at_ns, sequence, .. } = *head.header();
         let mut bytes = Vec::new();
         put_frame::<T>(head, entries, &mut bytes);
-        Self { buffer, at_ns: valid_at_ns, sequence, bytes }
+        Self { topic, at_ns: valid_at_ns, sequence, bytes }
     }
 
     /// Decodes head and entries; `None` if the bytes do not fit the topic's layout.
     #[must_use]
-    pub fn read<T>(&self) -> Option<(T::Head, Vec<T::Entry>)>
-    where
-        T: Topic<Head: message::Bytes, Entry: message::Bytes>,
-    {
+    pub fn read<T: Topic>(&self) -> Option<(T::Head, Vec<T::Entry>)> {
         get_frame::<T>(&self.bytes)
     }
 

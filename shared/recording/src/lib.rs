@@ -6,8 +6,8 @@
 
 mod about;
 mod blocks;
-mod buffer;
 mod cdr;
+mod channel;
 mod counts;
 mod difference;
 mod disk_space;
@@ -23,7 +23,7 @@ mod views;
 mod writer;
 
 pub use about::{About, Subject, Time, robot_pose};
-pub use buffer::Buffer;
+pub use channel::{Channel, recorded_topics};
 pub use counts::{Count, Counts};
 pub use difference::Difference;
 pub use error::{ReadError, RecordError};

@@ -9,7 +9,7 @@ use records::{RecordFilter, Records, RecordsError, Unchecked};
 
 use crate::about::{ABOUT, About};
 use crate::writer::ENCODING;
-use crate::{Buffer, Frame, ReadError};
+use crate::{Channel, Frame, ReadError};
 
 /// Reads a recording frame by frame; only one chunk is in memory at a time.
 ///
@@ -24,7 +24,7 @@ pub struct Reader<R> {
     memory: Budget,
     /// Names and texts of the schemas of raw frames.
     schemas: BTreeMap<u16, (String, Vec<u8>)>,
-    channels: BTreeMap<u16, Channel>,
+    channels: BTreeMap<u16, RawChannel>,
     about: Option<About>,
     files: BTreeMap<String, String>,
     frames: u64,
@@ -36,8 +36,8 @@ pub struct Reader<R> {
 
 /// A raw channel, with the sizes of a head and of an entry in bytes.
 #[derive(Clone, Copy)]
-struct Channel {
-    buffer: Buffer,
+struct RawChannel {
+    channel: Channel,
     head: usize,
     entry: usize,
 }
@@ -167,11 +167,11 @@ impl<R: Read> Reader<R> {
             }
         } else if let Record::Channel(channel) = record {
             if channel.message_encoding == ENCODING
-                && let Some(buffer) = Buffer::of_topic(&channel.topic)
+                && let Some(raw) = Channel::of_name(&channel.topic)
             {
-                self.check_layout(buffer, channel.schema_id)?;
-                let [head, entry] = buffer.kinds().map(|kind| kind.size());
-                self.channels.insert(channel.id, Channel { buffer, head, entry });
+                self.check_layout(raw, channel.schema_id)?;
+                let [head, entry] = raw.0.kinds().map(|kind| kind.size());
+                self.channels.insert(channel.id, RawChannel { channel: raw, head, entry });
             }
         } else if let Record::Metadata(metadata) = record {
             if metadata.name == ABOUT && self.about.is_none() {
@@ -194,29 +194,29 @@ impl<R: Read> Reader<R> {
         spent.map_err(|source| self.read_error(source.into()))
     }
 
-    /// Checks that a buffer was recorded with this program's layout.
-    fn check_layout(&self, buffer: Buffer, schema: u16) -> Result<(), ReadError> {
+    /// Checks that a channel was recorded with this program's layout.
+    fn check_layout(&self, channel: Channel, schema: u16) -> Result<(), ReadError> {
         let (found, text) = match self.schemas.get(&schema) {
             Some((name, text)) => (name.as_str(), text.as_slice()),
             None => ("a schema that is not there", &[][..]),
         };
-        let known = buffer.schema_name();
-        if found == known && text == buffer.schema().as_bytes() {
+        let known = channel.schema_name();
+        if found == known && text == channel.schema().as_bytes() {
             return Ok(());
         }
         let found = if found == known { format!("another {found}") } else { found.to_owned() };
-        Err(ReadError::Version { name: self.name.clone(), buffer, found, known })
+        Err(ReadError::Version { name: self.name.clone(), channel, found, known })
     }
 
-    fn frame(&mut self, channel: Channel, bytes: Vec<u8>) -> Result<Frame, ReadError> {
-        let Channel { buffer, head, entry } = channel;
+    fn frame(&mut self, raw: RawChannel, bytes: Vec<u8>) -> Result<Frame, ReadError> {
+        let RawChannel { channel, head, entry } = raw;
         let entries = bytes.len().checked_sub(head);
         if entries.is_none_or(|entries| entries % entry != 0) {
-            let reason = format!("{} bytes are no frame of `{buffer}`", bytes.len());
+            let reason = format!("{} bytes are no frame of `{channel}`", bytes.len());
             return Err(ReadError::Damaged { name: self.name.clone(), after: self.frames, reason });
         }
         self.frames += 1;
-        let mut frame = Frame { buffer, at_ns: 0, sequence: 0, bytes };
+        let mut frame = Frame { topic: channel.0, at_ns: 0, sequence: 0, bytes };
         let header = frame.header();
         (frame.at_ns, frame.sequence) = (header.valid_at_ns, header.sequence);
         Ok(frame)

@@ -9,11 +9,12 @@ use std::thread::JoinHandle;
 use clock::Duration;
 use crossbeam::channel::{Receiver, RecvTimeoutError, Sender, TrySendError, bounded};
 use folder::Output;
+use message::TopicId;
 use transport::janitor::is_claimed;
 use transport::{Domain, Node, OverflowPolicy, Queues};
 
 use crate::disk_space::missing_space;
-use crate::{Buffer, BufferSubscribers, Counts, Frame, RecordError, Ring, RingSnapshot, Subject, Writer};
+use crate::{BufferSubscribers, Counts, Frame, RecordError, Ring, RingSnapshot, Subject, Writer};
 
 /// Polling interval of the topics; a queue of four frames at 1 kHz does not fill within it.
 const POLL_INTERVAL: Duration = Duration::from_millis(2);
@@ -244,19 +245,19 @@ impl FrameTaker {
         let _waits = ready.send(());
         let mut find_at = clock::now() + DISCOVERY_INTERVAL;
         let mut is_refused = false;
-        // Frames dropped because the queue to the file was full, by buffer.
-        let mut lost = BTreeMap::<Buffer, u64>::new();
+        // Frames dropped because the queue to the file was full, by topic.
+        let mut lost = BTreeMap::<TopicId, u64>::new();
         loop {
             let is_last = self.shared.stop.load(Ordering::Acquire);
             let mut is_gone = false;
             subscribers.take(|frame| match self.to.try_send(frame) {
                 Ok(()) => {}
-                Err(TrySendError::Full(frame)) => *lost.entry(frame.buffer).or_default() += 1,
+                Err(TrySendError::Full(frame)) => *lost.entry(frame.topic).or_default() += 1,
                 Err(TrySendError::Disconnected(_)) => is_gone = true,
             })?;
             self.shared.count(|counts| {
-                for (buffer, drops) in subscribers.drops() {
-                    counts.set_dropped(buffer, drops + lost.get(&buffer).copied().unwrap_or(0));
+                for (topic, drops) in subscribers.drops() {
+                    counts.set_dropped(topic, drops + lost.get(&topic).copied().unwrap_or(0));
                 }
             });
             let now = clock::now();
@@ -298,7 +299,7 @@ fn keep_in_file(
         match from.recv_timeout(FLUSH_INTERVAL) {
             Ok(frame) => {
                 writer.write(&frame).map_err(failed)?;
-                shared.count(|counts| counts.written(frame.buffer));
+                shared.count(|counts| counts.written(frame.topic));
             }
             Err(RecvTimeoutError::Timeout) => {}
             Err(RecvTimeoutError::Disconnected) => break,
@@ -311,7 +312,7 @@ fn keep_in_file(
         }
     }
     shared.count(|counts| {
-        counts.iter().for_each(|(buffer, count)| writer.set_dropped(buffer, count.dropped));
+        counts.iter().for_each(|(topic, count)| writer.set_dropped(topic, count.dropped));
     });
     writer.finish().map_err(failed)?;
     left.map_or(Ok(()), |bytes| Err(RecordError::DiskFull { file: file.to_owned(), bytes }))
@@ -335,7 +336,7 @@ fn keep_in_memory(
             recv(frames.unwrap_or(&never)) -> frame => match frame {
                 Ok(frame) => {
                     ring.push(&frame).map_err(failed)?;
-                    shared.count(|counts| counts.written(frame.buffer));
+                    shared.count(|counts| counts.written(frame.topic));
                 }
                 Err(_ended) => frames = None,
             },

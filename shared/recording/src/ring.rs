@@ -238,10 +238,10 @@ mod tests {
 
     use folder::Existing;
     use geometry::Pose;
-    use message::{Header, JointCause, JointMode, JointState, JointStates};
+    use message::{Header, JointCause, JointMode, JointState, JointStates, TopicId};
 
     use super::*;
-    use crate::{Buffer, Time};
+    use crate::Time;
 
     #[test]
     fn a_snapshot_is_written_completely_or_not_at_all() {
@@ -252,7 +252,7 @@ mod tests {
         let states: Vec<JointState> = (0..65).map(state).collect();
         for sequence in 1..=2000 {
             let header = Header { sequence, ..Header::at(sequence * 4_000_000) };
-            ring.push(&Frame::of::<JointStates>(Buffer::JointStates, &header, &states)).unwrap();
+            ring.push(&Frame::of::<JointStates>(TopicId::JointStates, &header, &states)).unwrap();
         }
         let last = ring.last().unwrap();
         let kept = u64::try_from(ring.bytes()).unwrap();

@@ -1,15 +1,15 @@
-use message::{Bytes, Topic};
+use message::{Numbering, Topic, TopicId, with_topic};
 use transport::{FrameSubscriber, Node, PortError, ReceiveError};
 
-use crate::buffer::with_topic;
-use crate::{Buffer, Frame};
+use crate::Frame;
+use crate::channel::{is_recorded, recorded_topics};
 
-/// The subscribers of all recorded buffers.
+/// The subscribers of all recorded topics.
 pub struct BufferSubscribers(Vec<Box<dyn Source>>);
 
-/// A type-erased subscriber of one buffer.
+/// A type-erased subscriber of one topic.
 trait Source {
-    fn buffer(&self) -> Buffer;
+    fn topic(&self) -> TopicId;
     /// Takes all pending frames in order.
     fn take(&mut self, to: &mut dyn FnMut(Frame)) -> Result<(), ReceiveError>;
     /// Frames lost because they were not taken in time.
@@ -17,18 +17,18 @@ trait Source {
 }
 
 struct BufferSubscriber<T: Topic> {
-    buffer: Buffer,
+    topic: TopicId,
     subscriber: FrameSubscriber<T>,
 }
 
-impl<T: Topic<Head: Bytes, Entry: Bytes>> Source for BufferSubscriber<T> {
-    fn buffer(&self) -> Buffer {
-        self.buffer
+impl<T: Topic> Source for BufferSubscriber<T> {
+    fn topic(&self) -> TopicId {
+        self.topic
     }
 
     fn take(&mut self, to: &mut dyn FnMut(Frame)) -> Result<(), ReceiveError> {
         while let Some(frame) = self.subscriber.receive()? {
-            to(Frame::of::<T>(self.buffer, frame.head(), frame.entries()));
+            to(Frame::of::<T>(self.topic, frame.head(), frame.entries()));
         }
         Ok(())
     }
@@ -48,15 +48,15 @@ enum OpenMode {
 }
 
 impl BufferSubscribers {
-    /// Opens buffers before the robot's processes do.
+    /// Opens topics before the robot's processes do.
     ///
     /// # Errors
     ///
     /// Shared memory is full.
-    pub fn make(node: &Node, buffers: impl IntoIterator<Item = Buffer>) -> Result<Self, PortError> {
+    pub fn make(node: &Node, topics: impl IntoIterator<Item = TopicId>) -> Result<Self, PortError> {
         let mut subscribers = Self(Vec::new());
-        for buffer in buffers {
-            subscribers.open(node, buffer, OpenMode::Make)?;
+        for topic in topics {
+            subscribers.open(node, topic, OpenMode::Make)?;
         }
         Ok(subscribers)
     }
@@ -67,35 +67,41 @@ impl BufferSubscribers {
         Self(Vec::new())
     }
 
-    /// Opens the buffers of a running robot that exist and are not open yet.
+    /// Opens the topics of a running robot that exist and are not open yet.
     ///
     /// # Errors
     ///
-    /// A buffer has too many subscribers already, or another frame layout than this program's.
+    /// A topic has too many subscribers already, or another frame layout than this program's.
     pub fn find(&mut self, node: &Node) -> Result<(), PortError> {
-        for buffer in Buffer::all(0) {
-            self.open(node, buffer, OpenMode::Find)?;
+        for topic in recorded_topics(0) {
+            self.open(node, topic, OpenMode::Find)?;
         }
-        let mut perspective = 0;
-        while self.open(node, Buffer::Beliefs(perspective), OpenMode::Find)? {
-            perspective += 1;
-            self.open(node, Buffer::Divergences(perspective), OpenMode::Find)?;
+        for perspective in 0.. {
+            let mut is_open = false;
+            for topic in TopicId::each(0).into_iter().filter(|topic| is_recorded(*topic)) {
+                let Some((Numbering::Perspective, first)) = topic.numbering() else { continue };
+                let Some(topic) = TopicId::of_code(topic.row().code, first + perspective) else { continue };
+                is_open |= self.open(node, topic, OpenMode::Find)?;
+            }
+            if !is_open {
+                break;
+            }
         }
         Ok(())
     }
 
-    /// Opens a buffer. Returns whether it is open now.
-    fn open(&mut self, node: &Node, buffer: Buffer, how: OpenMode) -> Result<bool, PortError> {
-        if self.0.iter().any(|source| source.buffer() == buffer) {
+    /// Opens a topic. Returns whether it is open now.
+    fn open(&mut self, node: &Node, topic: TopicId, how: OpenMode) -> Result<bool, PortError> {
+        if self.0.iter().any(|source| source.topic() == topic) {
             return Ok(true);
         }
-        let tap = with_topic!(buffer, T => tap::<T>(node, buffer, how))?;
-        let is_open = tap.is_some();
-        self.0.extend(tap);
+        let source = with_topic!(topic, T => tap::<T>(node, topic, how))?;
+        let is_open = source.is_some();
+        self.0.extend(source);
         Ok(is_open)
     }
 
-    /// Takes all pending frames: buffer by buffer, in the order in which they were opened.
+    /// Takes all pending frames: topic by topic, in the order in which they were opened.
     ///
     /// # Errors
     ///
@@ -104,27 +110,23 @@ impl BufferSubscribers {
         self.0.iter_mut().try_for_each(|source| source.take(&mut to))
     }
 
-    /// Number of frames of each buffer that were lost because they were not taken in time.
-    pub fn drops(&self) -> impl Iterator<Item = (Buffer, u64)> + '_ {
-        self.0.iter().map(|source| (source.buffer(), source.drops()))
+    /// Number of frames of each topic that were lost because they were not taken in time.
+    pub fn drops(&self) -> impl Iterator<Item = (TopicId, u64)> + '_ {
+        self.0.iter().map(|source| (source.topic(), source.drops()))
     }
 }
 
 impl std::fmt::Debug for BufferSubscribers {
     fn fmt(&self, out: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        out.debug_list().entries(self.0.iter().map(|source| source.buffer())).finish()
+        out.debug_list().entries(self.0.iter().map(|source| source.topic())).finish()
     }
 }
 
-fn tap<T: Topic<Head: Bytes, Entry: Bytes> + 'static>(
-    node: &Node,
-    buffer: Buffer,
-    how: OpenMode,
-) -> Result<Option<Box<dyn Source>>, PortError> {
-    let (_, number) = buffer.name();
+/// Opens the subscriber of a topic; `None` if it does not exist yet.
+fn tap<T: Topic>(node: &Node, topic: TopicId, how: OpenMode) -> Result<Option<Box<dyn Source>>, PortError> {
     let subscriber = match how {
-        OpenMode::Make => Some(node.subscriber::<T>(number)?),
-        OpenMode::Find => node.existing_subscriber::<T>(number)?,
+        OpenMode::Make => Some(node.subscriber::<T>(topic.number())?),
+        OpenMode::Find => node.existing_subscriber::<T>(topic.number())?,
     };
-    Ok(subscriber.map(|subscriber| Box::new(BufferSubscriber { buffer, subscriber }) as Box<dyn Source>))
+    Ok(subscriber.map(|subscriber| Box::new(BufferSubscriber { topic, subscriber }) as Box<dyn Source>))
 }

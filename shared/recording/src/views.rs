@@ -6,16 +6,16 @@ use geometry::{Base, Pose, World};
 use kinematics::{Body, BodyError};
 use message::{
     Belief, BeliefHead, Beliefs, Event, EventKind, Events, Feature, JointStates, Path, Scene, SceneObject,
-    Utterances,
+    TopicId, Utterances,
 };
 use nalgebra::Isometry3;
 use quantity::number::{counted, single};
 
+use crate::Frame;
 use crate::cdr::Cdr;
 use crate::marker::{Form, Marker, markers, pose};
-use crate::{Buffer, Frame};
 
-/// Minimum interval between pictures of a buffer, in nanoseconds; the raw channels contain every frame.
+/// Minimum interval between pictures of a topic, in nanoseconds; the raw channels contain every frame.
 const MIN_PICTURE_INTERVAL_NS: u64 = 20_000_000;
 /// The frame of the room.
 const WORLD: &str = "world";
@@ -75,7 +75,7 @@ pub(crate) struct Views {
     shown: Shown,
     positions_rad: Vec<f64>,
     has_described: bool,
-    pictured_ns: Vec<(Buffer, u64)>,
+    pictured_ns: Vec<(TopicId, u64)>,
 }
 
 /// The indices of the percepts that are drawn.
@@ -111,24 +111,24 @@ impl Views {
             cdr.string(&self.robot.urdf);
             views.push(view("/robot_description", Schema::Text, cdr.finish()));
         }
-        match frame.buffer {
-            Buffer::JointStates => self.joints(frame, &mut views),
-            Buffer::Scene if self.is_due(frame) => scene(frame, &mut views),
-            Buffer::Beliefs(_) if self.is_due(frame) => self.beliefs(frame, &mut views),
-            Buffer::Utterances => self.utterances(frame, &mut views),
-            Buffer::Events => self.events(frame, &mut views),
-            Buffer::Scene
-            | Buffer::Beliefs(_)
-            | Buffer::Percepts
-            | Buffer::Divergences(_)
-            | Buffer::JointGoals => {}
+        let topic = frame.topic;
+        if topic == TopicId::JointStates {
+            self.joints(frame, &mut views);
+        } else if topic == TopicId::Utterances {
+            self.utterances(frame, &mut views);
+        } else if topic == TopicId::Events {
+            self.events(frame, &mut views);
+        } else if topic == TopicId::Scene && self.is_due(frame) {
+            scene(frame, &mut views);
+        } else if matches!(topic, TopicId::Beliefs(_)) && self.is_due(frame) {
+            self.beliefs(frame, &mut views);
         }
         views
     }
 
-    /// Whether the next picture of a buffer is due.
+    /// Whether the next picture of a topic is due.
     fn is_due(&mut self, frame: &Frame) -> bool {
-        let known = self.pictured_ns.iter_mut().find(|(buffer, _)| *buffer == frame.buffer);
+        let known = self.pictured_ns.iter_mut().find(|(topic, _)| *topic == frame.topic);
         match known {
             Some((_, last)) if frame.at_ns.abs_diff(*last) < MIN_PICTURE_INTERVAL_NS => false,
             Some((_, last)) => {
@@ -136,7 +136,7 @@ impl Views {
                 true
             }
             None => {
-                self.pictured_ns.push((frame.buffer, frame.at_ns));
+                self.pictured_ns.push((frame.topic, frame.at_ns));
                 true
             }
         }

@@ -6,11 +6,12 @@ use kinematics::BodyError;
 use mcap::records::{MessageHeader, Metadata};
 use mcap::write::NoSeek;
 use mcap::{Attachment, Compression, McapResult, WriteOptions};
+use message::TopicId;
 
 use crate::about::{ABOUT, About};
 use crate::fail_fast_writer::FailFastWriter;
 use crate::views::Views;
-use crate::{Buffer, Counts, Frame, RecordError, Subject};
+use crate::{Channel, Counts, Frame, RecordError, Subject};
 
 /// The MCAP profile; tells viewers to expect ROS 2 messages.
 pub(crate) const PROFILE: &str = "ros2";
@@ -28,7 +29,7 @@ pub struct Writer<W: Write> {
     out: mcap::Writer<NoSeek<FailFastWriter<W>>>,
     /// `None` for the parts of a ring, which no viewer opens.
     views: Option<Views>,
-    raw: BTreeMap<Buffer, u16>,
+    raw: BTreeMap<TopicId, u16>,
     shown: BTreeMap<String, u16>,
     counts: Counts,
     chunk_began_ns: Option<u64>,
@@ -112,20 +113,18 @@ impl<W: Write> Writer<W> {
             self.chunk_began_ns = Some(frame.at_ns);
         }
         self.put(frame).map_err(failed)?;
-        self.counts.written(frame.buffer);
+        self.counts.written(frame.topic);
         Ok(())
     }
 
     fn put(&mut self, frame: &Frame) -> McapResult<()> {
-        let channel = match self.raw.get(&frame.buffer) {
+        let channel = match self.raw.get(&frame.topic) {
             Some(channel) => *channel,
             None => {
-                let buffer = frame.buffer;
-                let schema =
-                    self.out.add_schema(&buffer.schema_name(), ENCODING, buffer.schema().as_bytes())?;
-                let channel =
-                    self.out.add_channel(schema, &buffer.to_string(), ENCODING, &BTreeMap::new())?;
-                self.raw.insert(buffer, channel);
+                let raw = Channel(frame.topic);
+                let schema = self.out.add_schema(&raw.schema_name(), ENCODING, raw.schema().as_bytes())?;
+                let channel = self.out.add_channel(schema, &raw.to_string(), ENCODING, &BTreeMap::new())?;
+                self.raw.insert(frame.topic, channel);
                 channel
             }
         };
@@ -171,9 +170,9 @@ impl<W: Write> Writer<W> {
         &self.counts
     }
 
-    /// Sets the number of frames of a buffer that were lost before they reached the writer.
-    pub fn set_dropped(&mut self, buffer: Buffer, frames: u64) {
-        self.counts.set_dropped(buffer, frames);
+    /// Sets the number of frames of a topic that were lost before they reached the writer.
+    pub fn set_dropped(&mut self, topic: TopicId, frames: u64) {
+        self.counts.set_dropped(topic, frames);
     }
 
     /// Ends the recording with its counters and its index, and returns the underlying writer.

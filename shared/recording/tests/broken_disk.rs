@@ -12,8 +12,8 @@ use std::rc::Rc;
 
 use clock::Duration;
 use geometry::Pose;
-use message::{Header, JointCause, JointMode, JointState, JointStates};
-use recording::{Buffer, Frame, ReadError, Reader, Ring, SaveError, StartError, Subject, Time, Writer};
+use message::{Header, JointCause, JointMode, JointState, JointStates, TopicId};
+use recording::{Frame, ReadError, Reader, Ring, SaveError, StartError, Subject, Time, Writer};
 
 /// How a disk fails.
 #[derive(Clone, Copy, Debug)]
@@ -90,7 +90,7 @@ fn frames() -> Vec<Frame> {
     let frame = |sequence| {
         let header = Header { sequence, ..Header::at(sequence * 250_000_000) };
         let state = JointState::unread(3, JointMode::Starting, JointCause::NotStarted);
-        Frame::of::<JointStates>(Buffer::JointStates, &header, &[state])
+        Frame::of::<JointStates>(TopicId::JointStates, &header, &[state])
     };
     (1..=6).map(frame).collect()
 }

@@ -6,10 +6,10 @@ use geometry::Pose;
 use mcap::records::MessageHeader;
 use message::{
     Belief, BeliefHead, Beliefs, Event, EventKind, Events, Feature, Header, JointCause, JointMode,
-    JointState, JointStates, Remembered, SceneObject, Text, Utterance, Utterances,
+    JointState, JointStates, Remembered, SceneObject, Text, TopicId, Utterance, Utterances,
 };
 use proptest::prelude::*;
-use recording::{Buffer, Count, Frame, ReadError, Reader, Ring, Subject, Time, Writer};
+use recording::{Channel, Count, Frame, ReadError, Reader, Ring, Subject, Time, Writer};
 
 fn subject(time: Time) -> Subject {
     let mut subject = Subject::load(None, time, Some(1), Pose::upright(1.0, -2.0, 0.5, 0.3), "a test")
@@ -28,15 +28,15 @@ fn frames() -> Vec<Frame> {
         belief.push(Remembered::new(0, 2, 1.0, 0.5, Feature::Vector([0.5, f32::NAN, 0.0])));
         for perspective in 0..2 {
             let head = BeliefHead::of(perspective, header);
-            frames.push(Frame::of::<Beliefs>(Buffer::Beliefs(perspective), &head, &[belief; 3]));
+            frames.push(Frame::of::<Beliefs>(TopicId::Beliefs(perspective), &head, &[belief; 3]));
         }
         let state = JointState::unread(3, JointMode::Starting, JointCause::NotStarted);
-        frames.push(Frame::of::<JointStates>(Buffer::JointStates, &header, &[state]));
+        frames.push(Frame::of::<JointStates>(TopicId::JointStates, &header, &[state]));
         if sequence % 10 == 0 {
             let said = Utterance { speaker: 1, text: Text::new("Leo, wie heißt das?") };
-            frames.push(Frame::of::<Utterances>(Buffer::Utterances, &header, &[said]));
+            frames.push(Frame::of::<Utterances>(TopicId::Utterances, &header, &[said]));
             let event = Event::new(EventKind::Said, "task 1", "Ähm");
-            frames.push(Frame::of::<Events>(Buffer::Events, &header, &[event, event]));
+            frames.push(Frame::of::<Events>(TopicId::Events, &header, &[event, event]));
         }
     }
     frames
@@ -45,8 +45,8 @@ fn frames() -> Vec<Frame> {
 fn written(frames: &[Frame], time: Time) -> Vec<u8> {
     let mut writer = Writer::new(Vec::new(), &subject(time)).expect("begins");
     frames.iter().for_each(|frame| writer.write(frame).expect("writes"));
-    writer.set_dropped(Buffer::JointStates, 4);
-    assert_eq!(writer.counts().of(Buffer::JointStates), Count { written: 30, dropped: 4 });
+    writer.set_dropped(TopicId::JointStates, 4);
+    assert_eq!(writer.counts().of(TopicId::JointStates), Count { written: 30, dropped: 4 });
     writer.finish().expect("ends")
 }
 
@@ -147,7 +147,7 @@ fn frames_of_another_layout_are_refused_with_both_versions() {
         out.finish().expect("ends");
         out.into_inner().into_inner()
     };
-    let (name, text) = (Buffer::Scene.schema_name(), Buffer::Scene.schema());
+    let (name, text) = (Channel(TopicId::Scene).schema_name(), Channel(TopicId::Scene).schema());
     let older = read(&recorded("leo/Header/1+leo/SceneObject/0", &text, &[0; HEAD])).2.expect("is refused");
     let older = older.to_string();
     assert!(older.contains("`leo/scene` was recorded as leo/Header/1+leo/SceneObject/0"), "{older}");
@@ -163,7 +163,7 @@ fn frames_of_another_layout_are_refused_with_both_versions() {
 
 #[test]
 fn a_schema_lists_every_field_with_its_offset() {
-    let schema = Buffer::Beliefs(0).schema();
+    let schema = Channel(TopicId::Beliefs(0)).schema();
     for line in [
         "head: leo/BeliefHead/2",
         "entry: leo/Belief/2",
@@ -200,7 +200,7 @@ fn a_ring_holds_the_last_while_and_no_more() {
     let said = |sequence: u64| {
         let header = Header { sequence, ..Header::at(sequence * 100_000_000) };
         let event = Event::new(EventKind::Said, "", &format!("{sequence}"));
-        Frame::of::<Events>(Buffer::Events, &header, &[event])
+        Frame::of::<Events>(TopicId::Events, &header, &[event])
     };
     // A quarter of an hour, ten times a second.
     for sequence in 1..=9000 {
@@ -236,7 +236,7 @@ fn a_ring_holds_no_more_bytes_than_it_may() {
     for sequence in 1..=9000 {
         let header = Header { sequence, ..Header::at(sequence * 100_000_000) };
         let event = Event::new(EventKind::Said, "", &format!("{sequence}"));
-        ring.push(&Frame::of::<Events>(Buffer::Events, &header, &[event])).expect("has room");
+        ring.push(&Frame::of::<Events>(TopicId::Events, &header, &[event])).expect("has room");
         peak = peak.max(ring.bytes());
     }
     assert!(peak <= MOST && peak > MOST / 2, "{peak}");

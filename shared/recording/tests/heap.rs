@@ -5,7 +5,8 @@ use std::collections::BTreeMap;
 
 use clock::Duration;
 use geometry::Pose;
-use recording::{Buffer, Frame, Ring, Subject, Time};
+use message::TopicId;
+use recording::{Frame, Ring, Subject, Time};
 
 /// Duration of a part of the ring.
 const PART_NS: u64 = 2_000_000_000;
@@ -49,7 +50,7 @@ impl Watched {
             let byte = |place| if place < noisy { self.noise().to_le_bytes()[0] } else { 0 };
             let bytes = (0..BYTES).map(byte).collect();
             let at_ns = self.sequence * PART_NS / FRAMES;
-            Frame { buffer: Buffer::Scene, at_ns, sequence: self.sequence, bytes }
+            Frame { topic: TopicId::Scene, at_ns, sequence: self.sequence, bytes }
         };
         let part: Vec<Frame> = (0..FRAMES).map(frame).collect();
         let (pushed, pieces) = testkit::blocks_by_size_in(|| {

@@ -6,7 +6,9 @@ use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::sync::{Arc, Mutex, PoisonError, Weak};
 use std::time::Duration;
 
-use message::{Event, EventKind, Events, Header, Health, Hop, Process, ProcessState, Topic, Utterance};
+use message::{
+    Event, EventKind, Events, Header, Health, Hop, Process, ProcessState, Topic, TopicRow, Utterance,
+};
 use transport::janitor::{Claim, ClaimError, Janitor, claim, is_claimed};
 use transport::{Domain, HealthReader, HealthWriter, Node, OverflowPolicy, Queues, SendError};
 
@@ -299,11 +301,7 @@ enum OtherEvents {}
 impl Topic for OtherEvents {
     type Head = Header;
     type Entry = Utterance;
-    const NAME: &'static str = Events::NAME;
-
-    fn writer(number: Option<u32>) -> Option<Process> {
-        Events::writer(number)
-    }
+    const ROW: TopicRow = Events::ROW;
 }
 
 #[test]

@@ -4,20 +4,19 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use config::Robot;
-use message::{Bytes, Head as _, Topic, get_frame, put_frame};
+use message::{Head as _, Topic, TopicId, get_frame, put_frame, with_topic};
 use process::{Failure, ProcessNode};
 use transport::{FramePublisher, FrameSubscriber};
 
-use crate::Stream;
+use crate::order::is_latched;
 use crate::outbox::Place;
-use crate::stream::with_topic;
 
 /// Callback for a frame that was read.
-type Taker<'a> = &'a mut dyn FnMut(Stream, Place, Arc<[u8]>);
+type Taker<'a> = &'a mut dyn FnMut(TopicId, Place, Arc<[u8]>);
 
 /// A subscribed topic.
 trait TopicReader {
-    fn stream(&self) -> Stream;
+    fn topic(&self) -> TopicId;
     fn take(&mut self, to: Taker<'_>) -> Result<(), Failure>;
     /// Subscribes again, so that the writer sees a new subscriber. No frame is lost or read twice.
     fn resubscribe(&mut self, member: &ProcessNode, to: Taker<'_>) -> Result<(), Failure>;
@@ -25,7 +24,7 @@ trait TopicReader {
 }
 
 struct Read<T: Topic> {
-    stream: Stream,
+    topic: TopicId,
     subscriber: FrameSubscriber<T>,
     bytes: Vec<u8>,
     /// The last frame read.
@@ -34,9 +33,9 @@ struct Read<T: Topic> {
     drops: u64,
 }
 
-impl<T: Topic<Head: Bytes, Entry: Bytes>> TopicReader for Read<T> {
-    fn stream(&self) -> Stream {
-        self.stream
+impl<T: Topic> TopicReader for Read<T> {
+    fn topic(&self) -> TopicId {
+        self.topic
     }
 
     fn take(&mut self, to: Taker<'_>) -> Result<(), Failure> {
@@ -49,14 +48,14 @@ impl<T: Topic<Head: Bytes, Entry: Bytes>> TopicReader for Read<T> {
             self.place = place;
             self.bytes.clear();
             put_frame::<T>(frame.head(), frame.entries(), &mut self.bytes);
-            to(self.stream, (header.incarnation, header.sequence), self.bytes.as_slice().into());
+            to(self.topic, (header.incarnation, header.sequence), self.bytes.as_slice().into());
         }
         Ok(())
     }
 
     fn resubscribe(&mut self, member: &ProcessNode, to: Taker<'_>) -> Result<(), Failure> {
         // Both subscribers receive what is written in between, so the old one is drained first.
-        let next = member.subscriber::<T>(self.stream.name().1)?;
+        let next = member.subscriber::<T>(self.topic.number())?;
         self.take(to)?;
         self.drops += self.subscriber.drops();
         self.subscriber = next;
@@ -75,7 +74,7 @@ trait TopicWriter {
     fn undelivered(&self) -> u64;
 }
 
-impl<T: Topic<Head: Bytes, Entry: Bytes>> TopicWriter for FramePublisher<T> {
+impl<T: Topic> TopicWriter for FramePublisher<T> {
     fn publish_frame(&mut self, bytes: &[u8]) -> Result<bool, Failure> {
         let Some((head, entries)) = get_frame::<T>(bytes) else { return Ok(false) };
         if entries.len() > self.capacity() {
@@ -99,16 +98,13 @@ impl<T: Topic<Head: Bytes, Entry: Bytes>> TopicWriter for FramePublisher<T> {
 pub(crate) struct TopicReaders(Vec<Box<dyn TopicReader>>);
 
 impl TopicReaders {
-    pub(crate) fn open(member: &ProcessNode, streams: &[Stream]) -> Result<Self, Failure> {
-        fn tap<T: Topic<Head: Bytes, Entry: Bytes> + 'static>(
-            member: &ProcessNode,
-            stream: Stream,
-        ) -> Result<Box<dyn TopicReader>, Failure> {
-            let subscriber = member.subscriber::<T>(stream.name().1)?;
-            Ok(Box::new(Read { stream, subscriber, bytes: Vec::new(), place: None, drops: 0 }))
+    pub(crate) fn open(member: &ProcessNode, topics: &[TopicId]) -> Result<Self, Failure> {
+        fn tap<T: Topic>(member: &ProcessNode, topic: TopicId) -> Result<Box<dyn TopicReader>, Failure> {
+            let subscriber = member.subscriber::<T>(topic.number())?;
+            Ok(Box::new(Read { topic, subscriber, bytes: Vec::new(), place: None, drops: 0 }))
         }
-        let open = |&stream: &Stream| with_topic!(stream, T => tap::<T>(member, stream));
-        Ok(Self(streams.iter().map(open).collect::<Result<_, _>>()?))
+        let open = |&topic: &TopicId| with_topic!(topic, T => tap::<T>(member, topic));
+        Ok(Self(topics.iter().map(open).collect::<Result<_, _>>()?))
     }
 
     /// Reads all pending frames.
@@ -116,10 +112,10 @@ impl TopicReaders {
         self.0.iter_mut().try_for_each(|tap| tap.take(to))
     }
 
-    /// Subscribes again to the latched topic, so that its writer replays to new subscribers.
+    /// Subscribes again to the latched topics, so that their writers replay to new subscribers.
     pub(crate) fn resubscribe(&mut self, member: &ProcessNode, to: Taker<'_>) -> Result<(), Failure> {
-        let retold = self.0.iter_mut().find(|tap| tap.stream() == Stream::LATCHED);
-        retold.map_or(Ok(()), |tap| tap.resubscribe(member, to))
+        let mut latched = self.0.iter_mut().filter(|tap| is_latched(tap.topic()));
+        latched.try_for_each(|tap| tap.resubscribe(member, to))
     }
 
     pub(crate) fn drops(&self) -> u64 {
@@ -129,44 +125,37 @@ impl TopicReaders {
 
 /// The topics published on this machine.
 #[derive(Default)]
-pub(crate) struct TopicWriters(BTreeMap<Stream, Box<dyn TopicWriter>>);
+pub(crate) struct TopicWriters(BTreeMap<TopicId, Box<dyn TopicWriter>>);
 
 impl TopicWriters {
-    pub(crate) fn open(member: &ProcessNode, streams: &[Stream], robot: &Robot) -> Result<Self, Failure> {
-        fn spring<T: Topic<Head: Bytes, Entry: Bytes> + 'static>(
+    pub(crate) fn open(member: &ProcessNode, topics: &[TopicId], robot: &Robot) -> Result<Self, Failure> {
+        fn spring<T: Topic>(
             member: &ProcessNode,
-            stream: Stream,
+            topic: TopicId,
             capacity: usize,
         ) -> Result<Box<dyn TopicWriter>, Failure> {
-            Ok(Box::new(member.publisher::<T>(stream.name().1, capacity)?))
+            Ok(Box::new(member.publisher::<T>(topic.number(), capacity)?))
         }
         let (objects, joints) = (robot.leo.buffers.max_objects.get(), robot.motor.joints.len());
-        let open = |&stream: &Stream| {
-            let capacity = match stream {
-                Stream::Percepts | Stream::Beliefs(_) | Stream::Scene => objects,
-                Stream::Divergences(_) => 2 * objects,
-                Stream::JointStates | Stream::JointGoals => joints,
-                Stream::TeacherActs | Stream::ActsAnswered | Stream::Utterances | Stream::Events => WORDS,
-            };
-            Ok((stream, with_topic!(stream, T => spring::<T>(member, stream, capacity))?))
+        let open = |&topic: &TopicId| {
+            let capacity = topic.row().capacity.entries(objects, joints);
+            Ok((topic, with_topic!(topic, T => spring::<T>(member, topic, capacity))?))
         };
-        Ok(Self(streams.iter().map(open).collect::<Result<_, Failure>>()?))
+        Ok(Self(topics.iter().map(open).collect::<Result<_, Failure>>()?))
     }
 
     /// Publishes a frame; `false` if the topic is not published here or the frame does not fit.
-    pub(crate) fn publish_frame(&mut self, stream: Stream, bytes: &[u8]) -> Result<bool, Failure> {
-        self.0.get_mut(&stream).map_or(Ok(false), |spring| spring.publish_frame(bytes))
+    pub(crate) fn publish_frame(&mut self, topic: TopicId, bytes: &[u8]) -> Result<bool, Failure> {
+        self.0.get_mut(&topic).map_or(Ok(false), |spring| spring.publish_frame(bytes))
     }
 
-    /// Whether the latched topic has a new local subscriber.
+    /// Whether a latched topic has a new local subscriber.
     pub(crate) fn has_new_subscribers(&mut self) -> bool {
-        self.0.get_mut(&Stream::LATCHED).is_some_and(|spring| spring.has_new_subscribers())
+        let latched = self.0.iter_mut().filter(|(topic, _)| is_latched(**topic));
+        latched.fold(false, |any, (_, spring)| spring.has_new_subscribers() || any)
     }
 
     pub(crate) fn undelivered(&self) -> u64 {
         self.0.values().map(|spring| spring.undelivered()).sum()
     }
 }
-
-/// Capacity of a frame of commands, utterances or events, in entries.
-const WORDS: usize = 64;

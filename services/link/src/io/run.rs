@@ -3,15 +3,15 @@ use std::collections::{BTreeMap, VecDeque};
 use clock::{Duration, Instant};
 use config::Robot;
 use config::leo::{Link, Side};
-use message::{Header, LinkHealth, Process};
+use message::{Header, LinkHealth, Process, TopicId};
 use process::{Failure, Launch, ProcessNode, Progress};
 use quantity::number::saturating_u64;
 
-use crate::Stream;
 use crate::compatibility::{Compatibility, IncompatiblePeer};
 use crate::instants::TimestampFields;
 use crate::io::net::{KeyError, Keys, Message, MessageKind, Net};
 use crate::io::ports::{TopicReaders, TopicWriters};
+use crate::order::{carried_topics, publishing_order};
 use crate::session::Session;
 use crate::wire::{Batch, DecodeError, Frame, Heartbeat};
 
@@ -42,14 +42,15 @@ pub fn run(launch: &Launch, robot: &Robot) -> Result<(), Failure> {
     let (leo, link) = (&robot.leo, &robot.leo.link);
     let mut member = ProcessNode::join(launch, Process::Link, &leo.buffers, &link.realtime)?;
     let perspectives = leo.belief.perspectives(launch.partners.unwrap_or(leo.belief.partners));
-    let (here, there): (Vec<Stream>, Vec<Stream>) =
-        Stream::all(perspectives).partition(|stream| link.runs_here(stream.writer()));
+    let (here, there): (Vec<TopicId>, Vec<TopicId>) = carried_topics(perspectives)
+        .into_iter()
+        .partition(|topic| topic.writer().is_some_and(|writer| link.runs_here(writer)));
     let is_sent =
-        |stream: &Stream| link.topics.is_empty() || link.topics.iter().any(|topic| *topic == stream.name().0);
-    let here: Vec<Stream> = here.into_iter().filter(is_sent).collect();
+        |topic: &TopicId| link.topics.is_empty() || link.topics.iter().any(|name| name == topic.row().name);
+    let here: Vec<TopicId> = here.into_iter().filter(is_sent).collect();
     let mut carrier = LinkRuntime {
         publishers: TopicWriters::open(&member, &there, robot)?,
-        instants: there.iter().map(|&stream| (stream, TimestampFields::of(stream))).collect(),
+        instants: there.iter().map(|&topic| (topic, TimestampFields::of(topic))).collect(),
         late_after: link.max_command_age_ms.duration(),
         ..LinkRuntime::new(Compatibility::of(robot, perspectives), &here, clock::now())
     };
@@ -62,12 +63,12 @@ pub fn run(launch: &Launch, robot: &Robot) -> Result<(), Failure> {
         if net.is_over() {
             return Err(Failure::own("the link's network thread has ended"));
         }
-        subscribers.take(&mut |stream, place, bytes| carrier.session.push(now, stream, place, bytes))?;
+        subscribers.take(&mut |topic, place, bytes| carrier.session.push(now, topic, place, bytes))?;
         carrier.session.latched_subscribers += u64::from(carrier.publishers.has_new_subscribers());
         carrier.receive_and_publish(&net)?;
         if carrier.session.take_replay_request() {
             // The peer has a new subscriber of a latched topic. The local publisher replays to a new subscription.
-            let took = &mut |stream, place, bytes| carrier.session.push(now, stream, place, bytes);
+            let took = &mut |topic, place, bytes| carrier.session.push(now, topic, place, bytes);
             if let Err(error) = subscribers.resubscribe(&member, took) {
                 tracing::warn!(%error, "new subscribers on the other machine do not get what was learned before");
             }
@@ -91,13 +92,13 @@ pub fn run(launch: &Launch, robot: &Robot) -> Result<(), Failure> {
 struct LinkRuntime {
     session: Session,
     publishers: TopicWriters,
-    instants: BTreeMap<Stream, TimestampFields>,
+    instants: BTreeMap<TopicId, TimestampFields>,
     compatibility: Compatibility,
     late_after: Duration,
     /// Received reliable frames that are not published yet, each with the clock offset to add.
     pending_frames: VecDeque<(Frame, i64)>,
-    /// Earliest publishing time of the next reliable frame, by stream.
-    next_publish_at: BTreeMap<Stream, Instant>,
+    /// Earliest publishing time of the next reliable frame, by topic.
+    next_publish_at: BTreeMap<TopicId, Instant>,
     health: LinkHealth,
     /// The last reported incompatibility of the peer.
     refusing: Option<IncompatiblePeer>,
@@ -106,8 +107,8 @@ struct LinkRuntime {
 }
 
 impl LinkRuntime {
-    /// A link that sends these streams and publishes none yet.
-    fn new(compatibility: Compatibility, here: &[Stream], now: Instant) -> Self {
+    /// A link that sends these topics and publishes none yet.
+    fn new(compatibility: Compatibility, here: &[TopicId], now: Instant) -> Self {
         Self {
             session: Session::new(now.as_nanos(), here, now),
             publishers: TopicWriters::default(),
@@ -125,7 +126,7 @@ impl LinkRuntime {
     /// Processes received messages and publishes new frames: reliable ones in order, then the newest of the
     /// others.
     fn receive_and_publish(&mut self, net: &Net) -> Result<(), Failure> {
-        let mut newest = BTreeMap::<Stream, (Frame, i64)>::new();
+        let mut newest = BTreeMap::<(bool, TopicId), (Frame, i64)>::new();
         while let Some(Message { sort, at, bytes }) = net.receive() {
             self.health.bytes_received += saturating_u64(bytes.len());
             let understood = match sort {
@@ -148,24 +149,24 @@ impl LinkRuntime {
             self.health.delay.record(clock::nanos(delay));
             self.pending_frames.extend(came.new.said.into_iter().map(|frame| (frame, ahead_ns)));
             for frame in came.new.newest {
-                newest.insert(frame.stream, (frame, ahead_ns));
+                newest.insert(publishing_order(frame.topic), (frame, ahead_ns));
             }
         }
         self.publish_pending()?;
         newest.into_values().try_for_each(|(frame, ahead_ns)| self.publish(&frame, ahead_ns))
     }
 
-    /// Publishes pending reliable frames in order, rate-limited by stream.
+    /// Publishes pending reliable frames in order, rate-limited by topic.
     fn publish_pending(&mut self) -> Result<(), Failure> {
         let beyond = self.pending_frames.len().saturating_sub(MAX_PENDING_FRAMES);
         self.health.refused += saturating_u64(self.pending_frames.drain(..beyond).len());
         let now = clock::now();
         let waiting = std::mem::take(&mut self.pending_frames);
         for (frame, ahead_ns) in waiting {
-            if self.next_publish_at.get(&frame.stream).is_some_and(|&next_publish_at| now < next_publish_at) {
+            if self.next_publish_at.get(&frame.topic).is_some_and(|&next_publish_at| now < next_publish_at) {
                 self.pending_frames.push_back((frame, ahead_ns));
             } else {
-                self.next_publish_at.insert(frame.stream, now + MIN_REPLAY_INTERVAL);
+                self.next_publish_at.insert(frame.topic, now + MIN_REPLAY_INTERVAL);
                 self.publish(&frame, ahead_ns)?;
             }
         }
@@ -187,18 +188,18 @@ impl LinkRuntime {
 
     /// Publishes a frame after its timestamps are converted; `ahead_ns` is this clock minus the peer's.
     fn publish(&mut self, frame: &Frame, ahead_ns: i64) -> Result<(), Failure> {
-        let Some(instants) = self.instants.get(&frame.stream) else {
+        let Some(instants) = self.instants.get(&frame.topic) else {
             self.health.refused += 1;
             return Ok(());
         };
         let mut bytes = frame.bytes.to_vec();
         instants.shift(&mut bytes, ahead_ns);
-        if frame.stream.is_command() && self.is_late(&bytes) {
+        if frame.topic.row().is_command && self.is_late(&bytes) {
             self.health.late += 1;
             return Ok(());
         }
         let is_whole = instants.entries(bytes.len()).is_some();
-        if is_whole && self.publishers.publish_frame(frame.stream, &bytes)? {
+        if is_whole && self.publishers.publish_frame(frame.topic, &bytes)? {
             self.health.received += 1;
         } else {
             self.health.refused += 1;

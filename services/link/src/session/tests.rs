@@ -41,9 +41,9 @@ fn clock_of(ms: u64, ahead_ns: u64) -> Instant {
 
 impl World {
     fn new() -> Self {
-        let streams = [Stream::Scene, Stream::Events];
+        let topics = [TopicId::Scene, TopicId::Events];
         Self {
-            robot: Session::new(11, &streams, clock_of(0, 0)),
+            robot: Session::new(11, &topics, clock_of(0, 0)),
             away: Session::new(22, &[], clock_of(0, AHEAD_NS)),
             there: Way::default(),
             back: Way::default(),
@@ -117,7 +117,7 @@ proptest! {
         let mut said = 0_u8;
         for ms in (0..40_000).step_by(5) {
             if ms < 10_000 && ms % 50 == 0 {
-                world.robot.push(clock_of(ms, 0), Stream::Events, (1, ms), bytes(said));
+                world.robot.push(clock_of(ms, 0), TopicId::Events, (1, ms), bytes(said));
                 said += 1;
             }
             // Ten seconds without a network; later nothing is lost, so all frames must arrive in the end.
@@ -136,7 +136,7 @@ proptest! {
 fn a_way_is_measured_across_two_clocks() {
     let mut world = World::new();
     for ms in (0..2_000).step_by(5) {
-        world.robot.push(clock_of(ms, 0), Stream::Scene, (1, ms), bytes(0));
+        world.robot.push(clock_of(ms, 0), TopicId::Scene, (1, ms), bytes(0));
         world.cycle(ms, || Some(40));
     }
     assert!(world.ways.len() > 200, "{}", world.ways.len());
@@ -151,7 +151,7 @@ fn a_way_is_measured_across_two_clocks() {
 #[test]
 fn nothing_is_accepted_before_the_peers_clock_is_known() {
     let mut away = Session::new(1, &[], clock_of(0, 0));
-    let frames = vec![Frame { stream: Stream::Events, bytes: bytes(1) }];
+    let frames = vec![Frame { topic: TopicId::Events, bytes: bytes(1) }];
     let bundle = Batch { epoch: 5, number: 1, sent_ns: 9, oldest: 1, first: 1, numbered: 1, frames };
     let came = away.receive_batch(clock_of(1, 0), bundle).unwrap();
     assert!(came.way.is_none() && came.new.said.is_empty());
@@ -242,7 +242,7 @@ fn a_new_remote_subscriber_is_resynchronised_once_and_after_a_silence() {
 #[test]
 fn a_restarted_peer_begins_with_the_frames_it_still_has() {
     let mut inbox = Inbox::default();
-    let frame = |value| Frame { stream: Stream::Events, bytes: bytes(value) };
+    let frame = |value| Frame { topic: TopicId::Events, bytes: bytes(value) };
     let bundle = |epoch, number, oldest, first, values: &[u8]| Batch {
         epoch,
         number,

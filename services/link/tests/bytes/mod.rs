@@ -5,7 +5,8 @@
 use std::sync::Arc;
 
 use clock::{Duration, Instant};
-use link_process::{Batch, Compatibility, Frame, Heartbeat, ReceivedBatch, Session, Stream, TimestampFields};
+use link_process::{Batch, Compatibility, Frame, Heartbeat, ReceivedBatch, Session, TimestampFields};
+use message::TopicId;
 
 /// Epoch of this end.
 const LIFE: u64 = 7;
@@ -54,20 +55,20 @@ impl<'a> Bytes<'a> {
         }
     }
 
-    fn stream(&mut self) -> Stream {
+    fn topic(&mut self) -> TopicId {
         loop {
             let (code, number) = (u32::from(self.byte() % 10), u32::from(self.byte() % 4));
             let number = if matches!(code, 1 | 2) { number } else { 0 };
-            if let Some(stream) = Stream::of_code(code, number) {
-                return stream;
+            if let Some(topic) = TopicId::of_code(code, number) {
+                return topic;
             }
         }
     }
 
     fn frame(&mut self) -> Frame {
-        let stream = self.stream();
+        let topic = self.topic();
         let length = usize::from(self.byte() / 4);
-        Frame { stream, bytes: self.some(length).into() }
+        Frame { topic, bytes: self.some(length).into() }
     }
 
     /// Mostly the same epoch.
@@ -155,7 +156,7 @@ struct End {
 /// Plays a script of messages and time steps to one end of a session.
 pub(crate) fn play(script: &[u8]) -> Seen {
     let mut script = Bytes(script);
-    let mine = [Stream::JointStates, Stream::Beliefs(0), Stream::Beliefs(1), Stream::Events];
+    let mine = [TopicId::JointStates, TopicId::Beliefs(0), TopicId::Beliefs(1), TopicId::Events];
     let now = Instant::from_nanos(5_000_000_000);
     let mut end = End {
         session: Session::new(LIFE, &mine, now),
@@ -210,9 +211,9 @@ pub(crate) fn play(script: &[u8]) -> Seen {
                 end.hear(&bundle.to_bytes(end.compatibility));
             }
             8 => {
-                let (stream, place) = (mine[usize::from(script.byte() % 4)], (1, script.number()));
+                let (topic, place) = (mine[usize::from(script.byte() % 4)], (1, script.number()));
                 let length = usize::from(script.byte() / 8);
-                end.session.push(end.now, stream, place, script.some(length).into());
+                end.session.push(end.now, topic, place, script.some(length).into());
             }
             _ => end.cycle(),
         }
@@ -263,10 +264,10 @@ impl End {
         for frame in new.said.iter().chain(&new.newest) {
             self.seen.frames += 1;
             let mut bytes = frame.bytes.to_vec();
-            let instants = TimestampFields::of(frame.stream);
+            let instants = TimestampFields::of(frame.topic);
             instants.shift(&mut bytes, ahead_ns);
             assert_eq!(bytes.len(), frame.bytes.len());
-            let [head, entry] = frame.stream.kinds();
+            let [head, entry] = frame.topic.kinds();
             let rest = bytes.len().checked_sub(head.size());
             let rest = rest.filter(|rest| rest.is_multiple_of(entry.size()));
             assert_eq!(instants.entries(bytes.len()), rest.map(|rest| rest / entry.size()));

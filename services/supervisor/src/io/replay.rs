@@ -10,9 +10,11 @@ use std::time::Duration;
 use clock::Instant;
 use config::leo::Leo;
 use invariant::require;
-use message::{Bytes, Head as _, Hop, JointStates, Percepts, Process, Topic, Utterances};
+use message::{Head as _, Hop, JointStates, Percepts, Process, Recording, Topic, TopicId, Utterances};
 use process::Launch;
-use recording::{Buffer, BufferSubscribers, Difference, Frame, ReadError, Reader, RecordError, Time};
+use recording::{
+    BufferSubscribers, Channel, Difference, Frame, ReadError, Reader, RecordError, Time, recorded_topics,
+};
 use transport::janitor::{Janitor, claim, sweep_stale};
 use transport::{Domain, FramePublisher, Node, PortError, ReceiveError, SendError};
 
@@ -60,15 +62,15 @@ pub struct ReplayOptions {
 pub struct ReplayReport {
     /// Simulated time from the first to the last frame played.
     pub lasted: Duration,
-    /// Counts per buffer that the processes produced.
-    pub paired: BTreeMap<Buffer, FrameCounts>,
+    /// Counts per topic that the processes produced.
+    pub paired: BTreeMap<TopicId, FrameCounts>,
     /// The first difference; the replay stops there.
     pub wrong: Option<Mismatch>,
     /// Reason why nothing was compared.
     pub incomparable: Option<&'static str>,
 }
 
-/// Frame counts of one buffer.
+/// Frame counts of one topic.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct FrameCounts {
     /// Recorded frames that were reproduced bit by bit.
@@ -80,8 +82,8 @@ pub struct FrameCounts {
 /// A produced frame that differs from the recorded one.
 #[derive(Clone, Debug)]
 pub struct Mismatch {
-    /// The buffer.
-    pub buffer: Buffer,
+    /// The channel.
+    pub channel: Channel,
     /// The sequence number of the frame.
     pub sequence: u64,
     /// The frame's time stamp, relative to the start of the recording.
@@ -92,8 +94,8 @@ pub struct Mismatch {
 
 impl fmt::Display for Mismatch {
     fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Self { buffer, sequence, at, difference } = self;
-        write!(out, "{buffer}, frame {sequence}, at {:.3} s: {difference}", at.as_secs_f64())
+        let Self { channel, sequence, at, difference } = self;
+        write!(out, "{channel}, frame {sequence}, at {:.3} s: {difference}", at.as_secs_f64())
     }
 }
 
@@ -119,10 +121,10 @@ pub enum ReplayError {
     #[error(transparent)]
     Receive(#[from] ReceiveError),
     /// A frame has more entries than the configuration allows.
-    #[error("frame {sequence} of `{buffer}` has {entries} entries, and its configuration allows {most}")]
+    #[error("frame {sequence} of `{channel}` has {entries} entries, and its configuration allows {most}")]
     TooLong {
-        /// The buffer.
-        buffer: Buffer,
+        /// The channel.
+        channel: Channel,
         /// The sequence number of the frame.
         sequence: u64,
         /// Its number of entries.
@@ -242,12 +244,12 @@ struct ReplayPorts {
     joints: Option<Frame>,
     inlets: BufferSubscribers,
     /// Frames produced in the last turn that have not been matched with the recording.
-    made: BTreeMap<Buffer, VecDeque<Frame>>,
+    made: BTreeMap<TopicId, VecDeque<Frame>>,
 }
 
 impl ReplayPorts {
     fn open(node: &Node, replaying: &ReplayOptions, perspectives: u32) -> Result<Self, PortError> {
-        let made = Buffer::all(perspectives).filter(|buffer| buffer.is_derived());
+        let made = recorded_topics(perspectives).filter(|topic| is_derived(*topic));
         Ok(Self {
             percepts: node.publisher(None, replaying.settings.buffers.max_objects.get())?,
             utterances: node.publisher(None, SENTENCES)?,
@@ -259,17 +261,19 @@ impl ReplayPorts {
     }
 }
 
+/// Whether the processes of a replay compute a topic.
+fn is_derived(topic: TopicId) -> bool {
+    topic.row().recording == Recording::Derived
+}
+
 /// Publishes a frame as recorded, including its sequence number and incarnation.
-fn send<T>(publisher: &mut FramePublisher<T>, frame: &Frame) -> Result<(), ReplayError>
-where
-    T: Topic<Head: Bytes, Entry: Bytes>,
-{
+fn send<T: Topic>(publisher: &mut FramePublisher<T>, frame: &Frame) -> Result<(), ReplayError> {
     let read = require!(frame.read::<T>(), "the reader returns complete frames only");
     let Some((head, entries)) = read else { return Ok(()) };
     if entries.len() > publisher.capacity() {
-        let Frame { buffer, sequence, .. } = *frame;
+        let (channel, sequence) = (Channel(frame.topic), frame.sequence);
         let (entries, most) = (entries.len(), publisher.capacity());
-        return Err(ReplayError::TooLong { buffer, sequence, entries, most });
+        return Err(ReplayError::TooLong { channel, sequence, entries, most });
     }
     publisher.send_all(head, &entries, |sent| *sent.header_mut() = *head.header())?;
     Ok(())
@@ -297,20 +301,18 @@ impl<F: FnMut(&Frame)> ReplayRun<'_, F> {
                 break;
             }
             self.played.lasted = self.played.lasted.max(at);
-            if !frame.buffer.is_derived() {
+            if is_derived(frame.topic) {
+                self.compare(&frame);
+            } else {
                 self.keep(&frame)?;
             }
-            match frame.buffer {
-                Buffer::Scene => {}
-                Buffer::Utterances => {
-                    send(&mut self.ports.utterances, &frame)?;
-                    self.say(&frame);
-                }
-                Buffer::JointStates => self.ports.joints = Some(frame),
-                Buffer::Percepts => self.step(&frame)?,
-                Buffer::Beliefs(_) | Buffer::Divergences(_) | Buffer::Events | Buffer::JointGoals => {
-                    self.compare(&frame);
-                }
+            if frame.topic == TopicId::Utterances {
+                send(&mut self.ports.utterances, &frame)?;
+                self.say(&frame);
+            } else if frame.topic == TopicId::Percepts {
+                self.step(&frame)?;
+            } else if frame.topic == TopicId::JointStates {
+                self.ports.joints = Some(frame);
             }
             if self.played.wrong.is_some() {
                 break;
@@ -338,7 +340,7 @@ impl<F: FnMut(&Frame)> ReplayRun<'_, F> {
         }
     }
 
-    /// Gives the belief process and the learner a turn for a frame of the percept buffer.
+    /// Gives the belief process and the learner a turn for a percept frame.
     fn step(&mut self, frame: &Frame) -> Result<(), ReplayError> {
         self.check_all_matched();
         if self.played.wrong.is_some() {
@@ -357,14 +359,14 @@ impl<F: FnMut(&Frame)> ReplayRun<'_, F> {
             self.ports.inlets.take(|frame| made.push(frame))?;
             for frame in made {
                 self.keep(&frame)?;
-                if frame.buffer == Buffer::Events {
+                if frame.topic == TopicId::Events {
                     self.say(&frame);
                 }
                 if self.played.incomparable.is_some() || !self.counts(&frame) {
-                    self.played.paired.entry(frame.buffer).or_default().uncompared += 1;
+                    self.played.paired.entry(frame.topic).or_default().uncompared += 1;
                 }
                 if self.played.incomparable.is_none() {
-                    self.ports.made.entry(frame.buffer).or_default().push_back(frame);
+                    self.ports.made.entry(frame.topic).or_default().push_back(frame);
                 }
             }
         }
@@ -384,7 +386,7 @@ impl<F: FnMut(&Frame)> ReplayRun<'_, F> {
         if self.played.incomparable.is_some() {
             return;
         }
-        let made = self.ports.made.get_mut(&recorded.buffer).and_then(VecDeque::pop_front);
+        let made = self.ports.made.get_mut(&recorded.topic).and_then(VecDeque::pop_front);
         if !self.counts(recorded) {
             return;
         }
@@ -393,7 +395,7 @@ impl<F: FnMut(&Frame)> ReplayRun<'_, F> {
             Some(made) => Difference::between(recorded, &made),
         };
         match difference {
-            None => self.played.paired.entry(recorded.buffer).or_default().equal += 1,
+            None => self.played.paired.entry(recorded.topic).or_default().equal += 1,
             Some(difference) => self.report_mismatch(recorded, difference),
         }
     }
@@ -403,8 +405,8 @@ impl<F: FnMut(&Frame)> ReplayRun<'_, F> {
             return;
         }
         let at = self.since_begin(frame);
-        let Frame { buffer, sequence, .. } = *frame;
-        self.played.wrong.get_or_insert(Mismatch { buffer, sequence, at, difference });
+        let (channel, sequence) = (Channel(frame.topic), frame.sequence);
+        self.played.wrong.get_or_insert(Mismatch { channel, sequence, at, difference });
     }
 
     /// Waits until a turn is due, if a replay speed is given.

@@ -8,7 +8,7 @@ use clock::Instant;
 use config::leo::Leo;
 use message::{Events, Process};
 use process::Launch;
-use recording::{Buffer, BufferSubscribers, RecordError};
+use recording::{BufferSubscribers, RecordError, recorded_topics};
 use transport::janitor::{Janitor, claim, sweep_stale};
 use transport::{Domain, FrameSubscriber, Node, PortError, ReceiveError};
 
@@ -191,7 +191,7 @@ impl LessonRecorder {
     fn open(node: &Node, record: &Record) -> Result<Self, RecordError> {
         let perspectives = record.subject.robot.leo.belief.perspectives(record.subject.partners);
         let tape = RecordingFile::begin(record)?;
-        Ok(Self { inlets: BufferSubscribers::make(node, Buffer::all(perspectives))?, tape })
+        Ok(Self { inlets: BufferSubscribers::make(node, recorded_topics(perspectives))?, tape })
     }
 
     fn take(&mut self) -> Result<(), RecordError> {

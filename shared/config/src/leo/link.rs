@@ -1,24 +1,10 @@
 use std::path::{Path, PathBuf};
 
-use message::Topic as _;
+use message::{Delivery, TopicId};
 use serde::Deserialize;
 use settings::number::{Hertz, Milliseconds};
 
 use super::Rights;
-
-/// The topics that a link can carry.
-const LINKED: [&str; 10] = [
-    message::Percepts::NAME,
-    message::Beliefs::NAME,
-    message::Divergences::NAME,
-    message::JointGoals::NAME,
-    message::JointStates::NAME,
-    message::Scene::NAME,
-    message::TeacherActs::NAME,
-    message::ActsAnswered::NAME,
-    message::Utterances::NAME,
-    message::Events::NAME,
-];
 
 /// The network link to a second machine.
 #[derive(Clone, Debug, Deserialize)]
@@ -192,10 +178,15 @@ impl RemoteProcess {
 
 /// The first error in the link as a whole: the key and the reason.
 pub(crate) fn fault(link: &Link) -> Option<(&'static str, String)> {
-    if let Some(unknown) = link.topics.iter().find(|name| !LINKED.contains(&name.as_str())) {
+    let rows = TopicId::each(0).map(TopicId::row);
+    let linked = rows.iter().filter(|row| row.delivery != Delivery::Local).map(|row| row.name);
+    if let Some(unknown) =
+        link.topics.iter().find(|name| linked.clone().all(|linked| linked != name.as_str()))
+    {
+        let linked: Vec<&str> = linked.collect();
         return Some((
             "topics",
-            format!("{unknown:?} is not a topic that can be sent: use one of {}", LINKED.join(", ")),
+            format!("{unknown:?} is not a topic that can be sent: use one of {}", linked.join(", ")),
         ));
     }
     if link.side == Side::Off {

@@ -220,6 +220,17 @@ pub(crate) fn laid_out(declared: &Declared, compiled: &[Compiled]) -> (Vec<(usiz
     (places, end.next_multiple_of(align_most), align_most)
 }
 
+/// Compares the part of a Markdown file between `<!-- NAME: ... -->` and `<!-- end -->` with its expected content, as
+/// [`compare`] does.
+pub(crate) fn compare_part(file: &str, name: &str, should: &str) {
+    let path = path::Path::new(env!("CARGO_MANIFEST_DIR")).join(file);
+    let is = fs::read_to_string(path).expect("readable");
+    let (before, rest) = is.split_once(&format!("<!-- {name}: ")).expect("the part begins");
+    let (comment, rest) = rest.split_once("-->\n").expect("its comment ends");
+    let (_, after) = rest.split_once("<!-- end -->").expect("the part ends");
+    compare(file, &format!("{before}<!-- {name}: {comment}-->\n{should}<!-- end -->{after}"));
+}
+
 /// Compares a file of the repository, named relative to the crate's folder, with its expected content. With
 /// `LEO_REWRITE=1` in the environment, writes it instead.
 pub(crate) fn compare(file: &str, should: &str) {
@@ -232,8 +243,8 @@ pub(crate) fn compare(file: &str, should: &str) {
     let differing = is.lines().zip(should.lines()).find(|(is, should)| is != should);
     assert!(
         is == should,
-        "{} is not what the sources say (first: {differing:?}): raise the version of the type that changed, \
-         and rewrite what is made from it with `LEO_REWRITE=1 cargo test -p message`",
+        "{} is not what the sources say (first: {differing:?}): if the layout of a type changed, raise its version. \
+         Then rewrite what is made from the sources with `LEO_REWRITE=1 cargo test -p message`",
         file.display()
     );
 }

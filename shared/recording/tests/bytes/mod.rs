@@ -5,8 +5,8 @@
 use std::sync::LazyLock;
 
 use geometry::Pose;
-use message::{Header, JointCause, JointMode, JointState, JointStates};
-use recording::{Buffer, Frame, ReadError, Reader, Subject, Time, Writer};
+use message::{Header, JointCause, JointMode, JointState, JointStates, TopicId};
+use recording::{Channel, Frame, ReadError, Reader, Subject, Time, Writer};
 
 const MAGIC: &[u8] = b"\x89MCAP0\r\n";
 /// Maximum number of chunks of a script with a high expansion ratio.
@@ -23,7 +23,7 @@ static WHOLE: LazyLock<[Vec<u8>; 2]> = LazyLock::new(|| {
         for sequence in 1..=4 {
             let header = Header { sequence, ..Header::at(sequence * 400_000_000) };
             let state = JointState::unread(3, JointMode::Starting, JointCause::NotStarted);
-            writer.write(&Frame::of::<JointStates>(Buffer::JointStates, &header, &[state])).unwrap();
+            writer.write(&Frame::of::<JointStates>(TopicId::JointStates, &header, &[state])).unwrap();
         }
         writer.finish().unwrap()
     })
@@ -92,8 +92,8 @@ fn read(file: &[u8], requires_check_sums: bool) -> Seen {
         match frame {
             Ok(frame) => {
                 assert!(!requires_check_sums || reader.unchecked().is_none(), "it was not checked");
-                let [head, entry] = frame.buffer.kinds().map(|kind| kind.size());
-                assert_eq!((frame.bytes.len() - head) % entry, 0, "{}", frame.buffer);
+                let [head, entry] = frame.topic.kinds().map(|kind| kind.size());
+                assert_eq!((frame.bytes.len() - head) % entry, 0, "{}", frame.topic);
                 seen.frames += 1;
             }
             Err(error) => {
@@ -164,7 +164,7 @@ fn made(bytes: &mut Bytes<'_>, is_trace: bool) -> Vec<u8> {
 
 /// A record of a known kind, with a body from the script; sometimes its length is wrong.
 fn some_record(bytes: &mut Bytes<'_>) -> Vec<u8> {
-    let buffer = Buffer::JointStates;
+    let channel = Channel(TopicId::JointStates);
     let id = u16::from(bytes.byte() % 4).to_le_bytes();
     let some = |bytes: &mut Bytes<'_>| {
         let count = usize::from(bytes.byte());
@@ -172,13 +172,16 @@ fn some_record(bytes: &mut Bytes<'_>) -> Vec<u8> {
     };
     let mut made = match bytes.byte() % 8 {
         0 => {
-            let schema = buffer.schema();
+            let schema = channel.schema();
             let schema = [text_length(schema.len()), schema.into_bytes()].concat();
-            record(0x03, &[id.to_vec(), text(&buffer.schema_name()), text("leo"), schema].concat())
+            record(0x03, &[id.to_vec(), text(&channel.schema_name()), text("leo"), schema].concat())
         }
         1 => {
-            let topic =
-                if bytes.byte().is_multiple_of(2) { buffer.to_string() } else { "observations/0".to_owned() };
+            let topic = if bytes.byte().is_multiple_of(2) {
+                channel.to_string()
+            } else {
+                "observations/0".to_owned()
+            };
             let encoding = if topic.starts_with("obs") { "json" } else { "leo" };
             record(0x04, &[id.to_vec(), id.to_vec(), text(&topic), text(encoding), vec![0; 4]].concat())
         }
@@ -186,7 +189,7 @@ fn some_record(bytes: &mut Bytes<'_>) -> Vec<u8> {
         4 => {
             let head = Header { sequence: 1, ..Header::at(9) };
             let state = JointState::unread(3, JointMode::Starting, JointCause::NotStarted);
-            let frame = Frame::of::<JointStates>(buffer, &head, &[state]);
+            let frame = Frame::of::<JointStates>(channel.0, &head, &[state]);
             record(0x05, &[id.to_vec(), vec![0; 20], frame.bytes].concat())
         }
         5 => {

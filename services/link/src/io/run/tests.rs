@@ -16,7 +16,7 @@ struct End {
 impl End {
     fn new(life_ns: u64, compatibility: Compatibility) -> Self {
         let (net, (sent, comes)) = Net::by_hand();
-        let carrier = LinkRuntime::new(compatibility, &[Stream::Events], Instant::from_nanos(life_ns));
+        let carrier = LinkRuntime::new(compatibility, &[TopicId::Events], Instant::from_nanos(life_ns));
         Self { carrier, net, sent, comes, said: Vec::new() }
     }
 

@@ -2,11 +2,12 @@ use std::fmt::Write as _;
 
 use message::{
     DEPTH_MOST, LOSSES, MAX_BUSES, MAX_JOINTS, MAX_PERCEPTS, MAX_PERSPECTIVES, MAX_SOURCES, NOBODY, STATES,
-    TEXT_CAPACITY,
+    TEXT_CAPACITY, TopicId,
 };
 
 use super::numbers::Numbered;
 use crate::declared::{Compiled, Declared, array, laid_out};
+use crate::registry::{pattern, types};
 
 const OPENING: &str = "\
 /* What Leo's processes share through memory, for C and C++: made from shared/message by
@@ -70,8 +71,20 @@ fn comment(out: &mut String, indent: &str, doc: &[String]) {
     }
 }
 
+/// The names of the topics, and the types of their frames.
+fn topics(out: &mut String) {
+    out.push_str("\n/* Topics. A frame is the head and a slice of entries. */\n");
+    for topic in TopicId::each(0) {
+        let (types, name) = (types(topic), topic.row().name);
+        let (head, entry) = (kind(types.head.0), kind(types.entry.0));
+        writeln!(out, "/* `{}`: {head}, {entry} */", pattern(topic)).expect("a string");
+        writeln!(out, "#define LEO_TOPIC{} \"{name}\"", loud(types.marker).trim_start_matches("LEO"))
+            .expect("a string");
+    }
+}
+
 /// The text of the C header.
-pub(crate) fn header(types: &[(&str, &Declared)], numbers: &[Numbered], compiled: &[Compiled]) -> String {
+pub(crate) fn header(declared: &[(&str, &Declared)], numbers: &[Numbered], compiled: &[Compiled]) -> String {
     let mut out = OPENING.to_owned();
     for (name, value) in [
         ("LEO_NOBODY", usize::from(NOBODY)),
@@ -88,6 +101,7 @@ pub(crate) fn header(types: &[(&str, &Declared)], numbers: &[Numbered], compiled
         write!(out, "\n#define {name} {value}").expect("a string");
     }
     out.push('\n');
+    topics(&mut out);
     for numbered in numbers {
         out.push('\n');
         comment(&mut out, "", &numbered.doc);
@@ -99,7 +113,7 @@ pub(crate) fn header(types: &[(&str, &Declared)], numbers: &[Numbered], compiled
         }
         out.push_str("};\n");
     }
-    for (name, declared) in types {
+    for (name, declared) in declared {
         structure(&mut out, name, declared, compiled);
     }
     out.push_str("\n#endif\n");

@@ -2,11 +2,12 @@ use std::fmt::Write as _;
 
 use message::{
     DEPTH_MOST, LOSSES, MAX_BUSES, MAX_JOINTS, MAX_PERCEPTS, MAX_PERSPECTIVES, MAX_SOURCES, NOBODY, STATES,
-    TEXT_CAPACITY,
+    TEXT_CAPACITY, TopicId,
 };
 
 use super::numbers::Numbered;
 use crate::declared::{Compiled, Declared, array, laid_out};
+use crate::registry::{pattern, types};
 
 const OPENING: &str = r#""""What Leo's processes share through memory, for ctypes: made from shared/message by
 `LEO_REWRITE=1 cargo test -p message`; do not edit. docs/sources.md says how to use it.
@@ -57,7 +58,7 @@ fn comment(out: &mut String, indent: &str, doc: &[String]) {
 }
 
 /// The text of the Python module.
-pub(crate) fn module(types: &[(&str, &Declared)], numbers: &[Numbered], compiled: &[Compiled]) -> String {
+pub(crate) fn module(declared: &[(&str, &Declared)], numbers: &[Numbered], compiled: &[Compiled]) -> String {
     let mut out = OPENING.to_owned();
     for (name, value) in [
         ("NOBODY", usize::from(NOBODY)),
@@ -83,11 +84,16 @@ pub(crate) fn module(types: &[(&str, &Declared)], numbers: &[Numbered], compiled
             writeln!(out, "    {} = {}", loud(&value.name), value.number).expect("a string");
         }
     }
-    for (name, declared) in types {
+    for (name, declared) in declared {
         structure(&mut out, name, declared);
     }
-    out.push_str("\n\n_LAYOUT = [\n");
-    for (name, declared) in types {
+    out.push_str("\n\n# Topics: the head and the entries of a frame.\nTOPICS = {\n");
+    for topic in TopicId::each(0) {
+        let (head, entry) = (types(topic).head.0, types(topic).entry.0);
+        writeln!(out, "    \"{}\": ({head}, {entry}),", pattern(topic)).expect("a string");
+    }
+    out.push_str("}\n\n_LAYOUT = [\n");
+    for (name, declared) in declared {
         let (places, size, _) = laid_out(declared, compiled);
         let places: Vec<usize> = places.into_iter().map(|(offset, _)| offset).collect();
         writeln!(out, "    ({name}, {size}, {places:?}),").expect("a string");
