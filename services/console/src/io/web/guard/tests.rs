@@ -78,7 +78,7 @@ fn the_cookie_opens_the_pages_files_and_nothing_else() {
 }
 
 #[test]
-fn an_address_with_a_wrong_token_is_refused_even_if_reading_is_open() {
+fn a_page_with_a_wrong_token_is_refused_where_reading_is_open() {
     let lock = lock(ReadWithoutToken::Page);
     assert_eq!(got(&lock, "/?token=0", &[cookie(&lock)]), Err(Refusal::WrongToken));
     // A page that stored an old token still reads.
