@@ -17,14 +17,13 @@ use config::Robot;
 use config::leo::Rights;
 use config::lesson::Lesson;
 use message::{
-    Beliefs, Head as _, Header, Hop, JointGoal, JointGoals, JointMode, JointStates, Percepts, Process,
-    Roster, Topic,
+    Beliefs, Head as _, Header, Hop, JointGoal, JointGoals, JointMode, JointStates, Percepts, Process, Roster,
 };
 use process::{Failure, Launch};
 use rustix::process::{Pid, Resource, Signal, getpid, getrlimit, kill_process};
 use rustix::thread::{CapabilitySet, capabilities, gettid};
 use transport::janitor::{Janitor, claim};
-use transport::{Domain, FramePublisher, FrameSubscriber, Node, RosterWriter};
+use transport::{Domain, FramePublisher, FrameSubscriber, Node, RosterWriter, TopicPorts};
 
 /// Size of the middleware's allocation for each loaned frame: the book-keeping of the loan.
 const LOAN_BYTES: usize = 48;
@@ -149,12 +148,12 @@ struct Robots {
 }
 
 /// A subscriber and its last sequence number.
-struct Watch<T: Topic> {
+struct Watch<T: TopicPorts> {
     subscriber: FrameSubscriber<T>,
     sequence: u64,
 }
 
-impl<T: Topic> Watch<T> {
+impl<T: TopicPorts> Watch<T> {
     fn new(node: &Node, number: Option<u32>) -> Self {
         Self { subscriber: node.subscriber(number).expect("a free reader"), sequence: 0 }
     }

@@ -14,10 +14,10 @@ use std::process::Stdio;
 use clock::{Duration, Instant};
 use message::{
     ActsAnswered, Beliefs, Events, Hop, JointGoals, JointStates, Observations, Percepts, Scene, TeacherActs,
-    Topic, Utterances,
+    Utterances,
 };
 use rustix::process::Signal;
-use transport::{Domain, Node};
+use transport::{Domain, Node, TopicPorts};
 
 use robot::{Robot, leo, pause, signal, wait_until};
 use rogue::{FALSE_PLACE_M, GOAL_OFFSET_RAD, Rogue};
@@ -47,7 +47,12 @@ fn row(robot: &Robot, process: &str) -> serde_json::Value {
 }
 
 /// Kills a process and opens its topic for writing, if that succeeds before the restarted process has it.
-fn take_place<T: Topic>(robot: &Robot, node: &Node, victim: &str, number: Option<u32>) -> Option<Rogue<T>> {
+fn take_place<T: TopicPorts>(
+    robot: &Robot,
+    node: &Node,
+    victim: &str,
+    number: Option<u32>,
+) -> Option<Rogue<T>> {
     let mut before = None;
     let lives = wait_until(|| {
         before = robot.processes().get(victim).copied();
@@ -72,7 +77,7 @@ fn take_place<T: Topic>(robot: &Robot, node: &Node, victim: &str, number: Option
 
 /// Publishes on a killed process's topic until a reader has refused it. Returns whether the topic was
 /// obtained.
-fn is_refused<T: Topic>(
+fn is_refused<T: TopicPorts>(
     robot: &Robot,
     node: &Node,
     (victim, number): (&str, Option<u32>),

@@ -4,7 +4,7 @@ use message::{
     JointMode, JointState, Observation, Perceived, PerceptHead, PerceptValue, Percepts, SceneObject,
     Snapshot, SourceSet, TeacherAct, TeacherActKind, Text, Topic, Utterance,
 };
-use transport::{FramePublisher, Node, OverflowPolicy, Queues};
+use transport::{FramePublisher, Node, OverflowPolicy, Queues, TopicPorts};
 
 /// As in `leo.toml`: queues and frame capacity of a domain.
 pub(crate) const QUEUES: Queues = Queues { frames: 4, overflow_policy: OverflowPolicy::DropOldest };
@@ -19,11 +19,11 @@ pub(crate) const FALSE_PLACE_M: [f32; 3] = [0.2, 0.9, 0.4];
 const POSITION: u16 = 0;
 
 /// Publishes on the topic of a dead process.
-pub(crate) struct Rogue<T: Topic> {
+pub(crate) struct Rogue<T: TopicPorts> {
     publisher: FramePublisher<T>,
 }
 
-impl<T: Topic> Rogue<T> {
+impl<T: TopicPorts> Rogue<T> {
     pub(crate) fn open(node: &Node, number: Option<u32>) -> Option<Self> {
         let capacity = if T::NAME == JointGoals::NAME { JOINTS } else { CAPACITY };
         node.publisher(number, capacity).ok().map(|publisher| Self { publisher })

@@ -211,6 +211,14 @@ macro_rules! topics {
                 }
             };
         }
+
+        /// Passes the types of all topics to a macro: `each_topic!(implement)` is `implement! { … }`.
+        #[macro_export]
+        macro_rules! each_topic {
+            ($dollar then:ident) => {
+                $dollar then! { $($crate::$name)+ }
+            };
+        }
     };
 }
 

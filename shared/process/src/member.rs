@@ -5,9 +5,10 @@ use std::time::Duration;
 use clock::Instant;
 use config::leo::{Buffers, Rights};
 use cycle::{Account, Schedule};
-use message::{Health, Process, ProcessState, Topic};
+use message::{Health, Process, ProcessState};
 use transport::{
     Board, BoardWriter, Domain, FramePublisher, FrameSubscriber, HealthWriter, Node, OverflowPolicy, Queues,
+    TopicPorts,
 };
 
 use crate::pace::{Lockstep, LoopTiming, Wait, wait_for_call};
@@ -123,7 +124,7 @@ impl ProcessNode {
     /// # Errors
     ///
     /// As [`Node::publisher`].
-    pub fn publisher<T: Topic>(
+    pub fn publisher<T: TopicPorts>(
         &self,
         number: Option<u32>,
         capacity: usize,
@@ -137,7 +138,7 @@ impl ProcessNode {
     /// # Errors
     ///
     /// As [`Node::subscriber`].
-    pub fn subscriber<T: Topic>(&self, number: Option<u32>) -> Result<FrameSubscriber<T>, Failure> {
+    pub fn subscriber<T: TopicPorts>(&self, number: Option<u32>) -> Result<FrameSubscriber<T>, Failure> {
         Ok(self.node.subscriber(number)?)
     }
 
@@ -147,7 +148,7 @@ impl ProcessNode {
     /// # Errors
     ///
     /// As [`Node::subscriber_from`].
-    pub fn subscriber_from<T: Topic>(
+    pub fn subscriber_from<T: TopicPorts>(
         &self,
         number: Option<u32>,
         owner: Option<Process>,
@@ -161,7 +162,10 @@ impl ProcessNode {
     /// # Errors
     ///
     /// As [`Node::waking_subscriber`].
-    pub fn waking_subscriber<T: Topic>(&self, number: Option<u32>) -> Result<FrameSubscriber<T>, Failure> {
+    pub fn waking_subscriber<T: TopicPorts>(
+        &self,
+        number: Option<u32>,
+    ) -> Result<FrameSubscriber<T>, Failure> {
         match self.pace {
             LoopTiming::Wall { .. } => Ok(self.node.waking_subscriber(number)?),
             LoopTiming::Lockstep(_) => Ok(self.node.subscriber(number)?),
@@ -261,7 +265,7 @@ impl ProcessNode {
     /// # Errors
     ///
     /// The subscriber has no notifications, or the middleware failed.
-    pub fn next_call<T: Topic>(
+    pub fn next_call<T: TopicPorts>(
         &mut self,
         subscriber: &mut FrameSubscriber<T>,
     ) -> Result<Option<Instant>, Failure> {

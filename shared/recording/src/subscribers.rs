@@ -1,5 +1,5 @@
-use message::{Numbering, Topic, TopicId, with_topic};
-use transport::{FrameSubscriber, Node, PortError, ReceiveError};
+use message::{Numbering, TopicId, with_topic};
+use transport::{FrameSubscriber, Node, PortError, ReceiveError, TopicPorts};
 
 use crate::Frame;
 use crate::channel::{is_recorded, recorded_topics};
@@ -16,12 +16,12 @@ trait Source {
     fn drops(&self) -> u64;
 }
 
-struct BufferSubscriber<T: Topic> {
+struct BufferSubscriber<T: TopicPorts> {
     topic: TopicId,
     subscriber: FrameSubscriber<T>,
 }
 
-impl<T: Topic> Source for BufferSubscriber<T> {
+impl<T: TopicPorts> Source for BufferSubscriber<T> {
     fn topic(&self) -> TopicId {
         self.topic
     }
@@ -123,7 +123,11 @@ impl std::fmt::Debug for BufferSubscribers {
 }
 
 /// Opens the subscriber of a topic; `None` if it does not exist yet.
-fn tap<T: Topic>(node: &Node, topic: TopicId, how: OpenMode) -> Result<Option<Box<dyn Source>>, PortError> {
+fn tap<T: TopicPorts>(
+    node: &Node,
+    topic: TopicId,
+    how: OpenMode,
+) -> Result<Option<Box<dyn Source>>, PortError> {
     let subscriber = match how {
         OpenMode::Make => Some(node.subscriber::<T>(topic.number())?),
         OpenMode::Find => node.existing_subscriber::<T>(topic.number())?,

@@ -24,6 +24,20 @@ const MAX_READERS: usize = 32;
 pub trait Board: Copy + Default + fmt::Debug + ZeroCopySend + 'static {
     /// The first part of the names of its boards.
     const NAME: &'static str;
+
+    /// As [`BoardWriter::create`]; compiled once, here (see [`TopicPorts`](crate::TopicPorts)).
+    ///
+    /// # Errors
+    ///
+    /// As [`BoardWriter::create`].
+    fn create(node: &Node, process: Process, incarnation: u64) -> Result<BoardWriter<Self>, PortError>;
+
+    /// As [`BoardReader::open`].
+    ///
+    /// # Errors
+    ///
+    /// As [`BoardReader::open`].
+    fn open(node: &Node, process: Process, incarnation: u64) -> Result<BoardReader<Self>, PortError>;
 }
 
 /// Writes a board of one incarnation of a process.
@@ -40,6 +54,10 @@ impl<T: Board> BoardWriter<T> {
     ///
     /// The board exists already, or shared memory is exhausted.
     pub fn create(node: &Node, process: Process, incarnation: u64) -> Result<Self, PortError> {
+        T::create(node, process, incarnation)
+    }
+
+    fn create_here(node: &Node, process: Process, incarnation: u64) -> Result<Self, PortError> {
         let name = board_name(T::NAME, process, incarnation);
         let failed = |reason: &dyn fmt::Debug| PortError::new(&name, "writing", reason);
         let board = node
@@ -82,6 +100,10 @@ impl<T: Board> BoardReader<T> {
     ///
     /// The board does not exist (yet), or has too many readers.
     pub fn open(node: &Node, process: Process, incarnation: u64) -> Result<Self, PortError> {
+        T::open(node, process, incarnation)
+    }
+
+    fn open_here(node: &Node, process: Process, incarnation: u64) -> Result<Self, PortError> {
         let name = board_name(T::NAME, process, incarnation);
         let failed = |reason: &dyn fmt::Debug| PortError::new(&name, "reading", reason);
         let board = node
@@ -132,6 +154,14 @@ macro_rules! boards {
     ($($value:ident as $name:literal)+) => {
         $(impl Board for $value {
             const NAME: &'static str = $name;
+
+            fn create(node: &Node, process: Process, incarnation: u64) -> Result<BoardWriter<Self>, PortError> {
+                BoardWriter::create_here(node, process, incarnation)
+            }
+
+            fn open(node: &Node, process: Process, incarnation: u64) -> Result<BoardReader<Self>, PortError> {
+                BoardReader::open_here(node, process, incarnation)
+            }
         })+
     };
 }

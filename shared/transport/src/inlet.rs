@@ -1,18 +1,17 @@
 use std::fmt;
 use std::time::Duration;
 
-use iceoryx2::node::Node as RawNode;
 use iceoryx2::port::listener::Listener;
 use iceoryx2::port::subscriber::Subscriber;
 use iceoryx2::sample::Sample;
 use iceoryx2::service::ipc::Service;
 use iceoryx2::service::port_factory::PortFactory as _;
-use message::{Head as _, Topic};
+use message::{Head as _, Process, Topic};
 
 use crate::node::topic_name;
 use crate::service::{event_service, existing_frame_service, frame_service};
 use crate::writers::PublisherFilter;
-use crate::{PortError, Queues, ReceiveError};
+use crate::{Node, PortError, ReceiveError};
 
 /// Maximum number of frames refused in one call. It exceeds the number of frames that all refused publishers have in
 /// their queues.
@@ -55,22 +54,22 @@ impl<T: Topic> fmt::Debug for Frame<T> {
 
 impl<T: Topic> FrameSubscriber<T> {
     pub(crate) fn open(
-        node: &RawNode<Service>,
+        node: &Node,
         number: Option<u32>,
-        queues: Queues,
-        waking: bool,
-        writers: PublisherFilter,
+        owner: Option<Process>,
+        is_woken: bool,
     ) -> Result<Self, PortError> {
+        let (queues, writers) = (node.queues(), node.writers(owner));
         let (topic, purpose) = (topic_name::<T>(number), "reading");
         let failed = |reason: &dyn fmt::Debug| PortError::new(&topic, purpose, reason);
-        let service = frame_service::<T>(node, (&topic, number), queues, purpose)?;
+        let service = frame_service::<T>(node.raw(), (&topic, number), queues, purpose)?;
         let subscriber = service
             .subscriber_builder()
             .buffer_size(queues.frames)
             .create()
             .map_err(|error| failed(&error))?;
-        let notifications = if waking {
-            let service = event_service::<T>(node, (&topic, number), purpose)?;
+        let notifications = if is_woken {
+            let service = event_service::<T>(node.raw(), (&topic, number), purpose)?;
             Some(service.listener_builder().create().map_err(|error| failed(&error))?)
         } else {
             None
@@ -80,13 +79,9 @@ impl<T: Topic> FrameSubscriber<T> {
 
     /// A subscriber to an existing topic, with the maximum queue length of the topic. `None` if the topic does not
     /// exist.
-    pub(crate) fn open_existing(
-        node: &RawNode<Service>,
-        number: Option<u32>,
-        writers: PublisherFilter,
-    ) -> Result<Option<Self>, PortError> {
-        let topic = topic_name::<T>(number);
-        let Some(service) = existing_frame_service::<T>(node, &topic)? else { return Ok(None) };
+    pub(crate) fn open_existing(node: &Node, number: Option<u32>) -> Result<Option<Self>, PortError> {
+        let (topic, writers) = (topic_name::<T>(number), node.writers(T::writer(number)));
+        let Some(service) = existing_frame_service::<T>(node.raw(), &topic)? else { return Ok(None) };
         let frames = service.static_config().subscriber_max_buffer_size();
         let subscriber = service.subscriber_builder().buffer_size(frames).create();
         let subscriber = subscriber.map_err(|error| PortError::new(&topic, "reading", error))?;

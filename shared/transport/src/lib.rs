@@ -25,6 +25,7 @@ mod queues;
 mod reserve;
 mod segment;
 mod service;
+mod topic_ports;
 mod writers;
 
 pub use board::{
@@ -38,4 +39,5 @@ pub use outlet::FramePublisher;
 pub use queues::{OverflowPolicy, Queues};
 pub use reserve::ReserveError;
 pub use segment::{Replaced, Segment};
+pub use topic_ports::TopicPorts;
 pub use writers::RefusedFrames;

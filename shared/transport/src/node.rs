@@ -13,6 +13,7 @@ use message::{Process, Topic};
 use crate::writers::{PublisherFilter, RosterFilter, identity};
 use crate::{
     Domain, FramePublisher, FrameSubscriber, JoinError, PortError, Queues, RefusedFrames, RosterReader,
+    TopicPorts,
 };
 
 /// A process's node in a domain, from which its ports are created.
@@ -94,7 +95,7 @@ impl Node {
         identity(self.node.id().value()).0
     }
 
-    fn writers(&self, owner: Option<Process>) -> PublisherFilter {
+    pub(crate) fn writers(&self, owner: Option<Process>) -> PublisherFilter {
         PublisherFilter::new(self.listed.clone(), owner)
     }
 
@@ -106,13 +107,12 @@ impl Node {
     ///
     /// The topic already has a publisher and no roster decides, or it has other message types, or shared memory is
     /// exhausted.
-    pub fn publisher<T: Topic>(
+    pub fn publisher<T: TopicPorts>(
         &self,
         number: Option<u32>,
         capacity: usize,
     ) -> Result<FramePublisher<T>, PortError> {
-        let is_supervised = self.listed.is_some();
-        FramePublisher::open(&self.node, number, capacity, self.queues, self.incarnation, is_supervised)
+        T::open_publisher(self, number, capacity)
     }
 
     /// Opens a subscriber to a topic.
@@ -120,8 +120,8 @@ impl Node {
     /// # Errors
     ///
     /// The topic has too many subscribers or other message types, or shared memory is exhausted.
-    pub fn subscriber<T: Topic>(&self, number: Option<u32>) -> Result<FrameSubscriber<T>, PortError> {
-        FrameSubscriber::open(&self.node, number, self.queues, false, self.writers(T::writer(number)))
+    pub fn subscriber<T: TopicPorts>(&self, number: Option<u32>) -> Result<FrameSubscriber<T>, PortError> {
+        T::open_subscriber(self, number, T::writer(number), false)
     }
 
     /// Like [`Self::subscriber`], for a topic whose writer the configuration defines, such as a source in the
@@ -130,12 +130,12 @@ impl Node {
     /// # Errors
     ///
     /// As [`Self::subscriber`].
-    pub fn subscriber_from<T: Topic>(
+    pub fn subscriber_from<T: TopicPorts>(
         &self,
         number: Option<u32>,
         owner: Option<Process>,
     ) -> Result<FrameSubscriber<T>, PortError> {
-        FrameSubscriber::open(&self.node, number, self.queues, false, self.writers(owner))
+        T::open_subscriber(self, number, owner, false)
     }
 
     /// Opens a subscriber with notifications: its writer wakes it with every frame. Each such subscriber costs the
@@ -144,8 +144,11 @@ impl Node {
     /// # Errors
     ///
     /// As [`Self::subscriber`].
-    pub fn waking_subscriber<T: Topic>(&self, number: Option<u32>) -> Result<FrameSubscriber<T>, PortError> {
-        FrameSubscriber::open(&self.node, number, self.queues, true, self.writers(T::writer(number)))
+    pub fn waking_subscriber<T: TopicPorts>(
+        &self,
+        number: Option<u32>,
+    ) -> Result<FrameSubscriber<T>, PortError> {
+        T::open_subscriber(self, number, T::writer(number), true)
     }
 
     /// Opens a subscriber for an observer of a running robot; `None` if the topic does not exist (yet). In wall time
@@ -156,11 +159,11 @@ impl Node {
     /// # Errors
     ///
     /// The topic has too many subscribers, or other message types.
-    pub fn existing_subscriber<T: Topic>(
+    pub fn existing_subscriber<T: TopicPorts>(
         &self,
         number: Option<u32>,
     ) -> Result<Option<FrameSubscriber<T>>, PortError> {
-        FrameSubscriber::open_existing(&self.node, number, self.writers(T::writer(number)))
+        T::open_existing_subscriber(self, number)
     }
 
     /// Cleans up after dead processes of the domain. It scans directories and allocates. So do not call it in a
@@ -171,6 +174,19 @@ impl Node {
 
     pub(crate) fn raw(&self) -> &RawNode<Service> {
         &self.node
+    }
+
+    pub(crate) fn queues(&self) -> Queues {
+        self.queues
+    }
+
+    pub(crate) fn incarnation(&self) -> u64 {
+        self.incarnation
+    }
+
+    /// Whether a supervisor's roster decides who may publish.
+    pub(crate) fn is_supervised(&self) -> bool {
+        self.listed.is_some()
     }
 }
 

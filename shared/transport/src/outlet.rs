@@ -1,7 +1,6 @@
 use std::fmt;
 use std::mem::MaybeUninit;
 
-use iceoryx2::node::Node as RawNode;
 use iceoryx2::port::BackpressureAction;
 use iceoryx2::port::notifier::Notifier;
 use iceoryx2::port::publisher::{Publisher, PublisherCreateError};
@@ -16,7 +15,7 @@ use crate::node::topic_name;
 use crate::queues::{MAX_LOANED, MAX_SUBSCRIBERS, max_frames};
 use crate::service::{Frames, event_service, frame_service};
 use crate::writers::identity;
-use crate::{OverflowPolicy, PortError, Queues, SendError};
+use crate::{Node, OverflowPolicy, PortError, SendError};
 
 /// Uninitialised memory of a frame.
 type Loan<T> = SampleMutUninit<Service, [MaybeUninit<<T as Topic>::Entry>], <T as Topic>::Head>;
@@ -38,21 +37,15 @@ pub struct FramePublisher<T: Topic> {
 }
 
 impl<T: Topic> FramePublisher<T> {
-    pub(crate) fn open(
-        node: &RawNode<Service>,
-        number: Option<u32>,
-        capacity: usize,
-        queues: Queues,
-        incarnation: u64,
-        is_supervised: bool,
-    ) -> Result<Self, PortError> {
+    pub(crate) fn open(node: &Node, number: Option<u32>, capacity: usize) -> Result<Self, PortError> {
+        let queues = node.queues();
         let (topic, purpose) = (topic_name::<T>(number), "writing");
         let failed = |reason: &dyn fmt::Debug| PortError::new(&topic, purpose, reason);
-        let service = frame_service::<T>(node, (&topic, number), queues, purpose)?;
+        let service = frame_service::<T>(node.raw(), (&topic, number), queues, purpose)?;
         let publishers = publishers::<T>(&service);
         // Under a supervisor, subscribers reject foreign publishers. Without one, the first publisher keeps the
         // topic.
-        if !publishers.is_empty() && (!is_supervised || T::writer(number).is_none()) {
+        if !publishers.is_empty() && (!node.is_supervised() || T::writer(number).is_none()) {
             return Err(PortError::taken(&topic, &publishers));
         }
         // The process that created the topic may have given it longer queues.
@@ -78,7 +71,7 @@ impl<T: Topic> FramePublisher<T> {
                     failed(&error)
                 }
             })?;
-        let notifications = event_service::<T>(node, (&topic, number), purpose)?
+        let notifications = event_service::<T>(node.raw(), (&topic, number), purpose)?
             .notifier_builder()
             .create()
             .map_err(|error| failed(&error))?;
@@ -90,7 +83,7 @@ impl<T: Topic> FramePublisher<T> {
             topic,
             capacity,
             overflow_policy,
-            incarnation,
+            incarnation: node.incarnation(),
             sequence: 0,
             undelivered: 0,
             known: Vec::with_capacity(MAX_SUBSCRIBERS),

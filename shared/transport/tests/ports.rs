@@ -10,7 +10,7 @@ use message::{
     Event, EventKind, Events, Header, Health, Hop, Process, ProcessState, Topic, TopicRow, Utterance,
 };
 use transport::janitor::{Claim, ClaimError, Janitor, claim, is_claimed};
-use transport::{Domain, HealthReader, HealthWriter, Node, OverflowPolicy, Queues, SendError};
+use transport::{Domain, HealthReader, HealthWriter, Node, OverflowPolicy, Queues, SendError, TopicPorts};
 
 /// iceoryx2 allows one domain per process, so the tests of this file share one. The last test removes it.
 struct Domained {
@@ -303,6 +303,8 @@ impl Topic for OtherEvents {
     type Entry = Utterance;
     const ROW: TopicRow = Events::ROW;
 }
+
+impl TopicPorts for OtherEvents {}
 
 #[test]
 fn a_topic_with_other_message_layouts_is_refused_with_the_reason() {

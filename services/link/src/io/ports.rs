@@ -4,9 +4,9 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use config::Robot;
-use message::{Head as _, Topic, TopicId, get_frame, put_frame, with_topic};
+use message::{Head as _, TopicId, get_frame, put_frame, with_topic};
 use process::{Failure, ProcessNode};
-use transport::{FramePublisher, FrameSubscriber};
+use transport::{FramePublisher, FrameSubscriber, TopicPorts};
 
 use crate::order::is_latched;
 use crate::outbox::Place;
@@ -23,7 +23,7 @@ trait TopicReader {
     fn drops(&self) -> u64;
 }
 
-struct Read<T: Topic> {
+struct Read<T: TopicPorts> {
     topic: TopicId,
     subscriber: FrameSubscriber<T>,
     bytes: Vec<u8>,
@@ -33,7 +33,7 @@ struct Read<T: Topic> {
     drops: u64,
 }
 
-impl<T: Topic> TopicReader for Read<T> {
+impl<T: TopicPorts> TopicReader for Read<T> {
     fn topic(&self) -> TopicId {
         self.topic
     }
@@ -74,7 +74,7 @@ trait TopicWriter {
     fn undelivered(&self) -> u64;
 }
 
-impl<T: Topic> TopicWriter for FramePublisher<T> {
+impl<T: TopicPorts> TopicWriter for FramePublisher<T> {
     fn publish_frame(&mut self, bytes: &[u8]) -> Result<bool, Failure> {
         let Some((head, entries)) = get_frame::<T>(bytes) else { return Ok(false) };
         if entries.len() > self.capacity() {
@@ -99,7 +99,7 @@ pub(crate) struct TopicReaders(Vec<Box<dyn TopicReader>>);
 
 impl TopicReaders {
     pub(crate) fn open(member: &ProcessNode, topics: &[TopicId]) -> Result<Self, Failure> {
-        fn tap<T: Topic>(member: &ProcessNode, topic: TopicId) -> Result<Box<dyn TopicReader>, Failure> {
+        fn tap<T: TopicPorts>(member: &ProcessNode, topic: TopicId) -> Result<Box<dyn TopicReader>, Failure> {
             let subscriber = member.subscriber::<T>(topic.number())?;
             Ok(Box::new(Read { topic, subscriber, bytes: Vec::new(), place: None, drops: 0 }))
         }
@@ -129,7 +129,7 @@ pub(crate) struct TopicWriters(BTreeMap<TopicId, Box<dyn TopicWriter>>);
 
 impl TopicWriters {
     pub(crate) fn open(member: &ProcessNode, topics: &[TopicId], robot: &Robot) -> Result<Self, Failure> {
-        fn spring<T: Topic>(
+        fn spring<T: TopicPorts>(
             member: &ProcessNode,
             topic: TopicId,
             capacity: usize,
