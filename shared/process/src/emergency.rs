@@ -170,7 +170,10 @@ impl Emergency {
                 let (signalled, raised, stop) =
                     (Arc::clone(&signalled), Arc::clone(&raised), Arc::clone(&stop));
                 let domain = domain.to_owned();
-                move || watch_loop(&domain, &signalled, &raised, &stop)
+                move || {
+                    let _raised = RaisedByPanic(&raised);
+                    watch_loop(&domain, &signalled, &raised, &stop);
+                }
             })
             .map_err(|error| Failure::own(format!("cannot watch for the emergency stop: {error}")))?;
         Ok(Self { emergency_flag: EmergencyFlag { signalled, raised }, stop, thread: Some(thread) })
@@ -204,6 +207,17 @@ impl Drop for Emergency {
         if let Some(thread) = self.thread.take() {
             // A thread that panicked has already reported it.
             let _ended = thread.join();
+        }
+    }
+}
+
+/// Raises the stop if its watching thread panics: from then on neither a file nor a signal would be seen.
+struct RaisedByPanic<'a>(&'a AtomicBool);
+
+impl Drop for RaisedByPanic<'_> {
+    fn drop(&mut self) {
+        if thread::panicking() {
+            self.0.store(true, Ordering::Relaxed);
         }
     }
 }
@@ -288,6 +302,18 @@ mod tests {
         while !what() {
             thread::yield_now();
         }
+    }
+
+    #[test]
+    fn a_panic_of_the_watching_thread_raises_the_stop() {
+        let raised = AtomicBool::new(false);
+        drop(RaisedByPanic(&raised));
+        assert!(!raised.load(Ordering::Relaxed));
+        let watched = std::panic::catch_unwind(|| {
+            let _raised = RaisedByPanic(&raised);
+            panic!("a test");
+        });
+        assert!(watched.is_err() && raised.load(Ordering::Relaxed));
     }
 
     #[test]
