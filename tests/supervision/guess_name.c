@@ -1,6 +1,6 @@
-/* Creates a file at a name of shared memory just before a process does, as a user who guessed the name would: LD_PRELOAD
- * this library with LEO_GUESSES=FOLDER. The next process that starts removes FOLDER/next, which contains a number: the
- * file is created before that creation of the process. Its name is written to FOLDER/guessed. */
+/* Creates a file at a name of shared memory just before a process does, as a user who guessed the name would.
+ * LD_PRELOAD this library with LEO_GUESSES=FOLDER. The next process that starts removes FOLDER/next, which contains a
+ * number: the file is created before that creation of the process. Its name is written to FOLDER/guessed. */
 #define _GNU_SOURCE
 #include <dlfcn.h>
 #include <fcntl.h>
