@@ -20,9 +20,9 @@ fn main() -> Result<(), Box<dyn Error>> {
     let mut partner = Partner::new(1, perception.clone(), &percepts, &settings, 8)?;
 
     let mut now = Instant::from_nanos(1_000_000_000);
-    for (y_m, is_hidden) in
-        [(0.25, false), (0.15, true), (0.05, true), (-0.05, true), (-0.15, true), (-0.25, true)]
-    {
+    // Centimetres to the left. The wall is there from the second step on.
+    for (step, y_cm) in (-25..=25_i8).rev().step_by(5).enumerate() {
+        let y_m = f32::from(y_cm) / 100.0;
         let observe = |position_m| Observation {
             position_m,
             confidence: 0.9,
@@ -42,7 +42,7 @@ fn main() -> Result<(), Box<dyn Error>> {
             ..observe([0.75, 0.0, 0.3])
         };
         let mut seen = vec![person, block];
-        seen.extend(is_hidden.then_some(wall));
+        seen.extend((step > 0).then_some(wall));
         let entries: Vec<Perceived> = seen
             .into_iter()
             .map(|observation| Perceived {
