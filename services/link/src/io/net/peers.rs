@@ -72,8 +72,7 @@ pub(super) async fn carry(
     incoming: crossbeam::channel::Sender<Message>,
     mut outgoing: mpsc::Receiver<(MessageKind, Vec<u8>)>,
 ) {
-    let (connected, slots) = (RefCell::default(), HandshakeSlots::reserved_for(&connect));
-    let peers = Rc::new(Peers { keys, compatibility, incoming, connected, slots, reports });
+    let peers = Rc::new(Peers::new(keys, compatibility, reports, &connect, incoming));
     let mut tasks = JoinSet::new();
     for address in listen {
         let peers = Rc::clone(&peers);
@@ -99,6 +98,18 @@ pub(super) async fn carry(
 }
 
 impl Peers {
+    /// No peer yet. The slots are reserved for the IP addresses in `connect`.
+    pub(super) fn new(
+        keys: Keys,
+        compatibility: Compatibility,
+        reports: Reports,
+        connect: &[Address],
+        incoming: crossbeam::channel::Sender<Message>,
+    ) -> Self {
+        let (connected, slots) = (RefCell::default(), HandshakeSlots::reserved_for(connect));
+        Self { keys, compatibility, incoming, connected, slots, reports }
+    }
+
     /// Sends a message to every peer; it is dropped where the queue is full.
     fn send(&self, sort: MessageKind, bytes: &Bytes) {
         for Peer { connection, bundles, .. } in self.connected.borrow().values() {

@@ -1,4 +1,5 @@
 use std::net::{Ipv4Addr, UdpSocket};
+use std::rc::Rc;
 
 use clock::Duration;
 use config::Robot;
@@ -7,7 +8,9 @@ use quinn::ConnectionError;
 use tokio::time::timeout;
 
 use self::certificates::{client, everybody_or_skip, free_port, within};
+use super::peers::Peers;
 use super::*;
+use crate::slots::MAX_UNRESERVED;
 use crate::wire::Heartbeat;
 
 pub(super) mod certificates;
@@ -204,4 +207,41 @@ fn another_robot_and_another_of_the_same_side_are_not_talked_to() {
         clock::sleep_until(clock::now() + Duration::from_millis(50));
         assert!(strangers.iter().all(|stranger| stranger.receive().is_none()));
     }
+}
+
+#[test]
+fn only_an_accepted_certificate_reserves_slots_for_its_address() {
+    let Some(pair) = Pair::or_skip() else { return };
+    let keys = Keys::read(&pair.link(Side::Robot, "robot")).unwrap();
+    let (reports, _thread) = Reports::start(keys.files.clone(), |_| {}).unwrap();
+    let (incoming, _received) = bounded(INCOMING);
+    let peers = Rc::new(Peers::new(keys, compatibility(), reports, &[], incoming));
+    let address = format!("quic/127.0.0.1:{}", pair.port).try_into().unwrap();
+    within(LocalSet::new().run_until(async move {
+        let listening = Rc::clone(&peers);
+        let _listening = tokio::task::spawn_local(async move { listening.listen(&address).await });
+        let is_reserved = || {
+            let slot = peers.slots.take(clock::now(), Ipv4Addr::LOCALHOST.into(), MAX_UNRESERVED);
+            slot.is_some()
+        };
+        let connect = async |name| {
+            let endpoint = client(pair.keys.path(), name);
+            let at = (Ipv4Addr::LOCALHOST, pair.port).into();
+            (endpoint.connect(at, "localhost").unwrap().await, endpoint)
+        };
+        for name in [None, Some("stranger"), Some("expired"), Some("server")] {
+            // In TLS 1.3 the client learns that its certificate was refused only after it is connected.
+            if let (Ok(connection), _endpoint) = connect(name).await {
+                connection.closed().await;
+            }
+            assert!(!is_reserved(), "{name:?}");
+        }
+        let (connection, _endpoint) = connect(Some("away")).await;
+        let connection = connection.unwrap();
+        while !is_reserved() {
+            tokio::time::sleep(Duration::from_millis(2)).await;
+        }
+        connection.close(0_u32.into(), b"");
+        assert!(is_reserved(), "also without a connection");
+    }));
 }
