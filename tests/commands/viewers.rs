@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 
 use message::{Events, Scene, TopicId, Utterances};
-use recording::{Frame, Reader};
+use recording::{Channel, Frame, Reader};
 use tempfile::TempDir;
 
 use crate::harness::{short_lesson, write};
@@ -64,7 +64,7 @@ impl Expected {
         let of = |topic: TopicId| frames.iter().filter(move |frame| frame.topic == topic);
         let mut messages: BTreeMap<String, usize> = BTreeMap::new();
         for frame in frames {
-            *messages.entry(frame.topic.to_string()).or_default() += 1;
+            *messages.entry(Channel(frame.topic).to_string()).or_default() += 1;
         }
         // 50 of 250 joint frames and of 200 scene frames per second are exported: in simulated time every
         // fifth and every fourth.
@@ -240,7 +240,7 @@ fn a_truncated_recording_is_readable_by_other_tools_too() {
     );
     let mut ours: BTreeMap<String, usize> = BTreeMap::new();
     for frame in &frames {
-        *ours.entry(frame.topic.to_string()).or_default() += 1;
+        *ours.entry(Channel(frame.topic).to_string()).or_default() += 1;
     }
     let output = ran(Command::new(python).args([&script, &to]));
     let found: serde_json::Value = serde_json::from_slice(&output.stdout).expect("is JSON");
