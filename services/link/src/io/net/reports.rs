@@ -130,7 +130,7 @@ mod tests {
     }
 
     #[test]
-    fn a_line_is_logged_again_after_an_hour_and_their_number_is_bounded() {
+    fn a_line_is_logged_again_after_an_hour_within_a_bound() {
         let mut lines = LoggedLines::default();
         let at = |s: u64| Instant::from_nanos(1_000_000_000 * (1 + s));
         let logged = (0..999).filter(|number| lines.is_new(at(0), &number.to_string()));
