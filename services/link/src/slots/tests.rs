@@ -69,7 +69,7 @@ fn a_new_address_evicts_the_oldest_handshake_of_any_other() {
 }
 
 #[test]
-fn an_address_with_a_reservation_gets_all_its_slots_in_a_full_table() {
+fn a_reserved_address_gets_all_its_slots_in_a_full_table() {
     let mut table = SlotTable::default();
     table.reserve(numbered(0));
     let mut now_ms = 0;
