@@ -236,7 +236,7 @@ fn only_an_accepted_certificate_reserves_slots_for_its_address() {
             }
             assert!(!is_reserved(), "{name:?}");
         }
-        let (connection, _endpoint) = connect(Some("away")).await;
+        let (connection, _endpoint) = connect(Some("remote")).await;
         let connection = connection.unwrap();
         while !is_reserved() {
             tokio::time::sleep(Duration::from_millis(2)).await;
