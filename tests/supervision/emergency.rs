@@ -168,7 +168,7 @@ fn a_stop_outlives_its_robot_until_it_is_released() {
 
 #[test]
 fn a_stop_is_confirmed_with_short_queues_and_many_onlookers() {
-    let robot = Robot::ready("looked-at", &[("frames", "1")]);
+    let robot = Robot::ready("looked-at", &[("queue_depth", "1")]);
     let folder = tempfile::tempdir().expect("a folder");
     let mut recorders: Vec<_> = (0..4)
         .map(|number| {

@@ -37,7 +37,7 @@ fn replaced(robot: &Robot) -> i32 {
 }
 
 /// The files of shared memory that a process has mapped.
-fn mapped(robot: &Robot, pid: i32) -> BTreeSet<String> {
+pub(super) fn mapped(robot: &Robot, pid: i32) -> BTreeSet<String> {
     let prefix = format!("{}_", robot.domain().display());
     let maps = fs::read_to_string(format!("/proc/{pid}/maps")).expect("it runs");
     maps.lines()

@@ -128,7 +128,7 @@ fn machines(readings: &Readings, page: &mut MetricsText) {
             );
         };
     }
-    states!("leo_joints_by_arming", "licence", "Joints by whether they may move.", JointLicence, licence);
+    states!("leo_joints_by_arming", "arming", "Joints by whether they may move.", JointLicence, licence);
     states!("leo_joints_by_link", "link", "Joints by the connection to their servo.", JointLink, link);
     states!("leo_joints_by_power", "power", "Joints by the torque of their servo.", JointPower, power);
     states!("leo_joints_by_motion", "motion", "Joints by how they move.", JointMotion, motion);

@@ -18,7 +18,7 @@
 //!
 //! let prototype = |name: &str, at: [f64; 3]| Prototype { name: name.to_owned(), at: at.to_vec() };
 //! let nearest = Kernel::Nearest(Nearest {
-//!     of: Space::Colour,
+//!     space: Space::Colour,
 //!     scale: Positive::try_from(0.6)?,
 //!     prototypes: vec![prototype("red", [0.80, 0.05, 0.05]), prototype("wood", [0.55, 0.35, 0.18])],
 //! });

@@ -126,6 +126,9 @@ pub enum RecordError {
     /// A topic cannot be opened.
     #[error(transparent)]
     Port(#[from] transport::PortError),
+    /// Shared memory has no space for a subscriber.
+    #[error(transparent)]
+    Reserve(#[from] transport::ReserveError),
     /// A topic cannot be read.
     #[error(transparent)]
     Receive(#[from] transport::ReceiveError),

@@ -241,7 +241,7 @@ impl FrameTaker {
         // Refuse publishers that the roster does not list. Without a supervisor nothing is refused.
         let _no_supervisor = node.follow_roster();
         let mut subscribers = BufferSubscribers::none();
-        subscribers.find(&node)?;
+        find(&mut subscribers, &node, domain)?;
         let _waits = ready.send(());
         let mut find_at = clock::now() + DISCOVERY_INTERVAL;
         let mut is_refused = false;
@@ -270,8 +270,8 @@ impl FrameTaker {
                     return Ok(());
                 }
                 // While a robot ends its topics disappear one by one, so an error counts only the second time.
-                match subscribers.find(&node) {
-                    Err(error) if is_refused => return Err(error.into()),
+                match find(&mut subscribers, &node, domain) {
+                    Err(error) if is_refused => return Err(error),
                     found => is_refused = found.is_err(),
                 }
             }
@@ -279,6 +279,15 @@ impl FrameTaker {
             clock::sleep_until(now + POLL_INTERVAL);
         }
     }
+}
+
+/// Subscribes to the topics that have appeared. The memory of new subscribers is allocated at once: a write to a page
+/// that is not would end the process if shared memory is full by then.
+fn find(subscribers: &mut BufferSubscribers, node: &Node, domain: &Domain) -> Result<(), RecordError> {
+    if subscribers.find(node)? {
+        domain.reserve_mapped_files()?;
+    }
+    Ok(())
 }
 
 /// Writes a file until the sender is gone, or the disk has no space left.

@@ -67,12 +67,13 @@ impl BufferSubscribers {
         Self(Vec::new())
     }
 
-    /// Opens the topics of a running robot that exist and are not open yet.
+    /// Opens the topics of a running robot that exist and are not open yet. Returns whether there were any.
     ///
     /// # Errors
     ///
     /// A topic has too many subscribers already, or another frame layout than this program's.
-    pub fn find(&mut self, node: &Node) -> Result<(), PortError> {
+    pub fn find(&mut self, node: &Node) -> Result<bool, PortError> {
+        let before = self.0.len();
         for topic in recorded_topics(0) {
             self.open(node, topic, OpenMode::Find)?;
         }
@@ -87,7 +88,7 @@ impl BufferSubscribers {
                 break;
             }
         }
-        Ok(())
+        Ok(self.0.len() > before)
     }
 
     /// Opens a topic. Returns whether it is open now.

@@ -134,7 +134,7 @@ row! {
     /// The link to the other machine, since the link process's incarnation began.
     LinkRow(link: &LinkHealth) {
         /// Whether the other machine is currently reachable.
-        heard: bool = link.is_heard != 0,
+        up: bool = link.is_heard != 0,
         /// The newest round-trip time, in microseconds.
         round_trip_us: f64 = micros(link.round_trip_ns),
         /// Maximum error of the clock offset, in microseconds.

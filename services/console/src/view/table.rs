@@ -156,8 +156,8 @@ mod tests {
         let sources = vec![SourceHealth::default(), camera];
         let (rows, table) = told(Process::Sensor, Readings { sources, ..Readings::default() });
         let sources = &rows[0].sources;
-        assert_eq!((sources[1].losses.len(), sources[1].losses["place"]), (2, 7));
-        let should = "source 1 camera 12 frames 34 observations SILENT lost: 2 overtaken, 7 place";
+        assert_eq!((sources[1].losses.len(), sources[1].losses["position"]), (2, 7));
+        let should = "source 1 camera 12 frames 34 observations SILENT lost: 2 overtaken, 7 position";
         assert_eq!(words(table.lines().last().unwrap()), should);
     }
 

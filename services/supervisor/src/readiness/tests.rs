@@ -90,7 +90,7 @@ fn a_machine_that_says_nothing_of_itself_is_judged_without_a_panic() {
 #[test]
 fn larger_buffers_need_more_shared_memory() {
     let buffers = |objects: i64, frames: i64| {
-        let text = format!("objects = {objects}\nframes = {frames}\n");
+        let text = format!("max_objects = {objects}\nqueue_depth = {frames}\n");
         config::parse::<Buffers>(&text, Path::new("leo.toml")).unwrap()
     };
     let needed = |objects, frames, lockstep, perspectives| {

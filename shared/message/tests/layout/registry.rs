@@ -201,7 +201,9 @@ fn the_readers_of_a_topic_are_those_that_subscribe_to_it() {
     let services = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../services");
     let mut compared = 0;
     for &process in Process::ALL {
-        let folder = process.name().replace('-', "_");
+        // The supervisor's name is its subcommand.
+        let name = if process == Process::Supervisor { "supervisor" } else { process.name() };
+        let folder = name.replace('-', "_");
         let mut found = Vec::new();
         sources(&services.join(&folder).join("src"), &mut found);
         for topic in TopicId::each(0) {
