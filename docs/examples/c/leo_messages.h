@@ -302,7 +302,7 @@ enum leo_observation_kind {
     LEO_OBSERVATION_KIND_OCCLUDER = 3,
 };
 
-/* A process of Leo, in the direction of the data flow. */
+/* A process of Leo, in the direction of the data flow. Its name is also its subcommand. */
 enum leo_process {
     /* Simulates the workspace, the teacher and Leo's body. */
     LEO_PROCESS_SIMULATOR = 0,

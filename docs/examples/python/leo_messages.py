@@ -265,7 +265,7 @@ class ObservationKind(enum.IntEnum):
     OCCLUDER = 3
 
 
-# A process of Leo, in the direction of the data flow.
+# A process of Leo, in the direction of the data flow. Its name is also its subcommand.
 class Process(enum.IntEnum):
     # Simulates the workspace, the teacher and Leo's body.
     SIMULATOR = 0
