@@ -10,7 +10,6 @@ use rustix::process::Signal;
 
 use super::PATIENT;
 use super::guesses::mapped;
-use super::guesses::mapped;
 use super::robot::{Robot, left_behind, signal, wait_until};
 
 /// The environment variable with which this test runs itself again, with a small `/dev/shm` of its own.
