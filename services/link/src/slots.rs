@@ -92,8 +92,8 @@ impl SlotTable {
 
     /// Reserves slots for an address from now on.
     ///
-    /// One address too many displaces the least recently reserved one that uses no reserved slot. Without such
-    /// an address, nothing changes: the slots in use stay within `MAX_RESERVED`.
+    /// If the list is full, the new address replaces the least recently reserved one without a reserved slot in use.
+    /// If all have one in use, nothing changes: the slots in use stay within `MAX_RESERVED`.
     pub(crate) fn reserve(&mut self, address: IpAddr) {
         let address = network(address);
         let is_unused = |reserved: &IpAddr| {
@@ -117,7 +117,7 @@ impl SlotTable {
         self.reservations.contains(&network(address))
     }
 
-    /// The oldest of these handshakes, if it had its time.
+    /// The oldest of these handshakes, if it is at least [`UNDISTURBED`] old.
     fn evictable(&self, now: Instant, is_one: impl Fn(&Slot) -> bool) -> Option<u64> {
         let (number, oldest) = self.slots.iter().find(|(_, slot)| slot.is_open && is_one(slot))?;
         (now.since(oldest.since) >= UNDISTURBED).then_some(*number)

@@ -11,10 +11,10 @@ use crate::joint::{Command, Joint, Taken};
 use crate::request::{PartKind, SERVOS_MOST, STATUS_BYTES};
 use crate::{Replies, Request};
 
-/// Exchanges without any answer on the bus before single servos are counted as missing. Until then the bus, or the
-/// machine, is taken to be slow.
+/// Exchanges without any answer on the bus before a missing answer counts against its servo. Until then the bus, or the
+/// machine, is taken to be slow. The counter `missed` of the bus counts every missing answer.
 const MAX_SILENT_EXCHANGES: u32 = 10;
-/// Consecutive exchanges with late bytes in which no servo is counted as missing. Until the reply timeout has grown,
+/// Consecutive exchanges with late bytes in which no missing answer counts against its servo. Until the reply timeout has grown,
 /// the line is taken to be slow.
 const MAX_LATE_EXCHANGES: u32 = 6;
 /// Number of read lengths. Until the bus is clean, the read length cycles through these values. So a late reply to an
@@ -22,7 +22,7 @@ const MAX_LATE_EXCHANGES: u32 = 6;
 /// clean bus every reply arrived before the next request, so no late reply can be outstanding.
 const READ_LENGTHS: u16 = 12;
 /// Extra bytes with which the measurements contain input voltage and temperature: the longest of the read lengths. A
-/// clean bus reads them twice a second; one more read of each servo would take three times the time on the wire.
+/// clean bus reads them twice a second. A read of its own for each servo would take more than twice the time on the wire.
 const SUPPLY_LENGTH: u16 = READING_WITH_SUPPLY.length - Reading::ITEM.length;
 const _: () = assert!(SUPPLY_LENGTH == READ_LENGTHS - 1, "a bus that is not clean reads them too");
 const SUPPLY_PERIOD: Duration = Duration::from_millis(500);
@@ -123,7 +123,7 @@ impl Bus {
         self.asked.clear();
         self.job = None;
         match purpose {
-            // Once every torque is off, alternate between confirming that and reading positions.
+            // Once every torque is off, one request in three reads positions. The others confirm that it stays off.
             Purpose::TorqueOff if self.round == 0 && self.have_let_go(joints) => {
                 self.plan_measurements(now, joints, request);
             }
@@ -416,7 +416,8 @@ impl Bus {
             return Some(read_condition);
         }
         let count = self.joints.len();
-        // Torque comes on only after every servo of the bus has been identified.
+        // A joint under setup, or under a check for a duplicate identifier, delays torque on the whole bus. Silent servos
+        // and locked joints do not.
         let unsettled = |&index: &usize| joint(joints, index).is_some_and(Joint::is_unsettled);
         let arm_up_to = arm_up_to.filter(|_| !self.joints.iter().any(unsettled));
         for place in (self.next..count).chain(0..self.next) {

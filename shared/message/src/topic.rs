@@ -199,7 +199,8 @@ macro_rules! topics {
             }
         }
 
-        /// The value of an expression about the type of a [`TopicId`]: `with_topic!(topic, T => open::<T>(node))`.
+        /// Evaluates an expression in which a name stands for the type of a [`TopicId`]:
+        /// `with_topic!(topic, T => open::<T>(node))`.
         #[macro_export]
         macro_rules! with_topic {
             ($dollar topic:expr, $dollar marker:ident => $dollar value:expr) => {
@@ -270,7 +271,7 @@ impl fmt::Display for TopicId {
     }
 }
 
-/// `$used`, in a repetition over something else.
+/// Expands to the second token. The first only selects the repetition.
 macro_rules! instead {
     ($_:ident $used:tt) => {
         $used

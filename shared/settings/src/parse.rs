@@ -12,7 +12,8 @@ const MIN_SIMILARITY: f64 = 0.75;
 ///
 /// # Errors
 ///
-/// The text is not TOML, has an unknown or missing key, or has a value out of range.
+/// The text is not TOML, lacks a key, or has a value of another type or out of range. An unknown key is an error if `T` has
+/// `#[serde(deny_unknown_fields)]`.
 ///
 /// ```
 /// #[derive(serde::Deserialize, Debug)]

@@ -1,6 +1,6 @@
 //! The names of older versions, each with its successor. A file with an old name is rejected.
 
-/// Kind of file, path of the old name, and path of the new one. A path with `=` is that of a value.
+/// Kind of file, path of the old name, and path of the new one. `key = value` renames a value.
 pub const RENAMED: [(&str, &str, &str); 43] = [
     ("leo.toml", "buffers.objects", "buffers.max_objects"),
     ("leo.toml", "buffers.frames", "buffers.queue_depth"),
@@ -54,8 +54,8 @@ fn name(path: &str) -> &str {
 
 /// Explains a message about an unknown name that an older version had; `None` for any other message.
 ///
-/// The message lists the names that are valid at its place. A successor that is not among them belongs to another
-/// table.
+/// Names in different tables may be equal. So a rename applies only if the message lists the new name as valid at its
+/// place.
 pub(crate) fn explain(message: &str) -> Option<String> {
     let message = message.trim_end();
     let (unknown, expected): (Vec<&str>, Vec<&str>) =

@@ -1,8 +1,8 @@
 //! Reservation of shared memory.
 //!
 //! A new file of shared memory has no pages. The first write to a page allocates it, and ends the process by SIGBUS if
-//! `/dev/shm` is full. So each process allocates the pages of its files when it starts, and a file system that another
-//! program fills later does not end it.
+//! `/dev/shm` is full. So a process in wall time allocates the pages of its files when its ports are open, and a file system that
+//! another program fills later does not end it.
 
 use std::fs;
 use std::io;
@@ -50,7 +50,7 @@ fn reserve(path: &Path) -> Result<(), Errno> {
     let flags = OFlags::RDWR | OFlags::NOFOLLOW | OFlags::NONBLOCK | OFlags::CLOEXEC;
     let file = open(path, flags, Mode::empty())?;
     let bytes = u64::try_from(fstat(&file)?.st_size).unwrap_or(0);
-    // The kernel refuses to allocate nothing.
+    // For a length of 0 the kernel returns `EINVAL`.
     if bytes == 0 {
         return Ok(());
     }

@@ -4,9 +4,9 @@ use crate::{FramePublisher, FrameSubscriber, Node, PortError};
 
 /// A topic whose ports can be opened.
 ///
-/// The functions have defaults. The topics of the registry override them by the same calls, so that these are compiled
-/// once, here. An optimised build compiles a generic function again in each crate that calls it, and opening a port is
-/// a hundred thousand lines of the middleware.
+/// An optimised build compiles a generic function again in each crate that calls it, and opening a port is a hundred
+/// thousand lines of LLVM code of the middleware. So a macro repeats each default for each topic of the registry, in an
+/// implementation that is not generic: the compiler compiles it in this crate only.
 pub trait TopicPorts: Topic + Sized {
     /// As [`Node::publisher`].
     ///

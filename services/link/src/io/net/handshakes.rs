@@ -62,7 +62,7 @@ impl HandshakeSlots {
         Some(HandshakeSlot { slots: self.clone(), number: taken.number, evicted })
     }
 
-    /// Reserves slots for an address, for the life of the process: see [`SlotTable::reserve`].
+    /// Reserves slots for an address: see [`SlotTable::reserve`].
     pub(crate) fn reserve(&self, address: IpAddr) {
         self.0.borrow_mut().table.reserve(address);
     }
