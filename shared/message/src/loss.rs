@@ -66,7 +66,7 @@ impl Loss {
             Self::Overtaken => "two of its frames arrived in one cycle of the sensor: the newest was used",
             Self::Missed => {
                 "frames of it were dropped before they were read: the sensor was late, or the source sends more in one \
-                 cycle than `buffers.queue_depth` hold"
+                 cycle than `buffers.queue_depth` allows"
             }
             Self::Unreadable => "a frame could not be read: was its process killed, or is /dev/shm full?",
             Self::Misnumbered => {

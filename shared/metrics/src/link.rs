@@ -25,8 +25,8 @@ const COUNTS: [Count; 10] = [
         link.refused
     }),
     ("leo_link_late_commands", "Commands that came too late to be carried out.", |link| link.late),
-    ("leo_link_sent_bytes", "Handed to the network.", |link| link.bytes_sent),
-    ("leo_link_received_bytes", "What came.", |link| link.bytes_received),
+    ("leo_link_sent_bytes", "Bytes handed to the network.", |link| link.bytes_sent),
+    ("leo_link_received_bytes", "Bytes received from the other machine.", |link| link.bytes_received),
 ];
 
 pub(crate) fn write(readings: &Readings, page: &mut MetricsText) {
