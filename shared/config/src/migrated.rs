@@ -1,12 +1,12 @@
-//! Migrates files of older versions: adds the keys and tables that this version requires, with their built-in values.
-//! Everything else, comments included, stays unchanged.
+//! Migrates files of older versions: adds the keys and tables that this version requires, with their built-in values, and
+//! renames those that have a new name. Everything else, comments included, stays unchanged.
 
 use std::path::{Path, PathBuf};
 
 use crate::ConfigError;
 
 /// Maximum number of migration steps, above the number of keys of any file. It guards against an endless loop.
-const MAX_STEPS: usize = 200;
+const MAX_STEPS: usize = 2000;
 
 /// A migrated file; it has not been written to disk yet.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -19,7 +19,7 @@ pub struct Migration {
     pub steps: Vec<String>,
 }
 
-/// Migrates a text until `parse` accepts it. `builtin` is this version's built-in file.
+/// Migrates a text until `parse` accepts it. `builtin` is this version's built-in file, from which keys are added.
 ///
 /// # Errors
 ///
@@ -43,7 +43,10 @@ pub(crate) fn migrated(
 impl Migration {
     /// Applies the migration for an error; returns whether there is one.
     fn apply_fix(&mut self, error: &ConfigError, builtin: &str) -> bool {
-        let ConfigError::Invalid { line, reason, .. } = error else { return false };
+        let ConfigError::Invalid { line, column, reason, .. } = error else { return false };
+        if let Some((old, new)) = settings::renaming(reason) {
+            return self.rename((*line, *column), old, new);
+        }
         if self.list_sources() || self.rename_endpoints() {
             return true;
         }
@@ -61,6 +64,28 @@ impl Migration {
         }
         let path = if table.is_empty() { key.to_owned() } else { format!("{table}.{key}") };
         self.add_tables(&path, builtin)
+    }
+
+    /// Replaces a name in the line of its error, where it stands behind the error's column if possible. Line and column
+    /// count from one. Returns whether the name is there.
+    fn rename(&mut self, (line, column): (usize, usize), old: &str, new: &str) -> bool {
+        let mut lines: Vec<String> = self.text.lines().map(str::to_owned).collect();
+        let Some(line) = line.checked_sub(1).and_then(|index| lines.get_mut(index)) else { return false };
+        let is_part = |letter: char| letter.is_alphanumeric() || letter == '_';
+        let is_whole = |at: &usize| {
+            let (before, after) = (line.get(..*at).unwrap_or(""), line.get(at + old.len()..).unwrap_or(""));
+            !before.ends_with(is_part) && !after.starts_with(is_part)
+        };
+        let places: Vec<usize> = line.match_indices(old).map(|(at, _)| at).filter(is_whole).collect();
+        let first = line.char_indices().nth(column.saturating_sub(1)).map_or(0, |(at, _)| at);
+        let Some(&at) = places.iter().find(|at| **at >= first).or(places.first()) else { return false };
+        line.replace_range(at..at + old.len(), new);
+        self.text = lines.join("\n") + "\n";
+        let step = format!("`{old}` is now `{new}`");
+        if !self.steps.contains(&step) {
+            self.steps.push(step);
+        }
+        true
     }
 
     /// Replaces `sources = N` in the table `sensor`, the key of older versions. The first source becomes the simulator,

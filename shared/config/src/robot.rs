@@ -59,14 +59,14 @@ impl Robot {
             leo.sensor.source.iter_mut().for_each(|source| source.relative_to(folder));
             leo.link.relative_to(folder);
         }
-        let percepts = Percepts::parse(percepts.0, &percepts.1)?;
+        let hinted = |error| with_migration_hint(error, files.leo().unwrap_or(&leo_file));
+        let percepts = Percepts::parse(percepts.0, &percepts.1).map_err(hinted)?;
         check_perceivable(&leo, &percepts, leo_text, &leo_file)?;
         Ok(Self {
             leo,
             percepts,
-            perspective: parse(perspective.0, &perspective.1)
-                .map_err(|error| with_migration_hint(error, files.leo().unwrap_or(&leo_file)))?,
-            motor: motor::parse(motor.0, &motor.1)?,
+            perspective: parse(perspective.0, &perspective.1).map_err(hinted)?,
+            motor: motor::parse(motor.0, &motor.1).map_err(hinted)?,
             urdf: files.file("leo.urdf").0.to_owned(),
         })
     }
@@ -89,7 +89,9 @@ impl Robot {
         }
     }
 
-    /// Migrates `leo` (a `leo.toml`) and the `perspective.toml` beside it, if any, to this version. Writes no file.
+    /// Migrates `leo` (a `leo.toml`) and the other files beside it, if any, to this version. Writes no file.
+    ///
+    /// Keys are added to `leo.toml` and `perspective.toml`, and renamed in these, `percepts.toml` and `motor.toml`.
     ///
     /// # Errors
     ///
@@ -101,6 +103,16 @@ impl Robot {
         if beside.exists() {
             let parse_perspective = |text: &str| parse::<Perspective>(text, &beside).map(drop);
             all.push(migrated(text(&beside)?, &beside, builtin::PERSPECTIVE, parse_perspective)?);
+        }
+        let beside = leo.with_file_name("percepts.toml");
+        if beside.exists() {
+            let parse_percepts = |text: &str| Percepts::parse(text, &beside).map(drop);
+            all.push(migrated(text(&beside)?, &beside, "", parse_percepts)?);
+        }
+        let beside = leo.with_file_name("motor.toml");
+        if beside.exists() {
+            let parse_motor = |text: &str| motor::parse(text, &beside).map(drop);
+            all.push(migrated(text(&beside)?, &beside, "", parse_motor)?);
         }
         Ok(all)
     }
@@ -126,13 +138,15 @@ impl Robot {
     }
 }
 
-/// Adds a hint to an error about a missing key: the command that migrates the file, see [`Robot::migrated`].
+/// Adds a hint to an error about a missing or renamed key: the command that migrates the file, see [`Robot::migrated`].
 fn with_migration_hint(mut error: ConfigError, leo: &Path) -> ConfigError {
-    if let ConfigError::Invalid { reason, .. } = &mut error
-        && reason.starts_with("missing field")
-    {
-        *reason +=
-            &format!("; is it an older file? `leo check --config {} --migrate` adds it", leo.display());
+    if let ConfigError::Invalid { reason, .. } = &mut error {
+        let migrate = format!("`leo check --config {} --migrate`", leo.display());
+        if reason.starts_with("missing field") {
+            *reason += &format!("; is it an older file? {migrate} adds it");
+        } else if settings::renaming(reason).is_some() {
+            *reason += &format!("; {migrate} renames it");
+        }
     }
     error
 }

@@ -11,5 +11,5 @@ mod renamed;
 
 pub use error::ConfigError;
 pub use parse::{invalid, parse, suggest};
-pub use renamed::RENAMED;
+pub use renamed::{RENAMED, renaming};
 pub use toml::Spanned;

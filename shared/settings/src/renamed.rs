@@ -52,6 +52,13 @@ fn name(path: &str) -> &str {
     path.rsplit(['.', ' ']).next().unwrap_or(path)
 }
 
+/// The old and the new name in a reason that [`explain`] gives; `None` for any other reason.
+#[must_use]
+pub fn renaming(reason: &str) -> Option<(&str, &str)> {
+    let (old, rest) = reason.strip_prefix('`')?.split_once("` was renamed to `")?;
+    Some((old, rest.split('`').next()?))
+}
+
 /// Explains a message about an unknown name that an older version had; `None` for any other message.
 ///
 /// Names in different tables may be equal. So a rename applies only if the message lists the new name as valid at its
