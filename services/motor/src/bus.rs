@@ -111,7 +111,7 @@ impl Bus {
         self.round = (self.round + 1) % ROUNDS;
         self.more = if self.clean_exchanges < MIN_CLEAN_EXCHANGES {
             (self.more + 1) % READ_LENGTHS
-        } else if now >= self.supply_due_at {
+        } else if now >= self.supply_due_at && matches!(purpose, Purpose::Drive { .. }) {
             SUPPLY_LENGTH
         } else {
             0

@@ -201,21 +201,32 @@ impl ProcessNode {
         &mut self.health
     }
 
+    /// Allocates the shared memory of all ports that are open. For ports that are opened after [`Self::begin`].
+    ///
+    /// # Errors
+    ///
+    /// Shared memory is full.
+    pub fn reserve_memory(&self) -> Result<(), Failure> {
+        // In lockstep the queues are long, and a lesson may end by an error.
+        if !self.is_lockstep() {
+            self.domain.reserve_mapped_files()?;
+        }
+        Ok(())
+    }
+
     /// Reports that the process is ready, and starts its cycle: with a `period`, or event-driven.
     ///
     /// # Errors
     ///
     /// The period is zero, or shared memory is full.
     pub fn begin(&mut self, period: Option<Duration>) -> Result<(), Failure> {
+        // It may take longer than a period, so the first release comes after it.
+        self.reserve_memory()?;
         if let LoopTiming::Wall { schedule } = &mut self.pace {
             *schedule = match period {
                 Some(period) => Some(Schedule::new(period, clock::now() + period)?),
                 None => None,
             };
-        }
-        // In lockstep the queues are long, and a lesson may end by an error.
-        if !self.is_lockstep() {
-            self.domain.reserve_mapped_files()?;
         }
         self.health.period_ns = period.map_or(0, clock::nanos);
         self.health.set_state(ProcessState::Running);

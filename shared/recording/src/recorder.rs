@@ -241,7 +241,8 @@ impl FrameTaker {
         // Refuse publishers that the roster does not list. Without a supervisor nothing is refused.
         let _no_supervisor = node.follow_roster();
         let mut subscribers = BufferSubscribers::none();
-        find(&mut subscribers, &node, domain)?;
+        let mut reserved = 0;
+        find(&mut subscribers, &node, domain, &mut reserved)?;
         let _waits = ready.send(());
         let mut find_at = clock::now() + DISCOVERY_INTERVAL;
         let mut is_refused = false;
@@ -270,7 +271,7 @@ impl FrameTaker {
                     return Ok(());
                 }
                 // While a robot ends its topics disappear one by one, so an error counts only the second time.
-                match find(&mut subscribers, &node, domain) {
+                match find(&mut subscribers, &node, domain, &mut reserved) {
                     Err(error) if is_refused => return Err(error),
                     found => is_refused = found.is_err(),
                 }
@@ -282,12 +283,21 @@ impl FrameTaker {
 }
 
 /// Subscribes to the topics that have appeared. The memory of new subscribers is allocated at once: a write to a page
-/// that is not would end the process if shared memory is full by then.
-fn find(subscribers: &mut BufferSubscribers, node: &Node, domain: &Domain) -> Result<(), RecordError> {
-    if subscribers.find(node)? {
+/// that is not would end the process if shared memory is full by then. `reserved` is the number of subscribers with
+/// memory.
+fn find(
+    subscribers: &mut BufferSubscribers,
+    node: &Node,
+    domain: &Domain,
+    reserved: &mut usize,
+) -> Result<(), RecordError> {
+    let found = subscribers.find(node);
+    let open = subscribers.drops().count();
+    if open > *reserved {
         domain.reserve_mapped_files()?;
+        *reserved = open;
     }
-    Ok(())
+    Ok(found?)
 }
 
 /// Writes a file until the sender is gone, or the disk has no space left.

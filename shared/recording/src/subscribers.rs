@@ -67,13 +67,12 @@ impl BufferSubscribers {
         Self(Vec::new())
     }
 
-    /// Opens the topics of a running robot that exist and are not open yet. Returns whether there were any.
+    /// Opens the topics of a running robot that exist and are not open yet.
     ///
     /// # Errors
     ///
     /// A topic has too many subscribers already, or another frame layout than this program's.
-    pub fn find(&mut self, node: &Node) -> Result<bool, PortError> {
-        let before = self.0.len();
+    pub fn find(&mut self, node: &Node) -> Result<(), PortError> {
         for topic in recorded_topics(0) {
             self.open(node, topic, OpenMode::Find)?;
         }
@@ -88,7 +87,7 @@ impl BufferSubscribers {
                 break;
             }
         }
-        Ok(self.0.len() > before)
+        Ok(())
     }
 
     /// Opens a topic. Returns whether it is open now.

@@ -36,9 +36,11 @@ impl Domain {
     ///
     /// # Errors
     ///
-    /// Shared memory is full.
+    /// Shared memory is full, or the mappings cannot be read.
     pub fn reserve_mapped_files(&self) -> Result<(), ReserveError> {
-        self.mapped_files().into_iter().try_for_each(|path| match reserve(&path) {
+        let maps = fs::read_to_string(MAPS);
+        let maps = maps.map_err(|source| ReserveError { path: MAPS.into(), source })?;
+        files_in(&maps, self).into_iter().try_for_each(|path| match reserve(&path) {
             // Another process has removed its file in the meantime.
             Ok(()) | Err(Errno::NOENT) => Ok(()),
             Err(error) => Err(ReserveError { path, source: error.into() }),

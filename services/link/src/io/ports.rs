@@ -56,6 +56,7 @@ impl<T: TopicPorts> TopicReader for Read<T> {
     fn resubscribe(&mut self, member: &ProcessNode, to: Taker<'_>) -> Result<(), Failure> {
         // Both subscribers receive what is written in between, so the old one is drained first.
         let next = member.subscriber::<T>(self.topic.number())?;
+        member.reserve_memory()?;
         self.take(to)?;
         self.drops += self.subscriber.drops();
         self.subscriber = next;
