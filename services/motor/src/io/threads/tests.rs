@@ -114,10 +114,14 @@ fn item(tty: &Tty, id: u8, item: Item) -> i64 {
     loop {
         let count = tty.read(&mut bytes, clock::now() + LONG).unwrap();
         parser.push(&bytes[..count]);
-        if let Some(status) = parser.next_frame().and_then(|frame| Status::parse(&frame)) {
-            let mut value = [0; 8];
-            value[..status.params.len()].copy_from_slice(status.params);
-            return i64::from_le_bytes(value);
+        while let Some(frame) = parser.next_frame() {
+            let status = Status::parse(&frame);
+            // The answer to the last question of the first master may still be on the line.
+            if let Some(status) = status.filter(|status| status.params.len() == usize::from(item.length)) {
+                let mut value = [0; 8];
+                value[..status.params.len()].copy_from_slice(status.params);
+                return i64::from_le_bytes(value);
+            }
         }
     }
 }
