@@ -52,7 +52,7 @@ fn name(path: &str) -> &str {
     path.rsplit(['.', ' ']).next().unwrap_or(path)
 }
 
-/// The old and the new name in a reason that [`explain`] gives; `None` for any other reason.
+/// The old and the new name in the reason of an error about a renamed name; `None` for any other reason.
 #[must_use]
 pub fn renaming(reason: &str) -> Option<(&str, &str)> {
     let (old, rest) = reason.strip_prefix('`')?.split_once("` was renamed to `")?;
