@@ -14,8 +14,8 @@ use crate::{Replies, Request};
 /// Exchanges without any answer on the bus before a missing answer counts against its servo. Until then the bus, or the
 /// machine, is taken to be slow. The counter `missed` of the bus counts every missing answer.
 const MAX_SILENT_EXCHANGES: u32 = 10;
-/// Consecutive exchanges with late bytes in which no missing answer counts against its servo. Until the reply timeout has grown,
-/// the line is taken to be slow.
+/// Consecutive exchanges with late bytes in which no missing answer counts against its servo. Until the reply timeout has
+/// grown, the line is taken to be slow.
 const MAX_LATE_EXCHANGES: u32 = 6;
 /// Number of read lengths. Until the bus is clean, the read length cycles through these values. So a late reply to an
 /// earlier request is detected by its length. The extra bytes follow the measurements in the control table. On a
@@ -416,8 +416,8 @@ impl Bus {
             return Some(read_condition);
         }
         let count = self.joints.len();
-        // A joint under setup, or under a check for a duplicate identifier, delays torque on the whole bus. Silent servos
-        // and locked joints do not.
+        // A joint under setup, or under a check for a duplicate identifier, delays torque on the whole bus. Silent
+        // servos and locked joints do not.
         let unsettled = |&index: &usize| joint(joints, index).is_some_and(Joint::is_unsettled);
         let arm_up_to = arm_up_to.filter(|_| !self.joints.iter().any(unsettled));
         for place in (self.next..count).chain(0..self.next) {

@@ -40,7 +40,7 @@ topics! {
     };
     /// Sentences of the teachers.
     Utterances: Header, Utterance = TopicRow {
-        name: "utterances", code: 8, rate: "on an utterance", capacity: Fixed(64),
+        name: "utterances", code: 8, rate: "on an utterance", capacity: Fixed(16),
         writer: Is(Process::Simulator), readers: &[Process::Learner, Process::Console],
         delivery: Reliable, recording: Recording::Input, is_command: false,
     };

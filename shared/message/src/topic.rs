@@ -83,7 +83,7 @@ pub enum Capacity {
 }
 
 impl Capacity {
-    /// The number, for `buffers.max_objects` and a number of joints.
+    /// The number, for `buffers.max_objects` and a number of joints. A fixed capacity depends on neither.
     #[must_use]
     pub const fn entries(self, objects: usize, joints: usize) -> usize {
         match self {

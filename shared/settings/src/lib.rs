@@ -1,8 +1,8 @@
 //! Typed settings from TOML.
 //!
 //! A domain crate defines its settings as types that implement [`serde::Deserialize`], and checks them where they are
-//! defined. This crate parses them from text; the caller reads the file. An error about the text gives the file, the line,
-//! the column and what would be valid. The types in [`number`] carry their range.
+//! defined. This crate parses them from text; the caller reads the file. An error about the text gives the file, the
+//! line, the column and what would be valid. The types in [`number`] carry their range.
 
 mod error;
 pub mod number;

@@ -12,8 +12,8 @@ const MIN_SIMILARITY: f64 = 0.75;
 ///
 /// # Errors
 ///
-/// The text is not TOML, lacks a key, or has a value of another type or out of range. An unknown key is an error if `T` has
-/// `#[serde(deny_unknown_fields)]`.
+/// The text is not TOML, lacks a key, or has a value of another type or out of range. An unknown key is an error if `T`
+/// has `#[serde(deny_unknown_fields)]`.
 ///
 /// ```
 /// #[derive(serde::Deserialize, Debug)]

@@ -184,7 +184,7 @@ impl Node {
         self.incarnation
     }
 
-    /// Whether a supervisor's roster decides who may publish.
+    /// Whether the publishers that subscribers accept are those on the supervisor's roster.
     pub(crate) fn is_supervised(&self) -> bool {
         self.listed.is_some()
     }

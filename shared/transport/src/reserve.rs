@@ -1,8 +1,8 @@
 //! Reservation of shared memory.
 //!
 //! A new file of shared memory has no pages. The first write to a page allocates it, and ends the process by SIGBUS if
-//! `/dev/shm` is full. So a process in wall time allocates the pages of its files when its ports are open, and a file system that
-//! another program fills later does not end it.
+//! `/dev/shm` is full. So a process in wall time allocates the pages of its files when its ports are open.
+//! A file system that another program fills later does not end it.
 
 use std::fs;
 use std::io;

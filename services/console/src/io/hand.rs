@@ -1,7 +1,7 @@
 //! Forwards the pages' acts to the simulator, and the simulator's answers to the pages.
 
 use clock::{Duration, Instant};
-use message::{ActAnswer, ActsAnswered, Header, TeacherAct, TeacherActKind, TeacherActs};
+use message::{ActAnswer, ActsAnswered, Header, TeacherAct, TeacherActKind, TeacherActs, Topic as _};
 use process::{Failure, ProcessNode};
 use serde_json::json;
 use tokio::sync::mpsc::Sender;
@@ -11,7 +11,7 @@ use crate::io::web::QueuedRequest;
 use crate::requests::PageRequest;
 
 /// Maximum number of acts in a frame.
-const MAX_ACTS_PER_FRAME: usize = 64;
+const MAX_ACTS_PER_FRAME: usize = TeacherActs::ROW.capacity.entries(0, 0);
 /// Time-out of an answer of the simulator.
 const ANSWER_TIMEOUT: Duration = Duration::from_secs(3);
 

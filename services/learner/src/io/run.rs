@@ -4,8 +4,8 @@ use clock::{Duration, Instant};
 use config::Robot;
 use invariant::require;
 use message::{
-    Beliefs, Event, EventKind, Events, Header, Hop, JointGoal, JointGoals, JointStates, Process, Utterance,
-    Utterances,
+    Beliefs, Event, EventKind, Events, Header, Hop, JointGoal, JointGoals, JointStates, Process, Topic as _,
+    Utterance, Utterances,
 };
 use process::{Failure, Launch, ProcessNode, Progress, state};
 use store::OpenError;
@@ -18,7 +18,7 @@ use crate::reports::{EventQueue, Report};
 use crate::{Input, Kept, Learner, LeoBody, Memory, Output, Settings, Vocabulary};
 
 /// Maximum number of events in a frame; more events go into further frames.
-const MAX_EVENTS_PER_FRAME: usize = 64;
+const MAX_EVENTS_PER_FRAME: usize = Events::ROW.capacity.entries(0, 0);
 /// Retry interval for examples that could not be stored.
 const STORE_RETRY_INTERVAL: Duration = Duration::from_secs(5);
 /// Time to wait for the lock of the store: a read-only tool holds it for less than this.

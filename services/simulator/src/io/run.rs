@@ -3,7 +3,7 @@ use config::lesson::Lesson;
 use kinematics::Body;
 use message::{
     ActAnswer, ActsAnswered, Header, Hop, JointStates, Observation, Observations, Process, Scene, SceneHead,
-    SceneObject, TeacherActs, Text, Utterance, Utterances,
+    SceneObject, TeacherActs, Text, Topic as _, Utterance, Utterances,
 };
 use process::{Failure, Launch, ProcessNode, Progress};
 
@@ -13,9 +13,9 @@ use crate::io::lesson_controller::LessonController;
 use crate::send_queue::SendQueue;
 
 /// Maximum number of utterances in a frame; further ones go into the next frames.
-const SENTENCES: usize = 8;
+const SENTENCES: usize = Utterances::ROW.capacity.entries(0, 0);
 /// Maximum number of answers in a frame; further ones go into the next frames.
-const ANSWERS: usize = 64;
+const ANSWERS: usize = ActsAnswered::ROW.capacity.entries(0, 0);
 
 /// Plays a lesson, and executes interactive acts, until the process is stopped.
 ///

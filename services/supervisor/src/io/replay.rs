@@ -30,7 +30,7 @@ const PROCESSES: [Process; 2] = [Process::Learner, Process::Belief];
 /// The processes whose recorded output the player publishes in their place.
 const REPLAYED_PROCESSES: [Process; 3] = [Process::Sensor, Process::Simulator, Process::Motor];
 /// Maximum number of utterances in one frame.
-const SENTENCES: usize = 16;
+const SENTENCES: usize = Utterances::ROW.capacity.entries(0, 0);
 
 /// Polling interval for a stop request while replaying at a given speed.
 const POLL_INTERVAL: Duration = Duration::from_millis(50);
