@@ -16,64 +16,39 @@
 //!    [`explain`] describes in words why two perspectives differ.
 //! 6. [`Rule::open`] lists the objects that do not satisfy the rule yet, for performing it.
 //!
+//! The modules are rooms, one above another. A room imports only from the rooms above it in this table, never the
+//! other way round; and no two files import each other:
+//!
+//! | room | purpose |
+//! |---|---|
+//! | `language` | the words: names of percepts, a person's sentences, lists and numbers |
+//! | `demonstration` | what was shown: snapshots, acts, changes, examples (stages 1 to 3) |
+//! | `hypotheses` | what it can mean: hypotheses about one goal, and their scores (stage 4) |
+//! | `decision` | what is concluded: rules, the next question, the perspective to follow (stages 4 to 6) |
+//!
 //! Everything here is pure: no clock, no files, no randomness. Features and states are stored by name, so stored
 //! examples are readable and survive a reordering of the percepts.
 
-mod action;
-mod action_effect;
-mod arrangement;
-mod bits;
-mod change;
-mod conflict;
-mod counterpart;
-mod describe;
-mod dialogue;
-mod disjunctions;
-mod dnf;
-mod episode;
-mod explain;
-mod extended;
-mod factored;
-mod goal;
-mod hypothesis;
-mod identity;
-mod inquiry;
+mod decision;
+mod demonstration;
+mod hypotheses;
 mod language;
-mod learn;
-mod lexicon;
-mod log_sum;
-mod partition;
-mod rank;
-mod recording;
-mod rule;
-mod selection;
-mod settings;
-mod snapshot;
-mod standing;
-mod table;
-mod weight;
 
-pub use action::{Act, ActionParser};
-pub use action_effect::{ActContext, ActionEffect, deeds};
-pub use arrangement::{Arrangement, ArrangementPart, ArrangementRule, part_positions};
-pub use change::{Change, Effect, Signature, changes, vanished};
-pub use conflict::{Decision, OpenQuestion, decide, decide_with, differ};
-pub use counterpart::counterparts;
-pub use describe::{describe_change, describe_object, listed};
-pub use dialogue::{Sentence, key};
-pub use explain::{Explanation, explain};
-pub use hypothesis::{Class, Prior, Template};
-pub use identity::{Identities, WriterState};
-pub use inquiry::{Inquiry, ask_about, with_article};
-pub use language::{FeatureWords, Language, StateWords};
-pub use learn::{Learned, Learning, Means, learn, learn_with};
-pub use lexicon::{MAX_FEATURES, MAX_VALUES};
-pub use recording::{Example, Executable, NothingChanged, Recording, Task, View};
-pub use rule::Rule;
-pub use selection::{Relation, Selection};
-pub use settings::{HypothesisLanguage, Noise, NoiseOutOfRange, OnConflict, Settings};
-pub use snapshot::{Object, Snapshot};
-pub use standing::Standing;
+pub use decision::{
+    Arrangement, ArrangementPart, ArrangementRule, Decision, Explanation, Inquiry, Learned, Learning, Means,
+    OpenQuestion, Rule, Standing, ask_about, decide, decide_with, differ, explain, learn, learn_with,
+    part_positions,
+};
+pub use demonstration::{
+    Act, ActContext, ActionEffect, ActionParser, Change, Effect, Example, Executable, Identities,
+    NothingChanged, Object, Recording, Signature, Snapshot, Task, View, WriterState, changes, counterparts,
+    deeds, describe_change, describe_object, vanished,
+};
+pub use hypotheses::{
+    Class, HypothesisLanguage, MAX_FEATURES, MAX_VALUES, Noise, NoiseOutOfRange, OnConflict, Prior, Relation,
+    Selection, Settings, Template,
+};
+pub use language::{FeatureWords, Language, Sentence, StateWords, key, listed, with_article};
 
 #[cfg(test)]
 mod tests;

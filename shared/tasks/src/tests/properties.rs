@@ -4,10 +4,9 @@ use proptest::prelude::*;
 use proptest::strategy::ValueTree;
 
 use super::{language, object, task, view};
-use crate::change::changes;
 use crate::{
     Class, Effect, HypothesisLanguage, Learned, Learning, Noise, Object, Rule, Selection, Settings,
-    Signature, Task, View, decide, learn_with,
+    Signature, Task, View, changes, decide, learn_with,
 };
 
 const COLOURS: [&str; 3] = ["red", "green", "blue"];

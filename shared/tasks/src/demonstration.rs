@@ -1,0 +1,26 @@
+//! What was shown: snapshots, the acts between them, the changes that they made, and the examples of a task.
+//!
+//! Files, the lowest first: a snapshot and the matching of two, identities, a copy of a belief buffer, changes, acts
+//! and their effects, examples, the recording of one.
+
+mod action;
+mod action_effect;
+mod belief_copy;
+mod change;
+mod counterpart;
+mod describe;
+mod example;
+mod identity;
+mod recording;
+mod snapshot;
+
+pub use action::{Act, ActionParser};
+pub use action_effect::{ActContext, ActionEffect, deeds};
+pub use change::{Change, Effect, Signature, changes, vanished};
+pub(crate) use change::{has_percepts, is_achieved};
+pub use counterpart::counterparts;
+pub use describe::{describe_change, describe_object};
+pub use example::{Example, Executable, Task, View};
+pub use identity::{Identities, WriterState};
+pub use recording::{NothingChanged, Recording};
+pub use snapshot::{Object, Snapshot};
