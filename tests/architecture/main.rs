@@ -4,7 +4,7 @@
 
 mod language;
 mod layers;
+mod modules;
 mod paths;
-mod rooms;
 mod rules;
 mod source;

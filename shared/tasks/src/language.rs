@@ -1,6 +1,6 @@
 //! The words: the names of the percepts, the sentences of a person, and how a list or a number is said.
 //!
-//! This is the lowest room. It holds words alone, and no object of a scene.
+//! This is the lowest module: it refers to no object of a scene.
 
 mod dialogue;
 mod percept_words;

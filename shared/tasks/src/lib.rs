@@ -16,10 +16,10 @@
 //!    [`explain`] describes in words why two perspectives differ.
 //! 6. [`Rule::open`] lists the objects that do not satisfy the rule yet, for performing it.
 //!
-//! The modules are rooms, one above another. A room imports only from the rooms above it in this table, never the
-//! other way round; and no two files import each other:
+//! The modules are layers, the lowest first. A module imports only from the modules that are listed before it, and no
+//! files import each other in a circle:
 //!
-//! | room | purpose |
+//! | module | purpose |
 //! |---|---|
 //! | `language` | the words: names of percepts, a person's sentences, lists and numbers |
 //! | `demonstration` | what was shown: snapshots, acts, changes, examples (stages 1 to 3) |

@@ -1,12 +1,12 @@
-//! The rooms of a crate: its modules lie above one another, and no files import each other in a circle.
+//! The modules of a crate: an import only goes to a lower layer, and no files import each other in a circle.
 
 use std::collections::BTreeSet;
 
 use crate::paths::Content;
 use crate::source::{Source, sources};
 
-/// The rooms of a crate by the folder of its sources, the lowest room first. An import only goes down.
-const ROOMS: [(&str, &[&str]); 1] =
+/// The modules of a crate by the folder of its sources, the lowest layer first. An import only goes down.
+const MODULES: [(&str, &[&str]); 1] =
     [("shared/tasks/src", &["language", "demonstration", "hypotheses", "decision"])];
 
 /// An import: the module that imports, and the module that it imports from. The root of the crate is "".
@@ -54,19 +54,20 @@ fn arrows(all: &[Source], folder: &str) -> BTreeSet<Arrow> {
 }
 
 /// What is wrong with the imports of a crate.
-fn faults(arrows: &BTreeSet<Arrow>, rooms: &[&str]) -> Vec<String> {
-    let floor = |module: &str| rooms.iter().position(|room| module.split("::").next() == Some(room));
+fn faults(arrows: &BTreeSet<Arrow>, layers: &[&str]) -> Vec<String> {
+    let layer_of = |module: &str| layers.iter().position(|layer| module.split("::").next() == Some(layer));
     let modules: BTreeSet<&String> = arrows.iter().flat_map(|(from, to)| [from, to]).collect();
-    let outside = modules.into_iter().filter(|module| !module.is_empty() && floor(module).is_none());
-    let mut wrong: Vec<String> = outside.map(|module| format!("`{module}` is in no room")).collect();
+    let outside = modules.into_iter().filter(|module| !module.is_empty() && layer_of(module).is_none());
+    let mut wrong: Vec<String> =
+        outside.map(|module| format!("`{module}` is in no layer: list it in MODULES")).collect();
     let mut down = Vec::new();
     for (from, to) in arrows {
-        match (floor(from), floor(to)) {
+        match (layer_of(from), layer_of(to)) {
             (Some(_), None) if to.is_empty() => {
-                wrong.push(format!("`{from}` imports from the crate's root: name the room"));
+                wrong.push(format!("`{from}` imports from the crate's root: name the module"));
             }
-            (Some(room), Some(other)) if room < other => {
-                wrong.push(format!("`{from}` may not import from `{to}`, in a higher room"));
+            (Some(layer), Some(other)) if layer < other => {
+                wrong.push(format!("`{from}` may not import from `{to}`, in a higher layer"));
             }
             _ => down.push((from.as_str(), to.as_str())),
         }
@@ -98,13 +99,13 @@ fn circle<'a>(mut arrows: Vec<(&'a str, &'a str)>) -> Option<Vec<&'a str>> {
 }
 
 #[test]
-fn an_import_between_rooms_only_goes_down() {
-    for (folder, rooms) in ROOMS {
+fn an_import_between_modules_only_goes_down() {
+    for (folder, layers) in MODULES {
         let arrows = arrows(&sources(folder), folder);
-        let wrong = faults(&arrows, rooms);
+        let wrong = faults(&arrows, layers);
         assert!(wrong.is_empty(), "in {folder}\n{}", wrong.join("\n"));
-        for room in rooms {
-            assert!(arrows.iter().any(|(_, to)| to == room), "no file imports from `{room}` in {folder}");
+        for layer in layers {
+            assert!(arrows.iter().any(|(_, to)| to == layer), "no file imports from `{layer}` in {folder}");
         }
         assert!(arrows.len() > 50, "only {} imports were seen in {folder}", arrows.len());
     }
@@ -127,9 +128,9 @@ fn an_import_that_goes_up_or_around_is_found() {
     };
     assert_eq!(found("use std::fs; pub struct A;", "use crate::low::A; pub struct B(A);"), [""; 0]);
     let up = found("pub struct A(crate::high::B);", "pub struct B;");
-    assert_eq!(up, ["`low::inner` may not import from `high`, in a higher room"]);
+    assert_eq!(up, ["`low::inner` may not import from `high`, in a higher layer"]);
     let root = found("pub struct A;", "use super::A; pub struct B(A);");
-    assert_eq!(root, ["`high` imports from the crate's root: name the room"]);
+    assert_eq!(root, ["`high` imports from the crate's root: name the module"]);
     let around = found("use super::C; pub struct A(C);", "pub struct B;");
     assert_eq!(around, ["a circle: `low` -> `low::inner` -> `low`"]);
 }
