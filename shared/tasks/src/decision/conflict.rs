@@ -39,7 +39,7 @@ pub fn decide(learned: &BTreeMap<u16, Learned>, teacher: u16) -> Option<u16> {
 }
 
 /// As [`decide`], with a policy for a conflict between the schema from the robot's own view and the teacher's
-/// ("Task and Goal Learning"). There is a conflict if both explain the examples and they [differ](differ).
+/// ("Task and Goal Learning"). There is a conflict if both explain the examples and they [`differ`].
 ///
 /// [`OnConflict::Resolve`] examines every object that contradicts the teacher's rule in the robot's view. It is
 /// explained if the teacher could not know it or its state, or does not own it ([`explain`]). Otherwise the
