@@ -32,7 +32,7 @@ use rustix::process::Signal;
 /// The cgroup in which memory is limited.
 const GROUPS: &str = "/sys/fs/cgroup/memory";
 /// Maximum memory, beyond the free amount, that the hog process takes.
-const HOG_MOST: u64 = 64 << 20;
+const MAX_HOG_BYTES: u64 = 64 << 20;
 /// Free memory in the cgroup before the hog starts.
 const FREE: u64 = 16 << 20;
 const HOGS_FOR: Duration = Duration::from_secs(1);
@@ -294,7 +294,7 @@ fn end(
             remove_shared_memory(&rig.domain);
         }
         Kind::OutOfMemory => {
-            group.expect("it runs in one").run_out(FREE + chance.below(HOG_MOST));
+            group.expect("it runs in one").run_out(FREE + chance.below(MAX_HOG_BYTES));
             // The rest of the robot is ended.
             kill("simulator");
             signal(supervisor, Signal::TERM);

@@ -262,8 +262,8 @@ impl Campaign {
         pause(REST);
         self.leave_alone();
         self.acknowledged = self.acknowledged.max(said_to_have_learned(&self.robot));
-        let (robot, most) = (&self.robot, self.files + FEW);
-        if wait_until(PATIENCE, || shared_memory(&robot.domain).0 <= most).is_none() {
+        let (robot, max) = (&self.robot, self.files + FEW);
+        if wait_until(PATIENCE, || shared_memory(&robot.domain).0 <= max).is_none() {
             let now = shared_memory(&self.robot.domain).0;
             self.wrong(format!("{} files in shared memory became {now}", self.files));
         }

@@ -225,14 +225,14 @@ fn compared(samples: &[(Instant, BTreeMap<String, f64>)], warm: Instant) -> Vec<
     for name in warm.last().into_iter().flat_map(|held| held.keys()) {
         let (before, after) = (mean(first, name), mean(last, name));
         println!("{name:<28} {before:>12.0} {after:>12.0}");
-        let most = match A_LESSON.iter().find(|(grows, _)| grows == name) {
+        let max = match A_LESSON.iter().find(|(grows, _)| grows == name) {
             Some((_, a_lesson)) => Some(before + lessons * a_lesson),
             None => {
                 let besides = BESIDES.iter().find(|(unit, _)| name.ends_with(unit));
                 besides.map(|(_, besides)| before * (1.0 + SHARE) + besides)
             }
         };
-        if most.is_some_and(|most| after > most) {
+        if max.is_some_and(|max| after > max) {
             // The course shows whether it is a step, saturates, or continues.
             let ten = warm.chunks(warm.len().div_ceil(10)).map(|some| format!("{:.0}", mean(some, name)));
             wrong.push(format!(

@@ -62,7 +62,7 @@ impl HotPath {
             pause(STRETCH);
             let after = self.read();
             let did = self.did(&before, &after);
-            let stretch = |yardstick: &Yardstick| Stretch { yardstick_us: yardstick.most_us(), all: did };
+            let stretch = |yardstick: &Yardstick| Stretch { yardstick_us: yardstick.max_us(), all: did };
             stretches.extend(self.yardstick.as_ref().map(stretch));
             before = after;
         }

@@ -243,8 +243,8 @@ impl TakenUp {
             // The command may have moved on since then, with the servo following.
             let since = at.since(idle) + at.since(Instant::from_nanos(joint.sampled_at_ns));
             let off_rad = (command_rad - stands_rad).abs();
-            let most_rad = 2.0 * (COUNT_RAD + SOFT_START_RAD_S * since.as_secs_f64());
-            assert!(off_rad <= most_rad, "joint {name} jumps by {off_rad} of {most_rad} rad");
+            let max_rad = 2.0 * (COUNT_RAD + SOFT_START_RAD_S * since.as_secs_f64());
+            assert!(off_rad <= max_rad, "joint {name} jumps by {off_rad} of {max_rad} rad");
             self.first += 1;
             return;
         };

@@ -17,7 +17,7 @@ MAX_PERSPECTIVES = 256
 MAX_SOURCES = 16
 LOSSES = 24
 TEXT_CAPACITY = 252
-DEPTH_MOST = 6
+MAX_DEPTH = 6
 
 
 # Kind of an event of the learner.

@@ -232,17 +232,17 @@ fn minimum_per_frame(passes: &[Vec<u64>]) -> Vec<u64> {
 /// Nanoseconds of a counting loop, run `times` times, sorted: the noise that the machine adds to undisturbed work of
 /// that length.
 fn machine_noise(length_us: f64, times: usize) -> Vec<u64> {
-    let count = |most: usize| {
+    let count = |highest: usize| {
         let started = clock::now();
-        for number in 0..most {
+        for number in 0..highest {
             black_box(number);
         }
         clock::nanos(clock::now().since(started))
     };
     const TRIAL: usize = 100_000;
     let shortest_ns = (0..20).map(|_| count(TRIAL)).min().map_or(1.0, float);
-    let most = floor_usize(float_of_count(TRIAL) * length_us * 1e3 / shortest_ns);
-    let mut costs: Vec<_> = (0..times).map(|_| count(most)).collect();
+    let highest = floor_usize(float_of_count(TRIAL) * length_us * 1e3 / shortest_ns);
+    let mut costs: Vec<_> = (0..times).map(|_| count(highest)).collect();
     costs.sort_unstable();
     costs
 }

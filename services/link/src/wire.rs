@@ -18,7 +18,7 @@ pub(crate) const LANGUAGE: u64 = 2;
 /// The first number of a message: "LEOLINK" and the protocol version.
 const MAGIC: u64 = u64::from_be_bytes(*b"LEOLINK\0") | LANGUAGE;
 /// Maximum number of frames in a batch.
-const FRAMES_MOST: usize = 1024;
+const MAX_FRAMES: usize = 1024;
 
 /// A frame in transit.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -218,7 +218,7 @@ impl Batch {
         let mut bundle = Self { epoch, number, sent_ns, oldest, first, numbered, frames: Vec::new() };
         let frames = numbers.next_size()?;
         let is_counted = bundle.first.checked_add(saturating_u64(bundle.numbered)).is_some();
-        if frames > FRAMES_MOST || bundle.numbered > frames || bundle.first < bundle.oldest || !is_counted {
+        if frames > MAX_FRAMES || bundle.numbered > frames || bundle.first < bundle.oldest || !is_counted {
             return Err(DecodeError::Malformed);
         }
         for _frame in 0..frames {

@@ -8,7 +8,7 @@ use crate::counts::BusCounters;
 use crate::duplicate_id_check::ProbeResult;
 use crate::job::{CONDITION, Job, READING_WITH_SUPPLY};
 use crate::joint::{Command, Joint, Taken};
-use crate::request::{PartKind, SERVOS_MOST, STATUS_BYTES};
+use crate::request::{MAX_SERVOS, PartKind, STATUS_BYTES};
 use crate::{Replies, Request};
 
 /// Exchanges without any answer on the bus before a missing answer counts against its servo. Until then the bus, or the
@@ -168,7 +168,7 @@ impl Bus {
             }
             let asked = self.asked.get(first..).unwrap_or_default();
             let who = || asked.iter().filter_map(|(index, _)| Some(joint(joints, *index)?.id()));
-            let ids: ArrayVec<u8, SERVOS_MOST> = who().map(Id::get).take(SERVOS_MOST).collect();
+            let ids: ArrayVec<u8, MAX_SERVOS> = who().map(Id::get).take(MAX_SERVOS).collect();
             let (address, length) = (Reading::ITEM.address, self.asked_length);
             let question = if fast {
                 Instruction::FastSyncRead { address, length, ids: &ids }
@@ -218,7 +218,7 @@ impl Bus {
             );
         }
         let who = || self.asked.iter().filter_map(|(index, _)| Some(joint(joints, *index)?.id()));
-        let ids: ArrayVec<u8, SERVOS_MOST> = who().map(Id::get).take(SERVOS_MOST).collect();
+        let ids: ArrayVec<u8, MAX_SERVOS> = who().map(Id::get).take(MAX_SERVOS).collect();
         let length = TORQUE_ENABLE.length + self.more;
         let off = Instruction::Write { address: TORQUE_ENABLE.address, data: &[0] };
         let question = Instruction::SyncRead { address: TORQUE_ENABLE.address, length, ids: &ids };
@@ -297,8 +297,8 @@ impl Bus {
         joints: &mut [Joint],
         replies: &Replies,
         asked: &[(usize, PartKind)],
-    ) -> [bool; SERVOS_MOST] {
-        let mut heard = [false; SERVOS_MOST];
+    ) -> [bool; MAX_SERVOS] {
+        let mut heard = [false; MAX_SERVOS];
         for topic in [PartKind::FastRead, PartKind::PlainRead, PartKind::Reread, PartKind::Torque] {
             for status in replies.about(topic) {
                 let is_whose =
@@ -333,9 +333,9 @@ impl Bus {
         joints: &mut [Joint],
         replies: &Replies,
         asked: &[(usize, PartKind)],
-        heard: &[bool; SERVOS_MOST],
-    ) -> [Option<usize>; SERVOS_MOST] {
-        let mut missing = [None; SERVOS_MOST];
+        heard: &[bool; MAX_SERVOS],
+    ) -> [Option<usize>; MAX_SERVOS] {
+        let mut missing = [None; MAX_SERVOS];
         for ((&(index, topic), _), place) in
             asked.iter().zip(heard).filter(|(_, heard)| !**heard).zip(&mut missing)
         {
@@ -357,7 +357,7 @@ impl Bus {
         joints: &mut [Joint],
         replies: &Replies,
         job: Option<(usize, Job)>,
-        missing: [Option<usize>; SERVOS_MOST],
+        missing: [Option<usize>; MAX_SERVOS],
     ) {
         let Some((index, job)) = job else { return };
         let Some(joint) = joint_mut(joints, index) else { return };
@@ -468,9 +468,9 @@ fn joint_mut(joints: &mut [Joint], index: usize) -> Option<&mut Joint> {
 #[derive(Default)]
 struct Goals {
     /// Records of identifier and goal position.
-    positions: ArrayVec<u8, { 5 * SERVOS_MOST }>,
+    positions: ArrayVec<u8, { 5 * MAX_SERVOS }>,
     /// Records of identifier, profile velocity and goal position; the two items are adjacent in the control table.
-    with_velocities: ArrayVec<u8, { 9 * SERVOS_MOST }>,
+    with_velocities: ArrayVec<u8, { 9 * MAX_SERVOS }>,
 }
 
 impl Goals {

@@ -9,7 +9,7 @@ use servo::{Address, FastReply, Id, Instruction, Parser, Reading, Status};
 
 use crate::job::CONDITION;
 use crate::patience::ReplyTimeout;
-use crate::request::{Part, PartKind, SERVOS_MOST};
+use crate::request::{MAX_SERVOS, Part, PartKind};
 use crate::{Replies, Request};
 
 /// Consecutive exchanges without any answer, after which no read is repeated within an exchange.
@@ -19,7 +19,7 @@ const CUTS: u32 = 3;
 /// Servos of a chain lost by one wrong check sum: the servo with the sum, and the next, which is verified by it.
 const SUM_COSTS: usize = 2;
 /// Longest instruction to one servo, or to all servos of a bus, in bytes.
-const INSTRUCTION: usize = 2 * SERVOS_MOST + 32;
+const INSTRUCTION: usize = 2 * MAX_SERVOS + 32;
 
 /// Byte transport of a servo bus.
 pub trait Port {
@@ -79,7 +79,7 @@ pub struct Master {
 /// Answers to one part of a request.
 struct PartAnswers {
     /// Which servos answered, by their position in the part.
-    who: [bool; SERVOS_MOST],
+    who: [bool; MAX_SERVOS],
     /// Whether a reply timeout occurred. Otherwise every expected answer arrived, valid or corrupt.
     is_silent: bool,
 }
@@ -175,7 +175,7 @@ impl Master {
     /// Read of the servos that did not answer, without the first `but` of them.
     fn ask_again(&self, part: &Part, heard: &PartAnswers, but: usize) -> Option<(Part, [u8; INSTRUCTION])> {
         let missing = part.ids().iter().zip(&heard.who).filter(|(_, heard)| !**heard).map(|(id, _)| *id);
-        let ids: ArrayVec<u8, SERVOS_MOST> = missing.skip(but).take(SERVOS_MOST).collect();
+        let ids: ArrayVec<u8, MAX_SERVOS> = missing.skip(but).take(MAX_SERVOS).collect();
         let length = require!(u16::try_from(part.data).ok(), "a read of {} bytes", part.data)?;
         question(PartKind::Reread, Reading::ITEM.address, length, &ids)
     }
@@ -204,7 +204,7 @@ impl Master {
         let Sent { at, late } = port.send(bytes, within)?;
         replies.asked(part.topic, at);
         replies.late += late;
-        let mut heard = PartAnswers { who: [false; SERVOS_MOST], is_silent: false };
+        let mut heard = PartAnswers { who: [false; MAX_SERVOS], is_silent: false };
         let mut missing = part.ids().len();
         // Each servo has one reply timeout: noise that trickles in must not hold the bus.
         let turns = u32::try_from(missing).unwrap_or(u32::MAX).saturating_add(1);
@@ -307,7 +307,7 @@ fn broken_since(parser: &Parser, before: u64) -> u32 {
 
 /// Read of the condition of all servos that reported an alert: an undervoltage affects a whole bus.
 fn alarm(replies: &Replies) -> Option<(Part, [u8; INSTRUCTION])> {
-    let mut ids = ArrayVec::<u8, SERVOS_MOST>::new();
+    let mut ids = ArrayVec::<u8, MAX_SERVOS>::new();
     for status in replies.all().iter().map(crate::request::Answer::status).filter(|status| status.alert) {
         let id = status.id.get();
         if !ids.contains(&id) && !ids.is_full() {

@@ -5,7 +5,7 @@ use serial::LineLostError;
 use servo::{Id, Status};
 
 /// Maximum number of servos on one bus.
-pub const SERVOS_MOST: usize = 32;
+pub const MAX_SERVOS: usize = 32;
 /// Capacity of a request in bytes: goals for every servo and reads from every servo, with byte stuffing.
 const BYTES: usize = 1024;
 /// Capacity of the data of one answer in bytes.
@@ -17,7 +17,7 @@ const CHAIN_BYTES: usize = 8;
 /// Bytes of one answer within a fast sync read status, without data: error, identifier, check sum.
 const LINK_BYTES: usize = 4;
 /// Capacity of the answers to one request. Further answers are dropped.
-const ANSWERS: usize = 4 * SERVOS_MOST;
+const ANSWERS: usize = 4 * MAX_SERVOS;
 
 /// Kind of a part of a request, and of the answers to it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -79,12 +79,12 @@ pub struct Part {
     pub sent: usize,
     /// Data bytes expected in each answer.
     pub data: usize,
-    ids: ArrayVec<u8, SERVOS_MOST>,
+    ids: ArrayVec<u8, MAX_SERVOS>,
 }
 
 impl Part {
     pub(crate) fn new(topic: PartKind, sent: usize, data: usize, who: impl IntoIterator<Item = Id>) -> Self {
-        Self { topic, sent, data, ids: who.into_iter().map(Id::get).take(SERVOS_MOST).collect() }
+        Self { topic, sent, data, ids: who.into_iter().map(Id::get).take(MAX_SERVOS).collect() }
     }
 
     /// Identifiers of the servos that answer, in this order.

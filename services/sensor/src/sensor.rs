@@ -21,7 +21,7 @@ pub enum SensorError {
         name: String,
     },
     /// There are more than [`MAX_SOURCES`] sources.
-    #[error("{sources} sources are too many: at most {most} are possible", most = MAX_SOURCES)]
+    #[error("{sources} sources are too many: at most {max} are possible", max = MAX_SOURCES)]
     Sources {
         /// Configured number of sources.
         sources: usize,

@@ -1,7 +1,7 @@
 use clock::{Duration, Instant};
 use geometry::{Base, Pose, Thing};
 use message::{
-    Header, Hop, LOSSES, Loss, Observation, ObservationKind, PERSPECTIVES_MOST, SourceHealth, Text,
+    Header, Hop, LOSSES, Loss, MAX_PERSPECTIVES, Observation, ObservationKind, SourceHealth, Text,
 };
 use quantity::number::single;
 
@@ -13,13 +13,13 @@ const BEHIND: Duration = Duration::from_secs(10);
 const MAX_SEQUENCE_GAP: u64 = 1 << 20;
 /// Periods without a frame after which a source is silent, and the minimum time.
 const SILENT_PERIODS: u32 = 3;
-const SILENT_LEAST: Duration = Duration::from_millis(100);
+const MIN_SILENCE: Duration = Duration::from_millis(100);
 /// Minimum time without silence before a source is reported as heard again. A slightly slow source is thus
 /// reported once and not at every frame.
 const SETTLED: Duration = Duration::from_secs(1);
 
 /// Number of agents that can have a perspective, the robot included.
-const PERSONS: usize = PERSPECTIVES_MOST as usize;
+const PERSONS: usize = MAX_PERSPECTIVES;
 /// The losses must fit into the bit mask.
 const _: () = assert!(LOSSES <= 32);
 
@@ -70,7 +70,7 @@ impl Source {
             number,
             x_base_source,
             confidence,
-            silent_after: period.map(|period| (period * SILENT_PERIODS).max(SILENT_LEAST)),
+            silent_after: period.map(|period| (period * SILENT_PERIODS).max(MIN_SILENCE)),
             last: None,
             waits: false,
             valid_at: None,

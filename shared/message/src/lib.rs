@@ -57,7 +57,7 @@ pub use licences::{LicenceGroup, Licences};
 pub use link::LinkHealth;
 pub use loss::{LOSSES, Loss};
 pub use observation::{Modality, NOBODY, Observation, ObservationKind, STATES, State};
-pub use path::{DEPTH_MOST, PERSPECTIVES_MOST, Path, perspectives};
+pub use path::{MAX_DEPTH, Path, perspectives};
 pub use percept::{Feature, MAX_PERCEPTS, Perceived, PerceptHead, PerceptValue, Snapshot};
 pub use perspectives::{MAX_PERSPECTIVES, PerspectiveHealth, Perspectives};
 pub use registry::{

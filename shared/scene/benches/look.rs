@@ -28,8 +28,8 @@ impl Dice {
         float(self.0 >> 11) / float(1 << 53)
     }
 
-    fn between(&mut self, least: f64, most: f64) -> f64 {
-        least + self.throw() * (most - least)
+    fn between(&mut self, min: f64, max: f64) -> f64 {
+        min + self.throw() * (max - min)
     }
 
     /// A random pose on the table.

@@ -6,9 +6,9 @@ use crate::frame::{HEADER, PREFIX, SUFFIX};
 use crate::{Id, Status};
 
 /// Maximum length of a reply in bytes: the capacity of a [`Parser`](crate::Parser).
-const BYTES_MOST: usize = 4096;
+const MAX_FRAME_BYTES: usize = 4096;
 /// Maximum number of servos: the number of valid IDs.
-const SERVOS_MOST: usize = 253;
+const MAX_SERVOS: usize = 253;
 /// Maximum number of noise bytes before a block that are skipped.
 const MAX_NOISE_BYTES: usize = 8;
 
@@ -42,7 +42,7 @@ const MAX_NOISE_BYTES: usize = 8;
 /// ```
 #[derive(Clone, Debug)]
 pub struct FastReply {
-    awaited: [ExpectedServo; SERVOS_MOST],
+    awaited: [ExpectedServo; MAX_SERVOS],
     count: usize,
     /// The expected length field; the reply to another request has a different one.
     length: u16,
@@ -81,7 +81,7 @@ struct ParsePosition {
 /// The requested reply does not fit into one packet.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 #[error(
-    "{servos} servos would answer with {bytes} bytes, and a frame has at most {BYTES_MOST} from {SERVOS_MOST}: ask for less, or in parts"
+    "{servos} servos would answer with {bytes} bytes, and a frame has at most {MAX_FRAME_BYTES} from {MAX_SERVOS}: ask for less, or in parts"
 )]
 pub struct ReplyTooLongError {
     /// Number of requested servos.
@@ -126,7 +126,7 @@ impl FastReply {
     #[must_use]
     pub const fn new() -> Self {
         let nobody = ExpectedServo { id: 0, length: 0, told: true };
-        Self { awaited: [nobody; SERVOS_MOST], count: 0, length: 0, frame: None, over: false }
+        Self { awaited: [nobody; MAX_SERVOS], count: 0, length: 0, frame: None, over: false }
     }
 
     /// Sets the expected servos in the order of their replies, each with its data length in bytes. Earlier expectations
@@ -147,7 +147,7 @@ impl FastReply {
         }
         let lengths = self.awaited.iter().take(count).map(|awaited| awaited.length);
         match length_field(lengths) {
-            Some(length) if bytes <= BYTES_MOST && count <= SERVOS_MOST => {
+            Some(length) if bytes <= MAX_FRAME_BYTES && count <= MAX_SERVOS => {
                 (self.count, self.length) = (count, length);
                 Ok(())
             }

@@ -24,7 +24,7 @@ export function landing(held, at, angle, others, exact = false) {
     .sort((a, b) => near(a) - near(b))[0];
   const [x, y] = fits === undefined ? at : [fits.p[0], fits.p[1]];
   const below = others.filter((thing) => thing.kind === 'object' && thing.p && covers(thing, x, y));
-  const top = below.reduce((most, thing) => Math.max(most, thing.p[2] + thing.half[2]), 0);
+  const top = below.reduce((max, thing) => Math.max(max, thing.p[2] + thing.half[2]), 0);
   const inHole = fits !== undefined && held.role === 'peg' && fits.hole;
   const z = inHole ? fits.p[2] + fits.half[2] : top + held.half[2];
   return { p: [x, y, z], q: upright(angle), into: fits?.name ?? null };

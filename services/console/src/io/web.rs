@@ -147,8 +147,8 @@ struct PageSlot {
 impl PageSlot {
     /// Takes a slot, if one is free. Pages without the token cannot use up the slots of those with it.
     fn take(shared: &Arc<Shared>, access: Access) -> Option<Self> {
-        let take = |places: &AtomicU64, most: u64| {
-            let further = |open: u64| (open < most).then_some(open + 1);
+        let take = |places: &AtomicU64, max: u64| {
+            let further = |open: u64| (open < max).then_some(open + 1);
             places.fetch_update(Ordering::Relaxed, Ordering::Relaxed, further).is_ok()
         };
         if access == Access::Read && !take(&shared.counts.readers, MAX_READERS) {

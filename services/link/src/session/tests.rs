@@ -102,7 +102,7 @@ proptest! {
     #[test]
     fn messages_arrive_once_and_in_order(
         lost_of_100 in 0_u32..40,
-        most_ms in 1_u64..300,
+        max_ms in 1_u64..300,
         cut in 0_u64..6_000,
         seed: u64,
     ) {
@@ -124,7 +124,7 @@ proptest! {
             let is_cut = (cut..cut + 10_000).contains(&ms);
             world.cycle(ms, || {
                 let is_lost = is_cut || (ms < 20_000 && random() % 100 < u64::from(lost_of_100));
-                (!is_lost).then(|| random() % most_ms)
+                (!is_lost).then(|| random() % max_ms)
             });
         }
         prop_assert_eq!(world.heard.said, (0..said).collect::<Vec<_>>());

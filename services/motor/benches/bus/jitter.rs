@@ -49,8 +49,8 @@ pub(crate) fn measure() {
         [("a bare thread woke", slept), ("the cycle woke", woke), ("requests went out", sent)]
     {
         times.sort_unstable();
-        let [p50, p99, p999, most] = [0.5, 0.99, 0.999, 1.0].map(|share| micros(quantile(&times, share)));
-        println!("{what:<24} {p50:>8.1} {p99:>8.1} {p999:>8.1} {most:>8.1}");
+        let [p50, p99, p999, max] = [0.5, 0.99, 0.999, 1.0].map(|share| micros(quantile(&times, share)));
+        println!("{what:<24} {p50:>8.1} {p99:>8.1} {p999:>8.1} {max:>8.1}");
     }
     let spent = |before: Option<Duration>, after: Option<Duration>| {
         Some(micros(after?.saturating_sub(before?)) / f64::from(JITTER_CYCLES))

@@ -21,7 +21,7 @@ const MAX_MISSES: u32 = 3;
 const MAX_REJECTED: u32 = 25;
 pub(super) const TRUST_DELAY: Duration = Duration::from_secs(15);
 /// Consecutive refused goals before the cause is taken to be the configuration.
-const AIMS_MOST: u32 = 3;
+const MAX_REFUSED_GOALS: u32 = 3;
 /// Longest waiting time between two attempts to reach a silent servo.
 const MAX_WAIT: Duration = Duration::from_secs(5);
 /// How long after an alert a servo is rebooted if configured, and how often at most.
@@ -114,7 +114,7 @@ impl Joint {
                 self.power = Power::Found { watchdog: Watchdog::Tripped, stay };
             }
             (Power::Rising { is_on, .. }, Job::ArmWatchdog { .. } | Job::WriteGoal(_))
-                if self.refused_goals < AIMS_MOST =>
+                if self.refused_goals < MAX_REFUSED_GOALS =>
             {
                 self.refused_goals += u32::from(matches!(job, Job::WriteGoal(_)));
                 self.power = Power::Rising { step: PowerUpStep::ArmWatchdog, is_on, is_tripped: true };

@@ -324,9 +324,9 @@ impl World {
         let mut world = self.clone();
         end(&mut world);
         let has_ended = |world: &Self| world.motor.letting_go().is_some() && world.motor.unconfirmed() == 0;
-        let run = |world: &mut Self, most: u32| {
+        let run = |world: &mut Self, max: u32| {
             let mut since = 0;
-            for _ in 0..most {
+            for _ in 0..max {
                 world.cycle(mutation);
                 since += u32::from(world.motor.letting_go().is_some());
                 // A servo that does not answer after some cycles does not answer later.

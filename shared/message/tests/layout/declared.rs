@@ -6,8 +6,8 @@ use std::mem::{align_of, offset_of, size_of};
 use std::path;
 
 use message::{
-    ActAnswer, Aspect, Belief, BeliefHead, BusHealth, Buses, DEPTH_MOST, Difference, DivergenceHead, Done,
-    Event, Header, Health, Histogram, JointGoal, JointState, Joints, LOSSES, Life, LinkHealth, MAX_BUSES,
+    ActAnswer, Aspect, Belief, BeliefHead, BusHealth, Buses, Difference, DivergenceHead, Done, Event, Header,
+    Health, Histogram, JointGoal, JointState, Joints, LOSSES, Life, LinkHealth, MAX_BUSES, MAX_DEPTH,
     MAX_JOINTS, MAX_PERCEPTS, MAX_PERSPECTIVES, MAX_SOURCES, Observation, Path, Perceived, PerceptHead,
     PerceptValue, PerspectiveHealth, Perspectives, Remembered, Roster, STATES, SceneHead, SceneObject,
     Snapshot, SourceHealth, Sources, TEXT_CAPACITY, TeacherAct, Text, Turn, Utterance,
@@ -166,7 +166,7 @@ fn fields<'a>(body: impl Iterator<Item = &'a str>) -> Vec<Field> {
 /// Length of an array as written in the source.
 pub(crate) fn length(count: &str) -> usize {
     match count {
-        "DEPTH_MOST" => DEPTH_MOST,
+        "MAX_DEPTH" => MAX_DEPTH,
         "MAX_PERCEPTS" => MAX_PERCEPTS,
         "LOSSES" => LOSSES,
         "MAX_BUSES" => MAX_BUSES,
@@ -208,16 +208,16 @@ pub(crate) fn extent(kind: &str, compiled: &[Compiled]) -> (usize, usize) {
 
 /// Offset and size of each field, then size and alignment of the type, by the rules of C.
 pub(crate) fn laid_out(declared: &Declared, compiled: &[Compiled]) -> (Vec<(usize, usize)>, usize, usize) {
-    let (mut end, mut align_most) = (0_usize, 1);
+    let (mut end, mut max_align) = (0_usize, 1);
     let mut places = Vec::new();
     for field in &declared.fields {
         let (size, align) = extent(&field.kind, compiled);
         let offset = end.next_multiple_of(align);
         places.push((offset, size));
         end = offset + size;
-        align_most = align_most.max(align);
+        max_align = max_align.max(align);
     }
-    (places, end.next_multiple_of(align_most), align_most)
+    (places, end.next_multiple_of(max_align), max_align)
 }
 
 /// Compares the part of a Markdown file between `<!-- NAME: ... -->` and `<!-- end -->` with its expected content, as

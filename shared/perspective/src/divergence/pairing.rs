@@ -190,8 +190,8 @@ impl<L: Fn(&Thing) -> bool, G: Fn(&Thing) -> u64, C: Fn(&Thing, &Thing) -> Optio
             let Some(other) = others.get(index) else { continue };
             *looked += 1;
             let at_least = self.per_m * (along(thing, other) - ROUNDING_M);
-            let most = best.map_or(self.below, |(closeness, _)| closeness.first);
-            if (self.group)(other) != (self.group)(thing) || at_least > most {
+            let max = best.map_or(self.below, |(closeness, _)| closeness.first);
+            if (self.group)(other) != (self.group)(thing) || at_least > max {
                 return;
             }
             if (self.looks)(other)
@@ -285,9 +285,9 @@ impl Pairing {
         }
         self.one.sort(one, &possible.group);
         self.other.sort(other, &possible.group);
-        let most = looking.saturating_mul(CANDIDATE_BUDGET_PER_THING).saturating_add(CANDIDATE_BUDGET);
+        let max = looking.saturating_mul(CANDIDATE_BUDGET_PER_THING).saturating_add(CANDIDATE_BUDGET);
         let mut looked = 0;
-        while looked < most {
+        while looked < max {
             looked += find(possible, &mut self.one, one, &self.other, other);
             looked += find(possible, &mut self.other, other, &self.one, one);
             let mut found = false;

@@ -1,7 +1,7 @@
 use std::fmt::Write as _;
 
 use message::{
-    DEPTH_MOST, LOSSES, MAX_BUSES, MAX_JOINTS, MAX_PERCEPTS, MAX_PERSPECTIVES, MAX_SOURCES, NOBODY, STATES,
+    LOSSES, MAX_BUSES, MAX_DEPTH, MAX_JOINTS, MAX_PERCEPTS, MAX_PERSPECTIVES, MAX_SOURCES, NOBODY, STATES,
     TEXT_CAPACITY, TopicId,
 };
 
@@ -96,7 +96,7 @@ pub(crate) fn header(declared: &[(&str, &Declared)], numbers: &[Numbered], compi
         ("LEO_MAX_SOURCES", MAX_SOURCES),
         ("LEO_LOSSES", LOSSES),
         ("LEO_TEXT_CAPACITY", TEXT_CAPACITY),
-        ("LEO_DEPTH_MOST", DEPTH_MOST),
+        ("LEO_MAX_DEPTH", MAX_DEPTH),
     ] {
         write!(out, "\n#define {name} {value}").expect("a string");
     }

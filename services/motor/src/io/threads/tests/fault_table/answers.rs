@@ -60,8 +60,8 @@ fn broken_answers(rig: &mut Rig, is_chain: bool) {
             others_go_on(rig, &[])
         });
         // In a chain only the first servo of each bus sends a length.
-        let least = if kind == FaultKind::Length && is_chain { 5 } else { 60 };
-        assert!(seen.get() >= least, "{kind:?} happened {} times", seen.get());
+        let min = if kind == FaultKind::Length && is_chain { 5 } else { 60 };
+        assert!(seen.get() >= min, "{kind:?} happened {} times", seen.get());
     }
 }
 
