@@ -49,7 +49,8 @@ pub(crate) struct EmergencyStop {
     /// The robot, which need not run yet [default: all that run, those of other users too; release: this user's]
     #[arg(long, value_name = "DIRECTORY")]
     domain: Option<PathBuf>,
-    /// The robot's leo.toml, whose servo buses are opened where no motor process runs [default: as the robot was started]
+    /// The robot's leo.toml, whose servo buses are opened where no motor process runs [default: as the robot was
+    /// started]
     #[arg(long, value_name = "FILE", conflicts_with = "release")]
     config: Option<PathBuf>,
     /// Who stops it and why, for the robot's log

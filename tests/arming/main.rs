@@ -8,7 +8,7 @@ use std::process::{Command, Stdio};
 use std::thread;
 
 use message::{
-    JointCause, JointLicence, JointLink, JointMachines, JointMode, JointMotion, JointPower, JointState,
+    JointArming, JointCause, JointLink, JointMachines, JointMode, JointMotion, JointPower, JointState,
     Joints, Process, Roster,
 };
 use process::arming::{self, ArmOrder};
@@ -133,23 +133,23 @@ fn arm(root: &Path, arguments: &[&str]) -> Told {
 }
 
 /// Joints with these arming states and causes.
-fn joints(locks: u64, licences: &[(JointLicence, JointCause)]) -> Joints {
+fn joints(locks: u64, summary: &[(JointArming, JointCause)]) -> Joints {
     let mut joints = Joints { locks, ..Joints::default() };
-    joints.set((0_u32..).zip(licences).map(|(joint, &(licence, licence_cause))| {
-        JointState::unread(joint, JointMode::Limp, licence_cause).with_machines(JointMachines {
+    joints.set((0_u32..).zip(summary).map(|(joint, &(arming, arming_cause))| {
+        JointState::unread(joint, JointMode::Limp, arming_cause).with_machines(JointMachines {
             link: JointLink::Answering,
             power: JointPower::Off,
-            licence,
-            licence_cause,
+            arming,
+            arming_cause,
             motion: JointMotion::Idle,
         })
     }));
     joints
 }
 
-const ARMED: (JointLicence, JointCause) = (JointLicence::Armed, JointCause::None);
-const STARTED: (JointLicence, JointCause) = (JointLicence::Disarmed, JointCause::NotStarted);
-const BLOCKED: (JointLicence, JointCause) = (JointLicence::Locked, JointCause::Blocked);
+const ARMED: (JointArming, JointCause) = (JointArming::Armed, JointCause::None);
+const STARTED: (JointArming, JointCause) = (JointArming::Disarmed, JointCause::NotStarted);
+const BLOCKED: (JointArming, JointCause) = (JointArming::Locked, JointCause::Blocked);
 
 /// One test, because a process can join the boards of one domain only.
 #[test]

@@ -83,10 +83,10 @@ fn changes_behind_a_partners_back_are_unknown_until_seen() {
     assert!((3600..4400).step_by(200).all(|millis| at(millis) == ["on", "position"]), "{differences:?}");
     // The partner looks again.
     assert!((4400..=5600).step_by(200).all(|millis| at(millis).is_empty()), "{differences:?}");
-    let apart = lines.iter().rfind(|line| line.pointer("/percepts/position/apart").is_some());
+    let apart = lines.iter().rfind(|line| line.pointer("/percepts/position/distance").is_some());
     let apart = apart.expect("a difference in place");
     assert_eq!(number(apart, "/at_ns"), Some(4_200_000_000));
-    let apart = apart.pointer("/percepts/position/apart").and_then(Value::as_f64).expect("a distance");
+    let apart = apart.pointer("/percepts/position/distance").and_then(Value::as_f64).expect("a distance");
     assert!((apart - 0.3).abs() < 0.01, "{apart}");
 }
 

@@ -109,7 +109,7 @@ pub(crate) fn act(vocabulary: &Vocabulary, act: &Executable, now: &Snapshot) -> 
     let name = |object: &Object| describe_object(language, object, same_kind(now, object));
     let done = |(id, change): (&u64, &Change)| {
         let thing = name(now.object(*id)?);
-        let deeds = act.deeds.get(id).into_iter().flatten().filter_map(|deed| match deed {
+        let action_effects = act.action_effects.get(id).into_iter().flatten().filter_map(|deed| match deed {
             ActionEffect::PlacedOn { support } => {
                 let below = name(now.object(*support)?);
                 let article = if below == thing { "another" } else { "the" };
@@ -118,10 +118,10 @@ pub(crate) fn act(vocabulary: &Vocabulary, act: &Executable, now: &Snapshot) -> 
             ActionEffect::Handed { to: 0 } => Some("handed to me".to_owned()),
             ActionEffect::Handed { to } => Some(format!("handed to {}", names.of(*to))),
         });
-        let deeds: Vec<String> = deeds.collect();
+        let action_effects: Vec<String> = action_effects.collect();
         // A placed or handed object was necessarily moved; only its state changes are mentioned in addition.
-        let states = if deeds.is_empty() { Some(change.clone()) } else { change.states() };
-        let all: Vec<String> = states.iter().map(describe_change).chain(deeds).collect();
+        let states = if action_effects.is_empty() { Some(change.clone()) } else { change.states() };
+        let all: Vec<String> = states.iter().map(describe_change).chain(action_effects).collect();
         Some(format!("{thing} {}", listed(&all)))
     };
     let what: Vec<String> = act.changes.iter().filter_map(done).collect();

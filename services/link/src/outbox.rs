@@ -38,7 +38,7 @@ pub(crate) struct Outbox {
     oldest: u64,
     next: u64,
     pub(crate) overtaken: u64,
-    pub(crate) given_up: u64,
+    pub(crate) expired: u64,
 }
 
 #[derive(Debug)]
@@ -71,7 +71,7 @@ impl Outbox {
             oldest: 1,
             next: 1,
             overtaken: 0,
-            given_up: 0,
+            expired: 0,
         }
     }
 
@@ -156,7 +156,7 @@ impl Outbox {
         if self.every.pop_front().is_some() {
             self.oldest += 1;
             self.next = self.next.max(self.oldest);
-            self.given_up += 1;
+            self.expired += 1;
         }
     }
 }
@@ -233,7 +233,7 @@ mod tests {
         outbox.push(at(1), TopicId::Events, (1, 1), bytes(1));
         outbox.push(at(50), TopicId::Events, (1, 2), bytes(2));
         let load = outbox.load(at(62)).unwrap();
-        assert_eq!((load.oldest, load.numbered, outbox.given_up), (2, 1, 1));
+        assert_eq!((load.oldest, load.numbered, outbox.expired), (2, 1, 1));
         for value in 0..5000 {
             outbox.push(at(62), TopicId::Events, (1, value), bytes(0));
         }

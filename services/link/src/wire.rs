@@ -198,7 +198,7 @@ impl Batch {
             &mut bytes,
         );
         for frame in frames {
-            let (code, of) = frame.topic.code();
+            let (code, of) = frame.topic.link_code();
             put(&[u64::from(code), u64::from(of), saturating_u64(frame.bytes.len())], &mut bytes);
             bytes.extend_from_slice(&frame.bytes);
         }
@@ -223,7 +223,7 @@ impl Batch {
         }
         for _frame in 0..frames {
             let (code, of, length) = (numbers.next_small()?, numbers.next_small()?, numbers.next_size()?);
-            let topic = TopicId::of_code(code, of).filter(|topic| is_carried(*topic));
+            let topic = TopicId::of_link_code(code, of).filter(|topic| is_carried(*topic));
             let topic = topic.ok_or(DecodeError::Malformed)?;
             bundle.frames.push(Frame { topic, bytes: numbers.bytes(length)?.into() });
         }

@@ -254,8 +254,8 @@ impl Motor {
     /// group by group.
     ///
     /// A locked joint is unlocked if the cause is gone and the operator has seen its lock: it is among the first
-    /// `acknowledged_locks` of [`MotorCounters::locks`]. A joint whose servo does not answer needs a new order: plugging in
-    /// a cable starts nothing.
+    /// `acknowledged_locks` of [`MotorCounters::locks`]. A joint whose servo does not answer needs a new order:
+    /// plugging in a cable starts nothing.
     pub fn arm(&mut self, now: Instant, acknowledged_locks: Option<u64>) {
         if self.letting_go.is_some() || self.stopping.is_some() {
             return;
@@ -303,7 +303,8 @@ impl Motor {
     }
 
     /// Switches torque off on every bus from the next request on. Goals have no effect until
-    /// [`end_emergency`](Self::end_emergency). For an emergency stop; the orderly end is [`begin_shutdown`](Self::begin_shutdown).
+    /// [`end_emergency`](Self::end_emergency). For an emergency stop; the orderly end is
+    /// [`begin_shutdown`](Self::begin_shutdown).
     pub fn let_go(&mut self, cause: JointCause) {
         // An orderly end must not replace the emergency as the cause.
         if self.letting_go != Some(JointCause::Emergency) {

@@ -195,7 +195,7 @@ impl Rig {
             let jobs = self
                 .request
                 .parts()
-                .filter(|(part, _)| matches!(part.topic, PartKind::Job | PartKind::ReadCondition));
+                .filter(|(part, _)| matches!(part.kind, PartKind::Job | PartKind::ReadCondition));
             self.jobs.extend(jobs.map(|(part, bytes)| (bus, part.ids()[0], bytes[7])));
             let mute = self.mute.iter().filter(|mute| mute.0 == bus).map(|mute| mute.1).collect();
             let mut wire = Wire {

@@ -133,7 +133,7 @@ impl Source {
         }
         self.valid_at = Some(valid_at);
         self.heard_at = Some(now);
-        self.health.heard_at_ns = now.as_nanos();
+        self.health.last_frame_at_ns = now.as_nanos();
         self.health.frames += 1;
         let mut newest = self.observed_at;
         // At most `room` entries are examined, however many there are.
@@ -156,8 +156,8 @@ impl Source {
         self.count_loss(Loss::OverCapacity, beyond);
         let mut taken = Header::at(header.valid_at_ns);
         taken.pass(Hop::Observed, stamped_at.as_nanos());
-        let before = self.header.map_or(0, |earlier| earlier.left_out);
-        taken.left_out = before.saturating_add(header.left_out).saturating_add(beyond);
+        let before = self.header.map_or(0, |earlier| earlier.over_capacity);
+        taken.over_capacity = before.saturating_add(header.over_capacity).saturating_add(beyond);
         self.header = Some(taken);
     }
 
@@ -251,7 +251,7 @@ impl Source {
         let beyond = u64::try_from(beyond).unwrap_or(u64::MAX);
         self.count_loss(Loss::OverCapacity, beyond);
         if let Some(header) = &mut self.header {
-            header.left_out = header.left_out.saturating_add(beyond);
+            header.over_capacity = header.over_capacity.saturating_add(beyond);
         }
     }
 

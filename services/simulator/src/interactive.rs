@@ -233,7 +233,7 @@ impl World {
     }
 
     fn seat(&mut self, now: Instant, act: &TeacherAct) -> Result<Done, Refusal> {
-        let (eyes_m, looks_at_m) = (place(act.position_m)?, place(act.also_m)?);
+        let (eyes_m, looks_at_m) = (place(act.position_m)?, place(act.second_vector_m)?);
         let sight_m =
             eyes_m.iter().zip(looks_at_m).map(|(eye, point)| (eye - point).powi(2)).sum::<f64>().sqrt();
         if sight_m < MIN_GAZE_M {

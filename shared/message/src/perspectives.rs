@@ -15,7 +15,7 @@ pub struct PerspectiveHealth {
     /// Sum over these steps of the number of beliefs after the step.
     pub beliefs: u64,
     /// Observations, beliefs and occluders dropped for lack of space.
-    pub left_out: u64,
+    pub over_capacity: u64,
     /// Observations and evaluations refused as invalid.
     pub refused: u64,
 }

@@ -161,8 +161,8 @@ impl RingSnapshot {
         self.write_sparing(output, missing_space)
     }
 
-    /// The same, with `missing_space` as the check for disk space for a number of bytes. Messages for viewers are generated
-    /// only while writing, so the final size is not known in advance.
+    /// The same, with `missing_space` as the check for disk space for a number of bytes. Messages for viewers are
+    /// generated only while writing, so the final size is not known in advance.
     fn write_sparing(
         &self,
         output: &Output,

@@ -154,6 +154,9 @@ fn frames_of_another_layout_are_refused_with_both_versions() {
     assert!(older.contains(&format!("this Leo reads {name}")), "{older}");
     let other = read(&recorded(&name, "something else", &[0; HEAD])).2.expect("is refused");
     assert!(other.to_string().contains("another leo/SceneHead"), "{other}");
+    // The same layout, with an older name of a field.
+    let renamed = text.replace(" over_capacity: ", " left_out: ");
+    assert!(renamed != text && read(&recorded(&name, &renamed, &[0; HEAD])).0.len() == 1);
     // Half an entry.
     let half = read(&recorded(&name, &text, &[0; HEAD + 1])).2.expect("is refused");
     assert!(matches!(half, ReadError::Damaged { after: 0, .. }), "{half}");

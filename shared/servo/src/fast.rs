@@ -56,7 +56,7 @@ pub struct FastReply {
 struct ExpectedServo {
     id: u8,
     length: u16,
-    told: bool,
+    is_reported: bool,
 }
 
 /// The parsing position within a packet.
@@ -125,7 +125,7 @@ impl FastReply {
     /// A reply that expects no servo.
     #[must_use]
     pub const fn new() -> Self {
-        let nobody = ExpectedServo { id: 0, length: 0, told: true };
+        let nobody = ExpectedServo { id: 0, length: 0, is_reported: true };
         Self { awaited: [nobody; MAX_SERVOS], count: 0, length: 0, frame: None, over: false }
     }
 
@@ -140,7 +140,7 @@ impl FastReply {
         let (mut count, mut bytes) = (0, PREFIX + 1);
         for (id, length) in servos {
             if let Some(place) = self.awaited.get_mut(count) {
-                *place = ExpectedServo { id: id.get(), length, told: false };
+                *place = ExpectedServo { id: id.get(), length, is_reported: false };
             }
             count += 1;
             bytes += FastReplyWriter::PART + usize::from(length);
@@ -158,7 +158,7 @@ impl FastReply {
     /// Whether every expected servo has replied.
     #[must_use]
     pub fn is_complete(&self) -> bool {
-        self.awaited.iter().take(self.count).all(|awaited| awaited.told)
+        self.awaited.iter().take(self.count).all(|awaited| awaited.is_reported)
     }
 
     /// Whether a packet was parsed to its end, even if blocks were corrupt or missing. No further block will arrive.
@@ -169,7 +169,7 @@ impl FastReply {
 
     /// The servos that have not replied, in the expected order.
     pub fn missing(&self) -> impl Iterator<Item = Id> {
-        let silent = self.awaited.iter().take(self.count).filter(|awaited| !awaited.told);
+        let silent = self.awaited.iter().take(self.count).filter(|awaited| !awaited.is_reported);
         silent.filter_map(|awaited| Id::new(awaited.id))
     }
 
@@ -240,7 +240,7 @@ impl FastReply {
                     walk.sum_before = Some(walk.sum);
                     (walk.place, walk.sum, walk.resume) = (place + 1, after(field), walk.at);
                     match Id::new(id) {
-                        Some(id) if !std::mem::replace(&mut claimed.told, true) => {
+                        Some(id) if !std::mem::replace(&mut claimed.is_reported, true) => {
                             return Step::Part { id, error, data, length };
                         }
                         // The servo has already replied in an earlier packet.
@@ -261,9 +261,9 @@ impl FastReply {
     }
 
     /// The number of extra bytes before the expected block at the beginning of `part`: a repetition of the previous
-    /// block, or at most `MAX_NOISE_BYTES` noise bytes. `None` if the expected block is not found in the available bytes. It
-    /// never waits for more bytes: otherwise a servo that sends garbage would look silent. It also gives up after a
-    /// corrupt block, because each CRC tried may match by chance.
+    /// block, or at most `MAX_NOISE_BYTES` noise bytes. `None` if the expected block is not found in the available
+    /// bytes. It never waits for more bytes: otherwise a servo that sends garbage would look silent. It also gives up
+    /// after a corrupt block, because each CRC tried may match by chance.
     fn too_many(&self, walk: &ParsePosition, part: &[u8], own: ExpectedServo) -> Option<usize> {
         let sum = walk.sum_before?;
         let before = *self.awaited.get(walk.place.checked_sub(1)?)?;

@@ -166,7 +166,8 @@ impl Extended {
     }
 
     /// The hypotheses, with equivalent ones merged. It keeps those at most `within` nats below the best one, or below
-    /// the best one of the highest tally. Of these it keeps the best `max_count` by tally and the best `max_count` by score.
+    /// the best one of the highest tally. Of these it keeps the best `max_count` by tally and the best `max_count` by
+    /// score.
     pub(crate) fn hypotheses(
         &mut self,
         seen: &SeenKinds,

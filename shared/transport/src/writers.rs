@@ -65,8 +65,8 @@ impl PublisherFilter {
         Self { listed, owner, accepted: 0, told: [0; MAX_LOGGED], told_count: 0 }
     }
 
-    /// Whether frames of a publisher are accepted. No system call, no lock, no allocation, except when an external source
-    /// appears; one comparison while the publisher stays the same.
+    /// Whether frames of a publisher are accepted. No system call, no lock, no allocation, except when an external
+    /// source appears; one comparison while the publisher stays the same.
     #[inline]
     pub(crate) fn accept(&mut self, publisher: u128, topic: &str) -> bool {
         publisher == self.accepted || self.check_roster(publisher, topic)

@@ -1,5 +1,5 @@
 // Where the held object would land: in a hole, on the object below, or on the table. Pure.
-import { apart, covers, heading, upright } from './pose.js';
+import { distance, covers, heading, upright } from './pose.js';
 
 /** @typedef {import('./pose.js').Point} Point */
 /** @typedef {import('./pose.js').Turn} Turn */
@@ -18,7 +18,7 @@ const TAKEN_M = 0.02;
  * @returns {{p: Point, q: Turn, into: string | null}} `into`: the name of the object that receives it
  */
 export function landing(held, at, angle, others, exact = false) {
-  const near = (/** @type {any} */ thing) => apart(thing.p.slice(0, 2), at);
+  const near = (/** @type {any} */ thing) => distance(thing.p.slice(0, 2), at);
   const fits = others
     .filter((thing) => thing.kind === 'object' && thing.p && near(thing) < (exact ? TAKEN_M : SNAP_M) && takes(thing, held))
     .sort((a, b) => near(a) - near(b))[0];

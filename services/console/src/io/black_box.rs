@@ -182,12 +182,12 @@ impl BlackBox {
             // The next dump must not wait for a thread that is gone.
             outcome => outcome.unwrap_or_else(|_| Err(NO_RESULT.to_owned())),
         };
-        let said = outcome.as_ref().map(|written| written.file.as_str()).map_err(String::as_str);
+        let result = outcome.as_ref().map(|written| written.file.as_str()).map_err(String::as_str);
         for requester in &writing.wanted.requesters {
             match requester {
-                Requester::Page(answer, id) => reply(answer, *id, said.map(|file| Some(("file", file)))),
+                Requester::Page(answer, id) => reply(answer, *id, result.map(|file| Some(("file", file)))),
                 Requester::Program(word) => {
-                    if let Err(error) = black_box::answer(&self.domain, word, said) {
+                    if let Err(error) = black_box::answer(&self.domain, word, result) {
                         tracing::warn!(%error, "cannot answer the request for the last minutes");
                     }
                 }

@@ -116,7 +116,7 @@ struct EventReader {
     account: Account,
     lines: Lines,
     /// Number of utterances received.
-    said: u32,
+    sentences_said: u32,
     /// Whether the account changed since it was last published.
     has_news: bool,
 }
@@ -129,7 +129,7 @@ impl EventReader {
             narrator: Narrator::new(&robot.leo.belief.names),
             account: Account::newest(),
             lines: Lines::default(),
-            said: 0,
+            sentences_said: 0,
             has_news: true,
         })
     }
@@ -138,7 +138,7 @@ impl EventReader {
         let mut told = Vec::new();
         while let Some(frame) = self.utterances.receive()? {
             for utterance in frame.entries() {
-                self.said += 1;
+                self.sentences_said += 1;
                 told.push(self.narrator.utterance(frame.head().valid_at_ns, utterance));
             }
         }
@@ -301,7 +301,7 @@ impl End {
         } else {
             is_played
         };
-        let is_over = event_reader.said >= self.sentences && has_performed;
+        let is_over = event_reader.sentences_said >= self.sentences && has_performed;
         if is_watched || self.stays || !is_over {
             self.over_since = None;
             return false;

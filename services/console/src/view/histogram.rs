@@ -26,12 +26,12 @@ pub(super) fn lines(histogram: &Histogram) -> Vec<String> {
     let line = |(octave, count): (u32, u64)| {
         let bound = Duration::from_nanos(1_u64.checked_shl(octave + 1).unwrap_or(u64::MAX));
         let full = floor_usize((BAR * float(count) / float(max.max(1))).ceil());
-        format!("< {:>8} {:<9} {count}", said(bound), "█".repeat(full))
+        format!("< {:>8} {:<9} {count}", duration_text(bound), "█".repeat(full))
     };
     octaves.into_iter().map(line).collect()
 }
 
-fn said(time: Duration) -> String {
+fn duration_text(time: Duration) -> String {
     let micros = time.as_secs_f64() * 1e6;
     if micros < 10.0 {
         format!("{micros:.1} µs")

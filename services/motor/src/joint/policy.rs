@@ -3,7 +3,7 @@ use config::leo::{AlertReaction, AlertReactions, ArmingCause, Motor, OnAlert};
 use message::JointCause;
 use servo::HardwareErrors;
 
-use super::licence::arming_cause;
+use super::arming_state::arming_cause;
 
 /// All causes after which the configuration may allow automatic arming.
 const ARMING_CAUSES: [ArmingCause; 9] = [

@@ -125,8 +125,8 @@ impl World {
         if name.trim().is_empty() || name.len() > MAX_NAME_BYTES || name.chars().any(char::is_control) {
             return refuse(format!("an occluder needs a name of at most {MAX_NAME_BYTES} bytes"));
         }
-        let is_told = act.also_m.iter().any(|half_m| *half_m != 0.0);
-        let half_extents_m = if is_told { act.also_m } else { SCREEN_M };
+        let is_told = act.second_vector_m.iter().any(|half_m| *half_m != 0.0);
+        let half_extents_m = if is_told { act.second_vector_m } else { SCREEN_M };
         if !half_extents_m.iter().all(|half_m| *half_m >= 0.001 && *half_m <= 10.0) {
             return refuse("half the extents of an occluder are from 0.001 to 10 m");
         }

@@ -21,8 +21,8 @@ pub(super) struct PriorScale {
     log_gain_bound: f64,
     /// κ; 0 if a template with more features can have fewer classes.
     kappa: f64,
-    /// ln g and ln(1 + g) for p - q from -[`MAX_TABULATED`] to [`MAX_TABULATED`]: there are many classes but few distinct
-    /// differences.
+    /// ln g and ln(1 + g) for p - q from -[`MAX_TABULATED`] to [`MAX_TABULATED`]: there are many classes but few
+    /// distinct differences.
     gains: Vec<(f64, f64)>,
 }
 

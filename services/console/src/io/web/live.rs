@@ -155,16 +155,16 @@ impl Page<'_> {
         beats.reset();
         beats.set_missed_tick_behavior(MissedTickBehavior::Delay);
         loop {
-            let said = tokio::select! {
+            let text = tokio::select! {
                 message = self.socket.recv() => self.hear(message)?,
                 answer = answers.recv() => answer,
                 _ = shows.tick() => self.shown(),
                 _ = beats.tick() => self.beat().await?,
             };
             // A slow reader delays only this task. Updates are deltas to the newest state, so no backlog builds up.
-            if let Some(said) = said {
+            if let Some(text) = text {
                 self.is_quiet = false;
-                self.send(Message::text(said)).await?;
+                self.send(Message::text(text)).await?;
             }
         }
     }

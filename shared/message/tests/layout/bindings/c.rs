@@ -74,7 +74,7 @@ fn comment(out: &mut String, indent: &str, doc: &[String]) {
 /// The names of the topics, and the types of their frames.
 fn topics(out: &mut String) {
     out.push_str("\n/* Topics. A frame is the head and a slice of entries. */\n");
-    for topic in TopicId::each(0) {
+    for topic in TopicId::one_of_each(0) {
         let (types, name) = (types(topic), topic.row().name);
         let (head, entry) = (kind(types.head.0), kind(types.entry.0));
         writeln!(out, "/* `{}`: {head}, {entry} */", pattern(topic)).expect("a string");

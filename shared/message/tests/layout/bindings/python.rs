@@ -88,7 +88,7 @@ pub(crate) fn module(declared: &[(&str, &Declared)], numbers: &[Numbered], compi
         structure(&mut out, name, declared);
     }
     out.push_str("\n\n# Topics: the head and the entries of a frame.\nTOPICS = {\n");
-    for topic in TopicId::each(0) {
+    for topic in TopicId::one_of_each(0) {
         let (head, entry) = (types(topic).head.0, types(topic).entry.0);
         writeln!(out, "    \"{}\": ({head}, {entry}),", pattern(topic)).expect("a string");
     }

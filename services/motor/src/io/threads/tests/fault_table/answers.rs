@@ -6,7 +6,7 @@ use crate::JointFault;
 /// Number of faults counted on the bus of a joint.
 fn noticed(rig: &Rig, joint: usize) -> u64 {
     let counts = rig.motor.bus_counts(rig.robot.motor.joints[joint].bus);
-    counts.broken + counts.missed + counts.stale + counts.late_bytes
+    counts.corrupt + counts.missed + counts.stale + counts.late_bytes
 }
 
 /// How often a fault occurred on the bus of each joint, and how many faults were counted.
