@@ -161,12 +161,12 @@ pub(super) fn set(line: &mut Line, id: u8, item: &str, count: i64) -> Result<Exi
     let data = bytes.get(..usize::from(entry.item.length)).unwrap_or_default();
     line.ask(id, Instruction::Write { address: entry.item.address, data })
         .map_err(|error| because_tripped(line, model, id, &entry, error))?;
-    let told = format!("{entry} of id {id} is now {}\n", value::show(&entry, count));
+    let text = format!("{entry} of id {id} is now {}\n", value::show(&entry, count));
     if line.value(model, id, item)? != count {
         return Err(CommandError::runtime(format!(
             "{entry} of id {id} did not take the value: is something else writing it?"
         )));
     }
-    output::print(&told)?;
+    output::print(&text)?;
     Ok(ExitCode::SUCCESS)
 }

@@ -105,7 +105,7 @@ pub(crate) fn same_kind<'a>(view: &'a Snapshot, object: &Object) -> impl Iterato
 /// An act in words: "the teacher: red square filled, small peg inserted".
 pub(crate) fn act(vocabulary: &Vocabulary, act: &Executable, now: &Snapshot) -> String {
     let Vocabulary { language, names, .. } = vocabulary;
-    let who = if act.actor == 0 { "I".to_owned() } else { names.of(act.actor) };
+    let agent_name = if act.actor == 0 { "I".to_owned() } else { names.of(act.actor) };
     let name = |object: &Object| describe_object(language, object, same_kind(now, object));
     let done = |(id, change): (&u64, &Change)| {
         let thing = name(now.object(*id)?);
@@ -125,7 +125,7 @@ pub(crate) fn act(vocabulary: &Vocabulary, act: &Executable, now: &Snapshot) -> 
         Some(format!("{thing} {}", listed(&all)))
     };
     let what: Vec<String> = act.changes.iter().filter_map(done).collect();
-    format!("{who}: {}", listed(&what))
+    format!("{agent_name}: {}", listed(&what))
 }
 
 /// An observed movement in words: "the teacher: putting the small peg into the red square". `None` if its object is not
@@ -147,15 +147,15 @@ pub(crate) fn movement(
     };
     let below = below(movement, now);
     let hole = below.iter().find(|below| goes_into(below));
-    let (who, what) = (names.of(movement.actor), name(thing));
+    let (agent_name, what) = (names.of(movement.actor), name(thing));
     Some(match (hole, below.first()) {
-        (Some(hole), _) => format!("{who}: putting the {what} into the {}", name(hole)),
+        (Some(hole), _) => format!("{agent_name}: putting the {what} into the {}", name(hole)),
         (None, Some(below)) => {
             let below = name(below);
             let article = if below == what { "another" } else { "the" };
-            format!("{who}: putting the {what} onto {article} {below}")
+            format!("{agent_name}: putting the {what} onto {article} {below}")
         }
-        (None, None) => format!("{who}: putting the {what} down"),
+        (None, None) => format!("{agent_name}: putting the {what} down"),
     })
 }
 

@@ -58,7 +58,7 @@ pub(crate) struct Bus {
     /// Position in `joints` at which the search for the next job begins.
     next: usize,
     /// Extra bytes read behind the measurements.
-    more: u16,
+    extra_bytes: u16,
     supply_due_at: Instant,
     /// Request counter modulo [`ROUNDS`].
     round: usize,
@@ -80,7 +80,7 @@ impl Bus {
             asked_length: 0,
             job: None,
             next: 0,
-            more: 0,
+            extra_bytes: 0,
             supply_due_at: Instant::EPOCH,
             round: 0,
             clean_exchanges: 0,
@@ -110,8 +110,8 @@ impl Bus {
     ) {
         request.clear();
         self.round = (self.round + 1) % ROUNDS;
-        self.more = if self.clean_exchanges < MIN_CLEAN_EXCHANGES {
-            (self.more + 1) % READ_LENGTHS
+        self.extra_bytes = if self.clean_exchanges < MIN_CLEAN_EXCHANGES {
+            (self.extra_bytes + 1) % READ_LENGTHS
         } else if now >= self.supply_due_at && matches!(purpose, Purpose::Drive { .. }) {
             SUPPLY_LENGTH
         } else {
@@ -120,7 +120,7 @@ impl Bus {
         if self.reads_supply() {
             self.supply_due_at = now + SUPPLY_PERIOD;
         }
-        self.asked_length = Reading::ITEM.length + self.more;
+        self.asked_length = Reading::ITEM.length + self.extra_bytes;
         self.asked.clear();
         self.job = None;
         match purpose {
@@ -138,7 +138,7 @@ impl Bus {
 
     /// Whether the measurements of this cycle contain input voltage and temperature.
     fn reads_supply(&self) -> bool {
-        self.more == SUPPLY_LENGTH
+        self.extra_bytes == SUPPLY_LENGTH
     }
 
     fn have_let_go(&self, joints: &[Joint]) -> bool {
@@ -221,7 +221,7 @@ impl Bus {
         }
         let asked_ids = || self.asked.iter().filter_map(|(index, _)| Some(joint(joints, *index)?.id()));
         let ids: ArrayVec<u8, MAX_SERVOS> = asked_ids().map(Id::get).take(MAX_SERVOS).collect();
-        let length = TORQUE_ENABLE.length + self.more;
+        let length = TORQUE_ENABLE.length + self.extra_bytes;
         let off = Instruction::Write { address: TORQUE_ENABLE.address, data: &[0] };
         let question = Instruction::SyncRead { address: TORQUE_ENABLE.address, length, ids: &ids };
         self.asked_length = length;

@@ -88,8 +88,8 @@ fn buses(buses: &[BusHealth], page: &mut MetricsText) {
             page.count(&[("bus", bus.name.as_str()), ("incident", incident)], of(bus));
         }
     }
-    let told: Vec<_> = buses.iter().map(|bus| (bus.name.as_str(), &bus.exchange)).collect();
-    distribution(page, "leo_bus_exchange", "How long a request took", "bus", &told);
+    let labelled: Vec<_> = buses.iter().map(|bus| (bus.name.as_str(), &bus.exchange)).collect();
+    distribution(page, "leo_bus_exchange", "How long a request took", "bus", &labelled);
 }
 
 fn joints(readings: &Readings, page: &mut MetricsText) {

@@ -52,6 +52,6 @@ pub(crate) fn write(readings: &Readings, page: &mut MetricsText) {
         page.family(name, Kind::Counter, help);
         page.count(&[], of(link));
     }
-    let told = [("received", &link.delay)];
-    distribution(page, "leo_link_delay", "From the other machine to this one", "direction", &told);
+    let labelled = [("received", &link.delay)];
+    distribution(page, "leo_link_delay", "From the other machine to this one", "direction", &labelled);
 }

@@ -196,12 +196,12 @@ impl OwnershipEstimator {
             OwnershipRule::None => {}
             OwnershipRule::Possession => self.by_possession(),
             OwnershipRule::Regions => {
-                let told = |claim: &OwnershipClaim| {
+                let owner_of = |claim: &OwnershipClaim| {
                     let [x, y, _] = claim.place.to_array();
                     let holds = self.config.regions.iter().find(|region| region.holds([x, y]));
                     holds.map_or(NOBODY, |region| region.owner)
                 };
-                self.owners.extend(self.claims.iter().map(told));
+                self.owners.extend(self.claims.iter().map(owner_of));
             }
             OwnershipRule::Territory => self.by_territory(&agents.into_iter()),
         }

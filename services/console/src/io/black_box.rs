@@ -126,9 +126,9 @@ impl BlackBox {
         self.looked_at = Some(now);
         self.waiting.requesters.extend(black_box::asked(&self.domain).map(Requester::Program));
         self.check_failures(now, node, quarantined);
-        let told = self.written();
+        let lines = self.written();
         self.write(now);
-        told
+        lines
     }
 
     fn check_failures(&mut self, now: Instant, node: &Node, quarantined: &[u32]) {
@@ -203,10 +203,10 @@ impl BlackBox {
     pub(crate) fn end(self) -> impl FnOnce() -> Vec<String> + Send {
         let Self { kept, waiting, writing, .. } = self;
         move || {
-            let mut told = Vec::new();
+            let mut lines = Vec::new();
             if let Some(Writing { wanted, outcome }) = writing {
                 let outcome = outcome.recv().unwrap_or_else(|_| Err(NO_RESULT.to_owned()));
-                told.push(dump_message(&wanted, &outcome));
+                lines.push(dump_message(&wanted, &outcome));
             }
             if let Ok(kept) = &kept
                 && !waiting.failed.is_empty()
@@ -214,9 +214,9 @@ impl BlackBox {
                 let written = kept
                     .last()
                     .and_then(|last| write(&last.newest(FINAL_DUMP_SPAN), &kept.files, &waiting.word()));
-                told.push(dump_message(&waiting, &written));
+                lines.push(dump_message(&waiting, &written));
             }
-            told
+            lines
         }
     }
 }

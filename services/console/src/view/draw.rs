@@ -128,8 +128,9 @@ fn histograms(frame: &mut Frame<'_>, area: Rect, screen: &Screen) {
     let health = process.and_then(|process| screen.readings.processes.get(&process));
     let Some(health) = health else { return };
     let sides: [Rect; 3] = Layout::horizontal([Constraint::Ratio(1, 3); 3]).areas(area);
-    let told = [("wake-up", &health.wakeup), ("execution", &health.execution), ("age", &health.latency)];
-    for (side, (what, distribution)) in sides.into_iter().zip(told) {
+    let distributions =
+        [("wake-up", &health.wakeup), ("execution", &health.execution), ("age", &health.latency)];
+    for (side, (what, distribution)) in sides.into_iter().zip(distributions) {
         let mut lines = vec![Line::from(format!("{what}: {} cycles", distribution.count()))];
         lines.extend(histogram::lines(distribution).into_iter().map(Line::from));
         frame.render_widget(Paragraph::new(lines), side);

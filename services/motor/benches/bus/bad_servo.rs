@@ -118,18 +118,18 @@ fn rustypot_with_a_bad_servo(way: Way, fault: &str) -> Cost {
 /// Whether Leo loses at most one servo with every fault.
 pub(crate) fn measure() -> bool {
     println!(
-        "\none of {SERVOS} servos is bad; kept in 19 of 20 cycles in which it was asked, at least in all of them, and a \
-         cycle's time in us; lost: how much longer than without a fault, in turns, each of which is an answer's time \
-         and the driver's patience at its least"
+        "\none of {SERVOS} servos is faulty. Leo: valid replies in 95 % of the cycles that read it; min: in all of them; \
+         p50, max: duration of a cycle, us; lost: additional duration, in units of one reply plus the minimum reply \
+         timeout"
     );
     let mut costs_one = true;
     for (way, what, faults) in [
-        (Way::FastRead, "fast sync read, all in one chain", IN_A_CHAIN),
-        (Way::PlainRead, "sync read, each for itself: firmware 44", BY_ITSELF),
+        (Way::FastRead, "fast sync read: one chained reply", IN_A_CHAIN),
+        (Way::PlainRead, "sync read: one reply per servo (firmware 44)", BY_ITSELF),
     ] {
         println!(
             "{what}\n{:<20} | {:>6} {:>6} {:>8} {:>8} {:>6} | {:>8} {:>8} {:>8}",
-            "fault", "Leo", "least", "p50", "max", "lost", "rustypot", "p50", "max"
+            "fault", "Leo", "min", "p50", "max", "lost", "rustypot", "p50", "max"
         );
         costs_one &= table(way, faults);
     }

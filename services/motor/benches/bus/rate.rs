@@ -36,10 +36,9 @@ fn bytes_of(request: &Request) -> usize {
 pub(crate) fn measure() -> bool {
     let mut is_fast = true;
     println!(
-        "\n{BUSES} buses of {SERVOS} servos, cycles back to back, the slowest bus: in its median half second, which a \
-         machine that stands still now and then does not spoil, and in all {RATE_S} s; busy: the share of the time in \
-         which its wire carries bytes; bare: the share of what the wire allows that a loop reaches which sends the same \
-         bytes through the crate serialport, and waits for as many as come back"
+        "\n{BUSES} buses of {SERVOS} servos, cycles back to back, the slowest bus. cycles/s: median of half seconds; \
+         share: of the wire's limit; all: share over all {RATE_S} s; busy: share of the time in which the wire carries \
+         bytes; bare: share that a loop with the crate serialport and the same bytes reaches"
     );
     println!(
         "{:>8} | {:>9} {:>9} {:>7} | {:>7} {:>7} {:>7} | {:>8} {:>8} {:>8}",
@@ -60,7 +59,7 @@ pub(crate) fn measure() -> bool {
     }
     if !is_fast {
         println!(
-            "the driver makes less than {MIN_SHARE} of what the wire allows; where the bare loop does too, this machine does"
+            "the driver reaches less than {MIN_SHARE} of the wire's limit; if the bare loop does too, the machine is the cause"
         );
     }
     is_fast
@@ -131,7 +130,7 @@ fn bare(baud: u32) -> Ran {
         rig.cycle();
         bytes_of(&rig.request) == min
     });
-    assert!(is_plain, "no cycle has goals and positions alone");
+    assert!(is_plain, "no cycle has only goals and positions");
     let sent: Vec<u8> = rig.request.parts().flat_map(|(_, bytes)| bytes.to_vec()).collect();
     let Rig { ptys: _ptys, folder, line, .. } = rig;
     drop(line);

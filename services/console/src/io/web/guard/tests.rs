@@ -1,6 +1,6 @@
 use super::*;
 
-fn policy(open: ReadWithoutToken) -> AccessPolicy {
+fn access_policy(open: ReadWithoutToken) -> AccessPolicy {
     AccessPolicy { token: Token::new().unwrap(), port: 7780, open }
 }
 
@@ -31,7 +31,7 @@ fn cookie(policy: &AccessPolicy) -> (&'static str, String) {
 
 #[test]
 fn the_token_comes_from_the_address_or_the_header_only() {
-    let policy = policy(ReadWithoutToken::Nothing);
+    let policy = access_policy(ReadWithoutToken::Nothing);
     let token = policy.token.as_str();
     for path in ["/", "/live", "/metrics", "/leo.urdf"] {
         assert_eq!(got(&policy, path, &[]), Err(Refusal::NoToken), "{path}");
@@ -54,7 +54,7 @@ fn the_token_comes_from_the_address_or_the_header_only() {
 
 #[test]
 fn the_cookie_opens_the_pages_files_and_nothing_else() {
-    let policy = policy(ReadWithoutToken::Nothing);
+    let policy = access_policy(ReadWithoutToken::Nothing);
     let value = policy.token.cookie();
     for path in ["/", "/page.js"] {
         for (cookie, access) in [
@@ -79,7 +79,7 @@ fn the_cookie_opens_the_pages_files_and_nothing_else() {
 
 #[test]
 fn a_page_with_a_wrong_token_is_refused_where_reading_is_open() {
-    let policy = policy(ReadWithoutToken::Page);
+    let policy = access_policy(ReadWithoutToken::Page);
     assert_eq!(got(&policy, "/?token=0", &[cookie(&policy)]), Err(Refusal::WrongToken));
     // A page that stored an old token still reads.
     assert_eq!(got(&policy, "/live?token=0", &[cookie(&policy)]), Ok(Access::Read));
@@ -92,7 +92,7 @@ fn only_configured_resources_are_readable_without_the_token() {
         (ReadWithoutToken::Metrics, &["/metrics"][..]),
         (ReadWithoutToken::Page, &["/metrics", "/", "/page.js", "/live", "/leo.urdf"][..]),
     ] {
-        let policy = policy(open);
+        let policy = access_policy(open);
         for path in ["/metrics", "/", "/page.js", "/live", "/leo.urdf", "/other"] {
             let access = if without.contains(&path) { Ok(Access::Read) } else { Err(Refusal::NoToken) };
             assert_eq!(got(&policy, path, &[]), access, "{open:?} {path}");
@@ -102,7 +102,7 @@ fn only_configured_resources_are_readable_without_the_token() {
 
 #[test]
 fn only_this_machines_own_pages_may_ask_without_the_token() {
-    let policy = policy(ReadWithoutToken::Page);
+    let policy = access_policy(ReadWithoutToken::Page);
     let origin = |origin: &str| ("origin", origin.to_owned());
     let live = |host, more: &[_]| asked(&policy, &Method::GET, host, "/live", more);
     for host in
@@ -121,7 +121,7 @@ fn only_this_machines_own_pages_may_ask_without_the_token() {
 
 #[test]
 fn a_page_of_another_origin_commands_nothing_despite_the_cookie() {
-    let policy = policy(ReadWithoutToken::Nothing);
+    let policy = access_policy(ReadWithoutToken::Nothing);
     let site = |site: &str| ("sec-fetch-site", site.to_owned());
     let other = ("origin", "http://127.0.0.1:9999".to_owned());
     // Even a page that has the token is refused.
@@ -142,7 +142,7 @@ fn a_page_of_another_origin_commands_nothing_despite_the_cookie() {
 
 #[test]
 fn every_client_may_stop_the_robot_except_pages_of_another_origin() {
-    let policy = policy(ReadWithoutToken::Nothing);
+    let policy = access_policy(ReadWithoutToken::Nothing);
     let stop = |host, more: &[_]| asked(&policy, &Method::POST, host, "/stop", more);
     let origin = |origin: &str| ("origin", origin.to_owned());
     assert_eq!(stop("127.0.0.1:7780", &[]), Ok(Access::Read));
