@@ -27,7 +27,7 @@ fn the_robot_survives_a_fault_campaign_with_all_joints_following() {
         motor.and_then(|row| row["buses"].as_array().cloned()).unwrap_or_default()
     };
     let count = |what: &str| buses().iter().map(|bus| bus[what].as_u64().unwrap_or(0)).sum::<u64>();
-    assert!(wait_until(|| count("broken") > 50 && count("missed") > 50), "{:?}", buses());
+    assert!(wait_until(|| count("corrupt") > 50 && count("missed") > 50), "{:?}", buses());
     assert!(wait_until(|| buses().len() == 5 && count("quarantined") == 0), "{:?}", buses());
     // Every joint follows in spite of that.
     let counted = || {
