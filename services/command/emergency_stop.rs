@@ -49,7 +49,8 @@ pub(crate) struct EmergencyStop {
     /// The robot, which need not run yet [default: all that run, those of other users too; release: this user's]
     #[arg(long, value_name = "DIRECTORY")]
     domain: Option<PathBuf>,
-    /// The robot's leo.toml, whose servo buses are opened where no motor process runs [default: as the robot was started]
+    /// The robot's leo.toml, whose servo buses are opened where no motor process runs [default: as the robot was
+    /// started]
     #[arg(long, value_name = "FILE", conflicts_with = "release")]
     config: Option<PathBuf>,
     /// Who stops it and why, for the robot's log
@@ -93,10 +94,10 @@ impl EmergencyStop {
             return super::output::print(&format!("no robot runs: {said}\n")).map(|()| code);
         }
         // Stop all robots before waiting for any result.
-        let told = told(&robots, |root| emergency::raise(root, &self.reason));
+        let results = for_each_robot(&robots, |root| emergency::raise(root, &self.reason));
         let mut code = ExitCode::SUCCESS;
         let (mut lines, mut failed) = (Vec::new(), Vec::new());
-        for (robot, raised) in robots.iter().zip(told) {
+        for (robot, raised) in robots.iter().zip(results) {
             let motors: Vec<&Motor> =
                 motors.iter().filter(|motor| motor.process.domain == *robot.root()).collect();
             let reached = reached(&motors, raised.is_ok());
@@ -139,7 +140,7 @@ impl EmergencyStop {
             ));
         }
         let (mut lines, mut failed) = (Vec::new(), Vec::new());
-        for (robot, released) in robots.iter().zip(told(&robots, emergency::release)) {
+        for (robot, released) in robots.iter().zip(for_each_robot(&robots, emergency::release)) {
             match released {
                 Ok(was) => {
                     let said = if was { "released" } else { "was not raised" };
@@ -302,7 +303,7 @@ fn is_running(robot: &Domain) -> bool {
 }
 
 /// Calls `act` for every robot's folder, regardless of errors of others, and returns the results.
-fn told<T>(robots: &[Domain], act: impl Fn(&Path) -> io::Result<T>) -> Vec<Result<T, String>> {
+fn for_each_robot<T>(robots: &[Domain], act: impl Fn(&Path) -> io::Result<T>) -> Vec<Result<T, String>> {
     let failed =
         |robot: &Domain, error| format!("{}: {error}; is the robot another user's?", robot.root().display());
     robots.iter().map(|robot| act(robot.root()).map_err(|error| failed(robot, error))).collect()
@@ -402,8 +403,8 @@ mod tests {
         // A robot whose folder is a file.
         std::fs::remove_dir_all(gone.root()).and_then(|()| std::fs::write(gone.root(), "")).unwrap();
         let robots = [gone, here];
-        let told = told(&robots, |root| emergency::raise(root, "a test"));
-        let [Err(error), Ok(())] = told.as_slice() else { panic!("{told:?}") };
+        let results = for_each_robot(&robots, |root| emergency::raise(root, "a test"));
+        let [Err(error), Ok(())] = results.as_slice() else { panic!("{results:?}") };
         let [gone, here] = robots.each_ref().map(Domain::root);
         assert!(error.starts_with(&gone.display().to_string()), "{error}");
         assert!(emergency::is_raised(here));

@@ -27,7 +27,7 @@
 #define LEO_MAX_SOURCES 16
 #define LEO_LOSSES 24
 #define LEO_TEXT_CAPACITY 252
-#define LEO_DEPTH_MOST 6
+#define LEO_MAX_DEPTH 6
 
 /* Topics. A frame is the head and a slice of entries. */
 /* `observations/<source>`: struct leo_header, struct leo_observation */
@@ -117,6 +117,16 @@ enum leo_hop {
     LEO_HOP_MOVED = 7,
 };
 
+/* Arming state of a joint. */
+enum leo_joint_arming {
+    /* May not move until its cause is gone and an operator has acknowledged it. */
+    LEO_JOINT_ARMING_LOCKED = 0,
+    /* May not move until an operator arms it. */
+    LEO_JOINT_ARMING_DISARMED = 1,
+    /* May move. */
+    LEO_JOINT_ARMING_ARMED = 2,
+};
+
 /* Cause of a joint's mode. */
 enum leo_joint_cause {
     /* Normal operation. */
@@ -155,16 +165,6 @@ enum leo_joint_cause {
     LEO_JOINT_CAUSE_BLOCKED = 16,
     /* Further beyond its limits than the tolerance: a slipped horn, a wrong offset, or a swapped servo. */
     LEO_JOINT_CAUSE_BEYOND_LIMITS = 17,
-};
-
-/* Arming state of a joint. */
-enum leo_joint_licence {
-    /* May not move until its cause is gone and an operator has acknowledged it. */
-    LEO_JOINT_LICENCE_LOCKED = 0,
-    /* May not move until an operator arms it. */
-    LEO_JOINT_LICENCE_DISARMED = 1,
-    /* May move. */
-    LEO_JOINT_LICENCE_ARMED = 2,
 };
 
 /* State of the connection to a joint's servo. */
@@ -448,7 +448,7 @@ LEO_ASSERT(offsetof(struct leo_act_answer, text) == 16, "place of text");
 #define LEO_ASPECT_TYPE "leo/Aspect/1"
 struct leo_aspect {
     LEO_NAMED(LEO_ASPECT_TYPE)
-    double apart;
+    double distance;
     /* The percept: its index in the configured set P. */
     uint16_t percept;
     uint16_t one_kind;
@@ -458,7 +458,7 @@ struct leo_aspect {
     float other[4];
 };
 LEO_ASSERT(sizeof(struct leo_aspect) == 48, "size of leo/Aspect/1");
-LEO_ASSERT(offsetof(struct leo_aspect, apart) == 0, "place of apart");
+LEO_ASSERT(offsetof(struct leo_aspect, distance) == 0, "place of distance");
 LEO_ASSERT(offsetof(struct leo_aspect, percept) == 8, "place of percept");
 LEO_ASSERT(offsetof(struct leo_aspect, one_kind) == 10, "place of one_kind");
 LEO_ASSERT(offsetof(struct leo_aspect, other_kind) == 12, "place of other_kind");
@@ -531,14 +531,14 @@ struct leo_header {
     /* When the frame or its inputs passed each hop; zero for hops not passed. */
     uint64_t hops_ns[8];
     /* Number of entries left out for lack of space, in this frame or its inputs. */
-    uint64_t left_out;
+    uint64_t over_capacity;
 };
 LEO_ASSERT(sizeof(struct leo_header) == 96, "size of leo/Header/1");
 LEO_ASSERT(offsetof(struct leo_header, valid_at_ns) == 0, "place of valid_at_ns");
 LEO_ASSERT(offsetof(struct leo_header, sequence) == 8, "place of sequence");
 LEO_ASSERT(offsetof(struct leo_header, incarnation) == 16, "place of incarnation");
 LEO_ASSERT(offsetof(struct leo_header, hops_ns) == 24, "place of hops_ns");
-LEO_ASSERT(offsetof(struct leo_header, left_out) == 88, "place of left_out");
+LEO_ASSERT(offsetof(struct leo_header, over_capacity) == 88, "place of over_capacity");
 
 /* Path of a perspective: `[]` is the robot's own, `[1]` is partner 1's as the robot models it. `[1, 0]` is the
  * robot's as partner 1 models it, according to the robot.
@@ -643,7 +643,7 @@ struct leo_bus_health {
     /* Status packets that did not arrive. */
     uint64_t missed;
     /* Status packets that arrived corrupt. */
-    uint64_t broken;
+    uint64_t corrupt;
     /* Status packets dropped because they were not expected, or because they were sampled too early. */
     uint64_t stale;
     /* Bytes that arrived after the reply timeout. */
@@ -671,7 +671,7 @@ LEO_ASSERT(offsetof(struct leo_bus_health, lost) == 272, "place of lost");
 LEO_ASSERT(offsetof(struct leo_bus_health, exchanges) == 280, "place of exchanges");
 LEO_ASSERT(offsetof(struct leo_bus_health, skipped) == 288, "place of skipped");
 LEO_ASSERT(offsetof(struct leo_bus_health, missed) == 296, "place of missed");
-LEO_ASSERT(offsetof(struct leo_bus_health, broken) == 304, "place of broken");
+LEO_ASSERT(offsetof(struct leo_bus_health, corrupt) == 304, "place of corrupt");
 LEO_ASSERT(offsetof(struct leo_bus_health, stale) == 312, "place of stale");
 LEO_ASSERT(offsetof(struct leo_bus_health, late_bytes) == 320, "place of late_bytes");
 LEO_ASSERT(offsetof(struct leo_bus_health, alerts) == 328, "place of alerts");
@@ -897,9 +897,9 @@ struct leo_joint_state {
     float present_input_v;
     uint16_t link;
     uint16_t power;
-    uint16_t licence;
+    uint16_t arming;
     uint16_t motion;
-    uint16_t licence_cause;
+    uint16_t arming_cause;
     /* Not used; zero. */
     uint16_t reserved[3];
 };
@@ -916,9 +916,9 @@ LEO_ASSERT(offsetof(struct leo_joint_state, present_temperature_c) == 48, "place
 LEO_ASSERT(offsetof(struct leo_joint_state, present_input_v) == 52, "place of present_input_v");
 LEO_ASSERT(offsetof(struct leo_joint_state, link) == 56, "place of link");
 LEO_ASSERT(offsetof(struct leo_joint_state, power) == 58, "place of power");
-LEO_ASSERT(offsetof(struct leo_joint_state, licence) == 60, "place of licence");
+LEO_ASSERT(offsetof(struct leo_joint_state, arming) == 60, "place of arming");
 LEO_ASSERT(offsetof(struct leo_joint_state, motion) == 62, "place of motion");
-LEO_ASSERT(offsetof(struct leo_joint_state, licence_cause) == 64, "place of licence_cause");
+LEO_ASSERT(offsetof(struct leo_joint_state, arming_cause) == 64, "place of arming_cause");
 LEO_ASSERT(offsetof(struct leo_joint_state, reserved) == 66, "place of reserved");
 
 /* The newest joint states, on a board of the motor process, for occasional readers. Unlike a subscriber to the
@@ -973,9 +973,9 @@ LEO_ASSERT(offsetof(struct leo_life, is_member) == 28, "place of is_member");
 struct leo_link_health {
     LEO_NAMED(LEO_LINK_HEALTH_TYPE)
     /* Whether the link to the other machine is up: 1 yes, 0 no. */
-    uint64_t is_heard;
+    uint64_t is_up;
     /* Number of times that the link came up: once, and once more after each interruption. */
-    uint64_t hearings;
+    uint64_t sessions;
     /* The last round-trip time, without the processing time of the other machine. */
     uint64_t round_trip_ns;
     /* Bound on the error of time stamps received over the link, from the uncertainty of the clock offset. */
@@ -986,7 +986,7 @@ struct leo_link_health {
      * writer. */
     uint64_t overtaken;
     /* Frames dropped while the link was down, because of their age or number. */
-    uint64_t given_up;
+    uint64_t expired;
     /* Frames received and published here. */
     uint64_t received;
     /* Batches sent to this machine that did not arrive. */
@@ -1003,13 +1003,13 @@ struct leo_link_health {
     struct leo_histogram delay;
 };
 LEO_ASSERT(sizeof(struct leo_link_health) == 1856, "size of leo/LinkHealth/1");
-LEO_ASSERT(offsetof(struct leo_link_health, is_heard) == 0, "place of is_heard");
-LEO_ASSERT(offsetof(struct leo_link_health, hearings) == 8, "place of hearings");
+LEO_ASSERT(offsetof(struct leo_link_health, is_up) == 0, "place of is_up");
+LEO_ASSERT(offsetof(struct leo_link_health, sessions) == 8, "place of sessions");
 LEO_ASSERT(offsetof(struct leo_link_health, round_trip_ns) == 16, "place of round_trip_ns");
 LEO_ASSERT(offsetof(struct leo_link_health, clock_error_ns) == 24, "place of clock_error_ns");
 LEO_ASSERT(offsetof(struct leo_link_health, sent) == 32, "place of sent");
 LEO_ASSERT(offsetof(struct leo_link_health, overtaken) == 40, "place of overtaken");
-LEO_ASSERT(offsetof(struct leo_link_health, given_up) == 48, "place of given_up");
+LEO_ASSERT(offsetof(struct leo_link_health, expired) == 48, "place of expired");
 LEO_ASSERT(offsetof(struct leo_link_health, received) == 56, "place of received");
 LEO_ASSERT(offsetof(struct leo_link_health, lost) == 64, "place of lost");
 LEO_ASSERT(offsetof(struct leo_link_health, refused) == 72, "place of refused");
@@ -1123,11 +1123,11 @@ struct leo_percept_head {
     /* The frame's header. */
     struct leo_header header;
     /* Sources that delivered a frame: bit n for source n, the last bit for all beyond. */
-    uint64_t looked;
+    uint64_t active_sources;
 };
 LEO_ASSERT(sizeof(struct leo_percept_head) == 104, "size of leo/PerceptHead/1");
 LEO_ASSERT(offsetof(struct leo_percept_head, header) == 0, "place of header");
-LEO_ASSERT(offsetof(struct leo_percept_head, looked) == 96, "place of looked");
+LEO_ASSERT(offsetof(struct leo_percept_head, active_sources) == 96, "place of active_sources");
 
 /* Counters of one perspective, since this incarnation of the process started. */
 #define LEO_PERSPECTIVE_HEALTH_TYPE "leo/PerspectiveHealth/2"
@@ -1140,7 +1140,7 @@ struct leo_perspective_health {
     /* Sum over these steps of the number of beliefs after the step. */
     uint64_t beliefs;
     /* Observations, beliefs and occluders dropped for lack of space. */
-    uint64_t left_out;
+    uint64_t over_capacity;
     /* Observations and evaluations refused as invalid. */
     uint64_t refused;
 };
@@ -1148,7 +1148,7 @@ LEO_ASSERT(sizeof(struct leo_perspective_health) == 48, "size of leo/Perspective
 LEO_ASSERT(offsetof(struct leo_perspective_health, path) == 0, "place of path");
 LEO_ASSERT(offsetof(struct leo_perspective_health, steps) == 16, "place of steps");
 LEO_ASSERT(offsetof(struct leo_perspective_health, beliefs) == 24, "place of beliefs");
-LEO_ASSERT(offsetof(struct leo_perspective_health, left_out) == 32, "place of left_out");
+LEO_ASSERT(offsetof(struct leo_perspective_health, over_capacity) == 32, "place of over_capacity");
 LEO_ASSERT(offsetof(struct leo_perspective_health, refused) == 40, "place of refused");
 
 /* Counters of all perspectives. The belief process writes them to its board. Without perspective taking there is
@@ -1262,7 +1262,7 @@ struct leo_source_health {
     /* Observations added to the percept buffer. */
     uint64_t observations;
     /* When a frame was last accepted, in nanoseconds of the clock; zero if never. */
-    uint64_t heard_at_ns;
+    uint64_t last_frame_at_ns;
     /* Whether it has been silent for longer than its rate allows: 1 yes, 0 no. */
     uint64_t silent;
     /* Number of losses, indexed by `Loss`. */
@@ -1272,7 +1272,7 @@ LEO_ASSERT(sizeof(struct leo_source_health) == 480, "size of leo/SourceHealth/1"
 LEO_ASSERT(offsetof(struct leo_source_health, name) == 0, "place of name");
 LEO_ASSERT(offsetof(struct leo_source_health, frames) == 256, "place of frames");
 LEO_ASSERT(offsetof(struct leo_source_health, observations) == 264, "place of observations");
-LEO_ASSERT(offsetof(struct leo_source_health, heard_at_ns) == 272, "place of heard_at_ns");
+LEO_ASSERT(offsetof(struct leo_source_health, last_frame_at_ns) == 272, "place of last_frame_at_ns");
 LEO_ASSERT(offsetof(struct leo_source_health, silent) == 280, "place of silent");
 LEO_ASSERT(offsetof(struct leo_source_health, losses) == 288, "place of losses");
 
@@ -1299,7 +1299,7 @@ struct leo_teacher_act {
      * are computed. */
     double position_m[3];
     /* Point that the teacher looks at, for a seat; half extents, for a new occluder. */
-    double also_m[3];
+    double second_vector_m[3];
     /* Heading, anticlockwise from the world's x axis, in radians; NaN keeps the current heading. */
     double heading_rad;
     /* A `TeacherActKind`. */
@@ -1320,7 +1320,7 @@ struct leo_teacher_act {
 LEO_ASSERT(sizeof(struct leo_teacher_act) == 592, "size of leo/TeacherAct/1");
 LEO_ASSERT(offsetof(struct leo_teacher_act, serial) == 0, "place of serial");
 LEO_ASSERT(offsetof(struct leo_teacher_act, position_m) == 8, "place of position_m");
-LEO_ASSERT(offsetof(struct leo_teacher_act, also_m) == 32, "place of also_m");
+LEO_ASSERT(offsetof(struct leo_teacher_act, second_vector_m) == 32, "place of second_vector_m");
 LEO_ASSERT(offsetof(struct leo_teacher_act, heading_rad) == 56, "place of heading_rad");
 LEO_ASSERT(offsetof(struct leo_teacher_act, kind) == 64, "place of kind");
 LEO_ASSERT(offsetof(struct leo_teacher_act, teacher) == 66, "place of teacher");

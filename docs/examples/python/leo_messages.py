@@ -17,7 +17,7 @@ MAX_PERSPECTIVES = 256
 MAX_SOURCES = 16
 LOSSES = 24
 TEXT_CAPACITY = 252
-DEPTH_MOST = 6
+MAX_DEPTH = 6
 
 
 # Kind of an event of the learner.
@@ -80,6 +80,16 @@ class Hop(enum.IntEnum):
     MOVED = 7
 
 
+# Arming state of a joint.
+class JointArming(enum.IntEnum):
+    # May not move until its cause is gone and an operator has acknowledged it.
+    LOCKED = 0
+    # May not move until an operator arms it.
+    DISARMED = 1
+    # May move.
+    ARMED = 2
+
+
 # Cause of a joint's mode.
 class JointCause(enum.IntEnum):
     # Normal operation.
@@ -118,16 +128,6 @@ class JointCause(enum.IntEnum):
     BLOCKED = 16
     # Further beyond its limits than the tolerance: a slipped horn, a wrong offset, or a swapped servo.
     BEYOND_LIMITS = 17
-
-
-# Arming state of a joint.
-class JointLicence(enum.IntEnum):
-    # May not move until its cause is gone and an operator has acknowledged it.
-    LOCKED = 0
-    # May not move until an operator arms it.
-    DISARMED = 1
-    # May move.
-    ARMED = 2
 
 
 # State of the connection to a joint's servo.
@@ -411,7 +411,7 @@ class ActAnswer(ctypes.Structure):
 # frame.
 class Aspect(ctypes.Structure):
     _fields_ = [
-        ("apart", ctypes.c_double),
+        ("distance", ctypes.c_double),
         # The percept: its index in the configured set P.
         ("percept", ctypes.c_uint16),
         ("one_kind", ctypes.c_uint16),
@@ -482,7 +482,7 @@ class Header(ctypes.Structure):
         # When the frame or its inputs passed each hop; zero for hops not passed.
         ("hops_ns", ctypes.c_uint64 * 8),
         # Number of entries left out for lack of space, in this frame or its inputs.
-        ("left_out", ctypes.c_uint64),
+        ("over_capacity", ctypes.c_uint64),
     ]
 
     @staticmethod
@@ -580,7 +580,7 @@ class BusHealth(ctypes.Structure):
         # Status packets that did not arrive.
         ("missed", ctypes.c_uint64),
         # Status packets that arrived corrupt.
-        ("broken", ctypes.c_uint64),
+        ("corrupt", ctypes.c_uint64),
         # Status packets dropped because they were not expected, or because they were sampled too early.
         ("stale", ctypes.c_uint64),
         # Bytes that arrived after the reply timeout.
@@ -791,9 +791,9 @@ class JointState(ctypes.Structure):
         ("present_input_v", ctypes.c_float),
         ("link", ctypes.c_uint16),
         ("power", ctypes.c_uint16),
-        ("licence", ctypes.c_uint16),
+        ("arming", ctypes.c_uint16),
         ("motion", ctypes.c_uint16),
-        ("licence_cause", ctypes.c_uint16),
+        ("arming_cause", ctypes.c_uint16),
         # Not used; zero.
         ("reserved", ctypes.c_uint16 * 3),
     ]
@@ -850,9 +850,9 @@ class Life(ctypes.Structure):
 class LinkHealth(ctypes.Structure):
     _fields_ = [
         # Whether the link to the other machine is up: 1 yes, 0 no.
-        ("is_heard", ctypes.c_uint64),
+        ("is_up", ctypes.c_uint64),
         # Number of times that the link came up: once, and once more after each interruption.
-        ("hearings", ctypes.c_uint64),
+        ("sessions", ctypes.c_uint64),
         # The last round-trip time, without the processing time of the other machine.
         ("round_trip_ns", ctypes.c_uint64),
         # Bound on the error of time stamps received over the link, from the uncertainty of the clock offset.
@@ -863,7 +863,7 @@ class LinkHealth(ctypes.Structure):
         # writer.
         ("overtaken", ctypes.c_uint64),
         # Frames dropped while the link was down, because of their age or number.
-        ("given_up", ctypes.c_uint64),
+        ("expired", ctypes.c_uint64),
         # Frames received and published here.
         ("received", ctypes.c_uint64),
         # Batches sent to this machine that did not arrive.
@@ -978,7 +978,7 @@ class PerceptHead(ctypes.Structure):
         # The frame's header.
         ("header", Header),
         # Sources that delivered a frame: bit n for source n, the last bit for all beyond.
-        ("looked", ctypes.c_uint64),
+        ("active_sources", ctypes.c_uint64),
     ]
 
     @staticmethod
@@ -996,7 +996,7 @@ class PerspectiveHealth(ctypes.Structure):
         # Sum over these steps of the number of beliefs after the step.
         ("beliefs", ctypes.c_uint64),
         # Observations, beliefs and occluders dropped for lack of space.
-        ("left_out", ctypes.c_uint64),
+        ("over_capacity", ctypes.c_uint64),
         # Observations and evaluations refused as invalid.
         ("refused", ctypes.c_uint64),
     ]
@@ -1105,7 +1105,7 @@ class SourceHealth(ctypes.Structure):
         # Observations added to the percept buffer.
         ("observations", ctypes.c_uint64),
         # When a frame was last accepted, in nanoseconds of the clock; zero if never.
-        ("heard_at_ns", ctypes.c_uint64),
+        ("last_frame_at_ns", ctypes.c_uint64),
         # Whether it has been silent for longer than its rate allows: 1 yes, 0 no.
         ("silent", ctypes.c_uint64),
         # Number of losses, indexed by `Loss`.
@@ -1140,7 +1140,7 @@ class TeacherAct(ctypes.Structure):
         # are computed.
         ("position_m", ctypes.c_double * 3),
         # Point that the teacher looks at, for a seat; half extents, for a new occluder.
-        ("also_m", ctypes.c_double * 3),
+        ("second_vector_m", ctypes.c_double * 3),
         # Heading, anticlockwise from the world's x axis, in radians; NaN keeps the current heading.
         ("heading_rad", ctypes.c_double),
         # A `TeacherActKind`.

@@ -31,8 +31,8 @@ pub enum BeliefProcessError {
 /// All perspectives: the robot's beliefs, the beliefs that the robot attributes to each partner, and nested ones. A
 /// nested perspective has the beliefs that a partner is assumed to attribute to another partner or to the robot.
 ///
-/// Perspective 0 is the robot's, n that of partner n. Perspectives nested deeper follow in the order of [`NestedPerspective`].
-/// Without partners, only the robot's perspective is computed. Only `new` allocates.
+/// Perspective 0 is the robot's, n that of partner n. Perspectives nested deeper follow in the order of
+/// [`NestedPerspective`]. Without partners, only the robot's perspective is computed. Only `new` allocates.
 ///
 /// ```
 /// use belief_process::Believer;
@@ -172,15 +172,15 @@ impl Believer {
     /// Advances every perspective to the instant of a frame of the percept buffer.
     ///
     /// A frame with an instant after `now` is processed at `now`. One older than the previous frame is processed at
-    /// that frame's instant. Both are [counted](Self::retimed_frames). So the time of the beliefs never goes backwards. A
-    /// thing counts as missing only if one of the frame's sources saw it before.
+    /// that frame's instant. Both are [counted](Self::retimed_frames). So the time of the beliefs never goes backwards.
+    /// A thing counts as missing only if one of the frame's sources saw it before.
     pub fn step(&mut self, now: Instant, head: &PerceptHead, entries: &[Perceived]) {
         let header = &head.header;
         let alleged = Instant::from_nanos(header.valid_at_ns);
         self.at = alleged.min(now).max(self.at);
         self.retimed_frames += u64::from(self.at != alleged);
         self.header = Header { valid_at_ns: self.at.as_nanos(), ..header.header_for_derived() };
-        self.robot.step(self.at, head.looked(), entries);
+        self.robot.step(self.at, head.active_sources(), entries);
         self.count(0);
         for index in 0..self.partner_perspectives.len() {
             let split = self.partner_perspectives.split_at_mut_checked(index);
@@ -226,7 +226,7 @@ impl Believer {
         if let Some(counts) = require!(counts, "perspective {perspective} is counted") {
             counts.steps += 1;
             counts.beliefs += u64::from(saturating_u32(beliefs));
-            (counts.left_out, counts.refused) = (head.overflowed, head.refused);
+            (counts.over_capacity, counts.refused) = (head.overflowed, head.refused);
         }
     }
 

@@ -8,7 +8,7 @@ use servo::Id;
 use crate::bus::{Bus, Purpose};
 use crate::group_dependencies::GroupDependencies;
 use crate::joint::{BodyState, Joint, Policy};
-use crate::request::SERVOS_MOST;
+use crate::request::MAX_SERVOS;
 use crate::{BusCounters, JointFault, MotorCounters, Notice, Replies, Request};
 
 /// Longest time step of the setpoints. After a longer pause the setpoints continue from where they were.
@@ -24,7 +24,7 @@ const STOP_WITHIN: Duration = Duration::from_millis(750);
 pub enum MotorError {
     /// One bus has more servos than one cycle can serve.
     #[error(
-        "bus `{bus}` has {servos} servos, and a cycle serves at most {SERVOS_MOST}: spread them over more buses"
+        "bus `{bus}` has {servos} servos, and a cycle serves at most {MAX_SERVOS}: spread them over more buses"
     )]
     Crowded {
         /// The bus.
@@ -121,7 +121,7 @@ impl Motor {
             let on_bus: Vec<_> = (0..joints.len())
                 .filter(|&index| joints.get(index).is_some_and(|joint| joint.bus() == number))
                 .collect();
-            if on_bus.len() > SERVOS_MOST {
+            if on_bus.len() > MAX_SERVOS {
                 return Err(MotorError::Crowded { bus: bus.name.clone(), servos: on_bus.len() });
             }
             buses.push(Bus::new(on_bus));
@@ -254,8 +254,8 @@ impl Motor {
     /// group by group.
     ///
     /// A locked joint is unlocked if the cause is gone and the operator has seen its lock: it is among the first
-    /// `acknowledged_locks` of [`MotorCounters::locks`]. A joint whose servo does not answer needs a new order: plugging in
-    /// a cable starts nothing.
+    /// `acknowledged_locks` of [`MotorCounters::locks`]. A joint whose servo does not answer needs a new order:
+    /// plugging in a cable starts nothing.
     pub fn arm(&mut self, now: Instant, acknowledged_locks: Option<u64>) {
         if self.letting_go.is_some() || self.stopping.is_some() {
             return;
@@ -303,7 +303,8 @@ impl Motor {
     }
 
     /// Switches torque off on every bus from the next request on. Goals have no effect until
-    /// [`end_emergency`](Self::end_emergency). For an emergency stop; the orderly end is [`begin_shutdown`](Self::begin_shutdown).
+    /// [`end_emergency`](Self::end_emergency). For an emergency stop; the orderly end is
+    /// [`begin_shutdown`](Self::begin_shutdown).
     pub fn let_go(&mut self, cause: JointCause) {
         // An orderly end must not replace the emergency as the cause.
         if self.letting_go != Some(JointCause::Emergency) {

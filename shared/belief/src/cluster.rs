@@ -32,9 +32,9 @@ pub(crate) const PREFETCH_DISTANCE: usize = 4;
 /// logarithm of the queue's length.
 ///
 /// Two common cases need no queue. The first: no two new members can be linked, and neither can the old ones
-/// ([`AssociationProblem::co_detected`]). Then each new member searches only as far as needed to find the nearest old one. The
-/// second: several frames come at once, and the things in each are farther apart than they moved. Then the detections
-/// of each thing are merged as a separate group.
+/// ([`AssociationProblem::co_detected`]). Then each new member searches only as far as needed to find the nearest old
+/// one. The second: several frames come at once, and the things in each are farther apart than they moved. Then the
+/// detections of each thing are merged as a separate group.
 ///
 /// Only [`Clustering::new`] allocates.
 #[derive(Clone, Debug)]
@@ -48,9 +48,9 @@ pub struct Clustering {
 }
 
 impl Clustering {
-    /// For at most `slots` members. The positions ([`AssociationProblem::place`]) of two members closer than the threshold are
-    /// at most `gate_radius_m` metres apart, the gate radius. With `None` there is no gate: every member is a neighbour of
-    /// every other.
+    /// For at most `slots` members. The positions ([`AssociationProblem::place`]) of two members closer than the
+    /// threshold are at most `gate_radius_m` metres apart, the gate radius. With `None` there is no gate: every member
+    /// is a neighbour of every other.
     #[must_use]
     pub fn new(slots: usize, gate_radius_m: Option<f64>) -> Self {
         Self {
@@ -76,7 +76,8 @@ impl Clustering {
     /// [placed](Self::place), and no new one.
     ///
     /// - `is_clustered`: no two old members are closer than the threshold.
-    /// - `detections_cannot_link`: no two new members can be linked, nor a new member with any that merged with another new one.
+    /// - `detections_cannot_link`: no two new members can be linked, nor a new member with any that merged with another
+    ///   new one.
     pub fn run(
         &mut self,
         problem: &mut impl AssociationProblem,

@@ -14,7 +14,8 @@
 //! | c, Eq. 5 | C(b) = Π cⱼ(b) | [`BeliefSystem::step`], `[[belief.cull]]` |
 //!
 //! The clustering loop is "while some pair has D < threshold, merge the pair of globally minimal D". [`Clustering`]
-//! implements it over any [`AssociationProblem`]; its result equals that of the [naive loop](cluster_naively) bit for bit.
+//! implements it over any [`AssociationProblem`]; its result equals that of the [naive loop](cluster_naively) bit for
+//! bit.
 //!
 //! # Example
 //!
@@ -103,10 +104,10 @@
 //! # Plug-in functions
 //!
 //! A program can supply its own distance d with its applicability q ([`Distance`]), culling function c ([`Cull`]) and
-//! history generator g ([`History`]). It registers them under names ([`BeliefPlugins`]), and the configuration refers to
-//! these names: `measure = { plugin = "NAME" }`, `when = { plugin = "NAME" }`, `history = { plugin = "NAME" }`. Plug-in percepts
-//! are [`perception::Classify`]. The weights w are in the configuration; M follows from the unions that the histories
-//! define. The built-in functions cost the same whether or not plug-ins exist.
+//! history generator g ([`History`]). It registers them under names ([`BeliefPlugins`]), and the configuration refers
+//! to these names: `measure = { plugin = "NAME" }`, `when = { plugin = "NAME" }`, `history = { plugin = "NAME" }`.
+//! Plug-in percepts are [`perception::Classify`]. The weights w are in the configuration; M follows from the unions
+//! that the histories define. The built-in functions cost the same whether or not plug-ins exist.
 //!
 //! # Cost
 //!

@@ -1,8 +1,8 @@
 //! The clustering under average and complete linkage, compared with an independent library.
 //!
-//! The belief distance is not a linkage, but the clustering only asks a [`AssociationProblem`] for distances. Over fixed
-//! points, with the linkage of two point sets as their distance, the loop of the paper is agglomerative clustering cut
-//! at the threshold.
+//! The belief distance is not a linkage, but the clustering only asks a [`AssociationProblem`] for distances. Over
+//! fixed points, with the linkage of two point sets as their distance, the loop of the paper is agglomerative
+//! clustering cut at the threshold.
 
 #![expect(
     clippy::unwrap_used,

@@ -1,8 +1,8 @@
 //! Reports of the beliefs over time, by perspective, and of the differences between perspectives.
 //!
 //! The input is belief buffers, instant by instant. For people there is a timeline with a final table ([`Timeline`]),
-//! or live sentences about divergences between a partner and the robot ([`DivergenceReporter`]); for programs there are JSON lines
-//! ([`JsonLines`]). All write into strings and open no resources.
+//! or live sentences about divergences between a partner and the robot ([`DivergenceReporter`]); for programs there are
+//! JSON lines ([`JsonLines`]). All write into strings and open no resources.
 
 mod divide;
 mod json;

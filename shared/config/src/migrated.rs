@@ -1,5 +1,5 @@
-//! Migrates files of older versions: adds the keys and tables that this version requires, with their built-in values, and
-//! renames those that have a new name. Everything else, comments included, stays unchanged.
+//! Migrates files of older versions: adds the keys and tables that this version requires, with their built-in values,
+//! and renames those that have a new name. Everything else, comments included, stays unchanged.
 
 use std::path::{Path, PathBuf};
 

@@ -95,8 +95,8 @@ impl Body {
         problem.judge(side, &best)
     }
 
-    /// As [`inverse_kinematics`](Self::inverse_kinematics), but only from the seed: for successive points of a path, where another
-    /// solution would be a jump.
+    /// As [`inverse_kinematics`](Self::inverse_kinematics), but only from the seed: for successive points of a path,
+    /// where another solution would be a jump.
     ///
     /// # Errors
     ///

@@ -1,7 +1,6 @@
 use crate::{Path, ZeroCopySend, filled};
 
-/// Capacity of the board in perspectives, equal to the maximum of a robot
-/// ([`PERSPECTIVES_MOST`](crate::PERSPECTIVES_MOST)).
+/// Maximum number of perspectives of a robot, its own included.
 pub const MAX_PERSPECTIVES: usize = 256;
 
 /// Counters of one perspective, since this incarnation of the process started.
@@ -16,7 +15,7 @@ pub struct PerspectiveHealth {
     /// Sum over these steps of the number of beliefs after the step.
     pub beliefs: u64,
     /// Observations, beliefs and occluders dropped for lack of space.
-    pub left_out: u64,
+    pub over_capacity: u64,
     /// Observations and evaluations refused as invalid.
     pub refused: u64,
 }
@@ -55,10 +54,5 @@ mod tests {
     fn a_lying_count_shows_no_more_perspectives_than_there_is_room_for() {
         let count = |count| Perspectives { count, ..Perspectives::default() }.all().len();
         assert_eq!((count(u64::MAX), count(2)), (MAX_PERSPECTIVES, 2));
-    }
-
-    #[test]
-    fn there_is_room_for_as_many_as_a_robot_can_keep() {
-        assert_eq!(usize::try_from(crate::PERSPECTIVES_MOST), Ok(MAX_PERSPECTIVES));
     }
 }

@@ -270,8 +270,8 @@ impl ProcessNode {
         }
     }
 
-    /// Waits for a notification of the writer of `subscriber`, or in lockstep for a turn. On return there may be no frame
-    /// or several. `None` if the process has to stop.
+    /// Waits for a notification of the writer of `subscriber`, or in lockstep for a turn. On return there may be no
+    /// frame or several. `None` if the process has to stop.
     ///
     /// # Errors
     ///

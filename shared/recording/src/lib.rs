@@ -1,8 +1,8 @@
 //! Recordings of the robot's buffers as MCAP files: the raw frames, and messages for common viewers.
 //!
-//! A [`Writer`] writes [`Frame`]s that [`BufferSubscribers`] deliver in lockstep time, or that a [`Recorder`] takes from a running
-//! robot. A [`Reader`] reads them, and a [`Difference`] describes where two differ. `docs/recording.md` describes the
-//! file format.
+//! A [`Writer`] writes [`Frame`]s that [`BufferSubscribers`] deliver in lockstep time, or that a [`Recorder`] takes
+//! from a running robot. A [`Reader`] reads them, and a [`Difference`] describes where two differ. `docs/recording.md`
+//! describes the file format.
 
 mod about;
 mod blocks;
@@ -17,6 +17,7 @@ mod frame;
 mod marker;
 mod reader;
 mod recorder;
+mod renamed;
 mod ring;
 mod subscribers;
 mod views;

@@ -8,6 +8,7 @@ use mcap::records::Record;
 use records::{RecordFilter, Records, RecordsError, Unchecked};
 
 use crate::about::{ABOUT, About};
+use crate::renamed::with_new_names;
 use crate::writer::ENCODING;
 use crate::{Channel, Frame, ReadError};
 
@@ -170,7 +171,7 @@ impl<R: Read> Reader<R> {
                 && let Some(raw) = Channel::of_name(&channel.topic)
             {
                 self.check_layout(raw, channel.schema_id)?;
-                let [head, entry] = raw.0.kinds().map(|kind| kind.size());
+                let [head, entry] = raw.0.frame_kinds().map(|kind| kind.size());
                 self.channels.insert(channel.id, RawChannel { channel: raw, head, entry });
             }
         } else if let Record::Metadata(metadata) = record {
@@ -194,14 +195,14 @@ impl<R: Read> Reader<R> {
         spent.map_err(|source| self.read_error(source.into()))
     }
 
-    /// Checks that a channel was recorded with this program's layout.
+    /// Checks that a channel was recorded with this program's layout. Fields may have their older names.
     fn check_layout(&self, channel: Channel, schema: u16) -> Result<(), ReadError> {
         let (found, text) = match self.schemas.get(&schema) {
-            Some((name, text)) => (name.as_str(), text.as_slice()),
-            None => ("a schema that is not there", &[][..]),
+            Some((name, text)) => (name.as_str(), String::from_utf8_lossy(text)),
+            None => ("a schema that is not there", String::new().into()),
         };
         let known = channel.schema_name();
-        if found == known && text == channel.schema().as_bytes() {
+        if found == known && with_new_names(&text) == channel.schema() {
             return Ok(());
         }
         let found = if found == known { format!("another {found}") } else { found.to_owned() };

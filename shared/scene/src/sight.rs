@@ -9,8 +9,8 @@ use crate::{Cone, Occluders, Samples};
 
 /// The view of an eye: its pose, its view cone, and the occluders.
 ///
-/// Data that depends only on the eye and the occluders is precomputed by [`Self::update_view`]. Only `new` allocates, as long
-/// as later sets of occluders have no larger capacity than the first one.
+/// Data that depends only on the eye and the occluders is precomputed by [`Self::update_view`]. Only `new` allocates,
+/// as long as later sets of occluders have no larger capacity than the first one.
 #[derive(Clone, Debug)]
 pub struct Sight {
     eye: Position<Base>,

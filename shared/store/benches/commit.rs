@@ -22,7 +22,7 @@ fn main() {
     // On the disk of the working directory: in a memory file system a commit is free.
     let folder = tempfile::tempdir_in(".").expect("a folder");
     let mut store = Store::open(&folder.path().join("learned.store")).expect("a new file");
-    println!("Until {COMMITS} entries are durable, ms: p50  p99  max");
+    println!("time until each of {COMMITS} entries is durable, ms: p50  p99  max");
     println!("{:>9} | {:^26} | {:^26}", "bytes", "save", "write and fsync");
     for bytes in SIZES {
         let entry = "x".repeat(bytes);

@@ -1,9 +1,9 @@
 //! Publish-subscribe and boards in shared memory between Leo's processes, on top of iceoryx2.
 //!
 //! A [`Domain`] isolates the processes of one robot: two domains on a machine share nothing. A process
-//! [joins](Node::join) a domain, and opens [`FramePublisher`]s (publishers) and [`FrameSubscriber`]s (subscribers) on the topics of the
-//! `message` crate. Each topic has exactly one writer. Frames are written and read in place in shared memory, without
-//! copies or serialisation.
+//! [joins](Node::join) a domain, and opens [`FramePublisher`]s (publishers) and [`FrameSubscriber`]s (subscribers) on
+//! the topics of the `message` crate. Each topic has exactly one writer. Frames are written and read in place in shared
+//! memory, without copies or serialisation.
 //!
 //! Under a supervisor, subscribers accept frames only from the processes on its roster: see [`Node::follow_roster`].
 //!

@@ -50,8 +50,9 @@ impl Queues {
 /// Maximum number of frames of a topic that exist at the same time. Each of the `readers` subscribers has a queue of
 /// at most `max_queue_length` frames, and holds up to `borrowed` frames.
 ///
-/// With dropping, every queue holds a subset of the last `max_queue_length` frames, so the queues share them. Only borrowed
-/// frames can be older, and one frame is being written. Without dropping, every subscriber may hold different frames.
+/// With dropping, every queue holds a subset of the last `max_queue_length` frames, so the queues share them. Only
+/// borrowed frames can be older, and one frame is being written. Without dropping, every subscriber may hold different
+/// frames.
 pub(crate) fn max_frames(
     overflow_policy: OverflowPolicy,
     max_queue_length: usize,

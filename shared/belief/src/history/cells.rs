@@ -87,8 +87,8 @@ impl StridedView {
 }
 
 /// Interleaved layout of several series in a block: the view of each series, and the number of cells of a block. Each
-/// series is given by its number of samples and its kind; equal series are interleaved. `is_ring_buffer` says which kinds
-/// are ring buffers, whose cells are also interleaved across beliefs.
+/// series is given by its number of samples and its kind; equal series are interleaved. `is_ring_buffer` says which
+/// kinds are ring buffers, whose cells are also interleaved across beliefs.
 pub(crate) fn interleave_layout<T: Copy + PartialEq>(
     series: &[(usize, T)],
     is_ring_buffer: impl Fn(T) -> bool,

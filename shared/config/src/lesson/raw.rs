@@ -1,4 +1,5 @@
-//! The raw form of a lesson file, as serde reads it. A value that the validation may reject carries its position in the text.
+//! The raw form of a lesson file, as serde reads it. A value that the validation may reject carries its position in the
+//! text.
 
 use std::collections::BTreeMap;
 

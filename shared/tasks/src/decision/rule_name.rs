@@ -33,8 +33,8 @@ pub(crate) fn listing_cost(template: &Template, classes: &BTreeSet<Class>, seen:
     }
 }
 
-/// Describes a disjunction of classes, relative to all classes seen under its template, without the word "all"; `None` for
-/// everything. It lists the members, or the rest if that is shorter.
+/// Describes a disjunction of classes, relative to all classes seen under its template, without the word "all"; `None`
+/// for everything. It lists the members, or the rest if that is shorter.
 fn described(
     language: &Language,
     template: &Template,

@@ -8,8 +8,8 @@ use message::{Belief, Feature, NOBODY, Remembered};
 use super::belief_copy::{is_on, position};
 use crate::language::Language;
 
-/// Maximum difference, in metres, of an object's mean positions over two successive `MEAN_WINDOW` windows at rest. Means
-/// suppress the noise of single frames.
+/// Maximum difference, in metres, of an object's mean positions over two successive `MEAN_WINDOW` windows at rest.
+/// Means suppress the noise of single frames.
 const MAX_REST_DRIFT_M: f64 = 0.01;
 const MEAN_WINDOW: Duration = Duration::from_millis(100);
 /// An act is complete after everything has been at rest and unchanged for this long.
@@ -27,7 +27,7 @@ pub struct Act {
 ///
 /// It ignores noise: an object has to move by more than the language's `moved_m`, and a state change has to
 /// pass its hysteresis and persist. An object held still is not put down, so a pause does not end an act. Acts
-/// that overlap in time are merged. [`crate::deeds`] classifies an act from the beliefs before and after it.
+/// that overlap in time are merged. [`crate::action_effects`] classifies an act from the beliefs before and after it.
 #[derive(Clone, Debug, Default)]
 pub struct ActionParser {
     things: BTreeMap<u64, ObjectTracker>,

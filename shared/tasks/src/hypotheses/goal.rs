@@ -110,8 +110,8 @@ impl Goal {
         }
     }
 
-    /// The hypotheses at most `max_gap_nats` nats below the best one, or below the best one of the highest tally; limited to
-    /// about `max_count`.
+    /// The hypotheses at most `max_gap_nats` nats below the best one, or below the best one of the highest tally;
+    /// limited to about `max_count`.
     pub(crate) fn hypotheses(
         &mut self,
         lexicon: &Lexicon,
