@@ -314,7 +314,7 @@ impl Teach {
             warn_missing_needs(file, &lesson, &robot.leo);
             lessons.push((file, lesson));
         }
-        let mut accounts = Vec::new();
+        let mut reports = Vec::new();
         for (file, lesson) in lessons {
             let teaching = LessonOptions {
                 domain: domain::own()?,
@@ -325,10 +325,10 @@ impl Teach {
                 partners,
                 record: self.recorded(&lesson, partners)?,
             };
-            let account = supervisor_process::teach(&teaching).map_err(CommandError::runtime)?;
-            accounts.push((file.display().to_string(), lesson.title, account));
+            let report = supervisor_process::teach(&teaching).map_err(CommandError::runtime)?;
+            reports.push((file.display().to_string(), lesson.title, report));
         }
-        output::print_accounts(&accounts, &robot.leo.belief.names, self.json)?;
+        output::print_reports(&reports, &robot.leo.belief.names, self.json)?;
         Ok(ExitCode::SUCCESS)
     }
 }

@@ -8,11 +8,11 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::time::Duration;
 
-use chronicle::{JsonLines, PerspectiveRecord, Refusal, Summary, Timeline};
 use clap::Args;
 use clock::Instant;
 use config::Robot;
 use message::{Observation, ObservationKind};
+use reports::beliefs::{JsonLines, PerspectiveRecord, Refusal, Summary, Timeline};
 use trace::{FramesByInstant, Reader};
 
 use super::failure::CommandError;
@@ -97,7 +97,7 @@ impl Believe {
             }
             if self.every.is_none_or(|every| told.is_none_or(|told| at.since(told) >= every)) {
                 told = Some(at);
-                teller.note(at, &minds.all(), &mut out.text);
+                teller.append(at, &minds.all(), &mut out.text);
                 out.write()?;
             }
         }
@@ -108,7 +108,7 @@ impl Believe {
         if let Some(unchecked) = reader.unchecked() {
             tracing::warn!("{}: {unchecked}: damage there would not be noticed", self.trace.display());
         }
-        teller.close(&minds.all(), &summary, &mut out.text);
+        teller.finish(&minds.all(), &summary, &mut out.text);
         out.write()?;
         Ok(())
     }
@@ -146,17 +146,17 @@ enum OutputWriter {
 }
 
 impl OutputWriter {
-    fn note(&mut self, at: Instant, minds: &[PerspectiveRecord<'_>], out: &mut String) {
+    fn append(&mut self, at: Instant, minds: &[PerspectiveRecord<'_>], out: &mut String) {
         match self {
-            Self::Text(timeline) => timeline.note(at.as_nanos(), minds, out),
-            Self::Json(lines) => lines.note(at.as_nanos(), minds, out),
+            Self::Text(timeline) => timeline.append(at.as_nanos(), minds, out),
+            Self::Json(lines) => lines.append(at.as_nanos(), minds, out),
         }
     }
 
-    fn close(&self, minds: &[PerspectiveRecord<'_>], summary: &Summary, out: &mut String) {
+    fn finish(&self, minds: &[PerspectiveRecord<'_>], summary: &Summary, out: &mut String) {
         match self {
-            Self::Text(timeline) => timeline.close(minds, summary, out),
-            Self::Json(lines) => lines.close(minds, summary, out),
+            Self::Text(timeline) => timeline.finish(minds, summary, out),
+            Self::Json(lines) => lines.finish(minds, summary, out),
         }
     }
 }

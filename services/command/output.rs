@@ -3,10 +3,10 @@
 use std::io::Write as _;
 use std::path::Path;
 
-use account::Account;
 use budget::Lines;
 use config::Names;
 use folder::{Existing, Output};
+use reports::lesson::LessonReport;
 
 use super::failure::CommandError;
 
@@ -27,22 +27,22 @@ pub(crate) fn answer() -> Result<Option<String>, CommandError> {
     Ok(line.map(|line| String::from_utf8_lossy(line).into_owned()))
 }
 
-/// Prints what Leo learned in each lesson: its file, its title and the account.
-pub(crate) fn print_accounts(
-    accounts: &[(String, String, Account)],
+/// Prints what Leo learned in each lesson: its file, its title and the report.
+pub(crate) fn print_reports(
+    reports: &[(String, String, LessonReport)],
     names: &Names,
     json: bool,
 ) -> Result<(), CommandError> {
     let mut text = String::new();
     if json {
-        let lessons: Vec<serde_json::Value> = accounts
+        let lessons: Vec<serde_json::Value> = reports
             .iter()
-            .map(|(file, title, account)| serde_json::json!({ "lesson": file, "title": title, "account": account }))
+            .map(|(file, title, report)| serde_json::json!({ "lesson": file, "title": title, "report": report }))
             .collect();
         text = to_json(&lessons)?;
     } else {
-        for (file, title, account) in accounts {
-            text += &format!("{title} ({file})\n\n{}", account.to_text(names));
+        for (file, title, report) in reports {
+            text += &format!("{title} ({file})\n\n{}", report.to_text(names));
         }
     }
     print(&text)

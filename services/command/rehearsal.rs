@@ -1,12 +1,12 @@
 //! Plays a lesson in one process, as fast as possible: connects the cores of simulator, sensor, belief and learner
 //! directly, without shared memory, servo bus or body.
 
-use account::Account;
 use clock::{Duration, Instant};
 use config::Robot;
 use config::lesson::Lesson;
 use learner_process::{Body, Input, Learner, Motion, Settings, Skill, Vocabulary};
 use message::{Belief, Header, Hop, JointGoal, Observation, Perceived, Utterance};
+use reports::lesson::LessonReport;
 use simulator_process::World;
 
 use super::failure::CommandError;
@@ -25,7 +25,7 @@ pub(super) fn rehearse(
     source: usize,
     lesson: &Lesson,
     partners: u32,
-) -> Result<Account, CommandError> {
+) -> Result<LessonReport, CommandError> {
     let settings = &robot.leo;
     let capacity = settings.buffers.max_objects.get();
     let mut world = World::new(lesson, lesson.seed);
@@ -39,7 +39,7 @@ pub(super) fn rehearse(
     let perspectives: Vec<u16> = (0..).take(partners as usize + 1).collect();
     let mut learner =
         Learner::new(Settings::of(&settings.learner), vocabulary, &perspectives, ImmobileBody, []);
-    let mut account = Account::default();
+    let mut report = LessonReport::default();
     let mut now = Instant::from_nanos(1_000_000_000);
     let mut sequence = 0;
     let mut ended = None;
@@ -68,12 +68,12 @@ pub(super) fn rehearse(
         let utterances: Vec<(Instant, Utterance)> =
             world.utterances().map(|utterance| (now, utterance)).collect();
         let input = Input { beliefs: &beliefs, utterances: &utterances, present_rad: &[] };
-        learner.step(now, &input).events.iter().for_each(|event| account.note(event));
+        learner.step(now, &input).events.iter().for_each(|event| report.add(event));
         if ended.is_none() && world.is_finished() {
             ended = Some(now);
         }
     }
-    Ok(account)
+    Ok(report)
 }
 
 /// A body that does nothing, because the lesson's performances are not played.

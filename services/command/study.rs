@@ -6,10 +6,10 @@ use std::io::Write as _;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
-use account::Account;
 use clap::Args;
 use config::Robot;
 use config::lesson::{Lesson, STUDY};
+use reports::lesson::LessonReport;
 use study::{Cell, Comparison, robot::CELLS};
 use supervisor_process::LessonOptions;
 
@@ -83,7 +83,12 @@ impl Study {
         }
     }
 
-    fn play(&self, robot: &Robot, file: &Path, perspective_taking: bool) -> Result<Account, CommandError> {
+    fn play(
+        &self,
+        robot: &Robot,
+        file: &Path,
+        perspective_taking: bool,
+    ) -> Result<LessonReport, CommandError> {
         let lesson = Lesson::load(file).map_err(CommandError::runtime)?;
         let teaching = LessonOptions {
             domain: domain::own()?,

@@ -5,11 +5,11 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use ::tasks::{Settings, Task, key, listed};
-use account::Account;
 use clap::{Args, Subcommand};
 use config::Robot;
 use learner_process::{Memory, OpenError, Vocabulary, learning, open_question, replay_events};
 use quantity::number::{counted, saturating_u32};
+use reports::lesson::LessonReport;
 use serde::{Deserialize, Serialize};
 
 use super::failure::CommandError;
@@ -83,7 +83,7 @@ struct Exported {
 /// A task with its results.
 #[derive(Debug, Serialize)]
 struct TaskReport {
-    account: Account,
+    report: LessonReport,
     /// Leo's question, if the examples are ambiguous.
     question: Option<String>,
 }
@@ -117,12 +117,12 @@ impl Tasks {
             What::List { json } => self.list(&memory, *json)?,
             What::Show { name, json } => {
                 let task = memory.task(name)?;
-                let (account, question) = (self.account(task)?, self.question(task)?);
+                let (report, question) = (self.report(task)?, self.question(task)?);
                 if *json {
-                    output::print_json(&TaskReport { account, question })?;
+                    output::print_json(&TaskReport { report, question })?;
                 } else {
                     let asks = question.map(|text| format!("  Leo would ask: {text}\n")).unwrap_or_default();
-                    output::print(&(account.to_text(&self.robot()?.leo.belief.names) + &asks))?;
+                    output::print(&(report.to_text(&self.robot()?.leo.belief.names) + &asks))?;
                 }
             }
             What::Forget { name } => {
@@ -151,11 +151,11 @@ impl Tasks {
         Ok(ExitCode::SUCCESS)
     }
 
-    fn account(&self, task: &Task) -> Result<Account, CommandError> {
+    fn report(&self, task: &Task) -> Result<LessonReport, CommandError> {
         let (vocabulary, settings) = self.settings()?;
-        let mut account = Account::default();
-        replay_events(&vocabulary.language, task, &settings).iter().for_each(|event| account.note(event));
-        Ok(account)
+        let mut report = LessonReport::default();
+        replay_events(&vocabulary.language, task, &settings).iter().for_each(|event| report.add(event));
+        Ok(report)
     }
 
     fn question(&self, task: &Task) -> Result<Option<String>, CommandError> {
@@ -175,9 +175,8 @@ impl Tasks {
 
     fn list(&self, memory: &OpenMemory, json: bool) -> Result<(), CommandError> {
         let known = memory.tasks.iter().map(|task| {
-            let account = self.account(task)?;
-            let rule =
-                account.tasks.first().and_then(|task| task.rule.as_ref()).map(|rule| rule.name.clone());
+            let report = self.report(task)?;
+            let rule = report.tasks.first().and_then(|task| task.rule.as_ref()).map(|rule| rule.name.clone());
             Ok(TaskSummary { name: task.name.clone(), examples: task.examples.len(), rule })
         });
         let known: Vec<TaskSummary> = known.collect::<Result<_, CommandError>>()?;

@@ -1,10 +1,10 @@
 use belief_process::{BeliefProcessError, Believer};
-use chronicle::PerspectiveRecord;
 use clock::Instant;
 use config::Robot;
 use message::{Belief, BeliefHead, Header, Hop, Perceived, PerceptHead, SourceSet};
 use perception::{Frame as Whose, Perception};
 use perspective::{Divergence, PerspectiveBeliefs};
+use reports::beliefs::PerspectiveRecord;
 use trace::Frame;
 
 /// All perspectives over a trace: the robot's perception and the core of the belief process in sequence, as if

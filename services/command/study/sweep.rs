@@ -166,8 +166,8 @@ fn play(
     lesson.noise.position_sd_m = setting.position_sd_m;
     let mut broken = Vec::new();
     for (perspective_taking, wanted) in [(true, with), (false, without)] {
-        let account = rehearse(pupil.robot, pupil.source, &lesson, u32::from(perspective_taking))?;
-        let rule = account.tasks.first().and_then(|task| task.rule.as_ref());
+        let report = rehearse(pupil.robot, pupil.source, &lesson, u32::from(perspective_taking))?;
+        let rule = report.tasks.first().and_then(|task| task.rule.as_ref());
         let learned = rule.map_or_else(|| "nothing".to_owned(), |rule| rule.name.clone());
         if learned != wanted {
             broken.push(FailedDesign { design, perspective_taking, wanted, learned });

@@ -3,13 +3,10 @@
 use message::{Loss, PerspectiveHealth, SourceHealth};
 use quantity::number::float;
 
-use crate::page::{Kind, MetricsText};
-use crate::readings::Readings;
+use super::readings::Readings;
+use super::text::{Field, Kind, MetricsText, one_if};
 
-/// A counter of a perspective: family name, help text, field.
-type Count = (&'static str, &'static str, fn(&PerspectiveHealth) -> u64);
-
-const COUNTS: [Count; 4] = [
+const COUNTS: [Field<PerspectiveHealth>; 4] = [
     ("leo_perspective_steps", "Steps of the perspective's belief system.", |perspective| perspective.steps),
     (
         "leo_perspective_beliefs",
@@ -32,14 +29,12 @@ pub(crate) fn write(readings: &Readings, page: &mut MetricsText) {
     sources(&readings.sources, page);
     let paths = readings.perspectives.iter().map(|perspective| perspective.path.agents().unwrap_or_default());
     let paths: Vec<String> = paths.map(|path| format!("{path:?}")).collect();
-    for (name, help, of) in COUNTS {
-        page.counts(name, help, "perspective", paths.iter().zip(readings.perspectives.iter().map(of)));
-    }
+    page.counters(&COUNTS, "perspective", paths.iter().zip(&readings.perspectives));
     tasks(readings, page);
 }
 
 fn sources(sources: &[SourceHealth], page: &mut MetricsText) {
-    let silent = sources.iter().map(|source| (source.name.as_str(), f64::from(u8::from(source.silent != 0))));
+    let silent = sources.iter().map(|source| (source.name.as_str(), one_if(source.silent != 0)));
     page.gauges(
         "leo_source_silent",
         "1 while the source should send frames and sends none.",

@@ -1,6 +1,8 @@
+use config::Names;
+use geometry::Position;
 use message::{Belief, BeliefHead, Difference};
 
-use geometry::Position;
+use super::phrases::perspective_name;
 
 /// A perspective at one instant: its beliefs, and how they differ from the robot's.
 #[derive(Clone, Copy, Debug)]
@@ -16,6 +18,11 @@ pub struct PerspectiveRecord<'a> {
 }
 
 impl PerspectiveRecord<'_> {
+    /// Its display name, with the agents by number.
+    pub(crate) fn name(&self) -> String {
+        perspective_name(&Names::default(), self.head.path.agents().unwrap_or_default())
+    }
+
     /// Whether its partner has not been observed yet.
     pub(crate) fn was_never_observed(&self) -> bool {
         self.head.perspective != 0 && self.head.present == 0 && self.head.created == 0

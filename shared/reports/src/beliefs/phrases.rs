@@ -1,5 +1,6 @@
 use belief::percepts::{Kernel, Percepts, Space};
-use message::{Belief, BeliefHead, Difference, Feature};
+use config::Names;
+use message::{Belief, Difference, Feature};
 
 /// The names of the percepts and symbols, and the phrases about them.
 #[derive(Clone, Debug)]
@@ -90,7 +91,7 @@ impl PerceptPhrases {
 
     /// The sentence for a difference between the perspective named `who` and the robot's about a thing.
     #[must_use]
-    pub fn divide(&self, who: &str, thing: &str, difference: &Difference) -> String {
+    pub fn divergence(&self, who: &str, thing: &str, difference: &Difference) -> String {
         let names: Vec<&str> = match (difference.one(), difference.other()) {
             (Some(_), None) => return format!("{who} does not know of the {thing}"),
             (None, _) => return format!("{who} believes in a {thing} in which Leo does not"),
@@ -121,20 +122,19 @@ impl PerceptPhrases {
     }
 }
 
-/// The display name of a perspective: "Leo", "partner 1", or for a nested one "partner 1's Leo".
-pub(crate) fn perspective_name(head: &BeliefHead) -> String {
-    match head.path.agents() {
-        None | Some([]) => agent_name(0),
-        Some(agents) => agents.iter().map(|number| agent_name(*number)).collect::<Vec<_>>().join("'s "),
+/// The display name of a perspective by the agents of its path: "Leo", "partner 1", or for a nested one "partner 1's
+/// Leo".
+#[must_use]
+pub fn perspective_name(names: &Names, agents: &[u16]) -> String {
+    match agents {
+        [] => names.of(0),
+        agents => agents.iter().map(|agent| names.of(*agent)).collect::<Vec<_>>().join("'s "),
     }
 }
 
-/// The display name of an agent.
-pub(crate) fn agent_name(number: u16) -> String {
-    match number {
-        0 => "Leo".to_owned(),
-        partner => format!("partner {partner}"),
-    }
+/// The display name of an agent where no names are configured.
+pub(crate) fn agent_name(agent: u16) -> String {
+    Names::default().of(agent)
 }
 
 /// A position in words.

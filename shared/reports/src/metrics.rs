@@ -1,24 +1,28 @@
 //! The robot's health in the text format of OpenMetrics 1.0
 //! (<https://prometheus.io/docs/specs/om/open_metrics_spec/>), which Prometheus and others read.
 //!
-//! Pure: the server of the text collects the [`Readings`] from the boards.
+//! The server of the text collects the [`Readings`] from the boards.
 //!
 //! ```
-//! let readings = metrics::Readings { store_bytes: Some(4096), ..metrics::Readings::default() };
-//! assert!(metrics::openmetrics(&readings).contains("leo_store_bytes 4096\n"));
+//! use reports::metrics::{Readings, openmetrics};
+//!
+//! let readings = Readings { store_bytes: Some(4096), ..Readings::default() };
+//! assert!(openmetrics(&readings).contains("leo_store_bytes 4096\n"));
 //! ```
 
 mod belief_metrics;
 mod body;
 mod link;
-mod page;
 mod processes;
 mod quantiles;
 mod readings;
+#[cfg(test)]
+mod tests;
+mod text;
 
-use page::{Kind, MetricsText};
 pub use quantiles::Quantiles;
 pub use readings::{Readings, TaskReading};
+use text::{Kind, MetricsText};
 
 /// The media type of the text.
 pub const CONTENT_TYPE: &str = "application/openmetrics-text; version=1.0.0; charset=utf-8";
@@ -38,6 +42,3 @@ pub fn openmetrics(readings: &Readings) -> String {
     belief_metrics::write(readings, &mut page);
     page.end()
 }
-
-#[cfg(test)]
-mod tests;

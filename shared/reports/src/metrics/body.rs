@@ -6,14 +6,11 @@ use message::{
 };
 use quantity::number::{float, float_of_count};
 
-use crate::page::{Kind, MetricsText};
-use crate::processes::distribution;
-use crate::readings::Readings;
+use super::processes::distribution;
+use super::readings::Readings;
+use super::text::{Field, Kind, MetricsText};
 
-/// A counter of a bus: family name, help text, field.
-type Count = (&'static str, &'static str, fn(&BusHealth) -> u64);
-
-const COUNTS: [Count; 3] = [
+const COUNTS: [Field<BusHealth>; 3] = [
     ("leo_bus_exchanges", "Requests carried out.", |bus| bus.exchanges),
     ("leo_bus_skipped_cycles", "Cycles in which the bus was still busy with the previous cycle.", |bus| {
         bus.skipped
@@ -38,10 +35,8 @@ const INCIDENTS: [Fault; 6] = [
     ("hang_up", |bus| bus.hang_ups),
 ];
 
-/// A number that is read from a servo: family name, help text, field.
-type Read = (&'static str, &'static str, fn(&JointState) -> Option<f64>);
-
-const READ: [Read; 4] = [
+/// Numbers that are read from a servo.
+const READ: [Field<JointState, Option<f64>>; 4] = [
     (
         "leo_joint_position_radians",
         "Last position of the joint that was read.",
@@ -60,8 +55,7 @@ pub(crate) fn write(readings: &Readings, page: &mut MetricsText) {
 }
 
 fn buses(buses: &[BusHealth], page: &mut MetricsText) {
-    type Gauge = (&'static str, &'static str, fn(&BusHealth) -> u64);
-    let gauges: [Gauge; 3] = [
+    let gauges: [Field<BusHealth>; 3] = [
         ("leo_bus_lost", "1 while the line is lost.", |bus| u64::from(bus.lost != 0)),
         ("leo_bus_joints", "Joints on the bus.", |bus| bus.joints),
         ("leo_bus_quarantined_joints", "Joints whose servo does not answer.", |bus| bus.quarantined),
@@ -69,9 +63,7 @@ fn buses(buses: &[BusHealth], page: &mut MetricsText) {
     for (name, help, of) in gauges {
         page.gauges(name, help, "bus", buses.iter().map(|bus| (bus.name.as_str(), float(of(bus)))));
     }
-    for (name, help, of) in COUNTS {
-        page.counts(name, help, "bus", buses.iter().map(|bus| (bus.name.as_str(), of(bus))));
-    }
+    page.counters(&COUNTS, "bus", buses.iter().map(|bus| (bus.name.as_str(), bus)));
     page.family("leo_bus_errors", Kind::Counter, "Replies that were missing, corrupt or of another cycle.");
     for bus in buses {
         for (error, of) in FAULTS {

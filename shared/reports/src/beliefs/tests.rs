@@ -2,7 +2,7 @@ use belief::percepts::Percepts;
 use message::{Belief, BeliefHead, Difference, Feature, Header, NOBODY, Remembered};
 use perspective::{Divergence, PerspectiveBeliefs};
 
-use crate::{JsonLines, PerspectiveRecord, Refusal, Summary, Timeline};
+use super::{JsonLines, PerspectiveRecord, Refusal, Summary, Timeline};
 
 /// Builds the perspectives of a test, instant by instant.
 struct Story {
@@ -69,8 +69,8 @@ impl Story {
             },
         ];
         let before = self.text.len();
-        self.timeline.note(at_ns, &minds, &mut self.text);
-        JsonLines::new(&self.percepts).note(at_ns, &minds, &mut self.json);
+        self.timeline.append(at_ns, &minds, &mut self.text);
+        JsonLines::new(&self.percepts).append(at_ns, &minds, &mut self.json);
         self.text[before..].to_owned()
     }
 }
@@ -170,7 +170,7 @@ fn the_table_at_the_end_says_what_differs_and_what_went_in() {
         literal: Vec::new(),
     };
     let mut out = String::new();
-    Timeline::new(&percepts).close(&[mind, nobody], &summary, &mut out);
+    Timeline::new(&percepts).finish(&[mind, nobody], &summary, &mut out);
     for line in [
         "What is believed at the end, at 2.00 s\n",
         "partner 1 believes in 1 thing\n",
@@ -191,10 +191,10 @@ fn the_table_at_the_end_says_what_differs_and_what_went_in() {
     let nested = BeliefHead { path, present: 1, ..BeliefHead::of(5, Header::at(2_000_000_000)) };
     let nested = PerspectiveRecord { head: &nested, beliefs: &[], pairs: &[], differences: &[] };
     let mut out = String::new();
-    Timeline::new(&percepts).close(&[nested], &summary, &mut out);
+    Timeline::new(&percepts).finish(&[nested], &summary, &mut out);
     assert!(out.contains("\npartner 1's Leo's partner 2 believes in nothing\n"), "{out}");
     let mut json = String::new();
-    JsonLines::new(&percepts).close(&[mind], &summary, &mut json);
+    JsonLines::new(&percepts).finish(&[mind], &summary, &mut json);
     let line: serde_json::Value = serde_json::from_str(&json).unwrap();
     assert_eq!(line["refused"][0]["observations"], 3);
     assert_eq!((&line["record"], &line["perspectives"][0]["beliefs"]), (&"summary".into(), &1.into()));

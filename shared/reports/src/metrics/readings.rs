@@ -1,6 +1,9 @@
 use std::collections::BTreeMap;
 
 use message::{BusHealth, Health, JointState, LinkHealth, PerspectiveHealth, Process, SourceHealth};
+use quantity::number::saturating_u64;
+
+use crate::lesson::{LessonReport, Task};
 
 /// Readings of a robot, all taken at about the same time; empty if not available.
 #[derive(Clone, Debug, Default)]
@@ -51,4 +54,21 @@ pub struct TaskReading {
     pub examples: u64,
     /// Number of hypotheses by the name of the perspective.
     pub hypotheses: BTreeMap<String, u64>,
+}
+
+impl TaskReading {
+    /// The tasks of a report. They are on no health board, and only subscribers of the learner's events have them.
+    #[must_use]
+    pub fn all(report: &LessonReport) -> Vec<Self> {
+        let reading = |task: &Task| Self {
+            name: task.name.clone(),
+            examples: u64::from(task.examples),
+            hypotheses: task
+                .hypotheses
+                .iter()
+                .map(|(perspective, all)| (perspective.clone(), saturating_u64(all.len())))
+                .collect(),
+        };
+        report.tasks.iter().map(reading).collect()
+    }
 }

@@ -1,11 +1,12 @@
 use std::collections::BTreeSet;
 
 use message::{
-    BusHealth, Health, JointCause, JointMode, JointState, LinkHealth, PerspectiveHealth, Process,
-    ProcessState, SourceHealth, Text,
+    BusHealth, Event, EventKind, Health, JointCause, JointMode, JointState, LinkHealth, PerspectiveHealth,
+    Process, ProcessState, SourceHealth, Text,
 };
 
 use super::*;
+use crate::lesson::LessonReport;
 
 /// A robot with all readings.
 fn readings() -> Readings {
@@ -151,7 +152,7 @@ fn every_dashboard_query_is_exported_and_every_metric_is_documented() {
         text.lines().filter(|line| !line.starts_with('#')).map(|line| format!("{line}\n")).collect();
     let told = names(&samples);
     let dashboard: serde_json::Value =
-        serde_json::from_str(include_str!("../../../package/grafana.json")).expect("JSON");
+        serde_json::from_str(include_str!("../../../../package/grafana.json")).expect("JSON");
     let panels = dashboard["panels"].as_array().expect("panels");
     let targets = panels.iter().filter_map(|panel| panel["targets"].as_array()).flatten();
     let mut queries = 0;
@@ -162,8 +163,8 @@ fn every_dashboard_query_is_exported_and_every_metric_is_documented() {
     }
     assert!(queries > 20, "only {queries} queries were seen");
 
-    let mut manual = names(include_str!("../../../docs/operations.md"));
-    manual.extend(names(include_str!("../../../docs/more_than_one_machine.md")));
+    let mut manual = names(include_str!("../../../../docs/operations.md"));
+    manual.extend(names(include_str!("../../../../docs/more_than_one_machine.md")));
     let families: BTreeSet<&str> =
         text.lines().filter_map(|line| line.strip_prefix("# TYPE ")?.split(' ').next()).collect();
     let unknown: Vec<_> =
@@ -174,4 +175,16 @@ fn every_dashboard_query_is_exported_and_every_metric_is_documented() {
         .filter(|name| !manual.iter().any(|word| word.strip_suffix("_total").unwrap_or(word) == **name))
         .collect();
     assert!(silent.is_empty(), "the manual does not speak of {silent:?}");
+}
+
+#[test]
+fn hypotheses_are_counted_by_task_and_perspective() {
+    let mut report = LessonReport::default();
+    report.add(&Event { examples: 2, ..Event::new(EventKind::DemonstrationEnded, "task 1", "") });
+    for perspective in [0, 0, 1] {
+        report.add(&Event { perspective, ..Event::new(EventKind::Hypothesis, "task 1", "all") });
+    }
+    let read = TaskReading::all(&report);
+    assert_eq!((read.len(), read[0].name.as_str(), read[0].examples), (1, "task 1", 2));
+    assert_eq!(read[0].hypotheses, [("human".to_owned(), 1), ("robot".to_owned(), 2)].into());
 }

@@ -3,14 +3,11 @@
 use message::LinkHealth;
 use quantity::number::float;
 
-use crate::page::{Kind, MetricsText, seconds};
-use crate::processes::distribution;
-use crate::readings::Readings;
+use super::processes::distribution;
+use super::readings::Readings;
+use super::text::{Field, Kind, MetricsText, seconds};
 
-/// A counter of the link: family name, help text, field.
-type Count = (&'static str, &'static str, fn(&LinkHealth) -> u64);
-
-const COUNTS: [Count; 10] = [
+const COUNTS: [Field<LinkHealth>; 10] = [
     ("leo_link_sessions", "How often the link to the other machine was established.", |link| link.hearings),
     ("leo_link_sent_frames", "Frames handed to the network.", |link| link.sent),
     ("leo_link_overtaken_frames", "Frames not sent because a newer one came first.", |link| link.overtaken),

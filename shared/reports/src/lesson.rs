@@ -1,16 +1,17 @@
-//! A summary of the learner's events, as text and as JSON.
+//! The report of a lesson: what Leo learned and did, from the learner's events.
 
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
 
 use config::Names;
 use message::{Event, EventKind};
+use quantity::number::counted;
 use serde::Serialize;
 
 /// Number of hypotheses printed per perspective, in addition to those of high likelihood.
 const MAX_PRINTED_HYPOTHESES: usize = 3;
 
-/// Bounds of an account of the [newest](Account::newest): maximum number of tasks, ...
+/// Bounds of a [bounded](LessonReport::bounded) report: maximum number of tasks, ...
 const MAX_TASKS: usize = 1024;
 /// ... of Leo's sentences, ...
 const MAX_SENTENCES: usize = 64;
@@ -19,9 +20,9 @@ const MAX_RUNS: usize = 32;
 /// ... and of actions or steps per demonstration or performance.
 const MAX_STEPS: usize = 256;
 
-/// The account of a lesson, built from its events in order.
+/// The report of a lesson, built from its events in order.
 #[derive(Clone, Debug, Default, Serialize)]
-pub struct Account {
+pub struct LessonReport {
     /// Tasks in the order in which they were first mentioned.
     pub tasks: Vec<Task>,
     /// What Leo said, in order.
@@ -37,7 +38,7 @@ pub struct Account {
     evicted_performances: usize,
 }
 
-/// The account of one task.
+/// The report of one task.
 #[derive(Clone, Debug, Default, Serialize)]
 pub struct Task {
     /// Its name, as the teacher said it.
@@ -110,9 +111,8 @@ pub struct Performance {
     pub result: Option<String>,
 }
 
-/// The name of a perspective: partner 1 is the human of the paper.
-#[must_use]
-pub fn perspective_name(perspective: u16) -> String {
+/// The key of a perspective: partner 1 is the human of the paper.
+fn perspective_key(perspective: u16) -> String {
     match perspective {
         0 => "robot".to_owned(),
         1 => "human".to_owned(),
@@ -120,23 +120,23 @@ pub fn perspective_name(perspective: u16) -> String {
     }
 }
 
-impl Account {
-    /// An account of bounded size, which keeps the newest entries.
+impl LessonReport {
+    /// A report of bounded size, which keeps the newest entries.
     #[must_use]
-    pub fn newest() -> Self {
+    pub fn bounded() -> Self {
         Self { is_bounded: true, ..Self::default() }
     }
 
     /// Adds an event.
-    pub fn note(&mut self, event: &Event) {
-        self.add(event);
+    pub fn add(&mut self, event: &Event) {
+        self.apply(event);
         if self.is_bounded {
-            self.forget(event.task.as_str());
+            self.evict(event.task.as_str());
         }
     }
 
     /// Removes old entries: tasks and sentences overall, and the lists of one task by its name.
-    fn forget(&mut self, task: &str) {
+    fn evict(&mut self, task: &str) {
         keep_newest(&mut self.said, MAX_SENTENCES);
         let ended = |task: &Task| task.performances.iter().filter(|done| done.result.is_some()).count();
         if self.tasks.len() > MAX_TASKS {
@@ -156,7 +156,7 @@ impl Account {
         }
     }
 
-    fn add(&mut self, event: &Event) {
+    fn apply(&mut self, event: &Event) {
         let Some(kind) = event.kind() else { return };
         let text = event.text.as_str().to_owned();
         if kind == EventKind::Said {
@@ -181,7 +181,7 @@ impl Account {
             EventKind::Seen => match task.performances.last_mut().filter(|last| last.result.is_none()) {
                 Some(performance) => performance.seen = Some(text),
                 None => {
-                    task.demonstration().seen.insert(perspective_name(event.perspective), text);
+                    task.demonstration().seen.insert(perspective_key(event.perspective), text);
                 }
             },
             EventKind::ActionSeen => task.demonstration().actions.push(text),
@@ -198,10 +198,10 @@ impl Account {
                     posterior: event.posterior,
                     high_likelihood: event.high_likelihood != 0,
                 };
-                task.hypotheses.entry(perspective_name(event.perspective)).or_default().push(hypothesis);
+                task.hypotheses.entry(perspective_key(event.perspective)).or_default().push(hypothesis);
             }
             EventKind::RuleChosen => {
-                task.rule = Some(Rule { perspective: perspective_name(event.perspective), name: text });
+                task.rule = Some(Rule { perspective: perspective_key(event.perspective), name: text });
             }
             EventKind::Explained => task.explanation = Some(text),
             EventKind::PerformanceStarted => task.performances.push(Performance::default()),
@@ -229,14 +229,14 @@ impl Account {
         self.tasks.iter().find(|known| known.name == task).map(|task| task.examples)
     }
 
-    /// The account without tasks that were only loaded from the memory.
+    /// The report without tasks that were only loaded from the memory.
     #[must_use]
     pub fn of_this_run(mut self) -> Self {
         self.tasks.retain(|task| task.is_active);
         self
     }
 
-    /// The account as text; `names` are the names of the agents.
+    /// The report as text; `names` are the names of the agents.
     #[must_use]
     pub fn to_text(&self, names: &Names) -> String {
         let mut out = String::new();
@@ -277,8 +277,7 @@ impl Task {
     fn write_text(&self, names: &Names, out: &mut String) -> std::fmt::Result {
         match self.examples {
             0 => writeln!(out, "{}: no demonstration was finished", self.name)?,
-            1 => writeln!(out, "{}: 1 example", self.name)?,
-            examples => writeln!(out, "{}: {examples} examples", self.name)?,
+            examples => writeln!(out, "{}: {}", self.name, counted(examples, "example"))?,
         }
         for (number, demonstration) in (1 + self.evicted_demonstrations..).zip(&self.demonstrations) {
             let remark = if demonstration.counts { "" } else { " (not finished, does not count)" };
@@ -367,7 +366,7 @@ fn in_order<T>(by_perspective: &BTreeMap<String, T>) -> impl Iterator<Item = (&S
     own.chain(by_perspective.iter().filter(|(perspective, _)| *perspective != "robot"))
 }
 
-/// The display name of a perspective's agent (see [`perspective_name`]).
+/// The display name of a perspective's agent (see [`perspective_key`]).
 fn person(names: &Names, perspective: &str) -> String {
     let number = match perspective {
         "robot" => Some(0),
@@ -383,47 +382,47 @@ mod tests {
 
     #[test]
     fn hypotheses_of_an_earlier_demonstration_are_replaced() {
-        let mut account = Account::default();
+        let mut report = LessonReport::default();
         for round in 1..=2 {
             let ended =
                 Event { examples: round, ..Event::new(EventKind::DemonstrationEnded, "task 1", "task 1") };
-            account.note(&ended);
-            account.note(&Event::new(EventKind::Hypothesis, "task 1", "some"));
+            report.add(&ended);
+            report.add(&Event::new(EventKind::Hypothesis, "task 1", "some"));
         }
-        let [task] = account.tasks.as_slice() else { panic!("{account:?}") };
+        let [task] = report.tasks.as_slice() else { panic!("{report:?}") };
         assert_eq!(task.examples, 2);
         assert_eq!(task.hypotheses.get("robot").map(Vec::len), Some(1));
     }
 
     #[test]
     fn remembered_tasks_are_excluded_from_this_run() {
-        let mut account = Account::default();
+        let mut report = LessonReport::default();
         for _listener in 0..2 {
             let remembered = Event { examples: 2, ..Event::new(EventKind::Remembered, "task 1", "task 1") };
-            account.note(&remembered);
-            account.note(&Event::new(EventKind::Hypothesis, "task 1", "some"));
-            account.note(&Event::new(EventKind::RuleChosen, "task 1", "some"));
+            report.add(&remembered);
+            report.add(&Event::new(EventKind::Hypothesis, "task 1", "some"));
+            report.add(&Event::new(EventKind::RuleChosen, "task 1", "some"));
         }
-        let [task] = account.tasks.as_slice() else { panic!("{account:?}") };
+        let [task] = report.tasks.as_slice() else { panic!("{report:?}") };
         assert_eq!((task.examples, task.hypotheses.get("robot").map(Vec::len)), (2, Some(1)));
         assert_eq!(task.rule.as_ref().map(|rule| rule.name.as_str()), Some("some"));
-        account.note(&Event::new(EventKind::PerformanceStarted, "task 2", "task 2"));
-        let today: Vec<String> = account.of_this_run().tasks.into_iter().map(|task| task.name).collect();
+        report.add(&Event::new(EventKind::PerformanceStarted, "task 2", "task 2"));
+        let today: Vec<String> = report.of_this_run().tasks.into_iter().map(|task| task.name).collect();
         assert_eq!(today, ["task 2"]);
     }
 
     #[test]
     fn an_event_without_a_task_creates_none() {
-        let mut account = Account::default();
-        account.note(&Event::new(EventKind::ContinuityBroken, "", "the belief process began anew"));
-        assert_eq!(account.tasks.len(), 0, "{account:?}");
+        let mut report = LessonReport::default();
+        report.add(&Event::new(EventKind::ContinuityBroken, "", "the belief process began anew"));
+        assert_eq!(report.tasks.len(), 0, "{report:?}");
     }
 
     #[test]
     fn an_answer_is_an_example_and_finishes_no_demonstration() {
-        let mut account = Account::default();
+        let mut report = LessonReport::default();
         let mut note = |kind, examples| {
-            account.note(&Event { examples, ..Event::new(kind, "task 1", "task 1") });
+            report.add(&Event { examples, ..Event::new(kind, "task 1", "task 1") });
         };
         note(EventKind::TeachingStarted, 0);
         note(EventKind::DemonstrationEnded, 1);
@@ -432,19 +431,19 @@ mod tests {
         note(EventKind::TeachingStarted, 1);
         note(EventKind::Answered, 2);
         note(EventKind::Hypothesis, 2);
-        let [task] = account.tasks.as_slice() else { panic!("{account:?}") };
+        let [task] = report.tasks.as_slice() else { panic!("{report:?}") };
         assert_eq!(task.demonstrations.iter().map(|one| one.counts).collect::<Vec<_>>(), [true, false]);
         assert_eq!(task.hypotheses.get("robot").map(Vec::len), Some(1), "the earlier ones are replaced");
-        assert!(account.to_text(&Names::default()).starts_with("task 1: 2 examples\n"));
+        assert!(report.to_text(&Names::default()).starts_with("task 1: 2 examples\n"));
     }
 
     #[test]
-    fn an_account_of_the_newest_stays_small_and_counts_on() {
-        let mut account = Account::newest();
+    fn a_bounded_report_stays_small_and_counts_on() {
+        let mut report = LessonReport::bounded();
         let mut sizes = Vec::new();
         for round in 1..=3000_u32 {
             let mut note = |kind, text| {
-                account.note(&Event { examples: round, ..Event::new(kind, "task 1", text) });
+                report.add(&Event { examples: round, ..Event::new(kind, "task 1", text) });
             };
             note(EventKind::TeachingStarted, "task 1");
             for _ in 0..if round.is_multiple_of(50) { 2 * MAX_STEPS } else { 3 } {
@@ -456,36 +455,36 @@ mod tests {
             note(EventKind::StepDone, "red square filled");
             note(EventKind::PerformanceEnded, "filled 5 of 5");
             if round.is_multiple_of(1000) {
-                sizes.push(format!("{account:?}").len());
+                sizes.push(format!("{report:?}").len());
             }
         }
-        assert_eq!((account.performances_ended(), account.examples("task 1")), (3000, Some(3000)));
+        assert_eq!((report.performances_ended(), report.examples("task 1")), (3000, Some(3000)));
         assert_eq!(sizes[1], sizes[2], "{sizes:?}");
-        let text = account.to_text(&Names::default());
+        let text = report.to_text(&Names::default());
         assert!(text.contains("  demonstration 3000\n") && text.contains("  demonstration 2969\n"), "{text}");
         for number in 0..2 * MAX_TASKS {
-            account.note(&Event::new(EventKind::PerformanceEnded, &format!("task {}", 2 + number), "5 of 5"));
+            report.add(&Event::new(EventKind::PerformanceEnded, &format!("task {}", 2 + number), "5 of 5"));
         }
-        assert_eq!((account.tasks.len(), account.performances_ended()), (MAX_TASKS, 3000 + 2 * MAX_TASKS));
+        assert_eq!((report.tasks.len(), report.performances_ended()), (MAX_TASKS, 3000 + 2 * MAX_TASKS));
     }
 
     #[test]
     fn a_performance_that_goes_on_has_not_ended() {
-        let mut account = Account::default();
-        account.note(&Event::new(EventKind::PerformanceStarted, "task 1", "task 1"));
-        assert_eq!(account.performances_ended(), 0);
-        account.note(&Event::new(EventKind::PerformanceEnded, "task 1", "5 of 5"));
-        assert_eq!(account.performances_ended(), 1);
-        account.note(&Event::new(EventKind::Declined, "task 2", "I have not learned task 2"));
-        assert_eq!((account.performances_ended(), account.tasks.len()), (2, 1));
+        let mut report = LessonReport::default();
+        report.add(&Event::new(EventKind::PerformanceStarted, "task 1", "task 1"));
+        assert_eq!(report.performances_ended(), 0);
+        report.add(&Event::new(EventKind::PerformanceEnded, "task 1", "5 of 5"));
+        assert_eq!(report.performances_ended(), 1);
+        report.add(&Event::new(EventKind::Declined, "task 2", "I have not learned task 2"));
+        assert_eq!((report.performances_ended(), report.tasks.len()), (2, 1));
     }
 
     #[test]
-    fn an_account_lists_observations_and_likely_hypotheses() {
-        let mut account = Account::default();
+    fn a_report_lists_observations_and_likely_hypotheses() {
+        let mut report = LessonReport::default();
         let mut note = |kind, perspective, text: &str, posterior| {
             let event = Event { perspective, posterior, examples: 2, ..Event::new(kind, "task 1", text) };
-            account.note(&event);
+            report.add(&event);
         };
         note(EventKind::TeachingStarted, 0, "task 1", 0.0);
         note(EventKind::Seen, 0, "red square and blue square", 0.0);
@@ -497,7 +496,7 @@ mod tests {
         }
         note(EventKind::PerformanceStarted, 0, "task 1", 0.0);
         note(EventKind::Seen, 0, "green square", 0.0);
-        let text = account.to_text(&Names::try_from(vec!["the teacher".to_owned()]).unwrap());
+        let text = report.to_text(&Names::try_from(vec!["the teacher".to_owned()]).unwrap());
         for line in [
             "task 1: 2 examples\n",
             "    Leo had in view: red square and blue square\n    the teacher had in view: red square\n",

@@ -3,10 +3,12 @@
 use std::fmt::{self, Write as _};
 
 use clock::Instant;
-use message::{Belief, BeliefHead, Difference, NOBODY};
+use message::{Belief, Difference, NOBODY};
+use quantity::number::{counted, saturating_u32};
 
-use crate::words::{PerceptPhrases, agent_name, perspective_name, place};
-use crate::{PerspectiveRecord, Summary};
+use super::perspective_record::PerspectiveRecord;
+use super::phrases::{PerceptPhrases, agent_name, place};
+use super::summary::{Refusal, Summary};
 
 /// Writes the final beliefs of every perspective, its differences from the robot's, and the summary.
 pub(crate) fn write(
@@ -43,17 +45,16 @@ pub(crate) fn describe(words: &PerceptPhrases, mind: &PerspectiveRecord<'_>, bel
 }
 
 fn write_mind(words: &PerceptPhrases, mind: &PerspectiveRecord<'_>, out: &mut String) -> fmt::Result {
-    let head = mind.head;
+    let (head, name) = (mind.head, mind.name());
     if mind.was_never_observed() {
-        return writeln!(out, "{} was never there", perspective_name(head));
+        return writeln!(out, "{name} was never there");
     }
     let things = match mind.beliefs.len() {
         0 => "believes in nothing".to_owned(),
-        1 => "believes in 1 thing".to_owned(),
-        count => format!("believes in {count} things"),
+        count => format!("believes in {}", counted(saturating_u32(count), "thing")),
     };
     let away = if head.present == 0 { " (away)" } else { "" };
-    writeln!(out, "{}{away} {things}", perspective_name(head))?;
+    writeln!(out, "{name}{away} {things}")?;
     for belief in mind.beliefs {
         let age =
             Instant::from_nanos(head.header.valid_at_ns).since(Instant::from_nanos(belief.perceived_at_ns));
@@ -75,7 +76,7 @@ fn write_mind(words: &PerceptPhrases, mind: &PerspectiveRecord<'_>, out: &mut St
     }
     if head.perspective != 0 {
         for difference in mind.differences {
-            write_difference(words, head, difference, out)?;
+            write_difference(words, &name, difference, out)?;
         }
         if mind.differences.is_empty() {
             writeln!(out, "  and differs from Leo in nothing")?;
@@ -86,11 +87,10 @@ fn write_mind(words: &PerceptPhrases, mind: &PerspectiveRecord<'_>, out: &mut St
 
 fn write_difference(
     words: &PerceptPhrases,
-    head: &BeliefHead,
+    who: &str,
     difference: &Difference,
     out: &mut String,
 ) -> fmt::Result {
-    let who = perspective_name(head);
     match (difference.one(), difference.other()) {
         (Some(robots), None) => writeln!(out, "  only Leo believes in Leo's {robots}"),
         (None, Some(his)) => writeln!(out, "  only {who} believes in {his}"),
@@ -112,7 +112,7 @@ fn write_summary(summary: &Summary, out: &mut String) -> fmt::Result {
     let Summary { frames, earlier, observations, refused, left_out, cut_short, not_simulated, .. } = summary;
     writeln!(out, "{frames} frames, {observations} observations")?;
     for refusal in refused {
-        let crate::Refusal { reason, observations, first } = refusal;
+        let Refusal { reason, observations, first } = refusal;
         writeln!(out, "{observations} observations refused: {reason} (the first: {first})")?;
     }
     if *earlier > 0 {

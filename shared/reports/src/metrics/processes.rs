@@ -3,13 +3,10 @@
 use message::{Health, Histogram, ProcessState};
 use quantity::number::float;
 
-use crate::page::{Kind, MetricsText, seconds};
-use crate::readings::Readings;
+use super::readings::Readings;
+use super::text::{Field, Kind, MetricsText, one_if, seconds};
 
-/// A counter of a process: family name, help text, field.
-type Count = (&'static str, &'static str, fn(&Health) -> u64);
-
-const COUNTS: [Count; 11] = [
+const COUNTS: [Field<Health>; 11] = [
     ("leo_process_restarts", "Restarts of the process.", |health| health.incarnation.saturating_sub(1)),
     ("leo_process_heartbeats", "Cycles of the loop; a process whose value is constant hangs.", |health| {
         health.beat
@@ -35,10 +32,8 @@ const COUNTS: [Count; 11] = [
     ("leo_process_page_faults", "Page faults since the loop began.", |health| health.page_faults),
 ];
 
-/// A histogram of a process: stem of the family names, help text, field.
-type Distribution = (&'static str, &'static str, fn(&Health) -> &Histogram);
-
-const DISTRIBUTIONS: [Distribution; 3] = [
+/// Histograms, by the stem of their families' names.
+const DISTRIBUTIONS: [(&str, &str, fn(&Health) -> &Histogram); 3] = [
     ("leo_wakeup", "From the release or the notification to the start of the cycle", |health| &health.wakeup),
     ("leo_execution", "From start to end of the cycle", |health| &health.execution),
     ("leo_input_age", "Age of the input when the step on it began", |health| &health.latency),
@@ -49,10 +44,9 @@ const RIGHTS: [(u64, &str); 3] = [(1, "priority"), (2, "cores"), (4, "memory")];
 
 pub(crate) fn write(readings: &Readings, page: &mut MetricsText) {
     let each = || readings.processes.iter().map(|(process, health)| (process.name(), health));
-    let is = |it| f64::from(u8::from(it));
 
     let running =
-        each().map(|(process, health)| (process, is(health.state() == Some(ProcessState::Running))));
+        each().map(|(process, health)| (process, one_if(health.state() == Some(ProcessState::Running))));
     page.gauges("leo_process_running", "1 while the process is in its loop.", "process", running);
     let rates = each().filter(|(_, health)| health.period_ns > 0);
     let rates = rates.map(|(process, health)| (process, 1e9 / float(health.period_ns)));
@@ -61,12 +55,10 @@ pub(crate) fn write(readings: &Readings, page: &mut MetricsText) {
     page.family("leo_process_missing_right", Kind::Gauge, "1 where a configured right is not granted.");
     for (process, health) in each() {
         for (bit, right) in RIGHTS {
-            page.gauge(&[("process", process), ("right", right)], is(health.missing_rights & bit != 0));
+            page.gauge(&[("process", process), ("right", right)], one_if(health.missing_rights & bit != 0));
         }
     }
-    for (name, help, of) in COUNTS {
-        page.counts(name, help, "process", each().map(|(process, health)| (process, of(health))));
-    }
+    page.counters(&COUNTS, "process", each());
     for (stem, help, of) in DISTRIBUTIONS {
         let told: Vec<_> = each().map(|(process, health)| (process, of(health))).collect();
         distribution(page, stem, help, "process", &told);

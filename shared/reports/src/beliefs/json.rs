@@ -3,8 +3,9 @@ use message::{Aspect, Belief, BeliefHead, Difference, Feature, NOBODY};
 use serde::ser::SerializeMap as _;
 use serde::{Serialize, Serializer};
 
-use crate::words::PerceptPhrases;
-use crate::{PerspectiveRecord, Summary};
+use super::perspective_record::PerspectiveRecord;
+use super::phrases::PerceptPhrases;
+use super::summary::Summary;
 
 /// Writes the beliefs of every perspective for programs, one JSON object per line.
 ///
@@ -139,7 +140,7 @@ impl JsonLines {
     }
 
     /// Appends the beliefs at an instant to `out`.
-    pub fn note(&self, at_ns: u64, minds: &[PerspectiveRecord<'_>], out: &mut String) {
+    pub fn append(&self, at_ns: u64, minds: &[PerspectiveRecord<'_>], out: &mut String) {
         for mind in minds {
             line(&PerspectiveLine::new("perspective", at_ns, mind.head, mind.beliefs.len()), out);
             for belief in mind.beliefs {
@@ -153,7 +154,7 @@ impl JsonLines {
     }
 
     /// Appends the summary to `out`.
-    pub fn close(&self, minds: &[PerspectiveRecord<'_>], summary: &Summary, out: &mut String) {
+    pub fn finish(&self, minds: &[PerspectiveRecord<'_>], summary: &Summary, out: &mut String) {
         let perspectives = minds.iter().map(End::of).collect();
         line(&SummaryLine { record: "summary", summary, perspectives }, out);
     }

@@ -45,6 +45,9 @@ pub(crate) struct MetricsText {
     announcement: String,
 }
 
+/// A field of a reading that is exported: family name, help text, and its value.
+pub(crate) type Field<T, V = u64> = (&'static str, &'static str, fn(&T) -> V);
+
 /// The labels of a sample.
 pub(crate) type Labels<'a> = &'a [(&'a str, &'a str)];
 
@@ -114,6 +117,18 @@ impl MetricsText {
         }
     }
 
+    /// A family of counters for each field, with a sample per row; rows are named by the label.
+    pub(crate) fn counters<'a, T: 'a>(
+        &mut self,
+        fields: &[Field<T>],
+        label: &str,
+        rows: impl Iterator<Item = (impl AsRef<str>, &'a T)> + Clone,
+    ) {
+        for (name, help, of) in fields {
+            self.counts(name, help, label, rows.clone().map(|(text, row)| (text, of(row))));
+        }
+    }
+
     /// Adds the bucket samples of a histogram.
     pub(crate) fn buckets(&mut self, labels: Labels<'_>, histogram: &Histogram) {
         let mut buckets = histogram.buckets().peekable();
@@ -144,6 +159,11 @@ impl MetricsText {
         self.text += "# EOF\n";
         self.text
     }
+}
+
+/// The value of a gauge of something that is so or not.
+pub(crate) fn one_if(is_so: bool) -> f64 {
+    f64::from(u8::from(is_so))
 }
 
 pub(crate) fn seconds(nanos: u64) -> f64 {

@@ -3,10 +3,12 @@ use std::fmt::Write as _;
 
 use belief::percepts::Percepts;
 use clock::{Duration, Instant};
-use message::{Belief, BeliefHead, NOBODY};
+use message::{Belief, NOBODY};
 
-use crate::words::{PerceptPhrases, agent_name, perspective_name, place};
-use crate::{PerspectiveRecord, Summary, table};
+use super::perspective_record::PerspectiveRecord;
+use super::phrases::{PerceptPhrases, agent_name, place};
+use super::summary::Summary;
+use super::table;
 
 /// A thing has moved when it is farther than this from its last reported position.
 const MIN_MOTION_M: f64 = 0.03;
@@ -54,7 +56,7 @@ impl Timeline {
     }
 
     /// Processes an instant and appends the new events to `out`.
-    pub fn note(&mut self, at_ns: u64, minds: &[PerspectiveRecord<'_>], out: &mut String) {
+    pub fn append(&mut self, at_ns: u64, minds: &[PerspectiveRecord<'_>], out: &mut String) {
         let at = Instant::from_nanos(at_ns);
         let first = *self.first.get_or_insert(at);
         let mut lines = Lines { since: at.since(first), out };
@@ -67,7 +69,7 @@ impl Timeline {
     }
 
     /// Appends the final beliefs and the summary to `out`.
-    pub fn close(&self, minds: &[PerspectiveRecord<'_>], summary: &Summary, out: &mut String) {
+    pub fn finish(&self, minds: &[PerspectiveRecord<'_>], summary: &Summary, out: &mut String) {
         // Writing to a string cannot fail.
         let _ = table::write(&self.words, minds, summary, out);
     }
@@ -80,10 +82,9 @@ struct Lines<'a> {
 }
 
 impl Lines<'_> {
-    fn write_line(&mut self, who: &BeliefHead, words: &str) {
+    fn write_line(&mut self, who: &PerspectiveRecord<'_>, words: &str) {
         // Writing to a string cannot fail.
-        let _ =
-            writeln!(self.out, "[{:7.2} s] {:<10} {words}", self.since.as_secs_f64(), perspective_name(who));
+        let _ = writeln!(self.out, "[{:7.2} s] {:<10} {words}", self.since.as_secs_f64(), who.name());
     }
 }
 
@@ -91,10 +92,7 @@ impl ReportedPerspective {
     fn presence(&mut self, mind: &PerspectiveRecord<'_>, lines: &mut Lines<'_>) {
         let present = mind.head.present != 0;
         if self.present != present && mind.head.perspective != 0 {
-            lines.write_line(
-                mind.head,
-                if present { "is there" } else { "is away: these beliefs are frozen" },
-            );
+            lines.write_line(mind, if present { "is there" } else { "is away: these beliefs are frozen" });
         }
         self.present = present;
     }
@@ -106,26 +104,25 @@ impl ReportedPerspective {
         mind: &PerspectiveRecord<'_>,
         lines: &mut Lines<'_>,
     ) {
-        let who = mind.head;
-        self.beliefs.retain(|id, account| {
+        self.beliefs.retain(|id, reported| {
             let lives = mind.belief(*id).is_some();
             if !lives {
-                lines.write_line(who, &format!("no longer believes in {id}: {}", account.thing));
+                lines.write_line(mind, &format!("no longer believes in {id}: {}", reported.thing));
             }
             lives
         });
         for belief in mind.beliefs {
             match self.beliefs.get_mut(&belief.id) {
-                Some(account) => {
-                    account.update(words, at, mind, belief, |change| {
-                        lines.write_line(who, &format!("{}: {change}", belief.id));
+                Some(reported) => {
+                    reported.update(words, at, mind, belief, |change| {
+                        lines.write_line(mind, &format!("{}: {change}", belief.id));
                     });
                 }
                 None => {
-                    let account = ReportedBelief::new(words, at, mind, belief);
+                    let reported = ReportedBelief::new(words, at, mind, belief);
                     let text = table::describe(words, mind, belief);
-                    lines.write_line(who, &format!("believes in {}: {text}", belief.id));
-                    self.beliefs.insert(belief.id, account);
+                    lines.write_line(mind, &format!("believes in {}: {text}", belief.id));
+                    self.beliefs.insert(belief.id, reported);
                 }
             }
         }
@@ -140,7 +137,6 @@ impl ReportedPerspective {
                 ((difference.one(), difference.other()), about)
             })
             .collect();
-        let who = mind.head;
         for (pair, about) in &now {
             if self.differences.get(pair) == Some(about) {
                 continue;
@@ -148,7 +144,7 @@ impl ReportedPerspective {
             let names: Vec<&str> = about.iter().map(|percept| words.name(*percept)).collect();
             let names = names.join(", ");
             lines.write_line(
-                who,
+                mind,
                 &match pair {
                     (Some(robots), Some(his)) => format!("{his} differs from Leo's {robots}: {names}"),
                     (Some(robots), None) => format!("does not know of Leo's {robots}"),
@@ -164,7 +160,7 @@ impl ReportedPerspective {
         let over = self.differences.keys().filter(|pair| !now.contains_key(*pair));
         let agreed: BTreeSet<_> = over.filter_map(settled).collect();
         for (robots, his) in agreed {
-            lines.write_line(who, &format!("{his} agrees with Leo's {robots}"));
+            lines.write_line(mind, &format!("{his} agrees with Leo's {robots}"));
         }
         self.differences = now;
     }

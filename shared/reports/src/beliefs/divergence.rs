@@ -4,7 +4,7 @@ use belief::percepts::Percepts;
 use clock::{Duration, Instant};
 use message::{Belief, Difference};
 
-use crate::words::PerceptPhrases;
+use super::phrases::PerceptPhrases;
 
 /// A change is reported once it has lasted this long. So a thing that is being carried, or that one agent sees a moment
 /// later than the other, is not reported.
@@ -46,7 +46,7 @@ impl DivergenceReporter {
 
     /// Processes the differences between partner and robot at an instant, with the current beliefs of both, and passes
     /// new sentences to `tell`.
-    pub fn note(
+    pub fn update(
         &mut self,
         at_ns: u64,
         differences: &[Difference],
@@ -61,23 +61,23 @@ impl DivergenceReporter {
             .filter_map(|difference| {
                 let (thing, belief) = thing(difference, robots, his)?;
                 let name = self.words.thing(belief);
-                let sentence = self.words.divide(&who, &name, difference);
+                let sentence = self.words.divergence(&who, &name, difference);
                 Some((thing, (name, sentence)))
             })
             .collect();
-        self.things.retain(|thing, account| {
+        self.things.retain(|thing, about| {
             let sentence = now.remove(thing).map(|(_, sentence)| sentence);
-            if account.now != sentence {
-                (account.now, account.since) = (sentence, at);
+            if about.now != sentence {
+                (about.now, about.since) = (sentence, at);
             }
-            if account.now != account.reported && at.since(account.since) >= MIN_DURATION {
-                let resolved = || thing.resolved(&who, &account.name, robots, his);
-                if let Some(news) = account.now.clone().or_else(resolved) {
+            if about.now != about.reported && at.since(about.since) >= MIN_DURATION {
+                let resolved = || thing.resolved(&who, &about.name, robots, his);
+                if let Some(news) = about.now.clone().or_else(resolved) {
                     tell(&news);
                 }
-                account.reported.clone_from(&account.now);
+                about.reported.clone_from(&about.now);
             }
-            account.now.is_some() || account.reported.is_some()
+            about.now.is_some() || about.reported.is_some()
         });
         self.things.extend(now.into_iter().map(|(thing, (name, sentence))| {
             (thing, ReportedThing { name, reported: None, now: Some(sentence), since: at })
@@ -85,7 +85,7 @@ impl DivergenceReporter {
     }
 
     /// Clears the state, because the identities that follow are from another run of the belief process.
-    pub fn forget(&mut self) {
+    pub fn reset(&mut self) {
         self.things.clear();
     }
 }
@@ -138,7 +138,7 @@ mod tests {
 
     /// The reports for these differences, each with the time in milliseconds at which it is processed.
     fn reported(story: &[(u64, &[Difference])]) -> Vec<String> {
-        let mut divide = DivergenceReporter::new(&Percepts::builtin(), "partner 1");
+        let mut reporter = DivergenceReporter::new(&Percepts::builtin(), "partner 1");
         let mut lines = Vec::new();
         let alone = story
             .iter()
@@ -150,7 +150,7 @@ mod tests {
             let gone = differences.is_empty() && alone;
             let (robots, his) =
                 if gone { (beliefs(&[]), beliefs(&[])) } else { (beliefs(&[3]), beliefs(&[8])) };
-            divide.note(at_ms * 1_000_000, differences, &robots, &his, |line| {
+            reporter.update(at_ms * 1_000_000, differences, &robots, &his, |line| {
                 lines.push(format!("{at_ms} {line}"));
             });
         }
