@@ -6,8 +6,9 @@ use std::path::Path;
 use cargo_metadata::{DependencyKind, MetadataCommand, Package};
 
 /// The crates from the top to the base, one row per layer. An arrow only goes down.
-pub(crate) const LAYERS: [&[&str]; 8] = [
+pub(crate) const LAYERS: [&[&str]; 9] = [
     &["leo"],
+    &["commands"],
     &[
         "belief-process",
         "console-process",
@@ -57,8 +58,8 @@ const WRAPPED: [(&str, &[&str]); 17] = [
     ("iceoryx2", &["transport"]),
     ("iceoryx2-bb-derive-macros", &["message"]),
     ("iceoryx2-bb-elementary-traits", &["message"]),
-    ("clap_complete", &["leo"]),
-    ("clap_mangen", &["leo"]),
+    ("clap_complete", &["commands"]),
+    ("clap_mangen", &["commands"]),
     ("parry3d", &["leo-scene"]),
     ("ratatui", &["console-process"]),
     ("redb", &["store"]),
