@@ -32,8 +32,10 @@ const COUNTS: [Field<Health>; 11] = [
     ("leo_process_page_faults", "Page faults since the loop began.", |health| health.page_faults),
 ];
 
-/// Histograms, by the stem of their families' names.
-const DISTRIBUTIONS: [(&str, &str, fn(&Health) -> &Histogram); 3] = [
+/// A histogram of a process: stem of the family names, help text, field.
+type Distribution = (&'static str, &'static str, fn(&Health) -> &Histogram);
+
+const DISTRIBUTIONS: [Distribution; 3] = [
     ("leo_wakeup", "From the release or the notification to the start of the cycle", |health| &health.wakeup),
     ("leo_execution", "From start to end of the cycle", |health| &health.execution),
     ("leo_input_age", "Age of the input when the step on it began", |health| &health.latency),

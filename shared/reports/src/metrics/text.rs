@@ -122,10 +122,11 @@ impl MetricsText {
         &mut self,
         fields: &[Field<T>],
         label: &str,
-        rows: impl Iterator<Item = (impl AsRef<str>, &'a T)> + Clone,
+        rows: impl IntoIterator<Item = (impl AsRef<str>, &'a T)>,
     ) {
+        let rows: Vec<_> = rows.into_iter().collect();
         for (name, help, of) in fields {
-            self.counts(name, help, label, rows.clone().map(|(text, row)| (text, of(row))));
+            self.counts(name, help, label, rows.iter().map(|(text, row)| (text, of(row))));
         }
     }
 
