@@ -72,8 +72,8 @@ fn go(
         )));
     }
     let present_rad = joint.joint_rad(servo.reading()?.0.position_rad);
-    let most = care.motor.max_beyond_limits_rad.get();
-    if present_rad < joint.min_rad - most || present_rad > joint.max_rad + most {
+    let max = care.motor.max_beyond_limits_rad.get();
+    if present_rad < joint.min_rad - max || present_rad > joint.max_rad + max {
         return Err(CommandError::runtime(beyond(joint, present_rad)));
     }
     let stop = process::stop_flag().map_err(CommandError::runtime)?;

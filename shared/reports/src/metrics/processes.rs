@@ -86,8 +86,8 @@ pub(crate) fn distribution(
     for (name, histogram) in told() {
         page.quantiles(&[(label, name)], histogram);
     }
-    let most = format!("{help}: the maximum since the process started.");
-    page.family(&format!("{stem}_max_seconds"), Kind::Gauge, &most);
+    let max = format!("{help}: the maximum since the process started.");
+    page.family(&format!("{stem}_max_seconds"), Kind::Gauge, &max);
     for (name, histogram) in told() {
         page.gauge(&[(label, name)], seconds(histogram.max_ns()));
     }
