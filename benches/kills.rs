@@ -362,7 +362,7 @@ fn said_to_have_learned(robot: &Robot) -> u64 {
 fn kept(folder: &Path) -> u64 {
     let output = leo(&["tasks", "show", "task 1", "--json"]).env("XDG_STATE_HOME", folder).output();
     let output: serde_json::Value = serde_json::from_slice(&output.expect("runs").stdout).unwrap_or_default();
-    output.pointer("/account/tasks/0/examples").and_then(serde_json::Value::as_u64).unwrap_or(0)
+    output.pointer("/report/tasks/0/examples").and_then(serde_json::Value::as_u64).unwrap_or(0)
 }
 
 /// The joints' motion during the life of a supervisor, recorded by `leo record`.

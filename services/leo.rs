@@ -1,20 +1,7 @@
-//! The program `leo`: parses the command line and runs the command.
-
-mod command;
+//! The program `leo`. Its commands are in the crate `commands`.
 
 use std::process::ExitCode;
 
-use clap::Parser as _;
-
 fn main() -> ExitCode {
-    process::restrict_umask();
-    match command::Leo::parse_from(command::arguments()).run() {
-        Ok(code) => code,
-        Err(failure) => {
-            // The only place where a command's error is printed.
-            let mut out = std::io::stderr().lock();
-            let _ = std::io::Write::write_all(&mut out, failure.message().as_bytes());
-            failure.code
-        }
-    }
+    commands::run(env!("LEO_COMMIT"))
 }

@@ -6,8 +6,9 @@ use std::path::Path;
 use cargo_metadata::{DependencyKind, MetadataCommand, Package};
 
 /// The crates from the top to the base, one row per layer. An arrow only goes down.
-pub(crate) const LAYERS: [&[&str]; 8] = [
+pub(crate) const LAYERS: [&[&str]; 9] = [
     &["leo"],
+    &["commands"],
     &[
         "belief-process",
         "console-process",
@@ -20,15 +21,13 @@ pub(crate) const LAYERS: [&[&str]; 8] = [
         "supervisor-process",
     ],
     &["folder", "process", "realtime", "recording", "serial", "store", "torque", "trace", "transport"],
-    &["account", "study"],
+    &["reports", "study"],
     // It composes the settings that the crates of the domain own. None of them may know it.
     &["config"],
     &[
         "leo-belief",
-        "chronicle",
         "cycle",
         "leo-kinematics",
-        "metrics",
         "motion",
         "leo-perception",
         "leo-perspective",
@@ -42,17 +41,16 @@ pub(crate) const LAYERS: [&[&str]; 8] = [
 ];
 
 /// Arrows within a layer, from the crate to those of its own layer that it may know.
-const PEERS: [(&str, &[&str]); 10] = [
+const PEERS: [(&str, &[&str]); 9] = [
     ("process", &["folder", "realtime", "transport"]),
     ("store", &["folder"]),
     ("transport", &["folder"]),
     ("recording", &["folder", "transport"]),
     ("torque", &["serial"]),
     ("leo-belief", &["leo-perception"]),
-    ("chronicle", &["leo-belief", "leo-perspective"]),
     ("leo-perspective", &["leo-belief", "leo-perception", "leo-scene"]),
     ("motion", &["leo-kinematics"]),
-    ("study", &["account"]),
+    ("study", &["reports"]),
 ];
 
 /// What others made that only some of our crates may know.
@@ -60,8 +58,8 @@ const WRAPPED: [(&str, &[&str]); 17] = [
     ("iceoryx2", &["transport"]),
     ("iceoryx2-bb-derive-macros", &["message"]),
     ("iceoryx2-bb-elementary-traits", &["message"]),
-    ("clap_complete", &["leo"]),
-    ("clap_mangen", &["leo"]),
+    ("clap_complete", &["commands"]),
+    ("clap_mangen", &["commands"]),
     ("parry3d", &["leo-scene"]),
     ("ratatui", &["console-process"]),
     ("redb", &["store"]),

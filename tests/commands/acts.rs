@@ -6,12 +6,12 @@ use serde_json::Value;
 
 use crate::harness::run_leo;
 
-/// The acts of a lesson's only demonstration, from its account.
+/// The acts of a lesson's only demonstration, from its report.
 pub(crate) fn acts(lesson: &str) -> Vec<String> {
     let output = run_leo(&["teach", lesson, "--json"]);
     assert_eq!((output.status, output.err.as_str()), (Some(0), ""), "{output:?}");
     let lessons: Value = serde_json::from_str(&output.out).expect("is JSON");
-    let acts = lessons.pointer("/0/account/tasks/0/demonstrations/0/actions").and_then(Value::as_array);
+    let acts = lessons.pointer("/0/report/tasks/0/demonstrations/0/actions").and_then(Value::as_array);
     acts.expect("a list").iter().map(|act| act.as_str().expect("a text").to_owned()).collect()
 }
 

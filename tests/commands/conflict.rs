@@ -24,10 +24,10 @@ fn taught(lesson: &str, on_conflict: &str) -> Taught {
     assert_eq!((output.status, output.err.as_str()), (Some(0), ""), "{output:?}");
     let lessons: Value = serde_json::from_str(&output.out).expect("is JSON");
     let text = |field: &str| {
-        let value = lessons.pointer(&format!("/0/account{field}"));
+        let value = lessons.pointer(&format!("/0/report{field}"));
         value.and_then(Value::as_str).expect("a text").to_owned()
     };
-    let said = lessons.pointer("/0/account/said").and_then(Value::as_array).expect("a list");
+    let said = lessons.pointer("/0/report/said").and_then(Value::as_array).expect("a list");
     Taught {
         rule: text("/tasks/0/rule/name"),
         perspective: text("/tasks/0/rule/perspective"),

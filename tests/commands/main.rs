@@ -72,7 +72,7 @@ fn perspective_taking_decides_the_rule_reproducibly() {
     assert_eq!(one.out, deep.out);
     let learned = |output: &CommandOutput| {
         let lessons: serde_json::Value = serde_json::from_str(&output.out).expect("is JSON");
-        let task = lessons.pointer("/0/account/tasks/0").expect("a task").clone();
+        let task = lessons.pointer("/0/report/tasks/0").expect("a task").clone();
         let text = |pointer: &str| task.pointer(pointer).and_then(|value| value.as_str()).map(str::to_owned);
         let done = task.pointer("/performances/0/done").and_then(|done| done.as_array()).expect("a list");
         let blue = done.iter().filter(|step| step.as_str().is_some_and(|step| step.contains("blue"))).count();

@@ -37,7 +37,7 @@ fn task(lesson: &str, change: Option<(&str, &str)>) -> Value {
     assert!(output.status == Some(0) && output.err.contains(&says), "{output:?}");
     assert!(!says.is_empty() || output.err.is_empty(), "{output:?}");
     let lessons: Value = serde_json::from_str(&output.out).expect("is JSON");
-    lessons.pointer("/0/account/tasks/0").expect("a task").clone()
+    lessons.pointer("/0/report/tasks/0").expect("a task").clone()
 }
 
 fn text(task: &Value, field: &str) -> String {
@@ -104,7 +104,7 @@ fn a_learned_task_is_a_step_of_another() {
     let output = run_leo(&["teach", "config/lessons/a_task_in_a_task.toml", "--json"]);
     assert_eq!((output.status, output.err.as_str()), (Some(0), ""), "{output:?}");
     let lessons: Value = serde_json::from_str(&output.out).expect("is JSON");
-    let tasks = lessons.pointer("/0/account/tasks").and_then(Value::as_array).expect("a list");
+    let tasks = lessons.pointer("/0/report/tasks").and_then(Value::as_array).expect("a list");
     let text = |task: usize, pointer: &str| {
         tasks.get(task).and_then(|task| task.pointer(pointer)).and_then(Value::as_str).map(str::to_owned)
     };

@@ -4,23 +4,23 @@ use serde_json::{Value, json};
 
 use crate::harness::{read, run_leo, write};
 
-/// The account of a lesson.
-fn account(lesson: &str, config: &str) -> Value {
+/// The report of a lesson.
+fn report(lesson: &str, config: &str) -> Value {
     let output = run_leo(&["teach", lesson, "--json", "--config", config]);
     assert_eq!((output.status, output.err.as_str()), (Some(0), ""), "{output:?}");
     let lessons: Value = serde_json::from_str(&output.out).expect("is JSON");
-    lessons.pointer("/0/account").expect("an account").clone()
+    lessons.pointer("/0/report").expect("a report").clone()
 }
 
 /// What Leo said.
-fn said(account: &Value) -> Vec<&str> {
-    let said = account.pointer("/said").and_then(Value::as_array).expect("a list");
+fn said(report: &Value) -> Vec<&str> {
+    let said = report.pointer("/said").and_then(Value::as_array).expect("a list");
     said.iter().map(|text| text.as_str().expect("a text")).collect()
 }
 
 #[test]
 fn misunderstandings_are_answered_one_by_one() {
-    let account = account("config/lessons/misunderstandings.toml", "config/leo.toml");
+    let report = report("config/lessons/misunderstandings.toml", "config/leo.toml");
     let expected = [
         "no demonstration of One peg has begun; say",
         "I have not learned one peg; I know nothing yet",
@@ -36,7 +36,7 @@ fn misunderstandings_are_answered_one_by_one() {
         "I am watching for one more example of one peg, beside the 1 that I have; say",
         "I learned one peg from 2 examples: ",
     ];
-    let said = said(&account);
+    let said = said(&report);
     for (said, expected) in said.iter().zip(expected) {
         assert!(said.starts_with(expected), "{said:?} should begin with {expected:?}");
     }
@@ -47,7 +47,7 @@ fn misunderstandings_are_answered_one_by_one() {
         "{contradiction}"
     );
     // No demonstration is lost.
-    let task = account.pointer("/tasks").and_then(Value::as_array).expect("a list");
+    let task = report.pointer("/tasks").and_then(Value::as_array).expect("a list");
     let one = task.iter().find(|task| task["name"] == "one peg").expect("it was taught");
     assert_eq!(one["examples"], 2, "{one}");
     let counts: Vec<&Value> =
@@ -81,14 +81,14 @@ fn a_vanished_object_is_reported_and_the_rest_is_learned() {
     let showing =
         showing.expect("a showing").split_once('\n').expect("lines").1.replace("at_s = 3.0", "at_s = 8.0");
     let lesson = write(&files, "lesson.toml", &(head.to_owned() + &showing));
-    let account = account(&lesson, &config);
-    let said = said(&account);
+    let report = report(&lesson, &config);
+    let said = said(&report);
     assert_eq!(
         said.get(1),
         Some(&"I see no more of the blue square: I go by what is still there"),
         "{said:#?}"
     );
     assert!(said.iter().any(|text| text.starts_with("I learned one peg from 1 example: ")), "{said:#?}");
-    let seen = account.pointer("/tasks/0/demonstrations/0/seen/robot").and_then(Value::as_str);
+    let seen = report.pointer("/tasks/0/demonstrations/0/seen/robot").and_then(Value::as_str);
     assert!(seen.is_some_and(|seen| seen.contains("blue square")), "{seen:?}");
 }

@@ -264,7 +264,7 @@ fn a_browser_teaches_task_1_by_mouse_finger_keyboard_and_typed_sentences() {
     for (task, name) in tasks.iter().zip(["task 2", "task 1"]) {
         let known = leo(&["tasks", "show", name, "--json"]).env("XDG_STATE_HOME", robot.state()).output();
         let known: Value = serde_json::from_slice(&known.expect("runs").stdout).expect("JSON");
-        says_what_is_known(task, &known["account"]["tasks"][0]);
+        says_what_is_known(task, &known["report"]["tasks"][0]);
         // An ambiguity is asked about.
         let question = known["question"].as_str();
         assert_eq!(question.is_some(), name == "task 2", "{known:#}");

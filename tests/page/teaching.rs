@@ -99,8 +99,8 @@ fn a_task_taught_by_hand_is_learned_performed_and_written_down() {
         .expect("runs");
     let shown: Value = serde_json::from_slice(&shown.stdout)
         .unwrap_or_else(|_| panic!("{}", String::from_utf8_lossy(&shown.stderr)));
-    assert_eq!(shown["account"]["tasks"][0]["rule"]["name"], task["rule"]["name"]);
-    assert_eq!(shown["account"]["tasks"][0]["hypotheses"]["human"][0]["name"], "all");
+    assert_eq!(shown["report"]["tasks"][0]["rule"]["name"], task["rule"]["name"]);
+    assert_eq!(shown["report"]["tasks"][0]["hypotheses"]["human"][0]["name"], "all");
 
     // The same result in simulated time.
     let played = leo(&["teach", "--json"]).arg(&lessons[0]).output().expect("runs");
@@ -112,9 +112,9 @@ fn a_task_taught_by_hand_is_learned_performed_and_written_down() {
     assert_eq!(tasks[0]["performances"][0]["result"], "filled 3 of 3", "{played:#}");
 }
 
-/// The list of tasks, anywhere in the account.
-fn find_tasks(account: &Value) -> Option<&Value> {
-    match account {
+/// The list of tasks, anywhere in the report.
+fn find_tasks(report: &Value) -> Option<&Value> {
+    match report {
         Value::Object(fields) => fields.get("tasks").or_else(|| fields.values().find_map(find_tasks)),
         Value::Array(entries) => entries.iter().find_map(find_tasks),
         Value::Null | Value::Bool(_) | Value::Number(_) | Value::String(_) => None,

@@ -1,8 +1,8 @@
 //! Endurance test: a day of the same lesson, with new objects on the table each time.
 
-use account::Account;
 use config::Names;
 use message::{Event, EventKind};
+use reports::lesson::LessonReport;
 use testkit::bytes_retained_by;
 
 use crate::cells::{Lines, Seen, TimeLines, seen, tasks};
@@ -21,7 +21,7 @@ struct Console {
     state_store: StateStore,
     narrator: Narrator,
     lines: Lines,
-    account: Account,
+    report: LessonReport,
     histories: TimeLines,
 }
 
@@ -30,7 +30,7 @@ impl Console {
         if let Some(line) = self.narrator.event(1, event) {
             self.lines.add(&mut self.state_store, t, &line);
         }
-        self.account.note(event);
+        self.report.add(event);
     }
 
     /// Plays one lesson: two demonstrations and a performance, with a dozen new objects.
@@ -63,7 +63,7 @@ impl Console {
             self.hear(t(2), &event(EventKind::StepDone, "red square filled"));
         }
         self.hear(t(2), &event(EventKind::PerformanceEnded, "filled 5 of 5"));
-        tasks(&mut self.state_store, &self.account);
+        tasks(&mut self.state_store, &self.report);
         for step in 0..2 {
             let things: Vec<Seen> =
                 (0..12).map(|thing| seen(12 * lesson + thing, t(step), 0.5, true)).collect();
@@ -82,7 +82,7 @@ fn memory_does_not_grow_over_a_day() {
         state_store: StateStore::default(),
         narrator: Narrator::new(&Names::default()),
         lines: Lines::default(),
-        account: Account::newest(),
+        report: LessonReport::bounded(),
         histories: TimeLines::default(),
     };
     (0..FULL).for_each(|lesson| console.play(lesson));
@@ -94,5 +94,5 @@ fn memory_does_not_grow_over_a_day() {
     assert!(kept < MORE, "{kept} bytes more");
     let last = shown(&console);
     assert!(last < first + MORE, "a page is sent {first} bytes, and {last} after a day");
-    assert_eq!(console.account.performances_ended(), usize::try_from(LESSONS).unwrap());
+    assert_eq!(console.report.performances_ended(), usize::try_from(LESSONS).unwrap());
 }

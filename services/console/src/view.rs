@@ -5,8 +5,6 @@ mod histogram;
 mod rows;
 pub(crate) mod screen;
 mod table;
-mod tasks;
 
 pub use rows::{Row, rows};
 pub use table::table;
-pub(crate) use tasks::tasks;

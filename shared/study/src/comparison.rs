@@ -1,7 +1,7 @@
 use std::collections::BTreeSet;
 use std::fmt;
 
-use account::Account;
+use reports::lesson::LessonReport;
 use serde::Serialize;
 
 use crate::people::{ChiSquare, TASKS};
@@ -25,10 +25,10 @@ pub struct Cell {
 }
 
 impl Cell {
-    /// Evaluates the account of a task's lesson.
+    /// Evaluates the report of a task's lesson.
     #[must_use]
-    pub fn of(expected: Expected, account: &Account) -> Self {
-        let task = account.tasks.first();
+    pub fn of(expected: Expected, report: &LessonReport) -> Self {
+        let task = report.tasks.first();
         let by_perspective = task.iter().flat_map(|task| &task.hypotheses);
         let hypotheses = by_perspective.clone().flat_map(|(_, hypotheses)| hypotheses);
         let performances = task.map_or(&[][..], |task| &task.performances);
@@ -174,12 +174,12 @@ impl Comparison {
 
 #[cfg(test)]
 mod tests {
-    use account::{Account, Hypothesis, Performance, Rule, Task};
+    use reports::lesson::{Hypothesis, LessonReport, Performance, Rule, Task};
 
     use super::*;
     use crate::robot::CELLS;
 
-    fn account(expected: &Expected) -> Account {
+    fn report(expected: &Expected) -> LessonReport {
         let hypothesis = |name: &str| Hypothesis {
             name: name.to_owned(),
             rank: 1,
@@ -199,14 +199,14 @@ mod tests {
         }
         let done = expected.performed.iter().rev().map(|step| (*step).to_owned()).collect();
         task.performances.push(Performance { done, ..Performance::default() });
-        let mut account = Account::default();
-        account.tasks.push(task);
-        account
+        let mut report = LessonReport::default();
+        report.tasks.push(task);
+        report
     }
 
     #[test]
     fn the_papers_own_outcome_is_as_in_the_paper() {
-        let comparison = Comparison::of(CELLS.iter().map(|cell| Cell::of(*cell, &account(cell))).collect());
+        let comparison = Comparison::of(CELLS.iter().map(|cell| Cell::of(*cell, &report(cell))).collect());
         assert!(comparison.holds(), "{comparison}");
         let text = comparison.to_string();
         assert!(text.contains("8 of 8 cells") && !text.contains("iffers"), "{text}");
@@ -215,11 +215,11 @@ mod tests {
     #[test]
     fn whatever_is_otherwise_is_told() {
         let [expected, ..] = CELLS;
-        assert_eq!(Cell::of(expected, &Account::default()).differs.len(), 5);
-        let mut other = account(&expected);
+        assert_eq!(Cell::of(expected, &LessonReport::default()).differs.len(), 5);
+        let mut other = report(&expected);
         other.tasks[0].performances[0].done.pop();
         assert_eq!(Cell::of(expected, &other).differs.len(), 1);
-        let mut other = account(&expected);
+        let mut other = report(&expected);
         other.tasks[0].rule.as_mut().unwrap().name = "all red".to_owned();
         let text = Comparison::of(vec![Cell::of(expected, &other)]).to_string();
         assert!(text.contains("but:   chose \"all red\", not \"all\"") && text.contains("0 of 1"), "{text}");

@@ -1,10 +1,10 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use belief::percepts::{Kernel, Space};
-use chronicle::PerceptPhrases;
 use config::Robot;
 use geometry::{Base, Person, Pose, Position, World};
 use message::{Belief, BeliefHead, Difference, Feature, NOBODY};
+use reports::beliefs::PerceptPhrases;
 use serde_json::json;
 
 use super::{Thing, distance, numbers, rounded};
@@ -205,7 +205,7 @@ impl BeliefRenderer {
                 (None, _) => "imagined",
                 (Some(_), Some(_)) => "different",
             };
-            let words = self.words.divide(name, &thing, difference);
+            let words = self.words.divergence(name, &thing, difference);
             let id = |belief: Option<&Belief>| belief.map_or(0, |belief| belief.id);
             let key = format!("{prefix}{}-{}", id(one), id(other));
             let (robot, other) = (difference.one(), difference.other());

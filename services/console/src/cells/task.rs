@@ -1,13 +1,13 @@
 use std::collections::BTreeSet;
 
-use account::Account;
+use reports::lesson::LessonReport;
 
 use crate::state_store::StateStore;
 
-/// Publishes the learner's state for each task, in the format of [`Account`].
-pub(crate) fn tasks(state_store: &mut StateStore, account: &Account) {
+/// Publishes the learner's state for each task, in the format of [`LessonReport`].
+pub(crate) fn tasks(state_store: &mut StateStore, report: &LessonReport) {
     let mut stay = BTreeSet::new();
-    for task in &account.tasks {
+    for task in &report.tasks {
         let key = format!("task/{}", task.name);
         state_store.put(&key, task);
         stay.insert(key);

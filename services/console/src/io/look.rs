@@ -1,6 +1,5 @@
 //! Polls the robot's topics for the pages and for the transcript.
 
-use chronicle::DivergenceReporter;
 use config::{Names, Robot};
 use geometry::Pose;
 use message::{
@@ -8,6 +7,7 @@ use message::{
     SceneHead, SceneMode,
 };
 use process::{Failure, ProcessNode};
+use reports::beliefs::{DivergenceReporter, perspective_name};
 use serde_json::json;
 use transport::FrameSubscriber;
 
@@ -48,7 +48,7 @@ struct Perspective {
     beliefs: FrameSubscriber<Beliefs>,
     /// `None` for the robot's own perspective.
     divergences: Option<FrameSubscriber<Divergences>>,
-    divide: Option<DivergenceReporter>,
+    divergence_reporter: Option<DivergenceReporter>,
     head: BeliefHead,
     believed: Vec<Belief>,
     differing: Vec<Difference>,
@@ -67,7 +67,7 @@ impl TopicPoller {
             Ok(Perspective {
                 beliefs: member.subscriber(Some(number))?,
                 divergences: if number == 0 { None } else { Some(member.subscriber(Some(number))?) },
-                divide: is_partner.then(|| DivergenceReporter::new(&robot.percepts, &name)),
+                divergence_reporter: is_partner.then(|| DivergenceReporter::new(&robot.percepts, &name)),
                 head: BeliefHead::default(),
                 believed: Vec::new(),
                 differing: Vec::new(),
@@ -143,10 +143,10 @@ impl TopicPoller {
     fn tell(&mut self, tell: &mut impl FnMut(u64, &str)) {
         let Some((robot, others)) = self.perspectives.split_first_mut() else { return };
         for partner in others {
-            let Some(divide) = &mut partner.divide else { continue };
+            let Some(reporter) = &mut partner.divergence_reporter else { continue };
             let at_ns = partner.head.header.valid_at_ns;
             if partner.life != 0 && at_ns != 0 {
-                divide.note(at_ns, &partner.differing, &robot.believed, &partner.believed, |words| {
+                reporter.update(at_ns, &partner.differing, &robot.believed, &partner.believed, |words| {
                     tell(at_ns, words);
                 });
             }
@@ -203,10 +203,7 @@ impl TopicPoller {
             let fallback = u16::try_from(number).ok().filter(|number| *number > 0);
             let agents: Vec<u16> =
                 if agents.is_empty() { fallback.into_iter().collect() } else { agents.to_vec() };
-            let name = match agents.as_slice() {
-                [] => self.names.of(0),
-                agents => agents.iter().map(|agent| self.names.of(*agent)).collect::<Vec<_>>().join("'s "),
-            };
+            let name = perspective_name(&self.names, &agents);
             json!({ "number": number, "name": name, "agents": agents })
         });
         named.collect()
@@ -233,8 +230,8 @@ impl Perspective {
             let life = frame.head().header.incarnation;
             if std::mem::replace(&mut self.life, life) != life {
                 self.differing.clear();
-                if let Some(divide) = &mut self.divide {
-                    divide.forget();
+                if let Some(reporter) = &mut self.divergence_reporter {
+                    reporter.reset();
                 }
             }
         }

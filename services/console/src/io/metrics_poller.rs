@@ -3,14 +3,15 @@
 use std::collections::BTreeMap;
 use std::path::PathBuf;
 
-use account::Account;
 use clock::{Duration, Instant};
 use message::{Health, Process};
 use process::ProcessNode;
+use reports::lesson::LessonReport;
+use reports::metrics::{TaskReading, openmetrics};
 
 use crate::io::top::Boards;
 use crate::state_store::StateStore;
-use crate::view::{rows, tasks};
+use crate::view::rows;
 
 /// Polling interval.
 const POLL_INTERVAL: Duration = Duration::from_secs(1);
@@ -40,7 +41,7 @@ impl MetricsPoller {
         &mut self,
         now: Instant,
         member: &ProcessNode,
-        account: &Account,
+        report: &LessonReport,
         state_store: &mut StateStore,
     ) -> Option<String> {
         self.at = Some(now);
@@ -49,13 +50,13 @@ impl MetricsPoller {
         }
         let mut readings = self.boards.as_mut()?.read(member.node());
         readings.joint_names.clone_from(&self.joint_names);
-        readings.tasks = tasks(account);
+        readings.tasks = TaskReading::all(report);
         let store = self.store.as_deref().and_then(|file| std::fs::metadata(file).ok());
         readings.store_bytes = store.map(|store| store.len());
         for row in rows(&readings, &self.earlier) {
             state_store.put(&format!("process/{}", row.process), &row);
         }
         self.earlier.clone_from(&readings.processes);
-        Some(metrics::openmetrics(&readings))
+        Some(openmetrics(&readings))
     }
 }

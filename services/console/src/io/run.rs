@@ -1,12 +1,12 @@
 use std::collections::BTreeMap;
 use std::io::Write as _;
 
-use account::Account;
 use clock::{Duration, Instant};
 use config::Robot;
 use config::lesson::Lesson;
 use message::{EventKind, Events, Process, Utterances};
 use process::{Failure, Launch, NonBlockingWriter, ProcessNode, Progress};
+use reports::lesson::LessonReport;
 use serde_json::json;
 use transport::{Domain, FrameSubscriber};
 
@@ -66,14 +66,14 @@ pub fn run(launch: &Launch, robot: &Robot, lesson: &Lesson) -> Result<(), Failur
                 event_reader.lines.add(state_store, t, line);
             }
             if std::mem::take(&mut event_reader.has_news) {
-                tasks(state_store, &event_reader.account);
+                tasks(state_store, &event_reader.report);
             }
         }
         let text: String = lines.iter().map(|line| transcript.text(line)).collect();
         if !text.is_empty() {
             let _taken = out.write_all(text.as_bytes());
         }
-        page_services.show(now, &member, &look, &event_reader.account);
+        page_services.show(now, &member, &look, &event_reader.report);
         page_services.answer(now, &look)?;
         let health = member.health();
         health.drops = event_reader.utterances.drops()
@@ -99,9 +99,9 @@ pub fn run(launch: &Launch, robot: &Robot, lesson: &Lesson) -> Result<(), Failur
         let line = event_reader.narrator.note(member.now().as_nanos(), &words);
         let _taken = out.write_all(transcript.text(&line).as_bytes());
     }
-    let account = event_reader.account.of_this_run();
-    if !account.tasks.is_empty() {
-        let summary = format!("\nWhat Leo learned\n\n{}", account.to_text(&leo.belief.names));
+    let report = event_reader.report.of_this_run();
+    if !report.tasks.is_empty() {
+        let summary = format!("\nWhat Leo learned\n\n{}", report.to_text(&leo.belief.names));
         let _taken = out.write_all(summary.as_bytes());
     }
     out.finish();
@@ -113,11 +113,11 @@ struct EventReader {
     utterances: FrameSubscriber<Utterances>,
     events: FrameSubscriber<Events>,
     narrator: Narrator,
-    account: Account,
+    report: LessonReport,
     lines: Lines,
     /// Number of utterances received.
     sentences_said: u32,
-    /// Whether the account changed since it was last published.
+    /// Whether the report changed since it was last published.
     has_news: bool,
 }
 
@@ -127,7 +127,7 @@ impl EventReader {
             utterances: member.subscriber(None)?,
             events: member.subscriber(None)?,
             narrator: Narrator::new(&robot.leo.belief.names),
-            account: Account::newest(),
+            report: LessonReport::bounded(),
             lines: Lines::default(),
             sentences_said: 0,
             has_news: true,
@@ -146,10 +146,10 @@ impl EventReader {
             for event in frame.entries() {
                 // The learner repeats remembered tasks whenever a further subscriber joins.
                 let is_known = event.kind() == Some(EventKind::Remembered)
-                    && self.account.examples(event.task.as_str()) == Some(event.examples);
+                    && self.report.examples(event.task.as_str()) == Some(event.examples);
                 let line = self.narrator.event(frame.head().valid_at_ns, event);
                 lines.extend(line.filter(|_| !is_known));
-                self.account.note(event);
+                self.report.add(event);
                 self.has_news = true;
             }
         }
@@ -216,7 +216,7 @@ impl PageServices {
     }
 
     /// Publishes what changes rarely.
-    fn show(&mut self, now: Instant, member: &ProcessNode, look: &TopicPoller, account: &Account) {
+    fn show(&mut self, now: Instant, member: &ProcessNode, look: &TopicPoller, report: &LessonReport) {
         let Some(web) = &self.web else { return };
         let mut state_store = web.shared.state_store();
         state_store.put(
@@ -235,7 +235,7 @@ impl PageServices {
                 "base": look.base(), "cone_rad": self.cone_rad, "perspectives": look.perspective_names(),
             }),
         );
-        let metrics = self.metrics_poller.look(now, member, account, &mut state_store);
+        let metrics = self.metrics_poller.look(now, member, report, &mut state_store);
         drop(state_store);
         if let Some(metrics) = metrics {
             web.shared.set_metrics(metrics);
@@ -297,7 +297,7 @@ impl End {
     ) -> bool {
         self.was_watched |= is_watched;
         let has_performed = if self.performances > 0 {
-            event_reader.account.performances_ended() >= self.performances
+            event_reader.report.performances_ended() >= self.performances
         } else {
             is_played
         };

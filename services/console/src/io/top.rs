@@ -11,7 +11,7 @@ use transport::janitor::is_claimed;
 use transport::{Domain, JoinError, Node, OverflowPolicy, PortError, Queues};
 
 pub use boards::Boards;
-pub use metrics::Readings;
+pub use reports::metrics::Readings;
 
 pub use crate::view::{Row, rows, table};
 
@@ -135,7 +135,7 @@ pub fn show(
     let (readings, rows) = top.look();
     let text = match form {
         Form::Json => serde_json::to_string_pretty(&rows).map_err(std::io::Error::from)? + "\n",
-        Form::OpenMetrics => metrics::openmetrics(&readings),
+        Form::OpenMetrics => reports::metrics::openmetrics(&readings),
         Form::Table | Form::Live => table(&rows) + "\n",
     };
     out.write_all(text.as_bytes())?;

@@ -312,5 +312,5 @@ async fn urdf(State(shared): State<Arc<Shared>>) -> Response {
 
 async fn serve_metrics(State(shared): State<Arc<Shared>>) -> Response {
     let text = shared.metrics.lock().unwrap_or_else(PoisonError::into_inner).clone();
-    ([(header::CONTENT_TYPE, metrics::CONTENT_TYPE)], text).into_response()
+    ([(header::CONTENT_TYPE, reports::metrics::CONTENT_TYPE)], text).into_response()
 }

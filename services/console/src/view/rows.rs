@@ -7,7 +7,7 @@ use message::{
     ArmingSummary, BusHealth, Health, JointState, LinkHealth, Loss, PerspectiveHealth, Process, ProcessState,
     SourceHealth,
 };
-use metrics::{Quantiles, Readings};
+use reports::metrics::{Quantiles, Readings};
 use serde::Serialize;
 
 /// Defines a row by its fields, each with its value.

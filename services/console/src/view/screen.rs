@@ -2,7 +2,7 @@
 
 use std::cmp::Ordering;
 
-use metrics::Readings;
+use reports::metrics::Readings;
 
 use super::rows::Row;
 

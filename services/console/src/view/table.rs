@@ -131,7 +131,7 @@ pub(super) fn nonzero_counts(counts: &[(u64, &str)]) -> String {
 #[cfg(test)]
 mod tests {
     use message::{BusHealth, Health, Loss, Path, PerspectiveHealth, Process, SourceHealth, Text};
-    use metrics::Readings;
+    use reports::metrics::Readings;
 
     use super::*;
     use crate::view::rows::rows;

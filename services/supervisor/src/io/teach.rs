@@ -3,12 +3,12 @@
 use std::path::PathBuf;
 use std::time::Duration;
 
-use account::Account;
 use clock::Instant;
 use config::leo::Leo;
 use message::{Events, Process};
 use process::Launch;
 use recording::{BufferSubscribers, RecordError, recorded_topics};
+use reports::lesson::LessonReport;
 use transport::janitor::{Janitor, claim, sweep_stale};
 use transport::{Domain, FrameSubscriber, Node, PortError, ReceiveError};
 
@@ -75,14 +75,14 @@ impl From<PortError> for TeachError {
     }
 }
 
-/// Plays one lesson to the end of the last performance, as fast as possible, and returns its account. Deterministic:
-/// the same lesson always gives the same account.
+/// Plays one lesson to the end of the last performance, as fast as possible, and returns its report. Deterministic:
+/// the same lesson always gives the same report.
 ///
 /// # Errors
 ///
 /// A process died or timed out (the error names it), or the robot could not be run. Shared memory is removed in any
 /// case.
-pub fn teach(teaching: &LessonOptions) -> Result<Account, TeachError> {
+pub fn teach(teaching: &LessonOptions) -> Result<LessonReport, TeachError> {
     sweep_stale();
     let settings = &teaching.settings;
     let partners = teaching.partners.unwrap_or(settings.belief.partners);
@@ -94,7 +94,7 @@ pub fn teach(teaching: &LessonOptions) -> Result<Account, TeachError> {
     outcome
 }
 
-fn play(teaching: &LessonOptions) -> Result<Account, TeachError> {
+fn play(teaching: &LessonOptions) -> Result<LessonReport, TeachError> {
     let settings = &teaching.settings;
     let lockstep_processes = LockstepProcesses::new(settings)?;
     let queues = process::queues(&settings.buffers, true);
@@ -125,14 +125,14 @@ fn play(teaching: &LessonOptions) -> Result<Account, TeachError> {
         &launch,
         settings.supervisor.ready_timeout_ms.duration(),
     )?;
-    let account = conduct(&mut conductor, &mut lockstep_processes, &mut events, recorder.as_mut(), teaching);
+    let report = conduct(&mut conductor, &mut lockstep_processes, &mut events, recorder.as_mut(), teaching);
     conductor.stop_all();
     lockstep_processes.wait_for_exit(settings.supervisor.stop_timeout_ms.duration());
-    let account = account?;
+    let report = report?;
     if let Some(recorder) = recorder {
         recorder.finish()?;
     }
-    Ok(account)
+    Ok(report)
 }
 
 fn conduct(
@@ -141,7 +141,7 @@ fn conduct(
     events: &mut FrameSubscriber<Events>,
     mut recorder: Option<&mut LessonRecorder>,
     teaching: &LessonOptions,
-) -> Result<Account, TeachError> {
+) -> Result<LessonReport, TeachError> {
     let settings = &teaching.settings;
     let (sensor, motor) = (settings.sensor.rate_hz.period(), settings.motor.rate_hz.period());
     let mut schedule = TurnSchedule::new(&[
@@ -153,7 +153,7 @@ fn conduct(
         (Process::Motor, motor),
     ]);
     let performances = usize::try_from(teaching.performances).unwrap_or(usize::MAX);
-    let mut account = Account::default();
+    let mut report = LessonReport::default();
     let mut script_over: Option<Instant> = None;
     while let Some((process, at)) = schedule.next_turn() {
         let finished = conductor.step(process, at, lockstep_processes)?;
@@ -165,11 +165,11 @@ fn conduct(
         }
         while let Some(frame) = events.receive()? {
             for event in frame.entries() {
-                account.note(event);
+                report.add(event);
             }
         }
         if let Some(over) = script_over {
-            if account.performances_ended() >= performances && at.since(over) >= ANSWER_TIME {
+            if report.performances_ended() >= performances && at.since(over) >= ANSWER_TIME {
                 break;
             }
             if at.since(over) > PERFORMANCE_TIMEOUT {
@@ -177,7 +177,7 @@ fn conduct(
             }
         }
     }
-    Ok(account)
+    Ok(report)
 }
 
 /// Recorder of a lesson. It drains the topics after every turn, so that the file holds the frames in the order of the

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 use message::{Buses, Health, Joints, LinkHealth, Perspectives, Process, ProcessState, Sources};
-use metrics::Readings;
+use reports::metrics::Readings;
 use transport::{CurrentBoard, Node, PortError, RosterReader};
 
 /// Reads the health boards of one domain. A missing board is looked for again at each read.
@@ -138,7 +138,7 @@ mod tests {
             told,
             [(Process::Sensor, 2, false), (Process::Belief, 3, false), (Process::Motor, 1, true)]
         );
-        let said = metrics::openmetrics(&readings);
+        let said = reports::metrics::openmetrics(&readings);
         for line in [
             r#"leo_process_running{process="belief"} 0"#,
             r#"leo_process_running{process="sensor"} 0"#,

@@ -1,9 +1,9 @@
 use std::collections::BTreeMap;
 
 use message::{BusHealth, Health, JointMode, ProcessState, Text};
-use metrics::Readings;
 use ratatui::Terminal;
 use ratatui::backend::TestBackend;
+use reports::metrics::Readings;
 
 use super::super::rows::rows;
 use super::super::screen::Key;

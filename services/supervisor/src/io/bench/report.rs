@@ -4,7 +4,7 @@ use std::fmt;
 use std::time::Duration;
 
 use message::Histogram;
-use metrics::Quantiles;
+use reports::metrics::Quantiles;
 use serde::Serialize;
 
 use super::Case;

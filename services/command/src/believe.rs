@@ -1,0 +1,198 @@
+//! `leo believe`: runs a recorded trace through perception and belief, and prints the result.
+
+mod minds;
+
+use std::fs::File;
+use std::io::{BufWriter, ErrorKind, Read, StdoutLock, Write as _, stdin, stdout};
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+use std::time::Duration;
+
+use clap::Args;
+use clock::Instant;
+use config::Robot;
+use message::{Observation, ObservationKind};
+use reports::beliefs::{JsonLines, PerspectiveRecord, Refusal, Summary, Timeline};
+use trace::{FramesByInstant, Reader};
+
+use crate::failure::CommandError;
+use crate::seconds;
+use minds::BeliefPipeline;
+
+#[derive(Args, Clone, Debug)]
+#[command(
+    after_help = "Example:\n  leo believe config/traces/moved.jsonl --every 500\n\ndocs/traces.md says what a \
+                        trace is and how to make one, and what is printed."
+)]
+pub(crate) struct Believe {
+    /// The trace, as JSON lines or MCAP; `-` is standard input
+    #[arg(value_name = "TRACE")]
+    trace: PathBuf,
+    /// Follow the paper literally where Leo departs from it, and print the differences
+    #[arg(long)]
+    literal: bool,
+    /// Print JSON lines: every belief of every perspective at every instant
+    #[arg(long)]
+    json: bool,
+    /// The robot's leo.toml; the files beside it are read too [default: built in]
+    #[arg(long, value_name = "FILE")]
+    config: Option<PathBuf>,
+    /// Partners whose beliefs are simulated, numbered from 1 [default: as configured]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(0..=64))]
+    partners: Option<u32>,
+    /// Print an instant at most this often; all instants are processed [default: every instant]
+    #[arg(long, value_name = "MS", value_parser = seconds::parse_millis, allow_hyphen_values = true)]
+    every: Option<Duration>,
+}
+
+impl Believe {
+    /// Processes the trace and prints the beliefs.
+    pub(crate) fn run(&self) -> Result<ExitCode, CommandError> {
+        let mut robot = Robot::load(self.config.as_deref()).map_err(CommandError::usage)?;
+        let literal = if self.literal { robot.percepts.belief.make_literal() } else { Vec::new() };
+        let partners = self.partners.unwrap_or(robot.leo.belief.partners);
+        let minds = BeliefPipeline::new(&robot, partners).map_err(CommandError::usage)?;
+        let reader = open(&self.trace).map_err(CommandError::usage)?;
+        let teller = if self.json {
+            OutputWriter::Json(JsonLines::new(&robot.percepts))
+        } else {
+            OutputWriter::Text(Timeline::new(&robot.percepts))
+        };
+        let mut out = Out { out: BufWriter::new(stdout().lock()), text: String::new() };
+        if !self.json {
+            out.text.extend(literal.iter().map(|setting| format!("literal: {setting}\n")));
+        }
+        match self.tell(minds, FramesByInstant::new(reader), teller, literal, &mut out) {
+            Err(OutputError::Unread(error)) => Err(CommandError::usage(error)),
+            // A closed pipe means that the reader has seen enough.
+            Err(OutputError::Unwritten(error)) if error.kind() != ErrorKind::BrokenPipe => {
+                Err(CommandError::runtime(format!("cannot write to standard output: {error}")))
+            }
+            Ok(()) | Err(OutputError::Unwritten(_)) => Ok(ExitCode::SUCCESS),
+        }
+    }
+
+    fn tell(
+        &self,
+        mut minds: BeliefPipeline,
+        mut trace: FramesByInstant<Box<dyn Read>>,
+        mut teller: OutputWriter,
+        literal: Vec<String>,
+        out: &mut Out<'_>,
+    ) -> Result<(), OutputError> {
+        let mut summary = Summary { literal, ..Summary::default() };
+        let mut frames = Vec::new();
+        let mut shown_at: Option<Instant> = None;
+        while trace.read(&mut frames)? {
+            minds.step(&frames);
+            let at = minds.at();
+            summary.first_at_ns.get_or_insert(at.as_nanos());
+            summary.last_at_ns = Some(at.as_nanos());
+            for frame in &frames {
+                summary.frames += 1;
+                summary.earlier += u64::from(frame.at_ns < at.as_nanos());
+                summary.observations += u64::try_from(frame.observations.len()).unwrap_or(u64::MAX);
+                let persons = frame.observations.iter().filter_map(partner);
+                summary.not_simulated.extend(persons.filter(|partner| !minds.simulates(*partner)));
+            }
+            if self.every.is_none_or(|every| told.is_none_or(|told| at.since(told) >= every)) {
+                told = Some(at);
+                teller.append(at, &minds.all(), &mut out.text);
+                out.write()?;
+            }
+        }
+        let reader = trace.reader();
+        summary.cut_short = reader.is_cut();
+        summary.left_out = minds.left_out();
+        summary.refused = reader.refused().iter().map(refusal).collect();
+        if let Some(unchecked) = reader.unchecked() {
+            tracing::warn!("{}: {unchecked}: damage there would not be noticed", self.trace.display());
+        }
+        teller.finish(&minds.all(), &summary, &mut out.text);
+        out.write()?;
+        Ok(())
+    }
+}
+
+/// Opens a file, or standard input.
+fn open(trace: &Path) -> Result<Reader<Box<dyn Read>>, trace::TraceError> {
+    if trace == Path::new("-") {
+        return Reader::new(Box::new(stdin().lock()), "standard input");
+    }
+    let name = trace.display().to_string();
+    match File::open(trace) {
+        Ok(file) => Reader::new(Box::new(file), &name),
+        Err(source) => Err(trace::TraceError::Read { name, source }),
+    }
+}
+
+/// The partner that an observation is about, if any.
+fn partner(observation: &Observation) -> Option<u16> {
+    (observation.kind() == Some(ObservationKind::Person)).then_some(observation.partner)
+}
+
+fn refusal(refused: &trace::Rejections) -> Refusal {
+    Refusal {
+        reason: refused.reason.to_string(),
+        observations: refused.observations,
+        first: refused.first.to_string(),
+    }
+}
+
+/// The output format.
+enum OutputWriter {
+    Text(Timeline),
+    Json(JsonLines),
+}
+
+impl OutputWriter {
+    fn append(&mut self, at: Instant, minds: &[PerspectiveRecord<'_>], out: &mut String) {
+        match self {
+            Self::Text(timeline) => timeline.append(at.as_nanos(), minds, out),
+            Self::Json(lines) => lines.append(at.as_nanos(), minds, out),
+        }
+    }
+
+    fn finish(&self, minds: &[PerspectiveRecord<'_>], summary: &Summary, out: &mut String) {
+        match self {
+            Self::Text(timeline) => timeline.finish(minds, summary, out),
+            Self::Json(lines) => lines.finish(minds, summary, out),
+        }
+    }
+}
+
+/// Why the output ended early.
+enum OutputError {
+    Unread(trace::TraceError),
+    Unwritten(std::io::Error),
+}
+
+impl From<trace::TraceError> for OutputError {
+    fn from(error: trace::TraceError) -> Self {
+        Self::Unread(error)
+    }
+}
+
+impl From<std::io::Error> for OutputError {
+    fn from(error: std::io::Error) -> Self {
+        Self::Unwritten(error)
+    }
+}
+
+/// Standard output, and the text to be written to it.
+struct Out<'a> {
+    out: BufWriter<StdoutLock<'a>>,
+    text: String,
+}
+
+impl Out<'_> {
+    /// Writes and flushes at once, so that a reader of a pipe sees the current state.
+    fn write(&mut self) -> std::io::Result<()> {
+        if !self.text.is_empty() {
+            self.out.write_all(self.text.as_bytes())?;
+            self.out.flush()?;
+            self.text.clear();
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,135 @@
+use belief_process::{BeliefProcessError, Believer};
+use clock::Instant;
+use config::Robot;
+use message::{Belief, BeliefHead, Header, Hop, Perceived, PerceptHead, SourceSet};
+use perception::{Frame as Whose, Perception};
+use perspective::{Divergence, PerspectiveBeliefs};
+use reports::beliefs::PerspectiveRecord;
+use trace::Frame;
+
+/// All perspectives over a trace: the robot's perception and the core of the belief process in sequence, as if
+/// connected by the percept buffer; and the differences of each perspective from the robot's.
+///
+/// The trace reader already validates observations, and a trace is in the base frame. So of the sensor process only
+/// perception is needed.
+pub(super) struct BeliefPipeline {
+    perception: Perception,
+    believer: Believer,
+    partners: u32,
+    capacity: usize,
+    entries: Vec<Perceived>,
+    left_out: u64,
+    minds: Vec<PerspectiveState>,
+}
+
+/// One perspective.
+struct PerspectiveState {
+    head: BeliefHead,
+    beliefs: Vec<Belief>,
+    /// Its differences from the robot; nothing is compared before the partner has been seen.
+    divergence: Divergence,
+}
+
+impl BeliefPipeline {
+    /// No beliefs yet, with the capacities of the robot's buffers.
+    pub(super) fn new(robot: &Robot, partners: u32) -> Result<Self, BeliefProcessError> {
+        let capacity = robot.leo.buffers.max_objects.get();
+        let depth = robot.leo.belief.depth.get();
+        let believer = Believer::new(&robot.percepts, &robot.perspective, partners, depth, capacity)?;
+        let own = |perspective| PerspectiveState {
+            head: believer.head(perspective),
+            beliefs: Vec::with_capacity(capacity),
+            divergence: Divergence::new(&robot.percepts, capacity),
+        };
+        Ok(Self {
+            perception: Perception::new(&robot.percepts)?,
+            partners,
+            capacity,
+            entries: Vec::with_capacity(capacity),
+            left_out: 0,
+            minds: (0..believer.perspectives()).map(own).collect(),
+            believer,
+        })
+    }
+
+    /// One percept snapshot and the belief step that it triggers, over the frames of one instant.
+    pub(super) fn step(&mut self, frames: &[Frame]) {
+        let Some(at_ns) = frames.iter().map(|frame| frame.at_ns).max() else { return };
+        let observations = || frames.iter().flat_map(|frame| &frame.observations);
+        let perception = &self.perception;
+        self.entries.clear();
+        self.entries.extend(observations().take(self.capacity).map(|observation| Perceived {
+            observation: *observation,
+            snapshot: perception.perceive(observation, &Whose { agent: 0 }),
+        }));
+        let left_out = observations().count().saturating_sub(self.entries.len());
+        self.left_out = self.left_out.saturating_add(u64::try_from(left_out).unwrap_or(u64::MAX));
+        let mut header = Header::at(at_ns);
+        // A time stamp of zero means "none".
+        header.pass(Hop::Observed, at_ns.max(1));
+        // A source whose observations did not all fit counts as inactive, as in the sensor process: missing
+        // observations must not count as absent objects.
+        let mut room = self.capacity;
+        let whole = frames.iter().filter(|frame| {
+            let is_whole = frame.observations.len() <= room;
+            room = room.saturating_sub(frame.observations.len());
+            is_whole
+        });
+        let active_sources = whole.map(|frame| SourceSet::of(frame.source)).collect();
+        self.believer.step(
+            Instant::from_nanos(at_ns),
+            &PerceptHead::new(header, active_sources),
+            &self.entries,
+        );
+        self.read();
+    }
+
+    /// Reads the beliefs of every perspective, as from the belief buffers.
+    fn read(&mut self) {
+        let believer = &self.believer;
+        for (perspective, own) in (0..).zip(&mut self.minds) {
+            own.head = believer.head(perspective);
+            own.beliefs.clear();
+            own.beliefs.extend(
+                (0..believer.len(perspective)).filter_map(|index| believer.entry(perspective, index)),
+            );
+        }
+        let Some((robot, partners)) = self.minds.split_first_mut() else { return };
+        let robots = PerspectiveBeliefs { head: &robot.head, beliefs: &robot.beliefs };
+        for partner in partners {
+            if partner.head.present != 0 || !partner.beliefs.is_empty() {
+                let his = PerspectiveBeliefs { head: &partner.head, beliefs: &partner.beliefs };
+                partner.divergence.compare(robots, his);
+            }
+        }
+    }
+
+    /// The instant of the beliefs.
+    pub(super) fn at(&self) -> Instant {
+        Instant::from_nanos(self.minds.first().map_or(0, |robot| robot.head.header.valid_at_ns))
+    }
+
+    /// Whether a partner's beliefs are simulated.
+    pub(super) fn simulates(&self, partner: u16) -> bool {
+        u32::from(partner) <= self.partners
+    }
+
+    /// Observations that did not fit into a frame of the percept buffer.
+    pub(super) fn left_out(&self) -> u64 {
+        self.left_out
+    }
+
+    /// Every perspective, the robot's first.
+    pub(super) fn all(&self) -> Vec<PerspectiveRecord<'_>> {
+        let mind = |own| {
+            let PerspectiveState { head, beliefs, divergence }: &PerspectiveState = own;
+            PerspectiveRecord {
+                head,
+                beliefs,
+                pairs: divergence.pairs(),
+                differences: divergence.differences(),
+            }
+        };
+        self.minds.iter().map(mind).collect()
+    }
+}

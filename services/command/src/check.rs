@@ -1,0 +1,76 @@
+//! `leo check`: validates the configuration and measures what this machine can guarantee.
+
+mod migrate;
+mod versions;
+
+use std::path::PathBuf;
+use std::process::ExitCode;
+use std::time::Duration;
+
+use clap::Args;
+use config::Robot;
+use supervisor_process::{CheckError, CheckOptions, MachineChange};
+
+use crate::failure::CommandError;
+use crate::preflight::{check_can_start, check_link};
+use crate::seconds;
+
+#[derive(Args, Clone, Debug)]
+#[command(after_help = "Example:\n  leo check --config config/leo.toml --seconds 60")]
+pub(crate) struct Check {
+    /// The robot's leo.toml [default: built in]
+    #[arg(long, value_name = "FILE")]
+    config: Option<PathBuf>,
+    /// How long to measure wake-up latencies; 0 to skip
+    #[arg(long, value_name = "SECONDS", default_value = "10", value_parser = seconds::parse_or_none,
+        allow_hyphen_values = true)]
+    seconds: Duration,
+    /// Apply the changes that last until the next boot, and print how to revert them; as root
+    #[arg(long, conflicts_with = "json")]
+    apply: bool,
+    /// Revert the changes of --apply; as root
+    #[arg(long, conflicts_with_all = ["json", "apply"])]
+    revert: bool,
+    /// First migrate --config and the learned tasks to this version, and keep a copy of each original
+    #[arg(long, conflicts_with = "json")]
+    migrate: bool,
+    /// The state directory; /var/lib/leo for the service [default: $XDG_STATE_HOME/leo or ~/.local/state/leo]
+    #[arg(long, value_name = "DIRECTORY")]
+    state: Option<PathBuf>,
+    /// The folder that stands for the root of the machine
+    #[arg(long, hide = true, default_value = "/")]
+    root: PathBuf,
+    /// Print one JSON document
+    #[arg(long)]
+    json: bool,
+}
+
+impl Check {
+    pub(crate) fn run(self) -> Result<ExitCode, CommandError> {
+        if self.migrate {
+            migrate::migrate(self.config.as_deref(), self.state.as_deref())?;
+        }
+        let robot = Robot::load(self.config.as_deref()).map_err(CommandError::usage)?;
+        check_can_start(&robot, self.config.as_deref())?;
+        check_link(&robot.leo.link)?;
+        let deed = match (self.apply, self.revert) {
+            (true, _) => MachineChange::Apply,
+            (false, true) => MachineChange::Revert,
+            (false, false) => MachineChange::Inspect,
+        };
+        let inquiry = CheckOptions {
+            versions: versions::all(self.state.as_deref()),
+            config: self.config,
+            json: self.json,
+            measure: self.seconds,
+            deed,
+            root: self.root,
+        };
+        let mut out = std::io::stdout().lock();
+        let holds = supervisor_process::check(&inquiry, &mut out).map_err(|error| match error {
+            CheckError::Config(_) => CommandError::usage(error),
+            CheckError::Apply(_) | CheckError::Write(_) => CommandError::runtime(error),
+        })?;
+        Ok(ExitCode::from(u8::from(!holds)))
+    }
+}

@@ -1,0 +1,111 @@
+//! The learned rules as text.
+
+use std::fmt::Write as _;
+
+use tasks::{
+    Change, Inquiry, Object, OpenQuestion, Signature, ask_about, describe_change, describe_object, listed,
+    with_article,
+};
+
+use super::examples::Examples;
+use super::results::{Conclusion, ExampleResult};
+
+/// The results for one example.
+pub(super) fn example(examples: &Examples, result: &ExampleResult<'_>) -> String {
+    let mut text = String::new();
+    if let Some(title) = examples.title.as_ref().filter(|_| result.number == 1) {
+        let _ = writeln!(text, "{title}\n");
+    }
+    let _ = writeln!(text, "example {} (line {})", result.number, result.shown.line);
+    for (&perspective, learned) in &result.learned {
+        if learned.goals.is_empty() {
+            let _ = writeln!(text, "  {:<10} no rule explains what changed", perspective_label(perspective));
+        }
+        for rule in learned.goals.iter().flatten() {
+            let _ = writeln!(
+                text,
+                "  {:<10} {:>3}. {} {:>3} of {:<3} {:.4}  {} {}",
+                perspective_label(perspective),
+                rule.standing.rank,
+                if rule.standing.high_likelihood { '*' } else { ' ' },
+                rule.standing.tally,
+                rule.standing.examples,
+                rule.standing.posterior,
+                rule.name,
+                expectation(&rule.expectation),
+            );
+        }
+    }
+    for (index, object) in result.shown.asked.iter().enumerate() {
+        let name = describe_object(&examples.language, object, result.shown.asked.iter());
+        for answer in &result.answers {
+            let probability = answer.probabilities.get(index).copied().flatten();
+            let probability = probability.map_or_else(|| "  --  ".to_owned(), |p| format!("{p:.4}"));
+            let goal = expectation(&answer.goal);
+            let _ = writeln!(
+                text,
+                "  {:<10} {probability} that {name} ({}) is to be {goal}",
+                perspective_label(answer.perspective),
+                object.id
+            );
+        }
+    }
+    text.push('\n');
+    text
+}
+
+/// The final results.
+pub(super) fn closing(examples: &Examples, conclusion: &Conclusion) -> String {
+    let mut text = String::new();
+    match (&conclusion.doubt, &conclusion.followed) {
+        (Some(doubt), _) => {
+            let _ = writeln!(text, "Leo follows no rule yet: \"{}\"", asked_first(examples, doubt));
+        }
+        (None, None) => text.push_str("No perspective explains what changed.\n"),
+        (None, Some((perspective, learned))) => {
+            let spoken =
+                learned.primary().map(|rule| format!("{} {}", rule.name, expectation(&rule.expectation)));
+            let _ =
+                writeln!(text, "Leo follows {}: {}", whom(*perspective), listed(&spoken.collect::<Vec<_>>()));
+        }
+    }
+    for (goal, question, showing) in &conclusion.inquiries {
+        let mut say = |what: &str, inquiry: &Inquiry| {
+            let _ = writeln!(text, "{what}: \"{}\" ({:.2} bits)", inquiry.text, inquiry.bits);
+        };
+        match question {
+            None => {
+                let examples = examples.shown.len();
+                let _ = writeln!(
+                    text,
+                    "No question about {} remains after {examples} examples.",
+                    expectation(goal)
+                );
+            }
+            Some(question) => say("To be asked next", question),
+        }
+        if let Some(showing) = showing {
+            let _ = writeln!(text, "To be shown next: \"{}\" ({:.2} bits)", showing.text, showing.bits);
+        }
+    }
+    text
+}
+
+/// The question to ask before any rules are followed.
+pub(super) fn asked_first(examples: &Examples, doubt: &OpenQuestion) -> String {
+    let thing = Object { features: doubt.kind.clone(), ..Object::default() };
+    let shown = examples.shown.iter().flat_map(|shown| &shown.views).flat_map(|view| &view.after.objects);
+    ask_about(&with_article(&describe_object(&examples.language, &thing, shown)), &doubt.goal)
+}
+
+pub(super) fn expectation(signature: &Signature) -> String {
+    describe_change(&Change { signature: signature.clone(), displaced: false })
+}
+
+fn perspective_label(perspective: u16) -> String {
+    if perspective == 0 { "Leo".to_owned() } else { format!("partner {perspective}") }
+}
+
+fn whom(perspective: u16) -> String {
+    if perspective == 0 { "its own view".to_owned() } else { format!("partner {perspective}") }
+}

@@ -1,0 +1,87 @@
+//! `leo mock-bus`: mock servo buses as a stand-alone program, and as a process of the robot.
+
+use std::io::stdout;
+use std::path::PathBuf;
+use std::process::ExitCode;
+
+use clap::Args;
+use config::Robot;
+use mock_bus_process::{Faults, StandaloneError, StandaloneOptions, parse};
+use servo::mock::FollowerBehaviour;
+
+use crate::failure::CommandError;
+use crate::launch::LaunchArgs;
+use folder::Folder;
+
+mod folder;
+
+#[derive(Args, Clone, Debug)]
+#[command(
+    after_help = "Example:\n  leo mock-bus --seed 7 --fault \"drop bus=torso id=5 p=0.01 from=2s for=10s\"\n\n\
+    It prints where each bus is; any Dynamixel master can open it there. It runs until Ctrl-C.\n\
+    Meanwhile it takes commands on standard input: `fault SPEC`, `clear` and `list`.\n\
+    docs/servo-bus.md says which faults there are."
+)]
+pub(crate) struct MockBus {
+    /// The domain, where it is the supervisor that starts it.
+    #[arg(long, hide = true)]
+    domain: Option<PathBuf>,
+    #[command(flatten)]
+    life: LaunchArgs,
+    /// The robot's leo.toml, for the buses and servos in the motor.toml beside it [default: built in]
+    #[arg(long, value_name = "FILE")]
+    config: Option<PathBuf>,
+    /// A fault to inject from the start; may be repeated
+    #[arg(long, value_name = "SPEC")]
+    fault: Vec<String>,
+    /// A file of faults, `faults = ["SPEC", ..]`, read again whenever it changes
+    #[arg(long, value_name = "FILE")]
+    faults: Option<PathBuf>,
+    /// The seed: the same seed with the same instructions gives the same faults [default: as configured]
+    #[arg(long, value_name = "N")]
+    seed: Option<u64>,
+    /// Let servos answer a fast read when one before them is silent [default: as configured]
+    #[arg(long)]
+    fast_read_continues_after_gap: bool,
+}
+
+impl MockBus {
+    /// Serves every mock bus until stopped.
+    pub(super) fn run(&self) -> Result<ExitCode, CommandError> {
+        if let Some(domain) = &self.domain {
+            let launch = self.life.launch(domain.clone(), self.config.clone());
+            let robot = launch.files().and_then(|files| Robot::of(&files)).map_err(CommandError::usage)?;
+            mock_bus_process::run(&launch, &robot).map_err(CommandError::runtime)?;
+            return Ok(ExitCode::SUCCESS);
+        }
+        let robot = Robot::load(self.config.as_deref()).map_err(CommandError::usage)?;
+        let mut faults = Faults::configured(&robot.leo.mock_bus, &robot.motor)
+            .map_err(|bad| CommandError::usage(format!("leo.toml: `faults` of [mock_bus]: {bad}")))?;
+        faults.seed = self.seed.unwrap_or(faults.seed);
+        if self.fast_read_continues_after_gap {
+            faults.followers = FollowerBehaviour::Continue;
+        }
+        for words in &self.fault {
+            faults.injections.push(parse(words, &robot.motor).map_err(CommandError::usage)?);
+        }
+        let folder = Folder::new().map_err(|error| {
+            CommandError::runtime(format!(
+                "cannot make a folder for the links to the buses: {error}; is TMPDIR writable?"
+            ))
+        })?;
+        let stop = ::process::stop_flag().map_err(CommandError::runtime)?;
+        let orders = StandaloneOptions { faults, file: self.faults.clone() };
+        let ran = mock_bus_process::run_standalone(
+            &robot.motor,
+            folder.path(),
+            &orders,
+            &stop,
+            &mut stdout().lock(),
+        );
+        ran.map_err(|error| match error {
+            StandaloneError::NoMock | StandaloneError::File(_) => CommandError::usage(error),
+            StandaloneError::MockBuses(_) | StandaloneError::Print(_) => CommandError::runtime(error),
+        })?;
+        Ok(ExitCode::SUCCESS)
+    }
+}

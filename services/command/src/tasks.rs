@@ -1,0 +1,261 @@
+//! `leo tasks`: lists, shows, exports, imports and forgets learned tasks.
+
+use std::fs::File;
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+
+use ::tasks::{Settings, Task, key, listed};
+use clap::{Args, Subcommand};
+use config::Robot;
+use learner_process::{Memory, OpenError, Vocabulary, learning, open_question, replay_events};
+use quantity::number::{counted, saturating_u32};
+use reports::lesson::LessonReport;
+use serde::{Deserialize, Serialize};
+
+use crate::failure::CommandError;
+use crate::{domain, output};
+
+/// The version of the exported format that this program writes and reads.
+const FORMAT: u32 = 1;
+/// Maximum size of a file of exported tasks, in bytes.
+const EXPORTED_BYTES: u64 = 256 << 20;
+
+/// What to do with what was learned.
+#[derive(Args, Clone, Debug)]
+#[command(
+    after_help = "Examples:\n  leo tasks list\n  leo tasks show \"task 1\"\n  leo tasks export > learned.json"
+)]
+pub(crate) struct Tasks {
+    #[command(subcommand)]
+    what: What,
+    /// The robot's leo.toml, for the names of its percepts [default: built in]
+    #[arg(long, value_name = "FILE", global = true)]
+    config: Option<PathBuf>,
+    /// The state directory [default: $XDG_STATE_HOME/leo or ~/.local/state/leo]
+    #[arg(long, value_name = "DIRECTORY", global = true)]
+    state: Option<PathBuf>,
+}
+
+#[derive(Clone, Debug, Subcommand)]
+enum What {
+    /// List the tasks: name, examples, rule
+    List {
+        /// Print one JSON document
+        #[arg(long)]
+        json: bool,
+    },
+    /// Show a task: the hypotheses of each perspective, the rule, and the explanation
+    Show {
+        /// The task
+        name: String,
+        /// Print one JSON document
+        #[arg(long)]
+        json: bool,
+    },
+    /// Forget a task and all its examples
+    Forget {
+        /// The task
+        name: String,
+    },
+    /// Print tasks with all their examples as one JSON document, to be imported elsewhere
+    Export {
+        /// The tasks [default: all]
+        names: Vec<String>,
+    },
+    /// Import exported tasks: all of them or, if a task is known already, none
+    Import {
+        /// The file
+        file: PathBuf,
+        /// Replace known tasks of the same names
+        #[arg(long)]
+        replace: bool,
+    },
+}
+
+/// The exported document.
+#[derive(Debug, Deserialize, Serialize)]
+#[serde(deny_unknown_fields)]
+struct Exported {
+    leo_tasks: u32,
+    tasks: Vec<Task>,
+}
+
+/// A task with its results.
+#[derive(Debug, Serialize)]
+struct TaskReport {
+    report: LessonReport,
+    /// Leo's question, if the examples are ambiguous.
+    question: Option<String>,
+}
+
+/// A row of the list.
+#[derive(Debug, Serialize)]
+struct TaskSummary {
+    name: String,
+    examples: usize,
+    rule: Option<String>,
+}
+
+impl What {
+    /// Whether it modifies the memory.
+    fn writes(&self) -> bool {
+        match self {
+            Self::Forget { .. } | Self::Import { .. } => true,
+            Self::List { .. } | Self::Show { .. } | Self::Export { .. } => false,
+        }
+    }
+}
+
+impl Tasks {
+    pub(crate) fn run(&self) -> Result<ExitCode, CommandError> {
+        let state = self.state.clone().map_or_else(domain::state_directory, Ok)?;
+        if self.what.writes() {
+            process::state::prepare(&state).map_err(CommandError::usage)?;
+        }
+        let mut memory = OpenMemory::open(&state)?;
+        match &self.what {
+            What::List { json } => self.list(&memory, *json)?,
+            What::Show { name, json } => {
+                let task = memory.task(name)?;
+                let (report, question) = (self.report(task)?, self.question(task)?);
+                if *json {
+                    output::print_json(&TaskReport { report, question })?;
+                } else {
+                    let asks = question.map(|text| format!("  Leo would ask: {text}\n")).unwrap_or_default();
+                    output::print(&(report.to_text(&self.robot()?.leo.belief.names) + &asks))?;
+                }
+            }
+            What::Forget { name } => {
+                let task = memory.task(name)?.clone();
+                if !memory.memory.forget(name).map_err(CommandError::runtime)? {
+                    return Err(CommandError::runtime(format!(
+                        "another command has just forgotten \"{}\"",
+                        task.name
+                    )));
+                }
+                output::print(&format!("forgot {} and its {}\n", task.name, examples(task.examples.len())))?;
+            }
+            What::Export { names } => {
+                let tasks = if names.is_empty() {
+                    memory.tasks
+                } else {
+                    names.iter().map(|name| memory.task(name).cloned()).collect::<Result<_, _>>()?
+                };
+                output::print_json(&Exported { leo_tasks: FORMAT, tasks })?;
+            }
+            What::Import { file, replace } => {
+                let names = memory.import(file, *replace)?;
+                output::print(&format!("learned {}\n", listed(&names)))?;
+            }
+        }
+        Ok(ExitCode::SUCCESS)
+    }
+
+    fn report(&self, task: &Task) -> Result<LessonReport, CommandError> {
+        let (vocabulary, settings) = self.settings()?;
+        let mut report = LessonReport::default();
+        replay_events(&vocabulary.language, task, &settings).iter().for_each(|event| report.add(event));
+        Ok(report)
+    }
+
+    fn question(&self, task: &Task) -> Result<Option<String>, CommandError> {
+        let (vocabulary, settings) = self.settings()?;
+        Ok(open_question(&vocabulary.language, task, &settings))
+    }
+
+    fn robot(&self) -> Result<Robot, CommandError> {
+        Robot::load(self.config.as_deref()).map_err(CommandError::usage)
+    }
+
+    fn settings(&self) -> Result<(Vocabulary, Settings), CommandError> {
+        let robot = self.robot()?;
+        let vocabulary = Vocabulary::of(&robot.percepts).map_err(CommandError::usage)?;
+        Ok((vocabulary, learning(&robot.leo.learner)))
+    }
+
+    fn list(&self, memory: &OpenMemory, json: bool) -> Result<(), CommandError> {
+        let known = memory.tasks.iter().map(|task| {
+            let report = self.report(task)?;
+            let rule = report.tasks.first().and_then(|task| task.rule.as_ref()).map(|rule| rule.name.clone());
+            Ok(TaskSummary { name: task.name.clone(), examples: task.examples.len(), rule })
+        });
+        let known: Vec<TaskSummary> = known.collect::<Result<_, CommandError>>()?;
+        if json {
+            return output::print_json(&known);
+        }
+        if known.is_empty() {
+            return output::print("Leo has learned nothing yet\n");
+        }
+        let line = |TaskSummary { name, examples: count, rule }: &TaskSummary| {
+            let rule = rule.as_deref().unwrap_or("no rule");
+            format!("{name:<24} {:>13}   {rule}\n", examples(*count))
+        };
+        output::print(&known.iter().map(line).collect::<String>())
+    }
+}
+
+fn examples(count: usize) -> String {
+    counted(saturating_u32(count), "example")
+}
+
+/// The opened memory.
+struct OpenMemory {
+    memory: Memory,
+    tasks: Vec<Task>,
+}
+
+impl OpenMemory {
+    fn open(state: &Path) -> Result<Self, CommandError> {
+        let mut memory = Memory::open(&process::state::learned(state)).map_err(|error| {
+            let is_in_use = matches!(error, OpenError::InUse { .. });
+            if is_in_use { CommandError::runtime(error) } else { CommandError::usage(error) }
+        })?;
+        let tasks = memory.tasks().map_err(CommandError::runtime)?;
+        Ok(Self { memory, tasks })
+    }
+
+    fn task(&self, name: &str) -> Result<&Task, CommandError> {
+        self.tasks.iter().find(|task| key(&task.name) == key(name)).ok_or_else(|| {
+            let known: Vec<String> = self.tasks.iter().map(|task| task.name.clone()).collect();
+            let known = if known.is_empty() { "nothing yet".to_owned() } else { listed(&known) };
+            CommandError::usage(format!("Leo has not learned \"{name}\"; it knows {known}"))
+        })
+    }
+
+    /// Imports all tasks of a file or none; returns their names.
+    fn import(&mut self, file: &Path, replace: bool) -> Result<Vec<String>, CommandError> {
+        let at = file.display();
+        let text =
+            File::open(file).and_then(|file| budget::read_text(file, "exported tasks", EXPORTED_BYTES));
+        let text = text.map_err(|error| CommandError::usage(format!("cannot read {at}: {error}")))?;
+        let exported: Exported =
+            serde_json::from_str(&text).map_err(|error| CommandError::usage(format!("{at}: {error}")))?;
+        if exported.leo_tasks != FORMAT {
+            let found = exported.leo_tasks;
+            return Err(CommandError::usage(format!(
+                "{at} is of version {found} of the format, and this program knows {FORMAT}: use a newer one"
+            )));
+        }
+        let known = exported.tasks.iter().find(|task| self.task(&task.name).is_ok());
+        if let Some(known) = known.filter(|_| !replace) {
+            return Err(CommandError::usage(format!(
+                "Leo knows \"{}\" already, and imported nothing: forget it first, or use --replace",
+                known.name
+            )));
+        }
+        let keys: Vec<String> = exported.tasks.iter().map(|task| key(&task.name)).collect();
+        if let Some(nameless) = keys.iter().position(String::is_empty) {
+            return Err(CommandError::usage(format!("{at}: task {} has no name", nameless + 1)));
+        }
+        let twice =
+            keys.iter().enumerate().find(|(index, key)| keys.iter().take(*index).any(|other| other == *key));
+        if let Some((index, _)) = twice {
+            return Err(CommandError::usage(format!(
+                "{at}: task {} has the name of an earlier task; nothing was imported",
+                index + 1
+            )));
+        }
+        self.memory.replace(&exported.tasks).map_err(CommandError::runtime)?;
+        Ok(exported.tasks.iter().map(|task| task.name.clone()).collect())
+    }
+}
