@@ -1,8 +1,10 @@
-//! The architecture: which crate may know which, where input and output may happen, and where unsafe code may be.
+//! The architecture: which crate and which module may know which, where input and output may happen, and where unsafe
+//! code may be.
 #![expect(clippy::expect_used, reason = "a test that cannot read the sources has failed")]
 
 mod language;
 mod layers;
 mod paths;
+mod rooms;
 mod rules;
 mod source;
