@@ -1,8 +1,8 @@
 //! Storage: what is remembered of each belief, in preallocated memory.
 //!
 //! An [`Arena`] has a slot for each belief, with its identity, times and sources (`memory`), and a row in the
-//! `histories` of its percepts. Nothing allocates after the arena is made. The room knows no distance and no settings
-//! file. Of the association it knows one trait, `FeatureStore`, by which the association reads the features that are
+//! `histories` of its percepts. Nothing allocates after the arena is made. The room has no distance and no settings
+//! file. Of the association it imports one trait, `FeatureStore`, by which the association reads the features that are
 //! stored.
 
 mod arena;

@@ -32,7 +32,7 @@ pub trait Distance: Send + Sync {
     fn between(&self, one: &Feature, other: &Feature) -> Option<f64>;
 }
 
-/// For the `Debug` of what holds one: a plug-in function has no contents to show.
+/// Only says that there is one: a plug-in function has no contents to show.
 impl fmt::Debug for dyn Distance {
     fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
         out.write_str("Supplied")

@@ -57,7 +57,7 @@ pub trait History: Send + Sync {
     fn at(&self, kept: &[Sample], instant: Instant) -> Option<Sample>;
 }
 
-/// For the `Debug` of what holds one: a plug-in function has no contents to show.
+/// Only says that there is one: a plug-in function has no contents to show.
 impl fmt::Debug for dyn History {
     fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
         out.write_str("Supplied")

@@ -24,7 +24,7 @@ pub trait Cull: Send + Sync {
     fn agrees(&self, belief: &CullContext<'_>) -> bool;
 }
 
-/// For the `Debug` of what holds one: a plug-in function has no contents to show.
+/// Only says that there is one: a plug-in function has no contents to show.
 impl fmt::Debug for dyn Cull {
     fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
         out.write_str("Supplied")
