@@ -27,7 +27,7 @@ impl BeliefSystem {
     ///
     /// - `which`: the ascending indices of the `perceived` entries to use. Observations and snapshots are in the
     ///   perspective's frame. An observation whose snapshot is empty creates nothing.
-    /// - `looked`: the sources that delivered a frame (possibly empty) in this step. A belief seen earlier by one of
+    /// - `active_sources`: the sources that delivered a frame (possibly empty) in this step. A belief seen earlier by one of
     ///   them, in view and not observed now, counts as missed.
     /// - `in_view`: whether the perspective now sees the given position, in metres in its frame.
     ///
@@ -37,7 +37,7 @@ impl BeliefSystem {
         now: Instant,
         perceived: &[Perceived],
         which: impl Iterator<Item = usize>,
-        looked: SourceSet,
+        active_sources: SourceSet,
         in_view: impl Fn([f32; 3]) -> bool,
     ) {
         let mut step_builder = self.begin(now);
@@ -46,7 +46,7 @@ impl BeliefSystem {
                 step_builder.add_observation(index, perceived);
             }
         }
-        step_builder.finish(perceived, looked, in_view);
+        step_builder.finish(perceived, active_sources, in_view);
     }
 
     /// Begins a step at `now`. If `now` is before the previous step, the previous step's instant is used, and this is
@@ -82,9 +82,14 @@ impl StepBuilder<'_> {
         }
     }
 
-    /// Finishes the step: merges and culls. `perceived` holds all things that were added; `looked` and `in_view` are as
+    /// Finishes the step: merges and culls. `perceived` holds all things that were added; `active_sources` and `in_view` are as
     /// for [`BeliefSystem::step`].
-    pub fn finish(self, perceived: &[Perceived], looked: SourceSet, in_view: impl Fn([f32; 3]) -> bool) {
+    pub fn finish(
+        self,
+        perceived: &[Perceived],
+        active_sources: SourceSet,
+        in_view: impl Fn([f32; 3]) -> bool,
+    ) {
         let Self { system, first_new } = self;
         let is_clustered = std::mem::replace(&mut system.is_clustered, true);
         // Two things of one frame cannot be linked, and neither can beliefs that merged with them.
@@ -103,7 +108,7 @@ impl StepBuilder<'_> {
         for remaining in system.len() - remaining..system.len() {
             system.place(remaining);
         }
-        system.cull(looked, in_view);
+        system.cull(active_sources, in_view);
         system.evict();
         system.number(first_new);
     }
