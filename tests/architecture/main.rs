@@ -6,5 +6,6 @@ mod language;
 mod layers;
 mod modules;
 mod paths;
+mod rooms;
 mod rules;
 mod source;

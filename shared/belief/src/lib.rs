@@ -7,15 +7,26 @@
 //! | | what it is | where |
 //! |---|---|---|
 //! | B | the current set of beliefs, b = {(p, h), …} | [`BeliefSystem`] |
-//! | G, Eq. 3 | history generators; h(t) = (m′, c′, d′) | `history`, chosen by `history` of a percept |
+//! | G, Eq. 3 | history generators; h(t) = (m′, c′, d′) | `storage::histories`, chosen by `history` of a percept |
 //! | N, Eq. 6 | a snapshot becomes a belief | [`BeliefSystem::step`] |
-//! | d, q, w, Eq. 4 | D(b₁, b₂) = Σ wᵢ·qᵢ·dᵢ | `metric`, `[[belief.distance]]` |
-//! | M | the union of histories; the older identity survives | `memory`, `history` |
+//! | d, q, w, Eq. 4 | D(b₁, b₂) = Σ wᵢ·qᵢ·dᵢ | `association::metric`, `[[belief.distance]]` |
+//! | M | the union of histories; the older identity survives | `storage::memory`, `storage::histories` |
 //! | c, Eq. 5 | C(b) = Π cⱼ(b) | [`BeliefSystem::step`], `[[belief.cull]]` |
 //!
 //! The clustering loop is "while some pair has D < threshold, merge the pair of globally minimal D". [`Clustering`]
 //! implements it over any [`AssociationProblem`]; its result equals that of the [naive loop](cluster_naively) bit for
 //! bit.
+//!
+//! # Rooms
+//!
+//! The source has three rooms, and imports flow one way: from `system` to the other two.
+//!
+//! - `association` decides which detection belongs to which belief: distance, gating, clustering, cannot-link.
+//! - `storage` remembers each belief: slots, histories, samples.
+//! - `system` makes a belief system of both: steps, culling, settings, plug-in functions.
+//!
+//! Of each other, `association` and `storage` share one trait, `association::FeatureStore`. The storage implements it,
+//! so that the association can read and predict the features that are stored.
 //!
 //! # Example
 //!
@@ -116,21 +127,12 @@
 //! fifth thing, costs two and a half times as much. Association uses only the few features that D compares; the
 //! histories are updated afterwards, in memory order. Nothing allocates after [`BeliefSystem::new`].
 
-mod arena;
-mod cluster;
-mod detection_history;
-mod free_list;
-mod history;
-mod memory;
-mod metric;
-pub mod percepts;
-mod plugin;
-mod room;
-mod sample;
-mod sources;
+mod association;
+mod storage;
 mod system;
 
-pub use cluster::{AssociationProblem, Clustering, GateKeys, MemberSummary, cluster_naively};
-pub use plugin::{BeliefPlugins, Cull, CullContext, Distance, History, Samples};
-pub use sample::Sample;
-pub use system::{BeliefSystem, BeliefSystemError, Counts, StepBuilder};
+pub use association::{AssociationProblem, Clustering, Distance, GateKeys, MemberSummary, cluster_naively};
+pub use storage::{History, Sample, Samples};
+pub use system::{
+    BeliefPlugins, BeliefSystem, BeliefSystemError, Counts, Cull, CullContext, StepBuilder, percepts,
+};

@@ -1,3 +1,5 @@
+use std::cmp::Ordering;
+
 use crate::bytes::impl_bytes;
 use crate::observation::is_share;
 use crate::{Header, Observation, SourceSet, ZeroCopySend, fill, filled};
@@ -56,6 +58,14 @@ impl Feature {
             Self::Vector([x, y, z]) => (VECTOR, [x, y, z, 0.0]),
             Self::Orientation(xyzw) => (ORIENTATION, xyzw),
         }
+    }
+
+    /// An arbitrary total order: by kind, then by the numbers.
+    #[must_use]
+    pub fn total_cmp(&self, other: &Self) -> Ordering {
+        let ((kind, numbers), (other_kind, others)) = (self.to_raw(), other.to_raw());
+        let by_number = numbers.iter().zip(&others).map(|(one, other)| one.total_cmp(other));
+        by_number.fold(kind.cmp(&other_kind), Ordering::then)
     }
 
     /// Whether the raw form is valid.

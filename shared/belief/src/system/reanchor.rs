@@ -5,9 +5,9 @@ use invariant::require;
 use message::Feature;
 use quantity::number::single;
 
-use super::BeliefSystem;
-use crate::percepts::{Kernel, Range, Region, origin};
-use crate::sample::Sample;
+use super::belief_system::BeliefSystem;
+use super::percepts::{Kernel, Range, Region, origin};
+use crate::storage::Sample;
 
 impl BeliefSystem {
     /// Expresses all remembered positions and orientations in the perspective's new frame after it moved. `x_new_old`
@@ -19,10 +19,10 @@ impl BeliefSystem {
         // Rounding may have brought two beliefs closer than they were.
         self.is_clustered = false;
         for index in 0..self.len() {
-            let slot = require!(self.arena.live().get(index), "belief {index} is live");
+            let slot = require!(self.beliefs.arena.live().get(index), "belief {index} is live");
             let Some(&slot) = slot else { continue };
             for (number, percept) in (0..).zip(&self.percepts) {
-                let Some((histories, row)) = self.arena.histories_mut(slot) else { continue };
+                let Some((histories, row)) = self.beliefs.arena.histories_mut(slot) else { continue };
                 match &percept.kernel {
                     Kernel::Position => histories.map(row, number, |feature| moved(x_new_old, feature)),
                     Kernel::Orientation => histories.map(row, number, |feature| turned(x_new_old, feature)),
@@ -36,7 +36,7 @@ impl BeliefSystem {
                 }
             }
             self.see_places_anew(slot);
-            self.arena.refresh(slot);
+            self.beliefs.refresh(slot);
             self.place(index);
         }
     }
@@ -45,7 +45,7 @@ impl BeliefSystem {
     /// so they are already in the new frame.
     fn see_places_anew(&mut self, slot: u32) {
         for (number, percept) in (0..).zip(&self.percepts) {
-            let Some((histories, row)) = self.arena.histories_mut(slot) else { return };
+            let Some((histories, row)) = self.beliefs.arena.histories_mut(slot) else { return };
             let above = percept.parent.and_then(|parent| self.percepts.get(usize::from(parent)));
             let parent = percept.parent.and_then(|parent| histories.newest(row, parent));
             let read = parent.filter(|_| above.is_some_and(|above| percept.kernel.reads(&above.kernel)));

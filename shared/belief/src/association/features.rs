@@ -1,0 +1,312 @@
+use invariant::{invariant, require};
+use message::{Feature, MAX_PERCEPTS, PerceptValue, Snapshot};
+
+use super::gate_keys::GateKeys;
+use super::metric::{Gate, Metric};
+use super::problem::MemberSummary;
+
+/// The features that a storage remembers of each percept: all that the association needs of it.
+pub(crate) trait FeatureStore {
+    /// Whether [`Self::predict_feature`] can predict the features of a percept.
+    fn is_predictable(&self, percept: u16) -> bool;
+
+    /// The part of a feature that can be stored for a percept; `Feature::None` for a feature that the percept cannot
+    /// derive.
+    fn representable(&self, percept: u16, feature: Feature) -> Feature;
+
+    /// Updates `newest` to the value that it will have once a sound sample newer than all others is added.
+    fn predict_feature(&self, percept: u16, newest: &mut Option<Feature>, sample: &PerceptValue);
+
+    /// The newest feature of a percept in a row.
+    fn newest_feature(&self, row: u32, percept: u16) -> Option<Feature>;
+}
+
+/// What the association compares of the belief in each slot: the newest features, and the gate keys among them.
+///
+/// They are copies of what the [storage](FeatureStore) remembers, in contiguous arrays.
+#[derive(Clone, Debug)]
+pub(crate) struct Features {
+    /// Per slot, the newest features that the metric compares, in the order of its terms.
+    features: Box<[Option<Feature>]>,
+    terms: Box<[u16]>,
+    /// Per slot, those of its symbols that are gate keys.
+    gate_keys: Box<[GateKeys]>,
+    /// Whether the new value of each compared feature can be predicted from the old value and the new snapshot. False
+    /// if a plug-in history keeps one of them.
+    predictable: bool,
+    metric: Metric,
+    gate: Option<Gate>,
+}
+
+impl Features {
+    /// Without features. `place` is the percept of the position.
+    pub(crate) fn new(metric: Metric, place: Option<u16>, slots: usize, store: &impl FeatureStore) -> Self {
+        let terms: Box<[u16]> = metric.percepts().collect();
+        Self {
+            predictable: terms.iter().all(|percept| store.is_predictable(*percept)),
+            features: vec![None; slots * terms.len()].into_boxed_slice(),
+            gate_keys: vec![GateKeys::NONE; slots].into_boxed_slice(),
+            terms,
+            gate: metric.gate(place),
+            metric,
+        }
+    }
+
+    /// The gate of the position.
+    #[inline]
+    pub(crate) fn gate(&self) -> Option<Gate> {
+        self.gate
+    }
+
+    /// Whether the new value of each compared feature can be predicted from the old value and the new snapshot.
+    #[inline]
+    pub(crate) fn are_predictable(&self) -> bool {
+        self.predictable
+    }
+
+    /// Whether position and symbols usually suffice to find the belief of a detection, and the belief's new features
+    /// can be predicted before its histories are updated.
+    pub(crate) fn suffice_by_summary(&self) -> bool {
+        let finds = self.gate.is_some() && self.metric.weight_of_place().is_some();
+        self.predictable && finds && self.terms.len() <= MAX_PERCEPTS
+    }
+
+    /// The newest features that the metric compares, in the order of its terms.
+    #[inline]
+    pub(crate) fn of(&self, slot: u32) -> &[Option<Feature>] {
+        let start = slot as usize * self.terms.len();
+        require!(self.features.get(start..start + self.terms.len()), "slot {slot} exists").unwrap_or(&[])
+    }
+
+    /// The newest feature of a percept that the metric compares; `None` if it does not compare that percept.
+    #[inline]
+    pub(crate) fn newest(&self, slot: u32, percept: u16) -> Option<Option<Feature>> {
+        let term = self.terms.iter().position(|term| *term == percept)?;
+        Some(self.of(slot).get(term).copied().flatten())
+    }
+
+    /// The position by which a belief is gated.
+    #[inline]
+    pub(crate) fn place(&self, slot: u32) -> Option<[f32; 3]> {
+        let Gate { term, .. } = self.gate?;
+        self.of(slot).get(term).copied().flatten()?.vector()
+    }
+
+    /// The gate keys of a belief.
+    #[inline]
+    pub(crate) fn gate_keys(&self, slot: u32) -> GateKeys {
+        let gate_keys = require!(self.gate_keys.get(slot as usize), "slot {slot} exists");
+        gate_keys.copied().unwrap_or(GateKeys::NONE)
+    }
+
+    /// Whether the gate keys of the belief in `older` remain valid when it merges with another one. `newer` are the
+    /// other's gate keys; `features` returns its features and is called only if needed.
+    #[inline]
+    pub(crate) fn keeps_gate_keys<F: AsRef<[Option<Feature>]>>(
+        &self,
+        older: u32,
+        newer: GateKeys,
+        features: impl FnOnce() -> Option<F>,
+    ) -> bool {
+        // If the position is the only other term, no other feature is a symbol: both members were found by position.
+        if self.metric.weight_of_place().is_some()
+            && self.gate_keys.get(older as usize).is_some_and(|older| older.is_subset_of(newer))
+        {
+            return true;
+        }
+        let is_symbol = |feature: &Feature| matches!(feature, Feature::Symbol(_));
+        features().is_some_and(|newer| {
+            self.of(older).iter().zip(newer.as_ref()).all(|(older, newer)| {
+                let was_symbol = older.as_ref().is_some_and(is_symbol);
+                !was_symbol || newer.as_ref().is_none_or(is_symbol)
+            })
+        })
+    }
+
+    /// D of two beliefs; `None` unless it is below the threshold.
+    pub(crate) fn distance(&self, a: u32, b: u32) -> Option<f64> {
+        self.metric.below_threshold(self.of(a), self.of(b))
+    }
+
+    /// D of a belief and some features in the order of the terms; `None` unless it is below the threshold.
+    pub(crate) fn distance_to(&self, slot: u32, features: &[Option<Feature>]) -> Option<f64> {
+        self.metric.below_threshold(self.of(slot), features)
+    }
+
+    /// `Some(d)` if the distance can be computed from position and symbols alone (`d` is `None` when above the
+    /// threshold); `None` if the full feature rows are needed.
+    #[inline]
+    pub(crate) fn distance_from_summaries(
+        &self,
+        a: &MemberSummary,
+        b: &MemberSummary,
+    ) -> Option<Option<f64>> {
+        let weight = self.metric.weight_of_place()?;
+        let are_complete = a.gate_keys.are_complete() && b.gate_keys.are_complete();
+        are_complete.then(|| self.metric.below_threshold_of(weight, a.place_m, b.place_m))
+    }
+
+    /// Upper bound on the pairwise distance of some beliefs: see [`Metric::diameter_bound`].
+    pub(crate) fn diameter_bound(&self, members: &[u32]) -> Option<f64> {
+        self.metric.diameter_bound(&members.iter().map(|&slot| self.of(slot)))
+    }
+
+    /// Sets the features of a new belief from its snapshot. `prevalidated`: the caller has validated the snapshot.
+    #[inline]
+    pub(crate) fn set(
+        &mut self,
+        slot: u32,
+        snapshot: &Snapshot,
+        prevalidated: bool,
+        store: &impl FeatureStore,
+    ) {
+        let terms = self.terms.len();
+        let features = slot as usize * terms..(slot as usize + 1) * terms;
+        let (Some(features), Some(gate_keys)) =
+            (self.features.get_mut(features), self.gate_keys.get_mut(slot as usize))
+        else {
+            invariant!(false, "slot {slot} exists");
+            return;
+        };
+        for (feature, percept) in features.iter_mut().zip(&self.terms) {
+            let value = evaluation(snapshot, *percept, prevalidated);
+            *feature = value.map(|value| store.representable(*percept, value.sound_feature()));
+        }
+        *gate_keys = self.metric.gate_keys_of(features);
+    }
+
+    /// Updates the features of the belief in `kept` to the values they have once it has stored the snapshot that is the
+    /// belief in `gone`.
+    #[inline]
+    pub(crate) fn append(&mut self, kept: u32, gone: u32, store: &impl FeatureStore) {
+        let terms = self.terms.len();
+        let row = |slot: u32| slot as usize * terms..(slot as usize + 1) * terms;
+        if let Ok([features, newer]) = self.features.get_disjoint_mut([row(kept), row(gone)]) {
+            for ((feature, newer), percept) in features.iter_mut().zip(newer).zip(&self.terms) {
+                if let Some(newer) = newer {
+                    let newer = PerceptValue::new(*percept, 1.0, 1.0, *newer);
+                    store.predict_feature(*percept, feature, &newer);
+                }
+            }
+            // The symbols are usually equal.
+            if let Ok([gate_keys, newer]) = self.gate_keys.get_disjoint_mut([kept as usize, gone as usize])
+                && (gate_keys != newer || !newer.are_complete())
+            {
+                *gate_keys = self.metric.gate_keys_of(features);
+            }
+        }
+    }
+
+    /// Updates the features of a belief to the values they have once it has stored the snapshot, which is newer than
+    /// all its samples. `newer` are the gate keys of the snapshot.
+    #[inline]
+    pub(crate) fn predict(
+        &mut self,
+        slot: u32,
+        snapshot: &Snapshot,
+        newer: GateKeys,
+        prevalidated: bool,
+        store: &impl FeatureStore,
+    ) {
+        // Usually the symbols are unchanged, and only the position needs an update.
+        if self.gate_keys.get(slot as usize) == Some(&newer)
+            && self.metric.cover_all_terms(newer)
+            && let Some(Gate { term, .. }) = self.gate
+        {
+            let feature = self.features.get_mut(slot as usize * self.terms.len() + term);
+            if let (Some(feature), Some(percept)) = (feature, self.terms.get(term))
+                && let Some(value) = evaluation(snapshot, *percept, prevalidated)
+            {
+                store.predict_feature(*percept, feature, value);
+            }
+        } else {
+            self.predict_all(slot, snapshot, prevalidated, store);
+        }
+    }
+
+    /// Like [`Self::predict`], for every compared feature.
+    #[inline(never)]
+    fn predict_all(&mut self, slot: u32, snapshot: &Snapshot, prevalidated: bool, store: &impl FeatureStore) {
+        let terms = self.terms.len();
+        let features = slot as usize * terms..(slot as usize + 1) * terms;
+        let (Some(features), Some(gate_keys)) =
+            (self.features.get_mut(features), self.gate_keys.get_mut(slot as usize))
+        else {
+            invariant!(false, "slot {slot} exists");
+            return;
+        };
+        for (feature, percept) in features.iter_mut().zip(&self.terms) {
+            if let Some(value) = evaluation(snapshot, *percept, prevalidated) {
+                store.predict_feature(*percept, feature, value);
+            }
+        }
+        *gate_keys = self.metric.gate_keys_of(features);
+    }
+
+    /// Recomputes the features and symbols of a belief from its row in the storage.
+    pub(crate) fn refresh(&mut self, slot: u32, row: u32, store: &impl FeatureStore) {
+        let features = self.features.iter_mut().skip(slot as usize * self.terms.len());
+        for (feature, percept) in features.zip(&self.terms) {
+            *feature = store.newest_feature(row, *percept);
+        }
+        let gate_keys = self.metric.gate_keys_of(self.of(slot));
+        if let Some(held) = self.gate_keys.get_mut(slot as usize) {
+            *held = gate_keys;
+        }
+    }
+
+    /// Position and gate keys of a snapshot.
+    #[inline(always)]
+    pub(crate) fn summary(
+        &self,
+        snapshot: &Snapshot,
+        prevalidated: bool,
+        store: &impl FeatureStore,
+    ) -> (Option<[f32; 3]>, GateKeys) {
+        let feature = |term: usize| feature_in(snapshot, *self.terms.get(term)?, prevalidated, store);
+        let place = self.gate.and_then(|Gate { term, .. }| feature(term)?.vector());
+        (place, self.metric.gate_keys(feature))
+    }
+
+    /// The features of a snapshot that the metric compares, in the order of its terms.
+    pub(crate) fn features_in(
+        &self,
+        snapshot: &Snapshot,
+        prevalidated: bool,
+        store: &impl FeatureStore,
+    ) -> [Option<Feature>; MAX_PERCEPTS] {
+        let mut features = [None; MAX_PERCEPTS];
+        for (feature, percept) in features.iter_mut().zip(&self.terms) {
+            *feature = feature_in(snapshot, *percept, prevalidated, store);
+        }
+        features
+    }
+
+    /// Checks that the features of a belief are those of its row in the storage.
+    #[cfg(test)]
+    pub(crate) fn assert_are_stored(&self, slot: u32, row: u32, store: &impl FeatureStore) {
+        for (feature, percept) in self.of(slot).iter().zip(&self.terms) {
+            let newest = store.newest_feature(row, *percept);
+            assert_eq!(*feature, newest, "what was clustered by is what is remembered");
+        }
+        assert_eq!(self.gate_keys[slot as usize], self.metric.gate_keys_of(self.of(slot)));
+    }
+}
+
+/// The feature of a percept in a snapshot.
+#[inline(always)]
+fn feature_in(
+    snapshot: &Snapshot,
+    percept: u16,
+    prevalidated: bool,
+    store: &impl FeatureStore,
+) -> Option<Feature> {
+    let value = evaluation(snapshot, percept, prevalidated)?;
+    Some(store.representable(percept, value.sound_feature()))
+}
+
+/// The evaluation of a percept in a snapshot, if it is valid. `prevalidated`: the caller has validated the snapshot.
+#[inline(always)]
+fn evaluation(snapshot: &Snapshot, percept: u16, prevalidated: bool) -> Option<&PerceptValue> {
+    snapshot.value(percept).filter(|value| prevalidated || value.is_sound())
+}

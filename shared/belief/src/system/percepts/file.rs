@@ -1,0 +1,225 @@
+//! Reads the file: its raw form, and how its names are resolved.
+
+use std::ops;
+use std::path::Path;
+use std::time::Duration;
+
+use message::MAX_PERCEPTS;
+use serde::Deserialize;
+use settings::number::{Milliseconds, NotNegative, Unit};
+use settings::{ConfigError, Spanned};
+
+use super::{Belief, Cull, Distance, History, Kernel, Measure, NoTermApplies, Percept, Percepts, Role};
+
+/// The error's position in the text, and its reason.
+type SpannedError = (ops::Range<usize>, String);
+
+pub(super) const BUILTIN: &str = include_str!("../../../../../config/percepts.toml");
+
+impl Percepts {
+    /// Checks the text of the file; errors name it as `file`.
+    ///
+    /// # Errors
+    ///
+    /// As [`settings::parse`]; also a duplicate or unknown name, a history or measure that does not fit the percept's
+    /// feature, or a range of a number that its parent does not derive.
+    pub fn parse(text: &str, file: &Path) -> Result<Self, ConfigError> {
+        settings::parse::<File>(text, file)?
+            .resolve()
+            .map_err(|(span, reason)| settings::invalid(text, file, span, reason))
+    }
+
+    /// The built-in percepts, `config/percepts.toml` at compile time.
+    #[must_use]
+    #[expect(clippy::expect_used, reason = "the text is compiled in, and a test parses it")]
+    pub fn builtin() -> Self {
+        Self::parse(BUILTIN, Path::new("config/percepts.toml")).expect("the built-in percepts are sound")
+    }
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct File {
+    threshold: Unit,
+    percept: Spanned<Vec<RawPercept>>,
+    belief: RawBelief,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct RawPercept {
+    name: Spanned<String>,
+    parent: Option<Spanned<String>>,
+    role: Spanned<Role>,
+    decay_per_s: NotNegative,
+    history: Spanned<History>,
+    kernel: Spanned<Kernel>,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct RawBelief {
+    threshold: NotNegative,
+    normalised: bool,
+    cannot_link_same_source_instant: bool,
+    no_term_applies: NoTermApplies,
+    #[serde(default)]
+    distance: Vec<RawDistance>,
+    #[serde(default)]
+    cull: Vec<RawCull>,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct RawDistance {
+    percept: Spanned<String>,
+    measure: Spanned<Measure>,
+    weight: NotNegative,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct RawCull {
+    when: When,
+}
+
+#[derive(Deserialize)]
+#[serde(rename_all = "snake_case", deny_unknown_fields)]
+enum When {
+    UnseenLongerThanMs(Milliseconds),
+    ConfidenceBelow {
+        percept: Spanned<String>,
+        floor: Unit,
+    },
+    PlaceEmptyForMs(Milliseconds),
+    /// As `PlaceEmptyForMs`, with a single observation.
+    PlaceInViewAndEmpty,
+    Plugin(String),
+}
+
+impl File {
+    fn resolve(self) -> Result<Percepts, SpannedError> {
+        let span = self.percept.span();
+        let written = self.percept.into_inner();
+        if written.len() > MAX_PERCEPTS {
+            let reason = format!("{} percepts: a snapshot holds at most {MAX_PERCEPTS}", written.len());
+            return Err((span, reason));
+        }
+        let mut percepts = Vec::with_capacity(written.len());
+        for percept in written {
+            let percept = percept.resolve(&percepts)?;
+            percepts.push(percept);
+        }
+        let belief = self.belief.resolve(&percepts)?;
+        Ok(Percepts { threshold: self.threshold.get(), percepts, belief })
+    }
+}
+
+impl RawPercept {
+    fn resolve(self, earlier: &[Percept]) -> Result<Percept, SpannedError> {
+        if earlier.iter().any(|percept| percept.name == *self.name.get_ref()) {
+            return Err((self.name.span(), format!("a second percept named `{}`", self.name.get_ref())));
+        }
+        let parent = self.parent.map(|parent| number(&parent, earlier)).transpose()?;
+        let kernel_span = self.kernel.span();
+        let kernel = self.kernel.into_inner();
+        let above = parent.and_then(|parent| earlier.get(usize::from(parent)));
+        let above = above.map(|above| (above.name.as_str(), &above.kernel));
+        kernel.check(above).map_err(|reason| (kernel_span, reason))?;
+        check_role(*self.role.get_ref(), &kernel).map_err(|reason| (self.role.span(), reason))?;
+        let history = self.history.get_ref().clone();
+        if matches!(kernel, Kernel::Nearest(_) | Kernel::Source) && matches!(history, History::LowPass { .. })
+        {
+            let reason = "symbols cannot be filtered: use lossless or log_timescale".to_owned();
+            return Err((self.history.span(), reason));
+        }
+        Ok(Percept {
+            name: self.name.into_inner(),
+            parent,
+            role: self.role.into_inner(),
+            decay_per_s: self.decay_per_s.get(),
+            history,
+            kernel,
+        })
+    }
+}
+
+impl RawBelief {
+    fn resolve(self, percepts: &[Percept]) -> Result<Belief, SpannedError> {
+        let mut distance = Vec::with_capacity(self.distance.len());
+        for term in self.distance {
+            let percept = number(&term.percept, percepts)?;
+            let measure = term.measure.get_ref().clone();
+            let kernel = percepts.get(usize::from(percept)).map(|percept| &percept.kernel);
+            if !kernel.is_some_and(|kernel| fits(&measure, kernel)) {
+                let reason = format!(
+                    "this measure does not fit what `{}` derives: metres for positions and extents, angle_rad \
+                     for orientations, difference for states, regions and ranges, differs for symbols",
+                    term.percept.get_ref()
+                );
+                return Err((term.measure.span(), reason));
+            }
+            distance.push(Distance { percept, measure, weight: term.weight.get() });
+        }
+        let mut cull = Vec::with_capacity(self.cull.len());
+        for written in self.cull {
+            cull.push(match written.when {
+                When::UnseenLongerThanMs(limit) => Cull::UnseenLongerThan(limit.duration()),
+                When::ConfidenceBelow { percept, floor } => {
+                    Cull::ConfidenceBelow { percept: number(&percept, percepts)?, floor: floor.get() }
+                }
+                When::PlaceEmptyForMs(time) => Cull::PlaceEmptyFor(time.duration()),
+                When::PlaceInViewAndEmpty => Cull::PlaceEmptyFor(Duration::ZERO),
+                When::Plugin(name) => Cull::Plugin(name),
+            });
+        }
+        Ok(Belief {
+            threshold: self.threshold.get(),
+            normalised: self.normalised,
+            cannot_link_same_source_instant: self.cannot_link_same_source_instant,
+            no_term_applies: self.no_term_applies,
+            distance,
+            cull,
+        })
+    }
+}
+
+fn number(name: &Spanned<String>, percepts: &[Percept]) -> Result<u16, SpannedError> {
+    let index = percepts.iter().position(|percept| percept.name == *name.get_ref());
+    index.and_then(|index| u16::try_from(index).ok()).ok_or_else(|| {
+        let known: Vec<_> = percepts.iter().map(|percept| percept.name.as_str()).collect();
+        let reason =
+            format!("no percept above is named `{}`; there are {}", name.get_ref(), known.join(", "));
+        (name.span(), reason)
+    })
+}
+
+fn fits(measure: &Measure, kernel: &Kernel) -> bool {
+    if matches!(measure, Measure::Plugin(_)) {
+        return true;
+    }
+    match kernel {
+        Kernel::Position | Kernel::Extents => *measure == Measure::Metres,
+        Kernel::Orientation => *measure == Measure::AngleRad,
+        Kernel::State(_) | Kernel::Region(_) | Kernel::Range(_) => *measure == Measure::Difference,
+        Kernel::Nearest(_) | Kernel::Source => *measure == Measure::Differs,
+        // What a registered classifier derives is not known here.
+        Kernel::Plugin(_) => true,
+    }
+}
+
+/// Rejects a role that goal beliefs cannot use; otherwise the percept would never be learned, without any error.
+fn check_role(role: Role, kernel: &Kernel) -> Result<(), String> {
+    let (is_read, reason) = match role {
+        Role::Neither => return Ok(()),
+        Role::Criteria => (
+            matches!(kernel, Kernel::Nearest(_)),
+            "criteria need a kernel with `nearest` prototypes: make the role \"neither\"",
+        ),
+        Role::Expectation => (
+            matches!(kernel, Kernel::State(_) | Kernel::Position | Kernel::Orientation),
+            "only states, positions and orientations can be an expectation: make the role \"neither\"",
+        ),
+    };
+    if is_read { Ok(()) } else { Err(reason.to_owned()) }
+}

@@ -1,0 +1,358 @@
+use std::path::Path;
+
+use message::Feature;
+use proptest::prelude::*;
+use settings::number::NotNegative;
+
+use super::file::BUILTIN;
+use super::*;
+
+fn refusal(from: &str, to: &str) -> String {
+    assert!(BUILTIN.contains(from), "the file no longer says {from}");
+    let text = BUILTIN.replacen(from, to, 1);
+    Percepts::parse(&text, Path::new("p.toml")).unwrap_err().to_string()
+}
+
+#[test]
+fn the_built_in_percepts_are_sound_and_numbered_in_order() {
+    let percepts = Percepts::builtin();
+    assert_eq!(percepts.index("position"), Some(0));
+    assert_eq!(percepts.index("colour"), Some(5));
+    assert_eq!(percepts.index("smell"), None);
+    let colour = percepts.get(5).unwrap();
+    assert_eq!(colour.symbols().nth(2), Some("blue"));
+    assert_eq!(percepts.get(10).unwrap().parent, Some(0));
+    assert_eq!(percepts.belief.distance.len(), 3);
+    let culls = [Cull::UnseenLongerThan(Duration::from_millis(600)), Cull::PlaceEmptyFor(Duration::ZERO)];
+    assert_eq!(percepts.belief.cull, culls);
+}
+
+#[test]
+fn an_empty_place_is_found_by_one_look_or_for_a_while() {
+    let text = BUILTIN.replace("when = \"place_in_view_and_empty\"", "when = { place_empty_for_ms = 400.0 }");
+    let percepts = Percepts::parse(&text, Path::new("p.toml")).unwrap();
+    assert_eq!(percepts.belief.cull[1], Cull::PlaceEmptyFor(Duration::from_millis(400)));
+}
+
+#[test]
+fn an_unknown_reference_is_refused_at_its_place() {
+    let said = refusal("parent = \"position\"", "parent = \"place\"");
+    assert!(said.contains("no percept above is named `place`; there are position, orientation"), "{said}");
+    assert!(!said.starts_with("p.toml:1:"), "{said}");
+    let said = refusal("percept = \"colour\"", "percept = \"color\"");
+    assert!(said.contains("no percept above is named `color`"), "{said}");
+}
+
+#[test]
+fn a_name_that_is_given_twice_is_refused() {
+    let said = refusal("name = \"orientation\"", "name = \"position\"");
+    assert!(said.contains("a second percept named `position`"), "{said}");
+    let said = refusal("name = \"green\"", "name = \"red\"");
+    assert!(said.contains("a second prototype named `red`"), "{said}");
+}
+
+#[test]
+fn a_role_that_goals_cannot_give_is_refused() {
+    let of = |name: &str, role: &str| {
+        let (before, after) = BUILTIN.split_once(&format!("name = \"{name}\"")).unwrap();
+        let (_, rest) = after.split_once("role = \"").unwrap();
+        let (_, rest) = rest.split_once('"').unwrap();
+        let text = format!("{before}name = \"{name}\"\nrole = \"{role}\"{rest}");
+        // At most a `parent` line stands between the name and the role; it is not needed here.
+        Percepts::parse(&text, Path::new("p.toml")).map(drop).map_err(|error| error.to_string())
+    };
+    for (name, role) in [("marked", "criteria"), ("position", "criteria")] {
+        let said = of(name, role).unwrap_err();
+        assert!(said.contains("criteria need a kernel with `nearest` prototypes"), "{said}");
+        assert!(!said.starts_with("p.toml:1:"), "{said}");
+    }
+    for name in ["colour", "extents"] {
+        let said = of(name, "expectation").unwrap_err();
+        assert!(said.contains("only states, positions and orientations can be an expectation"), "{said}");
+    }
+    for (name, role) in [("colour", "neither"), ("marked", "neither"), ("orientation", "expectation")] {
+        assert_eq!(of(name, role), Ok(()), "{name}");
+    }
+}
+
+#[test]
+fn a_measure_that_does_not_fit_is_refused() {
+    let said = refusal("measure = \"differs\"", "measure = \"metres\"");
+    assert!(said.contains("does not fit what `shape` derives"), "{said}");
+}
+
+/// The built-in percepts plus a `source` percept and a distance term for it.
+fn with_source(role: &str, history: &str, measure: &str) -> Result<Percepts, String> {
+    let percept = format!(
+        "[[percept]]\nname = \"seen_by\"\nrole = \"{role}\"\ndecay_per_s = 0.0\nhistory = {{ {history} }}\n\
+         kernel = \"source\"\n\n[belief]"
+    );
+    let term =
+        format!("\n[[belief.distance]]\npercept = \"seen_by\"\nmeasure = \"{measure}\"\nweight = 0.15\n");
+    let text = BUILTIN.replacen("[belief]", &percept, 1) + &term;
+    Percepts::parse(&text, Path::new("p.toml")).map_err(|error| error.to_string())
+}
+
+#[test]
+fn a_source_is_a_symbol_without_a_name_that_tells_things_apart() {
+    let lossless = "lossless = { samples = 4, when_full = \"forget_oldest\" }";
+    let percepts = with_source("neither", lossless, "differs").unwrap();
+    let source = percepts.index("seen_by").unwrap();
+    assert_eq!(
+        percepts.get(source).map(|percept| (&percept.kernel, percept.symbols().count())),
+        Some((&Kernel::Source, 0))
+    );
+    let term = Distance { percept: source, measure: Measure::Differs, weight: 0.15 };
+    assert_eq!(percepts.belief.distance.last(), Some(&term));
+    let said = with_source("neither", lossless, "difference").unwrap_err();
+    assert!(said.contains("does not fit what `seen_by` derives"), "{said}");
+    let said = with_source("neither", "low_pass = { alpha = 0.5 }", "differs").unwrap_err();
+    assert!(said.contains("symbols cannot be filtered"), "{said}");
+    let said = with_source("criteria", lossless, "differs").unwrap_err();
+    assert!(said.contains("criteria need a kernel with `nearest` prototypes"), "{said}");
+}
+
+#[test]
+fn a_negative_weight_is_refused() {
+    let said = refusal("weight = 0.5", "weight = -0.5");
+    assert!(said.contains("-0.5 is out of range"), "{said}");
+}
+
+#[test]
+fn symbols_are_not_filtered() {
+    let said =
+        refusal("history = { log_timescale = { samples = 64 } }", "history = { low_pass = { alpha = 0.5 } }");
+    assert!(said.contains("symbols cannot be filtered"), "{said}");
+}
+
+#[test]
+fn a_prototype_out_of_its_space_is_refused() {
+    let said = refusal("at = [0.80, 0.05, 0.05]", "at = [0.80, 0.05]");
+    assert!(said.contains("prototype `red` has 2 numbers: its space has 3"), "{said}");
+}
+
+#[test]
+fn an_empty_region_is_refused() {
+    let said = refusal("max_m = [inf, inf, inf]", "max_m = [inf, -1.0, inf]");
+    assert!(said.contains("an empty region"), "{said}");
+    let said = refusal("max_m = [inf, inf, inf]", "max_m = [inf, nan, inf]");
+    assert!(said.contains("an empty region"), "{said}");
+}
+
+#[test]
+fn an_unknown_key_gets_the_right_one_suggested() {
+    let said = refusal("normalised = false", "normalized = false");
+    assert!(said.ends_with("did you mean `normalised`?"), "{said}");
+}
+
+#[test]
+fn a_region_holds_its_sides_and_no_nan() {
+    let region = Region { min_m: [0.0; 3], max_m: [1.0; 3] };
+    assert!(region.holds([0.0, 0.5, 1.0]));
+    assert!(!region.holds([0.0, 0.5, 1.1]));
+    assert!(!region.holds([f32::NAN, 0.5, 0.5]));
+}
+
+#[test]
+fn the_literal_paper_merges_without_cannot_link_infinity_or_norm() {
+    let mut belief = Percepts::builtin().belief;
+    belief.normalised = true;
+    let settings = belief.make_literal();
+    assert!(!belief.cannot_link_same_source_instant && !belief.normalised);
+    assert_eq!(belief.no_term_applies, NoTermApplies::Zero);
+    assert_eq!(settings[2], "normalised = false (was true)");
+    assert_eq!(settings.len(), 3);
+}
+
+/// The built-in percepts plus a range below the given parent; no parent for `None`.
+fn with_range(parent: Option<&str>, range: &str) -> Result<Percepts, String> {
+    let parent = parent.map(|parent| format!("parent = \"{parent}\"\n")).unwrap_or_default();
+    let percept = format!(
+        "[[percept]]\nname = \"r\"\n{parent}role = \"neither\"\ndecay_per_s = 0.2\n\
+         history = {{ low_pass = {{ alpha = 0.5 }} }}\nkernel = {{ range = {{ {range} }} }}\n\n[belief]"
+    );
+    let text = BUILTIN.replacen("[belief]", &percept, 1);
+    Percepts::parse(&text, Path::new("p.toml")).map_err(|error| error.to_string())
+}
+
+fn range(parent: &str, range: &str) -> Range {
+    let percepts = with_range(Some(parent), range).unwrap();
+    match percepts.percepts.last().map(|percept| percept.kernel.clone()) {
+        Some(Kernel::Range(range)) => range,
+        other => panic!("the last percept is a range, not {other:?}"),
+    }
+}
+
+#[test]
+fn a_range_holds_its_limits_and_nothing_beyond_nor_nan() {
+    // In double precision, an observed 0.7 is less than 0.7, and an observed 1.1 is greater.
+    let raised = range("position", "component = \"z_m\", from = 0.7, to = 1.1");
+    let degree = |z| raised.degree(Feature::Vector([9.0, 9.0, z]));
+    for (z, expected) in [(0.7, 1.0), (0.9, 1.0), (1.1, 1.0), (0.699, 0.0), (1.101, 0.0), (f32::NAN, 0.0)] {
+        assert_eq!(degree(z), Some(expected), "{z}");
+    }
+    for (z, expected) in [(f32::INFINITY, 0.0), (f32::NEG_INFINITY, 0.0)] {
+        assert_eq!(degree(z), Some(expected), "{z}");
+    }
+}
+
+#[test]
+fn a_range_falls_to_nothing_over_its_softness() {
+    let soft = range("position", "component = \"z_m\", from = 0.25, to = 0.5, softness = 0.5");
+    let degree = |z| soft.degree(Feature::Vector([0.0, 0.0, z]));
+    assert_eq!([degree(0.25), degree(0.5)], [Some(1.0); 2]);
+    assert_eq!([degree(0.0), degree(0.75)], [Some(0.5); 2]);
+    assert_eq!([degree(-0.125), degree(0.875)], [Some(0.25); 2]);
+    assert_eq!([degree(-0.25), degree(1.0), degree(f32::NAN)], [Some(0.0); 3]);
+    // The better of two answers matches; half way, both match by 0.5.
+    for (degree, matching) in [(0.0, 1.0), (0.25, 0.75), (0.5, 0.5), (0.75, 0.75), (1.0, 1.0)] {
+        assert_eq!(Some(Range::matching(degree)), Some(matching), "{degree}");
+    }
+}
+
+#[test]
+fn a_range_is_of_the_number_that_it_names() {
+    let place = Feature::Vector([0.3, -0.4, 1.2]);
+    let extents = Feature::Vector([0.1, 0.3, 0.2]);
+    for (parent, of, feature, number) in [
+        ("position", "x_m", place, 0.3),
+        ("position", "y_m", place, -0.4),
+        ("position", "z_m", place, 1.2),
+        ("position", "distance_m", place, 1.3),
+        ("extents", "longest_m", extents, 0.6),
+        ("extents", "shortest_m", extents, 0.2),
+        ("filled", "number", Feature::Number(0.75), 0.75),
+        ("left", "number", Feature::Number(1.0), 1.0),
+    ] {
+        let degree = |from: f64, to: f64| {
+            range(parent, &format!("component = \"{of}\", from = {from}, to = {to}")).degree(feature)
+        };
+        assert_eq!(degree(number - 0.01, number + 0.01), Some(1.0), "{of}");
+        assert_eq!(degree(number + 0.01, number + 0.02), Some(0.0), "{of}");
+        assert_eq!(
+            range(parent, &format!("component = \"{of}\", to = 9.0")).degree(Feature::Symbol(1)),
+            None,
+            "{of}"
+        );
+    }
+}
+
+#[test]
+fn one_limit_is_enough() {
+    let high = range("position", "component = \"z_m\", from = 0.1");
+    assert_eq!(high.degree(Feature::Vector([0.0, 0.0, f32::MAX])), Some(1.0));
+    assert_eq!(high.degree(Feature::Vector([0.0, 0.0, 0.0])), Some(0.0));
+    let near = range("position", "component = \"distance_m\", to = 0.5");
+    assert_eq!(near.degree(Feature::Vector([0.0; 3])), Some(1.0));
+    assert_eq!(near.degree(Feature::Vector([0.5, 0.1, 0.0])), Some(0.0));
+}
+
+#[test]
+fn a_range_of_an_underived_number_is_refused_at_its_place() {
+    let said = with_range(None, "component = \"z_m\", from = 0.1").unwrap_err();
+    assert!(said.contains("a range without a parent, from which it takes its `z_m`: name an"), "{said}");
+    assert!(said.starts_with("p.toml:") && !said.starts_with("p.toml:1:"), "{said}");
+    for (parent, of) in [
+        ("orientation", "z_m"),
+        ("colour", "number"),
+        ("extents", "z_m"),
+        ("extents", "number"),
+        ("position", "longest_m"),
+        ("position", "number"),
+        ("filled", "z_m"),
+        ("left", "x_m"),
+    ] {
+        let said = with_range(Some(parent), &format!("component = \"{of}\", from = 0.1")).unwrap_err();
+        assert!(said.contains(&format!("the parent `{parent}` derives no `{of}`: a position has")), "{said}");
+    }
+}
+
+#[test]
+fn limits_that_limit_nothing_are_refused() {
+    for (limits, reason) in [
+        ("", "a range without limits holds everything"),
+        (", softness = 0.1", "a range without limits holds everything"),
+        (", from = 0.2, to = 0.2", "an empty range from 0.2 to 0.2: `from` must be below `to`"),
+        (", from = 0.3, to = 0.2", "an empty range from 0.3 to 0.2: `from` must be below `to`"),
+        (", from = nan", "`from` is NaN: it must be finite; leave out a limit that is not there"),
+        (", from = 0.1, to = inf", "`to` is inf: it must be finite; leave out a limit"),
+        (", from = 0.1, softness = -0.1", "-0.1 is out of range: it must be finite and not negative"),
+        (", from = 0.1, softness = nan", "it must be finite and not negative"),
+        (", from = 0.1, upto = 0.2", "unknown field `upto`"),
+    ] {
+        let said = with_range(Some("position"), &format!("component = \"z_m\"{limits}")).unwrap_err();
+        assert!(said.contains(reason) && said.starts_with("p.toml:"), "{limits}: {said}");
+    }
+    let said = with_range(Some("position"), "component = \"height\", from = 0.1").unwrap_err();
+    assert!(said.contains("unknown variant `height`, expected one of `x_m`"), "{said}");
+}
+
+#[test]
+fn every_number_is_called_as_it_is_written() {
+    for (parent, of) in [
+        ("position", Component::XM),
+        ("position", Component::YM),
+        ("position", Component::ZM),
+        ("position", Component::DistanceM),
+        ("extents", Component::LongestM),
+        ("extents", Component::ShortestM),
+        ("on", Component::Number),
+    ] {
+        assert_eq!(range(parent, &format!("component = \"{}\", to = 1.0", of.name())).component, of);
+    }
+}
+
+#[test]
+fn degrees_of_a_range_are_compared_by_their_difference() {
+    let percepts = with_range(Some("position"), "component = \"z_m\", from = 0.1").unwrap();
+    let term = |measure: &str| {
+        let text = BUILTIN.replacen("measure = \"differs\"", &format!("measure = \"{measure}\""), 1);
+        let range = "[[percept]]\nname = \"r\"\nparent = \"position\"\nrole = \"neither\"\n\
+                     decay_per_s = 0.2\nhistory = { low_pass = { alpha = 0.5 } }\n\
+                     kernel = { range = { component = \"z_m\", from = 0.1 } }\n\n[belief]";
+        let text = text.replacen("[belief]", range, 1).replacen("percept = \"shape\"", "percept = \"r\"", 1);
+        Percepts::parse(&text, Path::new("p.toml"))
+    };
+    assert_eq!(percepts.get(11).unwrap().parent, Some(0));
+    assert!(term("difference").is_ok());
+    assert!(term("metres").unwrap_err().to_string().contains("does not fit what `r` derives"));
+}
+
+#[test]
+fn the_data_of_a_range_come_from_the_first_that_is_none() {
+    let percepts = with_range(Some("left"), "component = \"number\", from = 0.5").unwrap();
+    let all = &percepts.percepts;
+    assert_eq!(origin(all, all.last().unwrap()).name, "left");
+    assert_eq!(origin(all, &all[3]).name, "size");
+}
+
+proptest! {
+    #[test]
+    fn a_range_is_a_degree_that_does_not_rise_away_from_it(
+        from in -2.0..2.0_f64,
+        width in 0.001..2.0_f64,
+        softness in prop_oneof![Just(0.0), 0.0..1.0_f64],
+        limits in 0..3_u8,
+        mut numbers in prop::collection::vec(-6.0..6.0_f32, 2..20),
+    ) {
+        let range = Range {
+            component: Component::Number,
+            from: (limits != 1).then_some(from),
+            to: (limits != 2).then_some(from + width),
+            softness: NotNegative::try_from(softness).ok(),
+        };
+        numbers.sort_by(f32::total_cmp);
+        let degree = |number: f32| range.degree(Feature::Number(number)).unwrap();
+        let degrees: Vec<f32> = numbers.iter().map(|number| degree(*number)).collect();
+        for degree in &degrees {
+            prop_assert!((0.0..=1.0).contains(degree));
+            prop_assert!((0.5..=1.0).contains(&Range::matching(*degree)));
+        }
+        let middle = numbers.partition_point(|number| f64::from(*number) < from + width / 2.0);
+        let (below, above) = degrees.split_at(middle);
+        prop_assert!(limits == 1 || below.is_sorted(), "{below:?}");
+        prop_assert!(limits == 2 || above.is_sorted_by(|a, b| a >= b), "{above:?}");
+        prop_assert!(limits != 1 || below.iter().all(|degree| *degree >= 1.0));
+        prop_assert!(limits != 2 || above.iter().all(|degree| *degree >= 1.0));
+    }
+}
