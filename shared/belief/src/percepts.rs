@@ -13,8 +13,8 @@ use std::time::Duration;
 use perception::PerceptSet;
 use perception::percepts::Definition;
 use serde::Deserialize;
-use settings::ConfigError;
-use settings::number::{Capacity, Unit};
+use settings::SettingsError;
+use settings::number::{Capacity, UnitInterval};
 
 pub use perception::percepts::{
     Component, Kernel, Nearest, Prototype, Range, Region, Space, StateName, is_inside,
@@ -77,7 +77,7 @@ pub enum History {
     /// y = a·x + (1 − a)·y: the current value only, no past.
     LowPass {
         /// a: the weight of the newest sample.
-        alpha: Unit,
+        alpha: UnitInterval,
     },
     /// Samples thinned with age: a query for any age returns a sample whose age is within a factor of two.
     LogTimescale {
@@ -178,10 +178,10 @@ impl Percepts {
     ///
     /// As [`settings::parse`]; also a duplicate or unknown name, a history or measure that does not fit the percept's
     /// feature, or a range of a number that its parent does not derive.
-    pub fn parse(text: &str, file: &Path) -> Result<Self, ConfigError> {
+    pub fn parse(text: &str, file: &Path) -> Result<Self, SettingsError> {
         settings::parse::<file::File>(text, file)?
             .resolve()
-            .map_err(|(span, reason)| settings::invalid(text, file, span, reason))
+            .map_err(|(span, reason)| settings::error_at(text, file, span, reason))
     }
 
     /// The built-in percepts, `config/percepts.toml` at compile time.

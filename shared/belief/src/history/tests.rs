@@ -1,5 +1,5 @@
 use proptest::prelude::*;
-use settings::number::{Capacity, Unit};
+use settings::number::{Capacity, UnitInterval};
 
 use super::*;
 use crate::percepts::{Kernel, Role};
@@ -20,7 +20,7 @@ fn log_timescale(room: u32) -> percepts::History {
 }
 
 fn low_pass(share: f64) -> percepts::History {
-    percepts::History::LowPass { alpha: Unit::try_from(share).unwrap() }
+    percepts::History::LowPass { alpha: UnitInterval::try_from(share).unwrap() }
 }
 
 /// Histories of one percept, with room for three beliefs.

@@ -6,7 +6,7 @@ use std::time::Duration;
 use message::MAX_PERCEPTS;
 use serde::Deserialize;
 use settings::Spanned;
-use settings::number::{Milliseconds, NotNegative, Unit};
+use settings::number::{Milliseconds, NotNegative, UnitInterval};
 
 use super::{Belief, Cull, Distance, History, Kernel, Measure, NoTermApplies, Percept, Percepts, Role};
 
@@ -16,7 +16,7 @@ type SpannedError = (ops::Range<usize>, String);
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(super) struct File {
-    threshold: Unit,
+    threshold: UnitInterval,
     percept: Spanned<Vec<RawPercept>>,
     belief: RawBelief,
 }
@@ -65,7 +65,7 @@ enum When {
     UnseenLongerThanMs(Milliseconds),
     ConfidenceBelow {
         percept: Spanned<String>,
-        floor: Unit,
+        floor: UnitInterval,
     },
     PlaceEmptyForMs(Milliseconds),
     /// As `PlaceEmptyForMs`, with a single observation.
