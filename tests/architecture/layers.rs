@@ -37,8 +37,18 @@ pub(crate) const LAYERS: [&[&str]; 8] = [
         "leo-servo",
         "leo-tasks",
     ],
-    &["message"],
-    &["budget", "clock", "geometry", "invariant", "prefetch", "quantity", "settings", "skip", "testkit"],
+    &["leo-message"],
+    &[
+        "budget",
+        "leo-clock",
+        "leo-geometry",
+        "leo-invariant",
+        "leo-prefetch",
+        "leo-quantity",
+        "leo-settings",
+        "skip",
+        "testkit",
+    ],
 ];
 
 /// Arrows within a layer, from the crate to those of its own layer that it may know.
@@ -58,8 +68,8 @@ const PEERS: [(&str, &[&str]); 10] = [
 /// What others made that only some of our crates may know.
 const WRAPPED: [(&str, &[&str]); 17] = [
     ("iceoryx2", &["transport"]),
-    ("iceoryx2-bb-derive-macros", &["message"]),
-    ("iceoryx2-bb-elementary-traits", &["message"]),
+    ("iceoryx2-bb-derive-macros", &["leo-message"]),
+    ("iceoryx2-bb-elementary-traits", &["leo-message"]),
     ("clap_complete", &["leo"]),
     ("clap_mangen", &["leo"]),
     ("parry3d", &["leo-scene"]),
@@ -70,10 +80,19 @@ const WRAPPED: [(&str, &[&str]); 17] = [
     ("signal-hook", &["process", "supervisor-process"]),
     (
         "rustix",
-        &["clock", "folder", "process", "realtime", "recording", "serial", "supervisor-process", "transport"],
+        &[
+            "leo-clock",
+            "folder",
+            "process",
+            "realtime",
+            "recording",
+            "serial",
+            "supervisor-process",
+            "transport",
+        ],
     ),
     ("urdf-rs", &["leo-kinematics"]),
-    ("toml", &["config", "settings"]),
+    ("toml", &["config", "leo-settings"]),
     ("quinn", &["link-process"]),
     ("quinn-proto", &["link-process"]),
     ("rustls", &["link-process"]),

@@ -20,7 +20,7 @@ pub use perception::percepts::{
     Component, Kernel, Nearest, Prototype, Range, Region, Space, StateName, is_inside,
 };
 
-const BUILTIN: &str = include_str!("../../../config/percepts.toml");
+const BUILTIN: &str = include_str!("../percepts.toml");
 
 /// The percept set P with its threshold k, and the parameters of the belief system.
 #[derive(Clone, Debug, PartialEq)]
