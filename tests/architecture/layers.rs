@@ -98,7 +98,8 @@ const WRAPPED: [(&str, &[&str]); 17] = [
     ("rustls", &["link-process"]),
 ];
 
-fn packages() -> Vec<Package> {
+/// The packages of the workspace.
+pub(crate) fn packages() -> Vec<Package> {
     let manifest = Path::new(env!("CARGO_MANIFEST_DIR")).join("Cargo.toml");
     MetadataCommand::new().manifest_path(manifest).no_deps().exec().expect("cargo metadata").packages
 }

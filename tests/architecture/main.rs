@@ -4,5 +4,6 @@
 mod language;
 mod layers;
 mod paths;
+mod published;
 mod rules;
 mod source;
