@@ -36,8 +36,18 @@ pub(crate) const LAYERS: [&[&str]; 9] = [
         "leo-servo",
         "leo-tasks",
     ],
-    &["message"],
-    &["budget", "clock", "geometry", "invariant", "prefetch", "quantity", "settings", "skip", "testkit"],
+    &["leo-message"],
+    &[
+        "budget",
+        "leo-clock",
+        "leo-geometry",
+        "leo-invariant",
+        "leo-prefetch",
+        "leo-quantity",
+        "leo-settings",
+        "skip",
+        "testkit",
+    ],
 ];
 
 /// Arrows within a layer, from the crate to those of its own layer that it may know.
@@ -56,10 +66,17 @@ const PEERS: [(&str, &[&str]); 9] = [
 /// What others made that only some of our crates may know.
 const WRAPPED: [(&str, &[&str]); 17] = [
     ("iceoryx2", &["transport"]),
+<<<<<<< main
     ("iceoryx2-bb-derive-macros", &["message"]),
     ("iceoryx2-bb-elementary-traits", &["message"]),
     ("clap_complete", &["commands"]),
     ("clap_mangen", &["commands"]),
+=======
+    ("iceoryx2-bb-derive-macros", &["leo-message"]),
+    ("iceoryx2-bb-elementary-traits", &["leo-message"]),
+    ("clap_complete", &["leo"]),
+    ("clap_mangen", &["leo"]),
+>>>>>>> publish
     ("parry3d", &["leo-scene"]),
     ("ratatui", &["console-process"]),
     ("redb", &["store"]),
@@ -68,16 +85,26 @@ const WRAPPED: [(&str, &[&str]); 17] = [
     ("signal-hook", &["process", "supervisor-process"]),
     (
         "rustix",
-        &["clock", "folder", "process", "realtime", "recording", "serial", "supervisor-process", "transport"],
+        &[
+            "leo-clock",
+            "folder",
+            "process",
+            "realtime",
+            "recording",
+            "serial",
+            "supervisor-process",
+            "transport",
+        ],
     ),
     ("urdf-rs", &["leo-kinematics"]),
-    ("toml", &["config", "settings"]),
+    ("toml", &["config", "leo-settings"]),
     ("quinn", &["link-process"]),
     ("quinn-proto", &["link-process"]),
     ("rustls", &["link-process"]),
 ];
 
-fn packages() -> Vec<Package> {
+/// The packages of the workspace.
+pub(crate) fn packages() -> Vec<Package> {
     let manifest = Path::new(env!("CARGO_MANIFEST_DIR")).join("Cargo.toml");
     MetadataCommand::new().manifest_path(manifest).no_deps().exec().expect("cargo metadata").packages
 }

@@ -6,6 +6,10 @@ mod language;
 mod layers;
 mod modules;
 mod paths;
+<<<<<<< main
 mod rooms;
+=======
+mod published;
+>>>>>>> publish
 mod rules;
 mod source;

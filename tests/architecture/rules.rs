@@ -94,6 +94,11 @@ fn is_service_core(path: &str) -> bool {
         && path.split_once("/src/").is_some_and(|(_, file)| file != "io.rs" && !file.starts_with("io/"))
 }
 
+/// The library of a package. One that can be published is called after its folder, with `leo-` before it.
+fn library(package: &str) -> String {
+    package.strip_prefix("leo-").unwrap_or(package).replace('-', "_")
+}
+
 fn all() -> Vec<Source> {
     sources("services").into_iter().chain(sources("shared")).collect()
 }
@@ -111,16 +116,14 @@ fn a_core_does_no_io_and_reads_no_clock() {
     let pure = LAYERS[4..].concat();
     let is_pure = |path: &str| {
         let name = path.split('/').nth(1).unwrap_or("");
-        // A crate that is usable on its own is called after its folder, with `leo-` before it.
-        let is_of = |package: &&str| package.strip_prefix("leo-").unwrap_or(package) == name;
+        let is_of = |package: &&str| library(package) == name;
         pure.iter().any(is_of) && !READS_BY_PURPOSE.contains(&name)
     };
     let (places, files) = named(&sources("shared"), &forbidden, is_pure);
     assert!(places.is_empty(), "a pure crate may not name\n{}", places.join("\n"));
     assert!(files > 50, "only {files} sources of pure crates were seen");
 
-    let known: BTreeSet<String> =
-        dependencies().into_values().flatten().map(|name| name.replace('-', "_")).collect();
+    let known: BTreeSet<String> = dependencies().into_values().flatten().map(|name| library(&name)).collect();
     for path in IO_PATHS {
         let root = path.split("::").next().unwrap_or(path);
         assert!(

@@ -1,5 +1,5 @@
 /* What Leo's processes share through memory, for C and C++: made from shared/message by
- * `LEO_REWRITE=1 cargo test -p message`; do not edit. docs/sources.md says how to use it.
+ * `LEO_REWRITE=1 cargo test -p leo-message`; do not edit. docs/sources.md says how to use it.
  *
  * A topic is an iceoryx2 publish-subscribe service whose payload is a slice of entries and whose
  * user header is the head. The types are known by the names that the macros ..._TYPE hold. */

@@ -4,7 +4,7 @@ use std::cmp::Ordering;
 use std::path::Path;
 
 use config::motor::Limit;
-use config::{ConfigError, Robot};
+use config::{Robot, SettingsError};
 use kinematics::{Body, BodyError, Joint};
 use learner_process::{LeoBody, LeoBodyError};
 use motor_process::{Motor, MotorError};
@@ -23,7 +23,7 @@ pub(super) enum BodyCheckError {
     MissingJoint { urdf: String, why: String },
     /// A limit differs between the two files.
     #[error(transparent)]
-    Limit(ConfigError),
+    Limit(SettingsError),
     /// The servos cannot be driven.
     #[error("{motor}: {source}")]
     Motor { motor: String, source: MotorError },

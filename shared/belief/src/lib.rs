@@ -1,8 +1,8 @@
-//! The Belief System: histories, distance, association and clustering, merging, culling.
+#![doc = include_str!("../README.md")]
 //!
-//! It combines sensor fusion, multi-object tracking and short-term memory. The input is percept snapshots without
-//! identity; the output is a set of remembered objects with identities. The tuple (B, G, M, d, q, w, c) and the
-//! equations are those of Berlin et al. 2006, "Belief Modeling".
+//! # Equations
+//!
+//! The tuple (B, G, M, d, q, w, c) of the paper:
 //!
 //! | | what it is | where |
 //! |---|---|---|

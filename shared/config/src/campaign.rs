@@ -5,8 +5,8 @@ use std::path::Path;
 use std::time::Duration;
 
 use serde::Deserialize;
-use settings::number::{NotNegative, Unit};
-use settings::{ConfigError, Spanned, invalid, parse};
+use settings::number::{NotNegative, UnitInterval};
+use settings::{SettingsError, Spanned, error_at, parse};
 
 /// The faults of one run.
 ///
@@ -27,7 +27,7 @@ use settings::{ConfigError, Spanned, invalid, parse};
 ///     "campaign.toml".as_ref(),
 /// )?;
 /// assert_eq!(campaign.percepts[0].kind, PerceptFaultKind::Drop);
-/// # Ok::<(), config::ConfigError>(())
+/// # Ok::<(), config::SettingsError>(())
 /// ```
 #[derive(Clone, Debug, Default, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -53,7 +53,7 @@ pub struct PerceptFault {
     /// The kind of fault.
     pub kind: PerceptFaultKind,
     /// Its probability, per percept snapshot; per frame for `reorder` and `freeze`.
-    pub probability: Unit,
+    pub probability: UnitInterval,
     /// Its start, in seconds since the sensor process started; 0 if absent.
     #[serde(default)]
     pub start_s: Option<NotNegative>,
@@ -120,7 +120,7 @@ impl Campaign {
         file: &Path,
         bus: impl Fn(&str) -> Result<(), B>,
         process: impl Fn(&str) -> Result<(), P>,
-    ) -> Result<Self, ConfigError> {
+    ) -> Result<Self, SettingsError> {
         let text = crate::text(file)?;
         Self::checked(&text, file, bus, process)
     }
@@ -135,14 +135,14 @@ impl Campaign {
         file: &Path,
         bus: impl Fn(&str) -> Result<(), B>,
         process: impl Fn(&str) -> Result<(), P>,
-    ) -> Result<Self, ConfigError> {
+    ) -> Result<Self, SettingsError> {
         let campaign: Self = parse(text, file)?;
         for words in &campaign.bus {
-            bus(words.get_ref()).map_err(|error| invalid(text, file, words.span(), error.to_string()))?;
+            bus(words.get_ref()).map_err(|error| error_at(text, file, words.span(), error.to_string()))?;
         }
         for fault in &campaign.processes {
             let name = &fault.process;
-            process(name.get_ref()).map_err(|error| invalid(text, file, name.span(), error.to_string()))?;
+            process(name.get_ref()).map_err(|error| error_at(text, file, name.span(), error.to_string()))?;
         }
         Ok(campaign)
     }

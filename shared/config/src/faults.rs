@@ -4,7 +4,7 @@ use std::fmt::Display;
 use std::path::Path;
 
 use serde::Deserialize;
-use settings::{ConfigError, Spanned, invalid, parse};
+use settings::{SettingsError, Spanned, error_at, parse};
 
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -18,11 +18,14 @@ struct Faults {
 ///
 /// The file cannot be read, is not TOML, has a key other than `faults`, or `read` rejects a fault. The error names the
 /// line.
-pub fn load<T, E: Display>(file: &Path, read: impl Fn(&str) -> Result<T, E>) -> Result<Vec<T>, ConfigError> {
+pub fn load<T, E: Display>(
+    file: &Path,
+    read: impl Fn(&str) -> Result<T, E>,
+) -> Result<Vec<T>, SettingsError> {
     let text = crate::text(file)?;
     let faults: Faults = parse(&text, file)?;
     let read = |words: &Spanned<String>| {
-        read(words.get_ref()).map_err(|error| invalid(&text, file, words.span(), error.to_string()))
+        read(words.get_ref()).map_err(|error| error_at(&text, file, words.span(), error.to_string()))
     };
     faults.faults.iter().map(read).collect()
 }

@@ -2,7 +2,7 @@ use std::fs;
 use std::io;
 use std::path::{Path, PathBuf};
 
-use settings::ConfigError;
+use settings::SettingsError;
 
 use crate::robot::builtin;
 use crate::text;
@@ -33,7 +33,7 @@ impl Files {
     /// # Errors
     ///
     /// A file exists and cannot be read.
-    pub fn read(leo: Option<&Path>) -> Result<Self, ConfigError> {
+    pub fn read(leo: Option<&Path>) -> Result<Self, SettingsError> {
         let mut files = Self { leo: leo.map(Path::to_owned), texts: Vec::new() };
         for (name, builtin) in ALL {
             let text = match files.place(name) {
@@ -51,9 +51,9 @@ impl Files {
     /// # Errors
     ///
     /// A file of the snapshot cannot be read.
-    pub fn kept(leo: Option<&Path>, folder: &Path) -> Result<Self, ConfigError> {
+    pub fn kept(leo: Option<&Path>, folder: &Path) -> Result<Self, SettingsError> {
         let read = |(name, _)| Ok((name, text(&folder.join(name))?));
-        let texts = ALL.into_iter().map(read).collect::<Result<_, ConfigError>>()?;
+        let texts = ALL.into_iter().map(read).collect::<Result<_, SettingsError>>()?;
         Ok(Self { leo: leo.map(Path::to_owned), texts })
     }
 

@@ -7,7 +7,7 @@ use std::collections::BTreeMap;
 use std::net::SocketAddr;
 
 use serde::Deserialize;
-use settings::number::{Capacity, Hertz, Milliseconds, NotNegative, Positive, Seconds, Unit};
+use settings::number::{Capacity, Hertz, Milliseconds, NotNegative, Positive, Seconds, UnitInterval};
 use tasks::{HypothesisLanguage, Noise, OnConflict};
 
 pub(crate) use link::fault as link_error;
@@ -176,7 +176,7 @@ pub struct Learner {
     /// What decides where the schemas from the robot's view and from the teacher's perspective differ.
     pub on_conflict: OnConflict,
     /// Hypotheses are reported if their posterior is at least this share of the best one's.
-    pub high_likelihood: Unit,
+    pub high_likelihood: UnitInterval,
     /// How often joint goals are repeated while Leo performs or rests.
     pub goal_rate_hz: Hertz,
     /// Real-time rights.

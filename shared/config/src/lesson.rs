@@ -19,7 +19,7 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
-use settings::ConfigError;
+use settings::SettingsError;
 
 pub use library::{LIBRARY, STUDY};
 pub use needs::Needs;
@@ -266,7 +266,7 @@ impl Lesson {
     ///
     /// The file cannot be read, is not TOML, has an unknown or missing key, a value out of range, or inconsistent
     /// parts.
-    pub fn load(file: &Path) -> Result<Self, ConfigError> {
+    pub fn load(file: &Path) -> Result<Self, SettingsError> {
         Self::parse(&crate::text(file)?, file)
     }
 
@@ -275,9 +275,9 @@ impl Lesson {
     /// # Errors
     ///
     /// As [`Lesson::load`].
-    pub fn parse(text: &str, file: &Path) -> Result<Self, ConfigError> {
+    pub fn parse(text: &str, file: &Path) -> Result<Self, SettingsError> {
         let raw: raw::Lesson = settings::parse(text, file)?;
-        check::lesson(raw).map_err(|fault| settings::invalid(text, file, fault.span, fault.reason))
+        check::lesson(raw).map_err(|fault| settings::error_at(text, file, fault.span, fault.reason))
     }
 
     /// Finds a lesson by name: a built-in one, otherwise `NAME.toml` in a folder.
@@ -285,7 +285,7 @@ impl Lesson {
     /// # Errors
     ///
     /// As [`Lesson::load`].
-    pub fn named(name: &str, folder: &Path) -> Result<Self, ConfigError> {
+    pub fn named(name: &str, folder: &Path) -> Result<Self, SettingsError> {
         let file = PathBuf::from(format!("{name}.toml"));
         match LIBRARY.iter().find(|(known, _)| *known == name) {
             Some((_, text)) => Self::parse(text, &file),

@@ -25,4 +25,4 @@ pub use load::{load, text};
 pub use migrated::Migration;
 pub use names::Names;
 pub use robot::Robot;
-pub use settings::{ConfigError, parse, suggest};
+pub use settings::{SettingsError, parse, suggest};

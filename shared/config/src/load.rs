@@ -1,14 +1,14 @@
 use std::path::Path;
 
 use serde::de::DeserializeOwned;
-use settings::{ConfigError, parse};
+use settings::{SettingsError, parse};
 
 /// Reads and checks a TOML file.
 ///
 /// # Errors
 ///
 /// The file cannot be read, is not TOML, has an unknown or missing key, or has a value out of range.
-pub fn load<T: DeserializeOwned>(file: &Path) -> Result<T, ConfigError> {
+pub fn load<T: DeserializeOwned>(file: &Path) -> Result<T, SettingsError> {
     parse(&text(file)?, file)
 }
 
@@ -17,8 +17,8 @@ pub fn load<T: DeserializeOwned>(file: &Path) -> Result<T, ConfigError> {
 /// # Errors
 ///
 /// The file cannot be read, is not UTF-8, or exceeds the size limit for configuration files.
-pub fn text(file: &Path) -> Result<String, ConfigError> {
-    budget::text(file).map_err(|source| ConfigError::Read { file: file.to_owned(), source })
+pub fn text(file: &Path) -> Result<String, SettingsError> {
+    budget::text(file).map_err(|source| SettingsError::Read { file: file.to_owned(), source })
 }
 
 #[cfg(test)]

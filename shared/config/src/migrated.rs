@@ -3,7 +3,7 @@
 
 use std::path::{Path, PathBuf};
 
-use crate::ConfigError;
+use crate::SettingsError;
 
 /// Maximum number of migration steps, above the number of keys of any file. It guards against an endless loop.
 const MAX_STEPS: usize = 2000;
@@ -28,8 +28,8 @@ pub(crate) fn migrated(
     text: String,
     file: &Path,
     builtin: &str,
-    parse: impl Fn(&str) -> Result<(), ConfigError>,
-) -> Result<Migration, ConfigError> {
+    parse: impl Fn(&str) -> Result<(), SettingsError>,
+) -> Result<Migration, SettingsError> {
     let mut migrated = Migration { file: file.to_owned(), text, steps: Vec::new() };
     for _step in 0..MAX_STEPS {
         let Err(error) = parse(&migrated.text) else { return Ok(migrated) };
@@ -42,8 +42,8 @@ pub(crate) fn migrated(
 
 impl Migration {
     /// Applies the migration for an error; returns whether there is one.
-    fn apply_fix(&mut self, error: &ConfigError, builtin: &str) -> bool {
-        let ConfigError::Invalid { line, column, reason, .. } = error else { return false };
+    fn apply_fix(&mut self, error: &SettingsError, builtin: &str) -> bool {
+        let SettingsError::Invalid { line, column, reason, .. } = error else { return false };
         if let Some((old, new)) = settings::renaming(reason) {
             return self.rename((*line, *column), old, new);
         }
@@ -214,7 +214,7 @@ mod tests {
 
     const BUILTIN: &str = include_str!("../../../config/leo.toml");
 
-    fn leo(text: &str) -> Result<Migration, ConfigError> {
+    fn leo(text: &str) -> Result<Migration, SettingsError> {
         let file = Path::new("leo.toml");
         migrated(text.to_owned(), file, BUILTIN, |text| crate::parse::<Leo>(text, file).map(drop))
     }

@@ -9,7 +9,7 @@ use std::path::Path;
 use serde::Deserialize;
 use servo::Model;
 use settings::number::{Finite, Positive};
-use settings::{ConfigError, Spanned, invalid, parse as parse_toml};
+use settings::{SettingsError, Spanned, error_at, parse as parse_toml};
 
 /// The supported baud rates, in bits per second: those of X-series servos from 1 Mbit/s up.
 const BAUDS: [u32; 5] = [1_000_000, 2_000_000, 3_000_000, 4_000_000, 4_500_000];
@@ -140,7 +140,7 @@ impl Limit {
 /// An error about a joint limit, for checks against another file. `text` is that of `motor.toml`; the error names it as
 /// `file`.
 #[must_use]
-pub fn limit_error(text: &str, file: &Path, joint: &str, limit: Limit, reason: String) -> ConfigError {
+pub fn limit_error(text: &str, file: &Path, joint: &str, limit: Limit, reason: String) -> SettingsError {
     let raw: RawMotor = match parse_toml(text, file) {
         Ok(raw) => raw,
         Err(error) => return error,
@@ -151,7 +151,7 @@ pub fn limit_error(text: &str, file: &Path, joint: &str, limit: Limit, reason: S
         Limit::Max => found.max_rad.span(),
         Limit::Velocity => found.max_velocity_rad_s.span(),
     });
-    invalid(text, file, span, reason)
+    error_at(text, file, span, reason)
 }
 
 #[derive(Deserialize)]
@@ -193,7 +193,7 @@ struct RawJoint {
 ///
 /// As [`crate::load`]; also an unknown bus, a duplicate name or servo, crossed limits, limits beyond half a turn of the
 /// servo, or a velocity above the servo's maximum.
-pub fn load(file: &Path) -> Result<Motor, ConfigError> {
+pub fn load(file: &Path) -> Result<Motor, SettingsError> {
     parse(&crate::text(file)?, file)
 }
 
@@ -202,9 +202,9 @@ pub fn load(file: &Path) -> Result<Motor, ConfigError> {
 /// # Errors
 ///
 /// As [`load`].
-pub fn parse(text: &str, file: &Path) -> Result<Motor, ConfigError> {
+pub fn parse(text: &str, file: &Path) -> Result<Motor, SettingsError> {
     let raw: RawMotor = parse_toml(text, file)?;
-    check(raw).map_err(|SpannedError { span, reason }| invalid(text, file, span, reason))
+    check(raw).map_err(|SpannedError { span, reason }| error_at(text, file, span, reason))
 }
 
 struct SpannedError {

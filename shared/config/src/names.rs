@@ -13,7 +13,7 @@ const LONGEST: usize = TEXT_CAPACITY / 4;
 /// ```
 /// let names = config::Robot::load(None)?.leo.belief.names;
 /// assert_eq!([0, 1, 2].map(|agent| names.of(agent)), ["Leo", "the teacher", "partner 2"]);
-/// # Ok::<(), config::ConfigError>(())
+/// # Ok::<(), config::SettingsError>(())
 /// ```
 #[derive(Clone, Debug, Default, PartialEq, Eq, Deserialize)]
 #[serde(try_from = "Vec<String>")]

@@ -8,7 +8,7 @@ use crate::campaign::Campaign;
 use crate::leo::Leo;
 use crate::lesson::Lesson;
 use crate::robot::builtin;
-use crate::{ConfigError, motor, parse};
+use crate::{SettingsError, motor, parse};
 use belief::percepts::Percepts;
 use perspective::settings::Perspective;
 
@@ -54,7 +54,7 @@ fn sample(file: &str) -> String {
     text.lines().filter(|line| !line.starts_with('#')).map(|line| format!("{line}\n")).collect()
 }
 
-fn read(file: &str, text: &str) -> Result<(), ConfigError> {
+fn read(file: &str, text: &str) -> Result<(), SettingsError> {
     let path = Path::new("x.toml");
     match file {
         "leo.toml" => parse::<Leo>(text, path).map(drop),

@@ -3,12 +3,12 @@ use std::path::{Path, PathBuf};
 use belief::percepts::Percepts;
 use message::MAX_PERSPECTIVES;
 use perspective::settings::Perspective;
-use settings::invalid;
+use settings::error_at;
 
 use crate::leo::{Leo, link_error, sources_error};
 use crate::migrated::{Migration, migrated};
 use crate::motor::{Limit, Motor};
-use crate::{ConfigError, Files, motor, parse, text};
+use crate::{Files, SettingsError, motor, parse, text};
 
 /// The whole configuration of a robot: `leo.toml` and its sibling files.
 #[derive(Clone, Debug)]
@@ -41,7 +41,7 @@ impl Robot {
     /// # Errors
     ///
     /// `leo` cannot be read, or a file is invalid.
-    pub fn load(leo: Option<&Path>) -> Result<Self, ConfigError> {
+    pub fn load(leo: Option<&Path>) -> Result<Self, SettingsError> {
         Self::of(&Files::read(leo)?)
     }
 
@@ -50,7 +50,7 @@ impl Robot {
     /// # Errors
     ///
     /// A file is invalid.
-    pub fn of(files: &Files) -> Result<Self, ConfigError> {
+    pub fn of(files: &Files) -> Result<Self, SettingsError> {
         let [leo, percepts, perspective, motor] =
             ["leo.toml", "percepts.toml", "perspective.toml", "motor.toml"].map(|name| files.file(name));
         let (leo_text, leo_file) = leo;
@@ -79,7 +79,7 @@ impl Robot {
 
     /// An error about a joint limit in the `motor.toml` beside `leo` (a `leo.toml`), for checks against another file.
     #[must_use]
-    pub fn limit_error(leo: Option<&Path>, joint: &str, limit: Limit, reason: String) -> ConfigError {
+    pub fn limit_error(leo: Option<&Path>, joint: &str, limit: Limit, reason: String) -> SettingsError {
         match Files::read(leo) {
             Ok(files) => {
                 let (text, file) = files.file("motor.toml");
@@ -96,7 +96,7 @@ impl Robot {
     /// # Errors
     ///
     /// A file cannot be read, or has an error that no migration fixes.
-    pub fn migrated(leo: &Path) -> Result<Vec<Migration>, ConfigError> {
+    pub fn migrated(leo: &Path) -> Result<Vec<Migration>, SettingsError> {
         let parse_leo = |text: &str| parse::<Leo>(text, leo).map(drop);
         let mut all = vec![migrated(text(leo)?, leo, builtin::LEO, parse_leo)?];
         let beside = leo.with_file_name("perspective.toml");
@@ -139,8 +139,8 @@ impl Robot {
 }
 
 /// Adds a hint to an error about a missing or renamed key: the command that migrates the file, see [`Robot::migrated`].
-fn with_migration_hint(mut error: ConfigError, leo: &Path) -> ConfigError {
-    if let ConfigError::Invalid { reason, .. } = &mut error {
+fn with_migration_hint(mut error: SettingsError, leo: &Path) -> SettingsError {
+    if let SettingsError::Invalid { reason, .. } = &mut error {
         let migrate = format!("`leo check --config {} --migrate`", leo.display());
         if reason.starts_with("missing field") {
             *reason += &format!("; is it an older file? {migrate} adds it");
@@ -152,7 +152,7 @@ fn with_migration_hint(mut error: ConfigError, leo: &Path) -> ConfigError {
 }
 
 /// Parses a `leo.toml` and checks the constraints between its values.
-fn parse_and_validate(text: &str, file: &Path) -> Result<Leo, ConfigError> {
+fn parse_and_validate(text: &str, file: &Path) -> Result<Leo, SettingsError> {
     let leo: Leo = parse(text, file).map_err(|error| with_migration_hint(error, file))?;
     let (goals, patience) = (leo.learner.goal_rate_hz.period(), leo.motor.command_timeout_ms.duration());
     if 2 * goals > patience {
@@ -163,7 +163,7 @@ fn parse_and_validate(text: &str, file: &Path) -> Result<Leo, ConfigError> {
             patience.as_millis(),
             (2 * goals).as_millis()
         );
-        return Err(invalid(text, file, at..at, reason));
+        return Err(error_at(text, file, at..at, reason));
     }
     let (partners, depth) = (leo.belief.partners, leo.belief.depth.get());
     let perspectives = leo.belief.perspectives(partners);
@@ -173,23 +173,23 @@ fn parse_and_validate(text: &str, file: &Path) -> Result<Leo, ConfigError> {
             "{partners} partners make {perspectives} perspectives when nested {depth} deep, and the most is \
              {MAX_PERSPECTIVES}: take fewer `partners` or less `depth`"
         );
-        return Err(invalid(text, file, at..at, reason));
+        return Err(error_at(text, file, at..at, reason));
     }
     if let Some((index, reason)) = sources_error(&leo.sensor.source) {
         let at = source_offset(text, index);
-        return Err(invalid(text, file, at..at, reason));
+        return Err(error_at(text, file, at..at, reason));
     }
     if let Some((key, reason)) = link_error(&leo.link) {
         let table = text.find("\n[link]").unwrap_or(0);
         let at =
             text.get(table..).and_then(|rest| rest.find(&format!("\n{key} "))).map_or(0, |at| table + at + 1);
-        return Err(invalid(text, file, at..at, reason));
+        return Err(error_at(text, file, at..at, reason));
     }
     Ok(leo)
 }
 
 /// Rejects a source whose observations could never pass the percept threshold.
-fn check_perceivable(leo: &Leo, percepts: &Percepts, text: &str, file: &Path) -> Result<(), ConfigError> {
+fn check_perceivable(leo: &Leo, percepts: &Percepts, text: &str, file: &Path) -> Result<(), SettingsError> {
     for (index, source) in leo.sensor.source.iter().enumerate() {
         let confidence = source.confidence(percepts);
         if confidence <= percepts.threshold {
@@ -199,7 +199,7 @@ fn check_perceivable(leo: &Leo, percepts: &Percepts, text: &str, file: &Path) ->
                  {confidence:.2}, and the threshold in percepts.toml is {}",
                 source.name, percepts.threshold
             );
-            return Err(invalid(text, file, at..at, reason));
+            return Err(error_at(text, file, at..at, reason));
         }
     }
     Ok(())

@@ -8,7 +8,7 @@ use std::f64::consts::FRAC_PI_2;
 
 use kinematics::{Body, Side};
 
-const URDF: &str = include_str!("../../../config/leo.urdf");
+const URDF: &str = include_str!("../leo.urdf");
 
 fn main() -> Result<(), Box<dyn Error>> {
     // The order of the names is the order of the positions.

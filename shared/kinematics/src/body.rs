@@ -239,7 +239,7 @@ impl Body {
     /// ```
     /// use geometry::Position;
     /// use kinematics::{Body, Side};
-    /// # let urdf = include_str!(concat!(env!("CARGO_MANIFEST_DIR"), "/../../config/leo.urdf"));
+    /// # let urdf = include_str!(concat!(env!("CARGO_MANIFEST_DIR"), "/leo.urdf"));
     /// # let names: Vec<&str> = urdf.lines().filter(|line| line.contains("revolute"))
     /// #     .filter_map(|line| line.split('"').nth(1)).collect();
     /// let body = Body::from_urdf(urdf, &names)?;

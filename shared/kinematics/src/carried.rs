@@ -29,7 +29,7 @@ mod tests {
 
     #[test]
     fn a_joint_is_carried_by_the_next_one_towards_the_base() {
-        let urdf = include_str!("../../../config/leo.urdf");
+        let urdf = include_str!("../leo.urdf");
         let names = [
             "torso_yaw_joint",
             "torso_roll_joint",

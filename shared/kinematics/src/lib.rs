@@ -1,4 +1,6 @@
-//! Kinematics of the body: joints and links from a URDF, forward and inverse kinematics.
+#![doc = include_str!("../README.md")]
+//!
+//! # Configurations
 //!
 //! [`Body`] is immutable. A configuration is a slice of joint positions in radians, in the order of the names
 //! it was read with (that of `motor.toml`). A missing position counts as zero. Poses are in the

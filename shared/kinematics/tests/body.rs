@@ -7,7 +7,7 @@ use geometry::Position;
 use kinematics::{ARM_JOINTS, Body, HandGoal, Side};
 use proptest::prelude::*;
 
-const URDF: &str = include_str!("../../../config/leo.urdf");
+const URDF: &str = include_str!("../leo.urdf");
 
 fn names() -> Vec<&'static str> {
     URDF.lines()

@@ -1,4 +1,6 @@
-//! The Perception System: percepts, and the percept snapshot of an observation.
+#![doc = include_str!("../README.md")]
+//!
+//! # Equations
 //!
 //! A percept is a classification function p(o) = (m, c, d) (Eq. 1 of Berlin et al. 2006, "Belief Modeling"): match and
 //! confidence in [0, 1], and optionally a derived feature. The snapshot of an observation holds the evaluations with

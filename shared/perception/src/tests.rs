@@ -9,7 +9,7 @@ use super::*;
 
 const ROBOT: Frame = Frame { agent: 0 };
 
-const BUILTIN: &str = include_str!("../../../config/percepts.toml");
+const BUILTIN: &str = include_str!("../percepts.toml");
 
 /// The part of `percepts.toml` that the Perception System reads.
 #[derive(Deserialize)]

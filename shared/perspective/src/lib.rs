@@ -1,4 +1,6 @@
-//! The world as a partner perceives it (Berlin et al. 2006, "Perspective Taking and Belief Inference").
+#![doc = include_str!("../README.md")]
+//!
+//! # Equations
 //!
 //! A partner's beliefs are modelled by "re-using the mechanism" of the robot's own: the partner gets a
 //! Perception System and a Belief System, fed with

@@ -7,7 +7,7 @@ use serde::Deserialize;
 use settings::number::{Capacity, Coordinate, Milliseconds, NotNegative, OutOfRange, Positive};
 use settings::parse;
 
-const BUILTIN: &str = include_str!("../../../config/perspective.toml");
+const BUILTIN: &str = include_str!("../perspective.toml");
 
 /// The content of `perspective.toml`.
 #[derive(Clone, Debug, Deserialize)]

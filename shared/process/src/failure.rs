@@ -5,7 +5,7 @@ use transport::{DomainError, JoinError, PortError, ReceiveError, ReserveError, S
 pub enum Failure {
     /// A configuration file is invalid.
     #[error(transparent)]
-    Config(#[from] config::ConfigError),
+    Config(#[from] config::SettingsError),
     /// The domain is invalid.
     #[error(transparent)]
     Domain(#[from] DomainError),

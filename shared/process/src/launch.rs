@@ -1,6 +1,6 @@
 use std::path::PathBuf;
 
-use config::{ConfigError, Files};
+use config::{Files, SettingsError};
 
 /// Command line arguments of a process.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
@@ -38,7 +38,7 @@ impl Launch {
     /// # Errors
     ///
     /// A file cannot be read.
-    pub fn files(&self) -> Result<Files, ConfigError> {
+    pub fn files(&self) -> Result<Files, SettingsError> {
         let leo = self.config.as_deref();
         self.kept.as_deref().map_or_else(|| Files::read(leo), |folder| Files::kept(leo, folder))
     }

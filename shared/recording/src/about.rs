@@ -2,7 +2,7 @@ use std::collections::BTreeMap;
 use std::path::Path;
 
 use config::lesson::Lesson;
-use config::{ConfigError, Files, Robot};
+use config::{Files, Robot, SettingsError};
 use geometry::{Base, Pose, World};
 
 /// The time base of the recorded robot.
@@ -56,7 +56,7 @@ impl Subject {
         partners: Option<u32>,
         x_world_base: Pose<World, Base>,
         program: &str,
-    ) -> Result<Self, ConfigError> {
+    ) -> Result<Self, SettingsError> {
         Self::of(&Files::read(leo)?, time, partners, x_world_base, program)
     }
 
@@ -71,7 +71,7 @@ impl Subject {
         partners: Option<u32>,
         x_world_base: Pose<World, Base>,
         program: &str,
-    ) -> Result<Self, ConfigError> {
+    ) -> Result<Self, SettingsError> {
         let robot = Robot::of(files)?;
         let partners = partners.unwrap_or(robot.leo.belief.partners);
         let (files, program) = (files.texts().to_vec(), program.to_owned());

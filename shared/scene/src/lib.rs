@@ -1,26 +1,10 @@
-//! Visibility from an eye: a view cone, and boxes that occlude what lies behind them.
+#![doc = include_str!("../README.md")]
+//!
+//! # Equation
 //!
 //! "Visibility can be determined by a cone calculated from the human's position and orientation, and objects on the
 //! opposite side of known occlusions from the human can be marked invisible" (Berlin et al. 2006, after Eq. 9). All
 //! tests are in the robot's base frame, like the observations; a rigid transform does not change the result.
-//!
-//! ```
-//! use geometry::{Base, Eye, Pose, Position};
-//! use scene::{Cone, Occluders, Samples, Sight};
-//!
-//! let x_base_eye = Pose::<Base, Eye>::looking(&Position::new(1.5, 0.0, 0.55), &Position::new(0.5, 0.0, 0.0));
-//! let cone = Cone::new(60_f64.to_radians(), 3.0)?;
-//! let mut walls = Occluders::new(4);
-//! let block = Pose::upright(0.4, 0.0, 0.02, 0.0);
-//! let half_extents_m = [0.02, 0.02, 0.02];
-//!
-//! let open = Sight::new(x_base_eye, cone, &walls).visible_share(&block, half_extents_m, Samples::Corners);
-//! assert!(open >= 1.0);
-//! walls.add(&Pose::upright(0.5, 0.0, 0.12, 0.0), [0.01, 0.2, 0.12])?;
-//! let hidden = Sight::new(x_base_eye, cone, &walls).visible_share(&block, half_extents_m, Samples::Corners);
-//! assert!(hidden <= 0.0);
-//! # Ok::<(), Box<dyn std::error::Error>>(())
-//! ```
 //!
 //! V (Eq. 8), an example: an eye looks along x with a cone of 60°. As tan 60° = 1.732, a point 1 m ahead is visible at
 //! 1.7 m to the side and not at 1.8 m. A wall 1 m ahead occludes everything to the left of the line of sight, y > 0. A

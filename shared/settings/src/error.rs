@@ -2,7 +2,7 @@ use std::path::PathBuf;
 
 /// Why a file was rejected.
 #[derive(Debug, thiserror::Error)]
-pub enum ConfigError {
+pub enum SettingsError {
     /// The file cannot be read.
     #[error("cannot read {}: {source}", file.display())]
     Read {

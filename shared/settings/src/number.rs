@@ -52,7 +52,7 @@ ranged!(
 );
 ranged!(
     /// A share, a match, a confidence or a probability.
-    Unit: "from 0 to 1", |value| (0.0..=1.0).contains(&value)
+    UnitInterval: "from 0 to 1", |value| (0.0..=1.0).contains(&value)
 );
 ranged!(
     /// A number that is zero or positive.

@@ -3,7 +3,7 @@ use std::path::Path;
 
 use serde::de::DeserializeOwned;
 
-use crate::{ConfigError, renamed};
+use crate::{SettingsError, renamed};
 
 /// Minimum similarity (Jaro-Winkler, 0 to 1) at which a known key is suggested for an unknown one.
 const MIN_SIMILARITY: f64 = 0.75;
@@ -25,19 +25,19 @@ const MIN_SIMILARITY: f64 = 0.75;
 ///     "leo.toml:2:1: unknown field `period_ms`, expected `period_us`; did you mean `period_us`?"
 /// );
 /// ```
-pub fn parse<T: DeserializeOwned>(text: &str, file: &Path) -> Result<T, ConfigError> {
+pub fn parse<T: DeserializeOwned>(text: &str, file: &Path) -> Result<T, SettingsError> {
     toml::from_str(text).map_err(|error| {
         let reason = renamed::explain(error.message()).unwrap_or_else(|| suggest(error.message()));
         let (line, column) = line_and_column(text, error.span());
-        ConfigError::Invalid { file: file.to_owned(), line, column, reason }
+        SettingsError::Invalid { file: file.to_owned(), line, column, reason }
     })
 }
 
 /// An error at `span` of a text that was parsed already, for checks across several fields.
 #[must_use]
-pub fn invalid(text: &str, file: &Path, span: Range<usize>, reason: String) -> ConfigError {
+pub fn error_at(text: &str, file: &Path, span: Range<usize>, reason: String) -> SettingsError {
     let (line, column) = line_and_column(text, Some(span));
-    ConfigError::Invalid { file: file.to_owned(), line, column, reason }
+    SettingsError::Invalid { file: file.to_owned(), line, column, reason }
 }
 
 fn line_and_column(text: &str, span: Option<Range<usize>>) -> (usize, usize) {

@@ -1,4 +1,6 @@
-//! Learning from a teacher: actions, schemas, goals, hypotheses.
+#![doc = include_str!("../README.md")]
+//!
+//! # Stages
 //!
 //! Implements "Task and Goal Learning" of M. Berlin, J. Gray, A. L. Thomaz and C. Breazeal,
 //! "Perspective Taking: An Organizing Principle for Learning in Human-Robot Interaction",

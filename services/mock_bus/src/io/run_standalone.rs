@@ -6,7 +6,7 @@ use std::sync::mpsc::{Receiver, channel};
 
 use budget::Lines;
 use clock::Duration;
-use config::ConfigError;
+use config::SettingsError;
 use config::motor::{Device, Motor};
 use servo::mock::FaultSpec;
 
@@ -37,7 +37,7 @@ pub enum StandaloneError {
     NoMock,
     /// The fault file is invalid.
     #[error(transparent)]
-    File(#[from] ConfigError),
+    File(#[from] SettingsError),
     /// A bus cannot be started.
     #[error(transparent)]
     MockBuses(#[from] MockBusesError),
@@ -159,7 +159,7 @@ impl<'a> Control<'a> {
         Ok(control)
     }
 
-    fn read(&self, file: &Path) -> Result<Vec<FaultSpec>, ConfigError> {
+    fn read(&self, file: &Path) -> Result<Vec<FaultSpec>, SettingsError> {
         config::faults::load(file, |words| parse(words, self.robot))
     }
 

@@ -9,7 +9,7 @@ use std::thread;
 use std::time::Duration;
 
 use config::leo::{Leo, Rights};
-use config::{ConfigError, Robot};
+use config::{Robot, SettingsError};
 use process::queues;
 use realtime::{IdleStateGuard, SerialWorkers};
 use rustix::process::{Resource, getrlimit};
@@ -54,7 +54,7 @@ pub enum MachineChange {
 pub enum CheckError {
     /// A configuration file is invalid.
     #[error(transparent)]
-    Config(#[from] ConfigError),
+    Config(#[from] SettingsError),
     /// The machine cannot be changed.
     #[error(transparent)]
     Apply(#[from] ApplyError),

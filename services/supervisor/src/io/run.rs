@@ -7,7 +7,7 @@ use std::thread::JoinHandle;
 
 use clock::{Duration, Instant};
 use config::leo::Leo;
-use config::{ConfigError, Files, Robot};
+use config::{Files, Robot, SettingsError};
 use message::{Process, ProcessState};
 use process::{Launch, emergency};
 use realtime::{IdleStateGuard, StartupPriority};
@@ -85,7 +85,7 @@ pub enum RunError {
     Thread(#[source] io::Error),
     /// The configuration is invalid.
     #[error(transparent)]
-    Config(#[from] ConfigError),
+    Config(#[from] SettingsError),
     /// The domain cannot be claimed.
     #[error(transparent)]
     Claim(#[from] ClaimError),

@@ -6,7 +6,7 @@ use std::collections::BTreeMap;
 use std::ops::Range;
 
 use settings::Spanned;
-use settings::number::{Coordinate, NotNegative, Positive, Unit};
+use settings::number::{Coordinate, NotNegative, Positive, UnitInterval};
 
 use super::{
     Lesson, Noise, Object, ObjectKind, Occluder, Table, TableTiming, Teacher, Territory, UprightPose, raw,
@@ -27,7 +27,7 @@ impl SpannedError {
 /// The definitions that the tables of a lesson refer to.
 struct Catalogue {
     kinds: BTreeMap<String, ObjectKind>,
-    colours: BTreeMap<String, [Unit; 3]>,
+    colours: BTreeMap<String, [UnitInterval; 3]>,
     teachers: Vec<u16>,
 }
 
@@ -63,7 +63,11 @@ pub(super) fn lesson(raw: raw::Lesson) -> Result<Lesson, SpannedError> {
         noise: Noise { position_sd_m: raw.noise.position_sd_m.get(), confidence: raw.noise.confidence.get() },
         table_timing,
         kinds: catalogue.kinds,
-        colours: catalogue.colours.into_iter().map(|(name, rgb)| (name, rgb.map(Unit::get))).collect(),
+        colours: catalogue
+            .colours
+            .into_iter()
+            .map(|(name, rgb)| (name, rgb.map(UnitInterval::get)))
+            .collect(),
         demonstrations,
         novel,
     })
@@ -121,7 +125,7 @@ fn distance(a: [f64; 3], b: [f64; 3]) -> f64 {
 fn kind(raw: &raw::ObjectKind) -> ObjectKind {
     ObjectKind {
         role: raw.role,
-        shape: raw.shape.map(Unit::get),
+        shape: raw.shape.map(UnitInterval::get),
         half_extents_m: raw.half_extents_m.map(Positive::get),
         hole: raw.hole,
         markable: raw.markable,
@@ -172,7 +176,7 @@ fn object(raw: &raw::Object, catalogue: &Catalogue) -> Result<Object, SpannedErr
     Ok(Object {
         name: raw.name.get_ref().clone(),
         kind,
-        colour_rgb: colour.map(Unit::get),
+        colour_rgb: colour.map(UnitInterval::get),
         place: standing(raw.position_m, underside_m, raw.heading_deg.get(), &kind),
     })
 }

@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 
 use serde::Deserialize;
 use settings::Spanned;
-use settings::number::{Coordinate, Finite, NotNegative, Positive, Seconds, Unit};
+use settings::number::{Coordinate, Finite, NotNegative, Positive, Seconds, UnitInterval};
 
 use super::{Needs, Role};
 
@@ -21,7 +21,7 @@ pub(super) struct Lesson {
     pub(super) teacher: Vec<Teacher>,
     pub(super) noise: Noise,
     pub(super) table_timing: TableTiming,
-    pub(super) colour: BTreeMap<String, [Unit; 3]>,
+    pub(super) colour: BTreeMap<String, [UnitInterval; 3]>,
     pub(super) kind: BTreeMap<String, ObjectKind>,
     #[serde(default)]
     pub(super) demonstration: Vec<Spanned<Table>>,
@@ -47,7 +47,7 @@ pub(super) struct Teacher {
 #[serde(deny_unknown_fields)]
 pub(super) struct Noise {
     pub(super) position_sd_m: NotNegative,
-    pub(super) confidence: Unit,
+    pub(super) confidence: UnitInterval,
 }
 
 #[derive(Deserialize)]
@@ -62,7 +62,7 @@ pub(super) struct TableTiming {
 #[serde(deny_unknown_fields)]
 pub(super) struct ObjectKind {
     pub(super) role: Role,
-    pub(super) shape: [Unit; 4],
+    pub(super) shape: [UnitInterval; 4],
     pub(super) half_extents_m: [Positive; 3],
     pub(super) hole: bool,
     pub(super) markable: bool,

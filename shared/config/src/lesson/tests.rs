@@ -53,7 +53,7 @@ script = [
 ]
 "#;
 
-fn parse(text: &str) -> Result<Lesson, crate::ConfigError> {
+fn parse(text: &str) -> Result<Lesson, crate::SettingsError> {
     Lesson::parse(text, Path::new("x.toml"))
 }
 

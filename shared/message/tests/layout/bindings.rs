@@ -1,5 +1,5 @@
 //! Message layouts for other languages: a C header and a Python module, generated from the sources of this crate.
-//! `LEO_REWRITE=1 cargo test -p message` regenerates them.
+//! `LEO_REWRITE=1 cargo test -p leo-message` regenerates them.
 
 mod c;
 mod numbers;

@@ -244,7 +244,7 @@ pub(crate) fn compare(file: &str, should: &str) {
     assert!(
         is == should,
         "{} is not what the sources say (first: {differing:?}): if the layout of a type changed, raise its version. \
-         Then rewrite what is made from the sources with `LEO_REWRITE=1 cargo test -p message`",
+         Then rewrite what is made from the sources with `LEO_REWRITE=1 cargo test -p leo-message`",
         file.display()
     );
 }

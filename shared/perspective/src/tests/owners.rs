@@ -81,8 +81,7 @@ fn an_object_belongs_to_its_last_holder() {
 /// A configured region around x = 1 m belongs to the teacher.
 fn told(rule: OwnershipRule) -> Perspective {
     let region = "[{ owner = 1, from_m = [0.8, -1.0], to_m = [1.2, 1.0] }]";
-    let text = include_str!("../../../../config/perspective.toml")
-        .replace("regions = []", &format!("regions = {region}"));
+    let text = include_str!("../../perspective.toml").replace("regions = []", &format!("regions = {region}"));
     let config: Perspective = settings::parse(&text, "p.toml".as_ref()).unwrap();
     Perspective { ownership: Ownership { rule, ..config.ownership }, ..config }
 }

@@ -342,14 +342,6 @@ mod tests {
         assert_eq!(said, "`bus=torsoo` names no mock bus: there are torso, face");
     }
 
-    #[test]
-    fn the_docs_list_every_kind_in_its_order() {
-        let docs = include_str!("../../../../docs/servo-bus.md");
-        let rows = docs.lines().skip_while(|line| !line.starts_with("| kind |")).skip(2);
-        let kinds = rows.map_while(|row| row.strip_prefix("| `")?.split('`').next());
-        assert_eq!(kinds.collect::<Vec<_>>(), FaultKind::ALL.map(FaultKind::name));
-    }
-
     proptest! {
         #[test]
         fn any_text_is_accepted_or_refused(text in ".{0,60}") {

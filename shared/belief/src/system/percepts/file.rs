@@ -6,8 +6,13 @@ use std::time::Duration;
 
 use message::MAX_PERCEPTS;
 use serde::Deserialize;
+<<<<<<< main:shared/belief/src/system/percepts/file.rs
 use settings::number::{Milliseconds, NotNegative, Unit};
 use settings::{ConfigError, Spanned};
+=======
+use settings::Spanned;
+use settings::number::{Milliseconds, NotNegative, UnitInterval};
+>>>>>>> publish:shared/belief/src/percepts/file.rs
 
 use super::{Belief, Cull, Distance, History, Kernel, Measure, NoTermApplies, Percept, Percepts, Role};
 
@@ -39,8 +44,13 @@ impl Percepts {
 
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
+<<<<<<< main:shared/belief/src/system/percepts/file.rs
 struct File {
     threshold: Unit,
+=======
+pub(super) struct File {
+    threshold: UnitInterval,
+>>>>>>> publish:shared/belief/src/percepts/file.rs
     percept: Spanned<Vec<RawPercept>>,
     belief: RawBelief,
 }
@@ -89,7 +99,7 @@ enum When {
     UnseenLongerThanMs(Milliseconds),
     ConfidenceBelow {
         percept: Spanned<String>,
-        floor: Unit,
+        floor: UnitInterval,
     },
     PlaceEmptyForMs(Milliseconds),
     /// As `PlaceEmptyForMs`, with a single observation.

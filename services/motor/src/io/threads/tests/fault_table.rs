@@ -182,6 +182,13 @@ fn table(head: &str) -> Vec<Vec<&'static str>> {
 }
 
 #[test]
+fn the_docs_list_every_kind_in_its_order() {
+    let rows = table("| kind |");
+    let kinds: Vec<&str> = rows.iter().map(|row| row[0].trim_matches('`')).collect();
+    assert_eq!(kinds, FaultKind::ALL.map(FaultKind::name));
+}
+
+#[test]
 fn every_fault_in_the_docs_is_tested_by_tests_that_are_here() {
     let sources = [
         include_str!("fault_table/answers.rs"),
