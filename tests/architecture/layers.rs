@@ -66,17 +66,10 @@ const PEERS: [(&str, &[&str]); 9] = [
 /// What others made that only some of our crates may know.
 const WRAPPED: [(&str, &[&str]); 17] = [
     ("iceoryx2", &["transport"]),
-<<<<<<< main
-    ("iceoryx2-bb-derive-macros", &["message"]),
-    ("iceoryx2-bb-elementary-traits", &["message"]),
-    ("clap_complete", &["commands"]),
-    ("clap_mangen", &["commands"]),
-=======
     ("iceoryx2-bb-derive-macros", &["leo-message"]),
     ("iceoryx2-bb-elementary-traits", &["leo-message"]),
-    ("clap_complete", &["leo"]),
-    ("clap_mangen", &["leo"]),
->>>>>>> publish
+    ("clap_complete", &["commands"]),
+    ("clap_mangen", &["commands"]),
     ("parry3d", &["leo-scene"]),
     ("ratatui", &["console-process"]),
     ("redb", &["store"]),

@@ -6,10 +6,6 @@ mod language;
 mod layers;
 mod modules;
 mod paths;
-<<<<<<< main
-mod rooms;
-=======
 mod published;
->>>>>>> publish
 mod rules;
 mod source;

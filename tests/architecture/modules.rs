@@ -6,8 +6,10 @@ use crate::paths::Content;
 use crate::source::{Source, sources};
 
 /// The modules of a crate by the folder of its sources, the lowest layer first. An import only goes down.
-const MODULES: [(&str, &[&str]); 1] =
-    [("shared/tasks/src", &["language", "demonstration", "hypotheses", "decision"])];
+const MODULES: [(&str, &[&str]); 2] = [
+    ("shared/belief/src", &["association", "storage", "system"]),
+    ("shared/tasks/src", &["language", "demonstration", "hypotheses", "decision"]),
+];
 
 /// An import: the module that imports, and the module that it imports from. The root of the crate is "".
 type Arrow = (String, String);
@@ -109,6 +111,15 @@ fn an_import_between_modules_only_goes_down() {
         }
         assert!(arrows.len() > 50, "only {} imports were seen in {folder}", arrows.len());
     }
+}
+
+#[test]
+fn the_storage_of_beliefs_takes_one_trait_of_the_association() {
+    let all = sources("shared/belief/src");
+    let of_storage = all.iter().filter(|source| source.path.contains("/src/storage"));
+    let names = of_storage.flat_map(|source| &source.content.names);
+    let taken = names.filter_map(|named| Some(named.name.split_once("association::")?.1));
+    assert_eq!(taken.collect::<BTreeSet<_>>(), BTreeSet::from(["FeatureStore"]));
 }
 
 #[test]

@@ -1,7 +1,7 @@
 //! The settings of the histories.
 
 use serde::Deserialize;
-use settings::number::{Capacity, Unit};
+use settings::number::{Capacity, UnitInterval};
 
 /// A history generator g of G (between Eqs. 3 and 4).
 #[derive(Clone, Debug, PartialEq, Deserialize)]
@@ -17,7 +17,7 @@ pub enum History {
     /// y = a·x + (1 − a)·y: the current value only, no past.
     LowPass {
         /// a: the weight of the newest sample.
-        alpha: Unit,
+        alpha: UnitInterval,
     },
     /// Samples thinned with age: a query for any age returns a sample whose age is within a factor of two.
     LogTimescale {

@@ -12,11 +12,6 @@ use std::time::Duration;
 use perception::PerceptSet;
 use perception::percepts::Definition;
 use serde::Deserialize;
-<<<<<<< main:shared/belief/src/system/percepts.rs
-=======
-use settings::SettingsError;
-use settings::number::{Capacity, UnitInterval};
->>>>>>> publish:shared/belief/src/percepts.rs
 
 use crate::association::settings::MetricSettings;
 
@@ -26,11 +21,6 @@ pub use perception::percepts::{
     Component, Kernel, Nearest, Prototype, Range, Region, Space, StateName, is_inside,
 };
 
-<<<<<<< main:shared/belief/src/system/percepts.rs
-=======
-const BUILTIN: &str = include_str!("../percepts.toml");
-
->>>>>>> publish:shared/belief/src/percepts.rs
 /// The percept set P with its threshold k, and the parameters of the belief system.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Percepts {
@@ -72,44 +62,6 @@ pub enum Role {
     Neither,
 }
 
-<<<<<<< main:shared/belief/src/system/percepts.rs
-=======
-/// A history generator g of G (between Eqs. 3 and 4).
-#[derive(Clone, Debug, PartialEq, Deserialize)]
-#[serde(rename_all = "snake_case", deny_unknown_fields)]
-pub enum History {
-    /// Every sample, exactly, up to the capacity.
-    Lossless {
-        /// Maximum number of samples.
-        samples: Capacity,
-        /// Which sample is dropped when full.
-        when_full: WhenFull,
-    },
-    /// y = a·x + (1 − a)·y: the current value only, no past.
-    LowPass {
-        /// a: the weight of the newest sample.
-        alpha: UnitInterval,
-    },
-    /// Samples thinned with age: a query for any age returns a sample whose age is within a factor of two.
-    LogTimescale {
-        /// Maximum number of samples; two per octave of age are needed.
-        samples: Capacity,
-    },
-    /// A history generator that the program registers under this name.
-    Plugin(String),
-}
-
-/// Which sample a full lossless history drops.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
-#[serde(rename_all = "snake_case")]
-pub enum WhenFull {
-    /// The oldest sample.
-    ForgetOldest,
-    /// The inner sample whose removal leaves the shortest gap; among equal ones the oldest.
-    Thin,
-}
-
->>>>>>> publish:shared/belief/src/percepts.rs
 /// The parameters of the belief system: d, q, w and c of its tuple (B, G, M, d, q, w, c).
 #[derive(Clone, Debug, PartialEq)]
 pub struct Belief {
@@ -147,28 +99,6 @@ pub enum Cull {
 }
 
 impl Percepts {
-<<<<<<< main:shared/belief/src/system/percepts.rs
-=======
-    /// Checks the text of the file; errors name it as `file`.
-    ///
-    /// # Errors
-    ///
-    /// As [`settings::parse`]; also a duplicate or unknown name, a history or measure that does not fit the percept's
-    /// feature, or a range of a number that its parent does not derive.
-    pub fn parse(text: &str, file: &Path) -> Result<Self, SettingsError> {
-        settings::parse::<file::File>(text, file)?
-            .resolve()
-            .map_err(|(span, reason)| settings::error_at(text, file, span, reason))
-    }
-
-    /// The built-in percepts, `config/percepts.toml` at compile time.
-    #[must_use]
-    #[expect(clippy::expect_used, reason = "the text is compiled in, and a test parses it")]
-    pub fn builtin() -> Self {
-        Self::parse(BUILTIN, Path::new("config/percepts.toml")).expect("the built-in percepts are sound")
-    }
-
->>>>>>> publish:shared/belief/src/percepts.rs
     /// The number of the percept with that name.
     #[must_use]
     pub fn index(&self, name: &str) -> Option<u16> {

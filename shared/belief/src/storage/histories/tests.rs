@@ -1,9 +1,5 @@
-use ::settings::number::{Capacity, Unit};
+use ::settings::number::{Capacity, UnitInterval};
 use proptest::prelude::*;
-<<<<<<< main:shared/belief/src/storage/histories/tests.rs
-=======
-use settings::number::{Capacity, UnitInterval};
->>>>>>> publish:shared/belief/src/history/tests.rs
 
 use super::*;
 use crate::percepts::Percepts;
@@ -22,13 +18,8 @@ fn log_timescale(room: u32) -> settings::History {
     settings::History::LogTimescale { samples: Capacity::try_from(room).unwrap() }
 }
 
-<<<<<<< main:shared/belief/src/storage/histories/tests.rs
 fn low_pass(share: f64) -> settings::History {
-    settings::History::LowPass { alpha: Unit::try_from(share).unwrap() }
-=======
-fn low_pass(share: f64) -> percepts::History {
-    percepts::History::LowPass { alpha: UnitInterval::try_from(share).unwrap() }
->>>>>>> publish:shared/belief/src/history/tests.rs
+    settings::History::LowPass { alpha: UnitInterval::try_from(share).unwrap() }
 }
 
 /// Histories of one percept, with room for three beliefs.

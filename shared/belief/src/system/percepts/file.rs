@@ -6,20 +6,15 @@ use std::time::Duration;
 
 use message::MAX_PERCEPTS;
 use serde::Deserialize;
-<<<<<<< main:shared/belief/src/system/percepts/file.rs
-use settings::number::{Milliseconds, NotNegative, Unit};
-use settings::{ConfigError, Spanned};
-=======
-use settings::Spanned;
 use settings::number::{Milliseconds, NotNegative, UnitInterval};
->>>>>>> publish:shared/belief/src/percepts/file.rs
+use settings::{SettingsError, Spanned};
 
 use super::{Belief, Cull, Distance, History, Kernel, Measure, NoTermApplies, Percept, Percepts, Role};
 
 /// The error's position in the text, and its reason.
 type SpannedError = (ops::Range<usize>, String);
 
-pub(super) const BUILTIN: &str = include_str!("../../../../../config/percepts.toml");
+pub(super) const BUILTIN: &str = include_str!("../../../percepts.toml");
 
 impl Percepts {
     /// Checks the text of the file; errors name it as `file`.
@@ -28,10 +23,10 @@ impl Percepts {
     ///
     /// As [`settings::parse`]; also a duplicate or unknown name, a history or measure that does not fit the percept's
     /// feature, or a range of a number that its parent does not derive.
-    pub fn parse(text: &str, file: &Path) -> Result<Self, ConfigError> {
+    pub fn parse(text: &str, file: &Path) -> Result<Self, SettingsError> {
         settings::parse::<File>(text, file)?
             .resolve()
-            .map_err(|(span, reason)| settings::invalid(text, file, span, reason))
+            .map_err(|(span, reason)| settings::error_at(text, file, span, reason))
     }
 
     /// The built-in percepts, `config/percepts.toml` at compile time.
@@ -44,13 +39,8 @@ impl Percepts {
 
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
-<<<<<<< main:shared/belief/src/system/percepts/file.rs
 struct File {
-    threshold: Unit,
-=======
-pub(super) struct File {
     threshold: UnitInterval,
->>>>>>> publish:shared/belief/src/percepts/file.rs
     percept: Spanned<Vec<RawPercept>>,
     belief: RawBelief,
 }
