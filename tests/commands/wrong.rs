@@ -21,31 +21,10 @@ fn said(account: &Value) -> Vec<&str> {
 #[test]
 fn misunderstandings_are_answered_one_by_one() {
     let account = account("config/lessons/misunderstandings.toml", "config/leo.toml");
-    let expected = [
-        "no demonstration of One peg has begun; say",
-        "I have not learned one peg; I know nothing yet",
-        "like what? Say",
-        "I am watching; say \"two pegs is done\"",
-        "the showing of two pegs was not finished and does not count",
-        "I am watching; say \"one peg is done\"",
-        "I am being shown one peg, not Two pegs",
-        "nothing changed from the beginning of the demonstration to its end: show it again",
-        "I did not ask anything",
-        "I am watching; say \"one peg is done\"",
-        "I learned one peg from 1 example: all red filled",
-        "I am watching for one more example of one peg, beside the 1 that I have; say",
-        "I learned one peg from 2 examples: ",
-    ];
     let said = said(&account);
-    for (said, expected) in said.iter().zip(expected) {
-        assert!(said.starts_with(expected), "{said:?} should begin with {expected:?}");
-    }
-    assert!(said.len() >= expected.len(), "{said:#?}");
-    let contradiction = said.get(expected.len() - 1).expect("it was said");
-    assert!(
-        contradiction.contains("that is what 1 of 2 say, and no rule that I know explains"),
-        "{contradiction}"
-    );
+    let contradiction = said.iter().find(|text| text.contains("2 examples: ")).expect("it was said");
+    assert!(contradiction.contains("1 of 2 "), "{contradiction}");
+    insta::assert_snapshot!(said.join("\n"));
     // No demonstration is lost.
     let task = account.pointer("/tasks").and_then(Value::as_array).expect("a list");
     let one = task.iter().find(|task| task["name"] == "one peg").expect("it was taught");
@@ -83,12 +62,9 @@ fn a_vanished_object_is_reported_and_the_rest_is_learned() {
     let lesson = write(&files, "lesson.toml", &(head.to_owned() + &showing));
     let account = account(&lesson, &config);
     let said = said(&account);
-    assert_eq!(
-        said.get(1),
-        Some(&"I see no more of the blue square: I go by what is still there"),
-        "{said:#?}"
-    );
-    assert!(said.iter().any(|text| text.starts_with("I learned one peg from 1 example: ")), "{said:#?}");
+    assert!(said.get(1).is_some_and(|text| text.contains("blue square")), "{said:#?}");
+    assert_eq!(account.pointer("/tasks/0/examples"), Some(&json!(1)), "{said:#?}");
+    insta::assert_snapshot!(said.join("\n"));
     let seen = account.pointer("/tasks/0/demonstrations/0/seen/robot").and_then(Value::as_str);
     assert!(seen.is_some_and(|seen| seen.contains("blue square")), "{seen:?}");
 }

@@ -398,9 +398,12 @@ fn learned_tasks_are_never_read_from_another_users_files() {
     // Files that root creates there belong to that user.
     let listed = Command::new(&program).args(["tasks", "list", "--state"]).arg(&own).output().expect("runs");
     assert!(listed.status.success(), "{listed:?}");
+    let mut seen = 0;
     for entry in fs::read_dir(&own).expect("is there").flatten() {
         assert_eq!(entry.metadata().expect("is there").uid(), OTHER, "{:?}", entry.path());
+        seen += 1;
     }
+    assert!(seen > 0, "no file was seen");
     let (succeeds, said) = list(&own);
     assert!(succeeds, "{said}");
 }

@@ -179,13 +179,17 @@ fn an_interactive_demonstration_replays_to_the_same_end() {
         now += Duration::from_millis(5);
         replay.step(now, [None, None]);
     }
+    let mut seen = 0;
     for interactive in bench.world.scene() {
         let replayed = replay.scene().find(|thing| thing.name == interactive.name).unwrap();
         let apart = interactive.position_m.iter().zip(replayed.position_m).map(|(a, b)| (a - b).abs());
         assert!(apart.fold(0.0, f64::max) < 1e-5, "{:?}", interactive.name);
         let states = |thing: &SceneObject| thing.states.map(|degree| (degree * 10.0).round().to_bits());
         assert_eq!(states(&interactive), states(&replayed), "{:?}", interactive.name);
+        seen += 1;
     }
+    assert_eq!(seen, replay.scene().count(), "both have the same things");
+    assert!(seen > 4, "only {seen} things were seen");
 }
 
 #[test]
