@@ -158,7 +158,7 @@ fn recordings_are_reproducible_and_replay_differences_are_named() {
     let told = run_leo(&["replay", &one, "--record", &other, "--overwrite"]);
     assert_eq!((told.status, told.err.as_str()), (Some(0), ""), "{told:?}");
     assert!(fs::read(&one).expect("reads") == fs::read(&other).expect("reads"), "the bytes differ");
-    assert_refused(&run_leo(&["replay", &one, "--record", &one]), 2, &["write over what is played"]);
+    assert_refused(&run_leo(&["replay", &one, "--record", &one]), 2, &["--record"]);
 
     // Flips one bit of the teacher's modelled beliefs: the confidence of the second percept of the first
     // belief.
@@ -220,7 +220,7 @@ fn recordings_are_reproducible_and_replay_differences_are_named() {
     fs::write(&wrong, &bytes[..bytes.len() * 2 / 3]).expect("writes");
     let told = run_leo(&["replay", &wrong]);
     assert_eq!((told.status, told.err.as_str()), (Some(0), ""), "{told:?}");
-    assert!(told.out.contains("the file is truncated after "), "{told:?}");
+    assert!(told.out.contains("truncated"), "{told:?}");
     assert!(equal(&told, "leo/beliefs/0").is_some_and(|frames| frames > 500), "{told:?}");
 }
 

@@ -4,7 +4,7 @@
 use std::sync::LazyLock;
 
 use geometry::Position;
-use kinematics::{ARM_JOINTS, Body, HandGoal, Side};
+use kinematics::{ARM_JOINTS, Body, BodyError, HandGoal, Side};
 use proptest::prelude::*;
 
 const URDF: &str = include_str!("../../../config/leo.urdf");
@@ -205,9 +205,18 @@ fn what_is_wrong_with_a_urdf_is_named() {
     assert!(matches!(ring, BodyError::Ring { .. }), "{ring:?}");
     let handless = refusal(&handless, &all);
     assert!(matches!(&handless, BodyError::MissingLink { link } if link == "left_grasp"), "{handless:?}");
-    insta::assert_snapshot!(
-        [unlisted, missing, crossed, ring, handless].map(|error| error.to_string()).join("\n")
-    );
+    let text = |text: &str| text.to_owned();
+    let more = [
+        BodyError::NoAxis { joint: text("torso_yaw_joint") },
+        BodyError::UnknownLink { joint: text("torso_yaw_joint"), link: text("tail") },
+        BodyError::TwoParents { link: text("head") },
+        BodyError::NoRoot,
+        BodyError::TwoRoots { one: text("base_link"), other: text("tail") },
+        BodyError::ShortArm { link: text("left_grasp"), found: 6 },
+    ];
+    let all = [unlisted, missing, crossed, ring, handless];
+    let worded: Vec<String> = all.iter().chain(&more).map(ToString::to_string).collect();
+    insta::assert_snapshot!(worded.join("\n"));
 }
 
 #[test]

@@ -9,7 +9,7 @@ use message::{
     JointState, JointStates, Remembered, SceneObject, Text, TopicId, Utterance, Utterances,
 };
 use proptest::prelude::*;
-use recording::{Channel, Count, Frame, ReadError, Reader, Ring, Subject, Time, Writer};
+use recording::{Channel, Count, Frame, ReadError, Reader, RecordError, Ring, Subject, Time, Writer};
 
 fn subject(time: Time) -> Subject {
     let mut subject = Subject::load(None, time, Some(1), Pose::upright(1.0, -2.0, 0.5, 0.3), "a test")
