@@ -343,7 +343,10 @@ mod tests {
         assert!(matches!(&not_there, PlaybackError::NotThere { wanted: 2, .. }), "{not_there:?}");
         let no_json = open(&["no json"], None, false).unwrap_err();
         assert!(
-            matches!(&no_json, PlaybackError::Trace(TraceError::Invalid { place: Place::Line(2), .. })),
+            matches!(
+                &no_json,
+                PlaybackError::Trace(TraceError::Invalid { place: crate::Place::Line(2), .. })
+            ),
             "{no_json:?}"
         );
         let nowhere = Playback::open(Path::new("/nowhere/a.mcap"), None, false).unwrap_err();

@@ -279,7 +279,7 @@ mod tests {
         let root = || PathBuf::from("/dev/shm/leo-a");
         let errors = [
             DomainError::Name { name: "a b".to_owned() },
-            DomainError::Write { path: root(), source: std::io::ErrorKind::StorageFull.into() },
+            DomainError::Write { path: root(), source: ErrorKind::StorageFull.into() },
             DomainError::Folder(FolderError::NoFolder { path: root() }),
             DomainError::Foreign { path: root(), owner: 1001 },
             DomainError::NoDomain { root: root() },

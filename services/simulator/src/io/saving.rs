@@ -251,7 +251,7 @@ mod tests {
         let mut fill = fs::File::create(disk.join("fill")).unwrap();
         while fill.write_all(&[0; 512]).is_ok() {}
         let refusal = save(&folder, "By hand").unwrap_err();
-        let full = std::io::Error::from(std::io::ErrorKind::StorageFull).to_string();
+        let full = io::Error::from(io::ErrorKind::StorageFull).to_string();
         assert!(refusal.0.to_lowercase().contains(&full) || refusal.0.contains("os error 28"), "{refusal}");
         assert_eq!(names(&folder), [""; 0]);
         drop(fill);

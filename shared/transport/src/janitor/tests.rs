@@ -1,4 +1,7 @@
+use folder::FolderError;
+
 use super::*;
+use crate::DomainError;
 use std::fs::File;
 
 /// A claimed domain for one test, removed when the test ends.
