@@ -100,7 +100,8 @@ fn an_old_configuration_is_brought_forward_once_and_kept_as_it_was() {
 fn state_redacted(files: &tempfile::TempDir, text: &str) -> String {
     let ours = redacted(text, &[(&files.path().display().to_string(), "[files]")]);
     let root = std::env::temp_dir().display().to_string();
-    let mut parts = ours.split(&format!("{root}/"));
+    let root = format!("{root}/");
+    let mut parts = ours.split(&root);
     let first = parts.next().unwrap_or_default().to_owned();
     parts.fold(first, |text, part| {
         let (_, rest) = part.split_once('/').unwrap_or_default();
