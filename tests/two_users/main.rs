@@ -383,6 +383,7 @@ fn learned_tasks_are_never_read_from_another_users_files() {
     let refused = |state: &Path, words: &str| {
         let (succeeds, said) = list(state);
         assert!(!succeeds && said.contains(words), "{words}: {said}");
+        said
     };
 
     let of_root = files.path().join("of-root");
@@ -401,7 +402,8 @@ fn learned_tasks_are_never_read_from_another_users_files() {
     for name in ["learned.store", "learned.copy.store", "learned.redb"] {
         fs::write(own.join(name), "of root").expect("writes");
         fs::set_permissions(own.join(name), fs::Permissions::from_mode(0o666)).expect("root may");
-        refused(&own, &owned(&own.join(name), 0));
+        let said = refused(&own, &own.join(name).display().to_string());
+        assert!(said.contains("number 0"), "{said}");
         assert_eq!(fs::read_to_string(own.join(name)).expect("is there"), "of root");
         fs::remove_file(own.join(name)).expect("is there");
     }
