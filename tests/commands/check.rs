@@ -13,7 +13,10 @@ fn check(arguments: &[&str]) -> CommandOutput {
 
 /// The lines about changes, which are before the findings.
 fn changes(told: &CommandOutput) -> String {
-    told.out.split("\n\n").next().unwrap_or_default().to_owned()
+    let is_finding =
+        |line: &&str| ["good ", "slower ", "broken "].iter().any(|verdict| line.starts_with(verdict));
+    let lines: Vec<&str> = told.out.lines().take_while(|line| !is_finding(line)).collect();
+    lines.join("\n").trim_end().to_owned()
 }
 
 #[test]
