@@ -12,10 +12,10 @@ fn check(arguments: &[&str]) -> CommandOutput {
 }
 
 /// The lines about changes, which are before the findings.
-fn changes(told: &CommandOutput) -> String {
+fn changes(output: &CommandOutput) -> String {
     let is_finding =
         |line: &&str| ["good ", "slower ", "broken "].iter().any(|verdict| line.starts_with(verdict));
-    let lines: Vec<&str> = told.out.lines().take_while(|line| !is_finding(line)).collect();
+    let lines: Vec<&str> = output.out.lines().take_while(|line| !is_finding(line)).collect();
     lines.join("\n").trim_end().to_owned()
 }
 
@@ -29,35 +29,38 @@ fn a_check_names_remedies_applies_and_reverts_them() {
     let at = ["--root", root.path().to_str().expect("letters")];
     let timer = || fs::read_to_string(&timer).expect("reads");
 
-    let told = check(&at);
-    let late = about(&told, "adapter latency");
-    assert!(told.status == Some(0) && late.starts_with("slower ") && late.contains(" 16 ms "), "{told:?}");
-    assert!(!told.out.contains("wake-up"), "{told:?}");
+    let output = check(&at);
+    let late = about(&output, "adapter latency");
+    assert!(
+        output.status == Some(0) && late.starts_with("slower ") && late.contains(" 16 ms "),
+        "{output:?}"
+    );
+    assert!(!output.out.contains("wake-up"), "{output:?}");
     assert_eq!(timer(), "16\n");
-    let told = check(&[&at[..], &["--apply"]].concat());
-    assert!(told.status == Some(0) && told.out.contains("   (back: echo 16 > /sys/bus"), "{told:?}");
-    let (applied, at_once) = (changes(&told), about(&told, "adapter latency"));
-    assert!(at_once.starts_with("good "), "{told:?}");
+    let output = check(&[&at[..], &["--apply"]].concat());
+    assert!(output.status == Some(0) && output.out.contains("   (back: echo 16 > /sys/bus"), "{output:?}");
+    let (applied, at_once) = (changes(&output), about(&output, "adapter latency"));
+    assert!(at_once.starts_with("good "), "{output:?}");
     assert_eq!(timer(), "1");
-    let told = check(&[&at[..], &["--revert"]].concat());
-    assert!(told.status == Some(0) && told.out.starts_with("changed  echo 16 > /sys/bus"), "{told:?}");
+    let output = check(&[&at[..], &["--revert"]].concat());
+    assert!(output.status == Some(0) && output.out.starts_with("changed  echo 16 > /sys/bus"), "{output:?}");
     assert_eq!(timer(), "16");
-    let reverted = changes(&told);
+    let reverted = changes(&output);
     let again = check(&[&at[..], &["--revert"]].concat());
     assert_refused(&again, 1, &["/run/leo-check.json"]);
     insta::assert_snapshot!([late, applied, at_once, reverted, again.err].join("\n"));
     for (usage, word) in
         [(["check", "--apply", "--json"], "--json"), (["check", "--seconds", "-1"], "seconds")]
     {
-        let told = run_leo(&usage);
-        assert!(told.status == Some(2) && told.out.is_empty() && told.err.contains(word), "{told:?}");
+        let output = run_leo(&usage);
+        assert!(output.status == Some(2) && output.out.is_empty() && output.err.contains(word), "{output:?}");
     }
 }
 
 #[test]
 fn a_measurement_is_a_finding_for_each_rate() {
-    let told = run_leo(&["check", "--json", "--seconds", "0.2"]);
-    let findings: serde_json::Value = serde_json::from_str(&told.out).expect("JSON");
+    let output = run_leo(&["check", "--json", "--seconds", "0.2"]);
+    let findings: serde_json::Value = serde_json::from_str(&output.out).expect("JSON");
     let abouts: Vec<&str> =
         findings.as_array().expect("a list").iter().filter_map(|finding| finding["about"].as_str()).collect();
     assert!(abouts.ends_with(&["wake-up of sensor", "wake-up of motor"]), "{abouts:?}");
@@ -77,17 +80,17 @@ fn an_old_configuration_is_brought_forward_once_and_kept_as_it_was() {
     assert_eq!(read(&config), old);
     fs::remove_file(perspective).expect("was there");
 
-    let told = check(&["--config", &config, "--migrate"]);
-    assert_eq!(told.status, Some(0), "{told:?}");
-    let migrated = changes(&told);
-    assert!(migrated.contains("leo.toml.old") && migrated.contains("noise = 0.0"), "{told:?}");
+    let output = check(&["--config", &config, "--migrate"]);
+    assert_eq!(output.status, Some(0), "{output:?}");
+    let migrated = changes(&output);
+    assert!(migrated.contains("leo.toml.old") && migrated.contains("noise = 0.0"), "{output:?}");
     assert_eq!(read(&format!("{config}.old")), old);
     assert!(!Path::new(&format!("{config}.new")).exists());
     let new = read(&config);
-    let told = check(&["--config", &config, "--migrate"]);
-    assert!(told.status == Some(0) && !told.out.contains("leo.toml.old"), "{told:?}");
+    let output = check(&["--config", &config, "--migrate"]);
+    assert!(output.status == Some(0) && !output.out.contains("leo.toml.old"), "{output:?}");
     assert_eq!(read(&config), new);
-    let unchanged = changes(&told);
+    let unchanged = changes(&output);
     // An existing backup is never overwritten.
     fs::write(&config, &old).expect("writes");
     let backup = check(&["--config", &config, "--migrate"]);
@@ -120,10 +123,10 @@ fn an_older_configuration_gets_the_arming_settings() {
     let (_, after) = rest.split_once("[motor.realtime]").expect("is there");
     let config = write(&files, "leo.toml", &format!("{before}\n[motor.realtime]{after}"));
     assert_refused(&check(&["--config", &config]), 2, &["`automatic_arming`", "--migrate"]);
-    let told = check(&["--config", &config, "--migrate"]);
-    assert_eq!(told.status, Some(0), "{told:?}");
+    let output = check(&["--config", &config, "--migrate"]);
+    assert_eq!(output.status, Some(0), "{output:?}");
     for step in ["automatic_arming = \"simulated\"", "stop_category = 0", "the table [motor.alert]"] {
-        assert!(told.out.contains(step), "{step}: {told:?}");
+        assert!(output.out.contains(step), "{step}: {output:?}");
     }
     assert_eq!(check(&["--config", &config]).status, Some(0));
 }
@@ -133,9 +136,9 @@ fn learned_tasks_are_migrated_in_place_unless_a_robot_uses_them() {
     let files = tempfile::tempdir().expect("a folder");
     let nowhere = files.path().join("nowhere");
     let migrate = |state: &Path| check(&["--migrate", "--state", state.to_str().expect("letters")]);
-    let told = migrate(&nowhere);
-    let none = changes(&told);
-    assert!(told.status == Some(0) && none.contains(&nowhere.display().to_string()), "{told:?}");
+    let output = migrate(&nowhere);
+    let none = changes(&output);
+    assert!(output.status == Some(0) && none.contains(&nowhere.display().to_string()), "{output:?}");
     assert!(!nowhere.exists(), "a look makes nothing");
 
     let state = files.path().join("state");
@@ -144,26 +147,26 @@ fn learned_tasks_are_migrated_in_place_unless_a_robot_uses_them() {
     let in_use = migrate(&state);
     assert_refused(&in_use, 1, &["learned.store"]);
     drop(memory);
-    let told = migrate(&state);
-    let this = changes(&told);
-    assert!(told.status == Some(0) && this.contains(&state.display().to_string()), "{told:?}");
+    let output = migrate(&state);
+    let this = changes(&output);
+    assert!(output.status == Some(0) && this.contains(&state.display().to_string()), "{output:?}");
     assert!(!state.join("learned.v1.redb").exists());
 
     let state = files.path().join("old");
     fs::create_dir(&state).expect("makes");
     fs::copy("shared/store/tests/version_1.redb", state.join("learned.redb")).expect("copies");
-    let told = migrate(&state);
-    let migrated = changes(&told);
+    let output = migrate(&state);
+    let migrated = changes(&output);
     assert!(
-        told.status == Some(0)
-            && told.out.contains("old/learned.v1.redb")
+        output.status == Some(0)
+            && output.out.contains("old/learned.v1.redb")
             && state.join("learned.v1.redb").exists(),
-        "{told:?}"
+        "{output:?}"
     );
     fs::write(state.join("learned.copy.store"), "nonsense").expect("writes");
-    let told = migrate(&state);
-    assert!(told.status == Some(0) && told.err.contains("learned.copy.damaged.store"), "{told:?}");
-    let all = [none, in_use.err, this, migrated, told.err].join("\n");
+    let output = migrate(&state);
+    assert!(output.status == Some(0) && output.err.contains("learned.copy.damaged.store"), "{output:?}");
+    let all = [none, in_use.err, this, migrated, output.err].join("\n");
     insta::assert_snapshot!(state_redacted(&files, &all));
 }
 
@@ -175,8 +178,8 @@ fn what_root_brings_forward_belongs_to_whom_it_belonged() {
     if std::os::unix::fs::chown(&config, Some(12345), Some(12346)).is_err() {
         return skip::skip("needs to be root");
     }
-    let told = check(&["--config", &config, "--migrate"]);
-    assert_eq!(told.status, Some(0), "{told:?}");
+    let output = check(&["--config", &config, "--migrate"]);
+    assert_eq!(output.status, Some(0), "{output:?}");
     for file in [config.clone(), format!("{config}.old")] {
         let now = fs::metadata(&file).expect("is there");
         assert_eq!((now.uid(), now.gid()), (12345, 12346), "{file}");
@@ -191,8 +194,8 @@ fn a_missing_key_of_an_older_perspective_names_the_migration() {
     write(&files, "perspective.toml", &perspective);
     let mend = format!("`leo check --config {config} --migrate`");
     assert_refused(&check(&["--config", &config]), 2, &["perspective.toml:", "`hearing_range_m`", &mend]);
-    let told = check(&["--config", &config, "--migrate"]);
-    assert!(told.status == Some(0) && told.out.contains("perspective.toml.old"), "{told:?}");
+    let output = check(&["--config", &config, "--migrate"]);
+    assert!(output.status == Some(0) && output.out.contains("perspective.toml.old"), "{output:?}");
 }
 
 /// Migrates two files on a full disk, with a little more room at each attempt.
@@ -223,27 +226,27 @@ fn a_full_disk_leaves_files_unchanged_until_space_is_free() {
     let mut inside = Command::new("unshare");
     inside.args(["--mount", "sh", "-c", ON_A_FULL_DISK]).arg(command.get_program()).arg(files.path());
     inside.env("XDG_STATE_HOME", files.path()).stdin(Stdio::null());
-    let told = Leo::start(inside, files).end();
-    if told.status == Some(77) || told.err.starts_with("unshare:") {
+    let output = Leo::start(inside, files).end();
+    if output.status == Some(77) || output.err.starts_with("unshare:") {
         skip::skip("needs `unshare --mount` and the right to mount a tmpfs");
         return;
     }
-    assert_eq!(told.status, Some(0), "{told:?}");
+    assert_eq!(output.status, Some(0), "{output:?}");
     let refused =
-        told.out.lines().last().and_then(|line| line.strip_prefix("refused: ")?.parse::<u32>().ok());
+        output.out.lines().last().and_then(|line| line.strip_prefix("refused: ")?.parse::<u32>().ok());
     // Two files, twice each: with room for the first there is still none for the second.
-    assert!(refused.is_some_and(|refused| refused >= 4), "{told:?}");
+    assert!(refused.is_some_and(|refused| refused >= 4), "{output:?}");
     let full = std::io::Error::from(rustix::io::Errno::NOSPC).to_string();
-    assert!(told.err.contains(&format!("perspective.toml: {full}")), "{told:?}");
+    assert!(output.err.contains(&format!("perspective.toml: {full}")), "{output:?}");
     let mut causes: Vec<String> =
-        told.err.lines().map(|line| redacted(line, &[(&disk, "[files]")])).collect();
+        output.err.lines().map(|line| redacted(line, &[(&disk, "[files]")])).collect();
     causes.dedup();
     insta::assert_snapshot!(causes.join("\n"));
 }
 
 /// The lines about a subject, each with the following advice.
-fn about(told: &CommandOutput, what: &str) -> String {
-    let lines: Vec<&str> = told.out.lines().collect();
+fn about(output: &CommandOutput, what: &str) -> String {
+    let lines: Vec<&str> = output.out.lines().collect();
     let is_it = |line: &&str| line.get(9..).is_some_and(|rest| rest.starts_with(what));
     let mut found = String::new();
     for (number, line) in lines.iter().enumerate().filter(|(_, line)| is_it(line)) {
@@ -258,8 +261,8 @@ fn a_check_reports_the_store_version_and_changes_nothing() {
     let files = tempfile::tempdir().expect("a folder");
     let state = files.path().join("state");
     let learned = || {
-        let told = check(&["--state", state.to_str().expect("letters")]);
-        (told.status, about(&told, "learned tasks"))
+        let output = check(&["--state", state.to_str().expect("letters")]);
+        (output.status, about(&output, "learned tasks"))
     };
     let (status, none) = learned();
     assert!(status == Some(0) && none.starts_with("good "), "{none}");
@@ -311,10 +314,10 @@ fn a_check_compares_message_layouts_with_running_robots() {
     domain.make().expect("/dev/shm is writable");
     let root = domain.root().display().to_string();
     let robot = || {
-        let told = check(&[]);
-        let all = about(&told, "messages");
+        let output = check(&[]);
+        let all = about(&output, "messages");
         let its = all.lines().skip_while(|line| !line.contains(&root)).take(2).collect::<Vec<_>>().join("\n");
-        (told.status, its)
+        (output.status, its)
     };
     let (same_status, same) = robot();
     fs::write(domain.root().join("program"), "Leo 9.8.7\n0123456789abcdef\n").expect("writes");
@@ -333,9 +336,9 @@ fn a_check_compares_message_layouts_with_running_robots() {
 
 #[test]
 fn a_check_says_of_which_version_the_configuration_is() {
-    let told = check(&[]);
-    let line = about(&told, "configuration");
+    let output = check(&[]);
+    let line = about(&output, "configuration");
     let this = format!("Leo {}", env!("CARGO_PKG_VERSION"));
-    assert!(line.starts_with("good ") && line.contains(&this), "{told:?}");
+    assert!(line.starts_with("good ") && line.contains(&this), "{output:?}");
     insta::assert_snapshot!(redacted(&line, &[(&this, "[this Leo]")]));
 }

@@ -85,9 +85,9 @@ fn a_file_that_is_no_export_changes_nothing() {
     };
     let mut worded = String::new();
     let mut assert_import_refused = |text: &str, words: &[&str]| {
-        let told = import(text);
-        assert_refused(&told, 2, &[&["learned.json"], words].concat());
-        worded += &redacted(&told.err, &[(&files.path().display().to_string(), "[files]")]);
+        let output = import(text);
+        assert_refused(&output, 2, &[&["learned.json"], words].concat());
+        worded += &redacted(&output.err, &[(&files.path().display().to_string(), "[files]")]);
     };
     assert_import_refused("{", &["line 1"]);
     assert_import_refused(r#"{ "leo_tasks": 1, "tasks": [], "more": 1 }"#, &["`more`"]);
@@ -155,10 +155,10 @@ fn a_damaged_store_reports_losses_and_serves_the_rest() {
     // Damage to one copy loses nothing.
     let sound = fs::read_to_string(state.join("learned.store")).expect("reads");
     fs::write(state.join("learned.store"), sound.replacen("\"shape\"", "\"squape\"", 1)).expect("writes");
-    let told = ask(&["export"]);
-    assert_eq!((told.status, &told.out), (Some(0), &out), "{told:?}");
-    assert!(says(&told.err, &["WARN", "learned.store", "learned.damaged.store"]), "{told:?}");
-    let mut worded = told.err;
+    let output = ask(&["export"]);
+    assert_eq!((output.status, &output.out), (Some(0), &out), "{output:?}");
+    assert!(says(&output.err, &["WARN", "learned.store", "learned.damaged.store"]), "{output:?}");
+    let mut worded = output.err;
     assert_eq!(ask(&["export"]).err, "", "it is told once");
 
     // Damage to both copies loses one example.
@@ -168,21 +168,21 @@ fn a_damaged_store_reports_losses_and_serves_the_rest() {
         fs::write(state.join(name), sound.replace(line, &line.replacen("\"shape\"", "\"squape\"", 1)))
             .expect("writes");
     }
-    let told = ask(&["list"]);
-    assert_eq!(told.status, Some(0), "{told:?}");
+    let output = ask(&["list"]);
+    assert_eq!(output.status, Some(0), "{output:?}");
     let words = ["ERROR", "learned.damaged.2.store", "learned.copy.damaged.store", " 1 of the examples"];
-    assert!(says(&told.err, &words), "{told:?}");
-    worded += &told.err;
-    assert!(told.out.starts_with("Task 1 ") && !told.out.contains("Task 2"), "{told:?}");
+    assert!(says(&output.err, &words), "{output:?}");
+    worded += &output.err;
+    assert!(output.out.starts_with("Task 1 ") && !output.out.contains("Task 2"), "{output:?}");
 
     // Empty files do not count as a new store.
     for name in ["learned.store", "learned.copy.store"] {
         fs::write(state.join(name), "").expect("writes");
     }
-    let told = ask(&["list"]);
-    assert!(told.status == Some(0) && !told.out.contains("Task"), "{told:?}");
-    assert!(says(&told.err, &["ERROR", "learned.store", "learned.damaged."]), "{told:?}");
-    worded += &told.err;
+    let output = ask(&["list"]);
+    assert!(output.status == Some(0) && !output.out.contains("Task"), "{output:?}");
+    assert!(says(&output.err, &["ERROR", "learned.store", "learned.damaged."]), "{output:?}");
+    worded += &output.err;
     insta::assert_snapshot!(redacted(&worded, &[(&files.path().display().to_string(), "[files]")]));
 }
 

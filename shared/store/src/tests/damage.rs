@@ -208,7 +208,7 @@ fn losses_are_counted_and_kept_until_reported() {
     assert!(store.findings().is_empty());
     assert_eq!(store.losses(), [Lost::Records(1).in_short()]);
     assert_eq!(store.load::<String, String>().unwrap(), expected);
-    store.told().unwrap();
+    store.mark_losses_reported().unwrap();
     drop(store);
     assert!(Store::open(&path).unwrap().losses().is_empty());
 }
