@@ -158,29 +158,26 @@ fn joints_arm_by_order_and_unlock_by_acknowledgement() {
     let (order, output) = robot.armed(&[], &joints(0, &[ARMED, ARMED]));
     assert_eq!(order, ArmOrder { acknowledged_locks: None });
     assert_eq!((output.status, output.err.as_str()), (Some(0), ""), "{output:?}");
-    assert!(
-        output.out.starts_with("2 joints disarmed, not-started: the motor process started\n"),
-        "{output:?}"
-    );
-    assert!(output.out.ends_with("all 2 joints are armed\n"), "{output:?}");
+    assert!(output.out.starts_with("2 joints disarmed, not-started: "), "{output:?}");
+    let all_armed = output.out.lines().last().expect("a line").to_owned();
+    assert!(all_armed.contains(" 2 joints "), "{output:?}");
+    let mut worded = output.out;
     // If all are armed, no order is given.
     let output = arm(robot.root(), &[]);
-    assert_eq!((output.status, output.out.as_str()), (Some(0), "all 2 joints are armed\n"), "{output:?}");
+    assert_eq!((output.status, output.out.trim_end()), (Some(0), all_armed.as_str()), "{output:?}");
 
     robot.joints.write(&joints(7, &[STARTED, BLOCKED]));
     let (order, output) = robot.armed(&[], &joints(7, &[ARMED, BLOCKED]));
     assert_eq!(order, ArmOrder { acknowledged_locks: None }, "nothing was acknowledged");
     assert_eq!(output.status, Some(1), "{output:?}");
-    for line in [
-        "1 joint locked, blocked: ",
-        "    to do: remove what held the joint",
-        "1 of 2 joints are armed\n",
-        "`leo arm --acknowledge` unlocks those whose cause is gone",
-    ] {
-        assert!(output.out.contains(line), "{line}: {output:?}");
+    for fact in
+        ["1 joint locked, blocked: ", JointCause::Blocked.remedy(), "1 of 2 ", "`leo arm --acknowledge`"]
+    {
+        assert!(output.out.contains(fact), "{fact}: {output:?}");
     }
+    worded += &output.out;
     let output = arm(robot.root(), &[]);
-    assert!(output.status == Some(1) && output.out.contains("1 of 2 joints are armed"), "{output:?}");
+    assert!(output.status == Some(1) && output.out.contains("1 of 2 "), "{output:?}");
 
     let (order, output) = robot.armed(&["--acknowledge", "--json"], &joints(8, &[ARMED, ARMED]));
     assert_eq!(order, ArmOrder { acknowledged_locks: Some(7) }, "the locks of before the order");
@@ -191,7 +188,8 @@ fn joints_arm_by_order_and_unlock_by_acknowledgement() {
 
     robot.joints.write(&joints(8, &[STARTED, ARMED]));
     let output = arm(robot.root(), &[]);
-    assert!(output.status == Some(1) && output.err.contains("has not taken the order"), "{output:?}");
+    assert_eq!(output.status, Some(1), "{output:?}");
+    insta::assert_snapshot!(worded + &output.err);
     let left = arming::take(robot.root()).expect("reads");
     assert_eq!(left, None, "a motor process that starts later would obey it");
 
@@ -226,7 +224,8 @@ fn without_automatic_arming_a_robot_arms_only_by_order() {
     let mut output = None;
     wait_until(|| {
         let said = arm(root, &["--json"]);
-        let is_there = !said.out.is_empty() || said.err.contains("has not taken the order");
+        // Status 2 tells that no robot runs there.
+        let is_there = !said.out.is_empty() || said.status == Some(1);
         output = Some(said);
         is_there
     });
@@ -236,5 +235,5 @@ fn without_automatic_arming_a_robot_arms_only_by_order() {
     let output = output.expect("was run");
     let document: serde_json::Value = serde_json::from_str(&output.out).unwrap_or_default();
     assert_eq!((output.status, document["armed"].as_u64()), (Some(0), Some(65)), "{output:?}");
-    assert_eq!((again.status, again.out.as_str()), (Some(0), "all 65 joints are armed\n"), "{again:?}");
+    assert!(again.status == Some(0) && again.out.contains(" 65 joints "), "{again:?}");
 }

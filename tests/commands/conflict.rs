@@ -42,8 +42,14 @@ impl Taught {
         [&self.rule, &self.perspective, &self.done]
     }
 
-    fn said(&self, what: &str) -> bool {
-        self.said.iter().any(|said| said == what)
+    /// Whether a sentence has all of these words.
+    fn said(&self, words: &[&str]) -> bool {
+        self.said.iter().any(|said| words.iter().all(|word| said.contains(word)))
+    }
+
+    /// Everything that was said, and the explanation.
+    fn worded(&self) -> String {
+        format!("{}\n    explained: {}\n", self.said.join("\n"), self.explanation)
     }
 }
 
@@ -65,34 +71,31 @@ fn with_a_slip(answer: Option<&str>) -> String {
     format!("{shown}# The third demonstration{third}# The novel set{novel}")
 }
 
-const SEEN: &str = "to me it looked like \"all but blue\", but you could not see the blue square";
-const ASKED: &str = "Should a red square be filled, too?";
-
 #[test]
 fn task_1_is_performed_by_the_configured_view_with_the_conflict_reported() {
     let human = taught(TASK_1, "human");
     assert_eq!(human.outcome(), ["all", "human", "filled 5 of 5"]);
-    assert_eq!(human.explanation, SEEN);
+    assert!(human.explanation.contains("\"all but blue\""), "{}", human.explanation);
     assert!(
-        human.said("I learned task 1 from 2 examples: all filled") && !human.said(SEEN),
+        human.said(&["2 examples: all filled"]) && !human.said(&[&human.explanation]),
         "{:?}",
         human.said
     );
 
     let own = taught(TASK_1, "own");
     assert_eq!(own.outcome(), ["all but blue", "robot", "filled 3 of 3"]);
-    let why = "to you it looked like \"all filled\": you could not see the blue square; I go by what I saw";
-    assert_eq!(own.explanation, why);
+    assert!(own.explanation.contains("\"all filled\""), "{}", own.explanation);
     assert!(
-        own.said("I learned task 1 from 2 examples: all but blue filled") && own.said(why),
+        own.said(&["2 examples: all but blue filled"]) && own.said(&[&own.explanation]),
         "{:?}",
         own.said
     );
 
     let resolved = taught(TASK_1, "resolve");
     assert_eq!(resolved.outcome(), human.outcome());
-    assert_eq!(resolved.explanation, SEEN);
-    assert!(resolved.said(SEEN), "{:?}", resolved.said);
+    assert_eq!(resolved.explanation, human.explanation);
+    assert!(resolved.said(&[&resolved.explanation]), "{:?}", resolved.said);
+    insta::assert_snapshot!([human, own, resolved].map(|taught| taught.worded()).join("\n"));
 }
 
 #[test]
@@ -102,24 +105,19 @@ fn known_objects_left_out_by_the_teacher_are_asked_about_first() {
     // Under the first policy the teacher is followed before they answer.
     let human = taught(&lesson(None), "human");
     assert_eq!(human.outcome(), ["all", "human", "filled 5 of 5"]);
-    assert!(human.said(ASKED) && !human.said.iter().any(|said| said.starts_with("I do not know")));
+    assert!(human.said(&["red square", "?"]), "{:?}", human.said);
 
     let silent = taught(&lesson(None), "resolve");
     assert_eq!(silent.outcome(), ["all", "human", "filled 5 of 5"]);
-    let unsure =
-        "I do not know yet what task 1 is: to me it looked like \"all but blue filled\", to you like";
-    assert!(silent.said.iter().any(|said| said.starts_with(unsure)), "{:?}", silent.said);
-    assert!(silent.said(ASKED), "{:?}", silent.said);
-    assert!(
-        silent.said("until I know, I go by what I learned from 2 examples: all filled"),
-        "{:?}",
-        silent.said
-    );
+    assert!(silent.said(&["\"all but blue filled\"", "\"all filled\""]), "{:?}", silent.said);
+    assert!(silent.said(&["red square", "?"]), "{:?}", silent.said);
+    assert!(silent.said(&["until", "2 examples: all filled"]), "{:?}", silent.said);
 
     let confirmed = taught(&lesson(Some("Yes")), "resolve");
     assert_eq!(confirmed.outcome(), ["all", "human", "filled 5 of 5"]);
-    assert_eq!(confirmed.explanation, format!("{SEEN} and you told me about the red square"));
+    assert!(confirmed.explanation.ends_with("the red square"), "{}", confirmed.explanation);
 
     let refuted = taught(&lesson(Some("No")), "resolve");
     assert_eq!(refuted.outcome(), ["all green and yellow", "robot", "filled 2 of 2"]);
+    insta::assert_snapshot!([human, silent, confirmed, refuted].map(|taught| taught.worded()).join("\n"));
 }

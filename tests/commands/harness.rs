@@ -47,6 +47,11 @@ pub(crate) fn write(folder: &TempDir, name: &str, text: &str) -> String {
     file.display().to_string()
 }
 
+/// A text for a snapshot: each path, and everything else that differs from run to run, is replaced by its name.
+pub(crate) fn redacted(text: &str, hidden: &[(&str, &str)]) -> String {
+    hidden.iter().fold(text.to_owned(), |text, (from, to)| text.replace(from, to))
+}
+
 /// Reads a file of the repository.
 pub(crate) fn read(file: &str) -> String {
     fs::read_to_string(Path::new(env!("CARGO_MANIFEST_DIR")).join(file)).expect("reads")

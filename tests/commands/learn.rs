@@ -3,7 +3,7 @@
 use serde_json::Value;
 
 use crate::assert_refused;
-use crate::harness::{CommandOutput, read, run_leo, write};
+use crate::harness::{CommandOutput, read, redacted, run_leo, write};
 
 /// Task 1 of the study as before-and-after examples.
 const SQUARES: &str = "config/examples/squares.jsonl";
@@ -97,9 +97,10 @@ fn every_run_says_the_same_and_people_are_told_what_was_learned() {
     let [one, same]: [CommandOutput; 2] =
         [(); 2].map(|()| run_leo(&["learn", SQUARES, "--language", "extended"]));
     assert_eq!((one.status, &one.out), (Some(0), &same.out), "{one:?}");
-    for words in ["all but blue filled", "four of them filled", "Leo follows partner 1: all filled"] {
-        assert!(one.out.contains(words), "{words} is not in {}", one.out);
+    for rule in ["all but blue filled", "four of them filled", "partner 1: all filled"] {
+        assert!(one.out.contains(rule), "{rule} is not in {}", one.out);
     }
+    insta::assert_snapshot!(one.out);
 }
 
 #[test]
@@ -116,10 +117,7 @@ fn an_invalid_line_is_named_with_its_field() {
         (good.clone(), &["line 1", "leo_examples"]),
         (format!("{{\"leo_examples\": 2}}\n{good}"), &["line 1", "version 2"]),
         (format!("{HEADER}\n{{\"perspectives\": []}}"), &["line 2", "perspectives"]),
-        (
-            before(r#"{"id": 1, "colour": "red"}"#),
-            &["line 4", "perspectives[0].before[0].colour", "unknown field"],
-        ),
+        (before(r#"{"id": 1, "colour": "red"}"#), &["line 4", "perspectives[0].before[0].colour"]),
         (before(r#"{"features": {}}"#), &["line 4", "perspectives[0].before[0].id"]),
         (before(&format!("{RED}, {RED}")), &["line 4", "before[1].id", "another object"]),
         (before(r#"{"id": 1, "states": {"marked": 0.5}}"#), &["line 4", "states.marked", "boolean"]),
@@ -142,11 +140,14 @@ fn an_invalid_line_is_named_with_its_field() {
         ),
         (format!("{HEADER}\n{good}\n{{\"perspectives\": "), &["line 3", "column"]),
     ];
+    let mut worded = String::new();
     for (text, words) in cases {
         let file = write(&files, "examples.jsonl", &text);
         let output = run_leo(&["learn", &file, "--json"]);
         assert_refused(&output, 2, &[&["examples.jsonl"], words].concat());
+        worded += &redacted(&output.err, &[(&file, "examples.jsonl")]);
     }
+    insta::assert_snapshot!(worded);
     assert_refused(&run_leo(&["learn", "/nowhere.jsonl"]), 2, &["/nowhere.jsonl"]);
 }
 
@@ -154,5 +155,6 @@ fn an_invalid_line_is_named_with_its_field() {
 fn a_noise_of_one_half_is_refused() {
     let output = run_leo(&["learn", SQUARES, "--noise", "0.5"]);
     assert_eq!((output.status, output.out.as_str()), (Some(2), ""), "{output:?}");
-    assert!(output.err.contains("from 0 to below 0.5"), "{output:?}");
+    assert!(output.err.contains("0.5"), "{output:?}");
+    insta::assert_snapshot!(output.err);
 }

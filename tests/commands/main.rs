@@ -276,11 +276,7 @@ fn an_unavailable_memory_is_refused_before_anything_starts() {
     let (mut blocked, files) = leo(&["run", "--for", "1"]);
     let no_folder = write(&files, "no-folder", "");
     blocked.env("XDG_STATE_HOME", &no_folder);
-    assert_refused(
-        &Leo::start(blocked, files).end(),
-        2,
-        &["no-folder", "nothing can be kept in the state directory"],
-    );
+    assert_refused(&Leo::start(blocked, files).end(), 2, &["no-folder", "XDG_STATE_HOME"]);
 }
 
 #[test]
@@ -416,7 +412,7 @@ fn lessons_without_performances_end_by_themselves_two_at_once() {
     for robot in [start(), start()] {
         let output = robot.end();
         assert_eq!(output.status, Some(0), "{output:?}");
-        assert!(output.out.contains("rule chosen: ALL (as the teacher saw it)"), "{output:?}");
+        assert!(output.out.contains("ALL (as the teacher saw it)"), "{output:?}");
     }
 }
 

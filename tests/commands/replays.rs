@@ -53,8 +53,9 @@ fn comes_back(lesson: &str, config: Option<&str>, to: &str) {
     }
 }
 
-/// Checks that every act of others was predicted exactly once, and correctly.
-fn is_foreseen(lesson: &str, recording: &str) {
+/// Checks that every act of others was predicted exactly once, and correctly. Returns the number of acts.
+fn is_foreseen(lesson: &str, recording: &str) -> usize {
+    let mut acts = 0;
     for (movements, act) in movements(&frames(recording)) {
         let comes_true = match (movements.as_slice(), &act) {
             ([], None) => true,
@@ -62,7 +63,9 @@ fn is_foreseen(lesson: &str, recording: &str) {
             _ => false,
         };
         assert!(comes_true, "{lesson}: {movements:?}, then {act:?}");
+        acts += usize::from(act.is_some());
     }
+    acts
 }
 
 /// Lessons that need a changed `leo.toml`, with the change that `docs/lessons.md` describes.
@@ -91,6 +94,7 @@ fn part_comes_back(part: usize) {
     let mut names: Vec<&str> = config::lesson::LIBRARY.iter().map(|(name, _)| *name).collect();
     assert!(OTHERWISE.iter().all(|(lesson, ..)| names.contains(lesson)), "{names:?}");
     names.sort_unstable();
+    let mut acts = 0;
     for name in names.into_iter().skip(part).step_by(PARTS) {
         let otherwise = OTHERWISE.iter().find(|(lesson, ..)| *lesson == name);
         let config = otherwise
@@ -101,8 +105,9 @@ fn part_comes_back(part: usize) {
         let needs = config::lesson::Lesson::load(lesson.as_ref()).expect("a lesson").needs;
         assert_eq!((needs.lacking(&robot.leo), needs.is_empty()), (None, otherwise.is_none()), "{name}");
         comes_back(&lesson, config.as_deref(), &to);
-        is_foreseen(&lesson, &to);
+        acts += is_foreseen(&lesson, &to);
     }
+    assert!(acts > 0, "no act was seen");
 }
 
 #[test]
@@ -153,7 +158,7 @@ fn recordings_are_reproducible_and_replay_differences_are_named() {
     let output = run_leo(&["replay", &one, "--record", &other, "--overwrite"]);
     assert_eq!((output.status, output.err.as_str()), (Some(0), ""), "{output:?}");
     assert!(fs::read(&one).expect("reads") == fs::read(&other).expect("reads"), "the bytes differ");
-    assert_refused(&run_leo(&["replay", &one, "--record", &one]), 2, &["write over what is played"]);
+    assert_refused(&run_leo(&["replay", &one, "--record", &one]), 2, &["--record"]);
 
     // Flips one bit of the teacher's modelled beliefs: the confidence of the second percept of the first
     // belief.
@@ -215,7 +220,7 @@ fn recordings_are_reproducible_and_replay_differences_are_named() {
     fs::write(&wrong, &bytes[..bytes.len() * 2 / 3]).expect("writes");
     let output = run_leo(&["replay", &wrong]);
     assert_eq!((output.status, output.err.as_str()), (Some(0), ""), "{output:?}");
-    assert!(output.out.contains("the file is truncated after "), "{output:?}");
+    assert!(output.out.contains("truncated"), "{output:?}");
     assert!(equal(&output, "leo/beliefs/0").is_some_and(|frames| frames > 500), "{output:?}");
 }
 

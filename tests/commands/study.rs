@@ -59,20 +59,18 @@ fn taught_where(lesson: &str, from: &str, to: &str) -> [String; 3] {
 #[test]
 fn a_teacher_at_the_side_sees_a_quarter_turned() {
     let [rule, why, done] = taught("config/lessons/from_the_side.toml", None);
-    assert_eq!(rule, "6 things turned by 90°, as they stood before you");
-    assert!(why.ends_with("you see it from where you are"), "{why}");
+    assert!(rule.contains("6 things") && rule.contains("90°"), "{rule}");
     assert_eq!(done, "in place 6 of 6");
+    insta::assert_snapshot!(format!("{rule}\n{why}"));
 }
 
 #[test]
 fn changes_behind_the_teachers_back_are_not_part_of_the_rule() {
     let [rule, why, done] = taught("config/lessons/behind_his_back.toml", None);
     assert_eq!(rule, "all");
-    assert_eq!(
-        why,
-        "to me it looked like \"all red and green\", but you could not know how the yellow square had changed"
-    );
+    assert!(why.contains("\"all red and green\"") && why.contains("yellow square"), "{why}");
     assert_eq!(done, "filled 5 of 5");
+    insta::assert_snapshot!(why);
 }
 
 #[test]
@@ -80,7 +78,8 @@ fn of_two_teachers_the_view_of_the_demonstrator_counts() {
     let lesson = "config/lessons/two_teachers.toml";
     let [rule, why, done] = taught(lesson, Some(("partners = 1 ", "partners = 2 ")));
     assert_eq!((rule.as_str(), done.as_str()), ("all", "filled 5 of 5"));
-    assert!(why.ends_with("you could not see the blue square"), "{why}");
+    assert!(why.contains("blue square") && !why.contains("teacher"), "{why}");
+    insta::assert_snapshot!(why);
     // With only the other partner's perspective simulated, that one explains nothing.
     assert_eq!(text(&task(lesson, None), "/rule/name"), "all but blue");
 }

@@ -167,7 +167,8 @@ fn readers_that_know_nothing_of_leo_open_a_recording() {
     );
     // Every frame of beliefs, read by its schema only.
     let beliefs = found["beliefs"].as_array().expect("a list");
-    let ours = frames.iter().filter(|frame| frame.topic == TopicId::Beliefs(0));
+    let ours: Vec<_> = frames.iter().filter(|frame| frame.topic == TopicId::Beliefs(0)).collect();
+    assert!(!ours.is_empty() && beliefs.len() == ours.len(), "{} of {} frames", beliefs.len(), ours.len());
     for (theirs, ours) in beliefs.iter().zip(ours) {
         let (_, entries) = ours.read::<message::Beliefs>().expect("beliefs");
         assert_eq!(

@@ -12,12 +12,11 @@ pub(crate) struct Network {
 
 impl Network {
     /// Creates a network with unique namespace names; skips with a message if that is impossible.
-    #[expect(clippy::print_stdout, reason = "it tells why nothing is tried")]
     pub(crate) fn or_skip(name: &str) -> Option<Self> {
         let skip = |why: &String| {
-            println!(
-                "skipped: two network namespaces with a network between them cannot be made here: {why}"
-            );
+            skip::skip(format_args!(
+                "two network namespaces with a network between them cannot be made here: {why}"
+            ));
         };
         Self::make(name).inspect_err(skip).ok()
     }

@@ -40,8 +40,7 @@ fn good_servos_pass_all_unattended_trials_and_reports_are_kept() {
     let (status, said) = run(&mock, folder.path(), &["--yes"]);
     assert_eq!(status, Some(0), "{said}");
     assert!(said.contains("8 passed, 0 failed, 0 skipped"), "{said}");
-    assert!(said.contains("the commissioning is not complete: power-cut, blocked, unplug"), "{said}");
-    assert!(said.contains("torque is off, as 7 servos say"), "{said}");
+    assert!(said.contains("power-cut, blocked, unplug") && said.contains("7 servos"), "{said}");
     let (status, said) = run(&mock, folder.path(), &["--yes", "--only", "identity"]);
     assert_eq!(status, Some(0), "{said}");
     let reports = reports(folder.path());
@@ -149,7 +148,7 @@ fn a_person_cuts_the_power_holds_a_joint_and_unplugs_the_adapter() {
         ],
     );
     assert_eq!(status, Some(0), "{said}");
-    assert_eq!(said.matches("came back without torque").count(), 7, "{said}");
+    assert_eq!(said.matches("without torque").count(), 7, "{said}");
     mock.tell("clear");
 
     let (status, said) = attend(
@@ -159,7 +158,7 @@ fn a_person_cuts_the_power_holds_a_joint_and_unplugs_the_adapter() {
         &[consent, ("firmly by hand", "fault blocked bus=torso", "")],
     );
     assert_eq!(status, Some(0), "{said}");
-    assert_eq!(said.matches("behind its trajectory, at").count(), 7, "{said}");
+    assert_eq!(said.matches("behind its trajectory").count(), 7, "{said}");
     mock.tell("clear");
     // Without a blocked joint the trial fails.
     let (status, said) = attend(&mut mock, folder.path(), "blocked", &[consent, ("firmly by hand", "", "")]);
@@ -176,7 +175,7 @@ fn a_person_cuts_the_power_holds_a_joint_and_unplugs_the_adapter() {
         ],
     );
     assert_eq!(status, Some(0), "{said}");
-    assert_eq!(said.matches("torque on, item 98 reads -1").count(), 7, "{said}");
+    assert_eq!(said.matches("item 98 reads -1").count(), 7, "{said}");
 }
 
 #[test]
@@ -196,14 +195,18 @@ fn a_trial_is_skipped_only_when_the_person_says_so() {
         &[consent, ("Cut the power", "", ""), ("Bring the power back", "", "")],
     );
     assert_eq!(status, Some(1), "{said}");
-    assert!(said.contains("torso_yaw_joint still answers: it has power"), "{said}");
-    let (status, said) = run(&mock, folder.path(), &["--only", "unplug"]);
-    assert!(status == Some(2) && said.contains("--yes runs the trials that need no person"), "{said}");
-    let (status, said) = run(&mock, folder.path(), &["--only", "dance"]);
-    assert!(
-        status == Some(2) && said.contains("there is no trial `dance`: use one of identity, firmware"),
-        "{said}"
-    );
-    let (status, said) = run(&mock, folder.path(), &["--yes", "--only", "unplug"]);
-    assert!(status == Some(2) && said.contains("that trial needs a person"), "{said}");
+    assert!(said.contains("torso_yaw_joint") && said.contains("0 passed, 1 failed"), "{said}");
+    let mut worded = String::new();
+    for (arguments, word) in [
+        (&["--only", "unplug"][..], "--yes"),
+        (&["--only", "dance"], "`dance`"),
+        (&["--yes", "--only", "unplug"], "person"),
+    ] {
+        let (status, said) = run(&mock, folder.path(), arguments);
+        assert!(status == Some(2) && said.contains(word), "{arguments:?}: {said}");
+        // The name of the report has its time.
+        let lines = said.lines().filter(|line| !line.contains("/commission-"));
+        worded += &lines.map(|line| format!("{line}\n")).collect::<String>();
+    }
+    insta::assert_snapshot!(worded);
 }

@@ -1,9 +1,5 @@
 //! The files of the package are consistent with the program.
-#![expect(
-    clippy::expect_used,
-    clippy::print_stderr,
-    reason = "a test fails by panicking, and says why it is skipped"
-)]
+#![expect(clippy::expect_used, reason = "a test fails by panicking")]
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -17,12 +13,12 @@ fn read(file: &str) -> String {
     fs::read_to_string(repository(file)).expect("reads")
 }
 
-/// Runs a program if this machine has it.
+/// Runs a program if this machine has it. Skips with a message otherwise.
 fn ask(command: &mut Command) -> Option<Output> {
     match command.output() {
         Ok(output) => Some(output),
         Err(error) => {
-            eprintln!("skipped: {:?} is not here ({error})", command.get_program());
+            skip::skip(format_args!("{} is needed: {error}", command.get_program().display()));
             None
         }
     }

@@ -27,7 +27,7 @@ fn a_page_shows_why_joints_are_disarmed_and_arms_them() {
         (&arming["joints"], &arming["armed"], &arming["stopped"]),
         (&json!(65), &json!(0), &json!(false))
     );
-    assert_eq!(arming["disarmed"][0]["meaning"], "the motor process started", "{arming:#}");
+    assert_eq!(arming["disarmed"][0]["meaning"], message::JointCause::NotStarted.meaning(), "{arming:#}");
     page.must("arm", json!({}));
     page.wait("65 armed joints", |cells| cells.get("arming").is_some_and(|arming| arming["armed"] == 65));
 }

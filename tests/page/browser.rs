@@ -191,7 +191,7 @@ fn the_printed_address_admits_a_browser_and_stopping_needs_no_token() {
     let robot = Robot::start("token");
     if played("tests/token.mjs", &[&address(&robot)]).is_some() {
         let reason = fs::read_to_string(robot.domain().join("emergency-stop")).expect("it is raised");
-        assert_eq!(reason, "the page's stop button, pressed at 127.0.0.1\n");
+        assert!(reason.contains("127.0.0.1"), "{reason}");
     }
 }
 

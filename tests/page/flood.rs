@@ -70,7 +70,7 @@ fn half_open_connections_block_neither_metrics_nor_the_stop() {
             assert!(answer.contains("leo_process_running") && took < WITHIN, "after {took:?}: {answer}");
         }
         let (answer, took) = stopped;
-        assert!(answer.contains("all joints are stopped") && took < WITHIN, "after {took:?}: {answer}");
+        assert!(answer.starts_with("HTTP/1.1 200") && took < WITHIN, "after {took:?}: {answer}");
     });
     assert!(robot.domain().join("emergency-stop").exists());
 }

@@ -44,6 +44,7 @@ fn full_shared_memory_keeps_processes_from_starting_and_is_named() {
 
 /// Waits until each of some processes has waited and was woken a hundred times more.
 fn goes_on(robot: &Robot, processes: &BTreeMap<String, i32>, is_full: impl Fn() -> bool) {
+    assert!(!processes.is_empty(), "no process runs\n{}", robot.said());
     let begun: Vec<u64> = processes.values().map(|&pid| turns(pid)).collect();
     for ((name, &pid), begun) in processes.iter().zip(begun) {
         let goes_on = wait_until(|| is_full() && turns(pid) > begun + 100);

@@ -63,7 +63,7 @@ fn the_service_manager_is_notified_of_ready_watchdog_and_stopping() {
     let ready = heard.iter().position(|word| word == "READY=1").expect("heard");
     let before: Vec<&String> = heard.iter().take(ready).collect();
     assert!(before.iter().all(|word| word.starts_with("STATUS=starting: ")), "{heard:?}");
-    assert_eq!(before.last().map(|word| word.as_str()), Some("STATUS=starting: 6 of 7 processes run"));
+    assert!(before.last().is_some_and(|word| word.contains(" 6 of 7 ")), "{heard:?}");
     assert!(wait_until(|| manager.count("WATCHDOG=1") > 3), "{:?}", manager.heard());
     assert_eq!(manager.count("STATUS=all 7 processes run"), 1);
     let (status, said) = robot.stop(Signal::TERM);
@@ -91,6 +91,6 @@ fn a_process_that_hangs_and_cannot_be_replaced_starves_the_watchdog() {
     assert!(wait_until(|| failed() > seen + 50), "{}", robot.said());
     assert_eq!(manager.count("WATCHDOG=1"), fed, "{:?}", manager.heard());
     let last = manager.heard().into_iter().rfind(|word| word.starts_with("STATUS="));
-    assert_eq!(last.as_deref(), Some("STATUS=6 of 7 processes run, the others are being replaced"));
+    assert!(last.as_deref().is_some_and(|word| word.starts_with("STATUS=6 of 7 ")), "{last:?}");
     robot.stop(Signal::TERM);
 }

@@ -304,13 +304,9 @@ mod tests {
         ]);
         let text = before_text(&summary, &names());
         let blocked = JointCause::Blocked;
-        let should = format!(
-            "1 joint locked, blocked: {}\n    elbow\n    to do: {}\n2 joints disarmed, not-started: the motor process \
-             started\n",
-            blocked.meaning(),
-            blocked.remedy()
-        );
-        assert_eq!(text, should);
+        assert!(text.contains(blocked.meaning()) && text.contains(blocked.remedy()), "{text}");
+        assert!(text.contains("\n    elbow\n") && !text.contains("neck"), "{text}");
+        insta::assert_snapshot!(text);
     }
 
     #[test]
@@ -320,15 +316,12 @@ mod tests {
             joint(1, JointArming::Locked, JointCause::Blocked),
         ];
         let summary = ArmingSummary::of(&mixed);
-        let text = after_text(&summary, 2, false, &names());
-        assert_eq!(
-            text,
-            "1 of 2 joints are armed\n1 joint still locked: `leo arm --acknowledge` unlocks those whose cause is gone\n"
-        );
-        let text = after_text(&summary, 2, true, &names());
-        assert!(text.contains("1 joint still locked, blocked: ") && text.contains("    elbow\n"), "{text}");
-        assert!(text.contains("remove the cause"), "{text}");
-        let text = after_text(&ArmingSummary::of(&mixed[..1]), 1, false, &names());
-        assert_eq!(text, "all 1 joints are armed\n");
+        let short = after_text(&summary, 2, false, &names());
+        assert!(short.contains("1 of 2 ") && short.contains("`leo arm --acknowledge`"), "{short}");
+        let long = after_text(&summary, 2, true, &names());
+        let blocked = JointCause::Blocked;
+        assert!(long.contains("    elbow\n") && long.contains(blocked.remedy()), "{long}");
+        let armed = after_text(&ArmingSummary::of(&mixed[..1]), 1, false, &names());
+        insta::assert_snapshot!([short, long, armed].join("\n"));
     }
 }

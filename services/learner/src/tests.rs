@@ -32,7 +32,7 @@ fn leo_learns_the_teachers_rule_explains_it_and_fills_every_hole() {
     assert_eq!(last_high_likelihood(&run, 1), ["all"]);
     assert_eq!(run.texts(EventKind::RuleChosen), ["all", "all"]);
     let explained = run.texts(EventKind::Explained);
-    assert!(explained.iter().all(|text| text.contains("you could not see the blue square")), "{explained:?}");
+    assert!(explained.iter().all(|text| text.contains("blue square")), "{explained:?}");
     assert_eq!(explained.len(), 2);
     assert_eq!(run.texts(EventKind::ActionSeen).len(), 8, "four pegs in each demonstration");
     run.perform(&[]);
@@ -40,10 +40,12 @@ fn leo_learns_the_teachers_rule_explains_it_and_fills_every_hole() {
     assert_eq!(run.texts(EventKind::StepDone)[1], "red square filled");
     assert_eq!(run.table.borrow().filled().len(), 5);
     assert_eq!(run.texts(EventKind::StepFailed), [""; 0]);
+    insta::assert_snapshot!(run.transcript());
 }
 
 #[test]
 fn each_demonstration_counts_in_its_own_teachers_view() {
+    let mut worded = Vec::new();
     for teachers in [[1, 2], [2, 1]] {
         let mut run = Run::new(2, Vec::new());
         let sets = [["red", "green", "yellow", "red", "blue"], ["green", "yellow", "red", "yellow", "blue"]];
@@ -55,13 +57,16 @@ fn each_demonstration_counts_in_its_own_teachers_view() {
         assert_eq!(run.texts(EventKind::RuleChosen), ["all", "all"], "{teachers:?}");
         let chosen = run.events.iter().filter(|event| event.kind() == Some(EventKind::RuleChosen));
         assert_eq!(chosen.map(|event| event.perspective).collect::<Vec<_>>(), teachers);
-        let told = ["you", "the teacher who showed it"].map(|who| {
-            format!("to me it looked like \"all but blue\", but {who} could not see the blue square")
-        });
-        assert_eq!(run.texts(EventKind::Explained), told);
+        let explained = run.texts(EventKind::Explained);
+        assert!(explained.iter().all(|text| text.contains("blue square")), "{explained:?}");
+        // The last teacher is addressed as such.
+        assert!(explained.len() == 2 && explained[0].contains("you ") && !explained[1].contains("you "));
+        worded.push(explained);
         run.perform(&[]);
         assert_eq!(run.texts(EventKind::PerformanceEnded), ["filled 5 of 5"]);
     }
+    assert_eq!(worded[0], worded[1]);
+    insta::assert_snapshot!(worded[0].join("\n"));
 }
 
 #[test]
@@ -103,7 +108,7 @@ fn act_event_names_actor_and_change() {
     let mut run = Run::new(1, Vec::new());
     run.demonstrate(&["red", "green", "blue"], |_| {});
     let acts = run.texts(EventKind::ActionSeen);
-    assert_eq!(acts[0], "the teacher: red square filled and peg inserted");
+    assert!(["teacher", "red square", "peg"].iter().all(|word| acts[0].contains(word)), "{acts:?}");
 }
 
 #[test]
@@ -112,7 +117,8 @@ fn a_movement_like_leos_own_is_reported_before_its_act_completes() {
     run.demonstrate(&["red", "green", "blue"], |_| {});
     let (movements, acts) = (run.texts(EventKind::MovementSeen), run.texts(EventKind::ActionSeen));
     assert_eq!(movements.len(), acts.len());
-    assert_eq!(movements[0], "the teacher: putting the peg into the red square");
+    assert!(["teacher", "red square", "peg"].iter().all(|word| movements[0].contains(word)), "{movements:?}");
+    insta::assert_snapshot!(run.transcript());
     let watched = [EventKind::MovementSeen, EventKind::ActionSeen];
     let watched: Vec<_> = kinds(&run.events).into_iter().filter(|kind| watched.contains(kind)).collect();
     assert!(watched.chunks(2).all(|both| both == [EventKind::MovementSeen, EventKind::ActionSeen]));
@@ -133,7 +139,9 @@ fn what_is_pushed_along_is_no_movement_of_leos() {
     run.table.borrow_mut().things[0].held_by = message::NOBODY;
     run.steps(50);
     assert_eq!(run.texts(EventKind::MovementSeen), [""; 0]);
-    assert_eq!(run.texts(EventKind::ActionSeen), ["the teacher: red square moved"]);
+    let acts = run.texts(EventKind::ActionSeen);
+    assert!(acts.len() == 1 && acts[0].contains("red square"), "{acts:?}");
+    insta::assert_snapshot!(run.transcript());
 }
 
 #[test]
@@ -150,14 +158,15 @@ fn learning_a_task_without_a_skill_reports_it() {
     }
     run.say("Lights is done!");
     run.steps(10);
-    let said = run.texts(EventKind::Said);
-    let told = "I have no skill that makes a thing on: I know what you mean, and cannot do it";
-    assert_eq!(said[said.len() - 2..], ["I learned lights from 1 example: all on", told]);
+    assert_eq!(run.task("lights").examples.len(), 1);
+    assert!(run.texts(EventKind::Said).last().unwrap().contains("no skill"));
     run.table.borrow_mut().things[0].on = false;
     run.steps(50);
     run.say("Leo, do lights.");
     run.steps(200);
-    assert_eq!(run.texts(EventKind::StepFailed), ["red cylinder: I have no skill that makes a thing on"]);
+    let failed = run.texts(EventKind::StepFailed);
+    assert!(failed.len() == 1 && failed[0].starts_with("red cylinder: "), "{failed:?}");
+    insta::assert_snapshot!(run.transcript());
 
     // No sentence about skills if Leo can perform the task.
     let mut run = Run::new(1, Vec::new());
@@ -192,7 +201,9 @@ fn a_step_is_tried_again_and_given_up_in_the_end() {
     run.teach();
     run.perform(&["red", "red", "green", "green", "green"]);
     assert_eq!(run.texts(EventKind::PerformanceEnded), ["filled 4 of 5"]);
-    assert_eq!(run.texts(EventKind::StepFailed), ["green square: the green square is still not filled"]);
+    let failed = run.texts(EventKind::StepFailed);
+    assert!(failed.len() == 1 && failed[0].starts_with("green square: "), "{failed:?}");
+    insta::assert_snapshot!(run.transcript());
     assert_eq!(run.table.borrow().filled(), ["blue", "red", "blue", "yellow"]);
     let inserts =
         run.table.borrow().skills.iter().filter(|skill| matches!(skill, Skill::Insert { .. })).count();
@@ -297,20 +308,8 @@ fn sentences_at_the_wrong_time_are_answered() {
     run.say("task 1 is done");
     run.say("Leo, do task 1");
     let said = run.texts(EventKind::Said);
-    let expected = [
-        "I did not understand \"What a nice day\"",
-        "you can say: ",
-        "no demonstration of Task 1 has begun",
-        "I have not learned task 1; I know nothing yet",
-        "I am watching",
-        "I am being shown task 1, not task 2",
-        "nothing changed",
-        "I have not learned task 1",
-    ];
-    assert_eq!(said.len(), expected.len(), "{said:#?}");
-    for (said, expected) in said.iter().zip(expected) {
-        assert!(said.starts_with(expected), "{said:?} should begin with {expected:?}");
-    }
+    assert_eq!(said.len(), 8, "{said:#?}");
+    insta::assert_snapshot!(run.transcript());
     assert_eq!(run.saved, []);
     assert!(said[1].ends_with("see?\""), "it was cut: {}", said[1]);
 }
@@ -365,17 +364,7 @@ fn questions_are_answered() {
     run.teach();
     run.say("What did you learn?");
     run.say("Why?");
-    let said = run.texts(EventKind::Said);
-    for expected in [
-        "I have learned nothing yet",
-        "I have learned nothing and done nothing yet",
-        "I think you know of red square and 7 × peg, and not of the blue square",
-        "task 1 is: all filled",
-        "\"all filled\" is what 2 of 2 showings say; to me it looked like \"all but blue\", but you could not see \
-         the blue square",
-    ] {
-        assert!(said.iter().any(|text| text == expected), "{expected:?} is not in {said:#?}");
-    }
+    insta::assert_snapshot!(run.transcript());
 }
 
 #[test]
@@ -387,16 +376,20 @@ fn a_hidden_object_beside_a_similar_one_is_not_known() {
     run.steps(5);
     run.say("What do you think I see?");
     let said = run.texts(EventKind::Said);
-    assert_eq!(said, ["I think you know of square and 7 × peg, and not of another square"]);
+    let [square] = said.as_slice() else { panic!("{said:?}") };
+    assert!(square.contains("7 × peg") && square.ends_with("another square"), "{square}");
+    let mut worded = run.transcript();
 
     let mut run = Run::new(1, Vec::new());
     run.table.borrow_mut().lay(&["blue", "red", "red", "blue", "blue"], Some(1));
     run.table.borrow_mut().things.iter_mut().skip(2).take(3).for_each(|thing| thing.hidden = true);
     run.steps(5);
     run.say("What do you think I see?");
-    let told =
-        "I think you know of blue square and 7 × peg, and not of another 2 × blue square and 2 × red square";
-    assert_eq!(run.texts(EventKind::Said), [told]);
+    let said = run.texts(EventKind::Said);
+    let [squares] = said.as_slice() else { panic!("{said:?}") };
+    assert!(squares.ends_with("another 2 × blue square and 2 × red square"), "{squares}");
+    worded += &run.transcript();
+    insta::assert_snapshot!(worded);
 }
 
 #[test]
@@ -405,7 +398,8 @@ fn without_perspective_taking_leo_cannot_say_what_others_see() {
     run.table.borrow_mut().lay(&["red"], None);
     run.steps(5);
     run.say("What do you think I see?");
-    assert!(run.texts(EventKind::Said)[0].contains("perspective taking is switched off"));
+    assert_eq!(run.texts(EventKind::Said).len(), 1);
+    insta::assert_snapshot!(run.transcript());
 }
 
 #[test]
@@ -416,7 +410,8 @@ fn courtesy_words_do_not_prevent_ending_a_demonstration() {
         run.say("Leo, I can teach you to do task 1");
         run.insert(0, 0);
         run.say("Hey Leo, task 2 is done");
-        assert_eq!(run.texts(EventKind::Said).pop().unwrap(), "I am being shown task 1, not task 2");
+        let said = run.texts(EventKind::Said).pop().unwrap();
+        assert!(said.contains("task 1, not task 2"), "{said}");
         run.say(done);
         run.steps(10);
         assert_eq!(run.task("task 1").examples.len(), 1, "{done}");
@@ -440,9 +435,7 @@ fn what_is_not_meant_is_left_alone() {
         run.say("No, not that one.");
     });
     assert_eq!(run.texts(EventKind::PerformanceEnded), ["filled 4 of 5"]);
-    let said = run.texts(EventKind::Said);
-    assert!(said.iter().any(|text| text == "I am not working on anything"), "{said:?}");
-    assert!(said.iter().any(|text| text == "I leave the green square alone"), "{said:?}");
+    insta::assert_snapshot!(run.transcript());
 }
 
 #[test]

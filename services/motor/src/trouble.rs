@@ -100,3 +100,28 @@ pub enum JointFault {
 fn f64_of_mrad(mrad: i64) -> f64 {
     mrad as f64 / 1e3
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn errors_are_worded() {
+        let faults = [
+            JointFault::Model { expected: 1200, found: 1020 },
+            JointFault::HomingOffset(-100),
+            JointFault::Shutdown { expected: 52, found: 0 },
+            JointFault::SecondaryId(9),
+            JointFault::Startup(1),
+            JointFault::OtherJoint(2),
+            JointFault::Powerless(36),
+            JointFault::Blocked { by_mrad: 250 },
+            JointFault::BeyondLimits { by_mrad: 400 },
+            JointFault::Refused(servo::Fault::Limit),
+            JointFault::Alert(HardwareErrors(0b10_0100)),
+            JointFault::Unbelieved,
+            JointFault::Duplicate(2),
+        ];
+        insta::assert_snapshot!(faults.map(|fault| fault.to_string()).join("\n"));
+    }
+}

@@ -65,3 +65,19 @@ impl fmt::Display for Bytes {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn errors_are_worded() {
+        let errors = [
+            BudgetError::Text { what: "a configuration file", max_bytes: 4 << 20 },
+            BudgetError::Line { line: 3, what: "example", max_bytes: 1 << 10 },
+            BudgetError::Expansion { read_bytes: 1000, max_bytes: 256 << 20 },
+            BudgetError::Memory { max_bytes: 64 << 20, advice: "split it" },
+        ];
+        insta::assert_snapshot!(errors.map(|error| error.to_string()).join("\n"));
+    }
+}

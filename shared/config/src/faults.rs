@@ -35,17 +35,18 @@ mod tests {
     use std::fs;
 
     use super::*;
+    use crate::test_support::assert_invalid;
 
     #[test]
     fn a_file_is_read_whole_or_refused_with_the_line() {
         let file = tempfile::NamedTempFile::new().unwrap();
         let load = |text: &str| {
             fs::write(file.path(), text).unwrap();
-            load(file.path(), str::parse::<u8>).map_err(|error| error.to_string())
+            load(file.path(), str::parse::<u8>)
         };
-        assert_eq!(load("faults = [\"1\", \"2\"]\n"), Ok(vec![1, 2]));
-        let said = load("faults = [\n  \"1\",\n  \"two\",\n]\n").unwrap_err();
-        assert!(said.ends_with(":3:3: invalid digit found in string"), "{said}");
-        assert!(load("fault = []").unwrap_err().contains("did you mean `faults`?"));
+        assert_eq!(load("faults = [\"1\", \"2\"]\n").unwrap(), [1, 2]);
+        let error = load("faults = [\n  \"1\",\n  \"two\",\n]\n").unwrap_err();
+        assert_invalid(&error, (3, 3), &"two".parse::<u8>().unwrap_err().to_string());
+        assert_invalid(&load("fault = []").unwrap_err(), (1, 1), "`faults`?");
     }
 }

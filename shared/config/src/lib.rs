@@ -19,6 +19,8 @@ mod names;
 #[cfg(test)]
 mod renamed_tests;
 mod robot;
+#[cfg(test)]
+mod test_support;
 
 pub use files::Files;
 pub use load::{load, text};

@@ -39,8 +39,8 @@ fn a_link_is_not_followed_and_nothing_behind_it_is_touched() {
         Folder::open(&with_slash),
         Folder::make(&with_slash),
     ] {
-        let told = opened.unwrap_err().to_string();
-        assert!(told.contains("is a symbolic link"), "{told}");
+        let refused = opened.unwrap_err();
+        assert!(matches!(refused, FolderError::Link { .. }), "{refused:?}");
     }
     // Neither is a link inside a folder followed.
     let folder = Folder::make(&parent.path().join("own")).unwrap();
@@ -59,11 +59,8 @@ fn a_folder_or_file_writable_by_others_is_refused() {
     let path = parent.path().join("open");
     fs::create_dir(&path).unwrap();
     fs::set_permissions(&path, fs::Permissions::from_mode(0o777)).unwrap();
-    let told = Folder::make(&path).unwrap_err().to_string();
-    assert!(
-        told.contains("may be written by other users (mode 777)") && told.contains("chmod 700"),
-        "{told}"
-    );
+    let refused = Folder::make(&path).unwrap_err();
+    assert!(matches!(refused, FolderError::WritableByOthers { mode: 0o777, .. }), "{refused:?}");
     let file = parent.path().join("file");
     fs::write(&file, "").unwrap();
     assert!(matches!(Folder::open(&file), Err(FolderError::NoFolder { .. })));
@@ -79,4 +76,20 @@ fn a_folder_is_emptied_to_the_bottom_but_for_what_is_kept() {
     folder.clear(&["kept"]);
     let left: Vec<_> = fs::read_dir(folder.path()).unwrap().map(|entry| entry.unwrap().file_name()).collect();
     assert_eq!(left, ["kept"]);
+}
+
+#[test]
+fn errors_are_worded() {
+    let path = || PathBuf::from("/dev/shm/leo-a");
+    let errors = [
+        FolderError::Link { path: path() },
+        FolderError::NoFolder { path: path() },
+        FolderError::OtherOwner { path: path(), owner: 1001 },
+        FolderError::WritableByOthers { path: path(), mode: 0o777 },
+        FolderError::System { path: path(), source: io::ErrorKind::NotFound.into() },
+    ];
+    let outputs = [OutputError::Link, OutputError::Exists, OutputError::Taken];
+    let worded: Vec<String> =
+        errors.iter().map(ToString::to_string).chain(outputs.iter().map(ToString::to_string)).collect();
+    insta::assert_snapshot!(worded.join("\n"));
 }

@@ -101,3 +101,14 @@ pub fn recordings(state: &Path) -> PathBuf {
 pub fn page_token(state: &Path) -> PathBuf {
     state.join("page_token")
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn errors_are_worded() {
+        let error = StateError { state: "/home/a/leo".into(), reason: "it is no folder".to_owned() };
+        insta::assert_snapshot!(error);
+    }
+}

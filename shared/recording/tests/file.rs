@@ -9,7 +9,7 @@ use message::{
     JointState, JointStates, Remembered, SceneObject, Text, TopicId, Utterance, Utterances,
 };
 use proptest::prelude::*;
-use recording::{Channel, Count, Frame, ReadError, Reader, Ring, Subject, Time, Writer};
+use recording::{Channel, Count, Frame, ReadError, Reader, RecordError, Ring, Subject, Time, Writer};
 
 fn subject(time: Time) -> Subject {
     let mut subject = Subject::load(None, time, Some(1), Pose::upright(1.0, -2.0, 0.5, 0.3), "a test")
@@ -111,9 +111,12 @@ fn a_file_cut_at_any_byte_is_an_error_or_a_prefix() {
 
 #[test]
 fn a_file_that_is_no_recording_is_refused() {
-    let said = |bytes: &[u8]| read(bytes).2.expect("is refused").to_string();
-    assert!(said(b"").starts_with("x.mcap is not a recording of Leo: it ends after 0 bytes"));
-    assert!(said(b"[leo]\nrate = 5\nand more of this").contains("is not a recording of Leo"));
+    let foreign = |bytes: &[u8]| {
+        let error = read(bytes).2.expect("is refused");
+        assert!(matches!(&error, ReadError::Foreign { name, .. } if name == "x.mcap"), "{error:?}");
+        error.to_string()
+    };
+    let mut worded = vec![foreign(b""), foreign(b"[leo]\nrate = 5\nand more of this")];
 
     // An MCAP file of another program.
     let mut others = mcap::Writer::new(std::io::Cursor::new(Vec::new())).expect("begins");
@@ -122,7 +125,28 @@ fn a_file_that_is_no_recording_is_refused() {
     let header = MessageHeader { channel_id: channel, sequence: 1, log_time: 1, publish_time: 1 };
     others.write_to_known_channel(&header, b"{}").expect("writes");
     others.finish().expect("ends");
-    assert!(said(&others.into_inner().into_inner()).contains("an MCAP file without a record `leo`"));
+    worded.push(foreign(&others.into_inner().into_inner()));
+    insta::assert_snapshot!(worded.join("\n"));
+}
+
+#[test]
+fn errors_are_worded() {
+    let (name, file) = (|| "x.mcap".to_owned(), || std::path::PathBuf::from("x.mcap"));
+    let full = || std::io::Error::from(std::io::ErrorKind::StorageFull);
+    let expansion = budget::BudgetError::Expansion { read_bytes: 1000, max_bytes: 256 << 20 };
+    let reading = [
+        ReadError::Read { name: name(), source: std::io::ErrorKind::NotFound.into() },
+        ReadError::Damaged { name: name(), after: 7, reason: "its check sum is wrong".to_owned() },
+        ReadError::Budget { name: name(), after: 7, source: expansion },
+    ];
+    let writing = [
+        RecordError::Create { file: file(), source: full() },
+        RecordError::Write { file: file(), source: full() },
+        RecordError::DiskFull { file: file(), bytes: 2_500_000 },
+    ];
+    let worded: Vec<String> =
+        reading.iter().map(ToString::to_string).chain(writing.iter().map(ToString::to_string)).collect();
+    insta::assert_snapshot!(worded.join("\n"));
 }
 
 #[test]
@@ -148,10 +172,11 @@ fn frames_of_another_layout_are_refused_with_both_versions() {
         out.into_inner().into_inner()
     };
     let (name, text) = (Channel(TopicId::Scene).schema_name(), Channel(TopicId::Scene).schema());
-    let older = read(&recorded("leo/Header/1+leo/SceneObject/0", &text, &[0; HEAD])).2.expect("is refused");
-    let older = older.to_string();
-    assert!(older.contains("`leo/scene` was recorded as leo/Header/1+leo/SceneObject/0"), "{older}");
-    assert!(older.contains(&format!("this Leo reads {name}")), "{older}");
+    let older_name = "leo/Header/1+leo/SceneObject/0";
+    let older = read(&recorded(older_name, &text, &[0; HEAD])).2.expect("is refused");
+    let ReadError::Version { channel, found, known, .. } = &older else { panic!("{older:?}") };
+    assert_eq!((channel.0, found.as_str(), known.as_str()), (TopicId::Scene, older_name, name.as_str()));
+    insta::assert_snapshot!(older.to_string().replace(&name, "[layout of this version]"));
     let other = read(&recorded(&name, "something else", &[0; HEAD])).2.expect("is refused");
     assert!(other.to_string().contains("another leo/SceneHead"), "{other}");
     // The same layout, with an older name of a field.

@@ -54,3 +54,23 @@ pub enum LineLostError {
     #[error("the line failed: {0}")]
     Failed(Errno),
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn errors_are_worded() {
+        let path = || PathBuf::from("/dev/ttyUSB0");
+        let opening = [
+            OpenError::Device { path: path(), source: Errno::NOENT },
+            OpenError::Busy { path: path() },
+            OpenError::Mode { path: path(), baud: 4_500_000, source: Errno::INVAL },
+            OpenError::Pty { source: Errno::NOENT },
+        ];
+        let lost = [LineLostError::HangUp, LineLostError::WriteTimeout, LineLostError::Failed(Errno::IO)];
+        let worded: Vec<String> =
+            opening.iter().map(ToString::to_string).chain(lost.iter().map(ToString::to_string)).collect();
+        insta::assert_snapshot!(worded.join("\n"));
+    }
+}

@@ -45,8 +45,8 @@ mod tests {
 
     #[test]
     fn every_bit_is_named() {
-        assert_eq!(HardwareErrors(0).to_string(), "no hardware error");
-        assert_eq!(HardwareErrors(0b10_0100).to_string(), "overheating, overload");
-        assert_eq!(HardwareErrors(0b100_0001).to_string(), "input voltage out of range, error bits 0x40");
+        let bits = (0..8).map(|bit| 1 << bit).chain([0, 0b10_0100, 0b100_0001]);
+        let worded: Vec<String> = bits.map(|bits| format!("{bits:#04x} {}", HardwareErrors(bits))).collect();
+        insta::assert_snapshot!(worded.join("\n"));
     }
 }

@@ -114,6 +114,21 @@ mod tests {
     /// From the e-manual: the status packets of servo 1 to a Ping (model 1030, firmware 38) and to a Read of its
     /// position, 166.
     #[test]
+    fn errors_are_worded() {
+        let faults = [
+            Fault::Result,
+            Fault::Instruction,
+            Fault::Checksum,
+            Fault::Range,
+            Fault::Length,
+            Fault::Limit,
+            Fault::Access,
+            Fault::Unknown(9),
+        ];
+        insta::assert_snapshot!(faults.map(|fault| fault.to_string()).join("\n"));
+    }
+
+    #[test]
     fn the_manuals_answers_are_read() {
         let mut parser = Parser::new();
         parser.push(&[0xFF, 0xFF, 0xFD, 0, 1, 7, 0, 0x55, 0, 6, 4, 0x26, 0x65, 0x5D]);

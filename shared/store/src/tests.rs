@@ -10,9 +10,12 @@ use std::io::{self, ErrorKind};
 use std::os::unix::fs::{PermissionsExt as _, symlink};
 use std::path::{Path, PathBuf};
 
+use folder::FolderError;
+
 use super::*;
 use crate::names::Names;
 use crate::record::line;
+use crate::survey::Lost;
 
 /// An entry whose head is the key in capitals.
 fn entry(key: &str, items: &[u32]) -> Entry<String, u32> {
@@ -117,13 +120,68 @@ fn a_file_in_use_is_refused_by_name() {
 
 #[test]
 fn a_full_disk_and_a_foreign_file_are_reported_with_the_remedy() {
-    let told = |kind: ErrorKind| {
-        let source = io::Error::from(kind);
-        OpenError::Unreadable { path: "learned.store".into(), source }.to_string()
-    };
-    assert!(told(ErrorKind::StorageFull).ends_with("make room on its disk, or use another state directory"));
-    assert!(told(ErrorKind::PermissionDenied).contains("allow this user to read and write it"));
-    assert!(told(ErrorKind::InvalidData).contains("check its disk for faults"));
+    let remedies =
+        [ErrorKind::StorageFull, ErrorKind::PermissionDenied, ErrorKind::InvalidData].map(|kind| {
+            let error =
+                OpenError::Unreadable { path: "learned.store".into(), source: kind.into() }.to_string();
+            error.rsplit(": ").next().unwrap().to_owned()
+        });
+    assert!(remedies[0] != remedies[1] && remedies[1] != remedies[2] && remedies[2] != remedies[0]);
+}
+
+#[test]
+fn errors_are_worded() {
+    let path = || PathBuf::from("learned.store");
+    let source = ErrorKind::StorageFull;
+    let folder = || FolderError::Link { path: "/home/a/leo".into() };
+    let migration = MigrationError { key: "task 1".to_owned(), reason: "its list has no items".to_owned() };
+    let json = || serde_json::from_str::<u32>("true").unwrap_err();
+    let unreadable =
+        |kind: ErrorKind| OpenError::Unreadable { path: path(), source: kind.into() }.to_string();
+    insta::assert_snapshot!(
+        [
+            OpenError::InUse { path: path() }.to_string(),
+            OpenError::Version { path: path(), found: 5, known: 4 }.to_string(),
+            OpenError::Migration { path: path(), from: 1, source: migration }.to_string(),
+            OpenError::Folder { source: folder() }.to_string(),
+            unreadable(ErrorKind::StorageFull),
+            unreadable(ErrorKind::PermissionDenied),
+            unreadable(ErrorKind::InvalidData),
+            OpenError::Unwritable { path: path(), source: source.into() }.to_string(),
+            ReadError::Unreadable { path: path(), source: source.into() }.to_string(),
+            ReadError::Version { path: path(), found: 5 }.to_string(),
+            ReadError::Entry { path: path(), key: "task 1".to_owned(), source: json() }.to_string(),
+            WriteError::Unwritable { path: path(), source: source.into() }.to_string(),
+            WriteError::RepairFailed(Box::new(OpenError::InUse { path: path() })).to_string(),
+            WriteError::Unreadable(ReadError::Version { path: path(), found: 5 }).to_string(),
+            WriteError::Entry { key: "task 1".to_owned(), source: json() }.to_string(),
+        ]
+        .join("\n")
+    );
+}
+
+#[test]
+fn findings_are_worded() {
+    let damage = Damage { file: "learned.store".into(), what: "is empty".to_owned(), aside: None };
+    let aside = Damage { aside: Some("learned.damaged.store".into()), ..damage.clone() };
+    let all = [Lost::Nothing, Lost::Perhaps, Lost::Records(1), Lost::Everything].map(|lost| {
+        let findings = Findings { damaged: vec![aside.clone(), damage.clone()], lost, repair_error: None };
+        format!("{findings}\n    {}", lost.in_short())
+    });
+    let repair_error = Some("the disk is full".to_owned());
+    let full = Findings { damaged: vec![damage.clone()], lost: Lost::Nothing, repair_error };
+    insta::assert_snapshot!(format!("{}\n{full}", all.join("\n")));
+}
+
+/// Whether a store was refused because of a symbolic link.
+fn is_about_a_link(refused: &OpenError) -> bool {
+    match refused {
+        OpenError::Folder { source } => matches!(source, FolderError::Link { .. }),
+        OpenError::Unreadable { source, .. } | OpenError::Unwritable { source, .. } => {
+            source.to_string().contains("symbolic link")
+        }
+        OpenError::InUse { .. } | OpenError::Version { .. } | OpenError::Migration { .. } => false,
+    }
 }
 
 #[test]
@@ -136,8 +194,8 @@ fn symbolic_links_and_non_files_are_refused_untouched() {
         let at = path.with_file_name(name);
         let _gone = fs::remove_file(&at);
         symlink(&precious, &at).unwrap();
-        let refused = Store::open(&path).unwrap_err().to_string();
-        assert!(refused.contains(name) && refused.contains("is a symbolic link"), "{refused}");
+        let refused = Store::open(&path).unwrap_err();
+        assert!(refused.to_string().contains(name) && is_about_a_link(&refused), "{refused:?}");
         fs::remove_file(&at).unwrap();
         fs::create_dir(&at).unwrap();
         assert!(Store::open(&path).is_err());
@@ -146,8 +204,8 @@ fn symbolic_links_and_non_files_are_refused_untouched() {
     let (folder, path) = file();
     fs::create_dir(folder.path().join("elsewhere")).unwrap();
     symlink(folder.path().join("elsewhere"), path.parent().unwrap()).unwrap();
-    let refused = Store::open(&path).unwrap_err().to_string();
-    assert!(refused.contains("is a symbolic link"), "{refused}");
+    let refused = Store::open(&path).unwrap_err();
+    assert!(is_about_a_link(&refused), "{refused:?}");
     assert_eq!(fs::read_dir(folder.path().join("elsewhere")).unwrap().count(), 0);
 }
 
@@ -185,7 +243,7 @@ fn a_foreign_change_of_an_open_store_is_repaired() {
     store.put("task 1", &"TASK 1", 0, &1).unwrap();
     fs::write(&path, "").unwrap();
     let refused = store.put("task 1", &"TASK 1", 1, &2).unwrap_err().to_string();
-    assert!(refused.contains("has 0 bytes instead of"), "{refused}");
+    assert!(refused.contains("tasks.store") && refused.contains(" 0 bytes "), "{refused}");
     store.put("task 1", &"TASK 1", 1, &2).unwrap();
     assert_eq!(all(&mut store), [entry("task 1", &[1, 2])]);
     assert!(path.with_file_name("tasks.damaged.store").exists());

@@ -39,6 +39,9 @@ fn acknowledged_writes_survive_kills_full_disks_and_clock_jumps() {
     println!("{said}");
 }
 
+/// Why a process of these tests does nothing on its own.
+const STARTED: &str = "another test has to start it";
+
 fn program() -> PathBuf {
     std::env::current_exe().expect("has a path")
 }
@@ -63,7 +66,7 @@ fn below(state: &mut u64, bound: u64) -> u64 {
 #[test]
 #[ignore = "it writes until it is killed: the histories start it"]
 fn writer() {
-    let Some(disk) = disk() else { return };
+    let Some(disk) = disk() else { return skip::skip(STARTED) };
     let path = disk.join("leo/learned.store");
     let mut store = Store::open(&path).unwrap_or_else(|error| panic!("{error}"));
     say("begun", "", 0);
@@ -197,12 +200,15 @@ impl Acknowledged {
 #[test]
 #[ignore = "it needs a disk of its own: the test above makes one"]
 fn histories() {
-    let Some(disk) = disk() else { return };
+    let Some(disk) = disk() else { return skip::skip(STARTED) };
     let (path, fill) = (disk.join("leo/learned.store"), disk.join("fill"));
     let has_clocks = Command::new("unshare")
         .args(["--time", "--fork", "true"])
         .status()
         .is_ok_and(|status| status.success());
+    if !has_clocks {
+        skip::skip("needs `unshare --time`, so that clocks jump");
+    }
     let (mut chance, mut acknowledged) = (2006, Acknowledged::default());
     let (mut stops, mut fills) = (0, 0);
     acknowledged.compare(&path);

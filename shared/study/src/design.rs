@@ -360,6 +360,7 @@ mod tests {
 
     #[test]
     fn things_lie_apart() {
+        let mut pairs = 0;
         for (task, seed) in (1..=4).flat_map(|task| (0..200).map(move |seed| (task, seed))) {
             for table in TaskVariant::of(task, seed).unwrap().lesson.demonstrations {
                 for (index, object) in table.objects.iter().enumerate() {
@@ -369,10 +370,12 @@ mod tests {
                             (x - u).hypot(y - v) > 0.06,
                             "task {task}, design {seed}: {object:?} {other:?}"
                         );
+                        pairs += 1;
                     }
                 }
             }
         }
+        assert!(pairs > 4 * 200, "only {pairs} pairs were compared");
     }
 
     #[test]

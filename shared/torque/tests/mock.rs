@@ -7,7 +7,7 @@ use clock::Duration;
 use config::Robot;
 use mock_bus_process::{Faults, MockBuses, parse};
 use serial::{Pty, Tty};
-use torque::{Bus, Cause, Servo, buses, switch_off};
+use torque::{Bus, Cause, LineError, Servo, buses, switch_off};
 
 const SHORT: Duration = Duration::from_millis(50);
 
@@ -53,7 +53,7 @@ fn every_servo_confirms_that_its_torque_is_off() {
     let report = switch_off(&rig.buses(), SHORT);
     assert!(report.is_confirmed(), "{report:?}");
     assert_eq!((report.confirmed, rig.with_torque()), (65, 0));
-    assert_eq!(report.to_string(), "65 of 65 servos say that their torque is off");
+    insta::assert_snapshot!(report);
 }
 
 #[test]
@@ -61,8 +61,10 @@ fn a_silent_servo_is_named_and_an_unreliable_one_is_retried() {
     let rig = rig(&["drop bus=torso id=3", "drop bus=torso id=5 p=0.5"]);
     let report = switch_off(&rig.buses(), SHORT);
     assert_eq!(report.confirmed, 64, "{report:?}");
-    let said: Vec<String> = report.unconfirmed.iter().map(ToString::to_string).collect();
-    assert_eq!(said, ["torque may still be on of torso_roll_joint (bus torso, id 3): it does not answer"]);
+    let [silent] = report.unconfirmed.as_slice() else { panic!("{report:?}") };
+    assert_eq!((silent.joint.as_str(), silent.bus.as_str(), silent.id), ("torso_roll_joint", "torso", 3));
+    assert_eq!(silent.cause, Cause::Silent);
+    insta::assert_snapshot!(silent);
 }
 
 #[test]
@@ -73,8 +75,12 @@ fn a_busy_line_is_awaited_and_then_named() {
     let other = Tty::open(&torso.path, torso.baud).unwrap();
     let report = switch_off(&all, SHORT);
     assert_eq!((report.confirmed, report.unconfirmed.len(), rig.with_torque()), (58, 7, 7));
-    let said = report.unconfirmed[0].to_string();
-    assert!(said.contains("(bus torso, id 1)") && said.contains("is in use by another program"), "{said}");
+    let busy = &report.unconfirmed[0];
+    assert_eq!((busy.bus.as_str(), busy.id), ("torso", 1));
+    // The sentence is that of the line.
+    let busy_line = Tty::open(&torso.path, torso.baud).unwrap_err();
+    assert!(matches!(busy_line, serial::OpenError::Busy { .. }), "{busy_line:?}");
+    assert_eq!(busy.cause, Cause::Line(LineError::Open(busy_line.to_string())));
     let report = thread::scope(|scope| {
         scope.spawn(move || {
             clock::sleep_until(clock::now() + SHORT);

@@ -86,3 +86,28 @@ pub enum TraceError {
         source: BudgetError,
     },
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn errors_are_worded() {
+        let name = || "a.jsonl".to_owned();
+        let expansion = BudgetError::Expansion { read_bytes: 1000, max_bytes: 256 << 20 };
+        let errors = [
+            TraceError::Read { name: name(), source: std::io::ErrorKind::NotFound.into() },
+            TraceError::NotATrace { name: name(), found: "it is empty".to_owned() },
+            TraceError::Version { name: name(), found: "2".to_owned() },
+            TraceError::Invalid {
+                name: name(),
+                place: Place::Line(2),
+                field: "column 26, observation: ".to_owned(),
+                reason: "unknown field `observation`".to_owned(),
+            },
+            TraceError::Damaged { name: name(), after: 7, reason: "its check sum is wrong".to_owned() },
+            TraceError::Budget { name: name(), place: Place::Message(7), source: expansion },
+        ];
+        insta::assert_snapshot!(errors.map(|error| error.to_string()).join("\n"));
+    }
+}

@@ -330,17 +330,33 @@ mod tests {
 
     #[test]
     fn an_unplayable_trace_reports_why() {
-        let said = |playback: Result<Playback, PlaybackError>| playback.unwrap_err().to_string();
-        assert!(said(open(&[], None, true)).contains("a.jsonl has no frames"));
+        let empty = open(&[], None, true).unwrap_err();
+        assert!(matches!(empty, PlaybackError::Empty { .. }), "{empty:?}");
         let frames = [frame(100, 0, ""), frame(104, 3, "")];
         let frames = frames.each_ref().map(String::as_str);
-        assert!(said(open(&frames, None, false)).contains("of the sources 0, 3: say with `recorded_source`"));
+        let several = open(&frames, None, false).unwrap_err();
         assert!(
-            said(open(&frames, Some(2), false)).contains("no frames of a source 2: it was recorded of 0, 3")
+            matches!(&several, PlaybackError::Several { sources, .. } if sources == "0, 3"),
+            "{several:?}"
         );
-        assert!(said(open(&["no json"], None, false)).contains("line 2"));
-        let nowhere = Playback::open(Path::new("/nowhere/a.mcap"), None, false);
-        assert!(said(nowhere).starts_with("cannot read /nowhere/a.mcap: "));
+        let not_there = open(&frames, Some(2), false).unwrap_err();
+        assert!(matches!(&not_there, PlaybackError::NotThere { wanted: 2, .. }), "{not_there:?}");
+        let no_json = open(&["no json"], None, false).unwrap_err();
+        assert!(
+            matches!(
+                &no_json,
+                PlaybackError::Trace(TraceError::Invalid { place: crate::Place::Line(2), .. })
+            ),
+            "{no_json:?}"
+        );
+        let nowhere = Playback::open(Path::new("/nowhere/a.mcap"), None, false).unwrap_err();
+        assert!(matches!(nowhere, PlaybackError::Trace(TraceError::Read { .. })), "{nowhere:?}");
+        let all = [empty, several, not_there, no_json, nowhere].map(|error| {
+            let error = error.to_string();
+            // The file is in a folder of its own.
+            error.get(error.find("a.jsonl").unwrap_or(0)..).unwrap().to_owned()
+        });
+        insta::assert_snapshot!(all.join("\n"));
     }
 
     #[test]

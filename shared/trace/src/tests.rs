@@ -217,8 +217,9 @@ fn a_damaged_chunk_is_reported_and_everything_before_it_is_read() {
     let middle = bytes.len() / 2;
     bytes[middle] ^= 0x55;
     let (back, error, reader) = read(&bytes);
-    let said = error.unwrap().to_string();
-    assert!(said.starts_with(&format!("t is damaged after message {}: ", back.len())), "{said}");
+    let error = error.unwrap();
+    let read_before = u64::try_from(back.len()).unwrap();
+    assert!(matches!(&error, TraceError::Damaged { after, .. } if *after == read_before), "{error:?}");
     assert!((20..400).contains(&back.len()) && !reader.is_cut(), "{}", back.len());
     assert_same(&back, &frames[..back.len()]);
 }
@@ -354,7 +355,7 @@ fn a_foreign_file_is_distinguished_from_another_trace_version() {
         assert!(error.to_string().starts_with("t is ") && error.to_string().contains(words), "{error}");
     }
     let header = Reader::new(&b"{\"leo_trace\": 1, \"titel\": \"x\"}\n"[..], "t").err().unwrap().to_string();
-    assert!(header.starts_with("t: line 1, ") && header.contains("did you mean `title`?"), "{header}");
+    assert!(header.starts_with("t: line 1, ") && header.contains("`title`?"), "{header}");
 }
 
 #[test]
@@ -398,8 +399,8 @@ fn an_unusable_frame_is_refused_with_its_reason() {
 fn a_line_without_an_end_is_refused_before_it_fills_the_memory() {
     let endless = (&b"{\"leo_trace\": 1}\n"[..]).chain(std::io::repeat(b' '));
     let mut reader = Reader::new(endless, "t").unwrap();
-    let said = reader.next().unwrap().unwrap_err().to_string();
-    assert!(said.contains("line 2 is longer than 16 MiB"), "{said}");
+    let error = reader.next().unwrap().unwrap_err();
+    assert!(error.to_string().contains("line 2") && error.to_string().contains("16 MiB"), "{error}");
     assert!(reader.next().is_none());
 }
 

@@ -262,17 +262,32 @@ mod tests {
         fs::write(&file, format!("Leo 9.8.7\n{}\n", layouts_word())).unwrap();
         let of_the_same_messages = domain.check_layouts();
         fs::write(&file, "Leo 9.8.7\n0123456789abcdef\n").unwrap();
-        let other = domain.check_layouts().unwrap_err().to_string();
+        let other = domain.check_layouts().unwrap_err();
         fs::write(&file, [0xff, 0xfe]).unwrap();
         let garbage = domain.check_layouts();
         fs::remove_file(&file).unwrap();
-        let older = domain.check_layouts().unwrap_err().to_string();
+        let older = domain.check_layouts().unwrap_err();
         fs::remove_dir_all(domain.root()).unwrap();
         assert_eq!((made_by.as_deref(), domain.made_by()), (Some(THIS), None));
         assert!(made.is_ok() && of_the_same_messages.is_ok() && garbage.is_ok(), "{made:?} {garbage:?}");
-        let this = format!("with other messages, and this is {THIS}: restart it, or use its own program");
-        assert!(other.ends_with(&format!("runs Leo 9.8.7 {this}")), "{other}");
-        assert!(older.ends_with(&format!("runs an older Leo {this}")), "{older}");
+        assert_eq!((other.root.as_path(), other.runs.as_str()), (domain.root(), "Leo 9.8.7"));
+        assert_eq!((older.root.as_path(), older.runs.as_str()), (domain.root(), "an older Leo"));
+    }
+
+    #[test]
+    fn errors_are_worded() {
+        let root = || PathBuf::from("/dev/shm/leo-a");
+        let errors = [
+            DomainError::Name { name: "a b".to_owned() },
+            DomainError::Write { path: root(), source: ErrorKind::StorageFull.into() },
+            DomainError::Folder(FolderError::NoFolder { path: root() }),
+            DomainError::Foreign { path: root(), owner: 1001 },
+            DomainError::NoDomain { root: root() },
+            DomainError::TooLong { root: root() },
+        ];
+        let other = IncompatibleProgramError { root: root(), runs: "Leo 9.8.7".to_owned() };
+        let other = other.to_string().replace(THIS, "[this program]");
+        insta::assert_snapshot!(format!("{}\n{other}", errors.map(|error| error.to_string()).join("\n")));
     }
 
     #[test]
@@ -285,7 +300,8 @@ mod tests {
 
     #[test]
     fn a_directory_without_a_configuration_is_no_domain() {
-        let error = Domain::at(Path::new("/dev/shm/leo-nobody")).unwrap_err().to_string();
-        assert!(error.contains("leo-nobody is no domain"), "{error}");
+        let nobody = Path::new("/dev/shm/leo-nobody");
+        let error = Domain::at(nobody).unwrap_err();
+        assert!(matches!(&error, DomainError::NoDomain { root } if root == nobody), "{error:?}");
     }
 }

@@ -89,3 +89,25 @@ pub struct ReceiveError {
     pub(crate) topic: String,
     pub(crate) reason: String,
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn errors_are_worded() {
+        let root = || PathBuf::from("/dev/shm/leo-a");
+        let (topic, reason) = (|| "beliefs/1".to_owned(), || "[reason of the middleware]".to_owned());
+        let errors = [
+            JoinError::Configuration { file: root().join("iceoryx2.toml"), reason: reason() }.to_string(),
+            JoinError::AnotherDomain { root: root() }.to_string(),
+            JoinError::Node { root: root(), reason: reason() }.to_string(),
+            PortError::taken("beliefs/1", &[78, 77, 77]).to_string(),
+            PortError::other_messages("beliefs/1", "reading").to_string(),
+            SendError::Failed { topic: topic(), reason: reason() }.to_string(),
+            SendError::QueueFull { topic: topic() }.to_string(),
+            ReceiveError { topic: topic(), reason: reason() }.to_string(),
+        ];
+        insta::assert_snapshot!(errors.join("\n"));
+    }
+}

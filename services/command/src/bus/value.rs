@@ -127,9 +127,14 @@ mod tests {
         assert_eq!(parse(&goal, "\u{2212}90deg"), Ok(-1024));
         assert!((angle_rad("\u{2212}90deg").unwrap() + std::f64::consts::FRAC_PI_2).abs() < 1e-12);
         for nonsense in ["2048", "deg", "infrad", "NaNdeg", "12V"] {
-            assert!(angle_rad(nonsense).unwrap_err().contains("is not a joint angle"), "{nonsense}");
+            assert!(angle_rad(nonsense).unwrap_err().contains(&format!("`{nonsense}`")), "{nonsense}");
         }
-        let said = parse(&item("torque_enable"), "on").unwrap_err();
-        assert_eq!(said, "`on` is not a value of torque_enable: give a whole number");
+        let said = [
+            parse(&item("torque_enable"), "on").unwrap_err(),
+            parse(&goal, "nonsense").unwrap_err(),
+            angle_rad("2048").unwrap_err(),
+        ];
+        assert!(said[0].contains("`on`") && said[0].contains("torque_enable"), "{said:?}");
+        insta::assert_snapshot!(said.join("\n"));
     }
 }

@@ -149,11 +149,10 @@ mod tests {
     #[test]
     fn several_robots_must_be_told_apart() {
         let domains = ["a", "b"].map(|name| Domain::named(name).unwrap());
-        let error = only(domains.to_vec()).unwrap_err().to_string();
-        assert_eq!(
-            error,
-            "2 robots run here: name one with --domain /dev/shm/leo-a or --domain /dev/shm/leo-b"
-        );
+        let several = only(domains.to_vec()).unwrap_err();
+        let TopError::SeveralRobots(roots) = &several else { panic!("{several:?}") };
+        assert_eq!(*roots, ["/dev/shm/leo-a", "/dev/shm/leo-b"]);
         assert!(matches!(only(Vec::new()), Err(TopError::NoRobot)));
+        insta::assert_snapshot!(format!("{several}\n{}", TopError::NoRobot));
     }
 }

@@ -183,7 +183,8 @@ mod tests {
         let processes = [(Process::Motor, health)].into();
         let rows = rows(&Readings { processes, ..Readings::default() }, &[].into());
         let line = words(table(&rows).lines().last().unwrap());
-        assert_eq!(line, "motor refused 3 frames of process 77, which the supervisor did not start");
+        assert!(line.starts_with("motor ") && line.contains("3 frames of process 77"), "{line}");
+        insta::assert_snapshot!(line);
     }
 
     #[test]
@@ -195,7 +196,8 @@ mod tests {
             &[].into(),
         );
         let line = words(table(&rows).lines().last().unwrap());
-        assert_eq!(line, "belief found 2 broken invariants: a bug; the journal names the place");
+        assert!(line.starts_with("belief ") && line.contains("2 broken invariants"), "{line}");
+        insta::assert_snapshot!(line);
     }
 
     #[test]

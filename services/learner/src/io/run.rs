@@ -362,7 +362,9 @@ mod tests {
         let example = tasks::Example { teacher: 1, views: Vec::new() };
         let kept = Kept { key: "task 1".into(), task: "task 1".into(), place: 0, example };
         let refused = place.into_writer()(&kept).unwrap_err();
-        assert!(refused.to_string().contains("another Leo has the learned tasks open"), "{refused}");
+        let file = state::learned(folder.path());
+        let in_use = OpenError::InUse { path: file }.to_string();
+        assert!(refused.to_string().contains(&in_use), "{refused}");
         assert!(MemoryStore::Disabled.into_writer()(&kept).is_ok(), "where nobody wants it kept");
     }
 }

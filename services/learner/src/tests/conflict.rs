@@ -36,32 +36,32 @@ fn slip(run: &mut Run) {
     run.steps(10);
 }
 
-const UNSURE: &str = "I do not know yet what task 1 is: to me it looked like \"all but blue filled\", to you like \"all \
-                      filled\", and you could not see the blue square and I do not know why you treated the red \
-                      square differently";
-const ASKED: &str = "Should a red square be filled, too?";
-const UNTIL_THEN: &str = "until I know, I go by what I learned from 2 examples: all filled";
-
 #[test]
 fn with_conflict_own_leo_follows_its_view_and_names_the_teachers_rule() {
     let mut run = Run::with(1, Vec::new(), OnConflict::Own);
     run.teach();
-    let why = "to you it looked like \"all filled\": you could not see the blue square; I go by what I saw";
-    assert_eq!(outcome(&run), (Some(0), "all but blue".to_owned(), why.to_owned()));
-    assert_eq!(said(&run, 2), ["I learned task 1 from 2 examples: all but blue filled", why]);
+    let (followed, rule, why) = outcome(&run);
+    assert_eq!((followed, rule.as_str()), (Some(0), "all but blue"));
+    assert!(why.contains("\"all filled\"") && why.contains("blue square"), "{why}");
+    assert_eq!((said(&run, 1), run.task("task 1").examples.len()), (vec![why.clone()], 2));
     run.perform(&[]);
     assert_eq!(run.texts(EventKind::PerformanceEnded), ["filled 3 of 3"]);
     run.say("Why?");
-    assert_eq!(said(&run, 1), [format!("\"all but blue filled\" is what 2 of 2 showings say; {why}")]);
+    let [because] = <[String; 1]>::try_from(said(&run, 1)).unwrap();
+    assert!(because.contains("\"all but blue filled\"") && because.contains("2 of 2"), "{because}");
+    assert!(because.ends_with(&why), "{because}");
+    insta::assert_snapshot!(run.transcript());
 }
 
 #[test]
 fn an_explained_conflict_is_resolved_for_the_teacher_and_explained() {
     let mut run = Run::with(1, Vec::new(), OnConflict::Resolve);
     run.teach();
-    let why = "to me it looked like \"all but blue\", but you could not see the blue square";
-    assert_eq!(outcome(&run), (Some(1), "all".to_owned(), why.to_owned()));
-    assert_eq!(said(&run, 2), ["I learned task 1 from 2 examples: all filled", why]);
+    let (followed, rule, why) = outcome(&run);
+    assert_eq!((followed, rule.as_str()), (Some(1), "all"));
+    assert!(why.contains("\"all but blue\"") && why.contains("blue square"), "{why}");
+    assert_eq!((said(&run, 1), run.task("task 1").examples.len()), (vec![why], 2));
+    insta::assert_snapshot!(run.transcript());
     run.perform(&[]);
     assert_eq!(run.texts(EventKind::PerformanceEnded), ["filled 5 of 5"]);
 }
@@ -70,7 +70,8 @@ fn an_explained_conflict_is_resolved_for_the_teacher_and_explained() {
 fn by_default_leo_follows_the_teacher_and_asks_about_contradictions() {
     let mut run = with_a_slip(OnConflict::Human);
     assert_eq!(outcome(&run).1, "all");
-    assert_eq!(said(&run, 1), [ASKED]);
+    let [asked] = <[String; 1]>::try_from(said(&run, 1)).unwrap();
+    assert!(asked.contains("red square") && asked.ends_with('?'), "{asked}");
     run.perform(&[]);
     assert_eq!(run.texts(EventKind::PerformanceEnded), ["filled 5 of 5"]);
 }
@@ -78,17 +79,19 @@ fn by_default_leo_follows_the_teacher_and_asks_about_contradictions() {
 #[test]
 fn open_conflict_asks_and_follows_the_earlier_decision() {
     let mut run = with_a_slip(OnConflict::Resolve);
-    assert_eq!(said(&run, 3), [UNSURE, UNTIL_THEN, ASKED]);
-    let explained = outcome(&run).2;
-    assert!(UNSURE.ends_with(&explained), "{explained}");
+    let [unsure, until_then, asked] = <[String; 3]>::try_from(said(&run, 3)).unwrap();
+    assert!(unsure.ends_with(&outcome(&run).2), "{unsure}");
+    assert!(until_then.contains("2 examples: all filled"), "{until_then}");
+    assert!(asked.contains("red square") && asked.ends_with('?'), "{asked}");
     run.say("What did you learn?");
-    assert_eq!(said(&run, 1), ["I am not sure of task 1; until I am, it is: all filled"]);
+    assert!(said(&run, 1)[0].ends_with(": all filled"), "{:?}", said(&run, 1));
     run.perform(&[]);
-    assert!(run.texts(EventKind::Said).ends_with(&[UNTIL_THEN.to_owned()]));
+    assert_eq!(said(&run, 1), [until_then]);
     assert_eq!(run.texts(EventKind::PerformanceEnded), ["filled 5 of 5"]);
     // The question is still open: "Why?" repeats it, and it may be answered then.
     run.say("Why?");
-    assert_eq!(said(&run, 2), [UNSURE, ASKED]);
+    assert_eq!(said(&run, 2), [unsure, asked]);
+    insta::assert_snapshot!(run.transcript());
     run.say("Yes");
     assert_eq!(run.task("task 1").examples.len(), 4);
     assert_eq!(outcome(&run).0, Some(1));
@@ -100,20 +103,17 @@ fn answer_decides_which_schema_is_followed() {
         let mut run = with_a_slip(OnConflict::Resolve);
         run.say(answer);
         let (followed, rule, why) = outcome(&run);
-        assert!(!run.texts(EventKind::Said).last().unwrap().starts_with("I do not know"), "{answer}");
         run.perform(&[]);
         (followed, rule, why, run.texts(EventKind::PerformanceEnded).pop().unwrap())
     };
     let (followed, rule, why, done) = decided("Yes");
     assert_eq!((followed, rule.as_str(), done.as_str()), (Some(1), "all", "filled 5 of 5"));
-    assert_eq!(
-        why,
-        "to me it looked like \"all but blue\", but you could not see the blue square and you told me about the red \
-         square"
-    );
+    assert!(["\"all but blue\"", "blue square", "red square"].iter().all(|word| why.contains(word)), "{why}");
+    let yes = why;
     let (followed, rule, why, done) = decided("No");
     assert_eq!((followed, rule.as_str(), done.as_str()), (Some(0), "all green and yellow", "filled 2 of 2"));
-    assert_eq!(why, "to you it looked like \"all filled\", but what you answered speaks for what I saw");
+    assert!(why.contains("\"all filled\""), "{why}");
+    insta::assert_snapshot!(format!("Yes: {yes}\nNo: {why}"));
 }
 
 #[test]
@@ -129,14 +129,15 @@ fn without_a_previous_rule_leo_declines_and_asks_again() {
     run.steps(20);
     run.say("Task 1 is done");
     run.steps(10);
-    let asked = "Should a yellow square be filled, too?";
-    assert_eq!(said(&run, 1), [asked]);
+    let [asked] = <[String; 1]>::try_from(said(&run, 1)).unwrap();
+    assert!(asked.contains("yellow square") && asked.ends_with('?'), "{asked}");
     assert_eq!(run.texts(EventKind::RuleChosen), [""; 0]);
     run.say("Leo, do task 1");
-    assert_eq!(said(&run, 2), ["I do not know yet what task 1 is", asked]);
-    assert_eq!(run.texts(EventKind::Declined).len(), 1);
+    let [declined, again] = <[String; 2]>::try_from(said(&run, 2)).unwrap();
+    assert_eq!((again, run.texts(EventKind::Declined).len()), (asked, 1));
     run.say("What did you learn?");
-    assert_eq!(said(&run, 1), ["I do not know yet what task 1 is"]);
+    assert_eq!(said(&run, 1), [declined]);
+    insta::assert_snapshot!(run.transcript());
     run.say("Yes");
     assert_eq!(run.texts(EventKind::RuleChosen), ["all"]);
 }
@@ -159,8 +160,13 @@ fn objects_left_out_of_a_number_need_no_explanation() {
             run.say("Task 1 is done");
             run.steps(10);
         }
-        let why = "to me it looked like \"all but two\", but you could not see the blue square";
-        assert_eq!(outcome(&run), (Some(1), "all but one".to_owned(), why.to_owned()), "{on_conflict:?}");
+        let (followed, rule, why) = outcome(&run);
+        assert_eq!((followed, rule.as_str()), (Some(1), "all but one"), "{on_conflict:?}");
+        assert!(why.contains("\"all but two\"") && why.contains("blue square"), "{on_conflict:?}: {why}");
+        assert!(
+            !["red", "green", "yellow"].iter().any(|colour| why.contains(colour)),
+            "{on_conflict:?}: {why}"
+        );
     }
 }
 

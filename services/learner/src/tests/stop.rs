@@ -75,8 +75,8 @@ fn demonstrations_before_stop_count_and_the_requested_task_may_be_corrected() {
 
     run.say_at_once(&["Leo, do task 1", "Stop!"]);
     run.say("No, like this");
-    let said = run.texts(EventKind::Said).pop().unwrap();
-    assert!(said.starts_with("I am watching for one more example of task 1"), "{said}");
+    assert_eq!(run.texts(EventKind::TeachingStarted).last().map(String::as_str), Some("task 1"));
+    insta::assert_snapshot!(run.texts(EventKind::Said).pop().unwrap());
 }
 
 /// Leo performs task 1 during a demonstration of task 2, until two holes are filled.

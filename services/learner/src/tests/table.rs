@@ -374,6 +374,22 @@ impl Run {
         assert!(!self.learner.is_performing(), "it ended");
     }
 
+    /// What was said, explained and named so far, one event a line: for a snapshot.
+    pub(super) fn transcript(&self) -> String {
+        const WORDED: [EventKind; 5] = [
+            EventKind::Said,
+            EventKind::ActionSeen,
+            EventKind::Explained,
+            EventKind::StepFailed,
+            EventKind::MovementSeen,
+        ];
+        let worded = self.events.iter().filter_map(|event| {
+            let kind = event.kind().filter(|kind| WORDED.contains(kind))?;
+            Some(format!("{kind:?}: {}\n", event.text.as_str()))
+        });
+        worded.collect()
+    }
+
     pub(super) fn texts(&self, kind: EventKind) -> Vec<String> {
         let of_kind = self.events.iter().filter(|event| event.kind() == Some(kind));
         of_kind.map(|event| event.text.as_str().to_owned()).collect()

@@ -406,7 +406,8 @@ fn a_source_that_there_is_not_is_ignored() {
 
 #[test]
 fn too_many_sources_are_refused() {
-    let refused =
-        Sensor::new(&Percepts::builtin(), &sources(&[""; 17]), 4).err().map(|error| error.to_string());
-    assert_eq!(refused.as_deref(), Some("17 sources are too many: at most 16 are possible"));
+    let refused = Sensor::new(&Percepts::builtin(), &sources(&[""; 17]), 4).err().expect("is refused");
+    assert!(matches!(refused, SensorError::Sources { sources: 17 }), "{refused:?}");
+    let frame = SensorError::Frame { name: "camera".to_owned() };
+    insta::assert_snapshot!(format!("{refused}\n{frame}"));
 }

@@ -76,17 +76,22 @@ fn everything_lies_within_the_teachers_field_of_view() {
         way.map(|part| part / length)
     };
     let gaze = towards(teacher.looks_at_m);
+    let mut seen = 0;
     for object in lesson.tables().flat_map(|table| &table.objects) {
         for point in samples(object) {
             let cosine: f64 = gaze.iter().zip(towards(point)).map(|(a, b)| a * b).sum();
             assert!(cosine.acos().to_degrees() < 50.0, "{} is at the edge of his view", object.name);
         }
+        seen += 1;
     }
+    assert!(seen > 24, "only {seen} objects were seen");
 }
 
 #[test]
 fn the_teacher_fills_exactly_the_visible_holes() {
-    for table in &Lesson::builtin().demonstrations {
+    let lesson = Lesson::builtin();
+    assert_eq!(lesson.demonstrations.len(), 2);
+    for table in &lesson.demonstrations {
         let filled: Vec<&str> = table
             .script
             .iter()
@@ -104,7 +109,9 @@ fn the_teacher_fills_exactly_the_visible_holes() {
 
 #[test]
 fn the_hidden_block_differs_from_the_filled_ones_in_colour_alone() {
-    for table in &Lesson::builtin().demonstrations {
+    let lesson = Lesson::builtin();
+    assert_eq!(lesson.demonstrations.len(), 2);
+    for table in &lesson.demonstrations {
         let blue = table.objects.iter().find(|object| object.name == "blue").unwrap();
         let holed: Vec<&Object> = table.objects.iter().filter(|object| object.kind.hole).collect();
         assert_eq!(holed.len(), 5);

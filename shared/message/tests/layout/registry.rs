@@ -122,6 +122,7 @@ fn the_pages_name_what_the_link_carries_and_recordings_hold() {
         fs::read_to_string(file).expect("a page")
     };
     let (link, recording) = (page("more_than_one_machine.md"), page("recording.md"));
+    let (mut carried, mut recorded) = (0, 0);
     for topic in TopicId::one_of_each(0) {
         let name = topic.row().name;
         let is_carried = topic.row().delivery != Delivery::Local;
@@ -129,7 +130,10 @@ fn the_pages_name_what_the_link_carries_and_recordings_hold() {
         assert_eq!(is_told, is_carried, "{name} over the link");
         let is_recorded = topic.row().recording != Recording::None;
         assert_eq!(recording.contains(&format!("`leo/{name}")), is_recorded, "{name} in recordings");
+        carried += usize::from(is_carried);
+        recorded += usize::from(is_recorded);
     }
+    assert!(carried > 0 && recorded > 0, "{carried} are carried, {recorded} recorded");
 }
 
 #[test]

@@ -84,15 +84,15 @@ fn tasks_are_readable_on_a_full_disk_and_repaired_with_room() {
     fs::write(&path, "").unwrap();
     let disk = Disk::make(path.parent().unwrap()).unwrap();
     let mut store = Store::open_on(Box::new(Full(disk, 3)), &path, &MIGRATIONS).unwrap();
-    let told = store.findings().to_string();
-    assert!(
-        told.contains("tasks.store is empty, and is kept as") && told.contains("make room on its disk"),
-        "{told}"
-    );
+    let Findings { damaged, lost, repair_error } = store.findings();
+    assert!(damaged.iter().any(|damage| damage.file == path && damage.aside.is_some()), "{damaged:?}");
+    assert!(*lost == Lost::Nothing && repair_error.is_some(), "{lost:?} {repair_error:?}");
     assert_eq!(all(&mut store), [entry("task 1", &[1])]);
     for _ in 0..2 {
-        let refused = store.put("task 1", &"TASK 1", 1, &2).unwrap_err().to_string();
-        assert!(refused.contains("make room on its disk"), "{refused}");
+        let refused = store.put("task 1", &"TASK 1", 1, &2).unwrap_err();
+        let WriteError::RepairFailed(repair) = &refused else { panic!("{refused:?}") };
+        let OpenError::Unwritable { source, .. } = repair.as_ref() else { panic!("{repair:?}") };
+        assert_eq!(source.kind(), ErrorKind::StorageFull);
     }
     store.put("task 1", &"TASK 1", 1, &2).unwrap();
     drop(store);

@@ -274,10 +274,8 @@ mod tests {
             let view = view(perspective, &HEAP, &BUILT);
             arrangements(&[&view])[0].name.clone()
         });
-        assert_eq!(
-            names,
-            ["2 things as they stood before me", "2 things turned by 180°, as they stood before you"]
-        );
+        assert!(!names[0].contains("180°") && names[1].contains("180°"), "{names:?}");
+        insta::assert_snapshot!(names.join("\n"));
     }
 
     #[test]

@@ -120,3 +120,30 @@ fn contradicting<'a>(language: &Language, view: &'a View, rule: &Rule) -> Vec<&'
     };
     eligible().filter(is_undone).chain(eligible().filter(is_unexpected)).collect()
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn explanations_are_worded() {
+        let objects = |count: usize| -> Vec<String> {
+            ["blue square", "red peg"].iter().take(count).map(|name| (*name).to_owned()).collect()
+        };
+        let one = |part: fn(&mut Explanation) -> &mut Vec<String>| {
+            [(1, false), (2, false), (1, true)].map(|(count, of_others)| {
+                let mut explanation = Explanation { of_others, ..Explanation::default() };
+                *part(&mut explanation) = objects(count);
+                explanation.text()
+            })
+        };
+        let texts = [
+            one(|explanation| &mut explanation.unseen),
+            one(|explanation| &mut explanation.mistaken),
+            one(|explanation| &mut explanation.foreign),
+            one(|explanation| &mut explanation.unexplained),
+        ];
+        let several = Explanation { unseen: objects(1), foreign: objects(2), ..Explanation::default() };
+        insta::assert_snapshot!(format!("{}\n{}", texts.concat().join("\n"), several.text()));
+    }
+}

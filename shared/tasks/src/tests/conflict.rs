@@ -119,7 +119,8 @@ fn a_leftover_within_the_counted_number_needs_no_explanation() {
     for selection in [crate::Selection::AllBut(1), crate::Selection::Exactly(2)] {
         let number = crate::Rule { selection, ..all.clone() };
         let explanation = crate::explain(&language(), &task, &[0, 1], &number);
-        assert_eq!(explanation.text(), "you could not see the blue square", "{selection:?}");
+        assert_eq!(explanation.unseen, ["blue square"], "{selection:?}");
+        assert!(explanation.is_complete(), "{selection:?}");
     }
     let explanation = crate::explain(&language(), &task, &[0, 1], &all);
     assert_eq!(explanation.unexplained.len(), 1, "of all of them, none may be left");

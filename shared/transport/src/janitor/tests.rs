@@ -1,4 +1,7 @@
+use folder::FolderError;
+
 use super::*;
+use crate::DomainError;
 use std::fs::File;
 
 /// A claimed domain for one test, removed when the test ends.
@@ -190,14 +193,14 @@ fn a_link_in_the_place_of_a_domain_is_refused() {
     fs::write(precious.path().join(claim::CLAIM_FILE), "").unwrap();
     let domain = Domain::named(&format!("janitor-link-{}", std::process::id())).unwrap();
     std::os::unix::fs::symlink(precious.path(), domain.root()).unwrap();
-    let claimed = claim(&domain).unwrap_err().to_string();
-    let made = domain.make().unwrap_err().to_string();
-    let found = Domain::at(domain.root()).unwrap_err().to_string();
+    let claimed = claim(&domain).unwrap_err();
+    let made = domain.make().unwrap_err();
+    let found = Domain::at(domain.root()).unwrap_err();
     let swept = sweep_stale();
     fs::remove_file(domain.root()).unwrap();
-    for said in [claimed, made, found] {
-        assert!(said.contains("is a symbolic link") && said.contains("remove the link"), "{said}");
-    }
+    assert!(matches!(claimed, ClaimError::Folder(FolderError::Link { .. })), "{claimed:?}");
+    assert!(matches!(made, DomainError::Folder(FolderError::Link { .. })), "{made:?}");
+    assert!(matches!(found, DomainError::Folder(FolderError::Link { .. })), "{found:?}");
     assert!(!swept.iter().any(|name| name.starts_with("janitor-link")), "{swept:?}");
     let left: Vec<_> = entries(precious.path()).map(|entry| entry.file_name()).collect();
     assert_eq!(left.len(), 2, "{left:?}");
@@ -208,7 +211,22 @@ fn a_domain_that_others_may_write_is_refused() {
     let domain = Domain::named(&format!("janitor-open-{}", std::process::id())).unwrap();
     fs::create_dir(domain.root()).unwrap();
     fs::set_permissions(domain.root(), Permissions::from_mode(0o777)).unwrap();
-    let claimed = claim(&domain).unwrap_err().to_string();
+    let claimed = claim(&domain).unwrap_err();
     fs::remove_dir(domain.root()).unwrap();
-    assert!(claimed.contains("may be written by other users (mode 777)"), "{claimed}");
+    assert!(
+        matches!(claimed, ClaimError::Folder(FolderError::WritableByOthers { mode: 0o777, .. })),
+        "{claimed:?}"
+    );
+}
+
+#[test]
+fn errors_of_a_claim_are_worded() {
+    let root = || PathBuf::from("/dev/shm/leo-a");
+    let errors = [
+        ClaimError::Held { root: root() },
+        ClaimError::OfAnother { root: root(), owner: 1001 },
+        ClaimError::Folder(FolderError::NoFolder { path: root() }),
+        ClaimError::Failed { path: root().join("claim"), source: std::io::ErrorKind::StorageFull.into() },
+    ];
+    insta::assert_snapshot!(errors.map(|error| error.to_string()).join("\n"));
 }

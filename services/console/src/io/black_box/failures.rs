@@ -97,13 +97,13 @@ mod tests {
     fn a_quarantined_joint_is_reported_once() {
         let mut failures = FailureDetector::default();
         let names = ["neck".to_owned()];
-        assert_eq!(
-            failures.check_joints(&[0, 7], &names)[0].what,
-            "neck and 1 further joints are quarantined"
-        );
+        let first = failures.check_joints(&[0, 7], &names)[0].what.clone();
+        assert!(first.contains("neck") && first.contains("1 further"), "{first}");
         assert!(failures.check_joints(&[], &names).is_empty());
         assert!(failures.check_joints(&[0], &names).is_empty());
-        assert_eq!(failures.check_joints(&[0, 8], &names)[0].what, "joint 8 is quarantined");
+        let second = &failures.check_joints(&[0, 8], &names)[0].what;
+        assert!(second.contains("joint 8"), "{second}");
+        insta::assert_snapshot!(format!("{first}\n{second}"));
     }
 
     #[test]

@@ -273,9 +273,11 @@ fn without_the_token_a_notice_with_the_stop_button_is_shown() {
     let stopped = got(&web, &request(&web, "POST /stop", &origin(&host(&web))));
     assert!(stopped.starts_with("HTTP/1.1 200") && stopped.contains("is raised"), "{stopped}");
     let reason = process::emergency::reason(domain.path()).unwrap();
-    assert_eq!(reason, "the page's stop button, pressed at 127.0.0.1");
+    assert!(reason.contains("127.0.0.1"), "{reason}");
     let again = got(&web, &request(&web, "POST /stop", ""));
-    assert!(again.contains(&format!("was raised before ({reason})")), "{again}");
+    assert!(again.contains(&format!("({reason})")), "{again}");
+    let body = |answer: &str| answer.split("\r\n\r\n").nth(1).unwrap().trim().to_owned();
+    insta::assert_snapshot!(format!("{}\n{}", body(&stopped), body(&again)));
 }
 
 #[test]
@@ -532,7 +534,9 @@ fn an_oversized_message_is_counted_and_closes_the_page_with_a_reason() {
     assert!(answer["error"].is_string(), "{answer}");
     assert_eq!(web.refused(), 1);
     page.send(Message::text("a".repeat(4097))).unwrap();
-    assert_eq!(farewell(&mut page), (CloseCode::Size, "a message has at most 4096 bytes".to_owned()));
+    let (code, why) = farewell(&mut page);
+    assert!(code == CloseCode::Size && why.contains("4096"), "{code:?} {why}");
+    insta::assert_snapshot!(why);
     assert_eq!(web.refused(), 2);
     release(&web);
 }

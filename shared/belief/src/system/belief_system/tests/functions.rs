@@ -129,17 +129,13 @@ fn a_function_that_the_program_lacks_is_named() {
         change(&mut percepts, name());
         BeliefSystem::with_plugins(&percepts, &functions(), 16).unwrap_err().to_string()
     };
-    let distance = said(|percepts, name| percepts.belief.distance[0].measure = Measure::Plugin(name));
-    assert_eq!(
-        distance,
-        "the configuration names the custom distance `mine`, which this program does not have"
-    );
-    assert!(
-        said(|percepts, name| percepts.belief.cull.push(Cull::Plugin(name)))
-            .contains("culling function `mine`")
-    );
-    assert!(
-        said(|percepts, name| percepts.percepts[0].history = History::Plugin(name))
-            .contains("history `mine`")
-    );
+    let errors = [
+        said(|percepts, name| percepts.belief.distance[0].measure = Measure::Plugin(name)),
+        said(|percepts, name| percepts.belief.cull.push(Cull::Plugin(name))),
+        said(|percepts, name| percepts.percepts[0].history = History::Plugin(name)),
+    ];
+    for (error, kind) in errors.iter().zip(["distance", "culling function", "history"]) {
+        assert!(error.contains(&format!("{kind} `mine`")), "{error}");
+    }
+    insta::assert_snapshot!(errors.join("\n"));
 }
