@@ -20,40 +20,11 @@ fn said(report: &Value) -> Vec<&str> {
 
 #[test]
 fn misunderstandings_are_answered_one_by_one() {
-<<<<<<< main
     let report = report("config/lessons/misunderstandings.toml", "config/leo.toml");
-    let expected = [
-        "no demonstration of One peg has begun; say",
-        "I have not learned one peg; I know nothing yet",
-        "like what? Say",
-        "I am watching; say \"two pegs is done\"",
-        "the showing of two pegs was not finished and does not count",
-        "I am watching; say \"one peg is done\"",
-        "I am being shown one peg, not Two pegs",
-        "nothing changed from the beginning of the demonstration to its end: show it again",
-        "I did not ask anything",
-        "I am watching; say \"one peg is done\"",
-        "I learned one peg from 1 example: all red filled",
-        "I am watching for one more example of one peg, beside the 1 that I have; say",
-        "I learned one peg from 2 examples: ",
-    ];
     let said = said(&report);
-    for (said, expected) in said.iter().zip(expected) {
-        assert!(said.starts_with(expected), "{said:?} should begin with {expected:?}");
-    }
-    assert!(said.len() >= expected.len(), "{said:#?}");
-    let contradiction = said.get(expected.len() - 1).expect("it was said");
-    assert!(
-        contradiction.contains("that is what 1 of 2 say, and no rule that I know explains"),
-        "{contradiction}"
-    );
-=======
-    let account = account("config/lessons/misunderstandings.toml", "config/leo.toml");
-    let said = said(&account);
     let contradiction = said.iter().find(|text| text.contains("2 examples: ")).expect("it was said");
     assert!(contradiction.contains("1 of 2 "), "{contradiction}");
     insta::assert_snapshot!(said.join("\n"));
->>>>>>> snapshots
     // No demonstration is lost.
     let task = report.pointer("/tasks").and_then(Value::as_array).expect("a list");
     let one = task.iter().find(|task| task["name"] == "one peg").expect("it was taught");
@@ -89,23 +60,11 @@ fn a_vanished_object_is_reported_and_the_rest_is_learned() {
     let showing =
         showing.expect("a showing").split_once('\n').expect("lines").1.replace("at_s = 3.0", "at_s = 8.0");
     let lesson = write(&files, "lesson.toml", &(head.to_owned() + &showing));
-<<<<<<< main
     let report = report(&lesson, &config);
     let said = said(&report);
-    assert_eq!(
-        said.get(1),
-        Some(&"I see no more of the blue square: I go by what is still there"),
-        "{said:#?}"
-    );
-    assert!(said.iter().any(|text| text.starts_with("I learned one peg from 1 example: ")), "{said:#?}");
-    let seen = report.pointer("/tasks/0/demonstrations/0/seen/robot").and_then(Value::as_str);
-=======
-    let account = account(&lesson, &config);
-    let said = said(&account);
     assert!(said.get(1).is_some_and(|text| text.contains("blue square")), "{said:#?}");
-    assert_eq!(account.pointer("/tasks/0/examples"), Some(&json!(1)), "{said:#?}");
+    assert_eq!(report.pointer("/tasks/0/examples"), Some(&json!(1)), "{said:#?}");
     insta::assert_snapshot!(said.join("\n"));
-    let seen = account.pointer("/tasks/0/demonstrations/0/seen/robot").and_then(Value::as_str);
->>>>>>> snapshots
+    let seen = report.pointer("/tasks/0/demonstrations/0/seen/robot").and_then(Value::as_str);
     assert!(seen.is_some_and(|seen| seen.contains("blue square")), "{seen:?}");
 }

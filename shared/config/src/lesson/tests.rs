@@ -55,11 +55,7 @@ script = [
 ]
 "#;
 
-<<<<<<< main
 fn parse(text: &str) -> Result<Lesson, crate::SettingsError> {
-=======
-fn parse(text: &str) -> Result<Lesson, ConfigError> {
->>>>>>> snapshots
     Lesson::parse(text, Path::new("x.toml"))
 }
 

@@ -164,23 +164,7 @@ fn the_table_at_the_end_says_what_differs_and_what_went_in() {
         literal: Vec::new(),
     };
     let mut out = String::new();
-<<<<<<< main:shared/reports/src/beliefs/tests.rs
     Timeline::new(&percepts).finish(&[mind, nobody], &summary, &mut out);
-    for line in [
-        "What is believed at the end, at 2.00 s\n",
-        "partner 1 believes in 1 thing\n",
-        "     7  red square at (0.50, 0.00, 0.00), not on, held by Leo",
-        "3 times, 2.00 s ago\n",
-        "  7, which is Leo's 4, differs:\n        on           on for Leo, not on for partner 1\n",
-        "  12 observations, beliefs or occluders did not fit: raise buffers.max_objects in leo.toml, or \
-         occluders.max_count in perspective.toml\n",
-        "  13 observations or evaluations were refused: invalid, too old, or too new\n",
-        "partner 2 was never there\n",
-        "5 frames, 9 observations\n3 observations refused: no number (the first: line 4)\n2 frames are earlier than",
-        "observed, and not simulated: partner 3, partner 4; to simulate their beliefs too, give --partners 4\n",
-        "it was read up to there\n",
-=======
-    Timeline::new(&percepts).close(&[mind, nobody], &summary, &mut out);
     // Names and numbers; the snapshot has the sentences.
     for fact in [
         "2.00 s",
@@ -192,7 +176,6 @@ fn the_table_at_the_end_says_what_differs_and_what_went_in() {
         "5 frames, 9 observations\n3 observations refused: no number (the first: line 4)\n2 frames ",
         "partner 3, partner 4",
         "--partners 4",
->>>>>>> snapshots:shared/chronicle/src/tests.rs
     ] {
         assert!(out.contains(fact), "{fact} is not in\n{out}");
     }
@@ -200,15 +183,9 @@ fn the_table_at_the_end_says_what_differs_and_what_went_in() {
     let path = head.path.within(0).and_then(|path| path.within(2)).unwrap();
     let nested = BeliefHead { path, present: 1, ..BeliefHead::of(5, Header::at(2_000_000_000)) };
     let nested = PerspectiveRecord { head: &nested, beliefs: &[], pairs: &[], differences: &[] };
-<<<<<<< main:shared/reports/src/beliefs/tests.rs
-    let mut out = String::new();
-    Timeline::new(&percepts).finish(&[nested], &summary, &mut out);
-    assert!(out.contains("\npartner 1's Leo's partner 2 believes in nothing\n"), "{out}");
-=======
     pages.push_str("\n---- a nested perspective ----\n");
-    Timeline::new(&percepts).close(&[nested], &summary, &mut pages);
+    Timeline::new(&percepts).finish(&[nested], &summary, &mut pages);
     insta::assert_snapshot!(pages);
->>>>>>> snapshots:shared/chronicle/src/tests.rs
     let mut json = String::new();
     JsonLines::new(&percepts).finish(&[mind], &summary, &mut json);
     let line: serde_json::Value = serde_json::from_str(&json).unwrap();
