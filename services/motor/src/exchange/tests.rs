@@ -364,5 +364,5 @@ fn a_slow_line_loses_nothing_once_the_reply_timeout_has_grown() {
         let heard = replies.about(PartKind::PlainRead).count();
         assert!(heard == 2 || exchange < 5, "{heard} in exchange {exchange}, {:?}", master.patience);
     }
-    assert!(master.patience.get() >= TARDY && master.patience.get() < 2 * TARDY, "{:?}", master.patience);
+    assert!(master.patience.now >= TARDY && master.patience.now < 2 * TARDY, "{:?}", master.patience);
 }

@@ -259,7 +259,7 @@ impl Campaign {
     }
 
     fn servo(&self, joint: &config::motor::Joint) -> &Servo {
-        let servos = self.wires[joint.bus].line.servos;
+        let servos = &self.wires[joint.bus].line.servos;
         servos.iter().find(|servo| servo.id() == joint.id).unwrap()
     }
 
