@@ -5,7 +5,7 @@ use serial::LineLostError;
 use servo::{Id, Status};
 
 /// Maximum number of servos on one bus.
-pub const SERVOS_MOST: usize = 32;
+pub const MAX_SERVOS: usize = 32;
 /// Capacity of a request in bytes: goals for every servo and reads from every servo, with byte stuffing.
 const BYTES: usize = 1024;
 /// Capacity of the data of one answer in bytes.
@@ -17,7 +17,7 @@ const CHAIN_BYTES: usize = 8;
 /// Bytes of one answer within a fast sync read status, without data: error, identifier, check sum.
 const LINK_BYTES: usize = 4;
 /// Capacity of the answers to one request. Further answers are dropped.
-const ANSWERS: usize = 4 * SERVOS_MOST;
+const ANSWERS: usize = 4 * MAX_SERVOS;
 
 /// Kind of a part of a request, and of the answers to it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -45,17 +45,22 @@ const PART_KINDS: usize = PartKind::AlertCondition as usize + 1;
 #[derive(Clone, Debug)]
 pub struct Part {
     /// Kind of the part.
-    pub topic: PartKind,
+    pub kind: PartKind,
     /// Bytes sent.
     pub sent: usize,
     /// Data bytes expected in each answer.
     pub data: usize,
-    ids: ArrayVec<u8, SERVOS_MOST>,
+    ids: ArrayVec<u8, MAX_SERVOS>,
 }
 
 impl Part {
-    pub(crate) fn new(topic: PartKind, sent: usize, data: usize, who: impl IntoIterator<Item = Id>) -> Self {
-        Self { topic, sent, data, ids: who.into_iter().map(Id::get).take(SERVOS_MOST).collect() }
+    pub(crate) fn new(
+        kind: PartKind,
+        sent: usize,
+        data: usize,
+        servos: impl IntoIterator<Item = Id>,
+    ) -> Self {
+        Self { kind, sent, data, ids: servos.into_iter().map(Id::get).take(MAX_SERVOS).collect() }
     }
 
     /// Identifiers of the servos that answer, in this order.
@@ -67,14 +72,14 @@ impl Part {
     /// Bytes of one answer.
     #[must_use]
     pub const fn bytes_of_answer(&self) -> usize {
-        let around = if matches!(self.topic, PartKind::FastRead) { LINK_BYTES } else { STATUS_BYTES };
+        let around = if matches!(self.kind, PartKind::FastRead) { LINK_BYTES } else { STATUS_BYTES };
         around + self.data
     }
 
     /// Bytes of all answers together.
     #[must_use]
     pub const fn bytes_of_answers(&self) -> usize {
-        let before = if matches!(self.topic, PartKind::FastRead) { CHAIN_BYTES } else { 0 };
+        let before = if matches!(self.kind, PartKind::FastRead) { CHAIN_BYTES } else { 0 };
         before + self.ids.len() * self.bytes_of_answer()
     }
 
@@ -122,12 +127,12 @@ impl Request {
     /// is left out.
     pub(crate) fn add(
         &mut self,
-        topic: PartKind,
-        who: impl IntoIterator<Item = Id>,
+        kind: PartKind,
+        servos: impl IntoIterator<Item = Id>,
         data: usize,
         write: impl FnOnce(&[u8], &mut [u8]) -> usize,
     ) {
-        let mut part = Part::new(topic, 0, data, who);
+        let mut part = Part::new(kind, 0, data, servos);
         let free = require!(self.bytes.get_mut(self.end..), "a request ends at byte {}", self.end);
         part.sent = write(&part.ids, free.unwrap_or_default());
         let sent = part.sent;
@@ -153,7 +158,7 @@ impl Request {
 /// One answer.
 #[derive(Clone, Debug)]
 pub(crate) struct Answer {
-    topic: PartKind,
+    kind: PartKind,
     data: ArrayVec<u8, DATA>,
     id: Id,
     alert: bool,
@@ -210,27 +215,27 @@ impl Replies {
     }
 
     /// What became of the parts of a kind.
-    pub(crate) fn part(&self, topic: PartKind) -> PartRecord {
-        require!(self.parts.get(topic as usize), "{topic:?} has a record").copied().unwrap_or_default()
+    pub(crate) fn part(&self, kind: PartKind) -> PartRecord {
+        require!(self.parts.get(kind as usize), "{kind:?} has a record").copied().unwrap_or_default()
     }
 
     /// Changes the record of a kind of part.
-    pub(crate) fn record(&mut self, topic: PartKind, change: impl FnOnce(&mut PartRecord)) {
-        if let Some(part) = require!(self.parts.get_mut(topic as usize), "{topic:?} has a record") {
+    pub(crate) fn record(&mut self, kind: PartKind, change: impl FnOnce(&mut PartRecord)) {
+        if let Some(part) = require!(self.parts.get_mut(kind as usize), "{kind:?} has a record") {
             change(part);
         }
     }
 
     /// Adds an answer to a part of the request. An answer that is longer than any expected one, or exceeds the
     /// capacity, is dropped and counts as noise.
-    pub fn add(&mut self, topic: PartKind, status: &Status<'_>) {
+    pub fn add(&mut self, kind: PartKind, status: &Status<'_>) {
         let Status { id, alert, fault, params } = *status;
-        let answer = ArrayVec::try_from(params).map(|data| Answer { topic, data, id, alert, fault });
+        let answer = ArrayVec::try_from(params).map(|data| Answer { kind, data, id, alert, fault });
         self.noisy |= !answer.is_ok_and(|answer| self.answers.try_push(answer).is_ok());
     }
 
-    pub(crate) fn about(&self, topic: PartKind) -> impl Iterator<Item = Status<'_>> {
-        self.answers.iter().filter(move |answer| answer.topic == topic).map(Answer::status)
+    pub(crate) fn about(&self, kind: PartKind) -> impl Iterator<Item = Status<'_>> {
+        self.answers.iter().filter(move |answer| answer.kind == kind).map(Answer::status)
     }
 
     pub(crate) fn has_from(&self, id: u8) -> bool {

@@ -4,7 +4,7 @@ use config::leo::{AlertReaction, Motor};
 use message::JointCause;
 use servo::HardwareErrors;
 
-use super::licence::arming_cause;
+use super::arming_state::arming_cause;
 
 /// Settings that are equal for all joints.
 #[derive(Clone, Debug)]
@@ -27,8 +27,8 @@ impl Policy {
     }
 
     /// Reaction to these hardware errors: that of the error that asks to switch torque off earliest, in the order limp,
-    /// hold, lower. `most` is the limit of the joint's group. As long as the errors are unknown, the joint holds.
-    pub(crate) fn reaction(&self, errors: HardwareErrors, most: AlertReaction) -> AlertReaction {
+    /// hold, lower. `max` is the limit of the joint's group. As long as the errors are unknown, the joint holds.
+    pub(crate) fn reaction(&self, errors: HardwareErrors, max: AlertReaction) -> AlertReaction {
         let alert = &self.settings.alert;
         let reactions = [
             (1, alert.input_voltage),
@@ -40,6 +40,6 @@ impl Policy {
         let asked = reactions.iter().filter(|(bit, _)| errors.0 & bit != 0).map(|(_, reaction)| *reaction);
         let known = reactions.iter().fold(0, |bits, (bit, _)| bits | bit);
         let unknown = (errors.0 & !known != 0).then_some(AlertReaction::Limp);
-        asked.chain(unknown).min().unwrap_or(AlertReaction::Hold).min(most)
+        asked.chain(unknown).min().unwrap_or(AlertReaction::Hold).min(max)
     }
 }
