@@ -10,15 +10,10 @@ const MAX_SAMPLE: Duration = Duration::from_micros(100);
 /// A thread that wakes earlier by this latency, and spins for the rest, writes its bytes on time.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct WakeupLatency {
-    mean: Duration,
+    pub(crate) mean: Duration,
 }
 
 impl WakeupLatency {
-    /// The mean latency.
-    pub(crate) const fn mean(&self) -> Duration {
-        self.mean
-    }
-
     /// Adds a measured latency.
     pub(crate) fn add_sample(&mut self, late: Duration) {
         self.mean = ((WEIGHT - 1) * self.mean + late.min(MAX_SAMPLE)) / WEIGHT;
@@ -35,12 +30,12 @@ mod tests {
     fn it_comes_to_the_mean_and_a_standstill_counts_for_little() {
         let mut lateness = WakeupLatency::default();
         (0..1000).for_each(|round| lateness.add_sample(if round % 4 == 0 { 50 * US } else { 10 * US }));
-        assert!((19 * US..=21 * US).contains(&lateness.mean()), "{lateness:?}");
+        assert!((19 * US..=21 * US).contains(&lateness.mean), "{lateness:?}");
         lateness.add_sample(30_000 * US);
-        assert!(lateness.mean() < 23 * US, "{lateness:?}");
+        assert!(lateness.mean < 23 * US, "{lateness:?}");
         (0..1000).for_each(|_| lateness.add_sample(30_000 * US));
-        assert!((MAX_SAMPLE - US..=MAX_SAMPLE).contains(&lateness.mean()), "{lateness:?}");
+        assert!((MAX_SAMPLE - US..=MAX_SAMPLE).contains(&lateness.mean), "{lateness:?}");
         (0..1000).for_each(|_| lateness.add_sample(Duration::ZERO));
-        assert!(lateness.mean() < US, "{lateness:?}");
+        assert!(lateness.mean < US, "{lateness:?}");
     }
 }

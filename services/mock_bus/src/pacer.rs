@@ -4,7 +4,7 @@ use clock::{Duration, Instant};
 /// bytes.
 #[derive(Clone, Copy, Debug)]
 pub struct Pacer {
-    baud: u32,
+    pub(crate) baud: u32,
     /// The time at which the bus is free again.
     free_at: Instant,
 }
@@ -14,11 +14,6 @@ impl Pacer {
     #[must_use]
     pub const fn new(baud: u32) -> Self {
         Self { baud, free_at: Instant::EPOCH }
-    }
-
-    /// Changes the baud rate, in bits per second.
-    pub const fn set_baud(&mut self, baud: u32) {
-        self.baud = baud;
     }
 
     /// The time at which the last byte of a reply of `said` bytes may leave. It follows an instruction of `heard` bytes

@@ -1,13 +1,13 @@
 use arrayvec::ArrayVec;
 use clock::{Duration, Instant};
 use invariant::{invariant, require};
+use message::BusHealth;
 use servo::table::{GOAL_POSITION, PROFILE_VELOCITY, TORQUE_ENABLE};
 use servo::{Address, Id, Instruction, Reading, Status};
 
-use crate::counts::BusCounters;
 use crate::duplicate_id_check::ProbeResult;
 use crate::job::{CONDITION, Job, READING_WITH_SUPPLY};
-use crate::joint::{Command, Joint, Taken};
+use crate::joint::{Command, Joint};
 use crate::request::{MAX_SERVOS, PartKind, STATUS_BYTES};
 use crate::{Replies, Request};
 
@@ -48,9 +48,11 @@ pub(crate) enum Purpose {
 }
 
 /// One bus: its last request, and the interpretation of the replies to it.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Default)]
 pub(crate) struct Bus {
     joints: Vec<usize>,
+    /// Whether its servos are simulated by the mock servo bus.
+    pub(crate) is_simulated: bool,
     /// Joints read in the last request, in the order of their answers, and the kind of part.
     asked: Vec<(usize, PartKind)>,
     asked_length: u16,
@@ -67,37 +69,15 @@ pub(crate) struct Bus {
     silent: u32,
     /// Consecutive exchanges with late bytes.
     late: u32,
-    is_lost: bool,
-    counts: BusCounters,
+    /// Whether the line is lost.
+    pub(crate) is_lost: bool,
+    /// What the bus counts itself; the faults of its servos are counted by joint.
+    pub(crate) counts: BusHealth,
 }
 
 impl Bus {
-    pub(crate) fn new(joints: Vec<usize>) -> Self {
-        let asked = Vec::with_capacity(joints.len());
-        Self {
-            joints,
-            asked,
-            asked_length: 0,
-            job: None,
-            next: 0,
-            extra_bytes: 0,
-            supply_due_at: Instant::EPOCH,
-            round: 0,
-            clean_exchanges: 0,
-            silent: 0,
-            late: 0,
-            is_lost: false,
-            counts: BusCounters::default(),
-        }
-    }
-
-    pub(crate) const fn counts(&self) -> BusCounters {
-        self.counts
-    }
-
-    /// Whether the line is lost.
-    pub(crate) const fn is_lost(&self) -> bool {
-        self.is_lost
+    pub(crate) fn new(joints: Vec<usize>, is_simulated: bool) -> Self {
+        Self { asked: Vec::with_capacity(joints.len()), joints, is_simulated, ..Self::default() }
     }
 
     /// Writes the request of this cycle.
@@ -149,40 +129,38 @@ impl Bus {
     /// sync read, the others a sync read.
     fn plan_measurements(&mut self, now: Instant, joints: &mut [Joint], request: &mut Request) {
         let mut goals = Goals::default();
-        for &index in &self.joints {
-            if let Some(joint) = joint_mut(joints, index)
-                && let Some(command) = joint.command(now)
-            {
-                goals.add(joint.id(), command);
+        self.each(joints, |joint| {
+            if let Some(command) = joint.command(now) {
+                goals.add(joint.id, command);
             }
-        }
+        });
         for (kind, fast) in [(PartKind::FastRead, true), (PartKind::PlainRead, false)] {
             let first = self.asked.len();
             // Servos that missed their last read come last, so that they cannot delay the others.
             for suspect in [false, true] {
                 for &index in &self.joints {
                     let Some(joint) = joint(joints, index).filter(|joint| joint.is_read()) else { continue };
-                    if joint.is_fast() == fast && joint.is_suspect() == suspect {
+                    if joint.contact.is_fast == fast && (joint.contact.timeouts > 0) == suspect {
                         self.asked.push((index, kind));
                     }
                 }
             }
             let asked = self.asked.get(first..).unwrap_or_default();
-            let asked_ids = || asked.iter().filter_map(|(index, _)| Some(joint(joints, *index)?.id()));
-            let ids: ArrayVec<u8, MAX_SERVOS> = asked_ids().map(Id::get).take(MAX_SERVOS).collect();
-            let (address, length) = (Reading::ITEM.address, self.asked_length);
-            let question = if fast {
-                Instruction::FastSyncRead { address, length, ids: &ids }
-            } else {
-                Instruction::SyncRead { address, length, ids: &ids }
-            };
-            let question = Some(question).filter(|_| !asked.is_empty());
-            if question.is_none() && (fast || goals.is_empty()) {
+            if asked.is_empty() && (fast || goals.is_empty()) {
                 continue;
             }
+            let asked_ids = asked.iter().filter_map(|(index, _)| Some(joint(joints, *index)?.id));
+            let (address, length) = (Reading::ITEM.address, self.asked_length);
             let goals_to_send = std::mem::take(&mut goals);
-            request
-                .add(kind, asked_ids(), usize::from(length), |out| goals_to_send.encode_with(question, out));
+            request.add(kind, asked_ids, usize::from(length), |ids, out| {
+                let question = if fast {
+                    Instruction::FastSyncRead { address, length, ids }
+                } else {
+                    Instruction::SyncRead { address, length, ids }
+                };
+                let question = Some(question).filter(|_| !ids.is_empty());
+                broadcast(goals_to_send.instructions().chain(question), out)
+            });
         }
     }
 
@@ -199,8 +177,8 @@ impl Bus {
         {
             // With two servos on one identifier, two answers can arrive.
             let answers = if matches!(job, Job::DuplicateIdCheck { .. }) { 2 } else { 1 };
-            let asked_ids = std::iter::repeat_n(joint.id(), answers);
-            request.add(job.kind(), asked_ids, job.answer_length(), |out| job.encode(joint.id(), out));
+            let asked_ids = std::iter::repeat_n(joint.id, answers);
+            request.add(job.kind(), asked_ids, job.answer_length(), |_, out| job.encode(joint.id, out));
         }
     }
 
@@ -219,21 +197,14 @@ impl Bus {
                     .map(|&index| (index, PartKind::Torque)),
             );
         }
-        let asked_ids = || self.asked.iter().filter_map(|(index, _)| Some(joint(joints, *index)?.id()));
-        let ids: ArrayVec<u8, MAX_SERVOS> = asked_ids().map(Id::get).take(MAX_SERVOS).collect();
-        let length = TORQUE_ENABLE.length + self.extra_bytes;
-        let off = Instruction::Write { address: TORQUE_ENABLE.address, data: &[0] };
-        let question = Instruction::SyncRead { address: TORQUE_ENABLE.address, length, ids: &ids };
-        self.asked_length = length;
-        request.add(PartKind::Torque, asked_ids(), usize::from(length), |out| {
-            let mut end = 0;
-            for instruction in std::iter::repeat_n(off, BROADCASTS).chain([question]) {
-                let place = out.get_mut(end..).unwrap_or_default();
-                let length = instruction.encode(Address::All, place).ok();
-                end += require!(length, "an instruction of a cycle fits").unwrap_or(0);
-            }
-            end
+        let asked_ids = self.asked.iter().filter_map(|(index, _)| Some(joint(joints, *index)?.id));
+        let (address, length) = (TORQUE_ENABLE.address, TORQUE_ENABLE.length + self.extra_bytes);
+        let off = Instruction::Write { address, data: &[0] };
+        request.add(PartKind::Torque, asked_ids, usize::from(length), |ids, out| {
+            let question = Instruction::SyncRead { address, length, ids };
+            broadcast(std::iter::repeat_n(off, BROADCASTS).chain([question]), out)
         });
+        self.asked_length = length;
     }
 
     /// Processes the replies to the last plan.
@@ -247,32 +218,28 @@ impl Bus {
         } else if !asked.is_empty() || job.is_some() {
             // The line counts as present again only after an exchange that expected answers.
             self.is_lost = false;
-            self.silent = if replies.is_empty() { self.silent.saturating_add(1) } else { 0 };
+            self.silent = if replies.answers.is_empty() { self.silent.saturating_add(1) } else { 0 };
             let stale = self.counts.stale;
             let heard = self.process_measurements(now, joints, replies, &asked);
             self.counts.stale += job.map_or(0, |job| strays(joints, job, replies));
             let is_late = replies.late > 0 || self.counts.stale > stale;
             self.late = if is_late { self.late.saturating_add(1) } else { 0 };
-            let missing = self.count_missing(now, joints, replies, &asked, &heard);
+            let unheard = asked.iter().zip(&heard).filter(|(_, heard)| !**heard).map(|(asked, _)| *asked);
+            let missing: ArrayVec<_, MAX_SERVOS> = unheard.take(MAX_SERVOS).collect();
+            self.count_missing(now, joints, replies, &missing);
             // A servo that was read again may still answer the first request.
-            let has_asked_again = replies.heard(PartKind::Reread) > 0;
-            let is_calm =
-                !(is_late || replies.noisy || has_asked_again || missing.iter().any(Option::is_some));
+            let has_asked_again = replies.part(PartKind::Reread).bytes > 0;
+            let is_calm = !(is_late || replies.noisy || has_asked_again) && missing.is_empty();
             self.clean_exchanges = if is_calm { self.clean_exchanges.saturating_add(1) } else { 0 };
-            self.process_job_answer(now, joints, replies, job, missing);
+            self.process_job_answer(now, joints, replies, job, &missing);
             for status in replies.about(PartKind::AlertCondition) {
                 // A late answer to another job is no condition.
                 let is_condition =
                     status.params.len() == usize::from(CONDITION.length) || status.fault.is_some();
                 match self.joint_of(joints, status.id).filter(|_| is_condition) {
-                    Some(joint) => joint.alarmed(now, &status),
+                    Some(joint) => joint.process_condition(now, status.params),
                     None => self.counts.stale += 1,
                 }
-            }
-        }
-        for &index in &self.joints {
-            if let Some(joint) = joint_mut(joints, index) {
-                self.counts.fault_counters.add(joint.take_fault_counters());
             }
         }
         // Reuse the allocation in the next cycle.
@@ -285,10 +252,13 @@ impl Bus {
         self.counts.hang_ups += u64::from(!self.is_lost);
         self.is_lost = true;
         self.clean_exchanges = 0;
+        self.each(joints, |joint| joint.lost(now));
+    }
+
+    /// Acts on each joint of the bus.
+    fn each(&self, joints: &mut [Joint], mut act: impl FnMut(&mut Joint)) {
         for &index in &self.joints {
-            if let Some(joint) = joint_mut(joints, index) {
-                joint.lost(now);
-            }
+            joint_mut(joints, index).into_iter().for_each(&mut act);
         }
     }
 
@@ -303,8 +273,7 @@ impl Bus {
         let mut heard = [false; MAX_SERVOS];
         for kind in [PartKind::FastRead, PartKind::PlainRead, PartKind::Reread, PartKind::Torque] {
             for status in replies.about(kind) {
-                let is_whose =
-                    |index: usize| joint(joints, index).is_some_and(|joint| joint.id() == status.id);
+                let is_whose = |index: usize| joint(joints, index).is_some_and(|joint| joint.id == status.id);
                 let asked = asked.iter().zip(&mut heard).find(|((index, _), _)| is_whose(*index));
                 let is_whole = status.params.len() == usize::from(self.asked_length);
                 let fits = is_whole || status.fault.is_some();
@@ -316,40 +285,35 @@ impl Bus {
                             if let Some(torque) = status.params.first().filter(|_| is_whole) {
                                 joint.confirm(now, *torque);
                             }
-                        } else if joint.read(now, replies.asked_at(kind), &status) == Taken::Stale {
-                            self.counts.stale += 1;
+                        } else {
+                            let is_stale = joint.read(now, replies.part(kind).asked_at, &status);
+                            self.counts.stale += u64::from(is_stale);
                         }
                     }
                     _ => self.counts.stale += 1,
                 }
             }
-            self.counts.corrupt += u64::from(replies.corrupt_replies(kind));
+            self.counts.corrupt += u64::from(replies.part(kind).corrupt);
         }
         heard
     }
 
-    /// Counts the joints in `asked` that did not answer, and returns their indices.
+    /// Counts the missing joints: each with its index and the kind of the part that asked it.
     fn count_missing(
         &mut self,
         now: Instant,
         joints: &mut [Joint],
         replies: &Replies,
-        asked: &[(usize, PartKind)],
-        heard: &[bool; MAX_SERVOS],
-    ) -> [Option<usize>; MAX_SERVOS] {
-        let mut missing = [None; MAX_SERVOS];
-        for ((&(index, kind), _), place) in
-            asked.iter().zip(heard).filter(|(_, heard)| !**heard).zip(&mut missing)
-        {
-            *place = Some(index);
+        missing: &[(usize, PartKind)],
+    ) {
+        for &(index, kind) in missing {
             self.counts.missed += 1;
             if self.is_prompt()
                 && let Some(joint) = joint_mut(joints, index)
             {
-                joint.missed(now, replies.corrupt_replies(kind) > 0);
+                joint.missed(now, replies.part(kind).corrupt > 0);
             }
         }
-        missing
     }
 
     /// Processes the answer to the job. A servo whose measurement is missing as well has already been counted.
@@ -359,34 +323,30 @@ impl Bus {
         joints: &mut [Joint],
         replies: &Replies,
         job: Option<(usize, Job)>,
-        missing: [Option<usize>; MAX_SERVOS],
+        missing: &[(usize, PartKind)],
     ) {
         let Some((index, job)) = job else { return };
         let Some(joint) = joint_mut(joints, index) else { return };
-        self.counts.corrupt += u64::from(replies.corrupt_replies(job.kind()));
-        let id = joint.id();
+        self.counts.corrupt += u64::from(replies.part(job.kind()).corrupt);
+        let id = joint.id;
         let fits = |status: &Status<'_>| is_answer(status, id, job);
         if let Job::DuplicateIdCheck { .. } = job {
             let came = ProbeResult {
                 answers: replies.about(PartKind::Job).filter(fits).count(),
-                broken: replies.corrupt_replies(PartKind::Job) > 0,
-                too_long: replies.heard(PartKind::Job) > STATUS_BYTES + job.answer_length(),
+                broken: replies.part(PartKind::Job).corrupt > 0,
+                too_long: replies.part(PartKind::Job).bytes > STATUS_BYTES + job.answer_length(),
             };
             if joint.process_probe(now, came) {
                 self.counts.duplicates += 1;
-                for &index in &self.joints {
-                    if let Some(joint) = joint_mut(joints, index) {
-                        joint.forbid(now, id);
-                    }
-                }
+                self.each(joints, |joint| joint.forbid(now, id));
             }
             return;
         }
         match replies.about(job.kind()).find(fits) {
             Some(status) => joint.process_answer(now, job, &status),
-            None if !missing.contains(&Some(index)) && self.is_prompt() => {
+            None if missing.iter().all(|(missing, _)| *missing != index) && self.is_prompt() => {
                 self.counts.missed += 1;
-                joint.unanswered(now, job, replies.corrupt_replies(job.kind()) > 0);
+                joint.unanswered(now, job, replies.part(job.kind()).corrupt > 0);
             }
             None => {}
         }
@@ -402,7 +362,7 @@ impl Bus {
 
     fn joint_of<'a>(&self, joints: &'a mut [Joint], id: Id) -> Option<&'a mut Joint> {
         let index =
-            self.joints.iter().find(|&&index| joint(joints, index).is_some_and(|joint| joint.id() == id))?;
+            self.joints.iter().find(|&&index| joint(joints, index).is_some_and(|joint| joint.id == id))?;
         joint_mut(joints, *index)
     }
 
@@ -427,7 +387,7 @@ impl Bus {
         for place in (self.next..count).chain(0..self.next) {
             let index = *require!(self.joints.get(place), "joint {place} of {count} of the bus exists")?;
             let Some(joint) = joint_mut(joints, index) else { continue };
-            let may_arm = arm_up_to.is_some_and(|last| joint.group() <= last);
+            let may_arm = arm_up_to.is_some_and(|last| joint.settings.group <= last);
             if let Some(job) = joint.job(now, may_arm) {
                 self.next = (place + 1) % count;
                 return Some((index, job));
@@ -454,7 +414,7 @@ fn is_answer(status: &Status<'_>, id: Id, job: Job) -> bool {
 
 /// Number of answers that cannot be the answer to the job, such as late ones to an earlier job.
 fn strays(joints: &[Joint], (index, job): (usize, Job), replies: &Replies) -> u64 {
-    let Some(id) = joint(joints, index).map(Joint::id) else { return 0 };
+    let Some(id) = joint(joints, index).map(|joint| joint.id) else { return 0 };
     replies.about(job.kind()).map(|status| u64::from(!is_answer(&status, id, job))).sum()
 }
 
@@ -496,20 +456,29 @@ impl Goals {
         self.positions.is_empty() && self.with_velocities.is_empty()
     }
 
-    /// Writes the goals followed by the read of the measurements. Returns the length in bytes.
-    fn encode_with(&self, question: Option<Instruction<'_>>, out: &mut [u8]) -> usize {
-        let write = |address, length, records| Instruction::SyncWrite { address, length, records };
+    /// The instructions that write the goals.
+    fn instructions(&self) -> impl Iterator<Item = Instruction<'_>> {
         let (both, goal) = (PROFILE_VELOCITY.length + GOAL_POSITION.length, GOAL_POSITION.length);
-        let Self { positions, with_velocities } = self;
-        let with_velocities =
-            (!with_velocities.is_empty()).then(|| write(PROFILE_VELOCITY.address, both, with_velocities));
-        let positions = (!positions.is_empty()).then(|| write(GOAL_POSITION.address, goal, positions));
-        let mut end = 0;
-        for instruction in with_velocities.into_iter().chain(positions).chain(question) {
-            let place = out.get_mut(end..).unwrap_or_default();
-            let length = instruction.encode(Address::All, place).ok();
-            end += require!(length, "an instruction of a cycle fits").unwrap_or(0);
-        }
-        end
+        let all = [
+            (PROFILE_VELOCITY.address, both, &self.with_velocities[..]),
+            (GOAL_POSITION.address, goal, &self.positions[..]),
+        ];
+        let is_used = |(_, _, records): &(u16, u16, &[u8])| !records.is_empty();
+        all.into_iter().filter(is_used).map(|(address, length, records)| Instruction::SyncWrite {
+            address,
+            length,
+            records,
+        })
     }
+}
+
+/// Writes instructions to all servos. Returns their length in bytes.
+fn broadcast<'a>(instructions: impl Iterator<Item = Instruction<'a>>, out: &mut [u8]) -> usize {
+    let mut end = 0;
+    for instruction in instructions {
+        let place = out.get_mut(end..).unwrap_or_default();
+        let length = instruction.encode(Address::All, place).ok();
+        end += require!(length, "an instruction of a cycle fits").unwrap_or(0);
+    }
+    end
 }

@@ -9,7 +9,7 @@ use servo::{Address, FastReply, Id, Instruction, Parser, Reading, Status};
 
 use crate::job::CONDITION;
 use crate::patience::ReplyTimeout;
-use crate::request::{MAX_SERVOS, Part, PartKind};
+use crate::request::{Answer, MAX_SERVOS, Part, PartKind};
 use crate::{Replies, Request};
 
 /// Consecutive exchanges without any answer, after which no read is repeated within an exchange.
@@ -85,8 +85,8 @@ struct PartAnswers {
 }
 
 impl PartAnswers {
-    fn missing(&self, part: &Part) -> usize {
-        part.ids().iter().zip(&self.answered).filter(|(_, heard)| !**heard).count()
+    fn missing<'a>(&'a self, part: &'a Part) -> impl Iterator<Item = u8> + 'a {
+        part.ids().iter().zip(&self.answered).filter(|(_, heard)| !**heard).map(|(id, _)| *id)
     }
 }
 
@@ -115,9 +115,10 @@ impl Master {
         // A line lost in the middle of an answer leaves a fragment in the parser.
         self.parser.clear();
         if let Err(lost) = self.converse(port, request, replies) {
-            replies.lose(lost);
+            replies.lost = Some(lost);
         }
-        self.silent_exchanges = if replies.is_empty() { self.silent_exchanges.saturating_add(1) } else { 0 };
+        self.silent_exchanges =
+            if replies.answers.is_empty() { self.silent_exchanges.saturating_add(1) } else { 0 };
         self.patience.record(replies.late > 0, replies.slow);
     }
 
@@ -129,7 +130,7 @@ impl Master {
         let bytes = require!(bytes.get(..length), "{length} bytes were written").unwrap_or_default();
         for _ in 0..CUTS {
             // The next send opens a lost line again.
-            let _sent = port.send(bytes, self.patience.get());
+            let _sent = port.send(bytes, self.patience.now);
         }
     }
 
@@ -153,29 +154,28 @@ impl Master {
                 // At most one timeout per exchange: the first missing servo is the one that timed out, so it is left
                 // out. A servo whose answer was too short to decode the ones behind it may be silent the next time,
                 // and is left out too.
-                let is_cut = part.kind == PartKind::FastRead && heard.missing(part) > SUM_COSTS;
+                let is_cut = part.kind == PartKind::FastRead && heard.missing(part).count() > SUM_COSTS;
                 let but = heard.is_silent || is_cut;
-                again = self.ask_again(part, &heard, usize::from(but));
+                again = Self::ask_again(part, &heard, usize::from(but));
                 if let Some((again, bytes)) = &again {
-                    let first_at = replies.asked_at(part.kind);
-                    let heard = self.ask(port, again, sent(again, bytes), replies);
+                    let first_at = replies.part(part.kind).asked_at;
+                    let heard = self.ask(port, again, bytes, replies);
                     // A late answer to the first read looks like one to the second, which has the same length. Only
                     // "sampled after the first read" is certain.
-                    replies.asked(PartKind::Reread, first_at);
+                    replies.record(PartKind::Reread, |part| part.asked_at = first_at);
                     heard?;
                 }
             }
         }
         if let Some((part, bytes)) = alarm(replies) {
-            self.ask(port, &part, sent(&part, &bytes), replies)?;
+            self.ask(port, &part, &bytes, replies)?;
         }
         Ok(())
     }
 
     /// Read of the servos that did not answer, without the first `but` of them.
-    fn ask_again(&self, part: &Part, heard: &PartAnswers, but: usize) -> Option<(Part, [u8; INSTRUCTION])> {
-        let missing = part.ids().iter().zip(&heard.answered).filter(|(_, heard)| !**heard).map(|(id, _)| *id);
-        let ids: ArrayVec<u8, MAX_SERVOS> = missing.skip(but).take(MAX_SERVOS).collect();
+    fn ask_again(part: &Part, heard: &PartAnswers, but: usize) -> Option<Question> {
+        let ids: ArrayVec<u8, MAX_SERVOS> = heard.missing(part).skip(but).take(MAX_SERVOS).collect();
         let length = require!(u16::try_from(part.data).ok(), "a read of {} bytes", part.data)?;
         question(PartKind::Reread, Reading::ITEM.address, length, &ids)
     }
@@ -198,11 +198,11 @@ impl Master {
         let before = self.parser.losses();
         // Once every servo has answered, only silence on the line is awaited.
         let quiet = part.time_to_answer(self.baud);
-        let turn = quiet + self.patience.get();
-        let rest = quiet + self.patience.min_timeout();
+        let turn = quiet + self.patience.now;
+        let rest = quiet + self.patience.min_timeout;
         let mut within = part.time_to_send(self.baud) + turn;
         let Sent { at, late } = port.send(bytes, within)?;
-        replies.asked(part.kind, at);
+        replies.record(part.kind, |part| part.asked_at = at);
         replies.late += late;
         let mut heard = PartAnswers { answered: [false; MAX_SERVOS], is_silent: false };
         let mut missing = part.ids().len();
@@ -227,7 +227,7 @@ impl Master {
             quiet_since = now;
             max_bytes = max_bytes.saturating_sub(count);
             awaited = awaited.saturating_sub(count);
-            replies.hear(part.kind, count);
+            replies.record(part.kind, |part| part.bytes += count);
             let received = require!(buffer.get(..count), "{count} bytes were received into the buffer");
             self.parser.push(received.unwrap_or_default());
             each_status(&mut self.parser, &mut self.chain, part.kind, |status| {
@@ -253,10 +253,10 @@ impl Master {
         if part.kind == PartKind::Reread {
             // Bytes beyond the expected answers and an echo are answers to an earlier request.
             replies.late +=
-                replies.heard(PartKind::Reread).saturating_sub(part.bytes_of_answers() + part.sent);
+                replies.part(PartKind::Reread).bytes.saturating_sub(part.bytes_of_answers() + part.sent);
         }
         replies.noisy |= losses.noise > before.noise || losses.overrun > before.overrun;
-        replies.record_corrupt(part.kind, broken_since(&self.parser, broken));
+        replies.record(part.kind, |part| part.corrupt += broken_since(&self.parser, broken));
         Ok(heard)
     }
 
@@ -306,9 +306,9 @@ fn broken_since(parser: &Parser, before: u64) -> u32 {
 }
 
 /// Read of the condition of all servos that reported an alert: an undervoltage affects a whole bus.
-fn alarm(replies: &Replies) -> Option<(Part, [u8; INSTRUCTION])> {
+fn alarm(replies: &Replies) -> Option<Question> {
     let mut ids = ArrayVec::<u8, MAX_SERVOS>::new();
-    for status in replies.all().iter().map(crate::request::Answer::status).filter(|status| status.alert) {
+    for status in replies.answers.iter().map(Answer::status).filter(|status| status.alert) {
         let id = status.id.get();
         if !ids.contains(&id) && !ids.is_full() {
             ids.push(id);
@@ -317,21 +317,20 @@ fn alarm(replies: &Replies) -> Option<(Part, [u8; INSTRUCTION])> {
     question(PartKind::AlertCondition, CONDITION.address, CONDITION.length, &ids)
 }
 
+/// A read that belongs to no request, and its bytes.
+type Question = (Part, ArrayVec<u8, INSTRUCTION>);
+
 /// A sync read of some servos; `None` if there are none.
-fn question(kind: PartKind, address: u16, length: u16, ids: &[u8]) -> Option<(Part, [u8; INSTRUCTION])> {
-    let mut bytes = [0; INSTRUCTION];
+fn question(kind: PartKind, address: u16, length: u16, ids: &[u8]) -> Option<Question> {
+    let mut bytes = ArrayVec::from([0; INSTRUCTION]);
     if ids.is_empty() {
         return None;
     }
     let encoded = Instruction::SyncRead { address, length, ids }.encode(Address::All, &mut bytes);
     let sent = require!(encoded.ok(), "a read from {} servos fits", ids.len())?;
+    bytes.truncate(sent);
     let servos = ids.iter().filter_map(|id| Id::new(*id));
     Some((Part::new(kind, sent, usize::from(length), servos), bytes))
-}
-
-/// The bytes of a part at the beginning of its buffer.
-fn sent<'a>(part: &Part, bytes: &'a [u8]) -> &'a [u8] {
-    require!(bytes.get(..part.sent), "a part has {} bytes", part.sent).unwrap_or_default()
 }
 
 #[cfg(test)]

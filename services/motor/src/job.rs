@@ -170,10 +170,12 @@ fn words([a, b, c]: [i32; 3]) -> [u8; 12] {
 
 /// Whether the setup read by [`Job::Inspect`] equals what [`Job::SetMode`] and [`Job::SetLimits`] write.
 pub(crate) fn is_configured(setup: &[u8], min: i32, max: i32) -> bool {
-    setup.starts_with(&MODE)
-        && setup
-            .get(at(MAX_POSITION_LIMIT)..)
-            .is_some_and(|found| found.starts_with(&words([max, min, 0])[..8]))
+    setup.starts_with(&MODE) && position_limits(setup) == Some((min, max))
+}
+
+/// Minimum and maximum position in counts, from the answer to [`Job::Inspect`].
+pub(crate) fn position_limits(setup: &[u8]) -> Option<(i32, i32)> {
+    value(setup, MIN_POSITION_LIMIT).zip(value(setup, MAX_POSITION_LIMIT))
 }
 
 /// Whether an answer to [`Job::Inspect`] is complete. The checks of a setup pass over items that are missing.
@@ -184,18 +186,18 @@ pub(crate) fn is_whole(setup: &[u8]) -> bool {
 /// Finds settings in the answer to [`Job::Inspect`] that were made for another robot, and that this program must not
 /// overwrite. Firmware without fast sync reads has no startup configuration, and any value may be there.
 pub(crate) fn foreign(model: Model, is_fast: bool, setup: &[u8]) -> Option<JointFault> {
-    if let Some(id) = Id::new(*setup.get(at(SECONDARY_ID))?) {
+    if let Some(id) = Id::new(byte(setup, SECONDARY_ID)?) {
         return Some(JointFault::SecondaryId(id.get()));
     }
-    let startup = *setup.get(at(STARTUP_CONFIGURATION))?;
+    let startup = byte(setup, STARTUP_CONFIGURATION)?;
     if is_fast && startup != 0 {
         return Some(JointFault::Startup(startup));
     }
-    let offset = i32::from_le_bytes(*setup.get(at(HOMING_OFFSET)..)?.first_chunk()?);
+    let offset = value(setup, HOMING_OFFSET)?;
     if offset != 0 {
         return Some(JointFault::HomingOffset(offset));
     }
-    let found = *setup.get(at(SHUTDOWN))?;
+    let found = byte(setup, SHUTDOWN)?;
     let entry = require!(by_address(model, SHUTDOWN.address), "every model has the item shutdown")?;
     let expected = require!(u8::try_from(entry.initial).ok(), "the item shutdown is one byte")?;
     (found & expected != expected).then_some(JointFault::Shutdown { expected, found })
@@ -203,22 +205,17 @@ pub(crate) fn foreign(model: Model, is_fast: bool, setup: &[u8]) -> Option<Joint
 
 /// Whether torque is on, from the answer to [`Job::Inspect`].
 pub(crate) fn has_torque(setup: &[u8]) -> bool {
-    setup.get(at(TORQUE_ENABLE)) == Some(&1)
+    byte(setup, TORQUE_ENABLE) == Some(1)
 }
 
 /// Whether the status return level is 2 (answer everything), from the answer to [`Job::Inspect`].
 pub(crate) fn answers_all(setup: &[u8]) -> bool {
-    setup.get(at(STATUS_RETURN_LEVEL)) == Some(&ANSWERS_ALL)
-}
-
-/// Offset of an item in the answer to [`Job::Inspect`].
-fn at(item: Item) -> usize {
-    usize::from(item.address - SETUP.address)
+    byte(setup, STATUS_RETURN_LEVEL) == Some(ANSWERS_ALL)
 }
 
 /// State of the bus watchdog, from the answer to [`Job::Inspect`].
 pub(crate) fn watchdog(setup: &[u8]) -> Watchdog {
-    setup.get(at(BUS_WATCHDOG)).map_or(Watchdog::Unset, |units| watchdog_of(*units))
+    byte(setup, BUS_WATCHDOG).map_or(Watchdog::Unset, watchdog_of)
 }
 
 const fn watchdog_of(units: u8) -> Watchdog {
@@ -231,8 +228,18 @@ const fn watchdog_of(units: u8) -> Watchdog {
 
 /// Value of an item in the answer to [`Job::Inspect`].
 fn value(setup: &[u8], item: Item) -> Option<i32> {
-    let bytes = setup.get(at(item)..)?.get(..usize::from(item.length))?;
-    match *bytes {
+    value_in(SETUP, setup, item)
+}
+
+/// Value of an item of one byte in the answer to [`Job::Inspect`].
+fn byte(setup: &[u8], item: Item) -> Option<u8> {
+    value(setup, item).and_then(|value| u8::try_from(value).ok())
+}
+
+/// Value of an item in the bytes of a `block` of the control table. Items of fewer than four bytes have no sign.
+fn value_in(block: Item, bytes: &[u8], item: Item) -> Option<i32> {
+    let begin = usize::from(item.address.checked_sub(block.address)?);
+    match *bytes.get(begin..begin + usize::from(item.length))? {
         [a] => Some(i32::from(a)),
         [a, b] => Some(i32::from(u16::from_le_bytes([a, b]))),
         [a, b, c, d] => Some(i32::from_le_bytes([a, b, c, d])),
@@ -309,16 +316,13 @@ pub(crate) struct ServoLimits {
 
 impl ServoLimits {
     pub(crate) fn parse(setup: &[u8]) -> Option<Self> {
-        let temperature = *setup.get(at(TEMPERATURE_LIMIT))?;
-        let volts = setup.get(at(MIN_VOLTAGE_LIMIT)..)?.first_chunk()?;
-        let velocity = value(setup, VELOCITY_LIMIT)?;
-        let pwm = |item| value(setup, item).and_then(|pwm| u16::try_from(pwm).ok());
+        let word = |item| value(setup, item).and_then(|value| u16::try_from(value).ok());
         Some(Self {
-            temperature_c: f32::from(temperature),
-            min_v: decivolts(*volts),
-            velocity_rad_s: velocity_rad_s(velocity),
-            pwm: pwm(PWM_LIMIT)?,
-            goal_duty: pwm(GOAL_PWM)?,
+            temperature_c: f32::from(byte(setup, TEMPERATURE_LIMIT)?),
+            min_v: decivolts(word(MIN_VOLTAGE_LIMIT)?),
+            velocity_rad_s: velocity_rad_s(value(setup, VELOCITY_LIMIT)?),
+            pwm: word(PWM_LIMIT)?,
+            goal_duty: word(GOAL_PWM)?,
         })
     }
 }
@@ -337,12 +341,11 @@ impl Condition {
         if bytes.len() != usize::from(CONDITION.length) {
             return None;
         }
-        let at = |item: Item| usize::from(item.address - CONDITION.address);
-        let byte = |item: Item| bytes.get(at(item));
+        let byte = |item| value_in(CONDITION, bytes, item).and_then(|value| u8::try_from(value).ok());
         Some(Self {
-            has_torque: *byte(TORQUE_ENABLE)? == 1,
-            errors: HardwareErrors(*byte(HARDWARE_ERROR_STATUS)?),
-            watchdog: watchdog_of(*byte(BUS_WATCHDOG)?),
+            has_torque: byte(TORQUE_ENABLE)? == 1,
+            errors: HardwareErrors(byte(HARDWARE_ERROR_STATUS)?),
+            watchdog: watchdog_of(byte(BUS_WATCHDOG)?),
         })
     }
 }
@@ -357,14 +360,15 @@ pub(crate) struct Supply {
 impl Supply {
     /// Parses an answer with the data of [`READING_WITH_SUPPLY`]; `None` if it has fewer.
     pub(crate) fn parse(bytes: &[u8]) -> Option<Self> {
-        let at = |item: Item| usize::from(item.address - READING_WITH_SUPPLY.address);
+        let word =
+            |item| value_in(READING_WITH_SUPPLY, bytes, item).and_then(|value| u16::try_from(value).ok());
         Some(Self {
-            temperature_c: f32::from(*bytes.get(at(PRESENT_TEMPERATURE))?),
-            input_v: decivolts(*bytes.get(at(PRESENT_INPUT_VOLTAGE)..)?.first_chunk()?),
+            temperature_c: f32::from(word(PRESENT_TEMPERATURE)?),
+            input_v: decivolts(word(PRESENT_INPUT_VOLTAGE)?),
         })
     }
 }
 
-fn decivolts(bytes: [u8; 2]) -> f32 {
-    f32::from(u16::from_le_bytes(bytes)) / 10.0
+fn decivolts(value: u16) -> f32 {
+    f32::from(value) / 10.0
 }

@@ -15,7 +15,7 @@ use clock::{Duration, Instant};
 use config::leo::AlertReaction;
 use invariant::invariant;
 use message::JointCause;
-use servo::{Id, Model, Reading, position_count};
+use servo::{Id, Reading, position_count};
 
 pub(crate) use arming_state::{ArmingState, Disarming, is_own_fault};
 pub(crate) use link::{Link, Setup};
@@ -25,10 +25,11 @@ use power::RefusedPwm;
 pub(crate) use power::{Power, PowerUpStep, Watchdog};
 pub(crate) use steer::Command;
 
+use crate::JointFault;
+use crate::counts::FaultCounters;
 use crate::job::{ServoLimits, Supply};
 use crate::notice::Notices;
 use crate::servo_clock::ServoClock;
-use crate::{FaultCounters, JointFault};
 
 /// First waiting time after a servo is quarantined.
 const MIN_WAIT: Duration = Duration::from_millis(100);
@@ -56,17 +57,6 @@ struct Goal {
     decided_at: Instant,
 }
 
-/// Result of processing a reading.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Taken {
-    /// The reading was accepted.
-    Read,
-    /// The reading was sampled before it was requested.
-    Stale,
-    /// Whether the reading is fresh is not known.
-    Unproven,
-}
-
 /// Inputs that are equal for the whole body in a cycle.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct BodyState {
@@ -84,9 +74,9 @@ pub(crate) struct BodyState {
 
 /// Quality of the communication with a joint's servo.
 #[derive(Clone, Copy, Debug)]
-struct LinkQuality {
+pub(crate) struct LinkQuality {
     /// Consecutive missing answers, and corrupt ones among them.
-    timeouts: u32,
+    pub(crate) timeouts: u32,
     corrupt: u32,
     /// Consecutive writes without acknowledgement, although reads may succeed.
     unacknowledged: u32,
@@ -97,7 +87,7 @@ struct LinkQuality {
     /// Waiting time at the next quarantine.
     wait: Duration,
     /// Whether its firmware supports fast sync reads.
-    is_fast: bool,
+    pub(crate) is_fast: bool,
 }
 
 /// One joint and its servo: four state machines, and the known state of the servo. Positions are in the joint's frame
@@ -107,11 +97,10 @@ struct LinkQuality {
 /// [`may_move`](Self::may_move). Switching torque on includes arming the servo's bus watchdog.
 #[derive(Clone, Debug)]
 pub(crate) struct Joint {
-    settings: config::motor::Joint,
+    pub(crate) settings: config::motor::Joint,
     policy: Policy,
     index: u32,
-    id: Id,
-    model: Model,
+    pub(crate) id: Id,
     /// Upper bound that its group sets on the reaction to an alert, in the order limp, hold, lower.
     max_reaction: AlertReaction,
 
@@ -123,14 +112,17 @@ pub(crate) struct Joint {
     /// Inputs of the current cycle.
     orders: BodyState,
     /// Why torque is switched off for the whole body, if it is.
-    let_go: Option<JointCause>,
+    pub(crate) let_go: Option<JointCause>,
     goal: Option<Goal>,
 
-    contact: LinkQuality,
+    pub(crate) contact: LinkQuality,
     clock: ServoClock,
-    reading: Option<(Instant, Reading)>,
+    /// Newest reading, and when it was requested.
+    pub(crate) reading: Option<(Instant, Reading)>,
     supply: Option<Supply>,
     bounds: Option<ServoLimits>,
+    /// Position limits that its servo was found with at the newest inspection, in counts.
+    limits_found: Option<(i32, i32)>,
     condition_due_at: Instant,
 
     /// The profile velocity last written to the servo, in counts, and when.
@@ -157,15 +149,16 @@ pub(crate) struct Joint {
     reboot_at: Option<Instant>,
     reboots: u32,
 
-    trouble: Option<JointFault>,
+    /// Why the joint failed, if it did.
+    pub(crate) trouble: Option<JointFault>,
     /// Whether the operator has acknowledged that the servo had the limits of another joint, so that they are
     /// overwritten.
-    are_limits_acknowledged: bool,
-    notices: Notices,
-    /// Fault counters since the bus collected them last.
-    fault_counters: FaultCounters,
+    pub(crate) are_limits_acknowledged: bool,
+    /// Notices for the operator.
+    pub(crate) notices: Notices,
+    pub(crate) fault_counters: FaultCounters,
     /// Times that the joint moved without permission, and was stopped. Not zero only after a programming error.
-    violations: u64,
+    pub(crate) violations: u64,
 }
 
 impl Joint {
@@ -181,7 +174,6 @@ impl Joint {
             policy,
             index,
             id,
-            model: settings.model,
             max_reaction,
             link: Link::Unknown,
             power: Power::Unknown { was_on: false },
@@ -203,6 +195,7 @@ impl Joint {
             reading: None,
             supply: None,
             bounds: None,
+            limits_found: None,
             condition_due_at: Instant::EPOCH,
             sent_velocity: None,
             behind_since: None,
@@ -222,54 +215,6 @@ impl Joint {
             fault_counters: FaultCounters::default(),
             violations: 0,
         }
-    }
-
-    pub(crate) const fn id(&self) -> Id {
-        self.id
-    }
-
-    pub(crate) const fn bus(&self) -> usize {
-        self.settings.bus
-    }
-
-    pub(crate) const fn group(&self) -> usize {
-        self.settings.group
-    }
-
-    pub(crate) const fn model(&self) -> Model {
-        self.model
-    }
-
-    pub(crate) const fn trouble(&self) -> Option<JointFault> {
-        self.trouble
-    }
-
-    pub(crate) const fn is_fast(&self) -> bool {
-        self.contact.is_fast
-    }
-
-    pub(crate) const fn violations(&self) -> u64 {
-        self.violations
-    }
-
-    #[cfg(test)]
-    pub(crate) const fn reading(&self) -> Option<(Instant, Reading)> {
-        self.reading
-    }
-
-    /// Fault counters since the last call.
-    pub(crate) fn take_fault_counters(&mut self) -> FaultCounters {
-        std::mem::take(&mut self.fault_counters)
-    }
-
-    /// Notices for the operator since the last call.
-    pub(crate) fn take_notices(&mut self) -> Notices {
-        std::mem::take(&mut self.notices)
-    }
-
-    /// Whether its last answer was missing.
-    pub(crate) const fn is_suspect(&self) -> bool {
-        self.contact.timeouts > 0
     }
 
     pub(crate) const fn is_absent(&self) -> bool {
@@ -322,16 +267,8 @@ impl Joint {
 
     /// Whether it moves by command, or returns to its limits.
     pub(crate) fn is_moving(&self) -> bool {
-        let goes_by_itself = match self.motion {
-            Motion::Stay { .. } => !self.stays(),
-            Motion::Align { .. } => true,
-            Motion::Idle
-            | Motion::Soft { .. }
-            | Motion::Track { .. }
-            | Motion::Halt { .. }
-            | Motion::Hold { .. }
-            | Motion::Retreat { .. } => false,
-        };
+        let goes_by_itself = matches!(self.motion, Motion::Align { .. })
+            || (matches!(self.motion, Motion::Stay { .. }) && !self.stays());
         goes_by_itself || self.motion.setpoint().is_some_and(|at| at.velocity_rad_s.abs() > 0.0)
     }
 
@@ -371,7 +308,9 @@ impl Joint {
         if let Some(goal) = &mut self.goal {
             goal.decided_at = goal.decided_at.min(now);
         }
-        self.goal = self.goal.filter(|goal| now.since(goal.decided_at) <= self.policy.command_timeout);
+        self.goal = self
+            .goal
+            .filter(|goal| now.since(goal.decided_at) <= self.policy.settings.command_timeout_ms.duration());
         if self.let_go.is_some() {
             return;
         }
@@ -419,16 +358,6 @@ impl Joint {
             (self.contact.rejected_readings, self.contact.trusted_at, self.contact.wait) =
                 (0, None, MIN_WAIT);
             self.begin_anew();
-        }
-    }
-
-    /// Resets the joint as if its servo had never failed, and its limits had never been of another joint.
-    #[cfg(test)]
-    pub(crate) fn trust(&mut self) {
-        self.are_limits_acknowledged = true;
-        if self.is_absent() {
-            self.let_go = Some(JointCause::Emergency);
-            self.end_let_go();
         }
     }
 

@@ -20,7 +20,7 @@ mod request;
 mod servo_clock;
 mod trouble;
 
-pub use counts::{BusCounters, FaultCounters, MotorCounters};
+pub use counts::MotorCounters;
 pub use exchange::{Master, Port, Received, Sent};
 pub use io::line::Line;
 pub use io::run::run;

@@ -2,14 +2,15 @@ use clock::{Duration, Instant};
 use config::leo::{AlertReaction, StopCategory};
 use config::motor::Device;
 use invariant::{invariant, require};
-use message::{JointCause, JointGoal, JointState};
+use message::{BusHealth, JointCause, JointGoal, JointState};
 use servo::Id;
 
 use crate::bus::{Bus, Purpose};
-use crate::group_dependencies::GroupDependencies;
+use crate::counts::FaultCounters;
+use crate::group_dependencies::group_dependencies;
 use crate::joint::{BodyState, Joint, Policy};
 use crate::request::MAX_SERVOS;
-use crate::{BusCounters, JointFault, MotorCounters, Notice, Replies, Request};
+use crate::{JointFault, MotorCounters, Notice, Replies, Request};
 
 /// Longest time step of the setpoints. After a longer pause the setpoints continue from where they were.
 pub(crate) const MAX_STEP: Duration = Duration::from_millis(20);
@@ -58,24 +59,19 @@ pub enum MotorError {
 /// Pure: time is an argument. Nothing is allocated after [`new`](Self::new).
 #[derive(Clone, Debug)]
 pub struct Motor {
-    joints: Vec<Joint>,
+    pub(crate) joints: Vec<Joint>,
     buses: Vec<Bus>,
-    /// By bus, whether its servos are simulated by the mock servo bus.
-    is_simulated: Vec<bool>,
-    command_timeout: Duration,
-    limp_after: Duration,
+    policy: Policy,
     /// When the newest goals were decided.
     decided_at: Option<Instant>,
     /// Time of the first step, from which the limp timeout counts as long as no goals have arrived.
     no_commander_since: Option<Instant>,
-    stepped_at: Option<Instant>,
-    period: Duration,
+    pub(crate) stepped_at: Option<Instant>,
     live: bool,
     /// Set once the commander is dismissed: when torque goes off even if joints still move.
     let_go_at: Option<Instant>,
     /// Why the torque of the whole body is switched off, if it is.
     letting_go: Option<JointCause>,
-    stop_category: StopCategory,
     /// Set while an emergency stop of category 1 or 2 is active: when torque goes off (category 1), or `None` to keep
     /// torque (category 2).
     stopping: Option<Option<Instant>>,
@@ -85,7 +81,7 @@ pub struct Motor {
     orders: u64,
     acknowledged: Option<u64>,
     /// By group, the groups whose failure stops it.
-    group_dependencies: GroupDependencies,
+    group_dependencies: Vec<Vec<usize>>,
     /// By group, how many joints have a fault that stops others; by joint, whether it had one in the previous cycle.
     failing: Vec<u32>,
     was_failing: Vec<bool>,
@@ -101,8 +97,7 @@ impl Motor {
     /// exist.
     pub fn new(robot: &config::motor::Motor, settings: &config::leo::Motor) -> Result<Self, MotorError> {
         let mut joints = Vec::with_capacity(robot.joints.len());
-        let is_simulated: Vec<bool> = robot.buses.iter().map(|bus| bus.device == Device::Mock).collect();
-        let policy = Policy::new(settings, is_simulated.iter().all(|is_simulated| *is_simulated));
+        let policy = Policy::new(settings, robot.buses.iter().all(|bus| bus.device == Device::Mock));
         let reactions = &settings.alert.groups;
         if let Some(group) = reactions.keys().find(|group| !robot.groups.contains(group)) {
             return Err(MotorError::UnknownGroup { group: group.clone(), known: robot.groups.join(", ") });
@@ -114,37 +109,33 @@ impl Motor {
             invariant!(joint.bus < robot.buses.len(), "joint `{}` has a bus", joint.name);
             let reaction = group.and_then(|group| reactions.get(group));
             let reaction = reaction.copied().unwrap_or(AlertReaction::Lower);
-            joints.push(Joint::new(index, id, joint, policy, reaction));
+            joints.push(Joint::new(index, id, joint, policy.clone(), reaction));
         }
         let mut buses = Vec::with_capacity(robot.buses.len());
         for (number, bus) in robot.buses.iter().enumerate() {
             let on_bus: Vec<_> = (0..joints.len())
-                .filter(|&index| joints.get(index).is_some_and(|joint| joint.bus() == number))
+                .filter(|&index| joints.get(index).is_some_and(|joint| joint.settings.bus == number))
                 .collect();
             if on_bus.len() > MAX_SERVOS {
                 return Err(MotorError::Crowded { bus: bus.name.clone(), servos: on_bus.len() });
             }
-            buses.push(Bus::new(on_bus));
+            buses.push(Bus::new(on_bus, bus.device == Device::Mock));
         }
         Ok(Self {
             joints,
             buses,
-            is_simulated,
-            command_timeout: settings.command_timeout_ms.duration(),
-            limp_after: settings.limp_after_ms.duration(),
+            policy,
             decided_at: None,
             no_commander_since: None,
             stepped_at: None,
-            period: settings.rate_hz.period(),
             live: false,
             let_go_at: None,
             letting_go: None,
-            stop_category: settings.stop_category,
             stopping: None,
             order_until: None,
             orders: 0,
             acknowledged: None,
-            group_dependencies: GroupDependencies::alone(robot.groups.len()),
+            group_dependencies: group_dependencies(robot.groups.len(), &[], &[]),
             failing: vec![0; robot.groups.len()],
             was_failing: vec![false; robot.joints.len()],
             counts: MotorCounters::default(),
@@ -155,8 +146,8 @@ impl Motor {
     /// joint also stops the groups that it carries.
     #[must_use]
     pub fn with_parents(mut self, parents: &[Option<usize>]) -> Self {
-        let groups: Vec<usize> = self.joints.iter().map(Joint::group).collect();
-        self.group_dependencies = GroupDependencies::new(self.failing.len(), &groups, parents);
+        let groups: Vec<usize> = self.joints.iter().map(|joint| joint.settings.group).collect();
+        self.group_dependencies = group_dependencies(self.failing.len(), &groups, parents);
         self
     }
 
@@ -186,7 +177,10 @@ impl Motor {
     /// Advances every setpoint to `now`. Without goals for the command timeout the joints slow down and hold; later
     /// their torque goes off.
     pub fn step(&mut self, now: Instant) {
-        let since = self.stepped_at.map_or(self.period, |before| now.since(before));
+        let settings = &self.policy.settings;
+        let command_timeout = settings.command_timeout_ms.duration();
+        let limp_after = settings.limp_after_ms.duration();
+        let since = self.stepped_at.map_or(settings.rate_hz.period(), |before| now.since(before));
         let dt_s = since.min(MAX_STEP).as_secs_f64();
         self.stepped_at = Some(now);
         // A decision time in the future (a wrong clock of the commander) would never expire.
@@ -194,10 +188,10 @@ impl Motor {
         let no_commander_since = *self.no_commander_since.get_or_insert(now);
         let age = self.decided_at.map(|decided_at| now.since(decided_at));
         let is_stopping = self.let_go_at.is_some() || self.stopping.is_some();
-        self.live = !is_stopping && age.is_some_and(|age| age <= self.command_timeout);
+        self.live = !is_stopping && age.is_some_and(|age| age <= command_timeout);
         // A servo found with its torque on keeps it as long as one whose commander stopped.
         let unled = age.unwrap_or_else(|| now.since(no_commander_since));
-        let limp = !is_stopping && unled > self.command_timeout + self.limp_after;
+        let limp = !is_stopping && unled > command_timeout + limp_after;
         if self.let_go_at.is_some_and(|let_go_at| now >= let_go_at || !self.is_moving()) {
             self.let_go(JointCause::Stopped);
         }
@@ -207,11 +201,11 @@ impl Motor {
             self.let_go(JointCause::Emergency);
         }
         self.look_for_failures();
-        let body_stopped = self.buses.iter().any(Bus::is_lost);
+        let body_stopped = self.buses.iter().any(|bus| bus.is_lost);
         let is_emergency = self.stopping.is_some() || self.letting_go == Some(JointCause::Emergency);
         for joint in &mut self.joints {
-            let others =
-                self.group_dependencies.of(joint.group()).iter().filter_map(|group| self.failing.get(*group));
+            let others = self.group_dependencies.get(joint.settings.group).into_iter().flatten();
+            let others = others.filter_map(|group| self.failing.get(*group));
             let group_stopped = others.sum::<u32>() > u32::from(joint.stops_group());
             let group_stopped = group_stopped.then_some(JointCause::GroupStopped);
             let halt = body_stopped.then_some(JointCause::BodyStopped).or(group_stopped);
@@ -238,8 +232,11 @@ impl Motor {
         for (joint, was_failing) in self.joints.iter().zip(&mut self.was_failing) {
             let fails = joint.stops_group();
             if fails
-                && let Some(failing) =
-                    require!(self.failing.get_mut(joint.group()), "group {} exists", joint.group())
+                && let Some(failing) = require!(
+                    self.failing.get_mut(joint.settings.group),
+                    "group {} exists",
+                    joint.settings.group
+                )
             {
                 *failing += 1;
             }
@@ -272,7 +269,7 @@ impl Motor {
     /// Stops the body by the configured stop category, until [`end_emergency`](Self::end_emergency).
     pub fn emergency_stop(&mut self, now: Instant) {
         self.order_until = None;
-        match self.stop_category {
+        match self.policy.settings.stop_category {
             StopCategory::Zero => self.let_go(JointCause::Emergency),
             StopCategory::One => _ = self.stopping.get_or_insert(Some(now + STOP_WITHIN)),
             StopCategory::Two => _ = self.stopping.get_or_insert(None),
@@ -291,15 +288,6 @@ impl Motor {
     #[must_use]
     pub fn is_stopped(&self) -> bool {
         self.stopping.is_some() || self.letting_go.is_some()
-    }
-
-    /// Test helper for an operator's complete recovery: releases the emergency stop, acknowledges all locks, and
-    /// arms.
-    #[cfg(test)]
-    pub(crate) fn recover(&mut self) {
-        self.end_emergency();
-        self.joints.iter_mut().for_each(Joint::trust);
-        self.arm(self.stepped_at.unwrap_or(Instant::EPOCH), Some(self.counts.locks));
     }
 
     /// Switches torque off on every bus from the next request on. Goals have no effect until
@@ -327,8 +315,8 @@ impl Motor {
     #[must_use]
     pub fn unconfirmed(&self) -> usize {
         let is_gone = |joint: &Joint| {
-            let is_simulated = self.is_simulated.get(joint.bus()).is_some_and(|is_simulated| *is_simulated);
-            self.let_go_at.is_some() && is_simulated && self.is_lost(joint.bus())
+            let bus = self.buses.get(joint.settings.bus);
+            self.let_go_at.is_some() && bus.is_some_and(|bus| bus.is_simulated && bus.is_lost)
         };
         self.joints.iter().filter(|joint| !joint.has_confirmed_torque_off() && !is_gone(joint)).count()
     }
@@ -348,11 +336,12 @@ impl Motor {
     /// Writes the request of a bus for this cycle. Torque comes on one group after the other, and only while commands
     /// arrive.
     pub fn request(&mut self, bus: usize, now: Instant, request: &mut Request) {
-        let rising = self.joints.iter().filter(|joint| joint.is_powering_up()).map(Joint::group).min();
+        let rising =
+            self.joints.iter().filter(|joint| joint.is_powering_up()).map(|joint| joint.settings.group).min();
         let purpose = match self.letting_go {
             Some(_) => Purpose::TorqueOff,
             None => {
-                let may_arm = self.live && !self.buses.iter().any(Bus::is_lost);
+                let may_arm = self.live && !self.buses.iter().any(|bus| bus.is_lost);
                 Purpose::Drive { arm_up_to: if may_arm { rising } else { None } }
             }
         };
@@ -375,9 +364,13 @@ impl Motor {
     /// Locks servos of a bus that have the limits of another joint, before anything is written to their EEPROM.
     fn refuse_swapped(&mut self, bus: usize, now: Instant) {
         for index in 0..self.joints.len() {
-            let Some(joint) = self.joints.get(index).filter(|joint| joint.bus() == bus) else { continue };
+            let Some(joint) = self.joints.get(index).filter(|joint| joint.settings.bus == bus) else {
+                continue;
+            };
             let Some(limits) = joint.foreign_limits() else { continue };
-            let is_whose = |other: &Joint| other.model() == joint.model() && other.limit_counts() == limits;
+            let is_whose = |other: &Joint| {
+                other.settings.model == joint.settings.model && other.limit_counts() == limits
+            };
             let other = self.joints.iter().position(is_whose).filter(|other| *other != index);
             if let Some((other, joint)) = other.zip(self.joints.get_mut(index)) {
                 joint.refuse_as_other(now, other);
@@ -388,7 +381,7 @@ impl Motor {
     /// Reports how servos were found set up since the last call: calls `tell` with the joint's index and the notice.
     pub fn take_notices(&mut self, mut tell: impl FnMut(usize, Notice)) {
         for (index, joint) in self.joints.iter_mut().enumerate() {
-            joint.take_notices().all().for_each(|notice| tell(index, notice));
+            joint.notices.drain(..).for_each(|notice| tell(index, notice));
         }
     }
 
@@ -407,40 +400,38 @@ impl Motor {
     /// Why a joint failed, if it did.
     #[must_use]
     pub fn trouble(&self, joint: usize) -> Option<JointFault> {
-        self.joints.get(joint).and_then(Joint::trouble)
-    }
-
-    /// Newest reading of a joint, and when it was requested.
-    #[cfg(test)]
-    pub(crate) fn reading(&self, joint: usize) -> Option<(Instant, servo::Reading)> {
-        self.joints.get(joint).and_then(Joint::reading)
+        self.joints.get(joint).and_then(|joint| joint.trouble)
     }
 
     /// Counters since [`new`](Self::new).
     #[must_use]
     pub fn counts(&self) -> MotorCounters {
         MotorCounters {
-            stale: self.buses.iter().map(|bus| bus.counts().stale).sum(),
-            violations: self.joints.iter().map(Joint::violations).sum(),
+            stale: self.buses.iter().map(|bus| bus.counts.stale).sum(),
+            violations: self.joints.iter().map(|joint| joint.violations).sum(),
             ..self.counts
         }
     }
 
-    /// Counters of a bus since [`new`](Self::new).
+    /// State of a bus, and its counters since [`new`](Self::new). The bus threads know its name and durations.
     #[must_use]
-    pub fn bus_counts(&self, bus: usize) -> BusCounters {
-        self.buses.get(bus).map(Bus::counts).unwrap_or_default()
+    pub fn bus_health(&self, bus: usize) -> BusHealth {
+        let mut health = self.buses.get(bus).map(|bus| bus.counts).unwrap_or_default();
+        health.lost = u64::from(self.is_lost(bus));
+        for joint in self.joints.iter().filter(|joint| joint.settings.bus == bus) {
+            let FaultCounters { alerts, restarts, watchdogs, refusals } = joint.fault_counters;
+            health.quarantined += u64::from(joint.is_absent());
+            health.alerts += alerts;
+            health.restarts += restarts;
+            health.watchdogs += watchdogs;
+            health.refusals += refusals;
+        }
+        health
     }
 
     /// Whether the line of a bus is lost.
     #[must_use]
     pub fn is_lost(&self, bus: usize) -> bool {
-        self.buses.get(bus).is_some_and(Bus::is_lost)
-    }
-
-    /// Number of quarantined joints of a bus.
-    #[must_use]
-    pub fn quarantined(&self, bus: usize) -> usize {
-        self.joints.iter().filter(|joint| joint.bus() == bus && joint.is_absent()).count()
+        self.buses.get(bus).is_some_and(|bus| bus.is_lost)
     }
 }

@@ -1,10 +1,10 @@
 use std::fmt;
 
-use invariant::require;
+use arrayvec::ArrayVec;
 use servo::table::Item;
 
 /// Maximum number of notices of one inspection.
-const MAX_NOTICES: usize = 12;
+pub(crate) const MAX_NOTICES: usize = 12;
 
 /// A finding about the setup of a servo, for the operator. Values are raw values of the item.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -39,30 +39,7 @@ pub enum Notice {
 }
 
 /// The notices of one inspection.
-#[derive(Clone, Copy, Debug, Default)]
-pub(crate) struct Notices {
-    all: [Option<Notice>; MAX_NOTICES],
-}
-
-impl Notices {
-    /// Adds a notice. An inspection has fewer than the maximum.
-    pub(crate) fn add(&mut self, notice: Notice) {
-        let free = self.all.iter_mut().find(|place| place.is_none());
-        if let Some(place) = require!(free, "an inspection has at most {MAX_NOTICES} notices") {
-            *place = Some(notice);
-        }
-    }
-
-    /// Whether there is no notice.
-    pub(crate) const fn is_empty(&self) -> bool {
-        // Entries are filled from the front.
-        matches!(self.all, [None, ..])
-    }
-
-    pub(crate) fn all(&self) -> impl Iterator<Item = Notice> {
-        self.all.iter().filter_map(|notice| *notice)
-    }
-}
+pub(crate) type Notices = ArrayVec<Notice, MAX_NOTICES>;
 
 /// Displays an item by the manual's name and its address.
 struct Named(Item);

@@ -10,9 +10,11 @@ const EXCHANGES: u32 = 50;
 /// answers come far sooner, it shrinks to the time needed and a quarter more.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct ReplyTimeout {
-    min_timeout: Duration,
+    /// The shortest timeout, for bytes that are already on their way.
+    pub(crate) min_timeout: Duration,
     max_timeout: Duration,
-    now: Duration,
+    /// The timeout of the next exchange.
+    pub(crate) now: Duration,
     /// Longest time that the counted exchanges needed.
     needed: Duration,
     count: u32,
@@ -28,16 +30,6 @@ impl ReplyTimeout {
             needed: Duration::ZERO,
             count: 0,
         }
-    }
-
-    /// The timeout of the next exchange.
-    pub(crate) const fn get(&self) -> Duration {
-        self.now
-    }
-
-    /// The shortest timeout, for bytes that are already on their way.
-    pub(crate) const fn min_timeout(&self) -> Duration {
-        self.min_timeout
     }
 
     /// Records an exchange. `late`: whether bytes of the previous exchange arrived late. `needed`: the time beyond
@@ -67,7 +59,7 @@ mod tests {
         let mut patience = ReplyTimeout::new(MS, 5 * MS);
         let grown = [(); 4].map(|()| {
             patience.record(true, MS);
-            patience.get()
+            patience.now
         });
         assert_eq!(grown, [2 * MS, 4 * MS, 5 * MS, 5 * MS]);
         patience
@@ -85,9 +77,9 @@ mod tests {
         for _ in 0..EXCHANGES - 1 {
             patience.record(false, Duration::ZERO);
         }
-        assert_eq!(patience.get(), 5 * MS);
+        assert_eq!(patience.now, 5 * MS);
         patience.record(false, Duration::ZERO);
-        assert_eq!(patience.get(), MS);
+        assert_eq!(patience.now, MS);
     }
 
     #[test]
@@ -95,9 +87,9 @@ mod tests {
         let mut patience = grown();
         for (needed, left) in [(4 * MS, 5 * MS), (2 * MS, 5 * MS / 2), (4 * MS, 5 * MS / 2), (MS / 4, MS)] {
             note_all(&mut patience, needed);
-            assert_eq!(patience.get(), left);
+            assert_eq!(patience.now, left);
         }
         note_all(&mut patience, MS);
-        assert_eq!(patience.get(), MS, "only what is late lets it grow");
+        assert_eq!(patience.now, MS, "only what is late lets it grow");
     }
 }

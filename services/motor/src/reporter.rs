@@ -1,8 +1,9 @@
 use std::fmt;
 
+use arrayvec::ArrayVec;
 use clock::{Duration, Instant};
 use config::Robot;
-use config::motor::{Bus, Device};
+use config::motor::Device;
 use message::{JointArming, JointCause, JointLink, JointMode, JointState};
 
 use crate::{JointFault, Motor, MotorCounters, Notice};
@@ -14,9 +15,10 @@ const GOALS_EVERY: Duration = Duration::from_secs(10);
 
 /// Logs which joints have a fault, once each, and the end of an emergency stop. If a whole bus is silent or lost, the
 /// message names the bus, because its servos have hardly all failed at once.
+#[derive(Default)]
 pub(crate) struct Reporter {
     names: Vec<String>,
-    buses: Vec<Joints>,
+    buses: Vec<String>,
     known: Vec<Known>,
     all_follow: bool,
     /// Whether the confirmation of torque off has been logged in this emergency.
@@ -32,12 +34,6 @@ pub(crate) struct Reporter {
     is_simulated: bool,
 }
 
-/// The joints of a bus.
-struct Joints {
-    bus: String,
-    indices: Vec<usize>,
-}
-
 /// Last state of a joint, whether it still has to be logged, and the fault that was logged.
 #[derive(Clone, Copy, Debug, Default)]
 struct Known {
@@ -49,25 +45,13 @@ struct Known {
 
 impl Reporter {
     pub(crate) fn new(robot: &Robot) -> Self {
-        let joints = &robot.motor.joints;
-        let of_bus = |(number, bus): (usize, &Bus)| Joints {
-            bus: bus.name.clone(),
-            indices: (0..joints.len())
-                .filter(|&index| joints.get(index).is_some_and(|joint| joint.bus == number))
-                .collect(),
-        };
+        let (joints, buses) = (&robot.motor.joints, &robot.motor.buses);
         Self {
             names: joints.iter().map(|joint| joint.name.clone()).collect(),
-            buses: robot.motor.buses.iter().enumerate().map(of_bus).collect(),
+            buses: buses.iter().map(|bus| bus.name.clone()).collect(),
             known: joints.iter().map(|joint| Known { bus: joint.bus, ..Known::default() }).collect(),
-            all_follow: false,
-            told_limp: false,
-            told_disarmed: 0,
-            disarmed: 0,
-            told_goals: (0, 0),
-            tell_goals_at: Instant::EPOCH,
-            next_update_at: Instant::EPOCH,
-            is_simulated: robot.motor.buses.iter().all(|bus| bus.device == Device::Mock),
+            is_simulated: buses.iter().all(|bus| bus.device == Device::Mock),
+            ..Self::default()
         }
     }
 
@@ -158,17 +142,16 @@ impl Reporter {
                 known.is_new = known.state.replace((mode, cause)) != Some((mode, cause));
             }
         }
-        for Joints { bus, indices } in &self.buses {
-            let all = || indices.iter().filter_map(|&index| self.known.get(index));
+        for (number, bus) in self.buses.iter().enumerate() {
+            let all = || self.known.iter().filter(|known| known.bus == number);
             let is_new = all().any(|known| known.is_new);
             if let Some(what) = explain_bus(all()).filter(|_| is_new) {
                 tell(format_args!("bus `{bus}`: {what}"));
-                for &index in indices {
-                    self.known.get_mut(index).into_iter().for_each(|known| known.is_new = false);
-                }
+                let of_bus = self.known.iter_mut().filter(|known| known.bus == number);
+                of_bus.for_each(|known| known.is_new = false);
             }
         }
-        let mut duplicates = [None; 8];
+        let mut duplicates = ArrayVec::<_, 8>::new();
         for (index, (known, name)) in self.known.iter_mut().zip(&self.names).enumerate() {
             let Some(state) = known.state.filter(|_| known.is_new) else { continue };
             let previous = std::mem::replace(&mut known.trouble, trouble(index));
@@ -176,12 +159,10 @@ impl Reporter {
                 // The same fault in another state, for example after its torque went off.
                 Some(trouble) if previous == Some(trouble) => {}
                 // A duplicate affects the whole bus, and is logged once.
-                Some(JointFault::Duplicate(id)) if duplicates.contains(&Some((known.bus, id))) => {}
+                Some(JointFault::Duplicate(id)) if duplicates.contains(&(known.bus, id)) => {}
                 Some(trouble @ JointFault::Duplicate(id)) => {
-                    if let Some(place) = duplicates.iter_mut().find(|place| place.is_none()) {
-                        *place = Some((known.bus, id));
-                    }
-                    let bus = self.buses.get(known.bus).map_or("?", |joints| joints.bus.as_str());
+                    let _told_again_if_full = duplicates.try_push((known.bus, id));
+                    let bus = self.buses.get(known.bus).map_or("?", String::as_str);
                     tell(format_args!("bus `{bus}`: {trouble}"));
                 }
                 Some(trouble) => tell(format_args!("{name}: {trouble}")),

@@ -38,37 +38,8 @@ pub enum PartKind {
     AlertCondition,
 }
 
-impl PartKind {
-    const COUNT: usize = 7;
-
-    /// The entry of this kind in a table with one entry a kind.
-    const fn of<T>(self, table: &[T; Self::COUNT]) -> &T {
-        let [fast, plain, again, torque, job, condition, alert] = table;
-        match self {
-            Self::FastRead => fast,
-            Self::PlainRead => plain,
-            Self::Reread => again,
-            Self::Torque => torque,
-            Self::Job => job,
-            Self::ReadCondition => condition,
-            Self::AlertCondition => alert,
-        }
-    }
-
-    /// As [`of`](Self::of), to be changed.
-    const fn of_mut<T>(self, table: &mut [T; Self::COUNT]) -> &mut T {
-        let [fast, plain, again, torque, job, condition, alert] = table;
-        match self {
-            Self::FastRead => fast,
-            Self::PlainRead => plain,
-            Self::Reread => again,
-            Self::Torque => torque,
-            Self::Job => job,
-            Self::ReadCondition => condition,
-            Self::AlertCondition => alert,
-        }
-    }
-}
+/// Number of kinds of parts.
+const PART_KINDS: usize = PartKind::AlertCondition as usize + 1;
 
 /// One part of a request: instructions, and the answers to wait for before the next part may be sent.
 #[derive(Clone, Debug)]
@@ -152,21 +123,22 @@ impl Request {
         self.parts.clear();
     }
 
-    /// Adds a part. `write` writes its bytes to the buffer and returns their number; an empty part is left out.
+    /// Adds a part. `write` gets the identifiers, writes the bytes to the buffer and returns their number. An empty part
+    /// is left out.
     pub(crate) fn add(
         &mut self,
         kind: PartKind,
         servos: impl IntoIterator<Item = Id>,
         data: usize,
-        write: impl FnOnce(&mut [u8]) -> usize,
+        write: impl FnOnce(&[u8], &mut [u8]) -> usize,
     ) {
+        let mut part = Part::new(kind, 0, data, servos);
         let free = require!(self.bytes.get_mut(self.end..), "a request ends at byte {}", self.end);
-        let sent = write(free.unwrap_or_default());
-        if sent == 0 {
-            return;
-        }
-        let is_added = self.parts.try_push(Part::new(kind, sent, data, servos)).is_ok();
-        if invariant!(is_added, "a request has room for a part of {sent} bytes") {
+        part.sent = write(&part.ids, free.unwrap_or_default());
+        let sent = part.sent;
+        if sent > 0
+            && invariant!(self.parts.try_push(part).is_ok(), "a request has room for a part of {sent} bytes")
+        {
             self.end += sent;
         }
     }
@@ -184,11 +156,10 @@ impl Request {
 }
 
 /// One answer.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Debug)]
 pub(crate) struct Answer {
-    pub(crate) kind: PartKind,
-    data: [u8; DATA],
-    length: usize,
+    kind: PartKind,
+    data: ArrayVec<u8, DATA>,
     id: Id,
     alert: bool,
     fault: Option<servo::Fault>,
@@ -196,21 +167,27 @@ pub(crate) struct Answer {
 
 impl Answer {
     pub(crate) fn status(&self) -> Status<'_> {
-        let params = require!(self.data.get(..self.length), "{} bytes", self.length).unwrap_or_default();
-        Status { id: self.id, alert: self.alert, fault: self.fault, params }
+        Status { id: self.id, alert: self.alert, fault: self.fault, params: &self.data }
     }
 }
 
+/// What became of the parts of one kind.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct PartRecord {
+    /// When the part was sent.
+    pub(crate) asked_at: Instant,
+    /// Bytes received.
+    pub(crate) bytes: usize,
+    /// Corrupt answers.
+    pub(crate) corrupt: u32,
+}
+
 /// The replies of a bus to a request.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Default)]
 pub struct Replies {
-    answers: Vec<Answer>,
-    /// When each kind of part was sent.
-    sent_at: [Instant; PartKind::COUNT],
-    /// Bytes received by kind of part.
-    bytes: [usize; PartKind::COUNT],
-    /// Corrupt answers by kind of part.
-    corrupt_replies: [u32; PartKind::COUNT],
+    pub(crate) answers: ArrayVec<Answer, ANSWERS>,
+    /// By kind of part.
+    parts: [PartRecord; PART_KINDS],
     /// Bytes that arrived too late and were discarded.
     pub(crate) late: usize,
     /// Longest silence before received bytes, beyond the time of one answer on the wire.
@@ -221,89 +198,40 @@ pub struct Replies {
     pub(crate) lost: Option<LineLostError>,
 }
 
-impl Default for Replies {
-    fn default() -> Self {
-        Self {
-            answers: Vec::with_capacity(ANSWERS),
-            sent_at: [Instant::EPOCH; PartKind::COUNT],
-            bytes: [0; PartKind::COUNT],
-            corrupt_replies: [0; PartKind::COUNT],
-            late: 0,
-            slow: Duration::ZERO,
-            noisy: false,
-            lost: None,
-        }
-    }
-}
-
 impl Replies {
     /// Clears the replies for a new request.
     pub fn clear(&mut self) {
         self.answers.clear();
-        self.bytes = [0; PartKind::COUNT];
-        self.corrupt_replies = [0; PartKind::COUNT];
+        self.parts.iter_mut().for_each(|part| (part.bytes, part.corrupt) = (0, 0));
         self.late = 0;
         self.slow = Duration::ZERO;
         self.noisy = false;
         self.lost = None;
     }
 
-    /// Records when a part was sent.
-    pub(crate) fn asked(&mut self, kind: PartKind, at: Instant) {
-        *kind.of_mut(&mut self.sent_at) = at;
-    }
-
     /// Sets all send times to `now`: simulated time does not advance during an exchange.
     pub(crate) fn stamp(&mut self, now: Instant) {
-        self.sent_at = [now; PartKind::COUNT];
+        self.parts.iter_mut().for_each(|part| part.asked_at = now);
     }
 
-    /// When a part was sent.
-    pub(crate) fn asked_at(&self, kind: PartKind) -> Instant {
-        *kind.of(&self.sent_at)
+    /// What became of the parts of a kind.
+    pub(crate) fn part(&self, kind: PartKind) -> PartRecord {
+        require!(self.parts.get(kind as usize), "{kind:?} has a record").copied().unwrap_or_default()
     }
 
-    /// Records received bytes of a part.
-    pub(crate) fn hear(&mut self, kind: PartKind, bytes: usize) {
-        *kind.of_mut(&mut self.bytes) += bytes;
-    }
-
-    /// Bytes received for a part.
-    pub(crate) fn heard(&self, kind: PartKind) -> usize {
-        *kind.of(&self.bytes)
-    }
-
-    /// Records corrupt answers to a part.
-    pub(crate) fn record_corrupt(&mut self, kind: PartKind, count: u32) {
-        *kind.of_mut(&mut self.corrupt_replies) += count;
-    }
-
-    /// Corrupt answers to a part.
-    pub(crate) fn corrupt_replies(&self, kind: PartKind) -> u32 {
-        *kind.of(&self.corrupt_replies)
+    /// Changes the record of a kind of part.
+    pub(crate) fn record(&mut self, kind: PartKind, change: impl FnOnce(&mut PartRecord)) {
+        if let Some(part) = require!(self.parts.get_mut(kind as usize), "{kind:?} has a record") {
+            change(part);
+        }
     }
 
     /// Adds an answer to a part of the request. An answer that is longer than any expected one, or exceeds the
     /// capacity, is dropped and counts as noise.
     pub fn add(&mut self, kind: PartKind, status: &Status<'_>) {
-        let mut data = [0; DATA];
-        let place = data.get_mut(..status.params.len());
-        let Some(place) = place.filter(|_| self.answers.len() < self.answers.capacity()) else {
-            self.noisy = true;
-            return;
-        };
-        place.copy_from_slice(status.params);
-        let (id, alert, fault) = (status.id, status.alert, status.fault);
-        self.answers.push(Answer { kind, data, length: status.params.len(), id, alert, fault });
-    }
-
-    /// Records that the line was lost.
-    pub fn lose(&mut self, why: LineLostError) {
-        self.lost = Some(why);
-    }
-
-    pub(crate) fn all(&self) -> &[Answer] {
-        &self.answers
+        let Status { id, alert, fault, params } = *status;
+        let answer = ArrayVec::try_from(params).map(|data| Answer { kind, data, id, alert, fault });
+        self.noisy |= !answer.is_ok_and(|answer| self.answers.try_push(answer).is_ok());
     }
 
     pub(crate) fn about(&self, kind: PartKind) -> impl Iterator<Item = Status<'_>> {
@@ -312,9 +240,5 @@ impl Replies {
 
     pub(crate) fn has_from(&self, id: u8) -> bool {
         self.answers.iter().any(|answer| answer.id.get() == id)
-    }
-
-    pub(crate) fn is_empty(&self) -> bool {
-        self.answers.is_empty()
     }
 }

@@ -125,13 +125,13 @@ impl Port for Wire<'_> {
         }
         // Servos whose line is cut receive and send nothing, but their state advances.
         self.line.advance(self.now);
-        let servos = std::mem::take(self.line.servos_mut());
+        let servos = std::mem::take(&mut self.line.servos);
         let (mute, there) = servos.into_iter().partition(|servo| self.mute.contains(&servo.id()));
-        *self.line.servos_mut() = there;
+        self.line.servos = there;
         self.line.hear(self.now, &bytes, &mut self.answers);
         let mute: Vec<Servo> = mute;
-        self.line.servos_mut().extend(mute);
-        self.line.servos_mut().sort_by_key(Servo::id);
+        self.line.servos.extend(mute);
+        self.line.servos.sort_by_key(Servo::id);
         if self.lost { Err(LineLostError::HangUp) } else { Ok(Sent { at: self.now, late: 0 }) }
     }
 
@@ -147,6 +147,27 @@ impl Port for Wire<'_> {
         }
         into[..heard.len()].copy_from_slice(&heard);
         Ok(Received { count: heard.len(), at: self.now })
+    }
+}
+
+impl Motor {
+    /// An operator's complete recovery: releases the emergency stop, acknowledges all locks, and arms. Joints become as
+    /// if their servos had never failed, and their limits had never been of another joint.
+    pub(crate) fn recover(&mut self) {
+        self.end_emergency();
+        for joint in &mut self.joints {
+            joint.are_limits_acknowledged = true;
+            if joint.is_absent() {
+                joint.let_go = Some(JointCause::Emergency);
+                joint.end_let_go();
+            }
+        }
+        self.arm(self.stepped_at.unwrap_or(Instant::EPOCH), Some(self.counts().locks));
+    }
+
+    /// Newest reading of a joint, and when it was requested.
+    pub(crate) fn reading(&self, joint: usize) -> Option<(Instant, servo::Reading)> {
+        self.joints[joint].reading
     }
 }
 
@@ -234,7 +255,7 @@ impl Rig {
     }
 
     fn servo(&mut self, bus: usize, place: usize) -> &mut Servo {
-        &mut self.lines[bus].servos_mut()[place]
+        &mut self.lines[bus].servos[place]
     }
 
     /// Injects faults, in the syntax of the mock servo bus.
@@ -256,7 +277,7 @@ impl Rig {
     }
 
     fn torque(&self, bus: usize, place: usize) -> u8 {
-        self.lines[bus].servos()[place].read(64, 1).unwrap()[0]
+        self.lines[bus].servos[place].read(64, 1).unwrap()[0]
     }
 
     fn position(&self, joint: usize) -> f64 {
@@ -302,7 +323,7 @@ fn torque_comes_on_one_group_after_the_other() {
     for _ in 0..100 {
         rig.motor.goals(rig.now, &[]);
         rig.cycle();
-        let torque = |bus: usize, place: usize| rig.lines[bus].servos()[place].read(64, 1).unwrap()[0];
+        let torque = |bus: usize, place: usize| rig.lines[bus].servos[place].read(64, 1).unwrap()[0];
         if torque(0, 1) == 1 || torque(1, 0) == 1 {
             assert_eq!(rig.modes()[0], JointMode::Following);
             orders += 1;
@@ -369,7 +390,7 @@ fn without_a_commander_joints_hold_go_limp_and_return_without_a_jump() {
     assert_eq!(trace, [Following, Decelerating, Holding, Limp]);
     assert_eq!(rig.state(0).cause(), Some(JointCause::CommandTimeout));
     assert_eq!(rig.state(0).command_position_rad(), None);
-    assert_eq!(rig.lines[0].servos()[0].read(64, 1).unwrap(), [0]);
+    assert_eq!(rig.lines[0].servos[0].read(64, 1).unwrap(), [0]);
 
     let before = rig.position(0);
     assert!(before > -0.99, "it stopped on the way");
@@ -458,7 +479,7 @@ fn a_lost_bus_stops_the_body_until_it_is_back() {
 #[test]
 fn a_restarted_servo_or_tripped_watchdog_is_brought_up_again() {
     let mut rig = following();
-    rig.lines[0].servos_mut()[0].reboot();
+    rig.lines[0].servos[0].reboot();
     rig.commanded(3, 0.0, rig.now);
     assert_eq!(rig.modes()[0], JointMode::Quarantined, "deaf for 0.4 s");
     rig.commanded(300, 0.0, rig.now);
@@ -466,7 +487,7 @@ fn a_restarted_servo_or_tripped_watchdog_is_brought_up_again() {
     // The whole machine stalled for a second.
     rig.now += Duration::from_secs(1);
     rig.commanded(1, 0.0, rig.now);
-    assert_eq!(rig.lines[0].servos()[0].read(table::BUS_WATCHDOG.address, 1).unwrap(), [0xFF]);
+    assert_eq!(rig.lines[0].servos[0].read(table::BUS_WATCHDOG.address, 1).unwrap(), [0xFF]);
     rig.commanded(50, 0.5, rig.now);
     rig.commanded(200, 0.5, rig.now);
     assert_eq!(rig.modes(), [JointMode::Following; 3]);
@@ -476,7 +497,7 @@ fn a_restarted_servo_or_tripped_watchdog_is_brought_up_again() {
 #[test]
 fn a_servo_of_another_model_gets_no_torque_and_says_so() {
     let mut rig = Rig::new();
-    rig.lines[1].servos_mut()[0] = Servo::new(Model::Xm430W350, Id::new(1).unwrap(), 0.0, Instant::EPOCH);
+    rig.lines[1].servos[0] = Servo::new(Model::Xm430W350, Id::new(1).unwrap(), 0.0, Instant::EPOCH);
     rig.commanded(100, 0.0, rig.now);
     assert_eq!(rig.modes(), [JointMode::Following, JointMode::Holding, JointMode::Limp], "its group holds");
     assert_eq!(rig.state(2).cause(), Some(JointCause::Refused));
@@ -586,6 +607,6 @@ fn a_bus_with_an_echoing_adapter_is_clean() {
     rig.commanded(100, 0.0, rig.now);
     let part = rig.request.parts().next().unwrap().0;
     assert_eq!(part.data, usize::from(servo::Reading::ITEM.length));
-    assert_eq!(rig.motor.bus_counts(0).late_bytes, 0);
+    assert_eq!(rig.motor.bus_health(0).late_bytes, 0);
     assert_eq!(rig.modes(), [JointMode::Following; 3]);
 }

@@ -30,8 +30,8 @@ fn thousands_of_cycles_of_65_joints_allocate_nothing() {
     }
     // The first joint starts a little beyond its limits.
     let first = &robot.motor.joints[0];
-    let place = wires[first.bus].line.servos().iter().position(|servo| servo.id() == first.id).unwrap();
-    let first_servo = &mut wires[first.bus].line.servos_mut()[place];
+    let place = wires[first.bus].line.servos.iter().position(|servo| servo.id() == first.id).unwrap();
+    let first_servo = &mut wires[first.bus].line.servos[place];
     let beyond_rad = first.servo_rad(first.max_rad + 0.15) - first_servo.position_rad();
     first_servo.displace(beyond_rad);
     let mut seen = [0; JointMode::ALL.len()];
@@ -47,7 +47,7 @@ fn thousands_of_cycles_of_65_joints_allocate_nothing() {
             }
             if cycle == 600 {
                 // The joint is lowered, and locked until an operator acknowledges it.
-                wires[first.bus].line.servos_mut()[place].fail(HardwareError::InputVoltage);
+                wires[first.bus].line.servos[place].fail(HardwareError::InputVoltage);
             } else if cycle == 2900 {
                 motor.arm(now, Some(motor.counts().locks));
             }

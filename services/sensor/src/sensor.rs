@@ -157,11 +157,11 @@ impl Sensor {
         for source in &mut self.sources {
             source.end(self.now);
         }
-        let headers = || self.sources.iter().filter_map(Source::header);
+        let headers = || self.sources.iter().filter_map(|source| source.header);
         let newest = headers().max_by_key(|header| header.valid_at_ns);
-        let mut header = newest.copied().unwrap_or_else(|| Header::at(self.now.as_nanos()));
+        let mut header = newest.unwrap_or_else(|| Header::at(self.now.as_nanos()));
         header.over_capacity = headers().fold(0, |sum: u64, header| sum.saturating_add(header.over_capacity));
-        let is_whole = |source: &Source| source.header().is_some_and(|header| header.over_capacity == 0);
+        let is_whole = |source: &Source| source.header.is_some_and(|header| header.over_capacity == 0);
         let active_sources = (0..).zip(&self.sources).filter(|(_, source)| is_whole(source));
         PerceptHead::new(header, active_sources.map(|(number, _)| SourceSet::of(number)).collect())
     }
@@ -170,20 +170,20 @@ impl Sensor {
     /// what is left goes to the first ones. A flooding source cannot displace another's share.
     fn distribute_capacity(&mut self) {
         let share = self.capacity / self.sources.len().max(1);
-        let claim = |source: &Source| source.observations().len().min(share);
+        let claim = |source: &Source| source.observations.len().min(share);
         let mut claimed: usize = self.sources.iter().map(claim).sum();
         let mut room = self.capacity;
         for source in &mut self.sources {
             claimed -= claim(source);
             source.keep(room.saturating_sub(claimed));
-            room = room.saturating_sub(source.observations().len());
+            room = room.saturating_sub(source.observations.len());
         }
     }
 
     /// Number of observations of this cycle that enter the percept frame.
     #[must_use]
     pub fn len(&self) -> usize {
-        self.sources.iter().map(|source| source.observations().len()).sum()
+        self.sources.iter().map(|source| source.observations.len()).sum()
     }
 
     /// Whether there are none.
@@ -194,7 +194,7 @@ impl Sensor {
 
     /// The entries of the percept frame, by source: each observation with its percept snapshot (Eq. 2).
     pub fn perceived(&self) -> impl Iterator<Item = Perceived> {
-        let observations = self.sources.iter().flat_map(Source::observations);
+        let observations = self.sources.iter().flat_map(|source| &source.observations);
         observations.map(|observation| Perceived {
             observation: *observation,
             snapshot: self.perception.perceive(observation, &Frame { agent: 0 }),
@@ -206,7 +206,7 @@ impl Sensor {
     pub fn losses(&self) -> [u64; LOSSES] {
         let mut losses = [0_u64; LOSSES];
         for source in &self.sources {
-            for (sum, count) in losses.iter_mut().zip(&source.health().losses) {
+            for (sum, count) in losses.iter_mut().zip(&source.health.losses) {
                 *sum = sum.saturating_add(*count);
             }
         }
@@ -219,7 +219,7 @@ impl Sensor {
         let mut sources =
             Sources { count: u64::from(saturating_u32(self.sources.len())), ..Sources::default() };
         for (slot, source) in sources.sources.iter_mut().zip(&self.sources) {
-            *slot = *source.health();
+            *slot = source.health;
         }
         sources
     }
@@ -227,9 +227,8 @@ impl Sensor {
     /// The next unreported change of a source, with the source's number. Each kind of loss is reported once.
     pub fn news(&mut self) -> Option<(usize, SourceEvent)> {
         self.sources.iter_mut().enumerate().find_map(|(number, source)| {
-            let turned =
-                source.turn().map(|silent| if silent { SourceEvent::Silent } else { SourceEvent::Heard });
-            Some((number, turned.or_else(|| source.first_loss().map(SourceEvent::Lost))?))
+            let news = source.turn.take().or_else(|| source.first_loss().map(SourceEvent::Lost));
+            Some((number, news?))
         })
     }
 }

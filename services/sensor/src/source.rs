@@ -5,6 +5,8 @@ use message::{
 };
 use quantity::number::single;
 
+use crate::SourceEvent;
+
 /// Tolerance for timestamps ahead of the cycle: a frame may be sent after the cycle's instant.
 const AHEAD: Duration = Duration::from_millis(100);
 /// Maximum age of a timestamp.
@@ -26,7 +28,7 @@ const _: () = assert!(LOSSES <= 32);
 /// One sensory source: its state and its reports of this cycle.
 ///
 /// Allocates only in `new`.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Default)]
 pub(crate) struct Source {
     number: u16,
     x_base_source: Option<Pose<Base, geometry::Source>>,
@@ -45,16 +47,17 @@ pub(crate) struct Source {
     silent_at: Instant,
     /// The reports of this cycle: the header of the frame, and the valid observations in the robot's base
     /// frame.
-    header: Option<Header>,
-    observations: Vec<Observation>,
+    pub(crate) header: Option<Header>,
+    pub(crate) observations: Vec<Observation>,
     /// Last observation time of each agent, if any.
-    persons: Box<[Option<Instant>; PERSONS]>,
+    persons: Vec<Option<Instant>>,
     capacity: usize,
-    health: SourceHealth,
+    pub(crate) health: SourceHealth,
     /// Unreported first losses, one bit each.
     unreported: u32,
     told_silent: bool,
-    turn: Option<bool>,
+    /// The unreported change to silent or heard, if any.
+    pub(crate) turn: Option<SourceEvent>,
 }
 
 impl Source {
@@ -71,20 +74,11 @@ impl Source {
             x_base_source,
             confidence,
             silent_after: period.map(|period| (period * SILENT_PERIODS).max(MIN_SILENCE)),
-            last: None,
-            waits: false,
-            valid_at: None,
-            observed_at: None,
-            heard_at: None,
-            silent_at: Instant::EPOCH,
-            header: None,
             observations: Vec::with_capacity(capacity),
-            persons: Box::new([None; PERSONS]),
+            persons: vec![None; PERSONS],
             capacity,
             health: SourceHealth { name: Text::new(name), ..SourceHealth::default() },
-            unreported: 0,
-            told_silent: false,
-            turn: None,
+            ..Self::default()
         }
     }
 
@@ -211,7 +205,7 @@ impl Source {
         let settled = now.since(self.silent_at) >= SETTLED;
         if is_silent != self.told_silent && (is_silent || settled) {
             self.told_silent = is_silent;
-            self.turn = Some(is_silent);
+            self.turn = Some(if is_silent { SourceEvent::Silent } else { SourceEvent::Heard });
         }
     }
 
@@ -231,19 +225,6 @@ impl Source {
         Some(loss)
     }
 
-    /// The unreported change to silent (`true`) or heard (`false`), if any.
-    pub(crate) fn turn(&mut self) -> Option<bool> {
-        self.turn.take()
-    }
-
-    pub(crate) fn header(&self) -> Option<&Header> {
-        self.header.as_ref()
-    }
-
-    pub(crate) fn observations(&self) -> &[Observation] {
-        &self.observations
-    }
-
     /// Keeps the first `room` observations of this cycle and counts the rest as left out.
     pub(crate) fn keep(&mut self, room: usize) {
         let beyond = self.observations.len().saturating_sub(room);
@@ -253,11 +234,6 @@ impl Source {
         if let Some(header) = &mut self.header {
             header.over_capacity = header.over_capacity.saturating_add(beyond);
         }
-    }
-
-    /// Health of the source.
-    pub(crate) fn health(&self) -> &SourceHealth {
-        &self.health
     }
 }
 

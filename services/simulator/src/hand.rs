@@ -30,32 +30,16 @@ pub(crate) struct Grasp {
     is_closed: Option<bool>,
 }
 
-/// The change of a hand's state in a step.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Change {
-    None,
-    Closes,
-    Opens,
-}
-
 impl Grasp {
     /// Updates the state with a closure. Between the two thresholds, and for NaN, the state does not change.
-    pub(crate) fn note(&mut self, closure_rad: f64) -> Change {
+    /// Returns whether the hand has just closed (`true`) or opened (`false`).
+    pub(crate) fn note(&mut self, closure_rad: f64) -> Option<bool> {
         let before = self.is_closed;
-        let after = if closure_rad > CLOSED_RAD {
-            true
-        } else if closure_rad < OPEN_RAD {
-            false
-        } else {
-            before.unwrap_or(false)
-        };
+        let stays_closed = before == Some(true) && (closure_rad.is_nan() || closure_rad >= OPEN_RAD);
+        let after = closure_rad > CLOSED_RAD || stays_closed;
         self.is_closed = Some(after);
-        match (before, after) {
-            (Some(false), true) => Change::Closes,
-            (Some(true), false) => Change::Opens,
-            // A hand that is closed when first seen has grasped nothing known.
-            (None | Some(false), false) | (None | Some(true), true) => Change::None,
-        }
+        // A hand that is closed when first seen has grasped nothing known.
+        before.filter(|before| *before != after).map(|_| after)
     }
 }
 

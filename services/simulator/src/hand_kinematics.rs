@@ -12,7 +12,7 @@ const FINGERS: [&str; 4] = ["index", "middle", "ring", "little"];
 #[derive(Clone, Debug)]
 pub(crate) struct HandKinematics {
     body: Body,
-    fingers: [[usize; FINGERS.len()]; 2],
+    fingers: [Vec<usize>; 2],
     /// The joints that move both hands.
     torso: Vec<usize>,
     /// The last reading of every joint, if any.
@@ -32,12 +32,8 @@ impl HandKinematics {
             let joint = format!("{}_{name}_pitch_joint", side.name());
             body.joint(&joint).ok_or(BodyError::MissingJoint { joint })
         };
-        let mut fingers = [[0; FINGERS.len()]; 2];
-        for (side, fingers) in Side::BOTH.into_iter().zip(&mut fingers) {
-            for (index, name) in fingers.iter_mut().zip(FINGERS) {
-                *index = finger(side, name)?;
-            }
-        }
+        let hand = |side| FINGERS.iter().map(|name| finger(side, name)).collect::<Result<Vec<_>, _>>();
+        let fingers = [hand(Side::Left)?, hand(Side::Right)?];
         let is_torso =
             |(index, joint): (usize, &kinematics::Joint)| joint.name.starts_with("torso").then_some(index);
         let torso = body.joints().iter().enumerate().filter_map(is_torso).collect();
@@ -62,11 +58,11 @@ impl HandKinematics {
     /// The left and the right hand, from the last reading of each joint. A hand is `None` until every joint that moves
     /// it has been read once.
     pub(crate) fn hands(&self) -> [Option<Hand>; 2] {
-        let [left, right] = self.fingers;
+        let [left, right] = &self.fingers;
         [self.hand(Side::Left, left), self.hand(Side::Right, right)]
     }
 
-    fn hand(&self, side: Side, fingers: [usize; FINGERS.len()]) -> Option<Hand> {
+    fn hand(&self, side: Side, fingers: &[usize]) -> Option<Hand> {
         let known = |joint: &usize| self.known_rad.get(*joint).copied().flatten();
         let arm = self.body.arm_joints(side);
         if !self.torso.iter().chain(&arm).all(|joint| known(joint).is_some()) {

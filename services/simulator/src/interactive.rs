@@ -246,11 +246,11 @@ impl World {
         };
         let (was_m, looked_at_m) = teacher.looks(now);
         if has_moved(was_m, eyes_m) {
-            teacher.walk(now, eyes_m, FOLLOW_TIME);
+            teacher.eyes.go(now, eyes_m, FOLLOW_TIME);
             self.state.recorder.note(who, now, Act::Walk { eyes_m, takes: FOLLOW_TIME });
         }
         if has_moved(looked_at_m, looks_at_m) {
-            teacher.look(now, looks_at_m, FOLLOW_TIME);
+            teacher.gaze.go(now, looks_at_m, FOLLOW_TIME);
             self.state.recorder.note(who, now, Act::Look { at_m: looks_at_m, takes: FOLLOW_TIME });
         }
         Ok(Done)

@@ -8,7 +8,6 @@ mod hand;
 mod hand_kinematics;
 mod interactive;
 mod io;
-mod layout;
 mod output;
 mod path;
 mod recorder;

@@ -3,8 +3,8 @@
 use config::lesson::{Act, Object, Occluder, Role};
 use geometry::{Pose, Thing as Frame};
 use message::{
-    Modality, NO_TABLE, NOBODY, Observation, ObservationKind, STATES, SceneHead, SceneMode, SceneObject,
-    State, Text, ThingRole, Utterance,
+    Modality, NO_TABLE, Observation, ObservationKind, STATES, SceneHead, SceneMode, SceneObject, State, Text,
+    ThingRole, Utterance,
 };
 use quantity::number::single;
 
@@ -21,6 +21,9 @@ const HEAD_M: [f64; 3] = [0.10, 0.08, 0.12];
 /// The colour of objects without one in the lesson.
 const GREY: [f32; 3] = [0.5; 3];
 
+/// The pose of something in the world, and its ground truth.
+type Truth = (Pose<geometry::World, Frame>, SceneObject);
+
 impl World {
     /// The observations of the robot's eyes at the instant of the last step, in its base frame and with noise: the
     /// objects, the present teachers (with the pose of their eyes) and the occluders. The robot looks down on the
@@ -29,8 +32,8 @@ impl World {
         let observed_at_ns = self.state.now.as_nanos();
         let confidence = single(self.lesson.noise.confidence);
         let truth = self.truths().zip(&self.state.offsets_m);
-        truth.map(move |(truth, offset_m)| {
-            let pose = self.x_base_world * truth.pose;
+        truth.map(move |((x_world_thing, truth), offset_m)| {
+            let pose = self.x_base_world * x_world_thing;
             let mut position_m = pose.position_m();
             for (coordinate, offset) in position_m.iter_mut().zip(offset_m) {
                 *coordinate += offset;
@@ -39,7 +42,7 @@ impl World {
                 observed_at_ns,
                 source: SOURCE,
                 modality: Modality::Vision.raw(),
-                kind: truth.kind.raw(),
+                kind: truth.kind,
                 partner: truth.partner,
                 held_by: truth.held_by,
                 reserved: 0,
@@ -56,19 +59,7 @@ impl World {
 
     /// The ground truth at the instant of the last step, in the world frame, in the order of [`World::observations`].
     pub fn scene(&self) -> impl Iterator<Item = SceneObject> {
-        self.truths().map(|truth| SceneObject {
-            position_m: truth.pose.position_m(),
-            orientation_xyzw: truth.pose.orientation_xyzw(),
-            half_extents_m: truth.half_extents_m,
-            colour_rgb: truth.colour_rgb,
-            states: truth.states,
-            shape: truth.shape,
-            kind: truth.kind.raw(),
-            held_by: truth.held_by,
-            partner: truth.partner,
-            role: truth.role,
-            name: truth.name,
-        })
+        self.truths().map(|(_, truth)| truth)
     }
 
     /// The lesson's progress, and the pose of the robot in the world. The caller fills in the lesson's name.
@@ -100,7 +91,7 @@ impl World {
         by_script.chain(self.state.said.iter().copied())
     }
 
-    fn truths(&self) -> impl Iterator<Item = GroundTruth> {
+    fn truths(&self) -> impl Iterator<Item = Truth> {
         let layout = self.state.layout.as_deref();
         let occluders = layout.filter(|_| self.state.has_occluders).map_or(&[][..], |it| &it.occluders);
         let screens = occluders.iter().zip(&self.state.screens);
@@ -115,7 +106,7 @@ impl World {
         things.chain(present.map(|teacher| self.person(teacher))).chain(screens)
     }
 
-    fn object(&self, index: usize, thing: &Thing, object: &Object) -> GroundTruth {
+    fn object(&self, index: usize, thing: &Thing, object: &Object) -> Truth {
         let things = &self.state.things;
         let mut states = [f32::NAN; STATES];
         let mut set = |state: State, holds: bool| {
@@ -132,10 +123,7 @@ impl World {
         if object.kind.role == Role::Peg {
             set(State::Inserted, thing.seat.is_some_and(|seat| seat.kind == SeatKind::Hole));
         }
-        GroundTruth {
-            pose: thing.pose,
-            kind: ObservationKind::Object,
-            partner: NOBODY,
+        let truth = SceneObject {
             held_by: thing.held_by(),
             role: match object.kind.role {
                 Role::Block => ThingRole::Block.raw(),
@@ -147,7 +135,9 @@ impl World {
             shape: object.kind.shape.map(single),
             states,
             name: Text::new(&object.name),
-        }
+            ..SceneObject::default()
+        };
+        placed(thing.pose, ObservationKind::Object, truth)
     }
 
     fn is_marked(&self, index: usize) -> bool {
@@ -158,48 +148,23 @@ impl World {
         })
     }
 
-    fn person(&self, teacher: &Teacher) -> GroundTruth {
-        let eye = teacher.eye(self.state.now);
-        GroundTruth {
-            pose: Pose::from_isometry(*eye.isometry()),
-            kind: ObservationKind::Person,
-            partner: teacher.number,
-            held_by: NOBODY,
-            role: 0,
-            half_extents_m: HEAD_M,
-            colour_rgb: GREY,
-            shape: [0.0; 4],
-            states: [f32::NAN; STATES],
-            name: teacher.name,
-        }
+    fn person(&self, teacher: &Teacher) -> Truth {
+        let pose = Pose::from_isometry(*teacher.eye(self.state.now).isometry());
+        let (partner, name) = (teacher.number, teacher.name);
+        let truth =
+            SceneObject { partner, half_extents_m: HEAD_M, colour_rgb: GREY, name, ..SceneObject::default() };
+        placed(pose, ObservationKind::Person, truth)
     }
 }
 
-fn occluder(occluder: &Occluder, [x, y, z]: [f64; 3]) -> GroundTruth {
-    GroundTruth {
-        pose: Pose::upright(x, y, z, 0.0),
-        kind: ObservationKind::Occluder,
-        partner: NOBODY,
-        held_by: NOBODY,
-        role: 0,
-        half_extents_m: occluder.half_extents_m,
-        colour_rgb: GREY,
-        shape: [0.0; 4],
-        states: [f32::NAN; STATES],
-        name: Text::new(&occluder.name),
-    }
+fn occluder(occluder: &Occluder, [x, y, z]: [f64; 3]) -> Truth {
+    let (half_extents_m, name) = (occluder.half_extents_m, Text::new(&occluder.name));
+    let truth = SceneObject { half_extents_m, colour_rgb: GREY, name, ..SceneObject::default() };
+    placed(Pose::upright(x, y, z, 0.0), ObservationKind::Occluder, truth)
 }
 
-/// The ground truth about one thing, person or occluder.
-struct GroundTruth {
-    pose: Pose<geometry::World, Frame>,
-    kind: ObservationKind,
-    partner: u16,
-    held_by: u16,
-    role: u16,
-    half_extents_m: [f64; 3],
-    colour_rgb: [f32; 3],
-    shape: [f32; 4],
-    states: [f32; STATES],
-    name: Text,
+/// Completes a ground truth by its kind and its pose in the world, and returns both.
+fn placed(pose: Pose<geometry::World, Frame>, kind: ObservationKind, truth: SceneObject) -> Truth {
+    let (position_m, orientation_xyzw) = (pose.position_m(), pose.orientation_xyzw());
+    (pose, SceneObject { position_m, orientation_xyzw, kind: kind.raw(), ..truth })
 }

@@ -65,7 +65,7 @@ impl Path {
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Glide {
     from_m: [f64; 3],
-    to_m: [f64; 3],
+    pub(crate) to_m: [f64; 3],
     begins: Instant,
     takes: Duration,
 }
@@ -77,11 +77,6 @@ impl Glide {
 
     pub(crate) fn go(&mut self, now: Instant, to_m: [f64; 3], takes: Duration) {
         *self = Self { from_m: self.point_m(now), to_m, begins: now, takes };
-    }
-
-    /// Its end point.
-    pub(crate) fn end_m(&self) -> [f64; 3] {
-        self.to_m
     }
 
     pub(crate) fn point_m(&self, now: Instant) -> [f64; 3] {

@@ -1,5 +1,7 @@
 //! Records interactive demonstrations in the format of lessons.
 
+use std::collections::BTreeMap;
+
 use clock::{Duration, Instant};
 use config::lesson::{self, Act, Lesson, Step, Table, is_order};
 
@@ -218,27 +220,18 @@ pub(crate) fn has_moved(from_m: [f64; 3], to_m: [f64; 3]) -> bool {
 /// Delays steps so that no hand moves two things at once. If a hand took the next thing while the last one still slid
 /// to rest, the step begins when the last one ends. Later steps of the same person keep their order.
 fn serialise_moves(script: &mut [Step]) {
-    /// A person: when their hand is free, and the time of their last step.
-    struct HandTimeline {
-        who: u16,
-        free: Duration,
-        last: Duration,
-    }
-    let mut courses: Vec<HandTimeline> = Vec::new();
+    // By person: until when the hands are busy, and when the last step began.
+    let mut timelines: BTreeMap<u16, (Duration, Duration)> = BTreeMap::new();
     for step in script.iter_mut() {
         let ends = step.at + step.act.takes();
-        let place = courses.iter().position(|course| course.who == step.who).unwrap_or(courses.len());
-        if place == courses.len() {
-            courses.push(HandTimeline { who: step.who, free: Duration::ZERO, last: Duration::ZERO });
-        }
-        let Some(course) = courses.get_mut(place) else { continue };
-        step.at = step.at.max(course.last);
+        let (busy_until, last) = timelines.entry(step.who).or_default();
+        step.at = step.at.max(*last);
         if let Act::Move { takes, .. } | Act::Slide { takes, .. } = &mut step.act {
-            step.at = step.at.max(course.free);
+            step.at = step.at.max(*busy_until);
             *takes = ends.saturating_sub(step.at).max(MIN_DURATION);
-            course.free = step.at + *takes;
+            *busy_until = step.at + *takes;
         }
-        course.last = step.at;
+        *last = step.at;
     }
     script.sort_by_key(|step| step.at);
 }

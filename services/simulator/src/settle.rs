@@ -54,10 +54,7 @@ pub(crate) fn is_filled(things: &[Thing], block: usize) -> bool {
 
 /// Whether the hole of the object is empty, and no thing is being carried into it.
 pub(crate) fn is_free(things: &[Thing], block: usize) -> bool {
-    let is_coming = |thing: &Thing| match thing.motion {
-        Motion::Carried { to, .. } => is_in(to, block),
-        Motion::AtRest | Motion::Settling { .. } | Motion::Grasped { .. } | Motion::InHand { .. } => false,
-    };
+    let is_coming = |thing: &Thing| matches!(thing.motion, Motion::Carried { to, .. } if is_in(to, block));
     !is_filled(things, block) && !things.iter().any(is_coming)
 }
 

@@ -1,4 +1,4 @@
-use clock::{Duration, Instant};
+use clock::Instant;
 use config::lesson;
 use geometry::{Eye, Pose, World};
 use message::Text;
@@ -12,8 +12,8 @@ pub(crate) struct Teacher {
     pub(crate) number: u16,
     pub(crate) name: Text,
     pub(crate) is_present: bool,
-    eyes: Glide,
-    gaze: Glide,
+    pub(crate) eyes: Glide,
+    pub(crate) gaze: Glide,
 }
 
 impl Teacher {
@@ -25,16 +25,6 @@ impl Teacher {
             eyes: Glide::resting(teacher.eyes_m),
             gaze: Glide::resting(teacher.looks_at_m),
         }
-    }
-
-    /// Moves the gaze from its point at `now` to another one, within a time.
-    pub(crate) fn look(&mut self, now: Instant, at_m: [f64; 3], takes: Duration) {
-        self.gaze.go(now, at_m, takes);
-    }
-
-    /// Moves the eyes from their place at `now` to another one, within a time.
-    pub(crate) fn walk(&mut self, now: Instant, eyes_m: [f64; 3], takes: Duration) {
-        self.eyes.go(now, eyes_m, takes);
     }
 
     /// The teacher's position, gaze and presence.

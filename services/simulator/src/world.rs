@@ -7,9 +7,8 @@ use geometry::{Base, Pose};
 use message::{SceneMode, Utterance};
 
 use crate::gaussian::Gaussian;
-use crate::hand::{self, Change, Grasp, Hand};
+use crate::hand::{self, Grasp, Hand};
 use crate::interactive::{HeldThing, Undo};
-use crate::layout::TableLayout;
 use crate::path::{Glide, MotionProfile, Path};
 use crate::recorder::DemonstrationRecorder;
 use crate::script_event::{Event, ScriptEvent, timeline};
@@ -25,13 +24,14 @@ use crate::thing::{Motion, SeatKind, Thing};
 pub struct World {
     pub(crate) lesson: Lesson,
     /// The initial content of each of the lesson's tables.
-    settings: Vec<Arc<TableLayout>>,
+    settings: Vec<Arc<Table>>,
     pub(crate) x_base_world: Pose<Base, geometry::World>,
     pub(crate) state: State,
+    noise: Gaussian,
 }
 
 /// The mutable state.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Default)]
 pub(crate) struct State {
     pub(crate) mode: SceneMode,
     /// The scheduled events: the lesson's script, or the laying of a table on request.
@@ -49,7 +49,7 @@ pub(crate) struct State {
     /// When its objects were laid.
     pub(crate) laid_at: Option<Instant>,
     /// Its content; the occluders are put up once `has_occluders`.
-    pub(crate) layout: Option<Arc<TableLayout>>,
+    pub(crate) layout: Option<Arc<Table>>,
     pub(crate) has_occluders: bool,
     /// The centres of the occluders.
     pub(crate) screens: Vec<Glide>,
@@ -65,7 +65,6 @@ pub(crate) struct State {
     pub(crate) undo: Vec<Undo>,
     /// The result of the interactive act that is being executed.
     pub(crate) outcome: Option<String>,
-    noise: Gaussian,
     /// The noise offset of each observation of this step, in their order, in metres.
     pub(crate) offsets_m: Vec<[f64; 3]>,
 }
@@ -82,33 +81,22 @@ impl World {
         let occluders = max(|table| table.occluders.len());
         let observations = objects + occluders + lesson.teachers.len();
         Self {
-            settings: lesson.tables().map(|table| Arc::new(TableLayout::of(table))).collect(),
+            settings: lesson
+                .tables()
+                .map(|table| Arc::new(Table { script: Vec::new(), ..table.clone() }))
+                .collect(),
             x_base_world: x_world_base.inverse(),
             state: State {
-                mode: SceneMode::Script,
                 script_events,
                 lasts,
-                began: None,
-                now: Instant::EPOCH,
-                next_cue: 0,
-                first_cue: 0,
-                table: None,
-                laid_at: None,
-                layout: None,
-                has_occluders: false,
                 screens: Vec::with_capacity(occluders),
                 things: Vec::with_capacity(objects),
                 teachers: lesson.teachers.iter().map(Teacher::new).collect(),
-                grasps: [Grasp::default(); 2],
-                said: Vec::new(),
-                saying: Vec::new(),
                 recorder: DemonstrationRecorder::new(lesson.teachers.len()),
-                taken: Vec::new(),
-                undo: Vec::new(),
-                outcome: None,
-                noise: Gaussian::new(seed),
                 offsets_m: vec![[0.0; 3]; observations],
+                ..State::default()
             },
+            noise: Gaussian::new(seed),
             lesson: lesson.clone(),
         }
     }
@@ -163,13 +151,13 @@ impl World {
                 self.move_hand(index, &hand);
             }
         }
-        self.follow();
+        follow(&mut self.state.things);
         let observations = self.state.things.len() + self.state.screens.len() + self.state.teachers.len();
         if self.state.offsets_m.len() < observations {
             self.state.offsets_m.resize(observations, [0.0; 3]);
         }
         for offset in &mut self.state.offsets_m {
-            *offset = [(); 3].map(|()| self.state.noise.next() * self.lesson.noise.position_sd_m);
+            *offset = [(); 3].map(|()| self.noise.next() * self.lesson.noise.position_sd_m);
         }
     }
 
@@ -187,11 +175,6 @@ impl World {
         for thing in &mut self.state.things {
             thing.advance(now);
         }
-        self.follow();
-    }
-
-    /// Moves things that sit in or on another one along with it.
-    fn follow(&mut self) {
         follow(&mut self.state.things);
     }
 
@@ -200,12 +183,7 @@ impl World {
         let state = &mut self.state;
         match script_event.event {
             Event::Clear => {
-                state.things.clear();
-                state.screens.clear();
-                state.has_occluders = false;
-                state.layout = None;
-                state.table = None;
-                state.laid_at = None;
+                state.empty_table();
                 // Occluders pushed on the old table are gone.
                 state.undo.clear();
             }
@@ -228,8 +206,8 @@ impl World {
                     (Act::Move { object, to, takes }, _) => {
                         begin_move(&mut state.things, &table.objects, *object, *to, (step.who, now, *takes));
                     }
-                    (Act::Look { at_m, takes }, Some(teacher)) => teacher.look(now, *at_m, *takes),
-                    (Act::Walk { eyes_m, takes }, Some(teacher)) => teacher.walk(now, *eyes_m, *takes),
+                    (Act::Look { at_m, takes }, Some(teacher)) => teacher.gaze.go(now, *at_m, *takes),
+                    (Act::Walk { eyes_m, takes }, Some(teacher)) => teacher.eyes.go(now, *eyes_m, *takes),
                     (Act::Slide { occluder, centre_m, takes }, _) => {
                         if let Some(screen) = state.screens.get_mut(*occluder) {
                             screen.go(now, *centre_m, *takes);
@@ -247,8 +225,7 @@ impl World {
     fn move_hand(&mut self, index: usize, hand: &Hand) {
         let now = self.state.now;
         let x_world_hand = self.x_base_world.inverse() * hand.pose;
-        let change =
-            self.state.grasps.get_mut(index).map_or(Change::None, |grasp| grasp.note(hand.closure_rad));
+        let closes = self.state.grasps.get_mut(index).and_then(|grasp| grasp.note(hand.closure_rad));
         let Some(layout) = self.state.layout.clone() else { return };
         let things = &mut self.state.things;
         for thing in things.iter_mut() {
@@ -258,10 +235,10 @@ impl World {
                 thing.pose = x_world_hand * x_hand_thing;
             }
         }
-        match change {
-            Change::None => {}
-            Change::Closes => hand::grasp(things, index, &x_world_hand),
-            Change::Opens => {
+        match closes {
+            None => {}
+            Some(true) => hand::grasp(things, index, &x_world_hand),
+            Some(false) => {
                 let taken = &self.state.taken;
                 let is_kept = |block| taken.iter().any(|taken| settle::is_in(taken.seat, block));
                 hand::release(things, &layout.objects, index, now, is_kept);

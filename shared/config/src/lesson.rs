@@ -94,7 +94,7 @@ pub struct TableTiming {
 }
 
 /// The objects on the table, and the script.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct Table {
     /// The objects, in the order of the file.
     pub objects: Vec<Object>,

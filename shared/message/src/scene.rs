@@ -3,8 +3,10 @@ use crate::{Header, NOBODY, STATES, Text, ZeroCopySend, wire_enum};
 
 wire_enum! {
     /// Mode of the simulated lesson.
+    #[derive(Default)]
     SceneMode: u32 {
         /// The lesson's script is played.
+        #[default]
         Script = 1,
         /// A teacher sets up the table interactively: objects may be added, removed and moved freely.
         SetUp = 2,

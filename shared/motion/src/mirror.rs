@@ -112,33 +112,33 @@ impl ObjectPath {
 
     /// Follows the object. Returns `true` when it has just begun to come down, at another place than before.
     fn comes_down_at(&mut self, centre: Position<Base>) -> bool {
-        let so_far = Stretch::between(&self.from, &centre);
+        let [aside_m, up_m] = displacement_m(&self.from, &centre);
         self.phase = match self.phase {
-            Some(Phase::Close) if so_far.up_m >= LIFTED_M => Some(Phase::Lift),
-            Some(Phase::Close) if so_far.aside_m > PUSHED_M => None,
+            Some(Phase::Close) if up_m >= LIFTED_M => Some(Phase::Lift),
+            Some(Phase::Close) if aside_m > PUSHED_M => None,
             other => other,
         };
-        if self.phase == Some(Phase::Lift) && so_far.aside_m > CARRIED_M {
+        if self.phase == Some(Phase::Lift) && aside_m > CARRIED_M {
             self.phase = Some(Phase::Carry);
         }
-        let last = Stretch::between(&self.stretch, &centre);
-        if last.aside_m.hypot(last.up_m) < STRETCH_M {
+        let [aside_m, up_m] = displacement_m(&self.stretch, &centre);
+        if aside_m.hypot(up_m) < STRETCH_M {
             return false;
         }
         self.stretch = centre;
+        let goes_down = -up_m > aside_m;
         match self.phase {
-            Some(Phase::Carry) if last.goes_down() => {
+            Some(Phase::Carry) if goes_down => {
                 self.phase = Some(Phase::Lower);
-                let is_elsewhere = self
-                    .reported
-                    .is_none_or(|reported| Stretch::between(&reported, &centre).aside_m > PUSHED_M);
+                let is_elsewhere =
+                    self.reported.is_none_or(|reported| displacement_m(&reported, &centre)[0] > PUSHED_M);
                 if is_elsewhere {
                     self.reported = Some(centre);
                 }
                 is_elsewhere
             }
             // The actor changed their mind and carries the object on.
-            Some(Phase::Lower) if !last.goes_down() => {
+            Some(Phase::Lower) if !goes_down => {
                 self.phase = Some(Phase::Carry);
                 false
             }
@@ -148,22 +148,9 @@ impl ObjectPath {
 }
 
 /// Displacement between two positions: sideways and upwards, in metres.
-#[derive(Clone, Copy, Debug)]
-struct Stretch {
-    aside_m: f64,
-    up_m: f64,
-}
-
-impl Stretch {
-    fn between(from: &Position<Base>, to: &Position<Base>) -> Self {
-        let way = to.point() - from.point();
-        Self { aside_m: way.x.hypot(way.y), up_m: way.z }
-    }
-
-    /// Whether it goes down by more than sideways.
-    fn goes_down(self) -> bool {
-        -self.up_m > self.aside_m
-    }
+fn displacement_m(from: &Position<Base>, to: &Position<Base>) -> [f64; 2] {
+    let way = to.point() - from.point();
+    [way.x.hypot(way.y), way.z]
 }
 
 #[cfg(test)]

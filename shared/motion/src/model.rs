@@ -28,7 +28,8 @@ pub(crate) struct Model {
 pub(crate) struct Stance {
     yaw_rad: f64,
     pitch_rad: f64,
-    ready: [Option<[f64; ARM_JOINTS]>; 2],
+    /// Left and right, in radians; `None` if the arm does not reach that.
+    pub(crate) ready: [Option<[f64; ARM_JOINTS]>; 2],
 }
 
 impl Model {
@@ -73,14 +74,8 @@ impl Model {
 impl Stance {
     /// Sets the torso in a configuration.
     pub(crate) fn stand(&self, parts: &Parts, at: &mut [f64]) {
-        set(at, parts.torso_yaw, self.yaw_rad);
-        set(at, parts.torso_pitch, self.pitch_rad);
-        set(at, parts.torso_roll, 0.0);
-    }
-
-    /// Arm configuration with the hand ready, in radians; `None` if the arm does not reach that.
-    pub(crate) fn ready(&self, side: Side) -> Option<[f64; ARM_JOINTS]> {
-        let [left, right] = self.ready;
-        if side == Side::Left { left } else { right }
+        for (joint, position_rad) in parts.torso.into_iter().zip([self.yaw_rad, self.pitch_rad, 0.0]) {
+            set(at, joint, position_rad);
+        }
     }
 }

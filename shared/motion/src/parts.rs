@@ -30,15 +30,14 @@ pub(crate) struct EyeJoints {
 /// Joint indices by function.
 #[derive(Clone, Debug)]
 pub(crate) struct Parts {
-    pub(crate) torso_yaw: usize,
-    pub(crate) torso_pitch: usize,
-    pub(crate) torso_roll: usize,
+    /// Yaw, pitch, roll.
+    pub(crate) torso: [usize; 3],
     pub(crate) neck_yaw: usize,
     pub(crate) neck_pitch: usize,
     pub(crate) neck_roll: usize,
     pub(crate) head_pitch: usize,
-    eyes: [EyeJoints; 2],
-    fingers: [Fingers; 2],
+    pub(crate) eyes: [EyeJoints; 2],
+    pub(crate) fingers: [Fingers; 2],
     /// Joints of the face, in the order of [`FACE_PARTS`], left before right.
     pub(crate) face: Vec<usize>,
     /// Distance from its goal at which each joint counts as arrived, in radians.
@@ -75,14 +74,13 @@ impl Parts {
             }
         }
         let fingers = [hand(Side::Left)?, hand(Side::Right)?];
-        let (torso_yaw, torso_pitch, torso_roll) =
-            (find("torso_yaw")?, find("torso_pitch")?, find("torso_roll")?);
+        let torso = [find("torso_yaw")?, find("torso_pitch")?, find("torso_roll")?];
         let tolerance = |joint: usize| {
             let in_arm = Side::BOTH.iter().any(|side| body.arm_joints(*side).contains(&joint));
             let in_hand = fingers.iter().any(|hand| {
                 hand.pitch.contains(&joint) || joint == hand.thumb_yaw || joint == hand.thumb_pitch
             });
-            if in_arm || [torso_yaw, torso_pitch, torso_roll].contains(&joint) {
+            if in_arm || torso.contains(&joint) {
                 ARM_TOLERANCE_RAD
             } else if in_hand {
                 FINGER_TOLERANCE_RAD
@@ -91,9 +89,7 @@ impl Parts {
             }
         };
         Ok(Self {
-            torso_yaw,
-            torso_pitch,
-            torso_roll,
+            torso,
             neck_yaw: find("neck_yaw")?,
             neck_pitch: find("neck_pitch")?,
             neck_roll: find("neck_roll")?,
@@ -103,21 +99,6 @@ impl Parts {
             face,
             tolerance_rad: (0..body.joints().len()).map(tolerance).collect(),
         })
-    }
-
-    pub(crate) fn eye(&self, side: Side) -> EyeJoints {
-        let [left, right] = self.eyes;
-        if side == Side::Left { left } else { right }
-    }
-
-    pub(crate) fn fingers(&self, side: Side) -> Fingers {
-        let [left, right] = self.fingers;
-        if side == Side::Left { left } else { right }
-    }
-
-    /// Joints of the torso.
-    pub(crate) fn torso(&self) -> [usize; 3] {
-        [self.torso_yaw, self.torso_pitch, self.torso_roll]
     }
 
     /// Joints of neck, head and eyes, which direct the gaze.
@@ -134,6 +115,11 @@ impl Parts {
             right.pitch,
         ]
     }
+}
+
+/// The one of a pair that belongs to a side.
+pub(crate) fn of_side<T>(side: Side, [left, right]: [T; 2]) -> T {
+    if side == Side::Left { left } else { right }
 }
 
 /// Sets the position of a joint in a configuration.

@@ -8,7 +8,7 @@ use crate::model::Model;
 use crate::parts::MissingJoint;
 use crate::plan::{Leg, Plan, WaitFor};
 use crate::plan_builder::PlanBuilder;
-use crate::{FailureReason, Phase, Progress, Skill, SkillError};
+use crate::{FailureReason, Progress, Skill, SkillError};
 
 /// A joint that has not arrived this long after the end of its leg has failed.
 const ARRIVAL_TIMEOUT: Duration = Duration::from_secs(3);
@@ -24,23 +24,19 @@ pub struct Performer {
     start: Vec<f64>,
     at: Vec<f64>,
     goals: Vec<JointGoal>,
-    state: State,
+    /// Set while a skill runs.
+    running: Option<Running>,
+    /// The progress otherwise.
+    ended: Progress,
 }
 
+/// The leg in progress.
 #[derive(Clone, Copy, Debug)]
-enum State {
-    Idle,
-    Running {
-        leg: usize,
-        since: Instant,
-        /// Whether the last goals were those of the end of the leg.
-        is_sent: bool,
-    },
-    Done,
-    Failed {
-        phase: Phase,
-        why: FailureReason,
-    },
+struct Running {
+    leg: usize,
+    since: Instant,
+    /// Whether the last goals were those of the end of the leg.
+    is_sent: bool,
 }
 
 impl Performer {
@@ -61,7 +57,8 @@ impl Performer {
             start: vec![0.0; count],
             at: vec![0.0; count],
             goals: Vec::with_capacity(count),
-            state: State::Idle,
+            running: None,
+            ended: Progress::Idle,
         })
     }
 
@@ -85,7 +82,8 @@ impl Performer {
         let (model, plan) = (&self.model, &mut self.next_plan);
         PlanBuilder { model, plan, start: &self.start, at: &mut self.at }.skill(skill)?;
         mem::swap(&mut self.plan, &mut self.next_plan);
-        self.state = State::Running { leg: 0, since: now, is_sent: false };
+        self.running = Some(Running { leg: 0, since: now, is_sent: false });
+        self.ended = Progress::Done;
         Ok(())
     }
 
@@ -93,18 +91,18 @@ impl Performer {
     /// [`goals`](Self::goals) returns the goals to send.
     pub fn step(&mut self, now: Instant, present_rad: &[Option<f64>]) -> Progress {
         // The goals are ahead of the present time, and so may the joints be.
-        if let State::Running { leg, since, is_sent: true } = self.state
-            && let Some(current) = self.plan.leg(leg)
+        if let Some(Running { leg, since, is_sent: true }) = self.running
+            && let Some(current) = self.plan.legs.get(leg)
         {
             match self.unready(current, present_rad) {
                 Some(why) if now.since(since) > current.duration + ARRIVAL_TIMEOUT => {
-                    self.state = State::Failed { phase: current.phase, why };
+                    (self.running, self.ended) = (None, Progress::Failed { phase: current.phase, why });
                 }
                 Some(_) => {}
-                None if self.plan.leg(leg + 1).is_some() => {
-                    self.state = State::Running { leg: leg + 1, since: now, is_sent: false };
+                None if self.plan.legs.get(leg + 1).is_some() => {
+                    self.running = Some(Running { leg: leg + 1, since: now, is_sent: false });
                 }
-                None => self.state = State::Done,
+                None => self.running = None,
             }
         }
         self.renew_goals(now);
@@ -120,14 +118,8 @@ impl Performer {
     /// Progress of the skill, as returned by the last [`step`](Self::step).
     #[must_use]
     pub fn progress(&self) -> Progress {
-        match self.state {
-            State::Idle => Progress::Idle,
-            State::Done => Progress::Done,
-            State::Failed { phase, why } => Progress::Failed { phase, why },
-            State::Running { leg, .. } => {
-                self.plan.leg(leg).map_or(Progress::Done, |leg| Progress::Running { phase: leg.phase })
-            }
-        }
+        let leg = self.running.and_then(|running| self.plan.legs.get(running.leg));
+        leg.map_or(self.ended, |leg| Progress::Running { phase: leg.phase })
     }
 
     /// The first joint of a leg that must arrive and has not, and why.
@@ -154,8 +146,8 @@ impl Performer {
     /// Advances the goals of a running skill. Otherwise renews the arrival time of the last goals.
     fn renew_goals(&mut self, now: Instant) {
         let arrive_at_ns = (now + self.ahead).as_nanos();
-        if let State::Running { leg, since, is_sent } = &mut self.state
-            && let Some(leg) = self.plan.leg(*leg)
+        if let Some(Running { leg, since, is_sent }) = &mut self.running
+            && let Some(leg) = self.plan.legs.get(*leg)
         {
             let elapsed = now.since(*since) + self.ahead;
             *is_sent = elapsed >= leg.duration;

@@ -48,7 +48,7 @@ pub(crate) struct Plan {
     rows: Vec<f64>,
     /// For each waypoint, the time from the start of its leg at the plan's constant speed, in seconds.
     reached_s: Vec<f64>,
-    legs: Vec<Leg>,
+    pub(crate) legs: Vec<Leg>,
 }
 
 impl Plan {
@@ -68,10 +68,6 @@ impl Plan {
         self.legs.clear();
         self.rows.extend_from_slice(from_rad);
         self.reached_s.push(0.0);
-    }
-
-    pub(crate) fn leg(&self, leg: usize) -> Option<&Leg> {
-        self.legs.get(leg)
     }
 
     /// Adds a waypoint, to the last leg if that has the same phase, otherwise to a new one.

@@ -5,7 +5,7 @@ use nalgebra::{Isometry3, UnitQuaternion, Vector3};
 
 use crate::gaze::look;
 use crate::model::Model;
-use crate::parts::set;
+use crate::parts::{of_side, set};
 use crate::plan::{Plan, WaitFor};
 use crate::{Phase, SkillError};
 
@@ -61,36 +61,28 @@ impl PlanBuilder<'_> {
     }
 
     fn bend(&mut self, side: Side, fingers_rad: f64, thumb_rad: f64) {
-        let fingers = self.model.parts.fingers(side);
+        let fingers = of_side(side, self.model.parts.fingers);
         for joint in fingers.pitch {
             set(self.at, joint, fingers_rad);
         }
         set(self.at, fingers.thumb_pitch, thumb_rad);
     }
 
-    /// Moves a hand along a straight line, with the fingers down.
-    pub(crate) fn line(&mut self, side: Side, phase: Phase, to: &Position<Base>) -> Result<(), SkillError> {
-        let from = self.model.body.hand(side, self.at).origin();
-        self.points(side, phase, steps_of(from.distance(to), STEP_M), |share| {
-            let point = from.point() + (to.point() - from.point()) * share;
-            HandGoal::Down(Position::from_point(point))
-        })
-    }
-
-    /// Moves a hand along a straight line, and rotates it about the vertical by an angle in radians and in no other
-    /// way.
-    pub(crate) fn turned_line(
+    /// Moves a hand along a straight line. Either the fingers stay down and the hand turns freely, or it rotates about
+    /// the vertical by an angle in radians and in no other way.
+    pub(crate) fn line(
         &mut self,
         side: Side,
         phase: Phase,
         to: &Position<Base>,
-        by_rad: f64,
+        by_rad: Option<f64>,
     ) -> Result<(), SkillError> {
         let x_base_hand = self.model.body.hand(side, self.at);
         let from = x_base_hand.origin();
-        let steps = steps_of(from.distance(to), STEP_M).max(steps_of(by_rad.abs(), TURN_RAD));
-        self.points(side, phase, steps, |share| {
+        let turns = by_rad.map_or(1, |by_rad| steps_of(by_rad.abs(), TURN_RAD));
+        self.points(side, phase, steps_of(from.distance(to), STEP_M).max(turns), |share| {
             let point = from.point() + (to.point() - from.point()) * share;
+            let Some(by_rad) = by_rad else { return HandGoal::Down(Position::from_point(point)) };
             let turn = UnitQuaternion::from_axis_angle(&Vector3::z_axis(), by_rad * share);
             let rotation = turn * x_base_hand.isometry().rotation;
             HandGoal::Pose(Pose::from_isometry(Isometry3::from_parts(point.into(), rotation)))

@@ -5,7 +5,7 @@ use invariant::require;
 use kinematics::Side;
 
 use crate::model::Stance;
-use crate::parts::set;
+use crate::parts::{of_side, set};
 use crate::plan::WaitFor;
 use crate::plan_builder::PlanBuilder;
 use crate::{Face, Phase, Skill, SkillError, Turn};
@@ -130,51 +130,37 @@ impl PlanBuilder<'_> {
         self.raise_low_hands()?;
         self.rest_arms();
         stance.stand(&self.model.parts, self.at);
-        let ready = stance.ready(side).ok_or(SkillError::NotReady { side })?;
+        let ready = of_side(side, stance.ready).ok_or(SkillError::NotReady { side })?;
         self.set_arm(side, ready);
         self.open(side);
         self.look(thing);
         self.push(Phase::Ready, WaitFor::MovedButGaze)?;
         let ready = self.model.body.hand(side, self.at).origin();
-        self.line(side, Phase::Hover, &at_height(thing, over_m))?;
+        self.line(side, Phase::Hover, &at_height(thing, over_m), None)?;
         if let Some(WristRotation { grasp_rotation_rad, .. }) = wrist {
-            self.turned_line(side, Phase::Hover, &at_height(thing, over_m), grasp_rotation_rad)?;
+            self.line(side, Phase::Hover, &at_height(thing, over_m), Some(grasp_rotation_rad))?;
         }
         // From grasp to release the hand rotates like the object.
         let still = wrist.map(|_| 0.0);
-        self.line_with(side, Phase::Descend, thing, still)?;
+        self.line(side, Phase::Descend, thing, still)?;
         self.close(side);
         self.push(Phase::Close, WaitFor::MovedButGaze)?;
-        self.line_with(side, Phase::Lift, &at_height(thing, carried_m), still)?;
+        self.line(side, Phase::Lift, &at_height(thing, carried_m), still)?;
         self.look(to);
         let turns = wrist.map(|wrist| wrist.carry_rotation_rad);
-        self.line_with(side, Phase::Carry, &at_height(to, carried_m), turns)?;
-        self.line_with(side, Phase::Lower, to, still)?;
+        self.line(side, Phase::Carry, &at_height(to, carried_m), turns)?;
+        self.line(side, Phase::Lower, to, still)?;
         self.open(side);
         self.push(Phase::Open, WaitFor::MovedButGaze)?;
-        self.line_with(side, Phase::Retreat, &at_height(to, over_m), still)?;
-        self.line(side, Phase::Rest, &ready)?;
+        self.line(side, Phase::Retreat, &at_height(to, over_m), still)?;
+        self.line(side, Phase::Rest, &ready, None)?;
         self.rest(WaitFor::MovedButGaze)
-    }
-
-    /// Moves along a line, with a given rotation or a free one.
-    fn line_with(
-        &mut self,
-        side: Side,
-        phase: Phase,
-        to: &Position<Base>,
-        by_rad: Option<f64>,
-    ) -> Result<(), SkillError> {
-        match by_rad {
-            Some(by_rad) => self.turned_line(side, phase, to, by_rad),
-            None => self.line(side, phase, to),
-        }
     }
 
     /// Moves everything except the face to rest.
     fn rest(&mut self, awaits: WaitFor) -> Result<(), SkillError> {
         self.rest_arms();
-        for joint in self.model.parts.gaze().into_iter().chain(self.model.parts.torso()) {
+        for joint in self.model.parts.gaze().into_iter().chain(self.model.parts.torso) {
             self.rest_joint(joint);
         }
         self.push(Phase::Rest, awaits)

@@ -7,8 +7,6 @@ use rustix::io::{Errno, read, write};
 
 use crate::LineLostError;
 
-const NANOS_PER_SECOND: u64 = 1_000_000_000;
-
 /// Reads the available bytes, or waits for the first ones until `until`. Returns 0 if none arrived.
 pub(crate) fn read_until(fd: impl AsFd, into: &mut [u8], until: Instant) -> Result<usize, LineLostError> {
     loop {
@@ -66,14 +64,9 @@ pub(crate) fn drain(fd: impl AsFd, reads: u32) -> Result<usize, LineLostError> {
 
 /// Whether the line became ready before `until`.
 fn ready(fd: BorrowedFd<'_>, flags: PollFlags, until: Instant) -> Result<bool, LineLostError> {
-    let left = until.since(clock::now());
-    let nanos = clock::nanos(left);
-    let timeout = Timespec {
-        tv_sec: i64::try_from(nanos / NANOS_PER_SECOND).unwrap_or(i64::MAX),
-        tv_nsec: i64::try_from(nanos % NANOS_PER_SECOND).unwrap_or(0),
-    };
+    let timeout = Timespec::try_from(until.since(clock::now())).ok();
     let mut fds = [PollFd::from_borrowed_fd(fd, flags)];
-    match poll(&mut fds, Some(&timeout)) {
+    match poll(&mut fds, timeout.as_ref()) {
         Ok(0) => Ok(false),
         Ok(_) => {
             let [asked] = &fds;

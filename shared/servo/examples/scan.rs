@@ -32,6 +32,6 @@ fn main() -> Result<(), Box<dyn Error>> {
         println!("id {}: {model}, firmware {firmware}", id.get());
         found += 1;
     }
-    assert_eq!(found, bus.servos().len(), "every servo replies");
+    assert_eq!(found, bus.servos.len(), "every servo replies");
     Ok(())
 }

@@ -89,43 +89,24 @@ pub enum Instruction<'a> {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Reset {
     /// Everything. Servos ignore it as a broadcast.
-    All,
+    All = 0xFF,
     /// Everything except the ID.
-    KeepId,
+    KeepId = 1,
     /// Everything except the ID and the baud rate.
-    KeepIdAndBaud,
+    KeepIdAndBaud = 2,
 }
 
 impl Reset {
     const ALL: [Self; 3] = [Self::All, Self::KeepId, Self::KeepIdAndBaud];
-
-    const fn number(self) -> u8 {
-        match self {
-            Self::All => 0xFF,
-            Self::KeepId => 1,
-            Self::KeepIdAndBaud => 2,
-        }
-    }
 }
 
 /// The operation of a control table backup.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Backup {
     /// Stores the control table in the backup.
-    Store,
+    Store = 1,
     /// Restores the control table from the backup, and reboots.
-    Restore,
-}
-
-impl Backup {
-    const ALL: [Self; 2] = [Self::Store, Self::Restore];
-
-    const fn number(self) -> u8 {
-        match self {
-            Self::Store => 1,
-            Self::Restore => 2,
-        }
-    }
+    Restore = 2,
 }
 
 /// Parameters of a Clear of multi-turn revolutions, including the key that guards it.
@@ -161,9 +142,9 @@ impl<'a> Instruction<'a> {
             Self::Ping => (Self::PING, [0; 5], 0, &[]),
             Self::Action => (Self::ACTION, [0; 5], 0, &[]),
             Self::Reboot => (Self::REBOOT, [0; 5], 0, &[]),
-            Self::FactoryReset(reset) => (Self::FACTORY_RESET, [reset.number(), 0, 0, 0, 0], 1, &[]),
+            Self::FactoryReset(reset) => (Self::FACTORY_RESET, [reset as u8, 0, 0, 0, 0], 1, &[]),
             Self::Clear => (Self::CLEAR, CLEAR_TURNS, 5, &[]),
-            Self::Backup(backup) => (Self::BACKUP, [backup.number(), 0, 0, 0, 0], 1, &BACKUP_KEY),
+            Self::Backup(backup) => (Self::BACKUP, [backup as u8, 0, 0, 0, 0], 1, &BACKUP_KEY),
             Self::Read { address, length } => (Self::READ, pair(address, length), 4, &[]),
             Self::Write { address, data } => (Self::WRITE, pair(address, 0), 2, data),
             Self::RegWrite { address, data } => (Self::REG_WRITE, pair(address, 0), 2, data),
@@ -195,7 +176,7 @@ impl<'a> Instruction<'a> {
             Self::REBOOT => Ok(Self::Reboot),
             Self::FACTORY_RESET => {
                 let &[number] = params else { return Err(Fault::Length) };
-                let reset = Reset::ALL.into_iter().find(|reset| reset.number() == number);
+                let reset = Reset::ALL.into_iter().find(|reset| *reset as u8 == number);
                 reset.map(Self::FactoryReset).ok_or(Fault::Range)
             }
             Self::CLEAR if params == CLEAR_TURNS => Ok(Self::Clear),
@@ -205,12 +186,9 @@ impl<'a> Instruction<'a> {
                 if key.len() != BACKUP_KEY.len() {
                     return Err(Fault::Length);
                 }
-                let backup = Backup::ALL.into_iter().find(|backup| backup.number() == number);
+                let backup =
+                    [Backup::Store, Backup::Restore].into_iter().find(|backup| *backup as u8 == number);
                 backup.filter(|_| key == BACKUP_KEY).map(Self::Backup).ok_or(Fault::Range)
-            }
-            Self::READ => {
-                let (address, length, rest) = split(params)?;
-                if rest.is_empty() { Ok(Self::Read { address, length }) } else { Err(Fault::Length) }
             }
             Self::WRITE | Self::REG_WRITE => {
                 let (address, data) = params.split_first_chunk().ok_or(Fault::Length)?;
@@ -218,37 +196,28 @@ impl<'a> Instruction<'a> {
                 let now = frame.instruction == Self::WRITE;
                 Ok(if now { Self::Write { address, data } } else { Self::RegWrite { address, data } })
             }
-            Self::SYNC_READ => {
-                let (address, length, ids) = split(params)?;
-                Ok(Self::SyncRead { address, length, ids })
-            }
-            Self::FAST_SYNC_READ => {
-                let (address, length, ids) = split(params)?;
-                Ok(Self::FastSyncRead { address, length, ids })
-            }
-            Self::SYNC_WRITE => {
-                let (address, length, records) = split(params)?;
-                let whole = records.len().is_multiple_of(usize::from(length) + 1);
-                if whole { Ok(Self::SyncWrite { address, length, records }) } else { Err(Fault::Length) }
-            }
-            Self::BULK_READ | Self::FAST_BULK_READ => {
-                if !params.len().is_multiple_of(Span::BYTES) {
-                    return Err(Fault::Length);
+            Self::READ | Self::SYNC_READ | Self::FAST_SYNC_READ | Self::SYNC_WRITE => {
+                let (address, length, rest) = split(params)?;
+                let are_records_whole = rest.len().is_multiple_of(usize::from(length) + 1);
+                match frame.instruction {
+                    Self::READ if rest.is_empty() => Ok(Self::Read { address, length }),
+                    Self::SYNC_READ => Ok(Self::SyncRead { address, length, ids: rest }),
+                    Self::FAST_SYNC_READ => Ok(Self::FastSyncRead { address, length, ids: rest }),
+                    Self::SYNC_WRITE if are_records_whole => {
+                        Ok(Self::SyncWrite { address, length, records: rest })
+                    }
+                    _ => Err(Fault::Length),
                 }
-                let fast = frame.instruction == Self::FAST_BULK_READ;
-                Ok(if fast {
-                    Self::FastBulkRead { records: params }
-                } else {
-                    Self::BulkRead { records: params }
-                })
             }
+            Self::BULK_READ | Self::FAST_BULK_READ if !params.len().is_multiple_of(Span::BYTES) => {
+                Err(Fault::Length)
+            }
+            Self::BULK_READ => Ok(Self::BulkRead { records: params }),
+            Self::FAST_BULK_READ => Ok(Self::FastBulkRead { records: params }),
             Self::BULK_WRITE => {
                 let written: usize = writes(params).map(|(_, data)| Span::BYTES + data.len()).sum();
-                if written == params.len() {
-                    Ok(Self::BulkWrite { records: params })
-                } else {
-                    Err(Fault::Length)
-                }
+                let is_whole = written == params.len();
+                is_whole.then_some(Self::BulkWrite { records: params }).ok_or(Fault::Length)
             }
             _ => Err(Fault::Instruction),
         }

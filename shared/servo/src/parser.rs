@@ -46,15 +46,8 @@ enum ScanResult {
     Part,
     /// A complete packet of this many bytes.
     Whole(Address, usize),
-    ScanLoss(ScanLoss),
-}
-
-enum ScanLoss {
-    /// No packet can begin within this many bytes.
-    Noise(usize),
-    Malformed,
-    Corrupt,
-    Cut,
+    /// No packet can begin within this many bytes; how they are counted.
+    Lost(usize, fn(&mut Losses, u64)),
 }
 
 impl Default for Parser {
@@ -132,7 +125,7 @@ impl Parser {
                             self.skip(length);
                         }
                         ScanResult::Part => return None,
-                        ScanResult::ScanLoss(lost) => self.count_loss(&lost),
+                        ScanResult::Lost(bytes, count) => self.lose(bytes, count),
                     },
                 },
             }
@@ -157,25 +150,15 @@ impl Parser {
             match scan(self.waiting()) {
                 ScanResult::Part => return None,
                 ScanResult::Whole(address, length) => return Some((address, length)),
-                ScanResult::ScanLoss(lost) => self.count_loss(&lost),
+                ScanResult::Lost(bytes, count) => self.lose(bytes, count),
             }
         }
     }
 
-    /// Counts a loss and skips its bytes.
-    fn count_loss(&mut self, lost: &ScanLoss) {
-        let (count, skip) = match lost {
-            ScanLoss::Noise(bytes) => {
-                self.losses.noise += saturating_u64(*bytes);
-                return self.skip(*bytes);
-            }
-            ScanLoss::Malformed => (&mut self.losses.malformed, HEADER.len()),
-            // A corrupt length cannot be trusted, so the search resumes after the header.
-            ScanLoss::Corrupt => (&mut self.losses.corrupt, HEADER.len()),
-            ScanLoss::Cut => (&mut self.losses.cut, HEADER.len()),
-        };
-        *count += 1;
-        self.skip(skip);
+    /// Counts lost bytes and skips them.
+    fn lose(&mut self, bytes: usize, count: fn(&mut Losses, u64)) {
+        count(&mut self.losses, saturating_u64(bytes));
+        self.skip(bytes);
     }
 
     fn skip(&mut self, bytes: usize) {
@@ -193,7 +176,7 @@ fn scan(bytes: &[u8]) -> ScanResult {
     let noise =
         (0..bytes.len()).find(|&at| begins(bytes.get(at..).unwrap_or_default())).unwrap_or(bytes.len());
     if noise > 0 {
-        return ScanResult::ScanLoss(ScanLoss::Noise(noise));
+        return ScanResult::Lost(noise, |losses, bytes| losses.noise += bytes);
     }
     if bytes.is_empty() {
         return ScanResult::Part;
@@ -202,19 +185,20 @@ fn scan(bytes: &[u8]) -> ScanResult {
         return ScanResult::Part;
     };
     let length = usize::from(u16::from_le_bytes([low, high]));
-    let Some(address) = Address::from_byte(address) else { return ScanResult::ScanLoss(ScanLoss::Malformed) };
-    if !(SUFFIX + 1..=MAX_LENGTH).contains(&length) {
-        return ScanResult::ScanLoss(ScanLoss::Malformed);
-    }
+    let Some(address) = Address::from_byte(address).filter(|_| (SUFFIX + 1..=MAX_LENGTH).contains(&length))
+    else {
+        return ScanResult::Lost(HEADER.len(), |losses, _| losses.malformed += 1);
+    };
     let body = length - SUFFIX;
     let begun = bytes.get(PREFIX..bytes.len().min(PREFIX + body)).unwrap_or_default();
     if !is_stuffed(begun, body) {
-        return ScanResult::ScanLoss(ScanLoss::Cut);
+        return ScanResult::Lost(HEADER.len(), |losses, _| losses.cut += 1);
     }
     let whole = PREFIX + length;
     match (bytes.get(..whole - SUFFIX), bytes.get(whole - SUFFIX..whole)) {
         (Some(summed), Some(sum)) if crc(summed).to_le_bytes() == sum => ScanResult::Whole(address, whole),
-        (Some(_), Some(_)) => ScanResult::ScanLoss(ScanLoss::Corrupt),
+        // A corrupt length cannot be trusted, so the search resumes after the header.
+        (Some(_), Some(_)) => ScanResult::Lost(HEADER.len(), |losses, _| losses.corrupt += 1),
         (_, _) => ScanResult::Part,
     }
 }

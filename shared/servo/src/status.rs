@@ -35,31 +35,25 @@ pub enum Fault {
 }
 
 impl Fault {
-    const fn number(self) -> u8 {
-        match self {
-            Self::Result => 1,
-            Self::Instruction => 2,
-            Self::Checksum => 3,
-            Self::Range => 4,
-            Self::Length => 5,
-            Self::Limit => 6,
-            Self::Access => 7,
-            Self::Unknown(number) => number,
-        }
+    /// The numbers that the protocol defines.
+    const NUMBERS: [(u8, Self); 7] = [
+        (1, Self::Result),
+        (2, Self::Instruction),
+        (3, Self::Checksum),
+        (4, Self::Range),
+        (5, Self::Length),
+        (6, Self::Limit),
+        (7, Self::Access),
+    ];
+
+    fn number(self) -> u8 {
+        let known = Self::NUMBERS.iter().find(|(_, fault)| *fault == self);
+        if let Self::Unknown(number) = self { number } else { known.map_or(0, |(number, _)| *number) }
     }
 
-    pub(crate) const fn from_number(number: u8) -> Option<Self> {
-        match number {
-            0 => None,
-            1 => Some(Self::Result),
-            2 => Some(Self::Instruction),
-            3 => Some(Self::Checksum),
-            4 => Some(Self::Range),
-            5 => Some(Self::Length),
-            6 => Some(Self::Limit),
-            7 => Some(Self::Access),
-            number => Some(Self::Unknown(number)),
-        }
+    pub(crate) fn from_number(number: u8) -> Option<Self> {
+        let known = Self::NUMBERS.iter().find(|(known, _)| *known == number);
+        (number > 0).then(|| known.map_or(Self::Unknown(number), |(_, fault)| *fault))
     }
 }
 
@@ -85,7 +79,7 @@ impl<'a> Status<'a> {
         Some(Self::with_error_byte(id, error, params))
     }
 
-    pub(crate) const fn with_error_byte(id: Id, error: u8, params: &'a [u8]) -> Self {
+    pub(crate) fn with_error_byte(id: Id, error: u8, params: &'a [u8]) -> Self {
         Self { id, alert: error & ALERT != 0, fault: Fault::from_number(error & !ALERT), params }
     }
 

@@ -14,7 +14,8 @@ pub struct Report {
 }
 
 /// A servo that has not confirmed torque off.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("torque may still be on of {joint} (bus {bus}, id {id}): {cause}")]
 pub struct UnconfirmedServo {
     /// The joint that it drives.
     pub joint: String,
@@ -27,13 +28,16 @@ pub struct UnconfirmedServo {
 }
 
 /// Why a servo has not confirmed torque off.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum Cause {
     /// It does not answer.
+    #[error("it does not answer")]
     Silent,
     /// Its torque is still on, although it was told to switch it off.
+    #[error("it says that its torque is on")]
     On,
     /// Its line cannot be used.
+    #[error("{0}")]
     Line(LineError),
 }
 
@@ -85,22 +89,5 @@ impl fmt::Display for Report {
     fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
         let all = self.confirmed + self.unconfirmed.len();
         write!(out, "{} of {all} servos say that their torque is off", self.confirmed)
-    }
-}
-
-impl fmt::Display for UnconfirmedServo {
-    fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Self { joint, bus, id, cause } = self;
-        write!(out, "torque may still be on of {joint} (bus {bus}, id {id}): {cause}")
-    }
-}
-
-impl fmt::Display for Cause {
-    fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::Silent => out.write_str("it does not answer"),
-            Self::On => out.write_str("it says that its torque is on"),
-            Self::Line(error) => write!(out, "{error}"),
-        }
     }
 }

@@ -80,7 +80,7 @@ impl BusServer {
         let mut pty = Some(pty);
         let mut pacer = Pacer::new(self.baud);
         let mut reply_writer = ReplyWriter {
-            answers: Replies::for_servos(self.servos().line.servos().len()),
+            answers: Replies::for_servos(self.servos().line.servos.len()),
             said: Vec::with_capacity(4096),
             lateness: WakeupLatency::default(),
         };
@@ -156,13 +156,13 @@ impl BusServer {
         } else {
             // The baud rate that the host has set; if it cannot be read, the last one stays.
             if let Ok(baud) = pty.baud() {
-                servos.line.set_baud(baud);
-                pacer.set_baud(baud);
+                servos.line.baud = Some(baud);
+                pacer.baud = baud;
             }
             servos.line.listen(now, heard.get(..count).unwrap_or_default(), &mut reply_writer.answers);
         }
         servos.heard += count;
-        servos.said += reply_writer.answers.get().iter().map(|answer| answer.bytes.len()).sum::<usize>();
+        servos.said += reply_writer.answers.list.iter().map(|answer| answer.bytes.len()).sum::<usize>();
         drop(servos);
         reply_writer.write_replies(pty, pacer, heard_at, count, paced);
         Ok(())
@@ -184,7 +184,7 @@ impl ReplyWriter {
         self.said.clear();
         let mut first_at = pacer.departure_at(heard_at, heard, Duration::ZERO, 0);
         let mut leaves_at = first_at;
-        for answer in self.answers.get() {
+        for answer in &self.answers.list {
             let at = pacer.departure_at(heard_at, 0, answer.wait, answer.bytes.len());
             if paced && !self.said.is_empty() && at.since(first_at) > COALESCE_WINDOW {
                 sleep_until(&mut self.lateness, leaves_at);
@@ -207,7 +207,7 @@ impl ReplyWriter {
 
 /// Waits until `at`: sleeps until shortly before, then spins for a time shorter than the wake-up latency.
 fn sleep_until(lateness: &mut WakeupLatency, at: Instant) {
-    let wake_at = at - lateness.mean();
+    let wake_at = at - lateness.mean;
     if clock::now() < wake_at {
         clock::sleep_until(wake_at);
         lateness.add_sample(clock::now().since(wake_at));

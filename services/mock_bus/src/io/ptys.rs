@@ -1,6 +1,6 @@
 use std::path::Path;
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::sync::{Arc, Mutex, MutexGuard};
+use std::sync::{Arc, Mutex};
 use std::thread::JoinHandle;
 
 use clock::Instant;
@@ -73,9 +73,8 @@ impl MockBuses {
             let name = || bus.name.clone();
             let simulated = lockstep.then_some(Instant::EPOCH);
             let now = simulated.unwrap_or_else(clock::now);
-            let mut line = line(robot, index, now)
-                .with_followers(faults.followers)
-                .with_injector(Injector::new(&bus.name, faults.seed));
+            let mut line = line(robot, index, now);
+            (line.followers, line.injector) = (faults.followers, Injector::new(&bus.name, faults.seed));
             line.inject(now, &faults.injections);
             let end = Arc::new(BusServer {
                 link: folder.join(format!("bus-{}", bus.name)),
@@ -105,7 +104,7 @@ impl MockBuses {
     /// Lockstep: advances every servo to `now`.
     pub fn advance(&self, now: Instant) {
         for bus in &self.buses {
-            let mut servos = bus.servos();
+            let mut servos = bus.end.servos();
             servos.simulated = Some(now);
             servos.line.advance(now);
         }
@@ -114,7 +113,7 @@ impl MockBuses {
     /// Replaces the enabled faults; faults that were already enabled keep their state.
     pub fn inject(&self, injections: &[FaultSpec]) {
         for bus in &self.buses {
-            let mut servos = bus.servos();
+            let mut servos = bus.end.servos();
             let now = servos.simulated.unwrap_or_else(clock::now);
             servos.line.inject(now, injections);
         }
@@ -130,25 +129,19 @@ impl MockBuses {
     /// Inspects or manipulates the servos of a bus between instructions. `None` if the bus is unknown.
     pub fn with_servos<T>(&self, bus: &str, with: impl FnOnce(&mut [Servo]) -> T) -> Option<T> {
         let bus = self.buses.iter().find(|each| each.name == bus)?;
-        Some(with(bus.servos().line.servos_mut()))
+        Some(with(&mut bus.end.servos().line.servos))
     }
 
     /// Copies of the servos of a bus that share an ID with another servo now. `None` if the bus is unknown.
     #[must_use]
     pub fn duplicate_servos(&self, bus: &str) -> Option<Vec<Servo>> {
         let bus = self.buses.iter().find(|each| each.name == bus)?;
-        Some(bus.servos().line.duplicate_servos().to_vec())
+        Some(bus.end.servos().line.duplicate_servos.clone())
     }
 
     /// The faults injected so far, per bus.
     pub fn injected(&self) -> impl Iterator<Item = (&str, FaultCounts)> {
-        self.buses.iter().map(|bus| (bus.name.as_str(), bus.servos().line.injected()))
-    }
-}
-
-impl Bus {
-    fn servos(&self) -> MutexGuard<'_, Servos> {
-        self.end.servos()
+        self.buses.iter().map(|bus| (bus.name.as_str(), bus.end.servos().line.injector.injected))
     }
 }
 

@@ -36,7 +36,7 @@ impl Port for Laggard {
 fn question(ids: [Id; 2]) -> Request {
     let (address, length) = (Reading::ITEM.address, Reading::ITEM.length);
     let mut request = Request::default();
-    request.add(PartKind::PlainRead, ids, usize::from(length), |out| {
+    request.add(PartKind::PlainRead, ids, usize::from(length), |_, out| {
         Instruction::SyncRead { address, length, ids: &[1, 2] }.encode(Address::All, out).unwrap()
     });
     request
@@ -131,7 +131,7 @@ fn what_a_lost_line_left_is_not_counted_when_it_is_back() {
     assert_eq!(replies.lost, Some(LineLostError::HangUp));
     master.exchange(&mut port, &request, &mut replies);
     assert_eq!(replies.about(PartKind::PlainRead).count(), 2);
-    assert_eq!((replies.late, replies.noisy, replies.corrupt_replies(PartKind::PlainRead)), (0, false, 0));
+    assert_eq!((replies.late, replies.noisy, replies.part(PartKind::PlainRead).corrupt), (0, false, 0));
 }
 
 #[test]
@@ -145,7 +145,7 @@ fn a_late_reply_to_an_earlier_request_is_no_fresh_sample() {
     let sampled = Reading::parse(Model::Xm430W350, late.params).unwrap();
     assert_eq!(sampled.tick_ms, 3, "it answers what was asked after three milliseconds");
     assert_eq!(port.now, Instant::EPOCH + Duration::from_millis(6), "and was asked again");
-    assert_eq!(replies.asked_at(PartKind::Reread), Instant::EPOCH + Duration::from_millis(3));
+    assert_eq!(replies.part(PartKind::Reread).asked_at, Instant::EPOCH + Duration::from_millis(3));
 }
 
 /// Servos without transmission times: answers arrive at once, and only silence takes time.
@@ -213,19 +213,19 @@ fn one_bad_servo_costs_one_servo_and_one_turn() {
             for (bad, seed) in [1, 5, 13].into_iter().flat_map(|bad| (0..50).map(move |seed| (bad, seed))) {
                 let mut line = Line::new(
                     asked_ids().map(|id| Servo::new(Model::Xm430W350, id, 0.0, Instant::EPOCH)).collect(),
-                )
-                .with_injector(Injector::new("only", seed));
+                );
+                line.injector = Injector::new("only", seed);
                 line.inject(Instant::EPOCH, &[format!("{fault} id={bad}").parse().unwrap()]);
                 let mut port = Bare { line, now: Instant::EPOCH, there: Vec::new() };
                 let (mut request, mut replies) = (Request::default(), Replies::default());
-                let encode = |out: &mut [u8]| question.encode(Address::All, out).unwrap();
+                let encode = |_: &[u8], out: &mut [u8]| question.encode(Address::All, out).unwrap();
                 request.add(kind, asked_ids(), usize::from(length), encode);
                 let bad_one = Id::new(bad).unwrap();
-                let encode = |out: &mut [u8]| Job::ReadCondition.encode(bad_one, out);
+                let encode = |_: &[u8], out: &mut [u8]| Job::ReadCondition.encode(bad_one, out);
                 request.add(PartKind::ReadCondition, [bad_one], Job::ReadCondition.answer_length(), encode);
                 Master::new(BAUD, REPLY_TIMEOUT).exchange(&mut port, &request, &mut replies);
 
-                let told = |id: u8| replies.all().iter().any(|answer| answer.status().id.get() == id);
+                let told = |id: u8| replies.answers.iter().any(|answer| answer.status().id.get() == id);
                 let lost: Vec<u8> = ids.iter().copied().filter(|id| !told(*id)).collect();
                 let context = format!("{kind:?}, {fault} of servo {bad}, seed {seed}: lost {lost:?}");
                 assert!(lost.iter().all(|id| *id == bad), "{context}");
@@ -235,7 +235,7 @@ fn one_bad_servo_costs_one_servo_and_one_turn() {
                     waited <= answer + REPLY_TIMEOUT.0 + 2 * answer + look,
                     "{context}, waited {waited:?}"
                 );
-                assert_eq!(replies.heard(PartKind::ReadCondition) == 0, lost == [bad], "{context}");
+                assert_eq!(replies.part(PartKind::ReadCondition).bytes == 0, lost == [bad], "{context}");
             }
         }
     }
@@ -250,19 +250,20 @@ fn what_an_adapter_gives_back_is_not_taken_for_late() {
     for kind in [PartKind::FastRead, PartKind::PlainRead] {
         let question = measurements_of(kind, &ids);
         let mut request = Request::default();
-        request.add(kind, asked_ids(), usize::from(length), |out| {
+        request.add(kind, asked_ids(), usize::from(length), |_, out| {
             let end = goals.encode(Address::All, out).unwrap();
             end + question.encode(Address::All, &mut out[end..]).unwrap()
         });
         let servos = asked_ids().map(|id| Servo::new(Model::Xm430W350, id, 0.0, Instant::EPOCH)).collect();
-        let mut line = Line::new(servos).with_injector(Injector::new("only", 1));
+        let mut line = Line::new(servos);
+        line.injector = Injector::new("only", 1);
         line.inject(Instant::EPOCH, &["echo".parse().unwrap()]);
         let mut port = Bare { line, now: Instant::EPOCH, there: Vec::new() };
         let mut replies = Replies::default();
         Master::new(4_000_000, REPLY_TIMEOUT).exchange(&mut port, &request, &mut replies);
         assert_eq!(replies.about(kind).count(), 3);
-        assert!(replies.heard(kind) > 3 * usize::from(length) + request.parts().next().unwrap().1.len());
-        assert_eq!((replies.late, replies.noisy, replies.corrupt_replies(kind)), (0, false, 0), "{kind:?}");
+        assert!(replies.part(kind).bytes > 3 * usize::from(length) + request.parts().next().unwrap().1.len());
+        assert_eq!((replies.late, replies.noisy, replies.part(kind).corrupt), (0, false, 0), "{kind:?}");
     }
 }
 
@@ -272,7 +273,7 @@ fn an_answer_to_an_earlier_question_is_late_by_its_bytes() {
     let (address, length) = (Reading::ITEM.address, Reading::ITEM.length);
     let mut port = Bare { line, now: Instant::EPOCH, there: Vec::new() };
     let mut request = Request::default();
-    request.add(PartKind::FastRead, ids, usize::from(length), |out| {
+    request.add(PartKind::FastRead, ids, usize::from(length), |_, out| {
         Instruction::FastSyncRead { address, length, ids: &[1, 2] }.encode(Address::All, out).unwrap()
     });
     let mut early = [0; 64];
@@ -361,5 +362,5 @@ fn a_slow_line_loses_nothing_once_the_reply_timeout_has_grown() {
         let heard = replies.about(PartKind::PlainRead).count();
         assert!(heard == 2 || exchange < 5, "{heard} in exchange {exchange}, {:?}", master.patience);
     }
-    assert!(master.patience.get() >= TARDY && master.patience.get() < 2 * TARDY, "{:?}", master.patience);
+    assert!(master.patience.now >= TARDY && master.patience.now < 2 * TARDY, "{:?}", master.patience);
 }

@@ -1,6 +1,6 @@
 use clock::{Duration, Instant};
 use config::Robot;
-use message::{Buses, Joints, Text};
+use message::{BusHealth, Buses, Joints, Text};
 use transport::BoardWriter;
 
 use crate::Motor;
@@ -54,22 +54,8 @@ impl HealthPublisher {
         for (index, (bus, (skipped, took))) in
             self.buses.buses.iter_mut().zip(threads.exchange_stats()).enumerate()
         {
-            let counts = motor.bus_counts(index);
-            bus.quarantined = u64::try_from(motor.quarantined(index)).unwrap_or(u64::MAX);
-            bus.lost = u64::from(motor.is_lost(index));
-            bus.exchanges = counts.exchanges;
-            bus.skipped = skipped;
-            bus.missed = counts.missed;
-            bus.corrupt = counts.corrupt;
-            bus.stale = counts.stale;
-            bus.late_bytes = counts.late_bytes;
-            bus.alerts = counts.fault_counters.alerts;
-            bus.restarts = counts.fault_counters.restarts;
-            bus.watchdogs = counts.fault_counters.watchdogs;
-            bus.refusals = counts.fault_counters.refusals;
-            bus.duplicates = counts.duplicates;
-            bus.hang_ups = counts.hang_ups;
-            bus.exchange = *took;
+            let (name, joints) = (bus.name, bus.joints);
+            *bus = BusHealth { name, joints, skipped, exchange: *took, ..motor.bus_health(index) };
         }
         self.board.write(&self.buses);
         self.joints.set(motor.states());

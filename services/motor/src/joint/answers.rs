@@ -6,8 +6,7 @@ use message::JointCause;
 use servo::{Fault, HardwareErrors, Id, Reading, Status};
 
 use super::{
-    ArmingState, Disarming, Joint, Link, MIN_WAIT, Motion, Power, PowerUpStep, RefusedPwm, Setup, Taken,
-    Watchdog,
+    ArmingState, Disarming, Joint, Link, MIN_WAIT, Motion, Power, PowerUpStep, RefusedPwm, Setup, Watchdog,
 };
 use crate::JointFault;
 use crate::duplicate_id_check::DuplicateIdCheck;
@@ -29,46 +28,34 @@ const REBOOT_AFTER: Duration = Duration::from_secs(1);
 pub(crate) const MAX_REBOOTS: u32 = 3;
 
 impl Joint {
-    /// Processes the measurements that were requested at `asked_at` and arrived at `now`.
-    pub(crate) fn read(&mut self, now: Instant, asked_at: Instant, status: &Status<'_>) -> Taken {
-        let mut taken = Taken::Read;
-        if let Some(servo) = Reading::parse(self.model, status.params) {
-            match self.clock.evaluate(servo.tick_ms, asked_at, now) {
-                Age::Fresh => {}
-                Age::Stale => taken = Taken::Stale,
-                Age::Unproven => taken = Taken::Unproven,
-                Age::Restarted => self.has_restarted(),
+    /// Processes the measurements that were requested at `asked_at` and arrived at `now`. Returns whether they are
+    /// stale: sampled before they were requested, or not plausible.
+    pub(crate) fn read(&mut self, now: Instant, asked_at: Instant, status: &Status<'_>) -> bool {
+        if let Some(servo) = Reading::parse(self.settings.model, status.params) {
+            let age = self.clock.evaluate(servo.tick_ms, asked_at, now);
+            if age == Age::Restarted {
+                self.has_restarted();
             }
-            if taken == Taken::Read {
-                let position_rad = self.settings.joint_rad(servo.position_rad);
-                if !self.is_plausible(asked_at, position_rad) {
-                    self.reject_reading(now);
-                    return Taken::Stale;
-                }
-                self.accept_reading(now);
-                let turn = if self.settings.reversed { -1.0 } else { 1.0 };
-                let (velocity_rad_s, current_a) = (turn * servo.velocity_rad_s, turn * servo.current_a);
-                // The servo samples soon after the request, however late the answer is processed.
-                self.reading = Some((asked_at, Reading { current_a, velocity_rad_s, position_rad, ..servo }));
-                self.supply = Supply::parse(status.params).or(self.supply);
-                (self.contact.timeouts, self.contact.corrupt) = (0, 0);
-            } else {
+            let is_fresh = matches!(age, Age::Fresh | Age::Restarted);
+            let position_rad = self.settings.joint_rad(servo.position_rad);
+            // Random bytes with a valid check sum can report any fault. A real fault is repeated in the next answer.
+            if !is_fresh || !self.is_plausible(asked_at, position_rad) {
                 self.reject_reading(now);
+                return is_fresh || age == Age::Stale;
             }
+            self.contact.rejected_readings = 0;
+            if self.contact.trusted_at.is_some_and(|trusted_at| now >= trusted_at) {
+                (self.contact.trusted_at, self.trouble) = (None, None);
+            }
+            let turn = if self.settings.reversed { -1.0 } else { 1.0 };
+            let (velocity_rad_s, current_a) = (turn * servo.velocity_rad_s, turn * servo.current_a);
+            // The servo samples soon after the request, however late the answer is processed.
+            self.reading = Some((asked_at, Reading { current_a, velocity_rad_s, position_rad, ..servo }));
+            self.supply = Supply::parse(status.params).or(self.supply);
+            (self.contact.timeouts, self.contact.corrupt) = (0, 0);
         }
-        // Random bytes with a valid check sum can report any fault. A real fault is repeated in the next answer.
-        if taken == Taken::Read {
-            self.evaluate(now, status);
-        }
-        taken
-    }
-
-    /// Records an accepted reading.
-    fn accept_reading(&mut self, now: Instant) {
-        self.contact.rejected_readings = 0;
-        if self.contact.trusted_at.is_some_and(|trusted_at| now >= trusted_at) {
-            (self.contact.trusted_at, self.trouble) = (None, None);
-        }
+        self.evaluate(now, status);
+        false
     }
 
     /// Records a rejected reading. Without any accepted reading the position of the joint is unknown. That is handled
@@ -125,11 +112,6 @@ impl Joint {
             _ => return false,
         }
         true
-    }
-
-    /// Processes the condition of its servo after an alert.
-    pub(crate) fn alarmed(&mut self, now: Instant, status: &Status<'_>) {
-        self.process_condition(now, status.params);
     }
 
     /// Records that its servo did not answer a job, or, if `is_corrupt`, that the answer was corrupt.
@@ -226,7 +208,8 @@ impl Joint {
         let is_new = self.reaction.is_none();
         if is_new {
             self.fault_counters.alerts += 1;
-            let reboots = self.policy.on_alert == OnAlert::Reboot && self.reboots < MAX_REBOOTS && !is_locked;
+            let reboots =
+                self.policy.settings.on_alert == OnAlert::Reboot && self.reboots < MAX_REBOOTS && !is_locked;
             self.reboot_at = reboots.then_some(now + REBOOT_AFTER);
         }
         if is_new || !errors.is_none() {
@@ -245,7 +228,7 @@ impl Joint {
         if self.reaction == Some(AlertReaction::Limp) || has_torque == Some(false) {
             self.switch_torque_off(now);
         } else if self.motion == Motion::Idle {
-            self.cut_at.get_or_insert(now + self.policy.hold);
+            self.cut_at.get_or_insert(now + self.policy.settings.alert.hold_ms.duration());
         }
     }
 
@@ -304,7 +287,7 @@ impl Joint {
     /// Its servo has restarted by itself: its torque is off, and its RAM items have their initial values.
     fn has_restarted(&mut self) {
         // A servo found with its torque on may be armed already, and was armed for that torque.
-        let had_torque = self.power.is_ours() || matches!(self.power, Power::Found { .. });
+        let had_torque = matches!(self.power, Power::On { .. } | Power::Rising { .. } | Power::Found { .. });
         if self.let_go.is_none() && had_torque {
             self.fault_counters.restarts += 1;
             self.motion = Motion::Idle;
@@ -314,7 +297,8 @@ impl Joint {
         }
     }
 
-    pub(super) fn process_condition(&mut self, now: Instant, answer: &[u8]) {
+    /// Processes the condition of its servo.
+    pub(crate) fn process_condition(&mut self, now: Instant, answer: &[u8]) {
         let Some(condition) = Condition::parse(answer) else { return };
         if self.refused_pwm == RefusedPwm::Unexplained {
             self.refused_pwm = match condition.watchdog {
@@ -334,23 +318,17 @@ impl Joint {
             }
             return;
         }
-        match self.power {
-            Power::On { .. } if !condition.has_torque => self.has_restarted(),
+        match (self.power, condition.has_torque) {
+            (Power::On { .. }, false) => self.has_restarted(),
             // Another program may have switched it on or off.
-            Power::Off if condition.has_torque && self.arming.is_locked() => {
-                self.power = Power::Cutting { tell_at: now };
+            (Power::Off, true) if self.arming.is_locked() => self.power = Power::Cutting { tell_at: now },
+            (Power::Off, true) => self.power = Power::Found { watchdog: condition.watchdog, stay: None },
+            (Power::Found { .. }, false) if self.arming.is_armed() => self.has_restarted(),
+            (Power::Found { .. }, false) => self.power = Power::Off,
+            (Power::Found { stay, .. }, true) => {
+                self.power = Power::Found { watchdog: condition.watchdog, stay };
             }
-            Power::Off if condition.has_torque => {
-                self.power = Power::Found { watchdog: condition.watchdog, stay: None };
-            }
-            Power::Found { .. } if !condition.has_torque && self.arming.is_armed() => self.has_restarted(),
-            Power::Found { .. } if !condition.has_torque => self.power = Power::Off,
-            Power::Found { stay, .. } => self.power = Power::Found { watchdog: condition.watchdog, stay },
-            Power::Unknown { .. }
-            | Power::Off
-            | Power::Rising { .. }
-            | Power::On { .. }
-            | Power::Cutting { .. } => {}
+            _ => {}
         }
     }
 

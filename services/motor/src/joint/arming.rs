@@ -39,13 +39,9 @@ impl Joint {
 
     /// Gives a new lock its number, `locks + 1`. Returns whether there was a new lock.
     pub(crate) fn count_lock(&mut self, locks: u64) -> bool {
-        match &mut self.arming {
-            ArmingState::Locked { number: number @ None, .. } => {
-                *number = Some(locks + 1);
-                true
-            }
-            ArmingState::Locked { .. } | ArmingState::Disarmed { .. } | ArmingState::Armed { .. } => false,
-        }
+        let ArmingState::Locked { number: number @ None, .. } = &mut self.arming else { return false };
+        *number = Some(locks + 1);
+        true
     }
 
     /// Unlocks the joint if the operator has seen its lock (it is among the first `locks`) and the cause is gone.
@@ -59,7 +55,8 @@ impl Joint {
         if number > locks || self.let_go.is_some() || self.link.is_quarantined() {
             return;
         }
-        let is_within = self.beyond_rad(now).is_some_and(|rad| rad <= self.policy.max_beyond_limits_rad);
+        let is_within =
+            self.beyond_rad(now).is_some_and(|rad| rad <= self.policy.settings.max_beyond_limits_rad.get());
         if cause == JointCause::BeyondLimits {
             if !(is_new && is_within) {
                 return;
@@ -222,7 +219,7 @@ impl Joint {
         else {
             return;
         };
-        if rad > self.policy.max_beyond_limits_rad {
+        if rad > self.policy.settings.max_beyond_limits_rad.get() {
             self.trouble = Some(JointFault::BeyondLimits { by_mrad: quantity::number::round_i64(rad * 1e3) });
             self.abort_power_up();
             self.arming = ArmingState::Locked { cause: JointCause::BeyondLimits, number: None };

@@ -76,10 +76,7 @@ impl ArmingState {
 
     /// How the joint is being disarmed, if it is.
     pub(crate) const fn ending(self) -> Option<Disarming> {
-        match self {
-            Self::Armed { ending, .. } => ending,
-            Self::Locked { .. } | Self::Disarmed { .. } => None,
-        }
+        if let Self::Armed { ending, .. } = self { ending } else { None }
     }
 }
 

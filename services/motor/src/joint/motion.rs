@@ -55,7 +55,12 @@ pub(crate) enum Motion {
 
 impl Motion {
     /// The setpoint that is sent, if any.
-    pub(crate) const fn setpoint(self) -> Option<Setpoint> {
+    pub(crate) fn setpoint(mut self) -> Option<Setpoint> {
+        self.setpoint_mut().copied()
+    }
+
+    /// As [`setpoint`](Self::setpoint), to be changed.
+    pub(super) const fn setpoint_mut(&mut self) -> Option<&mut Setpoint> {
         match self {
             Self::Idle | Self::Align { .. } | Self::Stay { .. } => None,
             Self::Soft { at, .. }
@@ -63,18 +68,6 @@ impl Motion {
             | Self::Halt { at }
             | Self::Hold { at, .. }
             | Self::Retreat { at, .. } => Some(at),
-        }
-    }
-
-    /// The same state with another setpoint.
-    pub(crate) const fn with(self, at: Setpoint) -> Self {
-        match self {
-            Self::Idle | Self::Align { .. } | Self::Stay { .. } => self,
-            Self::Soft { until, .. } => Self::Soft { at, until },
-            Self::Track { .. } => Self::Track { at },
-            Self::Halt { .. } => Self::Halt { at },
-            Self::Hold { since, .. } => Self::Hold { at, since },
-            Self::Retreat { until, .. } => Self::Retreat { at, until },
         }
     }
 }

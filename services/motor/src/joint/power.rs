@@ -81,16 +81,7 @@ impl Power {
 
     /// Whether torque may be on, as far as is known.
     pub(crate) const fn may_be_on(self) -> bool {
-        match self {
-            Self::Off => false,
-            Self::Rising { is_on, .. } => is_on,
-            Self::Unknown { .. } | Self::Found { .. } | Self::On { .. } | Self::Cutting { .. } => true,
-        }
-    }
-
-    /// Whether this process has switched torque on, or is about to.
-    pub(crate) const fn is_ours(self) -> bool {
-        matches!(self, Self::On { .. } | Self::Rising { .. })
+        !matches!(self, Self::Off | Self::Rising { is_on: false, .. })
     }
 
     /// Whether this process has switched torque on.

@@ -14,7 +14,7 @@ use super::{
 use crate::JointFault;
 use crate::duplicate_id_check::ProbeResult;
 use crate::job::{self, Job, ServoLimits};
-use crate::notice::{Notice, Notices};
+use crate::notice::MAX_NOTICES;
 
 /// Value of goal PWM at a duty of 100 % (items 36 and 100).
 const FULL_DUTY: u16 = 885;
@@ -101,7 +101,7 @@ impl Joint {
     /// Job that writes the profile of the soft start, and the present position as the goal.
     fn aim(&self, now: Instant, is_on: bool) -> Option<Job> {
         let stands_rad = self.standing(now)?;
-        let slow_rad_s = self.policy.soft_start_rad_s.min(self.velocity_rad_s());
+        let slow_rad_s = self.policy.settings.soft_start_rad_s.get().min(self.velocity_rad_s());
         let (acceleration, velocity) = (acceleration(LOW_ACCELERATION_RAD_S2), velocity(slow_rad_s));
         if is_on && self.is_far_from(stands_rad) {
             // With its limit as the goal the servo would move before its joint is commanded to.
@@ -119,22 +119,13 @@ impl Joint {
             return Some(Job::GoalPwm(pwm));
         }
         self.refused_pwm = RefusedPwm::No;
-        match self.motion {
-            Motion::Stay { ordered } => self.stay_job(now, ordered, true),
-            Motion::Soft { until, .. } if now >= until && !self.has_full_acceleration() => {
-                Some(Job::Profile([
-                    acceleration(self.settings.max_acceleration_rad_s2 * ACCELERATION_MARGIN),
-                    velocity(self.velocity_rad_s()),
-                ]))
-            }
-            Motion::Idle
-            | Motion::Align { .. }
-            | Motion::Soft { .. }
-            | Motion::Track { .. }
-            | Motion::Halt { .. }
-            | Motion::Hold { .. }
-            | Motion::Retreat { .. } => None,
+        if let Motion::Stay { ordered } = self.motion {
+            return self.stay_job(now, ordered, true);
         }
+        let has_begun = matches!(self.motion, Motion::Soft { until, .. } if now >= until);
+        let acceleration = acceleration(self.settings.max_acceleration_rad_s2 * ACCELERATION_MARGIN);
+        (has_begun && !self.has_full_acceleration())
+            .then(|| Job::Profile([acceleration, velocity(self.velocity_rad_s())]))
     }
 
     /// New value of goal PWM, if it has to change: limited while the joint is far behind its setpoint.
@@ -150,7 +141,7 @@ impl Joint {
     /// The PWM at which the servo without load turns no faster than its joint may.
     fn bounded_duty(&self, bounds: ServoLimits) -> u16 {
         let no_load_rad_s =
-            servo::velocity_rad_s(i32::try_from(self.model.velocity_limit()).unwrap_or(i32::MAX));
+            servo::velocity_rad_s(i32::try_from(self.settings.model.velocity_limit()).unwrap_or(i32::MAX));
         let share = (self.velocity_rad_s() / no_load_rad_s).clamp(0.0, 1.0);
         let pwm = quantity::number::round_i64(f64::from(FULL_DUTY) * share);
         let pwm = require!(u16::try_from(pwm).ok(), "a share of the duty is {pwm}").unwrap_or(1);
@@ -260,14 +251,14 @@ impl Joint {
     }
 
     fn identified(&mut self, now: Instant, answer: &[u8]) {
-        let expected = self.model.number();
+        let expected = self.settings.model.number();
         let Some(&[low, high, firmware]) = require!(answer.first_chunk(), "{} bytes of a ping", answer.len())
         else {
             return;
         };
         let found = u16::from_le_bytes([low, high]);
         if found == expected {
-            self.contact.is_fast = self.model.supports_fast_reads(firmware);
+            self.contact.is_fast = self.settings.model.supports_fast_reads(firmware);
             self.link = Link::Identified(Setup::Inspect);
         } else {
             self.link = Link::Unknown;
@@ -285,6 +276,7 @@ impl Joint {
         let was_on = matches!(self.power, Power::Unknown { was_on: true });
         let is_cutting = matches!(self.power, Power::Cutting { .. });
         self.bounds = ServoLimits::parse(setup);
+        self.limits_found = job::position_limits(setup);
         self.clock.forget();
         self.contact.trusted_at = self.contact.trusted_at.map(|_| now + TRUST_DELAY);
         self.link = Link::Answering;
@@ -299,11 +291,12 @@ impl Joint {
             true => Power::Found { watchdog: job::watchdog(setup), stay: None },
         };
         // Those of an earlier inspection are found again: nothing is written before they were reported.
-        self.notices = Notices::default();
-        for notice in job::notices(self.model, setup, (min, max), self.settings.max_velocity_rad_s) {
-            self.notices.add(notice);
+        self.notices.clear();
+        for notice in job::notices(self.settings.model, setup, (min, max), self.settings.max_velocity_rad_s) {
+            let is_added = self.notices.try_push(notice).is_ok();
+            invariant!(is_added, "an inspection has at most {MAX_NOTICES} notices");
         }
-        if let Some(trouble) = job::foreign(self.model, self.contact.is_fast, setup) {
+        if let Some(trouble) = job::foreign(self.settings.model, self.contact.is_fast, setup) {
             return self.fail(now, JointCause::Refused, trouble);
         }
         if let Some(trouble) = job::powerless(setup) {
@@ -318,28 +311,15 @@ impl Joint {
     /// factory.
     pub(crate) fn foreign_limits(&self) -> Option<(i32, i32)> {
         let is_fresh = matches!(self.link, Link::Identified(Setup::Unlock)) && !self.are_limits_acknowledged;
-        let mut found = (None, None);
-        for notice in self.notices.all().filter(|_| is_fresh) {
-            match notice {
-                Notice::Overwritten { item, old, .. } if item == servo::table::MIN_POSITION_LIMIT => {
-                    found.0 = Some(old);
-                }
-                Notice::Overwritten { item, old, .. } if item == servo::table::MAX_POSITION_LIMIT => {
-                    found.1 = Some(old);
-                }
-                Notice::Overwritten { .. } | Notice::Tighter { .. } | Notice::LeftOver { .. } => {}
-            }
-        }
-        // A limit that is not overwritten is the joint's own.
-        let (min, max) = self.limit_counts();
-        let limits = (found.0.unwrap_or(min), found.1.unwrap_or(max));
-        (found != (None, None) && limits != job::FACTORY_LIMITS).then_some(limits)
+        let is_foreign =
+            |limits: &(i32, i32)| *limits != self.limit_counts() && *limits != job::FACTORY_LIMITS;
+        self.limits_found.filter(|limits| is_fresh && is_foreign(limits))
     }
 
     /// Locks the joint because its servo has the limits of joint `other`. Nothing is written to the servo before an
     /// operator has acknowledged that.
     pub(crate) fn refuse_as_other(&mut self, now: Instant, other: usize) {
-        self.notices = Notices::default();
+        self.notices.clear();
         self.link = Link::Answering;
         self.fail(now, JointCause::Refused, JointFault::OtherJoint(other + 1));
     }

@@ -54,18 +54,10 @@ impl Joint {
             _ if self.is_unproven() => (JointMode::Quarantined, JointCause::Stale),
             (_, Power::Off) if !self.arming.is_armed() => (JointMode::Limp, cause),
             (Link::Unknown | Link::Identified(_), _) if self.arming.is_locked() => (JointMode::Limp, cause),
-            (_, Power::Found { .. }) => match self.arming {
-                ArmingState::Locked { cause, .. } => (JointMode::Holding, cause),
-                ArmingState::Disarmed { .. } | ArmingState::Armed { .. } if !self.orders.live => {
-                    (self.pace(), JointCause::CommandTimeout)
-                }
-                ArmingState::Disarmed { .. } | ArmingState::Armed { .. } if is_own_fault(cause) => {
-                    (self.pace(), cause)
-                }
-                ArmingState::Disarmed { .. } | ArmingState::Armed { .. } => {
-                    (self.pace(), self.orders.halt.unwrap_or(cause))
-                }
-            },
+            (_, Power::Found { .. }) if self.arming.is_locked() => (JointMode::Holding, cause),
+            (_, Power::Found { .. }) if !self.orders.live => (self.pace(), JointCause::CommandTimeout),
+            (_, Power::Found { .. }) if is_own_fault(cause) => (self.pace(), cause),
+            (_, Power::Found { .. }) => (self.pace(), self.orders.halt.unwrap_or(cause)),
             (
                 Link::Unknown | Link::Identified(_) | Link::Answering,
                 Power::Unknown { .. } | Power::Off | Power::Rising { .. },
@@ -88,7 +80,7 @@ impl Joint {
                 (JointMode::Starting, cause)
             }
             Motion::Stay { .. } => (self.pace(), stops_by),
-            Motion::Soft { .. } | Motion::Track { .. } if self.is_derated() => {
+            Motion::Soft { .. } | Motion::Track { .. } if self.is_derated => {
                 (JointMode::Following, JointCause::Derated)
             }
             Motion::Soft { .. } | Motion::Track { .. } => (JointMode::Following, JointCause::None),

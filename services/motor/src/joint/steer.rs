@@ -97,20 +97,16 @@ impl Joint {
     }
 
     pub(super) fn begin_soft(&mut self, now: Instant, at: Setpoint) {
-        self.motion = Motion::Soft { at, until: now + self.policy.soft_start };
+        self.motion = Motion::Soft { at, until: now + self.policy.settings.soft_start_ms.duration() };
     }
 
     /// Brings the joint to a stop, from any state.
     pub(super) fn halt(&mut self) {
-        self.motion = match self.motion {
-            Motion::Soft { at, .. } | Motion::Track { at } => Motion::Halt { at },
-            Motion::Align { .. } => Motion::Stay { ordered: None },
-            still @ (Motion::Idle
-            | Motion::Stay { .. }
-            | Motion::Halt { .. }
-            | Motion::Hold { .. }
-            | Motion::Retreat { .. }) => still,
-        };
+        if let Motion::Soft { at, .. } | Motion::Track { at } = self.motion {
+            self.motion = Motion::Halt { at };
+        } else if let Motion::Align { .. } = self.motion {
+            self.motion = Motion::Stay { ordered: None };
+        }
     }
 
     /// Its servo stands where it was told to stay.
@@ -126,7 +122,7 @@ impl Joint {
             self.arming = ending.state();
             if ending.cause == JointCause::Alert {
                 // A servo beyond its limits is not lowered, because it accepts no goal there.
-                self.cut_at = Some(now + self.policy.hold);
+                self.cut_at = Some(now + self.policy.settings.alert.hold_ms.duration());
             }
         }
     }
@@ -135,11 +131,14 @@ impl Joint {
     fn after_hold(&mut self, now: Instant, at: Setpoint, since: Instant) {
         let Some(ending) = self.arming.ending() else { return };
         if ending.cause == JointCause::Alert {
-            if now < since + self.policy.hold {
+            if now < since + self.policy.settings.alert.hold_ms.duration() {
                 return;
             }
             if self.reaction == Some(AlertReaction::Lower) {
-                self.motion = Motion::Retreat { at, until: now + self.policy.lower_timeout };
+                self.motion = Motion::Retreat {
+                    at,
+                    until: now + self.policy.settings.alert.lower_timeout_ms.duration(),
+                };
             } else {
                 self.switch_torque_off(now);
             }
@@ -152,8 +151,8 @@ impl Joint {
     /// Stops sending setpoints. The servo holds the last one.
     fn rest(&mut self, at: Setpoint, ending: Disarming) {
         self.motion = Motion::Idle;
-        if let Power::On { has_full_acceleration, is_pwm_limited, .. } = self.power {
-            self.power = Power::On { goal_rad: at.position_rad, has_full_acceleration, is_pwm_limited };
+        if let Power::On { goal_rad, .. } = &mut self.power {
+            *goal_rad = at.position_rad;
         }
         self.arming = ending.state();
     }
@@ -177,7 +176,7 @@ impl Joint {
             acceleration_rad_s2: self.settings.max_acceleration_rad_s2,
         };
         let share = self.spare();
-        let slow_rad_s = self.policy.soft_start_rad_s;
+        let slow_rad_s = self.policy.settings.soft_start_rad_s.get();
         // The acceleration limit is not derated: a moving joint could not stop within its limits otherwise.
         let limits = |bound_rad_s: f64| Limits {
             velocity_rad_s: (stop.velocity_rad_s * share).min(bound_rad_s),
@@ -206,8 +205,11 @@ impl Joint {
         };
         let next = self.no_further_ahead(now, at, next);
         let has_stopped = matches!(self.motion, Motion::Halt { .. }) && next.velocity_rad_s.abs() <= 0.0;
-        self.motion =
-            if has_stopped { Motion::Hold { at: next, since: now } } else { self.motion.with(next) };
+        if has_stopped {
+            self.motion = Motion::Hold { at: next, since: now };
+        } else if let Some(at) = self.motion.setpoint_mut() {
+            *at = next;
+        }
         self.watch_for_a_block(now, next);
     }
 
@@ -238,7 +240,7 @@ impl Joint {
     }
 
     fn max_tracking_error_rad(&self) -> f64 {
-        self.settings.max_tracking_error_rad.unwrap_or(self.policy.max_tracking_error_rad)
+        self.settings.max_tracking_error_rad.unwrap_or(self.policy.settings.max_tracking_error_rad.get())
     }
 
     /// Stops and locks the joint if its tracking error has been at the bound for too long.
@@ -249,7 +251,7 @@ impl Joint {
             return;
         }
         let since = *self.behind_since.get_or_insert(now);
-        if now.since(since) < self.policy.blocked_after {
+        if now.since(since) < self.policy.settings.blocked_after_ms.duration() {
             return;
         }
         self.behind_since = None;
@@ -258,7 +260,6 @@ impl Joint {
             return self.switch_torque_off(now);
         }
         self.trouble = Some(JointFault::Blocked { by_mrad: quantity::number::round_i64(error * 1e3) });
-        self.fault_counters.blocked += 1;
         // The setpoint jumps to the present position, so that the joint does not press against the obstacle.
         let stands_rad = self.standing(now).unwrap_or(at.position_rad);
         self.motion = Motion::Halt { at: Setpoint::at(stands_rad) };
@@ -274,13 +275,9 @@ impl Joint {
     /// Derating factor of the speed, 0 to 1; below one until the servo is well within its bounds again.
     fn spare(&mut self) -> f64 {
         let Some((supply, bounds)) = self.supply.zip(self.bounds) else { return 1.0 };
-        let share = derating(supply, bounds, self.model.nominal_volts(), self.is_derated);
+        let share = derating(supply, bounds, self.settings.model.nominal_volts(), self.is_derated);
         self.is_derated = share < 1.0;
         share
-    }
-
-    pub(super) const fn is_derated(&self) -> bool {
-        self.is_derated
     }
 
     /// Goal of its servo in this cycle, if any. The profile velocity is written only when it changes, and
@@ -316,7 +313,7 @@ impl Joint {
         if !self.may_move() {
             return None;
         }
-        let slow_rad_s = self.policy.soft_start_rad_s.min(self.velocity_rad_s());
+        let slow_rad_s = self.policy.settings.soft_start_rad_s.get().min(self.velocity_rad_s());
         let fastest = velocity_below(self.velocity_rad_s());
         let (goal_rad, speed_rad_s) = match self.motion {
             Motion::Idle | Motion::Stay { .. } => return None,
@@ -339,7 +336,7 @@ impl Joint {
             LOW_ACCELERATION_RAD_S2
         };
         let velocity = at.velocity_rad_s;
-        let ahead_rad = velocity * self.policy.period.as_secs_f64()
+        let ahead_rad = velocity * self.policy.settings.rate_hz.period().as_secs_f64()
             + velocity * velocity.abs() / (2.0 * acceleration_rad_s2);
         let is_lowered = matches!(self.motion, Motion::Retreat { .. });
         let goal_rad =
@@ -357,7 +354,7 @@ impl Joint {
         let (speed, error) = (at.velocity_rad_s.abs(), self.error_rad(now, at).unwrap_or(0.0));
         // The reading is one cycle old. At rest the joint lags in either direction of the error.
         let behind_rad = if speed > 0.0 {
-            error * at.velocity_rad_s.signum() - speed * self.policy.period.as_secs_f64()
+            error * at.velocity_rad_s.signum() - speed * self.policy.settings.rate_hz.period().as_secs_f64()
         } else {
             error.abs()
         };

@@ -281,7 +281,7 @@ fn watchdogs(rig: &mut Rig, cycles: u32, from: u32) -> Vec<u8> {
         rig.commanded(1, 0.3, rig.now);
         for (bus, place) in [(0, 0), (0, 1), (1, 0)] {
             if rig.torque(bus, place) == 1 && cycle >= from {
-                seen.insert(rig.lines[bus].servos()[place].read(BUS_WATCHDOG.address, 1).unwrap()[0]);
+                seen.insert(rig.lines[bus].servos[place].read(BUS_WATCHDOG.address, 1).unwrap()[0]);
             }
         }
     }
@@ -298,7 +298,7 @@ fn a_servo_with_torque_is_never_without_its_watchdog() {
     assert_eq!(watchdogs(&mut rig, 200, 0), [10]);
     // Without a watchdog, as another tool may leave them: it is armed as soon as that is read.
     let Rig { mut lines, now, .. } = following();
-    for servo in lines.iter_mut().flat_map(Line::servos_mut) {
+    for servo in lines.iter_mut().flat_map(|line| &mut line.servos) {
         servo.write(BUS_WATCHDOG.address, &[0]).unwrap();
     }
     let mut rig = Rig { lines, now, ..Rig::new() };
@@ -322,25 +322,31 @@ fn a_servo_with_the_limits_of_another_joint_is_not_written() {
     rig.until(200, 0.3, |rig| rig.modes() == [Following; 3]);
     let Rig { mut lines, now, .. } = rig;
     // The two servos of the left bus were swapped, and their identifiers corrected: only the EEPROM shows it.
-    for servo in lines.iter_mut().flat_map(Line::servos_mut) {
+    for servo in lines.iter_mut().flat_map(|line| &mut line.servos) {
         servo.write(table::TORQUE_ENABLE.address, &[0]).unwrap();
     }
-    let [one, other] = [0, 1].map(|place| lines[0].servos()[place].read(48, 8).unwrap().to_vec());
-    lines[0].servos_mut()[0].write(48, &other).unwrap();
-    lines[0].servos_mut()[1].write(48, &one).unwrap();
+    let [one, other] = [0, 1].map(|place| lines[0].servos[place].read(48, 8).unwrap().to_vec());
+    lines[0].servos[0].write(48, &other).unwrap();
+    lines[0].servos[1].write(48, &one).unwrap();
     let mut rig = Rig { lines, now, ..Rig::of(&robot, SETTINGS) };
     rig.commanded(100, 0.3, rig.now);
     rig.motor.arm(rig.now, None);
     rig.commanded(300, 0.3, rig.now);
     assert_eq!(rig.causes()[..2], [JointCause::Refused; 2]);
     assert_eq!([rig.torque(0, 0), rig.torque(0, 1)], [0; 2]);
+<<<<<<< main
     assert_eq!(rig.motor.trouble(0), Some(JointFault::OtherJoint(2)));
     let untouched = rig.lines[0].servos()[0].read(48, 8).unwrap().to_vec();
+=======
+    let said = rig.motor.trouble(0).unwrap().to_string();
+    assert!(said.contains("those of joint number 2 in motor.toml: are two servos swapped"), "{said}");
+    let untouched = rig.lines[0].servos[0].read(48, 8).unwrap().to_vec();
+>>>>>>> less-motor
     assert_eq!(untouched, other, "its EEPROM was written");
     // An operator may override: the limits are overwritten.
     rig.motor.arm(rig.now, Some(rig.motor.counts().locks));
     rig.until(400, 0.3, |rig| rig.modes() == [Following; 3]);
-    assert_eq!(rig.lines[0].servos()[0].read(48, 8).unwrap(), one);
+    assert_eq!(rig.lines[0].servos[0].read(48, 8).unwrap(), one);
 }
 
 #[test]
@@ -348,7 +354,7 @@ fn the_eeprom_of_a_servo_is_overwritten_only_after_a_notice() {
     let mut rig = Rig::on_hardware();
     rig.takes_notices = false;
     rig.commanded(500, 0.3, rig.now);
-    let limits = |rig: &Rig| rig.lines[0].servos()[0].read(MAX_POSITION_LIMIT.address, 4).unwrap().to_vec();
+    let limits = |rig: &Rig| rig.lines[0].servos[0].read(MAX_POSITION_LIMIT.address, 4).unwrap().to_vec();
     assert_eq!(limits(&rig), 4095_u32.to_le_bytes(), "it was overwritten");
     rig.takes_notices = true;
     rig.commanded(60, 0.3, rig.now);
@@ -382,10 +388,10 @@ fn overwritten_settings_are_logged_and_tighter_limits_stay() {
     rig.motor.arm(rig.now, None);
     rig.until(200, 0.3, |rig| rig.modes() == [Following; 3]);
     rig.commanded(150, 0.3, rig.now);
-    let (mut fastest, mut before) = (0.0_f64, rig.lines[0].servos()[0].position_rad());
+    let (mut fastest, mut before) = (0.0_f64, rig.lines[0].servos[0].position_rad());
     for _ in 0..300 {
         rig.commanded(1, -0.9, rig.now);
-        let is_rad = rig.lines[0].servos()[0].position_rad();
+        let is_rad = rig.lines[0].servos[0].position_rad();
         fastest = fastest.max((is_rad - before).abs() / PERIOD.as_secs_f64());
         before = is_rad;
     }

@@ -11,8 +11,8 @@ use JointMode::{Aligning, Decelerating, Following, Holding, Limp, Releasing};
 fn coming_back() -> Rig {
     let mut rig = Rig::new();
     rig.servo(0, 0).displace(1.4);
-    let from_rad = rig.lines[0].servos()[0].position_rad();
-    rig.until(300, 0.0, |rig| rig.lines[0].servos()[0].position_rad() < from_rad - 0.1);
+    let from_rad = rig.lines[0].servos[0].position_rad();
+    rig.until(300, 0.0, |rig| rig.lines[0].servos[0].position_rad() < from_rad - 0.1);
     assert_eq!(rig.modes()[0], Aligning);
     rig
 }
@@ -22,12 +22,12 @@ fn stops(rig: &mut Rig, cause: JointCause, mut cycle: impl FnMut(&mut Rig)) {
     for _ in 0..40 {
         cycle(rig);
     }
-    let at_rad = rig.lines[0].servos()[0].position_rad();
+    let at_rad = rig.lines[0].servos[0].position_rad();
     assert!(at_rad > 1.3, "it went on to {at_rad} rad");
     for _ in 0..150 {
         cycle(rig);
         assert_eq!((rig.modes()[0], rig.causes()[0], rig.torque(0, 0)), (Holding, cause, 1));
-        let is_rad = rig.lines[0].servos()[0].position_rad();
+        let is_rad = rig.lines[0].servos[0].position_rad();
         assert!((is_rad - at_rad).abs() < 1e-3, "it moves, from {at_rad} to {is_rad} rad");
     }
 }
@@ -46,7 +46,7 @@ fn it_stops_while_its_group_does() {
     let robot = ROBOT.replace("group = \"arm\"", "group = \"body\"");
     let mut rig = Rig::of(&robot, SETTINGS);
     rig.servo(0, 0).displace(1.4);
-    rig.until(300, 0.0, |rig| rig.lines[0].servos()[0].position_rad() < 1.6);
+    rig.until(300, 0.0, |rig| rig.lines[0].servos[0].position_rad() < 1.6);
     rig.servo(1, 0).fail(HardwareError::Overheating);
     stops(&mut rig, JointCause::GroupStopped, |rig| rig.commanded(1, 0.0, rig.now));
 }
@@ -112,11 +112,11 @@ fn a_servo_beyond_its_limits_does_not_move_before_its_joint_follows() {
     rig.lost = Some(1);
     rig.commanded(100, 0.0, rig.now);
     rig.lost = None;
-    let at_rad = rig.lines[0].servos()[0].position_rad();
+    let at_rad = rig.lines[0].servos[0].position_rad();
     let mut steps = 0;
     while rig.state(0).command_position_rad().is_none() {
         rig.commanded(1, 0.0, rig.now);
-        let is_rad = rig.lines[0].servos()[0].position_rad();
+        let is_rad = rig.lines[0].servos[0].position_rad();
         assert!((is_rad - at_rad).abs() < 1e-3, "it moves, from {at_rad} to {is_rad} rad");
         steps += 1;
     }

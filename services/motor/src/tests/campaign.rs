@@ -173,9 +173,13 @@ impl Campaign {
         let mut robot = Robot::load(None).unwrap();
         robot.leo.motor.on_alert = config::leo::OnAlert::Reboot;
         let now = Instant::from_nanos(1_000_000_000);
+        let line = |index: usize, bus: &config::motor::Bus| {
+            let mut line = mock_bus_process::line(&robot.motor, index, now);
+            line.injector = Injector::new(&bus.name, seed);
+            line
+        };
         let wire = |index: usize, bus: &config::motor::Bus| FaultyPort {
-            line: mock_bus_process::line(&robot.motor, index, now)
-                .with_injector(Injector::new(&bus.name, seed)),
+            line: line(index, bus),
             now,
             said: Vec::new(),
             hung_up_until: now,
@@ -254,7 +258,7 @@ impl Campaign {
     }
 
     fn servo(&self, joint: &config::motor::Joint) -> &Servo {
-        let servos = self.wires[joint.bus].line.servos();
+        let servos = &self.wires[joint.bus].line.servos;
         servos.iter().find(|servo| servo.id() == joint.id).unwrap()
     }
 
@@ -287,7 +291,7 @@ fn campaign(seed: u64, lasts: Duration) {
     assert_eq!(campaign.motor.states().len(), 65);
     assert!(campaign.away > 0, "the faults did nothing");
     for fault in &faults {
-        let happened = |wire: &FaultyPort| wire.line.injected().of(fault.kind) > 0;
+        let happened = |wire: &FaultyPort| wire.line.injector.injected.of(fault.kind) > 0;
         assert!(campaign.wires.iter().any(happened), "{fault} never happened");
     }
     assert!(campaign.motor.counts().stale > 0, "no answer was late");

@@ -248,13 +248,13 @@ fn answers_to_an_earlier_question_are_never_taken_whatever_their_length() {
         rig.motor.step(rig.now);
         rig.motor.request(1, rig.now, &mut rig.request);
         let mut late = kept[cycle % 3].clone();
-        late.asked(PartKind::FastRead, rig.now);
+        late.record(PartKind::FastRead, |part| part.asked_at = rig.now);
         let before = rig.state(2).sampled_at_ns;
         rig.motor.replies(1, rig.now, &late);
         assert_eq!(rig.state(2).sampled_at_ns, before);
     }
     assert_eq!(rig.motor.counts().stale, 9);
-    assert_eq!(rig.motor.bus_counts(1).stale, 9);
+    assert_eq!(rig.motor.bus_health(1).stale, 9);
 }
 
 /// Hands one answer of servo 1 on bus 1 to the motor, in place of all others of a cycle.
@@ -273,7 +273,7 @@ fn a_late_answer_to_another_job_is_no_condition() {
     let stale = rig.motor.counts().stale;
     // At the place of the hardware errors stands something else.
     answer_alone(&mut rig, PartKind::AlertCondition, None, &[0xFF; 107]);
-    assert_eq!((rig.motor.trouble(2), rig.motor.bus_counts(1).fault_counters.alerts), (None, 0));
+    assert_eq!((rig.motor.trouble(2), rig.motor.bus_health(1).alerts), (None, 0));
     assert_eq!(rig.motor.counts().stale, stale + 1);
 }
 
@@ -288,9 +288,9 @@ fn an_error_in_place_of_torque_enable_confirms_nothing() {
 #[test]
 fn an_answer_longer_than_any_expected_one_counts_as_noise() {
     let mut rig = following();
-    let broken = rig.motor.bus_counts(1).corrupt;
+    let broken = rig.motor.bus_health(1).broken;
     answer_alone(&mut rig, PartKind::FastRead, None, &[0; 200]);
-    assert_eq!(rig.motor.bus_counts(1).corrupt, broken + 1);
+    assert_eq!(rig.motor.bus_health(1).broken, broken + 1);
 }
 
 #[test]
@@ -322,7 +322,7 @@ fn noise_with_a_valid_check_sum_is_no_alert_or_refusal() {
 fn an_error_number_beside_a_reading_costs_no_other_servo_its_reading() {
     for version in [46, 44] {
         let mut rig = Rig::new();
-        for servo in rig.lines[0].servos_mut() {
+        for servo in &mut rig.lines[0].servos {
             *servo = servo.clone().with_firmware(version);
         }
         rig.until(200, 0.3, |rig| rig.modes() == [Following; 3]);
@@ -408,7 +408,7 @@ fn a_servo_of_older_firmware_is_read_separately() {
     // XM430 supports fast sync reads from firmware 45 on.
     for (versions, questions) in [([44, 46], 2), ([45, 45], 1), ([44, 44], 1)] {
         let mut rig = Rig::new();
-        let servos = rig.lines[0].servos_mut();
+        let servos = &mut rig.lines[0].servos;
         for (servo, version) in servos.iter_mut().zip(versions) {
             *servo = servo.clone().with_firmware(version);
         }

@@ -124,7 +124,7 @@ impl World {
         let settings = config::parse(&settings, "leo.toml".as_ref()).unwrap();
         let mut line = one_servo();
         if found {
-            line.servos_mut()[0].write(TORQUE_ENABLE.address, &[1]).unwrap();
+            line.servos[0].write(TORQUE_ENABLE.address, &[1]).unwrap();
         }
         let mut world = Self {
             motor: Motor::new(&robot, &settings).unwrap(),
@@ -152,7 +152,7 @@ impl World {
 
     /// Whether the servo receives instructions and its answers arrive.
     fn answers(&self) -> bool {
-        self.wrong == ExchangeFault::Nothing && self.line.servos()[0].is_listening()
+        self.wrong == ExchangeFault::Nothing && self.line.servos[0].is_listening()
     }
 
     fn act(&mut self, action: Action, mutation: Mutation) {
@@ -174,9 +174,9 @@ impl World {
             }
             Action::Restart => {
                 self.reset(KNOWN_AFTER);
-                self.line.servos_mut()[0].restart();
+                self.line.servos[0].restart();
             }
-            Action::Alert(error) => self.line.servos_mut()[0].fail(error),
+            Action::Alert(error) => self.line.servos[0].fail(error),
             Action::PushedTo(to_rad) => push_to(&mut self.line, to_rad),
             Action::Arm { acknowledges } => self.arm(acknowledges),
             Action::Raise => self.motor.emergency_stop(self.now),
@@ -236,10 +236,10 @@ impl World {
         });
         exchange(&mut self.line, now, self.wrong, &request, &mut replies);
         if mutation == Mutation::NoWatchdog && self.has_torque() && !had_torque {
-            self.line.servos_mut()[0].write(BUS_WATCHDOG.address, &[0]).unwrap();
+            self.line.servos[0].write(BUS_WATCHDOG.address, &[0]).unwrap();
         }
         if mutation == Mutation::KeepsTorque && self.motor.letting_go().is_some() && had_torque {
-            self.line.servos_mut()[0].write(TORQUE_ENABLE.address, &[1]).unwrap();
+            self.line.servos[0].write(TORQUE_ENABLE.address, &[1]).unwrap();
         }
         self.motor.replies(0, now, &replies);
         self.check();
@@ -301,7 +301,7 @@ impl World {
     /// Computes the class of this state.
     fn remember(&mut self) {
         let text = format!("{:?}", self.motor);
-        let servo = &self.line.servos()[0];
+        let servo = &self.line.servos[0];
         let torque = self.has_torque();
         let watchdog = torque.then(|| item(&self.line, BUS_WATCHDOG));
         let place = [0.1, 1.0].map(|bound_rad| servo.position_rad().abs() - 1.0 > bound_rad);

@@ -98,7 +98,8 @@ pub(super) fn exchange(
     replies.stamp(now);
     line.advance(now);
     if wrong == ExchangeFault::LineLost {
-        return replies.lose(LineLostError::HangUp);
+        replies.lost = Some(LineLostError::HangUp);
+        return;
     }
     let mut has_alert = false;
     for (part, bytes) in request.parts() {
@@ -135,10 +136,8 @@ pub(super) fn exchange(
             _ => false,
         };
         if is_lost {
-            replies.record_corrupt(
-                part.kind,
-                u32::from(matches!(wrong, ExchangeFault::JobBroken | ExchangeFault::ReadingBroken)),
-            );
+            let is_corrupt = matches!(wrong, ExchangeFault::JobBroken | ExchangeFault::ReadingBroken);
+            replies.record(part.kind, |part| part.corrupt += u32::from(is_corrupt));
             continue;
         }
         let mut parser = Parser::new();
@@ -152,12 +151,12 @@ pub(super) fn exchange(
                 params[..2].copy_from_slice(&old.to_le_bytes());
             }
             has_alert |= status.alert;
-            replies.hear(part.kind, heard.len());
+            replies.record(part.kind, |part| part.bytes += heard.len());
             replies.add(part.kind, &Status { params: &params, ..status });
         }
     }
     if has_alert {
-        let servo = &line.servos()[0];
+        let servo = &line.servos[0];
         let params = servo.read(CONDITION.address, CONDITION.length).unwrap().to_vec();
         let id = Id::new(servo.id()).unwrap();
         replies.add(PartKind::AlertCondition, &Status { id, alert: true, fault: None, params: &params });
@@ -172,7 +171,7 @@ pub(super) fn sends_goals(request: &Request) -> bool {
 
 /// A byte of the servo's control table.
 pub(super) fn item(line: &Line, item: table::Item) -> u8 {
-    line.servos()[0].read(item.address, 1).unwrap()[0]
+    line.servos[0].read(item.address, 1).unwrap()[0]
 }
 
 pub(super) fn one_servo() -> Line {
@@ -182,7 +181,7 @@ pub(super) fn one_servo() -> Line {
 
 /// Moves the servo by hand.
 pub(super) fn push_to(line: &mut Line, to_rad: f64) {
-    let servo = &mut line.servos_mut()[0];
+    let servo = &mut line.servos[0];
     servo.displace(to_rad - servo.position_rad());
 }
 
@@ -374,7 +373,7 @@ impl Bench {
         let policy = Policy::new(&settings, true);
         Self {
             joint: Joint::new(0, Id::new(1).unwrap(), &robot.joints[0], policy, AlertReaction::Lower),
-            bus: Bus::new(vec![0]),
+            bus: Bus::new(vec![0], false),
             line: one_servo(),
             now: Instant::from_nanos(1_000_000_000),
             orders: Ordered::Live,
@@ -388,7 +387,7 @@ impl Bench {
     /// A joint whose servo an earlier process left with torque on, moving towards a goal.
     fn found(watchdog: u8) -> Self {
         let mut bench = Self::new();
-        let servo = &mut bench.line.servos_mut()[0];
+        let servo = &mut bench.line.servos[0];
         servo.write(BUS_WATCHDOG.address, &[watchdog]).unwrap();
         servo.write(TORQUE_ENABLE.address, &[1]).unwrap();
         bench
@@ -415,16 +414,16 @@ impl Bench {
                 self.joint.end_let_go();
             }
             Event::StopFirst => self.joint.end_by_emergency(),
-            Event::Alert(error) => self.line.servos_mut()[0].fail(error),
-            Event::Restart => self.line.servos_mut()[0].restart(),
+            Event::Alert(error) => self.line.servos[0].fail(error),
+            Event::Restart => self.line.servos[0].restart(),
             Event::Reboot => {
-                self.line.servos_mut()[0].reboot();
+                self.line.servos[0].reboot();
                 cycles = SILENT;
             }
             Event::Duplicate => self.joint.forbid(self.now, Id::new(1).unwrap()),
             Event::Written(item, byte) => {
                 // The servo may refuse the write.
-                let _refused = self.line.servos_mut()[0].write(item.address, &[byte]);
+                let _refused = self.line.servos[0].write(item.address, &[byte]);
             }
             Event::PushedTo(to_rad) => push_to(&mut self.line, to_rad),
         }
@@ -460,7 +459,7 @@ impl Bench {
         if live {
             self.joint.set_goal(GOAL_RAD, now, now);
         }
-        let body_stopped = self.bus.is_lost() || self.orders == Ordered::BodyStopped;
+        let body_stopped = self.bus.is_lost || self.orders == Ordered::BodyStopped;
         let group_stopped = (self.orders == Ordered::GroupStopped).then_some(JointCause::GroupStopped);
         let halt = body_stopped.then_some(JointCause::BodyStopped).or(group_stopped);
         self.joint.step(
@@ -484,7 +483,7 @@ impl Bench {
         }
         exchange(&mut self.line, now, wrong, &wire.request, &mut wire.replies);
         self.bus.process_replies(now, from_mut(&mut self.joint), &wire.replies);
-        let _told = self.joint.take_notices();
+        let _told = std::mem::take(&mut self.joint.notices);
         self.check()
     }
 
@@ -499,12 +498,12 @@ impl Bench {
         if joint.command_counts(self.now).is_some() && !joint.may_move() {
             return Err("it has a command, and may not move".to_owned());
         }
-        if joint.violations() > 0 {
+        if joint.violations > 0 {
             return Err("a motion was not allowed, and was stopped".to_owned());
         }
         let is_known = self.now > self.meddled_at + LOOKED;
         let (torque, watchdog) = (item(&self.line, TORQUE_ENABLE), item(&self.line, BUS_WATCHDOG));
-        let is_silent = !self.line.servos()[0].is_listening();
+        let is_silent = !self.line.servos[0].is_listening();
         if is_known && machines.power == JointPower::On && !is_silent && (torque, watchdog) != (1, 10) {
             return Err(format!("its power is on, torque is {torque} and the watchdog {watchdog}"));
         }
@@ -535,7 +534,7 @@ impl Bench {
         let is_unproven = field(text, "trusted_at") != "None";
         let (power, is_armed) = (field(text, "power"), field(text, "arming").starts_with("Armed"));
         let (torque, watchdog) = (item(&self.line, TORQUE_ENABLE), item(&self.line, BUS_WATCHDOG));
-        let servo = &self.line.servos()[0];
+        let servo = &self.line.servos[0];
         let beyond_rad = (servo.position_rad().abs() - 1.0).max(0.0);
         // Only what makes a difference in this state counts. With torque off the watchdog is armed before torque
         // comes on. Orders matter only to a joint that is armed or has torque, and a reaction only to one that moves.

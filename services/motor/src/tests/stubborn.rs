@@ -40,7 +40,7 @@ impl Rig {
 /// A new motor process, and servos that are already configured, without torque.
 fn configured() -> Rig {
     let Rig { mut lines, now, .. } = following();
-    for servo in lines.iter_mut().flat_map(Line::servos_mut) {
+    for servo in lines.iter_mut().flat_map(|line| &mut line.servos) {
         servo.write(TORQUE_ENABLE.address, &[0]).unwrap();
     }
     Rig { lines, now, ..Rig::new() }
@@ -52,7 +52,13 @@ fn left_joints() -> [Joint; 2] {
     let policy = Policy::new(&config::parse(SETTINGS, "leo.toml".as_ref()).unwrap(), true);
     [0_u8, 1].map(|joint| {
         let settings = &robot.joints[usize::from(joint)];
-        Joint::new(joint.into(), Id::new(settings.id).unwrap(), settings, policy, AlertReaction::Lower)
+        Joint::new(
+            joint.into(),
+            Id::new(settings.id).unwrap(),
+            settings,
+            policy.clone(),
+            AlertReaction::Lower,
+        )
     })
 }
 
@@ -110,7 +116,7 @@ fn a_reboot_with_a_lost_acknowledgement_is_sent_once() {
 fn torque_off_is_retried_with_growing_delays() {
     let mut rig = following();
     rig.mute.insert((0, 2));
-    rig.lines[0].servos_mut()[1].fail(HardwareError::Overheating);
+    rig.lines[0].servos[1].fail(HardwareError::Overheating);
     // It reports the alert in one answer, and then becomes silent.
     rig.mute.clear();
     rig.commanded(1, 0.2, rig.now);
@@ -125,11 +131,11 @@ fn torque_off_is_retried_with_growing_delays() {
 fn servos_are_looked_at_while_another_has_a_job_in_every_cycle() {
     let (rig, mut joints) = (following(), left_joints());
     // The first servo is set up. The second never gets an answer, so that it is pinged forever.
-    let servo = &rig.lines[0].servos()[0];
+    let servo = &rig.lines[0].servos[0];
     for (job, params) in [(Job::Ping, &servo.ping()[..]), (Job::Inspect, servo.read(9, 107).unwrap())] {
         joints[0].process_answer(rig.now, job, &status(params));
     }
-    let (mut bus, mut request) = (Bus::new(vec![0, 1]), Request::default());
+    let (mut bus, mut request) = (Bus::new(vec![0, 1], true), Request::default());
     let mut asked = BTreeMap::new();
     for cycle in 0..500 {
         let now = rig.now + cycle * PERIOD;
@@ -188,7 +194,7 @@ fn a_readable_servo_that_never_acknowledges_is_quarantined() {
 #[test]
 fn whether_a_servo_answers_everything_is_read_back() {
     let (rig, [mut joint, _]) = (following(), left_joints());
-    let servo = &rig.lines[0].servos()[0];
+    let servo = &rig.lines[0].servos[0];
     joint.process_answer(rig.now, Job::Ping, &status(&servo.ping()));
     let mut setup = servo.read(9, 107).unwrap().to_vec();
     setup[usize::from(STATUS_RETURN_LEVEL.address - 9)] = 1;

@@ -14,7 +14,7 @@ struct Obstacle {
 
 impl Obstacle {
     fn at(rig: &Rig) -> Self {
-        Self { at_rad: rig.lines[0].servos()[0].position_rad() }
+        Self { at_rad: rig.lines[0].servos[0].position_rad() }
     }
 
     fn hold(&self, rig: &mut Rig) {
@@ -65,10 +65,10 @@ fn a_freed_joint_catches_up_within_its_speed_limit() {
     rig.commanded(150, -0.9, rig.now);
     assert_eq!(rig.modes()[0], Following);
     rig.servo(0, 0).block(false);
-    let (mut fastest, mut before) = (0.0_f64, rig.lines[0].servos()[0].position_rad());
+    let (mut fastest, mut before) = (0.0_f64, rig.lines[0].servos[0].position_rad());
     for _ in 0..300 {
         rig.commanded(1, -0.9, rig.now);
-        let is_rad = rig.lines[0].servos()[0].position_rad();
+        let is_rad = rig.lines[0].servos[0].position_rad();
         fastest = fastest.max((is_rad - before).abs() / PERIOD.as_secs_f64());
         before = is_rad;
     }
@@ -76,7 +76,7 @@ fn a_freed_joint_catches_up_within_its_speed_limit() {
     assert!((1.0..2.02).contains(&fastest), "{fastest} rad/s");
     assert!((rig.position(0) + 0.9).abs() < 0.003);
     // It may use its full PWM again.
-    let pwm = rig.lines[0].servos()[0].read(table::GOAL_PWM.address, 2).unwrap();
+    let pwm = rig.lines[0].servos[0].read(table::GOAL_PWM.address, 2).unwrap();
     assert_eq!(pwm, 885_u16.to_le_bytes());
 }
 
@@ -117,7 +117,7 @@ fn a_joint_far_beyond_its_limits_is_locked() {
     let mut modes = BTreeSet::new();
     for _ in 0..600 {
         rig.commanded(1, 0.0, rig.now);
-        if rig.lines[0].servos()[0].position_rad() > 1.101 {
+        if rig.lines[0].servos[0].position_rad() > 1.101 {
             modes.insert(format!("{:?}", rig.modes()[0]));
         }
     }
@@ -179,14 +179,14 @@ fn after_an_undervoltage_a_joint_is_lowered_slowly_and_released() {
     rig.commanded(500, 0.8, rig.now);
     // An XM430 keeps its torque when its supply is out of its limits.
     rig.servo(0, 0).fail(HardwareError::InputVoltage);
-    let (mut trace, mut fastest, mut before) = (Vec::new(), 0.0_f64, rig.lines[0].servos()[0].position_rad());
+    let (mut trace, mut fastest, mut before) = (Vec::new(), 0.0_f64, rig.lines[0].servos[0].position_rad());
     while rig.modes()[0] != Limp {
         rig.commanded(1, 0.8, rig.now);
         let mode = rig.modes()[0];
         if trace.last() != Some(&mode) {
             trace.push(mode);
         }
-        let is_rad = rig.lines[0].servos()[0].position_rad();
+        let is_rad = rig.lines[0].servos[0].position_rad();
         fastest = fastest.max((is_rad - before).abs() / PERIOD.as_secs_f64());
         before = is_rad;
         assert!(trace.len() < 9, "{trace:?}");
@@ -279,7 +279,7 @@ fn ripple(rig: &mut Rig) -> f64 {
     let (mut slowest, mut fastest) = (f64::INFINITY, 0.0_f64);
     for _ in 0..100 {
         rig.commanded(1, 0.9, arrive_at);
-        let mut servo = rig.lines[0].servos()[0].clone();
+        let mut servo = rig.lines[0].servos[0].clone();
         let mut before = servo.position_rad();
         for part in 1..=16_u32 {
             servo.advance(rig.now + Duration::from_micros(250) * part);
@@ -380,7 +380,7 @@ fn an_unchanged_profile_velocity_is_resent_twice_a_second() {
     // The velocity is written again soon if the servo lost it, or another program changed it.
     rig.servo(1, 0).write(table::PROFILE_VELOCITY.address, &400_u32.to_le_bytes()).unwrap();
     rig.commanded(126, 0.3, rig.now);
-    let told = rig.lines[1].servos()[0].read(table::PROFILE_VELOCITY.address, 4).unwrap().to_vec();
+    let told = rig.lines[1].servos[0].read(table::PROFILE_VELOCITY.address, 4).unwrap().to_vec();
     assert!(told < 10_u32.to_le_bytes().to_vec(), "{told:?}");
 }
 

@@ -16,11 +16,11 @@ use config::leo::AlertReaction;
 impl Rig {
     /// Whether the watchdog of a servo is armed, which is two steps before its torque comes on.
     fn is_guarded(&self, bus: usize, place: usize) -> bool {
-        self.lines[bus].servos()[place].read(BUS_WATCHDOG.address, 1).unwrap() != [0]
+        self.lines[bus].servos[place].read(BUS_WATCHDOG.address, 1).unwrap() != [0]
     }
 
     fn tamper(&mut self, item: table::Item, data: &[u8]) {
-        self.lines[0].servos_mut()[0].write(item.address, data).unwrap();
+        self.lines[0].servos[0].write(item.address, data).unwrap();
     }
 }
 
@@ -179,11 +179,11 @@ fn torque_stays_off_without_a_commander_or_with_a_lost_bus() {
 fn a_joint_that_stands_beyond_its_limits_comes_back_to_them_slowly() {
     for by_rad in [1.2, -1.9] {
         let mut rig = Rig::new();
-        rig.lines[0].servos_mut()[0].displace(by_rad);
+        rig.lines[0].servos[0].displace(by_rad);
         let (mut before, mut fastest, mut modes) = (None::<f64>, 0.0_f64, BTreeSet::new());
         for _ in 0..1000 {
             rig.commanded(1, 0.0, rig.now);
-            let now = rig.lines[0].servos()[0].position_rad();
+            let now = rig.lines[0].servos[0].position_rad();
             // Back within its limits, and after its soft start, it is as fast as any joint.
             if now.abs() > 1.0 {
                 fastest = fastest.max((now - before.unwrap_or(now)).abs() / PERIOD.as_secs_f64());
@@ -237,7 +237,7 @@ fn a_servo_with_corrupt_replies_before_its_restart_holds_its_group() {
     rig.inject(0, "flip id=2");
     rig.commanded(3, 0.4, rig.now);
     rig.inject(0, "drop p=0");
-    rig.lines[0].servos_mut()[1].reboot();
+    rig.lines[0].servos[1].reboot();
     let mut held = 0;
     for _ in 0..600 {
         rig.commanded(1, 0.4, rig.now);
@@ -250,10 +250,10 @@ fn a_servo_with_corrupt_replies_before_its_restart_holds_its_group() {
 #[test]
 fn a_goal_is_written_only_to_a_servo_that_follows() {
     let mut rig = begun_anew();
-    let goal = rig.lines[0].servos()[0].read(GOAL_POSITION.address, 4).unwrap().to_vec();
+    let goal = rig.lines[0].servos[0].read(GOAL_POSITION.address, 4).unwrap().to_vec();
     for _ in 0..300 {
         rig.cycle();
-        assert_eq!(rig.lines[0].servos()[0].read(GOAL_POSITION.address, 4).unwrap(), goal);
+        assert_eq!(rig.lines[0].servos[0].read(GOAL_POSITION.address, 4).unwrap(), goal);
     }
 }
 

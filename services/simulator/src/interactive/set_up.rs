@@ -8,7 +8,6 @@ use message::{SceneMode, TeacherAct};
 
 use super::{Done, FOLLOW_TIME, HeldThing, Refusal, Undo, heading, place, refuse};
 use crate::World;
-use crate::layout::TableLayout;
 use crate::path::Glide;
 use crate::settle;
 use crate::thing::{Motion, Thing};
@@ -113,7 +112,7 @@ impl World {
         let found = layout.and_then(|it| it.occluders.iter().position(|screen| screen.name == name));
         if let Some(screen) = found.and_then(|index| Some((index, self.state.screens.get_mut(index)?))) {
             let (occluder, glide) = screen;
-            let (from_m, [.., z]) = (glide.end_m(), glide.point_m(now));
+            let (from_m, [.., z]) = (glide.to_m, glide.point_m(now));
             glide.go(now, [x, y, z], FOLLOW_TIME);
             self.state.remember_push(now, act.teacher, occluder, from_m);
             let slide = config::lesson::Act::Slide { occluder, centre_m: [x, y, z], takes: FOLLOW_TIME };
@@ -154,21 +153,19 @@ impl World {
 
     /// The current table in the format of a lesson, with an empty script.
     pub(super) fn table_as_it_is(&self, now: Instant) -> Table {
-        let mut objects = self.objects().to_vec();
-        for (object, thing) in objects.iter_mut().zip(self.state.at_rest()) {
+        let mut table = self.state.layout.as_deref().cloned().unwrap_or_default();
+        for (object, thing) in table.objects.iter_mut().zip(self.state.at_rest()) {
             let (position_m, heading_rad) = (thing.pose.position_m(), thing.pose.heading_rad());
             object.place = UprightPose { position_m, heading_rad };
         }
-        let layout = self.state.layout.as_deref();
-        let occluders = layout.map_or(&[][..], |layout| &layout.occluders).iter();
-        let occluders = occluders.zip(&self.state.screens);
-        let occluders =
-            occluders.map(|(screen, at)| Occluder { centre_m: at.point_m(now), ..screen.clone() }).collect();
-        let territory = layout.map_or_else(Vec::new, |layout| layout.territory.clone());
-        Table { objects, occluders, territory, script: Vec::new() }
+        table.occluders.truncate(self.state.screens.len());
+        for (occluder, screen) in table.occluders.iter_mut().zip(&self.state.screens) {
+            occluder.centre_m = screen.point_m(now);
+        }
+        table
     }
 
-    pub(super) fn layout(&mut self) -> &mut TableLayout {
+    pub(super) fn layout(&mut self) -> &mut Table {
         Arc::make_mut(self.state.layout.get_or_insert_default())
     }
 
@@ -226,19 +223,22 @@ impl World {
 impl State {
     /// Clears the table.
     pub(super) fn clear_table(&mut self) {
-        self.things.clear();
-        self.screens.clear();
+        self.empty_table();
         self.taken.clear();
-        self.layout = None;
-        self.has_occluders = false;
-        self.table = None;
-        self.laid_at = None;
         self.script_events.clear();
         (self.next_cue, self.first_cue) = (0, 0);
         self.mode = SceneMode::SetUp;
     }
 
     /// Updates the indices after the object of this number was removed.
+    /// Removes the objects and occluders of the table.
+    pub(crate) fn empty_table(&mut self) {
+        self.things.clear();
+        self.screens.clear();
+        (self.layout, self.table, self.laid_at) = (None, None, None);
+        self.has_occluders = false;
+    }
+
     fn renumber(&mut self, gone: usize) {
         for thing in &mut self.things {
             thing.seat = thing.seat.filter(|seat| seat.on != gone);

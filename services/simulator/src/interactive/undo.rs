@@ -3,12 +3,11 @@
 use std::sync::Arc;
 
 use clock::{Duration, Instant};
-use config::lesson::{Act, Destination, UprightPose};
+use config::lesson::{Act, Destination, Table, UprightPose};
 use message::SceneMode;
 
 use super::{Done, FOLLOW_TIME, HeldThing, Refusal, refuse};
 use crate::World;
-use crate::layout::TableLayout;
 use crate::path::Glide;
 use crate::recorder::{MERGE_TIME, has_moved};
 use crate::thing::{Motion, Seat, SeatKind, Thing};
@@ -23,7 +22,7 @@ const UNDO_TIME: Duration = Duration::from_millis(800);
 #[derive(Clone, Debug)]
 pub(crate) enum Undo {
     /// During set-up: restores the table, with everything at rest.
-    TableLayout { layout: Arc<TableLayout>, things: Vec<Thing>, screens: Vec<Glide> },
+    TableLayout { layout: Arc<Table>, things: Vec<Thing>, screens: Vec<Glide> },
     /// During teaching: moves the thing back, visible to everyone.
     Move { index: usize, to: Destination },
     /// Pushes an occluder back: at once during set-up, and visibly during teaching.
@@ -100,27 +99,23 @@ impl World {
 impl State {
     /// Saves the position of an occluder before a push; consecutive steps of one push are merged.
     pub(super) fn remember_push(&mut self, now: Instant, by: u16, occluder: usize, from_m: [f64; 3]) {
-        let goes_on = |undo: &Undo| match *undo {
-            Undo::Push { by: before, occluder: other, until, .. } => {
-                before == by && other == occluder && now <= until
-            }
-            Undo::TableLayout { .. } | Undo::Move { .. } => false,
+        let until = now + FOLLOW_TIME + MERGE_TIME;
+        let goes_on = |undo: &Undo| {
+            matches!(*undo, Undo::Push { by: before, occluder: other, until, .. }
+                if before == by && other == occluder && now <= until)
         };
-        let stood = match self.undo.pop_if(|undo| goes_on(undo)) {
-            Some(Undo::Push { from_m, .. }) => from_m,
-            Some(Undo::TableLayout { .. } | Undo::Move { .. }) | None => from_m,
-        };
-        self.push_undo(Undo::Push { by, occluder, from_m: stood, until: now + FOLLOW_TIME + MERGE_TIME });
+        match self.undo.last_mut().filter(|undo| goes_on(undo)) {
+            Some(Undo::Push { until: before, .. }) => *before = until,
+            _ => self.push_undo(Undo::Push { by, occluder, from_m, until }),
+        }
     }
 
     /// Removes the last push if it changed nothing, because the occluder was pushed back to its place.
     fn drop_idle_push(&mut self) -> bool {
         let Self { undo, screens, .. } = self;
-        let is_idle = |undo: &mut Undo| match *undo {
-            Undo::Push { occluder, from_m, .. } => {
-                screens.get(occluder).is_none_or(|screen| !has_moved(screen.end_m(), from_m))
-            }
-            Undo::TableLayout { .. } | Undo::Move { .. } => false,
+        let is_idle = |undo: &mut Undo| {
+            let Undo::Push { occluder, from_m, .. } = *undo else { return false };
+            screens.get(occluder).is_none_or(|screen| !has_moved(screen.to_m, from_m))
         };
         undo.pop_if(is_idle).is_some()
     }

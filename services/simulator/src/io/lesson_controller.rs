@@ -18,7 +18,7 @@ pub(crate) struct LessonController {
     launched: Lesson,
     lesson: Lesson,
     /// The name of the open lesson; empty for the one given at launch.
-    name: Text,
+    pub(crate) name: Text,
     saving: LessonSaver,
     /// Incarnation of the console that the acts come from.
     life: u64,
@@ -45,11 +45,6 @@ impl LessonController {
         }
     }
 
-    /// The name of the open lesson; empty for the one given at launch.
-    pub(crate) fn name(&self) -> Text {
-        self.name
-    }
-
     /// Sets the console's incarnation of the next acts. If it changed, everything held by the old one is put back.
     pub(crate) fn listen(&mut self, world: &mut World, now: Instant, life: u64) {
         if std::mem::replace(&mut self.life, life) != life {
@@ -68,29 +63,22 @@ impl LessonController {
             Some(TeacherActKind::Save) => self.save(world, now, act),
             _ => world.act(now, act, self.room).map(Some),
         };
-        match done {
-            Ok(Some(outcome)) => self.answer(act.serial, Ok(&outcome)),
-            Ok(None) => {}
-            Err(refusal) => self.answer(act.serial, Err(&refusal)),
+        if let Some(done) = done.transpose() {
+            self.answer(act.serial, done);
         }
     }
 
     /// The answers since the last call, including those of acts that took a while.
     pub(crate) fn answers(&mut self) -> Vec<ActAnswer> {
         for (serial, done) in self.saving.done() {
-            match done {
-                Ok(file) => self.answer(serial, Ok(&file.display().to_string())),
-                Err(refusal) => self.answer(serial, Err(&refusal)),
-            }
+            self.answer(serial, done.map(|file| file.display().to_string()));
         }
         std::mem::take(&mut self.answers)
     }
 
-    fn answer(&mut self, serial: u64, done: Result<&str, &Refusal>) {
-        let (refused, text) = match done {
-            Ok(outcome) => (0, Text::new(outcome)),
-            Err(refusal) => (1, Text::new(&refusal.0)),
-        };
+    fn answer(&mut self, serial: u64, done: Result<String, Refusal>) {
+        let refused = done.is_err().into();
+        let text = Text::new(&done.unwrap_or_else(|refusal| refusal.0));
         self.answers.push(ActAnswer { serial, refused, text });
     }
 
@@ -150,7 +138,7 @@ mod tests {
             let act = TeacherAct { text: Text::new(name), ..TeacherAct::new(TeacherActKind::Open, 1) };
             lesson_controller.take(&mut world, Instant::EPOCH, &act);
             assert_eq!(lesson_controller.answers().pop().map(|answer| answer.refused), Some(0), "{name}");
-            assert_eq!(lesson_controller.name(), Text::new(name));
+            assert_eq!(lesson_controller.name, Text::new(name));
             assert_eq!(world.lesson.title == own.title, title.is_some());
         }
     }

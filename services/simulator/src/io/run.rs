@@ -1,3 +1,5 @@
+use std::collections::VecDeque;
+
 use config::Robot;
 use config::lesson::Lesson;
 use kinematics::Body;
@@ -10,7 +12,7 @@ use process::{Failure, Launch, ProcessNode, Progress};
 use crate::World;
 use crate::hand_kinematics::HandKinematics;
 use crate::io::lesson_controller::LessonController;
-use crate::send_queue::SendQueue;
+use crate::send_queue::next_frame;
 
 /// Maximum number of utterances in a frame; further ones go into the next frames.
 const SENTENCES: usize = Utterances::ROW.capacity.entries(0, 0);
@@ -37,7 +39,8 @@ pub fn run(launch: &Launch, robot: &Robot, lesson: &Lesson) -> Result<(), Failur
     let mut utterances = member.publisher::<Utterances>(None, SENTENCES)?;
     let mut acts = member.subscriber::<TeacherActs>(None)?;
     let mut answered = member.publisher::<ActsAnswered>(None, ANSWERS)?;
-    let (mut utterance_queue, mut answer_queue) = (SendQueue::new(SENTENCES), SendQueue::new(ANSWERS));
+    let (mut utterance_queue, mut answer_queue) =
+        (VecDeque::with_capacity(SENTENCES), VecDeque::with_capacity(ANSWERS));
     let mut lesson_controller = LessonController::new(lesson, launch.state.clone(), capacity);
     let joints: Vec<&str> = robot.motor.joints.iter().map(|joint| joint.name.as_str()).collect();
     let body = Body::from_urdf(&robot.urdf, &joints).map_err(Failure::own)?;
@@ -66,17 +69,17 @@ pub fn run(launch: &Launch, robot: &Robot, lesson: &Lesson) -> Result<(), Failur
             |header| header.pass(Hop::Observed, member.now().as_nanos()),
         )?;
         let mut truths = world.scene();
-        let head = SceneHead { header, lesson: lesson_controller.name(), ..world.head() };
+        let head = SceneHead { header, lesson: lesson_controller.name, ..world.head() };
         let nothing = SceneObject::default();
         scene.send(head, world.scene().count(), |_| truths.next().unwrap_or(nothing), |_| {})?;
-        answer_queue.add(lesson_controller.answers());
-        let mut answers = answer_queue.next_frame();
+        answer_queue.extend(lesson_controller.answers());
+        let mut answers = next_frame(&mut answer_queue, ANSWERS);
         if answers.len() > 0 {
             let none = ActAnswer { serial: 0, refused: 0, text: Text::default() };
             answered.send(header, answers.len(), |_| answers.next().unwrap_or(none), |_| {})?;
         }
-        utterance_queue.add(world.utterances());
-        let mut sentences = utterance_queue.next_frame();
+        utterance_queue.extend(world.utterances());
+        let mut sentences = next_frame(&mut utterance_queue, SENTENCES);
         if sentences.len() > 0 {
             let silence = Utterance { speaker: 0, text: Text::default() };
             utterances.send(header, sentences.len(), |_| sentences.next().unwrap_or(silence), |_| {})?;

@@ -2,7 +2,7 @@
 
 use std::io::Write as _;
 use std::path::{Path, PathBuf};
-use std::sync::mpsc::{Receiver, channel};
+use std::sync::mpsc::{Receiver, TryRecvError, channel};
 use std::thread;
 use std::{fs, io};
 
@@ -54,16 +54,14 @@ impl LessonSaver {
     /// The results of finished writes since the last call.
     pub(crate) fn done(&mut self) -> Vec<(u64, Result<PathBuf, Refusal>)> {
         let mut done = Vec::new();
-        self.pending.retain(|(serial, answers)| match answers.try_recv() {
-            Ok(answer) => {
-                done.push((*serial, answer));
-                false
-            }
-            Err(std::sync::mpsc::TryRecvError::Empty) => true,
-            Err(std::sync::mpsc::TryRecvError::Disconnected) => {
-                done.push((*serial, Err(Refusal("it could not be written".to_owned()))));
-                false
-            }
+        self.pending.retain(|(serial, answers)| {
+            let answer = match answers.try_recv() {
+                Err(TryRecvError::Empty) => return true,
+                Err(TryRecvError::Disconnected) => Err(Refusal("it could not be written".to_owned())),
+                Ok(answer) => answer,
+            };
+            done.push((*serial, answer));
+            false
         });
         done
     }
@@ -85,21 +83,17 @@ fn write_whole(folder: &Path, name: &str, text: &str) -> io::Result<PathBuf> {
             Err(error) if error.kind() == io::ErrorKind::AlreadyExists => continue,
             Err(error) => return Err(error),
         };
-        let is_taken = own.has(&file)?;
-        let written = if is_taken {
-            Ok(())
-        } else {
-            let written = out.write_all(text.as_bytes()).and_then(|()| out.sync_all());
-            written.and_then(|()| own.rename(&half, &file))
-        };
-        if is_taken || written.is_err() {
+        if own.has(&file)? {
             // Remove the incomplete file; a failure to do so is harmless.
             let _ = own.remove(&half);
+            continue;
         }
-        written?;
-        if !is_taken {
-            return Ok(folder.join(file));
+        let written = out.write_all(text.as_bytes()).and_then(|()| out.sync_all());
+        let written = written.and_then(|()| own.rename(&half, &file));
+        if written.is_err() {
+            let _ = own.remove(&half);
         }
+        return written.map(|()| folder.join(file));
     }
     Err(io::ErrorKind::AlreadyExists.into())
 }

@@ -31,7 +31,8 @@ impl Reply {
 /// The replies to an instruction, in order. Buffers are reused.
 #[derive(Clone, Debug, Default)]
 pub struct Replies {
-    list: Vec<Reply>,
+    /// The replies.
+    pub list: Vec<Reply>,
     spare: Vec<Vec<u8>>,
 }
 
@@ -54,16 +55,6 @@ impl Replies {
     /// Removes all replies and keeps their buffers.
     pub fn clear(&mut self) {
         self.truncate(0);
-    }
-
-    /// The replies.
-    #[must_use]
-    pub fn get(&self) -> &[Reply] {
-        &self.list
-    }
-
-    pub(super) fn get_mut(&mut self) -> &mut Vec<Reply> {
-        &mut self.list
     }
 
     pub(super) fn truncate(&mut self, count: usize) {
@@ -90,8 +81,8 @@ mod tests {
         let before = room(&answers);
         for _ in 0..3 {
             (0..AT_ONCE * 4).for_each(|_| answers.add(1, Duration::ZERO, &[0; USUAL]));
-            assert!(answers.spare.is_empty() && answers.get().len() == AT_ONCE * 4);
-            assert!(answers.get().iter().all(|answer| answer.bytes.capacity() == USUAL));
+            assert!(answers.spare.is_empty() && answers.list.len() == AT_ONCE * 4);
+            assert!(answers.list.iter().all(|answer| answer.bytes.capacity() == USUAL));
             answers.clear();
         }
         assert_eq!(room(&answers), before);

@@ -26,21 +26,21 @@ pub(super) fn corrupt(
     first: usize,
     late: &mut Vec<(Instant, Reply)>,
 ) {
-    if injector.is_idle() {
+    if injector.active.is_empty() {
         return;
     }
-    swap(injector, now, answers.get_mut().get_mut(first..).unwrap_or_default());
+    swap(injector, now, answers.list.get_mut(first..).unwrap_or_default());
     let mut place = first;
-    while let Some(answer) = answers.get_mut().get_mut(place) {
+    while let Some(answer) = answers.list.get_mut(place) {
         let id = answer.id;
         corrupt_reply(injector, now, answer);
         if injector.triggers(FaultKind::Duplicate, now, id).is_some() {
             let again = answer.clone();
-            answers.get_mut().insert(place, again);
+            answers.list.insert(place, again);
             place += 1;
         }
         if let Some(strike) = injector.triggers(FaultKind::Late, now, id) {
-            late.push((now + strike.by.unwrap_or(LATE), answers.get_mut().remove(place)));
+            late.push((now + strike.by.unwrap_or(LATE), answers.list.remove(place)));
         } else {
             place += 1;
         }
@@ -61,10 +61,7 @@ fn swap(injector: &mut Injector, now: Instant, answers: &mut [Reply]) {
 fn corrupt_reply(injector: &mut Injector, now: Instant, answer: &mut Reply) {
     let id = answer.id;
     if let Some(mut strike) = injector.triggers(FaultKind::Flip, now, id) {
-        let bit = strike.below(8 * answer.bytes.len());
-        if let Some(byte) = answer.bytes.get_mut(bit / 8) {
-            *byte ^= 1 << (bit % 8);
-        }
+        strike.flip(&mut answer.bytes);
     }
     if answer.has_header()
         && let Some(mut strike) = injector.triggers(FaultKind::Length, now, id)

@@ -56,7 +56,7 @@ const ROUNDING: f64 = 1.000_001;
 #[derive(Clone, Debug)]
 pub(super) struct Dynamics {
     model: Model,
-    motion: Motion,
+    pub(super) motion: Motion,
     /// The state of the profile. It runs ahead of the shaft if an obstacle or a low duty holds the shaft back.
     trajectory: Motion,
     /// Whether it moves to the goal, or holds until a goal is written.
@@ -64,24 +64,18 @@ pub(super) struct Dynamics {
     /// The profile limits at the time the goal was written.
     profile: Option<Limits>,
     /// Whether an obstacle blocks the shaft: set by a caller, and set by a fault.
-    blocked: [bool; 2],
+    pub(super) is_blocked_by_caller: bool,
+    pub(super) is_blocked_by_fault: bool,
     /// The duty with which the shaft pushes against an obstacle.
     push: f64,
     current_a: f64,
-    temperature_c: f64,
+    pub(super) temperature_c: f64,
     /// Current of the external load, in addition to that of the motion.
-    load_a: f64,
-    supply_v: f64,
+    pub(super) load_a: f64,
+    pub(super) supply_v: f64,
     /// The supply voltage while a fault reduces it.
-    sag_v: Option<f64>,
+    pub(super) sag_v: Option<f64>,
     overloaded_s: f64,
-}
-
-/// The origin of an obstacle.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Obstacle {
-    Caller,
-    Fault,
 }
 
 impl Dynamics {
@@ -92,7 +86,8 @@ impl Dynamics {
             trajectory: Motion::at(position_rad),
             going: false,
             profile: None,
-            blocked: [false; 2],
+            is_blocked_by_caller: false,
+            is_blocked_by_fault: false,
             push: 0.0,
             current_a: 0.0,
             temperature_c: AMBIENT_C,
@@ -103,58 +98,14 @@ impl Dynamics {
         }
     }
 
-    pub(super) const fn motion(&self) -> Motion {
-        self.motion
-    }
-
     pub(super) fn displace(&mut self, by_rad: f64) {
         self.motion.position_rad += by_rad;
         self.trajectory.position_rad += by_rad;
     }
 
-    /// Blocks or releases the shaft.
-    pub(super) const fn block(&mut self, obstacle: Obstacle, holds: bool) {
-        let [caller, fault] = self.blocked;
-        self.blocked = match obstacle {
-            Obstacle::Caller => [holds, fault],
-            Obstacle::Fault => [caller, holds],
-        };
-    }
-
-    /// Whether the obstacle of this origin blocks the shaft.
-    pub(super) const fn is_held_by(&self, obstacle: Obstacle) -> bool {
-        let [caller, fault] = self.blocked;
-        match obstacle {
-            Obstacle::Caller => caller,
-            Obstacle::Fault => fault,
-        }
-    }
-
     /// Whether any obstacle blocks the shaft.
     pub(super) const fn is_blocked(&self) -> bool {
-        let [caller, fault] = self.blocked;
-        caller || fault
-    }
-
-    pub(super) const fn set_temperature(&mut self, temperature_c: f64) {
-        self.temperature_c = temperature_c;
-    }
-
-    pub(super) const fn load(&mut self, amperes: f64) {
-        self.load_a = amperes;
-    }
-
-    pub(super) const fn supply(&mut self, volts: f64) {
-        self.supply_v = volts;
-    }
-
-    /// Sets the supply voltage during a fault, in volts; `None` after it.
-    pub(super) const fn sag(&mut self, volts: Option<f64>) {
-        self.sag_v = volts;
-    }
-
-    pub(super) const fn sags(&self) -> Option<f64> {
-        self.sag_v
+        self.is_blocked_by_caller || self.is_blocked_by_fault
     }
 
     /// Moves to the goal in the table, with the profile that the table holds now.
@@ -291,15 +242,11 @@ impl Dynamics {
 
     /// The duty with which the shaft pushes against an obstacle that keeps it from its trajectory.
     fn push(&self, memory: &Memory) -> f64 {
-        let max = duty(memory);
+        let (max, velocity_rad_s) = (duty(memory), self.trajectory.velocity_rad_s);
         if !self.is_blocked() {
             0.0
         } else if self.going && !memory.mode().has_position() {
-            max * self.trajectory.velocity_rad_s.partial_cmp(&0.0).map_or(0.0, |order| match order {
-                std::cmp::Ordering::Less => -1.0,
-                std::cmp::Ordering::Equal => 0.0,
-                std::cmp::Ordering::Greater => 1.0,
-            })
+            if velocity_rad_s.abs() > 0.0 { max.copysign(velocity_rad_s) } else { 0.0 }
         } else {
             let error_rad = self.trajectory.position_rad - self.motion.position_rad;
             let counts = error_rad * 4096.0 / std::f64::consts::TAU;

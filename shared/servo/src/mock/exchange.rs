@@ -60,7 +60,7 @@ impl Exchange<'_> {
             } else {
                 let id = servo.id();
                 if self.injector.is_active(FaultKind::Baud, now, id) {
-                    self.injector.count(FaultKind::Baud);
+                    self.injector.injected.add(FaultKind::Baud);
                 }
             }
         }
@@ -104,7 +104,7 @@ impl Exchange<'_> {
     fn one(&mut self, to: Id, instruction: Result<Instruction<'_>, Fault>) {
         self.for_each_servo(to.get(), |line, place| line.obey(place, instruction));
         // A servo obeys its secondary ID without a status packet.
-        let answers = self.answers.get().len();
+        let answers = self.answers.list.len();
         for place in 0..self.count() {
             let also = self
                 .servo(place)
@@ -120,7 +120,7 @@ impl Exchange<'_> {
         if instruction == Ok(Instruction::FactoryReset(Reset::All)) {
             return;
         }
-        let answers = self.answers.get().len();
+        let answers = self.answers.list.len();
         // Servos reply in the order of their IDs.
         for id in 0..=u8::MAX {
             self.for_each_servo(id, |line, place| line.obey(place, instruction));
@@ -226,7 +226,7 @@ impl Exchange<'_> {
         let status = Status { id: span.id, alert: false, fault: None, params };
         let mut bytes = [0; MAX_REPLY_BYTES];
         let part = chain.add(&status, &mut bytes).unwrap_or(0);
-        if let Some(last) = self.answers.get_mut().last_mut() {
+        if let Some(last) = self.answers.list.last_mut() {
             last.collide(bytes.get(..part).unwrap_or_default(), start);
         }
     }
@@ -282,7 +282,7 @@ impl Exchange<'_> {
         let status = Status { id, alert: servo.has_alert(), fault, params };
         let Ok(length) = status.encode(&mut bytes) else { return };
         let bytes = bytes.get(..length).unwrap_or_default();
-        match self.answers.get_mut().last_mut().filter(|last| double && last.id == id.get()) {
+        match self.answers.list.last_mut().filter(|last| double && last.id == id.get()) {
             Some(last) => {
                 let shift = params.iter().fold(1, |sum: usize, byte| sum + usize::from(*byte)) % SHIFTS;
                 last.collide(bytes, shift);

@@ -7,7 +7,7 @@ pub(super) struct Indirect {
     /// For each pair the address of the indirect address register, and of its data register.
     pairs: Vec<(u16, u16)>,
     /// Whether any pair is redirected away from its own data register.
-    used: bool,
+    pub(super) is_used: bool,
 }
 
 impl Indirect {
@@ -15,17 +15,17 @@ impl Indirect {
         let of = |name| entries(model).filter(move |entry: &Entry| entry.name == name);
         let pairs = of("indirect_address").zip(of("indirect_data"));
         let pairs = pairs.map(|(address, data)| (address.item.address, data.item.address)).collect();
-        Self { pairs, used: false }
+        Self { pairs, is_used: false }
     }
 
     /// Updates whether any pair is redirected.
     pub(super) fn update_used(&mut self, bytes: &[u8]) {
-        self.used = self.pairs.iter().any(|&(address, data)| target(bytes, address) != Some(data));
+        self.is_used = self.pairs.iter().any(|&(address, data)| target(bytes, address) != Some(data));
     }
 
     /// Copies the target bytes to the data registers.
     pub(super) fn refresh(&mut self, bytes: &mut [u8]) {
-        if !self.used {
+        if !self.is_used {
             return;
         }
         self.update_used(bytes);
@@ -35,11 +35,6 @@ impl Indirect {
                 *place = byte;
             }
         }
-    }
-
-    /// Whether any pair is redirected away from its own data register.
-    pub(super) const fn is_used(&self) -> bool {
-        self.used
     }
 
     /// Resolves a write to its targets: runs of bytes at consecutive addresses.

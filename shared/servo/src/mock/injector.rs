@@ -5,6 +5,7 @@ use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{Rng as _, SeedableRng as _};
 
 use super::injection::FAULT_KINDS;
+use super::line::HOST;
 use super::{FaultKind, FaultSpec};
 
 /// Counters of injected faults, per kind.
@@ -15,7 +16,7 @@ impl FaultCounts {
     /// The count of one kind.
     #[must_use]
     pub fn of(&self, kind: FaultKind) -> u64 {
-        self.iter().find_map(|(each, count)| (each == kind).then_some(count)).unwrap_or(0)
+        self.0.get(kind as usize).copied().unwrap_or(0)
     }
 
     /// Every kind with its count.
@@ -23,10 +24,8 @@ impl FaultCounts {
         FaultKind::ALL.into_iter().zip(self.0)
     }
 
-    fn add(&mut self, kind: FaultKind) {
-        if let Some((_, count)) = FaultKind::ALL.iter().zip(&mut self.0).find(|(each, _)| **each == kind) {
-            *count += 1;
-        }
+    pub(super) fn add(&mut self, kind: FaultKind) {
+        self.0.get_mut(kind as usize).into_iter().for_each(|count| *count += 1);
     }
 }
 
@@ -34,16 +33,17 @@ impl FaultCounts {
 /// their times.
 ///
 /// Every fault has its own random stream, so an additional fault does not change the others.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Default)]
 pub struct Injector {
     bus: String,
     seed: u64,
-    active: Vec<Active>,
-    injected: FaultCounts,
+    pub(super) active: Vec<Active>,
+    /// The faults injected so far.
+    pub injected: FaultCounts,
 }
 
 #[derive(Clone, Debug)]
-struct Active {
+pub(super) struct Active {
     injection: FaultSpec,
     since: Instant,
     random: ChaCha8Rng,
@@ -57,13 +57,18 @@ impl Active {
     fn is_active_at(&self, now: Instant) -> bool {
         self.injection.is_active_at(now.since(self.since))
     }
+
+    fn end(&self) -> Option<Instant> {
+        let lasts = self.injection.lasts()?;
+        Some(self.since + self.injection.begins() + lasts)
+    }
 }
 
 impl Injector {
     /// An injector without faults.
     #[must_use]
     pub fn new(bus: &str, seed: u64) -> Self {
-        Self { bus: bus.to_owned(), seed, active: Vec::new(), injected: FaultCounts::default() }
+        Self { bus: bus.to_owned(), seed, ..Self::default() }
     }
 
     /// Replaces the enabled faults; faults that were already enabled keep their state.
@@ -82,17 +87,6 @@ impl Injector {
         let mut random = ChaCha8Rng::seed_from_u64(self.seed);
         random.set_stream(hash(&format!("{injection} {} {same}", self.bus)));
         Active { injection: injection.clone(), since: now, random, done: false, affected: BTreeSet::new() }
-    }
-
-    /// Whether no fault is enabled.
-    pub(super) const fn is_idle(&self) -> bool {
-        self.active.is_empty()
-    }
-
-    /// The faults injected so far.
-    #[must_use]
-    pub const fn injected(&self) -> FaultCounts {
-        self.injected
     }
 
     /// Decides whether a fault of this kind affects a reply or an instruction now, and counts it. The caller applies
@@ -124,30 +118,26 @@ impl Injector {
 
     /// Whether a lasting fault is active now.
     pub(super) fn is_active(&self, kind: FaultKind, now: Instant, id: u8) -> bool {
-        let of = |active: &&Active| active.injection.kind == kind && active.injection.is_to(id);
-        self.active.iter().filter(of).any(|active| active.is_active_at(now))
+        self.held(kind, now, id).next().is_some()
     }
 
     /// The optional number of a lasting fault that is active now; `None` if none is.
     pub(super) fn active_number(&self, kind: FaultKind, now: Instant, id: u8) -> Option<Option<u16>> {
-        let of = |active: &&Active| active.injection.kind == kind && active.injection.is_to(id);
-        self.active
-            .iter()
-            .filter(of)
-            .find(|active| active.is_active_at(now))
-            .map(|active| active.injection.is)
+        self.held(kind, now, id).next().map(|active| active.injection.is)
     }
 
     /// The end of a lasting fault of the whole bus that is active now; `None` if none is.
     pub(super) fn active_until(&self, kind: FaultKind, now: Instant) -> Option<Instant> {
-        let held =
-            self.active.iter().filter(|active| active.injection.kind == kind && active.is_active_at(now));
+        let held = self.held(kind, now, HOST);
         held.map(|active| active.end().unwrap_or(Instant::from_nanos(u64::MAX))).max()
     }
 
-    /// Counts the start of a lasting fault.
-    pub(super) fn count(&mut self, kind: FaultKind) {
-        self.injected.add(kind);
+    /// The faults of a kind that are active now at this ID; a fault of the whole bus is active at every ID.
+    fn held(&self, kind: FaultKind, now: Instant, id: u8) -> impl Iterator<Item = &Active> {
+        let is_held = move |active: &&Active| {
+            active.injection.kind == kind && active.injection.is_to(id) && active.is_active_at(now)
+        };
+        self.active.iter().filter(is_held)
     }
 
     /// The events of a servo that are due and not yet delivered, each with its end.
@@ -167,13 +157,6 @@ impl Injector {
     }
 }
 
-impl Active {
-    fn end(&self) -> Option<Instant> {
-        let lasts = self.injection.lasts()?;
-        Some(self.since + self.injection.begins() + lasts)
-    }
-}
-
 /// The parameters of a fault that occurs.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Strike {
@@ -189,6 +172,14 @@ impl Strike {
         let number = self.random % max;
         self.random = self.random.rotate_right(17).wrapping_mul(0x9E37_79B9_7F4A_7C15);
         usize::try_from(number).unwrap_or(0)
+    }
+
+    /// Flips a bit.
+    pub(super) fn flip(&mut self, bytes: &mut [u8]) {
+        let bit = self.below(8 * bytes.len());
+        if let Some(byte) = bytes.get_mut(bit / 8) {
+            *byte ^= 1 << (bit % 8);
+        }
     }
 }
 

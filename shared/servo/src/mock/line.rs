@@ -7,7 +7,7 @@ use crate::mock::corrupt::corrupt;
 use crate::mock::exchange::Exchange;
 use crate::mock::injection::FaultKind;
 use crate::mock::reception::{deliver, instructions};
-use crate::mock::{FaultCounts, FaultSpec, HardwareError, Injector, Servo};
+use crate::mock::{FaultSpec, HardwareError, Injector, Servo};
 
 /// Position offset of a duplicate servo, in radians.
 const DUPLICATE_OFFSET_RAD: f64 = 0.3;
@@ -30,16 +30,20 @@ pub enum FollowerBehaviour {
 }
 
 /// Several servos on one bus.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Default)]
 pub struct Line {
-    servos: Vec<Servo>,
-    /// Servos that share an ID with another servo.
-    duplicate_servos: Vec<Servo>,
+    /// The servos, in the order in which they were given.
+    pub servos: Vec<Servo>,
+    /// The servos that share an ID with another servo now.
+    pub duplicate_servos: Vec<Servo>,
     parser: Parser,
-    /// The host's baud rate; `None` if any is accepted.
-    baud: Option<u32>,
-    followers: FollowerBehaviour,
-    injector: Injector,
+    /// The host's baud rate in bits per second, which servos with another rate do not understand. `None`: every rate is
+    /// accepted.
+    pub baud: Option<u32>,
+    /// The behaviour of servos in a fast reply after a silent one.
+    pub followers: FollowerBehaviour,
+    /// Decides which faults occur.
+    pub injector: Injector,
     /// Delayed replies with the instants at which they arrive.
     late: Vec<(Instant, Reply)>,
     /// Buffer for replies.
@@ -54,53 +58,7 @@ impl Line {
     #[must_use]
     pub fn new(servos: Vec<Servo>) -> Self {
         let said = Replies::for_servos(servos.len());
-        Self {
-            servos,
-            duplicate_servos: Vec::new(),
-            parser: Parser::new(),
-            baud: None,
-            followers: FollowerBehaviour::default(),
-            injector: Injector::new("", 0),
-            late: Vec::new(),
-            said,
-            hangs: false,
-            echoes: false,
-        }
-    }
-
-    /// Sets the behaviour of servos in a fast reply after a silent one.
-    #[must_use]
-    pub fn with_followers(self, followers: FollowerBehaviour) -> Self {
-        Self { followers, ..self }
-    }
-
-    /// Sets the fault injector.
-    #[must_use]
-    pub fn with_injector(self, injector: Injector) -> Self {
-        Self { injector, ..self }
-    }
-
-    /// The servos, in the order in which they were given.
-    #[must_use]
-    pub fn servos(&self) -> &[Servo] {
-        &self.servos
-    }
-
-    /// The servos that share an ID with another servo now.
-    #[must_use]
-    pub fn duplicate_servos(&self) -> &[Servo] {
-        &self.duplicate_servos
-    }
-
-    /// The servos, for direct manipulation.
-    pub fn servos_mut(&mut self) -> &mut Vec<Servo> {
-        &mut self.servos
-    }
-
-    /// Sets the host's baud rate in bits per second; servos with another rate ignore its bytes. Until then every rate
-    /// is accepted.
-    pub fn set_baud(&mut self, baud: u32) {
-        self.baud = Some(baud);
+        Self { servos, said, ..Self::default() }
     }
 
     /// Replaces the enabled faults; faults that were already enabled keep their state.
@@ -108,17 +66,11 @@ impl Line {
         self.injector.set(now, injections);
     }
 
-    /// The faults injected so far.
-    #[must_use]
-    pub const fn injected(&self) -> FaultCounts {
-        self.injector.injected()
-    }
-
     /// The end of the current hang-up of the line; `None` if there is none.
     pub fn hangs_up(&mut self, now: Instant) -> Option<Instant> {
         let until = self.injector.active_until(FaultKind::HangUp, now);
         if until.is_some() && !self.hangs {
-            self.injector.count(FaultKind::HangUp);
+            self.injector.injected.add(FaultKind::HangUp);
         }
         self.hangs = until.is_some();
         until
@@ -142,14 +94,6 @@ impl Line {
             for (kind, until) in events {
                 apply_event(servo, kind, until);
             }
-            let stops = self.injector.is_active(FaultKind::StoppedClock, now, servo.id());
-            if stops != servo.has_stopped_clock() {
-                servo.advance(now);
-                servo.stop_clock(stops);
-                if stops {
-                    self.injector.count(FaultKind::StoppedClock);
-                }
-            }
             apply_held_faults(&mut self.injector, servo, now);
         }
         self.duplicate_servos.retain(|twin| self.injector.is_active(FaultKind::DuplicateId, now, twin.id()));
@@ -161,7 +105,7 @@ impl Line {
                 let mut twin = servo.clone();
                 twin.displace(DUPLICATE_OFFSET_RAD);
                 self.duplicate_servos.push(twin);
-                self.injector.count(FaultKind::DuplicateId);
+                self.injector.injected.add(FaultKind::DuplicateId);
             }
         }
     }
@@ -174,10 +118,10 @@ impl Line {
         let mut said = std::mem::take(&mut self.said);
         said.clear();
         self.listen(now, bytes, &mut said);
-        for answer in said.get() {
+        for answer in &said.list {
             out.extend_from_slice(&answer.bytes);
         }
-        let waited = said.get().iter().map(|answer| answer.wait).sum();
+        let waited = said.list.iter().map(|answer| answer.wait).sum();
         self.said = said;
         waited
     }
@@ -203,7 +147,7 @@ impl Line {
     /// Executes the received instructions and adds the replies.
     fn obey(&mut self, now: Instant, answers: &mut Replies) {
         while let Some(frame) = self.parser.next_frame() {
-            let first = answers.get().len();
+            let first = answers.list.len();
             let mut exchange = Exchange {
                 servos: &mut self.servos,
                 duplicate_servos: &mut self.duplicate_servos,
@@ -232,27 +176,34 @@ impl Line {
     }
 }
 
-/// Applies the `blocked` and `sag` faults to a servo while they last.
+/// Applies the `stopped-clock`, `blocked` and `sag` faults to a servo while they last.
 fn apply_held_faults(injector: &mut Injector, servo: &mut Servo, now: Instant) {
-    let blocked = injector.is_active(FaultKind::Blocked, now, servo.id());
-    if blocked != servo.is_obstructed() {
+    let id = servo.id();
+    let stops = injector.is_active(FaultKind::StoppedClock, now, id);
+    hold(injector, servo, now, FaultKind::StoppedClock, stops, |servo| &mut servo.has_stopped_clock);
+    let blocked = injector.is_active(FaultKind::Blocked, now, id);
+    hold(injector, servo, now, FaultKind::Blocked, blocked, |servo| &mut servo.dynamics.is_blocked_by_fault);
+    let nominal_v = servo.model().nominal_volts();
+    let sags = injector.active_number(FaultKind::Sag, now, id);
+    let volts = sags.map(|said| said.map_or(SAG * nominal_v, |decivolts| f64::from(decivolts) / 10.0));
+    hold(injector, servo, now, FaultKind::Sag, volts, |servo| &mut servo.dynamics.sag_v);
+}
+
+/// Sets a state of a servo that a fault changes while it lasts, and counts the start of the fault.
+fn hold<T: Default + PartialEq>(
+    injector: &mut Injector,
+    servo: &mut Servo,
+    now: Instant,
+    kind: FaultKind,
+    state: T,
+    place: fn(&mut Servo) -> &mut T,
+) {
+    if *place(servo) != state {
         servo.advance(now);
-        servo.obstruct(blocked);
-        if blocked {
-            injector.count(FaultKind::Blocked);
+        if state != T::default() {
+            injector.injected.add(kind);
         }
-    }
-    let sags = injector.active_number(FaultKind::Sag, now, servo.id());
-    let volts = sags.map(|said| match said {
-        Some(decivolts) => f64::from(decivolts) / 10.0,
-        None => SAG * servo.model().nominal_volts(),
-    });
-    if volts != servo.sags() {
-        servo.advance(now);
-        servo.sag(volts);
-        if volts.is_some() {
-            injector.count(FaultKind::Sag);
-        }
+        *place(servo) = state;
     }
 }
 

@@ -22,25 +22,19 @@ const RESTORE_RAM: i64 = 2;
 /// The values of Operating Mode (address 11).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Mode {
-    Current,
-    Velocity,
-    Position,
-    ExtendedPosition,
-    CurrentBasedPosition,
-    Pwm,
+    Current = 0,
+    Velocity = 1,
+    Position = 3,
+    ExtendedPosition = 4,
+    CurrentBasedPosition = 5,
+    Pwm = 16,
 }
 
 impl Mode {
-    const fn from_number(number: i64) -> Option<Self> {
-        match number {
-            0 => Some(Self::Current),
-            1 => Some(Self::Velocity),
-            3 => Some(Self::Position),
-            4 => Some(Self::ExtendedPosition),
-            5 => Some(Self::CurrentBasedPosition),
-            16 => Some(Self::Pwm),
-            _ => None,
-        }
+    fn from_number(number: i64) -> Option<Self> {
+        use Mode::{Current, CurrentBasedPosition, ExtendedPosition, Position, Pwm, Velocity};
+        let all = [Current, Velocity, Position, ExtendedPosition, CurrentBasedPosition, Pwm];
+        all.into_iter().find(|mode| *mode as i64 == number)
     }
 
     /// Whether the mode controls the position.
@@ -57,7 +51,7 @@ pub(super) struct Memory {
     backup: Option<Box<[u8; BYTES]>>,
     indirect: Indirect,
     /// Hardware errors that are latched until a reboot.
-    latched: i64,
+    pub(super) latched: i64,
 }
 
 /// The address ranges of a write.
@@ -103,16 +97,6 @@ impl Memory {
         self.reset_goals();
         self.indirect.update_used(&self.bytes);
         self.refresh();
-    }
-
-    /// Latches hardware errors until a reboot.
-    pub(super) const fn latch(&mut self, errors: i64) {
-        self.latched |= errors;
-    }
-
-    /// The latched hardware errors.
-    pub(super) const fn latched(&self) -> i64 {
-        self.latched
     }
 
     /// Resets the EEPROM to its defaults.
@@ -208,7 +192,7 @@ impl Memory {
         if usize::from(address) + data.len() > self.length() {
             return Err(Fault::Access);
         }
-        if !self.indirect.is_used() {
+        if !self.indirect.is_used {
             return self.check_items(address, data, tripped);
         }
         let runs = self.indirect.runs(address, data, &self.bytes);
@@ -218,7 +202,7 @@ impl Memory {
     /// Writes complete items, all or none. Writes to indirect data go to their targets.
     pub(super) fn write(&mut self, address: u16, data: &[u8], tripped: bool) -> Result<WrittenRanges, Fault> {
         self.check(address, data, tripped)?;
-        let written = if self.indirect.is_used() {
+        let written = if self.indirect.is_used {
             let runs = self.indirect.runs(address, data, &self.bytes);
             let others = runs.iter().map(|(at, data)| self.put(*at, data)).collect();
             WrittenRanges { first: 0..0, others }

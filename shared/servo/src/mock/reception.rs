@@ -33,9 +33,6 @@ pub(super) fn deliver<'a>(injector: &mut Injector, now: Instant, said: &'a [u8])
         return Some(said.into());
     };
     let mut heard = said.to_vec();
-    let bit = strike.below(8 * heard.len());
-    if let Some(byte) = heard.get_mut(bit / 8) {
-        *byte ^= 1 << (bit % 8);
-    }
+    strike.flip(&mut heard);
     Some(heard.into())
 }

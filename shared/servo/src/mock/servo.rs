@@ -1,6 +1,6 @@
 use clock::{Duration, Instant};
 
-use crate::mock::dynamics::{Dynamics, Obstacle};
+use crate::mock::dynamics::Dynamics;
 use crate::mock::memory::{Memory, Mode};
 use crate::table::{
     BAUD_RATE, BUS_WATCHDOG, DRIVE_MODE, FIRMWARE, GOAL_CURRENT, GOAL_POSITION, GOAL_PWM, GOAL_VELOCITY,
@@ -25,28 +25,22 @@ const STARTUP_TORQUE: i64 = 1;
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum HardwareError {
     /// Input voltage out of range.
-    InputVoltage,
+    InputVoltage = 1,
     /// Overheating.
-    Overheating,
+    Overheating = 1 << 2,
     /// Encoder error.
-    Encoder,
+    Encoder = 1 << 3,
     /// Electrical shock, or too little power.
-    ElectricalShock,
+    ElectricalShock = 1 << 4,
     /// Overload.
-    Overload,
+    Overload = 1 << 5,
 }
 
 impl HardwareError {
     /// Its bit.
     #[must_use]
     pub const fn bit(self) -> i64 {
-        match self {
-            Self::InputVoltage => 1,
-            Self::Overheating => 1 << 2,
-            Self::Encoder => 1 << 3,
-            Self::ElectricalShock => 1 << 4,
-            Self::Overload => 1 << 5,
-        }
+        self as i64
     }
 }
 
@@ -55,12 +49,12 @@ impl HardwareError {
 pub struct Servo {
     model: Model,
     memory: Memory,
-    dynamics: Dynamics,
+    pub(super) dynamics: Dynamics,
     now: Instant,
     /// The start of the realtime tick, and for how long it was stopped since then.
     started_at: Instant,
     stopped_for: Duration,
-    has_stopped_clock: bool,
+    pub(super) has_stopped_clock: bool,
     /// The time of the last instruction on the bus.
     heard_at: Instant,
     unresponsive_until: Instant,
@@ -133,7 +127,7 @@ impl Servo {
     /// The shaft's position, in radians from the middle of its range, independent of the drive mode.
     #[must_use]
     pub fn position_rad(&self) -> f64 {
-        self.dynamics.motion().position_rad
+        self.dynamics.motion.position_rad
     }
 
     /// The start of its realtime tick.
@@ -202,8 +196,8 @@ impl Servo {
     /// Reports errors, and switches the torque off for those in the shutdown mask, until a reboot.
     fn protect(&mut self, errors: i64) {
         let shutdown = errors & self.memory.get(SHUTDOWN);
-        self.memory.latch(shutdown);
-        self.memory.set(HARDWARE_ERROR_STATUS, self.memory.latched() | errors);
+        self.memory.latched |= shutdown;
+        self.memory.set(HARDWARE_ERROR_STATUS, self.memory.latched | errors);
         if shutdown != 0 {
             self.memory.set(TORQUE_ENABLE, 0);
             self.dynamics.stop();
@@ -245,7 +239,7 @@ impl Servo {
         let covers = |item| written.covers(item);
         let mut torque = self.memory.get(TORQUE_ENABLE);
         let goal = [GOAL_PWM, GOAL_CURRENT, GOAL_VELOCITY, GOAL_POSITION].into_iter().any(covers);
-        if goal && self.memory.get(DRIVE_MODE) & TORQUE_BY_GOAL != 0 && self.memory.latched() == 0 {
+        if goal && self.memory.get(DRIVE_MODE) & TORQUE_BY_GOAL != 0 && self.memory.latched == 0 {
             self.memory.set(TORQUE_ENABLE, 1);
             torque = 1;
         }
@@ -386,16 +380,6 @@ impl Servo {
         self.show();
     }
 
-    /// Whether its realtime tick is stopped.
-    pub(super) const fn has_stopped_clock(&self) -> bool {
-        self.has_stopped_clock
-    }
-
-    /// Stops its realtime tick, or lets it continue.
-    pub(super) const fn stop_clock(&mut self, stop: bool) {
-        self.has_stopped_clock = stop;
-    }
-
     /// Displaces the shaft by an external force, in radians.
     pub fn displace(&mut self, by_rad: f64) {
         self.dynamics.displace(by_rad);
@@ -404,25 +388,25 @@ impl Servo {
 
     /// Sets its temperature, in °C.
     pub fn set_temperature(&mut self, temperature_c: f64) {
-        self.dynamics.set_temperature(temperature_c);
+        self.dynamics.temperature_c = temperature_c;
         self.show();
     }
 
     /// Raises a hardware error that lasts until a reboot, and switches the torque off if the shutdown mask includes it.
     pub fn fail(&mut self, error: HardwareError) {
-        self.memory.latch(error.bit());
+        self.memory.latched |= error.bit();
         self.protect(error.bit());
     }
 
     /// Applies a load, as the current in amperes that holds it.
     pub fn load(&mut self, amperes: f64) {
-        self.dynamics.load(amperes);
+        self.dynamics.load_a = amperes;
     }
 
     /// Blocks or releases the shaft. A blocked shaft does not move; with torque on, its current rises to the limit as
     /// its trajectory goes on.
     pub fn block(&mut self, blocked: bool) {
-        self.dynamics.block(Obstacle::Caller, blocked);
+        self.dynamics.is_blocked_by_caller = blocked;
     }
 
     /// Whether an obstacle blocks its shaft.
@@ -431,29 +415,9 @@ impl Servo {
         self.dynamics.is_blocked()
     }
 
-    /// Whether a fault blocks its shaft.
-    pub(super) const fn is_obstructed(&self) -> bool {
-        self.dynamics.is_held_by(Obstacle::Fault)
-    }
-
-    /// As [`block`](Self::block), for a fault.
-    pub(super) const fn obstruct(&mut self, blocked: bool) {
-        self.dynamics.block(Obstacle::Fault, blocked);
-    }
-
-    /// Sets its supply voltage during a fault, in volts; `None` after it.
-    pub(super) const fn sag(&mut self, volts: Option<f64>) {
-        self.dynamics.sag(volts);
-    }
-
-    /// Its supply voltage during a fault, in volts.
-    pub(super) const fn sags(&self) -> Option<f64> {
-        self.dynamics.sags()
-    }
-
     /// Sets its supply voltage, in volts.
     pub fn supply(&mut self, volts: f64) {
-        self.dynamics.supply(volts);
+        self.dynamics.supply_v = volts;
     }
 
     /// Updates the measured values in its table.

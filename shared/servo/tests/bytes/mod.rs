@@ -130,7 +130,8 @@ pub(crate) fn mock(script: &[u8]) -> usize {
     let (&seed, rest) = script.split_first().unwrap_or((&0, &[]));
     let servo = |id: u8, model| Servo::new(model, Id::new(id).unwrap(), 0.0, Instant::EPOCH);
     let servos = vec![servo(1, Model::Xm430W350), servo(2, Model::Xl330M288), servo(7, Model::Xm430W350)];
-    let mut line = Line::new(servos).with_injector(Injector::new("torso", u64::from(seed)));
+    let mut line = Line::new(servos);
+    line.injector = Injector::new("torso", u64::from(seed));
     if seed % 2 == 1 {
         let faults: Vec<FaultSpec> = FAULTS.iter().map(|words| words.parse().unwrap()).collect();
         line.inject(Instant::EPOCH, &faults);
@@ -145,9 +146,9 @@ pub(crate) fn mock(script: &[u8]) -> usize {
             Some(frame) if ms % 2 == 0 => line.listen(now, &frame, &mut answers),
             _ => line.listen(now, chunk, &mut answers),
         }
-        said += answers.get().iter().map(|answer| answer.bytes.len()).sum::<usize>();
+        said += answers.list.iter().map(|answer| answer.bytes.len()).sum::<usize>();
         line.hangs_up(now);
-        for servo in line.servos() {
+        for servo in &line.servos {
             assert!(servo.position_rad().is_finite());
             assert!(servo.id() <= 252);
         }

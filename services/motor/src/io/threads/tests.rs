@@ -73,7 +73,7 @@ fn an_absent_bus_is_lost_after_25_cycles_and_stops_the_body() {
         rig.cycle();
     }
     assert!(are(&rig, &lost, JointCause::BusLost));
-    assert_eq!(rig.motor.bus_counts(0).hang_ups, 1);
+    assert_eq!(rig.motor.bus_health(0).hang_ups, 1);
     inbox.jobs.push(hung.jobs.pop().unwrap()).unwrap();
     rig.threads.workers[0].to = inbox;
     rig.until("following again", follows);

@@ -1,4 +1,5 @@
 use super::*;
+use crate::mock::FaultCounts;
 use crate::table::{PRESENT_POSITION, STATUS_RETURN_LEVEL, TORQUE_ENABLE};
 use crate::{Address, Backup, FastReply, Fault, Id, Instruction, Model, Reset, Status};
 
@@ -47,7 +48,7 @@ fn a_sync_write_is_obeyed_without_replies() {
     let records = &[1, 1, 7, 1];
     let told = Instruction::SyncWrite { address: TORQUE_ENABLE.address, length: 1, records };
     assert_eq!(say(&mut line, Address::All, told), []);
-    let torque = line.servos().iter().map(|servo| servo.read(64, 1).unwrap()[0]).collect::<Vec<_>>();
+    let torque = line.servos.iter().map(|servo| servo.read(64, 1).unwrap()[0]).collect::<Vec<_>>();
     assert_eq!(torque, [1, 0, 1]);
 }
 
@@ -74,7 +75,7 @@ fn the_return_delays_add_up() {
 }
 
 fn injected(faults: &[&str], seed: u64) -> Line {
-    let mut line = line().with_injector(Injector::new("torso", seed));
+    let mut line = Line { injector: Injector::new("torso", seed), ..line() };
     line.inject(Instant::EPOCH, &faults.iter().map(|text| text.parse().unwrap()).collect::<Vec<_>>());
     line
 }
@@ -93,7 +94,7 @@ fn encoded(to: Address, instruction: Instruction<'_>) -> Vec<u8> {
 fn listen(line: &mut Line, now: Instant, to: Address, instruction: Instruction<'_>) -> Vec<Reply> {
     let mut answers = Replies::default();
     line.listen(now, &encoded(to, instruction), &mut answers);
-    answers.get().to_vec()
+    answers.list.to_vec()
 }
 
 fn ids(answers: &[Reply]) -> Vec<u8> {
@@ -138,7 +139,7 @@ fn servos_behind_a_silent_one_are_silent_or_continue() {
     let asked = Instruction::FastSyncRead { address: 146, length: 1, ids: &[1, 3, 7] };
     let order = [(1, 1), (3, 1), (7, 1)];
     assert_eq!(fast(&mut line(), at(0), &order, asked), [(1, vec![25])]);
-    let mut going_on = line().with_followers(FollowerBehaviour::Continue);
+    let mut going_on = Line { followers: FollowerBehaviour::Continue, ..line() };
     assert_eq!(fast(&mut going_on, at(0), &order, asked), [(1, vec![25]), (7, vec![25])]);
     // A dropped reply is treated like a missing servo.
     assert_eq!(fast(&mut injected(&["drop id=2"], 0), at(0), &[(1, 4), (2, 4), (7, 4)], FAST).len(), 1);
@@ -149,8 +150,8 @@ fn bulk_reads_and_writes_reach_each_servo_with_its_own() {
     let mut line = line();
     let written = [[1, 65, 0, 1, 0, 1].as_slice(), &[7, 31, 0, 1, 0, 60]].concat();
     assert_eq!(say(&mut line, Address::All, Instruction::BulkWrite { records: &written }), []);
-    assert_eq!(line.servos()[0].read(65, 1), Ok(&[1][..]));
-    assert_eq!(line.servos()[2].read(31, 1), Ok(&[60][..]));
+    assert_eq!(line.servos[0].read(65, 1), Ok(&[1][..]));
+    assert_eq!(line.servos[2].read(31, 1), Ok(&[60][..]));
     let asked = [[7, 31, 0, 1, 0], [1, 132, 0, 4, 0]].concat();
     let answers = say(&mut line, Address::All, Instruction::BulkRead { records: &asked });
     assert_eq!(answers, [(7, None, 1), (1, None, 4)]);
@@ -163,9 +164,9 @@ fn what_is_registered_waits_for_the_action_of_all() {
     assert_eq!(say(&mut line, one(1), told), [(1, None, 0)]);
     assert_eq!(say(&mut line, one(7), told), [(7, None, 0)]);
     let leds =
-        |line: &Line| line.servos().iter().map(|servo| servo.read(65, 5).unwrap()[0]).collect::<Vec<_>>();
+        |line: &Line| line.servos.iter().map(|servo| servo.read(65, 5).unwrap()[0]).collect::<Vec<_>>();
     assert_eq!(leds(&line), [0, 0, 0]);
-    assert_eq!(line.servos()[0].read(69, 1), Ok(&[1][..]));
+    assert_eq!(line.servos[0].read(69, 1), Ok(&[1][..]));
     assert_eq!(say(&mut line, Address::All, Instruction::Action), []);
     assert_eq!(leds(&line), [1, 0, 1]);
     assert_eq!(say(&mut line, one(1), Instruction::Action), [(1, Some(Fault::Instruction), 0)]);
@@ -176,12 +177,12 @@ fn what_is_registered_waits_for_the_action_of_all() {
 #[test]
 fn a_backup_brings_the_eeprom_back_and_a_factory_reset_the_box() {
     let mut line = line();
-    let limit = |line: &Line| line.servos()[0].read(31, 1).unwrap()[0];
+    let limit = |line: &Line| line.servos[0].read(31, 1).unwrap()[0];
     let put = |line: &mut Line, value| say(line, one(1), Instruction::Write { address: 31, data: &[value] });
     assert_eq!(say(&mut line, one(1), Instruction::Backup(Backup::Restore)), [(1, Some(Fault::Result), 0)]);
     put(&mut line, 60);
     assert_eq!(say(&mut line, one(1), Instruction::Backup(Backup::Store)), [(1, None, 0)]);
-    assert_eq!(line.servos()[0].read(147, 1), Ok(&[1][..]));
+    assert_eq!(line.servos[0].read(147, 1), Ok(&[1][..]));
     put(&mut line, 50);
     assert_eq!(say(&mut line, one(1), Instruction::Backup(Backup::Restore)), [(1, None, 0)]);
     assert_eq!(limit(&line), 60);
@@ -193,19 +194,19 @@ fn a_backup_brings_the_eeprom_back_and_a_factory_reset_the_box() {
     let reset = Instruction::FactoryReset(Reset::KeepId);
     assert_eq!(listen(&mut line, at(900), one(7), reset).len(), 1);
     line.advance(at(1400));
-    assert_eq!(line.servos()[2].baud(), 57_600);
-    assert_eq!((line.servos()[2].id(), line.servos()[0].id()), (7, 1));
+    assert_eq!(line.servos[2].baud(), 57_600);
+    assert_eq!((line.servos[2].id(), line.servos[0].id()), (7, 1));
 }
 
 #[test]
 fn a_servo_at_another_baud_rate_receives_nothing() {
     let mut line = line();
     say(&mut line, one(2), Instruction::Write { address: 8, data: &[6] });
-    line.set_baud(57_600);
+    line.baud = Some(57_600);
     assert_eq!(ids(&listen(&mut line, at(1), Address::All, Instruction::Ping)), [1, 7]);
-    line.set_baud(4_000_000);
+    line.baud = Some(4_000_000);
     assert_eq!(ids(&listen(&mut line, at(1), Address::All, Instruction::Ping)), [2]);
-    line.set_baud(1_000_000);
+    line.baud = Some(1_000_000);
     assert_eq!(listen(&mut line, at(1), Address::All, Instruction::Ping), []);
 }
 
@@ -214,7 +215,7 @@ fn a_secondary_identifier_is_obeyed_in_silence() {
     let mut line = line();
     say(&mut line, one(7), Instruction::Write { address: 12, data: &[1] });
     assert_eq!(say(&mut line, one(1), Instruction::Write { address: 65, data: &[1] }), [(1, None, 0)]);
-    assert_eq!(line.servos()[2].read(65, 1), Ok(&[1][..]));
+    assert_eq!(line.servos[2].read(65, 1), Ok(&[1][..]));
 }
 
 /// A few seconds of instructions, and all replies to them.
@@ -252,7 +253,7 @@ fn the_same_seed_and_the_same_instructions_make_the_same_faults() {
         let mut line = injected(faults, seed);
         let played = play(&mut line);
         line.hangs_up(at(1100));
-        (played, line.injected())
+        (played, line.injector.injected)
     };
     let (first, counts) = run(7, &faults);
     assert_eq!(run(7, &faults), (first.clone(), counts));
@@ -273,7 +274,7 @@ fn a_fault_happens_in_its_window_to_whom_it_is_for() {
     for (ms, heard) in [(0, &[1, 2, 7][..]), (9, &[1, 2, 7]), (10, &[1]), (19, &[1]), (20, &[1, 2, 7])] {
         assert_eq!(ids(&listen(&mut line, at(ms), Address::All, SYNC)), heard, "{ms}");
     }
-    assert_eq!(line.injected().of(FaultKind::Drop), 4);
+    assert_eq!(line.injector.injected.of(FaultKind::Drop), 4);
     let mut once = injected(&["drop id=2 at=5ms"], 0);
     let heard: Vec<_> = [0, 6, 7].map(|ms| ids(&listen(&mut once, at(ms), Address::All, SYNC)).len()).into();
     assert_eq!(heard, [3, 2, 3]);
@@ -324,7 +325,7 @@ fn an_error_in_a_fast_reply_costs_no_servo_its_part() {
         told.push((status.id.get(), status.fault));
     }
     assert_eq!(told, [(1, None), (2, Some(Fault::Access)), (7, None)]);
-    assert_eq!(line.injected().of(FaultKind::Error), 1);
+    assert_eq!(line.injector.injected.of(FaultKind::Error), 1);
 }
 
 #[test]
@@ -339,12 +340,12 @@ fn a_lost_or_damaged_instruction_is_ignored_without_affecting_others() {
             let mut line = injected(&[fault], seed);
             let mut answers = Replies::default();
             line.listen(at(0), &both, &mut answers);
-            assert_eq!(line.injected().of(kind), 1);
-            assert_eq!(line.servos()[0].read(65, 1), Ok(&[0][..]), "{fault}, seed {seed}");
-            assert_eq!(ids(answers.get()), [1, 2, 7], "{fault}, seed {seed}");
+            assert_eq!(line.injector.injected.of(kind), 1);
+            assert_eq!(line.servos[0].read(65, 1), Ok(&[0][..]), "{fault}, seed {seed}");
+            assert_eq!(ids(&answers.list), [1, 2, 7], "{fault}, seed {seed}");
             // The repetition arrives intact.
             line.listen(at(1), &both, &mut answers);
-            assert_eq!(line.servos()[0].read(65, 1), Ok(&[1][..]), "{fault}, seed {seed}");
+            assert_eq!(line.servos[0].read(65, 1), Ok(&[1][..]), "{fault}, seed {seed}");
         }
     }
     // An instruction that arrives in pieces is one instruction.
@@ -353,7 +354,7 @@ fn a_lost_or_damaged_instruction_is_ignored_without_affecting_others() {
     for byte in &both {
         line.listen(at(0), &[*byte], &mut answers);
     }
-    assert_eq!(ids(answers.get()), [1, 2, 7]);
+    assert_eq!(ids(&answers.list), [1, 2, 7]);
 }
 
 #[test]
@@ -373,7 +374,7 @@ fn what_happens_to_servos_shows_in_their_tables() {
     let on = Instruction::SyncWrite { address: 64, length: 1, records: &[1, 1, 2, 1, 7, 1] };
     listen(&mut line, at(900), all, on);
     line.advance(at(1000));
-    let read = |line: &Line, place: usize, address| line.servos()[place].read(address, 1).unwrap()[0];
+    let read = |line: &Line, place: usize, address| line.servos[place].read(address, 1).unwrap()[0];
     // The XM430 switches its torque off on an overload, but not on an input voltage error.
     assert_eq!((read(&line, 0, 70), read(&line, 0, 64)), (1 << 5, 0));
     assert_eq!((read(&line, 1, 70), read(&line, 1, 64)), (1, 1));
@@ -399,7 +400,7 @@ fn a_brown_out_takes_the_bus_away_and_a_double_identifier_garbles() {
     // It has rebooted even though the bus was not polled in between.
     let mut unseen = injected(&["brown-out at=1s for=100ms"], 0);
     unseen.advance(at(5000));
-    assert_eq!(unseen.servos()[0].read(120, 2), Ok(&3500_u16.to_le_bytes()[..]));
+    assert_eq!(unseen.servos[0].read(120, 2), Ok(&3500_u16.to_le_bytes()[..]));
 
     let mut line = injected(&["duplicate-id id=2 for=1s"], 0);
     let mut whole = 0;
@@ -437,11 +438,11 @@ fn a_clock_that_stood_still_goes_on_from_where_it_stood() {
     let mut line = injected(&["stopped-clock id=2 from=100ms for=50ms"], 0);
     let mut ticks = |ms| {
         line.advance(at(ms));
-        [0, 1].map(|place: usize| line.servos()[place].read(120, 2).unwrap()[0])
+        [0, 1].map(|place: usize| line.servos[place].read(120, 2).unwrap()[0])
     };
     let seen = [99, 100, 149, 150, 160].map(&mut ticks);
     assert_eq!(seen, [[99, 99], [100, 100], [149, 100], [150, 100], [160, 110]]);
-    assert_eq!(line.injected().of(FaultKind::StoppedClock), 1);
+    assert_eq!(line.injector.injected.of(FaultKind::StoppedClock), 1);
 }
 
 #[test]
@@ -450,7 +451,7 @@ fn a_servo_at_a_wrong_speed_misses_each_instruction_once() {
     for ms in 0..3 {
         assert_eq!(ids(&listen(&mut line, at(ms), Address::All, SYNC)), [1, 7]);
     }
-    assert_eq!(line.injected().of(FaultKind::Baud), 3);
+    assert_eq!(line.injector.injected.of(FaultKind::Baud), 3);
 }
 
 /// The vendor's SDK and LeRobot's motor set-up wait for the status packet after a write.
@@ -468,11 +469,11 @@ fn obstacles_and_low_supplies_last_as_long_as_their_faults() {
     let mut line = line();
     let faults = ["blocked id=2 from=2s for=3s", "sag id=1-2 from=2s for=3s is=90"];
     line.inject(Instant::EPOCH, &faults.map(|fault| fault.parse().unwrap()));
-    line.servos_mut()[2].block(true);
+    line.servos[2].block(true);
     for (ms, blocked, volts) in [(1990, false, 120), (2001, true, 90), (4990, true, 90), (5001, false, 120)] {
         line.advance(at(ms));
         line.advance(at(ms + 1));
-        let [one, two, seven] = line.servos() else { panic!("three") };
+        let [one, two, seven] = &line.servos[..] else { panic!("three") };
         assert_eq!(
             (one.is_blocked(), two.is_blocked(), seven.is_blocked()),
             (false, blocked, true),
@@ -480,5 +481,8 @@ fn obstacles_and_low_supplies_last_as_long_as_their_faults() {
         );
         assert_eq!(two.read(144, 2), Ok(&[volts, 0][..]), "{ms} ms");
     }
-    assert_eq!((line.injected().of(FaultKind::Blocked), line.injected().of(FaultKind::Sag)), (1, 2));
+    assert_eq!(
+        (line.injector.injected.of(FaultKind::Blocked), line.injector.injected.of(FaultKind::Sag)),
+        (1, 2)
+    );
 }

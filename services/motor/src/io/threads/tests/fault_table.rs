@@ -5,11 +5,10 @@
 //! Time is simulated, so that the speed of the machine does not matter. One joint of every bus fails at a time. The
 //! documentation of the servo bus lists these tests row by row.
 
-use message::{JointCause, JointMode};
+use message::{BusHealth, JointCause, JointMode};
 use servo::mock::FaultKind;
 
 use super::rig::{PERIOD, Rig, Time};
-use crate::BusCounters;
 use clock::Duration;
 
 mod answers;
@@ -105,11 +104,11 @@ fn expect(holds: bool, what: impl FnOnce() -> String) -> Verdict {
 }
 
 /// A counter of a bus.
-type Counter = fn(&BusCounters) -> u64;
+type Counter = fn(&BusHealth) -> u64;
 
 /// The counter of each bus.
 fn counted(rig: &Rig, of: Counter) -> Vec<u64> {
-    (0..rig.robot.motor.buses.len()).map(|bus| of(&rig.motor.bus_counts(bus))).collect()
+    (0..rig.robot.motor.buses.len()).map(|bus| of(&rig.motor.bus_health(bus))).collect()
 }
 
 /// Checks that the counter increased by one for each of these joints, on its bus, and not otherwise.

@@ -171,11 +171,11 @@ fn a_profile_velocity_of_0_means_the_velocity_limit() {
 fn a_supply_that_sags_is_an_alert_as_long_as_it_lasts() {
     let mut servo = servo();
     put(&mut servo, TORQUE_ENABLE, 1).unwrap();
-    servo.sag(Some(8.0));
+    servo.dynamics.sag_v = Some(8.0);
     servo.advance(at(10));
     assert_eq!((get(&servo, PRESENT_INPUT_VOLTAGE), get(&servo, HARDWARE_ERROR_STATUS)), (80, 1));
     assert_eq!(get(&servo, TORQUE_ENABLE), 1, "its shutdown mask does not name the voltage");
-    servo.sag(None);
+    servo.dynamics.sag_v = None;
     servo.advance(at(20));
     assert!(!servo.has_alert());
 }

@@ -5,7 +5,7 @@ use crate::JointFault;
 
 /// Number of faults counted on the bus of a joint.
 fn noticed(rig: &Rig, joint: usize) -> u64 {
-    let counts = rig.motor.bus_counts(rig.robot.motor.joints[joint].bus);
+    let counts = rig.motor.bus_health(rig.robot.motor.joints[joint].bus);
     counts.corrupt + counts.missed + counts.stale + counts.late_bytes
 }
 
@@ -70,7 +70,7 @@ fn a_servo_is_quarantined_after_three_silent_cycles_and_comes_back() {
     let mut rig = following();
     in_turn(&mut rig, |rig, struck| {
         let missed: Vec<u64> =
-            struck.iter().map(|&joint| rig.motor.bus_counts(bus(rig, joint)).missed).collect();
+            struck.iter().map(|&joint| rig.motor.bus_health(bus(rig, joint)).missed).collect();
         rig.inject("drop", struck, "");
         for _ in 0..2 {
             rig.cycle();
@@ -81,8 +81,8 @@ fn a_servo_is_quarantined_after_three_silent_cycles_and_comes_back() {
         others_go_on(rig, struck)?;
         are(rig, struck, JointMode::Quarantined, JointCause::Silent)?;
         for (&joint, missed) in struck.iter().zip(missed) {
-            let (bus, counts) = (bus(rig, joint), rig.motor.bus_counts(bus(rig, joint)));
-            expect(rig.motor.quarantined(bus) == 1, || "not counted as quarantined".to_owned())?;
+            let (bus, counts) = (bus(rig, joint), rig.motor.bus_health(bus(rig, joint)));
+            expect(rig.motor.bus_health(bus).quarantined == 1, || "not counted as quarantined".to_owned())?;
             expect(counts.missed >= missed + 3, || "not counted as missed".to_owned())?;
         }
         // It is pinged after 0.1 s and after 0.2 s more, and not in between.
@@ -128,7 +128,9 @@ fn stopped_clocks(rig: &mut Rig, struck: &[usize]) -> Verdict {
     for &joint in struck {
         let trouble = rig.motor.trouble(joint);
         expect(trouble == Some(JointFault::Unbelieved), || format!("{trouble:?}"))?;
-        expect(rig.motor.quarantined(bus(rig, joint)) == 1, || "not counted as quarantined".to_owned())?;
+        expect(rig.motor.bus_health(bus(rig, joint)).quarantined == 1, || {
+            "not counted as quarantined".to_owned()
+        })?;
     }
     // It keeps answering, but its readings are still rejected.
     for _ in 0..cycles_in(Duration::from_secs(2)) {

@@ -24,10 +24,7 @@ fn tripped_watchdogs_are_found_within_half_a_second_and_all_joints_continue() {
         found.extend(all().filter(|&joint| rig.cause(joint) == JointCause::Watchdog));
     }
     assert_eq!(found.len(), 65);
-    assert_eq!(
-        counted_once(&rig, &everybody(), |counts| counts.fault_counters.watchdogs, vec![0; 5]),
-        Ok(())
-    );
+    assert_eq!(counted_once(&rig, &everybody(), |counts| counts.watchdogs, vec![0; 5]), Ok(()));
     // The joints of a group wait for each other.
     assert_eq!(within(&mut rig, 250, all_follow), Ok(()));
     assert!(all().all(|joint| watchdog(&rig, joint) == 10), "they are armed again");
@@ -87,7 +84,7 @@ fn a_lost_line_stops_the_body_at_once_until_it_is_back() {
             Ok(())
         );
         assert!(rig.motor.is_lost(bus));
-        assert_eq!(rig.motor.quarantined(bus), lost.len());
+        assert_eq!(rig.motor.bus_health(bus).quarantined, u64::try_from(lost.len()).unwrap());
         rig.cycle();
         for &joint in &others {
             let state = (rig.mode(joint), rig.cause(joint));
@@ -101,7 +98,7 @@ fn a_lost_line_stops_the_body_at_once_until_it_is_back() {
         assert_eq!(are(&rig, &others, JointMode::Holding, JointCause::BodyStopped), Ok(()));
         rig.until("following", |state| state.mode() == Some(JointMode::Following));
         assert!(!rig.motor.is_lost(bus));
-        assert_eq!(rig.motor.quarantined(bus), 0);
+        assert_eq!(rig.motor.bus_health(bus).quarantined, 0);
         // Counted once, however long it lasted.
         assert_eq!(counted_once(&rig, &lost[..1], |counts| counts.hang_ups, vec![0; 5]), Ok(()));
     }

@@ -61,7 +61,7 @@ fn refused(rig: &mut Rig, struck: &[usize], fault: Fault) -> Verdict {
             expect(!told, || "it is told again".to_owned())?;
         }
     }
-    counted_once(rig, struck, |counts| counts.fault_counters.refusals, vec![0; 5])
+    counted_once(rig, struck, |counts| counts.refusals, vec![0; 5])
 }
 
 #[test]

@@ -9,8 +9,8 @@ use std::collections::BTreeSet;
 use super::*;
 use crate::JointFault;
 
-const ALERTS: Counter = |counts| counts.fault_counters.alerts;
-const RESTARTS: Counter = |counts| counts.fault_counters.restarts;
+const ALERTS: Counter = |counts| counts.alerts;
+const RESTARTS: Counter = |counts| counts.restarts;
 const DUPLICATES: Counter = |counts| counts.duplicates;
 
 /// Checks that the groups of these joints hold, and no other joints do.
