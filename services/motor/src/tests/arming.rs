@@ -334,14 +334,8 @@ fn a_servo_with_the_limits_of_another_joint_is_not_written() {
     rig.commanded(300, 0.3, rig.now);
     assert_eq!(rig.causes()[..2], [JointCause::Refused; 2]);
     assert_eq!([rig.torque(0, 0), rig.torque(0, 1)], [0; 2]);
-<<<<<<< main
     assert_eq!(rig.motor.trouble(0), Some(JointFault::OtherJoint(2)));
-    let untouched = rig.lines[0].servos()[0].read(48, 8).unwrap().to_vec();
-=======
-    let said = rig.motor.trouble(0).unwrap().to_string();
-    assert!(said.contains("those of joint number 2 in motor.toml: are two servos swapped"), "{said}");
     let untouched = rig.lines[0].servos[0].read(48, 8).unwrap().to_vec();
->>>>>>> less-motor
     assert_eq!(untouched, other, "its EEPROM was written");
     // An operator may override: the limits are overwritten.
     rig.motor.arm(rig.now, Some(rig.motor.counts().locks));
