@@ -277,7 +277,7 @@ impl Lesson {
     /// As [`Lesson::load`].
     pub fn parse(text: &str, file: &Path) -> Result<Self, ConfigError> {
         let raw: raw::Lesson = settings::parse(text, file)?;
-        check::lesson(raw).map_err(|fault| settings::invalid(text, file, fault.span, fault.reason))
+        check::lesson(raw).map_err(|error| error.of(text, file))
     }
 
     /// Finds a lesson by name: a built-in one, otherwise `NAME.toml` in a folder.

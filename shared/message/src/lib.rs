@@ -52,7 +52,7 @@ pub use joint::{
     JointState,
 };
 pub use joints::{Joints, MAX_JOINTS};
-pub use layouts::layouts;
+pub use layouts::{hash, layouts};
 pub use licences::{LicenceGroup, Licences};
 pub use link::LinkHealth;
 pub use loss::{LOSSES, Loss};

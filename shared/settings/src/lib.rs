@@ -9,7 +9,7 @@ pub mod number;
 mod parse;
 mod renamed;
 
-pub use error::ConfigError;
+pub use error::{ConfigError, SpannedError};
 pub use parse::{invalid, parse, suggest};
 pub use renamed::{RENAMED, renaming};
 pub use toml::Spanned;

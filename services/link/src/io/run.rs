@@ -220,7 +220,7 @@ impl LinkRuntime {
         let is_heard = self.session.is_heard();
         let was_heard = self.health.is_heard != 0;
         self.health.is_heard = u64::from(is_heard);
-        if self.session.has_second_peer() && !std::mem::replace(&mut self.has_second_peer, true) {
+        if self.session.has_second_peer && !std::mem::replace(&mut self.has_second_peer, true) {
             tracing::warn!(
                 "a second machine claims to be the other side of this robot's link. Its messages are refused while the \
                  first one is connected. Each robot on a network needs its own name, and a robot has only one other \

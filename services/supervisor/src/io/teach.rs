@@ -9,14 +9,11 @@ use config::leo::Leo;
 use message::{Events, Process};
 use process::Launch;
 use recording::{BufferSubscribers, RecordError, recorded_topics};
-use transport::janitor::{Janitor, claim, sweep_stale};
-use transport::{Domain, FrameSubscriber, Node, PortError, ReceiveError};
+use transport::{Domain, FrameSubscriber, Node};
 
-use crate::RosterPublisher;
-use crate::io::check::check_shared_memory;
-use crate::io::conductor::{Conductor, TurnError, TurnSchedule};
-use crate::io::lockstep_processes::{LockstepError, LockstepProcesses};
-use crate::io::run::{ORDER, RunError};
+use crate::io::conductor::{Conductor, TurnSchedule};
+use crate::io::lockstep_processes::{LockstepError, LockstepProcesses, in_domain};
+use crate::io::run::ORDER;
 use crate::io::tape::{Record, RecordingFile};
 
 /// Timeout in simulated time for the last performance, counted from the end of the lesson's script.
@@ -43,38 +40,6 @@ pub struct LessonOptions {
     pub record: Option<Record>,
 }
 
-/// Error of a lesson.
-#[derive(Debug, thiserror::Error)]
-pub enum TeachError {
-    /// The robot could not be run.
-    #[error(transparent)]
-    Run(#[from] RunError),
-    /// The processes did not all start, or one died or timed out.
-    #[error(transparent)]
-    LockstepProcesses(#[from] LockstepError),
-    /// Receiving from the learner failed.
-    #[error(transparent)]
-    Receive(#[from] ReceiveError),
-    /// The lesson cannot be recorded.
-    #[error(transparent)]
-    Record(#[from] RecordError),
-    /// Leo did not finish the requested performances.
-    #[error("Leo has not finished performing {} s after the lesson's script was over", PERFORMANCE_TIMEOUT.as_secs())]
-    Unfinished,
-}
-
-impl From<TurnError> for TeachError {
-    fn from(error: TurnError) -> Self {
-        Self::LockstepProcesses(error.into())
-    }
-}
-
-impl From<PortError> for TeachError {
-    fn from(error: PortError) -> Self {
-        Self::Run(error.into())
-    }
-}
-
 /// Plays one lesson to the end of the last performance, as fast as possible, and returns its account. Deterministic:
 /// the same lesson always gives the same account.
 ///
@@ -82,52 +47,28 @@ impl From<PortError> for TeachError {
 ///
 /// A process died or timed out (the error names it), or the robot could not be run. Shared memory is removed in any
 /// case.
-pub fn teach(teaching: &LessonOptions) -> Result<Account, TeachError> {
-    sweep_stale();
-    let settings = &teaching.settings;
-    let partners = teaching.partners.unwrap_or(settings.belief.partners);
-    check_shared_memory(settings, partners, true).map_err(RunError::NoRoom)?;
-    let claim = claim(&teaching.domain).map_err(RunError::from)?;
-    let outcome =
-        teaching.domain.make().map_err(|error| RunError::from(error).into()).and_then(|()| play(teaching));
-    Janitor::new(&teaching.domain).wipe(claim);
-    outcome
+pub fn teach(teaching: &LessonOptions) -> Result<Account, LockstepError> {
+    let partners = teaching.partners.unwrap_or(teaching.settings.belief.partners);
+    in_domain(&teaching.domain, &teaching.settings, partners, || play(teaching))
 }
 
-fn play(teaching: &LessonOptions) -> Result<Account, TeachError> {
-    let settings = &teaching.settings;
-    let lockstep_processes = LockstepProcesses::new(settings)?;
-    let queues = process::queues(&settings.buffers, true);
-    let mut node =
-        Node::join(&teaching.domain, Process::Supervisor.name(), 1, queues).map_err(RunError::from)?;
+fn play(teaching: &LessonOptions) -> Result<Account, LockstepError> {
     let processes: Vec<Process> =
         ORDER.into_iter().filter(|process| !matches!(process, Process::Console | Process::Link)).collect();
-    let mut lockstep_processes =
-        lockstep_processes.with_roster(RosterPublisher::publish_members(&node, &processes)?);
-    node.follow_roster()?;
-    let mut conductor = Conductor::open(&node, &processes, settings.supervisor.step_timeout_ms.duration())?;
+    let (node, mut conductor, mut lockstep_processes) =
+        LockstepProcesses::open(&teaching.domain, &teaching.settings, &processes, &[])?;
     let mut events = node.subscriber::<Events>(None)?;
     let mut recorder =
         teaching.record.as_ref().map(|record| LessonRecorder::open(&node, record)).transpose()?;
     let launch = Launch {
-        domain: teaching.domain.root().to_owned(),
-        incarnation: 1,
-        parent: i32::try_from(std::process::id()).ok(),
         config: teaching.config.clone(),
         lesson: Some(teaching.lesson.clone()),
         partners: teaching.partners,
-        lockstep: true,
         ..Launch::default()
     };
-    lockstep_processes.start_all(
-        &node,
-        &processes,
-        &launch,
-        settings.supervisor.ready_timeout_ms.duration(),
-    )?;
+    lockstep_processes.start_all(&node, &processes, launch)?;
     let account = conduct(&mut conductor, &mut lockstep_processes, &mut events, recorder.as_mut(), teaching);
-    conductor.stop_all();
-    lockstep_processes.wait_for_exit(settings.supervisor.stop_timeout_ms.duration());
+    lockstep_processes.stop_all(&mut conductor);
     let account = account?;
     if let Some(recorder) = recorder {
         recorder.finish()?;
@@ -141,7 +82,7 @@ fn conduct(
     events: &mut FrameSubscriber<Events>,
     mut recorder: Option<&mut LessonRecorder>,
     teaching: &LessonOptions,
-) -> Result<Account, TeachError> {
+) -> Result<Account, LockstepError> {
     let settings = &teaching.settings;
     let (sensor, motor) = (settings.sensor.rate_hz.period(), settings.motor.rate_hz.period());
     let mut schedule = TurnSchedule::new(&[
@@ -173,7 +114,7 @@ fn conduct(
                 break;
             }
             if at.since(over) > PERFORMANCE_TIMEOUT {
-                return Err(TeachError::Unfinished);
+                return Err(LockstepError::Unfinished(PERFORMANCE_TIMEOUT));
             }
         }
     }
