@@ -42,7 +42,7 @@ pub(crate) const LAYERS: [&[&str]; 8] = [
 ];
 
 /// Arrows within a layer, from the crate to those of its own layer that it may know.
-const PEERS: [(&str, &[&str]); 10] = [
+const PEERS: [(&str, &[&str]); 11] = [
     ("process", &["folder", "realtime", "transport"]),
     ("store", &["folder"]),
     ("transport", &["folder"]),
@@ -53,6 +53,7 @@ const PEERS: [(&str, &[&str]); 10] = [
     ("leo-perspective", &["leo-belief", "leo-perception", "leo-scene"]),
     ("motion", &["leo-kinematics"]),
     ("study", &["account"]),
+    ("testkit", &["clock"]),
 ];
 
 /// What others made that only some of our crates may know.
