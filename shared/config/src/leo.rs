@@ -117,7 +117,7 @@ impl Belief {
 settings::ranged!(
     /// Nesting depth of perspectives.
     #[derive(Eq)]
-    Depth(u32): "from 1 to 6, as deep as perspectives can be nested", |value| (1..=6).contains(&value)
+    Depth(u32): "from 1 to 6 deep", |value| (1..=6).contains(&value)
 );
 
 const _: () = assert!(message::DEPTH_MOST == 6);
