@@ -17,7 +17,7 @@ const PATIENCE: Duration = Duration::from_secs(90);
 pub(crate) struct Machine {
     supervisor: Child,
     domain: PathBuf,
-    told: Said,
+    stdout: Said,
     said: Said,
     files: TempDir,
 }
@@ -88,7 +88,7 @@ impl Machine {
         let (told, said) = (Said::default(), Said::default());
         told.listen(supervisor.stdout.take().expect("piped"));
         said.listen(supervisor.stderr.take().expect("piped"));
-        Self { supervisor, domain, told, said, files }
+        Self { supervisor, domain, stdout, said, files }
     }
 
     /// Starts a machine and waits until all its processes run.
@@ -108,8 +108,8 @@ impl Machine {
     }
 
     /// The output of its console so far.
-    pub(crate) fn told(&self) -> String {
-        self.told.text()
+    pub(crate) fn stdout(&self) -> String {
+        self.stdout.text()
     }
 
     pub(crate) fn domain(&self) -> &Path {

@@ -120,7 +120,7 @@ settings::ranged!(
     Depth(u32): "from 1 to 6 deep", |value| (1..=6).contains(&value)
 );
 
-const _: () = assert!(message::DEPTH_MOST == 6);
+const _: () = assert!(message::MAX_DEPTH == 6);
 
 /// The learner process.
 #[derive(Clone, Debug, Deserialize)]

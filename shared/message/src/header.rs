@@ -1,7 +1,7 @@
 use crate::bytes::message;
-use crate::{BeliefHead, DivergenceHead, PerceptHead, SceneHead, ZeroCopySend, numbered};
+use crate::{BeliefHead, DivergenceHead, PerceptHead, SceneHead, ZeroCopySend, wire_enum};
 
-numbered! {
+wire_enum! {
     /// A stage that a frame passes, in the direction of the data flow.
     Hop: u16 {
         /// The source published the observations.
@@ -36,7 +36,7 @@ message! {
         /// When the frame or its inputs passed each hop; zero for hops not passed.
         pub hops_ns: [u64; 8],
         /// Number of entries left out for lack of space, in this frame or its inputs.
-        pub left_out: u64,
+        pub over_capacity: u64,
     }
 }
 

@@ -1,7 +1,7 @@
 use crate::bytes::message;
-use crate::{Text, ZeroCopySend, numbered};
+use crate::{Text, ZeroCopySend, wire_enum};
 
-numbered! {
+wire_enum! {
     /// Kind of an interactive act of a teacher in the simulated workspace.
     TeacherActKind: u16 {
         /// Says the text.
@@ -51,7 +51,7 @@ message! {
         /// objects are computed.
         pub position_m: [f64; 3],
         /// Point that the teacher looks at, for a seat; half extents, for a new occluder.
-        pub also_m: [f64; 3],
+        pub second_vector_m: [f64; 3],
         /// Heading, anticlockwise from the world's x axis, in radians; NaN keeps the current heading.
         pub heading_rad: f64,
         /// A [`TeacherActKind`].

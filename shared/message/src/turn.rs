@@ -1,7 +1,7 @@
 use crate::bytes::message;
-use crate::{ZeroCopySend, numbered};
+use crate::{ZeroCopySend, wire_enum};
 
-numbered! {
+wire_enum! {
     /// Kind of a turn.
     TurnKind: u32 {
         /// Make one step at the given instant.

@@ -54,7 +54,7 @@ mod table;
 mod weight;
 
 pub use action::{Act, ActionParser};
-pub use action_effect::{ActContext, ActionEffect, deeds};
+pub use action_effect::{ActContext, ActionEffect, action_effects};
 pub use arrangement::{Arrangement, ArrangementPart, ArrangementRule, part_positions};
 pub use change::{Change, Effect, Signature, changes, vanished};
 pub use conflict::{Decision, OpenQuestion, decide, decide_with, differ};

@@ -2,7 +2,7 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use serde::{Deserialize, Serialize};
 
-use crate::{ActContext, ActionEffect, Change, Effect, Object, Signature, Snapshot, changes, deeds};
+use crate::{ActContext, ActionEffect, Change, Effect, Object, Signature, Snapshot, action_effects, changes};
 
 /// A task as taught so far: the schema S, whose hypotheses are computed from its examples.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -117,8 +117,8 @@ pub struct Executable {
     /// Its changes in this perspective, by object identity.
     pub changes: BTreeMap<u64, Change>,
     /// Its effects in relation to other objects and agents (placed on, handed over), by object identity.
-    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
-    pub deeds: BTreeMap<u64, BTreeSet<ActionEffect>>,
+    #[serde(rename = "deeds", default, skip_serializing_if = "BTreeMap::is_empty")]
+    pub action_effects: BTreeMap<u64, BTreeSet<ActionEffect>>,
 }
 
 /// The error for a demonstration without a change in any perspective; it is not an example.
@@ -188,8 +188,9 @@ impl Recording {
             let now = snapshots.get(&under.view.perspective);
             let changes = now.map(|now| changes(&under.last, now, moved_m)).unwrap_or_default();
             let course = |after| ActContext { at_start: &under.view.before, before: &under.last, after };
-            let deeds = now.map(|now| deeds(actor, &course(now), &changes, moved_m)).unwrap_or_default();
-            Executable { actor, task: task.map(str::to_owned), changes, deeds }
+            let action_effects =
+                now.map(|now| action_effects(actor, &course(now), &changes, moved_m)).unwrap_or_default();
+            Executable { actor, task: task.map(str::to_owned), changes, action_effects }
         };
         let executables: Vec<Executable> = self.views.iter().map(executable).collect();
         if executables.iter().all(|executable| executable.changes.is_empty()) {

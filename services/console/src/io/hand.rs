@@ -143,9 +143,9 @@ pub(crate) struct Requester {
 
 impl Requester {
     /// Answers the page. The answer is dropped if the page's queue is full.
-    pub(crate) fn answer(&self, said: Result<Option<(&str, &str)>, &str>) {
+    pub(crate) fn answer(&self, result: Result<Option<(&str, &str)>, &str>) {
         let Some(id) = self.id else { return };
-        let (outcome, extra) = match said {
+        let (outcome, extra) = match result {
             Ok(extra) => (("ok", Value::from(true)), extra),
             Err(why) => (("error", Value::from(why)), None),
         };

@@ -88,8 +88,8 @@ struct RecordRequest {
 }
 
 /// Answers with the path of a file, or why there is none.
-fn tell(requester: &Requester, said: Result<Option<&Path>, &str>) {
-    let file = said.map(|file| file.map(|file| file.display().to_string()));
+fn tell(requester: &Requester, result: Result<Option<&Path>, &str>) {
+    let file = result.map(|file| file.map(|file| file.display().to_string()));
     requester.answer(file.as_ref().map(|file| Some(("file", file.as_deref()?))).map_err(|why| *why));
 }
 

@@ -64,7 +64,7 @@ pub enum LockstepError {
     #[error(transparent)]
     Record(#[from] RecordError),
     /// A frame has more entries than the configuration allows.
-    #[error("frame {sequence} of `{channel}` has {entries} entries, and its configuration allows {most}")]
+    #[error("frame {sequence} of `{channel}` has {entries} entries, and its configuration allows {max}")]
     TooLong {
         /// The channel.
         channel: Channel,
@@ -73,7 +73,7 @@ pub enum LockstepError {
         /// Its number of entries.
         entries: usize,
         /// The maximum number of entries.
-        most: usize,
+        max: usize,
     },
     /// Leo did not finish the requested performances of a lesson.
     #[error("Leo has not finished performing {} s after the lesson's script was over", .0.as_secs())]

@@ -191,8 +191,8 @@ fn send<T: Topic>(publisher: &mut FramePublisher<T>, frame: &Frame) -> Result<()
     let Some((head, entries)) = read else { return Ok(()) };
     if entries.len() > publisher.capacity() {
         let (channel, sequence) = (Channel(frame.topic), frame.sequence);
-        let (entries, most) = (entries.len(), publisher.capacity());
-        return Err(LockstepError::TooLong { channel, sequence, entries, most });
+        let (entries, max) = (entries.len(), publisher.capacity());
+        return Err(LockstepError::TooLong { channel, sequence, entries, max });
     }
     publisher.send_all(head, &entries, |sent| *sent.header_mut() = *head.header())?;
     Ok(())
