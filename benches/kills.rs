@@ -27,10 +27,9 @@ use chance::Chance;
 use clock::Duration;
 use message::{JointState, JointStates, TopicId};
 use recording::Reader;
-use robot::{
-    PROCESSES, Robot, descriptors, files_below, is_alive, kill, leo, pause, shared_memory, wait_until,
-};
+use robot::{PROCESSES, Robot, descriptors, files_below, leo, pause, shared_memory, signal, wait_until};
 use rustix::process::{Pid, Signal, kill_process};
+use testkit::robot::is_alive;
 
 /// Time-out after which an event counts as missing.
 const PATIENCE: Duration = Duration::from_secs(60);
@@ -182,7 +181,7 @@ impl Campaign {
             self.wrong(format!("kill {number}: `{name}` is not restarted"));
             return;
         };
-        kill(pid);
+        signal(pid, Signal::KILL);
         self.killed.push(pid);
         *self.counts.entry(name.to_owned()).or_default() += 1;
         name.clone_into(&mut self.last);

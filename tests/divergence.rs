@@ -10,7 +10,8 @@ use message::{Belief, Beliefs, Difference, DivergenceHead, Divergences, Feature}
 use rustix::process::Signal;
 use transport::{Domain, FrameSubscriber, Node, OverflowPolicy, Queues};
 
-use robot::{Robot, left_behind, wait_until};
+use robot::{Robot, wait_until};
+use testkit::robot::left_behind;
 
 /// As in `leo.toml`: all ports of a domain have the same queues.
 const QUEUES: Queues = Queues { frames: 4, overflow_policy: OverflowPolicy::DropOldest };

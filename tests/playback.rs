@@ -11,7 +11,8 @@ use rustix::process::Signal;
 use serde_json::Value;
 use transport::{Domain, Node, OverflowPolicy, Queues};
 
-use robot::{Robot, left_behind, leo, wait_until};
+use robot::{Robot, leo, wait_until};
+use testkit::robot::left_behind;
 
 /// A block is moved and a button pressed while the partner looks away.
 const MOVED: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/config/traces/moved.jsonl");

@@ -12,7 +12,8 @@ use message::{Belief, Beliefs, EventKind, Events, Feature};
 use rustix::process::Signal;
 use transport::{Domain, FrameSubscriber, Node, OverflowPolicy, Queues};
 
-use robot::{Robot, left_behind, signal, wait_until};
+use robot::{Robot, signal, wait_until};
+use testkit::robot::left_behind;
 
 /// As in `leo.toml`: all ports of a domain have the same queues.
 const QUEUES: Queues = Queues { frames: 4, overflow_policy: OverflowPolicy::DropOldest };

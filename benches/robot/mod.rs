@@ -3,19 +3,14 @@
 use std::collections::BTreeMap;
 use std::ffi::OsStr;
 use std::fs;
-use std::io::{BufRead as _, BufReader, Read};
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Stdio};
-use std::sync::{Arc, Mutex, PoisonError};
-use std::thread;
 
 use clock::{Duration, Instant};
-use rustix::process::{Pid, Signal, kill_process};
+use rustix::process::Signal;
 use serde_json::Value;
-
-/// The seven processes of a robot, by subcommand.
-pub(crate) const PROCESSES: [&str; 7] =
-    ["belief", "console", "learner", "mock-bus", "motor", "sensor", "simulator"];
+pub(crate) use testkit::robot::{PROCESSES, pause, signal};
+use testkit::robot::{Said, processes_of};
 
 /// A `leo` command without `RUST_LOG`; `LEO` overrides the program.
 pub(crate) fn leo(arguments: &[&str]) -> Command {
@@ -23,10 +18,6 @@ pub(crate) fn leo(arguments: &[&str]) -> Command {
     let mut command = Command::new(program);
     command.args(arguments).env_remove("RUST_LOG").stdin(Stdio::null());
     command
-}
-
-pub(crate) fn pause(time: Duration) {
-    clock::sleep_until(clock::now() + time);
 }
 
 /// Waits until a condition holds; returns the time taken, or `None` on time-out.
@@ -41,17 +32,6 @@ pub(crate) fn wait_until(within: Duration, mut holds: impl FnMut() -> bool) -> O
         }
         pause(Duration::from_millis(10));
     }
-}
-
-pub(crate) fn kill(pid: i32) {
-    // The process may have ended in the meantime.
-    let _sent = kill_process(Pid::from_raw(pid).expect("a process number"), Signal::KILL);
-}
-
-/// Whether a process lives; a zombie does not.
-pub(crate) fn is_alive(pid: i32) -> bool {
-    let stat = fs::read_to_string(format!("/proc/{pid}/stat")).unwrap_or_default();
-    stat.rsplit(") ").next().is_some_and(|rest| !rest.is_empty() && !rest.starts_with(['Z', 'X']))
 }
 
 /// Number and total bytes of the files below a folder.
@@ -88,7 +68,7 @@ pub(crate) struct Robot {
     supervisor: Child,
     pub(crate) domain: PathBuf,
     pub(crate) began: Instant,
-    said: Arc<Mutex<String>>,
+    said: Said,
 }
 
 impl Robot {
@@ -104,15 +84,15 @@ impl Robot {
             .stderr(Stdio::piped())
             .spawn()
             .expect("starts");
-        let said = Arc::new(Mutex::new(String::new()));
-        listen(supervisor.stdout.take().expect("piped"), &said);
-        listen(supervisor.stderr.take().expect("piped"), &said);
+        let said = Said::default();
+        said.listen(supervisor.stdout.take().expect("piped"));
+        said.listen(supervisor.stderr.take().expect("piped"));
         Self { supervisor, domain: domain.to_owned(), began: clock::now(), said }
     }
 
     /// Its output so far, on both streams.
     pub(crate) fn said(&self) -> String {
-        self.said.lock().unwrap_or_else(PoisonError::into_inner).clone()
+        self.said.text()
     }
 
     /// Address and token of its page, once printed.
@@ -128,15 +108,9 @@ impl Robot {
 
     /// The live processes by name.
     pub(crate) fn processes(&self) -> BTreeMap<String, i32> {
-        let pid = self.pid();
-        let children = fs::read_to_string(format!("/proc/{pid}/task/{pid}/children")).unwrap_or_default();
-        let named = children.split_whitespace().filter_map(|child| {
-            let child: i32 = child.parse().ok()?;
-            let line = fs::read_to_string(format!("/proc/{child}/cmdline")).ok()?;
-            let name = line.split('\0').nth(1)?;
-            (PROCESSES.contains(&name) && is_alive(child)).then(|| (name.to_owned(), child))
-        });
-        named.collect()
+        let mut processes = processes_of(self.pid());
+        processes.retain(|name, _| PROCESSES.contains(&name.as_str()));
+        processes
     }
 
     /// The rows of `leo top`. It runs with real-time priority if permitted, so that a loaded machine does not
@@ -169,7 +143,7 @@ impl Robot {
 
     /// Sends a signal to the supervisor and waits; returns whether it ended successfully.
     pub(crate) fn end(&mut self, how: Signal) -> bool {
-        let _sent = kill_process(Pid::from_raw(self.pid()).expect("a process number"), how);
+        signal(self.pid(), how);
         self.supervisor.wait().is_ok_and(|status| status.success())
     }
 }
@@ -178,15 +152,4 @@ impl Drop for Robot {
     fn drop(&mut self) {
         let _dead = self.supervisor.kill().and_then(|()| self.supervisor.wait());
     }
-}
-
-fn listen(stream: impl Read + Send + 'static, said: &Arc<Mutex<String>>) {
-    let said = Arc::clone(said);
-    thread::spawn(move || {
-        for line in BufReader::new(stream).lines().map_while(Result::ok) {
-            let mut said = said.lock().unwrap_or_else(PoisonError::into_inner);
-            said.push_str(&line);
-            said.push('\n');
-        }
-    });
 }

@@ -40,17 +40,8 @@ fn assert_refused(output: &Told, status: i32, words: &[&str]) {
 }
 
 /// Waits until a condition holds; `false` on time-out.
-fn wait_until(mut holds: impl FnMut() -> bool) -> bool {
-    let give_up = clock::now() + LONG;
-    loop {
-        if holds() {
-            return true;
-        }
-        if clock::now() >= give_up {
-            return false;
-        }
-        clock::sleep_until(clock::now() + Duration::from_millis(10));
-    }
+fn wait_until(holds: impl FnMut() -> bool) -> bool {
+    testkit::robot::wait_until(LONG, holds)
 }
 
 /// Reads a file of the repository.

@@ -63,15 +63,8 @@ pub(crate) fn short_lesson() -> String {
 }
 
 /// Waits until a condition holds; `false` on time-out.
-pub(crate) fn wait_until(mut holds: impl FnMut() -> bool) -> bool {
-    let end = clock::now() + PATIENCE;
-    while clock::now() < end {
-        if holds() {
-            return true;
-        }
-        clock::sleep_until(clock::now() + Duration::from_millis(5));
-    }
-    holds()
+pub(crate) fn wait_until(holds: impl FnMut() -> bool) -> bool {
+    testkit::robot::wait_until(PATIENCE, holds)
 }
 
 impl Leo {

@@ -10,10 +10,11 @@ use std::sync::{Mutex, MutexGuard, PoisonError};
 use clock::{Duration, Instant};
 use process::arming::{self, ArmOrder};
 use rustix::fs::{Mode, OFlags, open};
-use rustix::process::{Pid, Signal, kill_process};
+use rustix::process::Signal;
 use rustix::pty::{OpenptFlags, grantpt, openpt, ptsname, unlockpt};
 use rustypot::DynamixelProtocolHandler;
 use tempfile::TempDir;
+pub(crate) use testkit::robot::{signal, wait_until as until};
 
 use crate::mock_bus::MockBus;
 
@@ -349,23 +350,6 @@ pub(crate) fn leo(arguments: &[&str]) -> Command {
     let mut command = Command::new(program());
     command.args(arguments).env_remove("RUST_LOG").stdin(Stdio::null());
     command
-}
-
-pub(crate) fn signal(pid: i32, signal: Signal) {
-    // The process may have ended in the meantime.
-    let _sent = kill_process(Pid::from_raw(pid).expect("a process number"), signal);
-}
-
-/// Waits until a condition holds; `false` on time-out.
-pub(crate) fn until(within: Duration, mut holds: impl FnMut() -> bool) -> bool {
-    let end = clock::now() + within;
-    while clock::now() < end {
-        if holds() {
-            return true;
-        }
-        clock::sleep_until(clock::now() + Duration::from_millis(5));
-    }
-    holds()
 }
 
 /// Waits for the end of a child; `None` on time-out.

@@ -1,15 +1,14 @@
 use std::collections::BTreeMap;
 use std::fs;
-use std::io::{BufRead as _, BufReader, Read};
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, ExitStatus, Stdio};
-use std::sync::{Arc, Mutex};
-use std::thread;
 
 use clock::Duration;
 use quantity::number::floor_usize;
 use rustix::process::{Pid, Signal, kill_process};
 use tempfile::TempDir;
+pub(crate) use testkit::robot::pause;
+use testkit::robot::{self, Said};
 
 /// Generous: the machine may be loaded.
 const PATIENCE: Duration = Duration::from_secs(90);
@@ -18,8 +17,8 @@ const PATIENCE: Duration = Duration::from_secs(90);
 pub(crate) struct Machine {
     supervisor: Child,
     domain: PathBuf,
-    stdout: Arc<Mutex<String>>,
-    said: Arc<Mutex<String>>,
+    stdout: Said,
+    said: Said,
     files: TempDir,
 }
 
@@ -38,20 +37,9 @@ pub(crate) fn leo(namespace: Option<&str>) -> Command {
     command
 }
 
-pub(crate) fn pause(time: Duration) {
-    clock::sleep_until(clock::now() + time);
-}
-
 /// Waits until a condition holds; `false` on time-out.
-pub(crate) fn wait_until(mut holds: impl FnMut() -> bool) -> bool {
-    let end = clock::now() + PATIENCE;
-    while clock::now() < end {
-        if holds() {
-            return true;
-        }
-        pause(Duration::from_millis(50));
-    }
-    holds()
+pub(crate) fn wait_until(holds: impl FnMut() -> bool) -> bool {
+    robot::wait_until(PATIENCE, holds)
 }
 
 /// The configuration with some changed values. A key of `leo.toml` is prefixed by its section if it is
@@ -66,19 +54,6 @@ pub(crate) fn changed(changes: &[(&str, &str)]) -> String {
         let line = rest.lines().find(|line| line.starts_with(&format!("{key} = "))).expect("a key");
         text.push_str(&rest.replacen(line, &format!("{key} = {value}"), 1));
     }
-    text
-}
-
-fn collect(from: impl Read + Send + 'static) -> Arc<Mutex<String>> {
-    let text = Arc::new(Mutex::new(String::new()));
-    let all = Arc::clone(&text);
-    thread::spawn(move || {
-        for line in BufReader::new(from).lines().map_while(Result::ok) {
-            let mut all = all.lock().expect("nobody panics with it");
-            all.push_str(&line);
-            all.push('\n');
-        }
-    });
     text
 }
 
@@ -110,8 +85,9 @@ impl Machine {
             .stderr(Stdio::piped())
             .spawn()
             .expect("starts");
-        let stdout = collect(supervisor.stdout.take().expect("piped"));
-        let said = collect(supervisor.stderr.take().expect("piped"));
+        let (told, said) = (Said::default(), Said::default());
+        told.listen(supervisor.stdout.take().expect("piped"));
+        said.listen(supervisor.stderr.take().expect("piped"));
         Self { supervisor, domain, stdout, said, files }
     }
 
@@ -128,12 +104,12 @@ impl Machine {
 
     /// Its standard error so far.
     pub(crate) fn said(&self) -> String {
-        self.said.lock().expect("nobody panics with it").clone()
+        self.said.text()
     }
 
     /// The output of its console so far.
     pub(crate) fn stdout(&self) -> String {
-        self.stdout.lock().expect("nobody panics with it").clone()
+        self.stdout.text()
     }
 
     pub(crate) fn domain(&self) -> &Path {
@@ -180,14 +156,7 @@ impl Machine {
 
     /// The PID of one of its processes.
     pub(crate) fn process(&self, name: &str) -> Option<Pid> {
-        let pid = self.pid().as_raw_nonzero();
-        let children = fs::read_to_string(format!("/proc/{pid}/task/{pid}/children")).unwrap_or_default();
-        let is_it = |child: &&str| {
-            let line = fs::read_to_string(format!("/proc/{child}/cmdline")).unwrap_or_default();
-            line.split('\0').nth(1) == Some(name)
-        };
-        let child: i32 = children.split_whitespace().find(is_it)?.parse().ok()?;
-        Pid::from_raw(child)
+        robot::processes_of(self.pid().as_raw_nonzero().get()).get(name).copied().and_then(Pid::from_raw)
     }
 
     /// Stops it regularly.

@@ -17,7 +17,6 @@ mod venv;
 mod wakeful;
 mod yardstick;
 
-use std::fs;
 use std::net::UdpSocket;
 use std::path::Path;
 use std::process::Command;
@@ -25,6 +24,7 @@ use std::sync::{Mutex, MutexGuard, PoisonError};
 
 use rustix::process::{Signal, kill_process};
 use tempfile::TempDir;
+use testkit::robot::left_behind;
 
 use machine::{Machine, wait_until};
 
@@ -95,14 +95,6 @@ impl Side {
 
 fn quoted(text: &str) -> String {
     format!("\"{text}\"")
-}
-
-/// What a domain left in shared memory, its root included.
-fn left_behind(domain: &Path) -> Vec<String> {
-    let name = domain.file_name().expect("a name").to_string_lossy().into_owned();
-    let is_its = |entry: &String| *entry == name || entry.starts_with(&format!("{name}_"));
-    let entries = fs::read_dir("/dev/shm").expect("there is shared memory").flatten();
-    entries.map(|entry| entry.file_name().to_string_lossy().into_owned()).filter(is_its).collect()
 }
 
 #[test]

@@ -9,7 +9,8 @@ use message::{JointCause, JointMode, JointState, JointStates};
 use rustix::process::Signal;
 use transport::{Domain, FrameSubscriber, Node, OverflowPolicy, Queues};
 
-use super::robot::{Robot, is_alive, left_behind, leo, signal, wait_until};
+use super::robot::{Robot, leo, signal, wait_until};
+use testkit::robot::{is_alive, left_behind};
 
 const JOINTS: usize = 65;
 /// Configured soft start: a speed limit after torque is switched on.

@@ -10,7 +10,8 @@ use rustix::process::Signal;
 
 use super::PATIENT;
 use super::guesses::mapped;
-use super::robot::{Robot, left_behind, signal, wait_until};
+use super::robot::{Robot, signal, wait_until};
+use testkit::robot::left_behind;
 
 /// The environment variable with which this test runs itself again, with a small `/dev/shm` of its own.
 const INSIDE: &str = "LEO_SMALL_SHARED_MEMORY";

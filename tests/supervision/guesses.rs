@@ -8,7 +8,8 @@ use std::process::Command;
 use rustix::process::Signal;
 
 use super::PATIENT;
-use super::robot::{Robot, left_behind, leo, signal, wait_until};
+use super::robot::{Robot, leo, signal, wait_until};
+use testkit::robot::left_behind;
 
 /// The process that is killed.
 const VICTIM: &str = "sensor";

@@ -25,7 +25,8 @@ use std::process::Output;
 use clock::Duration;
 use rustix::process::Signal;
 
-use robot::{PROCESSES, Robot, domain, is_alive, left_behind, leo, pause, signal, wait_until};
+use robot::{PROCESSES, Robot, domain, leo, pause, signal, wait_until};
+use testkit::robot::{is_alive, left_behind};
 
 /// A supervisor that never gives up on processes that tests kill.
 const PATIENT: [(&str, &str); 2] = [("max_deaths", "1000000"), ("max_backoff_ms", "40.0")];

@@ -3,7 +3,8 @@ use std::path::PathBuf;
 use std::process::{Command, Stdio};
 use std::thread;
 
-use super::robot::{PATIENCE, domain, is_alive, left_behind, leo, wait_until};
+use super::robot::{PATIENCE, domain, leo, wait_until};
+use testkit::robot::{is_alive, left_behind};
 
 /// System calls of the supervisor, the injected error, and the numbers of the failing calls. The first
 /// `mmap`, `read` and `close` calls are the loader's. If a run makes fewer calls, none fails.

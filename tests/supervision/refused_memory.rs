@@ -6,7 +6,8 @@ use std::process::{Command, Stdio};
 
 use rustix::process::Signal;
 
-use super::robot::{Robot, domain, is_alive, leo, wait_until};
+use super::robot::{Robot, domain, leo, wait_until};
+use testkit::robot::is_alive;
 
 /// Allocations of each command that are refused, one in each run, spread over all of them.
 const REFUSED: u64 = 12;

@@ -1,18 +1,15 @@
 use std::collections::BTreeMap;
 use std::fs;
-use std::io::{BufRead as _, BufReader, Read as _};
+use std::io::Read as _;
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, ExitStatus, Stdio};
-use std::sync::{Arc, Mutex};
-use std::thread;
 
 use clock::Duration;
-use rustix::process::{Pid, Signal, kill_process};
+use rustix::process::Signal;
 use tempfile::TempDir;
+use testkit::robot::{self, Said};
+pub(crate) use testkit::robot::{PROCESSES, pause, signal};
 
-/// The seven processes of a robot, by subcommand.
-pub(crate) const PROCESSES: [&str; 7] =
-    ["belief", "console", "learner", "mock-bus", "motor", "sensor", "simulator"];
 /// Generous: the machine may be loaded.
 pub(crate) const PATIENCE: Duration = Duration::from_secs(60);
 
@@ -20,7 +17,7 @@ pub(crate) const PATIENCE: Duration = Duration::from_secs(60);
 pub(crate) struct Robot {
     supervisor: Child,
     domain: PathBuf,
-    said: Arc<Mutex<String>>,
+    said: Said,
     files: TempDir,
 }
 
@@ -36,39 +33,9 @@ pub(crate) fn domain(name: &str) -> PathBuf {
     PathBuf::from(format!("/dev/shm/leo-{name}-{}", std::process::id()))
 }
 
-/// What a domain left in shared memory, its root included.
-pub(crate) fn left_behind(domain: &Path) -> Vec<String> {
-    let name = domain.file_name().expect("a name").to_string_lossy().into_owned();
-    let is_its = |entry: &String| *entry == name || entry.starts_with(&format!("{name}_"));
-    let entries = fs::read_dir("/dev/shm").expect("there is shared memory").flatten();
-    entries.map(|entry| entry.file_name().to_string_lossy().into_owned()).filter(is_its).collect()
-}
-
-pub(crate) fn pause(time: Duration) {
-    clock::sleep_until(clock::now() + time);
-}
-
 /// Waits until a condition holds; `false` on time-out.
-pub(crate) fn wait_until(mut holds: impl FnMut() -> bool) -> bool {
-    let end = clock::now() + PATIENCE;
-    while clock::now() < end {
-        if holds() {
-            return true;
-        }
-        pause(Duration::from_millis(10));
-    }
-    holds()
-}
-
-pub(crate) fn signal(pid: i32, signal: Signal) {
-    // The process may have ended in the meantime.
-    let _sent = kill_process(Pid::from_raw(pid).expect("a process number"), signal);
-}
-
-/// Whether a process lives; a zombie does not.
-pub(crate) fn is_alive(pid: i32) -> bool {
-    let stat = fs::read_to_string(format!("/proc/{pid}/stat")).unwrap_or_default();
-    stat.rsplit(") ").next().is_some_and(|rest| !rest.is_empty() && !rest.starts_with(['Z', 'X']))
+pub(crate) fn wait_until(holds: impl FnMut() -> bool) -> bool {
+    robot::wait_until(PATIENCE, holds)
 }
 
 impl Robot {
@@ -101,16 +68,8 @@ impl Robot {
             .stderr(Stdio::piped())
             .spawn()
             .expect("starts");
-        let said = Arc::new(Mutex::new(String::new()));
-        let stderr = supervisor.stderr.take().expect("piped");
-        let listener = Arc::clone(&said);
-        thread::spawn(move || {
-            for line in BufReader::new(stderr).lines().map_while(Result::ok) {
-                let mut said = listener.lock().expect("nobody panics with it");
-                said.push_str(&line);
-                said.push('\n');
-            }
-        });
+        let said = Said::default();
+        said.listen(supervisor.stderr.take().expect("piped"));
         Self { supervisor, domain, said, files }
     }
 
@@ -123,7 +82,7 @@ impl Robot {
 
     /// Its standard error so far.
     pub(crate) fn said(&self) -> String {
-        self.said.lock().expect("nobody panics with it").clone()
+        self.said.text()
     }
 
     /// The path of its `leo.toml`.
@@ -153,15 +112,9 @@ impl Robot {
 
     /// The live processes by name.
     pub(crate) fn processes(&self) -> BTreeMap<String, i32> {
-        let pid = self.pid();
-        let children = fs::read_to_string(format!("/proc/{pid}/task/{pid}/children")).unwrap_or_default();
-        let named = children.split_whitespace().filter_map(|child| {
-            let child: i32 = child.parse().ok()?;
-            let line = fs::read_to_string(format!("/proc/{child}/cmdline")).ok()?;
-            let name = line.split('\0').nth(1)?;
-            (PROCESSES.contains(&name) && is_alive(child)).then(|| (name.to_owned(), child))
-        });
-        named.collect()
+        let mut processes = robot::processes_of(self.pid());
+        processes.retain(|name, _| PROCESSES.contains(&name.as_str()));
+        processes
     }
 
     /// The rows of `leo top`.

@@ -6,7 +6,8 @@ use std::process::{Command, Stdio};
 
 use rustix::process::Signal;
 
-use super::robot::{PROCESSES, Robot, left_behind, leo, signal, wait_until};
+use super::robot::{PROCESSES, Robot, leo, signal, wait_until};
+use testkit::robot::left_behind;
 
 #[test]
 fn a_process_restarts_with_its_original_program_and_files() {

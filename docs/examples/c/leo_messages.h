@@ -443,8 +443,8 @@ LEO_ASSERT(offsetof(struct leo_act_answer, serial) == 0, "place of serial");
 LEO_ASSERT(offsetof(struct leo_act_answer, refused) == 8, "place of refused");
 LEO_ASSERT(offsetof(struct leo_act_answer, text) == 16, "place of text");
 
-/* One percept in which two beliefs about the same object differ. Positions and orientations are in the robot's base
- * frame. */
+/* One percept in which two beliefs about the same object differ. Positions and orientations are in the robot's
+ * base frame. */
 #define LEO_ASPECT_TYPE "leo/Aspect/1"
 struct leo_aspect {
     LEO_NAMED(LEO_ASPECT_TYPE)
@@ -1295,8 +1295,8 @@ struct leo_teacher_act {
     LEO_NAMED(LEO_TEACHER_ACT_TYPE)
     /* Serial number of the act, from one in each incarnation of the console. */
     uint64_t serial;
-    /* Target position: centre of an object or occluder, or the teacher's eyes. Heights of added and put down objects
-     * are computed. */
+    /* Target position: centre of an object or occluder, or the teacher's eyes. Heights of added and put down
+     * objects are computed. */
     double position_m[3];
     /* Point that the teacher looks at, for a seat; half extents, for a new occluder. */
     double second_vector_m[3];

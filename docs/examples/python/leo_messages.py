@@ -407,8 +407,8 @@ class ActAnswer(ctypes.Structure):
         return "leo/ActAnswer/1"
 
 
-# One percept in which two beliefs about the same object differ. Positions and orientations are in the robot's base
-# frame.
+# One percept in which two beliefs about the same object differ. Positions and orientations are in the robot's
+# base frame.
 class Aspect(ctypes.Structure):
     _fields_ = [
         ("distance", ctypes.c_double),
@@ -1136,8 +1136,8 @@ class TeacherAct(ctypes.Structure):
     _fields_ = [
         # Serial number of the act, from one in each incarnation of the console.
         ("serial", ctypes.c_uint64),
-        # Target position: centre of an object or occluder, or the teacher's eyes. Heights of added and put down objects
-        # are computed.
+        # Target position: centre of an object or occluder, or the teacher's eyes. Heights of added and put down
+        # objects are computed.
         ("position_m", ctypes.c_double * 3),
         # Point that the teacher looks at, for a seat; half extents, for a new occluder.
         ("second_vector_m", ctypes.c_double * 3),

@@ -12,7 +12,7 @@ use config::Robot;
 use console_process::{Line, Narrator, Transcript};
 use message::{Events, TopicId, Utterances};
 use recording::{Channel, Frame, Reader, Subject, Time};
-use supervisor_process::{FrameCounts, Record, ReplayError, ReplayOptions};
+use supervisor_process::{FrameCounts, LockstepError, Record, ReplayOptions};
 
 use crate::failure::CommandError;
 use crate::{body, domain, output, seconds};
@@ -121,7 +121,7 @@ impl Replay {
         }
         let played = supervisor_process::replay(&replaying, &mut reader, |frame| narration.tell(frame));
         let played = played.map_err(|error| {
-            if matches!(error, ReplayError::Read(_)) {
+            if matches!(error, LockstepError::Read(_)) {
                 CommandError::usage(error)
             } else {
                 CommandError::runtime(error)

@@ -9,8 +9,6 @@ mod scene;
 mod task;
 
 pub(crate) use arming::arming;
-#[cfg(test)]
-pub(crate) use belief::seen;
 pub(crate) use belief::{BeliefRenderer, Seen, belief_in, counterpart};
 pub(crate) use history::TimeLines;
 pub(crate) use joints::joints;

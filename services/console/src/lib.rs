@@ -2,7 +2,7 @@
 
 mod cells;
 #[cfg(test)]
-mod endurance;
+mod endurance_tests;
 mod io;
 mod narrator;
 mod requests;

@@ -68,8 +68,18 @@ impl StateStore {
         }
     }
 
-    /// Removes all keys with the prefix that are not in `stay`.
-    pub fn keep_only(&mut self, prefix: &str, stay: &BTreeSet<String>) {
+    /// Stores the cells of a list under keys that begin with `prefix`, and removes all others that begin so.
+    pub fn put_all<V: serde::Serialize>(
+        &mut self,
+        prefix: &str,
+        cells: impl IntoIterator<Item = (String, V)>,
+    ) {
+        let mut stay = BTreeSet::new();
+        for (name, value) in cells {
+            let key = format!("{prefix}{name}");
+            self.put(&key, &value);
+            stay.insert(key);
+        }
         let under = self.cells.range(prefix.to_owned()..).map(|(key, _)| key);
         let under = under.take_while(|key| key.starts_with(prefix));
         let going: Vec<String> = under.filter(|key| !stay.contains(*key)).cloned().collect();
@@ -176,7 +186,7 @@ mod tests {
         for key in ["a/1", "a/2", "b/1"] {
             state_store.put(key, &0);
         }
-        state_store.keep_only("a/", &BTreeSet::from(["a/2".to_owned()]));
+        state_store.put_all("a/", [("2".to_owned(), 0)]);
         assert_eq!(state_store.cells.keys().collect::<Vec<_>>(), ["a/2", "b/1"]);
     }
 }

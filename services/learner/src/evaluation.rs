@@ -92,6 +92,9 @@ impl Evaluation {
     /// difference.
     pub(crate) fn events(&self, language: &Language, task: &Task) -> Vec<Event> {
         let mut events = Vec::new();
+        let event = |kind, perspective, standing: &_, text: &str| {
+            standing_event(kind, task, perspective, standing, text)
+        };
         for (&perspective, learned) in &self.by_perspective {
             let several = learned.goals.len() > 1;
             for rules in &learned.goals {
@@ -100,42 +103,23 @@ impl Evaluation {
                     .filter(|(index, rule)| *index < MAX_REPORTED_RULES || rule.standing.high_likelihood)
                 {
                     let text = if several { with_expectation(rule) } else { rule.name.clone() };
-                    events.push(standing_event(
-                        EventKind::Hypothesis,
-                        task,
-                        perspective,
-                        &rule.standing,
-                        &text,
-                    ));
+                    events.push(event(EventKind::Hypothesis, perspective, &rule.standing, &text));
                 }
             }
         }
         for (&perspective, learned) in &self.by_perspective {
             let reported = learned.arrangements.iter().take(MAX_REPORTED_RULES);
-            events.extend(reported.map(|arrangement| {
-                standing_event(
-                    EventKind::Hypothesis,
-                    task,
-                    perspective,
-                    &arrangement.standing,
-                    &arrangement.name,
-                )
-            }));
+            events
+                .extend(reported.map(|it| event(EventKind::Hypothesis, perspective, &it.standing, &it.name)));
         }
         let followed = self.followed();
         if let Some((chosen, learned)) = followed {
             if let Some(first) = learned.arrangements.first() {
-                events.push(standing_event(
-                    EventKind::RuleChosen,
-                    task,
-                    chosen,
-                    &first.standing,
-                    &first.name,
-                ));
+                events.push(event(EventKind::RuleChosen, chosen, &first.standing, &first.name));
             }
             if let Some(first) = learned.primary().next() {
                 let text = if learned.goals.len() > 1 { goal_phrase(learned) } else { first.name.clone() };
-                events.push(standing_event(EventKind::RuleChosen, task, chosen, &first.standing, &text));
+                events.push(event(EventKind::RuleChosen, chosen, &first.standing, &text));
             }
         }
         if let Some(text) = self.explanation(language, task) {

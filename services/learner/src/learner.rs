@@ -170,7 +170,7 @@ impl<B: Body> Learner<B> {
         self.process_stops(now, input.present_rad, &mut output);
         if self.are_identities_valid(now, &mut output) && !self.views.is_settling(now) {
             self.record_performed(now, &mut output);
-            let is_due = |waiting: &PendingSentence| waiting.place() != Timing::Pending;
+            let is_due = |waiting: &PendingSentence| waiting.place != Timing::Pending;
             while self.pending_sentences.front().is_some_and(is_due)
                 && let Some(sentence) = self.pending_sentences.pop_front()
             {
@@ -256,7 +256,7 @@ impl<B: Body> Learner<B> {
         }
         // The spelling at the first demonstration stays the task's name.
         let name = self.tasks.get(&key(name)).map_or(name, |task| &task.name).to_owned();
-        if sentence.place() == Timing::TooLate {
+        if sentence.place == Timing::TooLate {
             say(output, &name, &format!("{NO_BELIEFS_THEN}: please begin again"));
             return;
         }

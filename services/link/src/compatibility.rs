@@ -124,15 +124,10 @@ impl fmt::Display for IncompatiblePeer {
     }
 }
 
-/// FNV-1a hash (64 bits) of some texts.
+/// A number that differs between lists of texts.
 fn hash(texts: impl Iterator<Item = String>) -> u64 {
-    let mut hash = 0xcbf2_9ce4_8422_2325_u64;
-    for text in texts {
-        for byte in text.bytes().chain([0]) {
-            hash = (hash ^ u64::from(byte)).wrapping_mul(0x0100_0000_01b3);
-        }
-    }
-    hash
+    // Text that moves from one to the next is a change.
+    message::hash(texts.flat_map(|text| text.into_bytes().into_iter().chain([0])))
 }
 
 /// Packs the three numbers of a version; any suffix is ignored.

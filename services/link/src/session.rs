@@ -40,7 +40,7 @@ pub struct Session {
     pub(crate) foreign_messages: u64,
     /// Whether one was received since the last message of the peer.
     is_strange: bool,
-    has_second_peer: bool,
+    pub(crate) has_second_peer: bool,
     pub(crate) round_trip: Duration,
     /// Number of new local subscribers to the latched topic.
     pub(crate) latched_subscribers: u64,
@@ -98,11 +98,6 @@ impl Session {
     #[must_use]
     pub fn is_up(&self) -> bool {
         self.peer.is_some()
-    }
-
-    /// Whether messages of two peers alternate: one of them does not belong to this robot.
-    pub(crate) fn has_second_peer(&self) -> bool {
-        self.has_second_peer
     }
 
     /// Queues a frame that was written on this machine.

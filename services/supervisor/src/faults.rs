@@ -9,14 +9,17 @@ const SLOW_INTERVAL: Duration = Duration::from_millis(5);
 
 /// A fault names an unknown process.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-#[error("`{name}` is not a process: use one of {}", known())]
-pub struct UnknownProcess {
-    name: String,
-}
+#[error("`{0}` is not a process: use one of {names}", names = known())]
+pub struct UnknownProcess(String);
 
 fn known() -> String {
     let names: Vec<_> = crate::ORDER.iter().map(|process| process.name()).collect();
     names.join(", ")
+}
+
+fn find(name: &str) -> Result<Process, UnknownProcess> {
+    let process = crate::ORDER.into_iter().find(|process| process.name() == name);
+    process.ok_or_else(|| UnknownProcess(name.to_owned()))
 }
 
 /// Effect of a fault on a process.
@@ -53,12 +56,11 @@ impl ProcessFaults {
     /// A fault names an unknown process.
     pub fn new(faults: &[ProcessFault]) -> Result<Self, UnknownProcess> {
         let planned = faults.iter().map(|fault| {
-            let process = crate::ORDER.into_iter().find(|process| process.name() == fault.process.get_ref());
             let at = Duration::from_secs_f64(fault.at_s.get());
             let lasts =
                 fault.duration_s.map_or(DEFAULT_DURATION, |lasts| Duration::from_secs_f64(lasts.get()));
             Ok(ScheduledFault {
-                process: process.ok_or_else(|| UnknownProcess { name: fault.process.get_ref().clone() })?,
+                process: find(fault.process.get_ref())?,
                 kind: fault.kind,
                 until: at + lasts,
                 still: false,
@@ -74,8 +76,7 @@ impl ProcessFaults {
     ///
     /// It is not.
     pub fn check(name: &str) -> Result<(), UnknownProcess> {
-        let is_one = crate::ORDER.iter().any(|process| process.name() == name);
-        if is_one { Ok(()) } else { Err(UnknownProcess { name: name.to_owned() }) }
+        find(name).map(drop)
     }
 
     /// Starts the clock of the campaign; called when all processes run.

@@ -65,30 +65,11 @@ pub struct Rights {
     pub lock_memory: bool,
 }
 
-/// A `SCHED_FIFO` priority, or 0 for the ordinary scheduler.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
-#[serde(try_from = "u8")]
-pub struct Priority(u8);
-
-impl TryFrom<u8> for Priority {
-    type Error = String;
-
-    fn try_from(value: u8) -> Result<Self, String> {
-        if value <= 99 {
-            Ok(Self(value))
-        } else {
-            Err(format!("{value} is out of range: a priority must be from 0 to 99"))
-        }
-    }
-}
-
-impl Priority {
-    /// The number.
-    #[must_use]
-    pub const fn get(self) -> u8 {
-        self.0
-    }
-}
+settings::ranged!(
+    /// A `SCHED_FIFO` priority, or 0 for the ordinary scheduler.
+    #[derive(Eq)]
+    Priority(u8): "from 0 to 99", |value| value <= 99
+);
 
 /// The sensor process.
 #[derive(Clone, Debug, Deserialize)]
@@ -133,31 +114,13 @@ impl Belief {
     }
 }
 
-/// Nesting depth of perspectives.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
-#[serde(try_from = "u32")]
-pub struct Depth(u32);
+settings::ranged!(
+    /// Nesting depth of perspectives.
+    #[derive(Eq)]
+    Depth(u32): "from 1 to 6 deep", |value| (1..=6).contains(&value)
+);
 
-impl TryFrom<u32> for Depth {
-    type Error = String;
-
-    fn try_from(value: u32) -> Result<Self, String> {
-        let max = message::MAX_DEPTH;
-        if value >= 1 && usize::try_from(value).is_ok_and(|depth| depth <= max) {
-            Ok(Self(value))
-        } else {
-            Err(format!("{value} is out of range: perspectives can be nested from 1 to {max} deep"))
-        }
-    }
-}
-
-impl Depth {
-    /// The number.
-    #[must_use]
-    pub const fn get(self) -> u32 {
-        self.0
-    }
-}
+const _: () = assert!(message::MAX_DEPTH == 6);
 
 /// The learner process.
 #[derive(Clone, Debug, Deserialize)]

@@ -3,13 +3,16 @@
 //! A joint's index, its number in every message, is its position in the file.
 
 use std::f64::consts::PI;
-use std::ops::Range;
 use std::path::Path;
 
 use serde::Deserialize;
 use servo::Model;
 use settings::number::{Finite, Positive};
+<<<<<<< main
 use settings::{SettingsError, Spanned, error_at, parse as parse_toml};
+=======
+use settings::{ConfigError, Spanned, SpannedError, invalid, parse as parse_toml};
+>>>>>>> less-rest
 
 /// The supported baud rates, in bits per second: those of X-series servos from 1 Mbit/s up.
 const BAUDS: [u32; 5] = [1_000_000, 2_000_000, 3_000_000, 4_000_000, 4_500_000];
@@ -204,6 +207,7 @@ pub fn load(file: &Path) -> Result<Motor, SettingsError> {
 /// As [`load`].
 pub fn parse(text: &str, file: &Path) -> Result<Motor, SettingsError> {
     let raw: RawMotor = parse_toml(text, file)?;
+<<<<<<< main
     check(raw).map_err(|SpannedError { span, reason }| error_at(text, file, span, reason))
 }
 
@@ -214,6 +218,9 @@ struct SpannedError {
 
 fn wrong<T>(at: &Spanned<T>, reason: String) -> SpannedError {
     SpannedError { span: at.span(), reason }
+=======
+    check(raw).map_err(|error| error.of(text, file))
+>>>>>>> less-rest
 }
 
 fn check(raw: RawMotor) -> Result<Motor, SpannedError> {
@@ -223,13 +230,19 @@ fn check(raw: RawMotor) -> Result<Motor, SpannedError> {
         if name.is_empty() || !name.chars().all(|letter| letter.is_ascii_alphanumeric() || letter == '_') {
             let reason =
                 format!("`{name}` cannot name a bus: use letters, digits and `_`, for it names a file");
-            return Err(wrong(&bus.name, reason));
+            return Err(SpannedError::at(&bus.name, reason));
         }
         if motor.buses.iter().any(|other| other.name == *name) {
-            return Err(wrong(&bus.name, format!("there are two buses named `{name}`; rename one")));
+            return Err(SpannedError::at(
+                &bus.name,
+                format!("there are two buses named `{name}`; rename one"),
+            ));
         }
         if !BAUDS.contains(&baud) {
-            return Err(wrong(&bus.baud, format!("no servo supports {baud} baud: use one of {BAUDS:?}")));
+            return Err(SpannedError::at(
+                &bus.baud,
+                format!("no servo supports {baud} baud: use one of {BAUDS:?}"),
+            ));
         }
         motor.buses.push(Bus { name: bus.name.into_inner(), device: bus.device, baud });
     }
@@ -243,40 +256,46 @@ fn check(raw: RawMotor) -> Result<Motor, SpannedError> {
 fn check_joint(raw: RawJoint, motor: &mut Motor) -> Result<Joint, SpannedError> {
     let name = raw.name.get_ref();
     if motor.joints.iter().any(|other| other.name == *name) {
-        return Err(wrong(&raw.name, format!("there are two joints named `{name}`; rename one")));
+        return Err(SpannedError::at(&raw.name, format!("there are two joints named `{name}`; rename one")));
     }
     let Some(bus) = motor.buses.iter().position(|bus| bus.name == *raw.bus.get_ref()) else {
         let known: Vec<_> = motor.buses.iter().map(|bus| bus.name.as_str()).collect();
         let reason = format!("there is no bus `{}`; there are {}", raw.bus.get_ref(), known.join(", "));
-        return Err(wrong(&raw.bus, reason));
+        return Err(SpannedError::at(&raw.bus, reason));
     };
     if motor.buses.get(bus).is_some_and(|bus| bus.baud > raw.model.max_baud()) {
         let reason = format!("this servo supports at most {} baud", raw.model.max_baud());
-        return Err(wrong(&raw.bus, reason));
+        return Err(SpannedError::at(&raw.bus, reason));
     }
     let id = *raw.id.get_ref();
     if id > MAX_ID {
-        return Err(wrong(&raw.id, format!("{id} is out of range: an id must be from 0 to {MAX_ID}")));
+        return Err(SpannedError::at(
+            &raw.id,
+            format!("{id} is out of range: an id must be from 0 to {MAX_ID}"),
+        ));
     }
     if let Some(other) = motor.joints.iter().find(|other| other.bus == bus && other.id == id) {
         let (bus, other) = (raw.bus.get_ref(), &other.name);
-        return Err(wrong(&raw.id, format!("id {id} on bus `{bus}` belongs to `{other}` already")));
+        return Err(SpannedError::at(
+            &raw.id,
+            format!("id {id} on bus `{bus}` belongs to `{other}` already"),
+        ));
     }
     let reversed = match *raw.sign.get_ref() {
         1 => false,
         -1 => true,
-        sign => return Err(wrong(&raw.sign, format!("a sign is 1 or -1, not {sign}"))),
+        sign => return Err(SpannedError::at(&raw.sign, format!("a sign is 1 or -1, not {sign}"))),
     };
     let (min_rad, max_rad) = (raw.min_rad.get_ref().get(), raw.max_rad.get_ref().get());
     if min_rad >= max_rad {
         let reason = format!("the limits are crossed: min_rad {min_rad} must be below max_rad {max_rad}");
-        return Err(wrong(&raw.max_rad, reason));
+        return Err(SpannedError::at(&raw.max_rad, reason));
     }
     let (max_velocity_rad_s, max) = (raw.max_velocity_rad_s.get_ref().get(), raw.model.max_velocity_rad_s());
     if max_velocity_rad_s > max {
         let reason =
             format!("{max_velocity_rad_s} rad/s is faster than the servo, which turns at {max:.2} rad/s");
-        return Err(wrong(&raw.max_velocity_rad_s, reason));
+        return Err(SpannedError::at(&raw.max_velocity_rad_s, reason));
     }
     let group = motor.groups.iter().position(|group| *group == raw.group).unwrap_or_else(|| {
         motor.groups.push(raw.group.clone());
@@ -306,7 +325,7 @@ fn check_joint(raw: RawJoint, motor: &mut Motor) -> Result<Joint, SpannedError> 
             "the joint cannot rest at {} rad: its limits are {min_rad} and {max_rad}",
             joint.rest_rad
         );
-        return Err(wrong(at, reason));
+        return Err(SpannedError::at(at, reason));
     }
     for (limit, at) in [(min_rad, &raw.min_rad), (max_rad, &raw.max_rad)] {
         let servo = joint.servo_rad(limit);
@@ -314,7 +333,7 @@ fn check_joint(raw: RawJoint, motor: &mut Motor) -> Result<Joint, SpannedError> 
         if !(-PI..=PI * 2047.0 / 2048.0).contains(&servo) {
             let reason =
                 format!("the servo would stand at {servo:.3} rad, beyond half a turn from its middle");
-            return Err(wrong(at, reason));
+            return Err(SpannedError::at(at, reason));
         }
     }
     Ok(joint)

@@ -96,23 +96,26 @@ impl Robot {
     /// # Errors
     ///
     /// A file cannot be read, or has an error that no migration fixes.
+<<<<<<< main
     pub fn migrated(leo: &Path) -> Result<Vec<Migration>, SettingsError> {
+=======
+    pub fn migrated(leo: &Path) -> Result<Vec<Migration>, ConfigError> {
+        type Parse = fn(&str, &Path) -> Result<(), ConfigError>;
+        let files: [(&str, &str, Parse); 3] = [
+            ("perspective.toml", builtin::PERSPECTIVE, |text, file| {
+                parse::<Perspective>(text, file).map(drop)
+            }),
+            ("percepts.toml", "", |text, file| Percepts::parse(text, file).map(drop)),
+            ("motor.toml", "", |text, file| motor::parse(text, file).map(drop)),
+        ];
+>>>>>>> less-rest
         let parse_leo = |text: &str| parse::<Leo>(text, leo).map(drop);
         let mut all = vec![migrated(text(leo)?, leo, builtin::LEO, parse_leo)?];
-        let beside = leo.with_file_name("perspective.toml");
-        if beside.exists() {
-            let parse_perspective = |text: &str| parse::<Perspective>(text, &beside).map(drop);
-            all.push(migrated(text(&beside)?, &beside, builtin::PERSPECTIVE, parse_perspective)?);
-        }
-        let beside = leo.with_file_name("percepts.toml");
-        if beside.exists() {
-            let parse_percepts = |text: &str| Percepts::parse(text, &beside).map(drop);
-            all.push(migrated(text(&beside)?, &beside, "", parse_percepts)?);
-        }
-        let beside = leo.with_file_name("motor.toml");
-        if beside.exists() {
-            let parse_motor = |text: &str| motor::parse(text, &beside).map(drop);
-            all.push(migrated(text(&beside)?, &beside, "", parse_motor)?);
+        for (name, builtin, parse) in files {
+            let file = leo.with_file_name(name);
+            if file.exists() {
+                all.push(migrated(text(&file)?, &file, builtin, |text| parse(text, &file))?);
+            }
         }
         Ok(all)
     }

@@ -1,43 +1,43 @@
-use crate::bytes::impl_bytes;
+use crate::bytes::message;
 use crate::{Feature, Header, MAX_PERCEPTS, NOBODY, Path, ZeroCopySend, fill, filled};
 
-/// Head of a belief buffer: the perspective and its coordinate frame.
-#[derive(Clone, Copy, Debug, Default, PartialEq, ZeroCopySend)]
-#[repr(C)]
-#[type_name("leo/BeliefHead/2")]
-pub struct BeliefHead {
-    /// The frame's header.
-    pub header: Header,
-    /// Number of the perspective's buffer: 0 is the robot's own, n is that of partner n. Nested perspectives follow
-    /// in the order of their paths.
-    pub perspective: u32,
-    /// Whether the perspective could perceive at this instant: 1 yes, 0 no. With 0 the partner is absent or their
-    /// pose unknown, and the beliefs are frozen.
-    pub present: u32,
-    /// Position of the perspective's frame in the robot's base frame, in metres.
-    pub frame_position_m: [f64; 3],
-    /// Orientation of that frame, quaternion `[x, y, z, w]`.
-    pub frame_orientation_xyzw: [f64; 4],
-    /// Position of the perspective's eye in the robot's base frame, in metres.
-    pub eye_position_m: [f64; 3],
-    /// Orientation of that eye (x along the line of sight), quaternion `[x, y, z, w]`.
-    pub eye_orientation_xyzw: [f64; 4],
-    /// Observations of this instant that the perspective could perceive.
-    pub perceivable: u32,
-    /// Observations of this instant that the perspective could not perceive.
-    pub hidden: u32,
-    /// Observations refused because of invalid numbers, since the process started.
-    pub refused: u64,
-    /// Beliefs created, since the process started.
-    pub created: u64,
-    /// Pairs of beliefs merged, since the process started.
-    pub merged: u64,
-    /// Beliefs culled, since the process started.
-    pub culled: u64,
-    /// Observations dropped since the process started: no belief was free, or the occluder memory was full.
-    pub overflowed: u64,
-    /// Path of the perspective.
-    pub path: Path,
+message! {
+    /// Head of a belief buffer: the perspective and its coordinate frame.
+    #[derive(Debug, Default, PartialEq)]
+    pub struct BeliefHead as "leo/BeliefHead/2" {
+        /// The frame's header.
+        pub header: Header,
+        /// Number of the perspective's buffer: 0 is the robot's own, n is that of partner n. Nested perspectives follow
+        /// in the order of their paths.
+        pub perspective: u32,
+        /// Whether the perspective could perceive at this instant: 1 yes, 0 no. With 0 the partner is absent or their
+        /// pose unknown, and the beliefs are frozen.
+        pub present: u32,
+        /// Position of the perspective's frame in the robot's base frame, in metres.
+        pub frame_position_m: [f64; 3],
+        /// Orientation of that frame, quaternion `[x, y, z, w]`.
+        pub frame_orientation_xyzw: [f64; 4],
+        /// Position of the perspective's eye in the robot's base frame, in metres.
+        pub eye_position_m: [f64; 3],
+        /// Orientation of that eye (x along the line of sight), quaternion `[x, y, z, w]`.
+        pub eye_orientation_xyzw: [f64; 4],
+        /// Observations of this instant that the perspective could perceive.
+        pub perceivable: u32,
+        /// Observations of this instant that the perspective could not perceive.
+        pub hidden: u32,
+        /// Observations refused because of invalid numbers, since the process started.
+        pub refused: u64,
+        /// Beliefs created, since the process started.
+        pub created: u64,
+        /// Pairs of beliefs merged, since the process started.
+        pub merged: u64,
+        /// Beliefs culled, since the process started.
+        pub culled: u64,
+        /// Observations dropped since the process started: no belief was free, or the occluder memory was full.
+        pub overflowed: u64,
+        /// Path of the perspective.
+        pub path: Path,
+    }
 }
 
 impl BeliefHead {
@@ -49,19 +49,10 @@ impl BeliefHead {
         Self {
             header,
             perspective,
-            present: 0,
-            frame_position_m: [0.0; 3],
             frame_orientation_xyzw: upright,
-            eye_position_m: [0.0; 3],
             eye_orientation_xyzw: upright,
-            perceivable: 0,
-            hidden: 0,
-            refused: 0,
-            created: 0,
-            merged: 0,
-            culled: 0,
-            overflowed: 0,
             path: partner.unwrap_or(Path::ROBOT),
+            ..Self::default()
         }
     }
 
@@ -78,21 +69,21 @@ impl BeliefHead {
     }
 }
 
-/// The remembered evaluation of one percept at the frame's instant: h(t) = (m', c', d') (Eq. 3).
-#[derive(Clone, Copy, Debug, Default, PartialEq, ZeroCopySend)]
-#[repr(C)]
-#[type_name("leo/Remembered/1")]
-pub struct Remembered {
-    /// Time stamp of its newest sample, in nanoseconds of the clock.
-    pub sampled_at_ns: u64,
-    /// The percept: its index in the configured set P.
-    pub percept: u16,
-    feature_kind: u16,
-    /// Match m' in [0, 1].
-    pub matching: f32,
-    /// Confidence c' in [0, 1], decayed since the newest sample.
-    pub confidence: f32,
-    feature: [f32; 4],
+message! {
+    /// The remembered evaluation of one percept at the frame's instant: h(t) = (m', c', d') (Eq. 3).
+    #[derive(Debug, Default, PartialEq)]
+    pub struct Remembered as "leo/Remembered/1" {
+        /// Time stamp of its newest sample, in nanoseconds of the clock.
+        pub sampled_at_ns: u64,
+        /// The percept: its index in the configured set P.
+        pub percept: u16,
+        feature_kind: u16,
+        /// Match m' in [0, 1].
+        pub matching: f32,
+        /// Confidence c' in [0, 1], decayed since the newest sample.
+        pub confidence: f32,
+        feature: [f32; 4],
+    }
 }
 
 impl Remembered {
@@ -112,25 +103,25 @@ impl Remembered {
     }
 }
 
-/// An entry of a belief buffer: one remembered object (Eq. 3), evaluated at the frame's instant.
-#[derive(Clone, Copy, Debug, PartialEq, ZeroCopySend)]
-#[repr(C)]
-#[type_name("leo/Belief/2")]
-pub struct Belief {
-    /// Identity within its belief system; the older one survives a merge.
-    pub id: u64,
-    /// When the object was first perceived, in nanoseconds of the clock.
-    pub born_at_ns: u64,
-    /// When it was last perceived, in nanoseconds of the clock.
-    pub perceived_at_ns: u64,
-    /// Number of observations merged into it.
-    pub observations: u64,
-    /// The agent last perceived to hold it, as of this instant, or `NOBODY`.
-    pub held_by: u16,
-    /// The owner according to this perspective, or `NOBODY` for a shared object.
-    pub owner: u16,
-    count: u32,
-    percepts: [Remembered; MAX_PERCEPTS],
+message! {
+    /// An entry of a belief buffer: one remembered object (Eq. 3), evaluated at the frame's instant.
+    #[derive(Debug, PartialEq)]
+    pub struct Belief as "leo/Belief/2" {
+        /// Identity within its belief system; the older one survives a merge.
+        pub id: u64,
+        /// When the object was first perceived, in nanoseconds of the clock.
+        pub born_at_ns: u64,
+        /// When it was last perceived, in nanoseconds of the clock.
+        pub perceived_at_ns: u64,
+        /// Number of observations merged into it.
+        pub observations: u64,
+        /// The agent last perceived to hold it, as of this instant, or `NOBODY`.
+        pub held_by: u16,
+        /// The owner according to this perspective, or `NOBODY` for a shared object.
+        pub owner: u16,
+        count: u32,
+        percepts: [Remembered; MAX_PERCEPTS],
+    }
 }
 
 impl Belief {
@@ -193,14 +184,3 @@ impl Belief {
         Some(self.percept(percept)?.feature()?.vector()?.map(f64::from))
     }
 }
-
-impl_bytes!(BeliefHead = "leo/BeliefHead/2" {
-    header, perspective, present, frame_position_m, frame_orientation_xyzw, eye_position_m,
-    eye_orientation_xyzw, perceivable, hidden, refused, created, merged, culled, overflowed, path
-});
-impl_bytes!(Remembered = "leo/Remembered/1" {
-    sampled_at_ns, percept, feature_kind, matching, confidence, feature
-});
-impl_bytes!(Belief = "leo/Belief/2" {
-    id, born_at_ns, perceived_at_ns, observations, held_by, owner, count, percepts
-});

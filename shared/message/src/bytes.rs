@@ -247,14 +247,17 @@ impl<T: Bytes, const LENGTH: usize> Bytes for [T; LENGTH] {
     }
 }
 
-/// The kind of a struct's field.
-pub(crate) fn kind_of<T, F: Bytes>(_field: impl Fn(&T) -> &F) -> Kind {
-    F::kind()
-}
+/// Declares shared types: the layout of C, the name with the version, and [`Bytes`] of all fields.
+macro_rules! message {
+    ($($(#[$meta:meta])* pub struct $type:ident as $name:literal {
+        $($(#[$field_meta:meta])* $visibility:vis $field:ident: $kind:ty,)+
+    })+) => {$(
+        $(#[$meta])*
+        #[derive(Clone, Copy, ZeroCopySend)]
+        #[repr(C)]
+        #[type_name($name)]
+        pub struct $type { $($(#[$field_meta])* $visibility $field: $kind,)+ }
 
-/// Implements [`Bytes`] for a `repr(C)` struct. A missing field is a compile error.
-macro_rules! impl_bytes {
-    ($type:ident = $name:literal { $($field:ident),+ $(,)? }) => {
         impl $crate::bytes::Bytes for $type {
             fn kind() -> $crate::bytes::Kind {
                 $crate::bytes::Kind::Struct($crate::bytes::Layout {
@@ -263,7 +266,7 @@ macro_rules! impl_bytes {
                     fields: vec![$($crate::bytes::Field {
                         name: stringify!($field),
                         offset: std::mem::offset_of!(Self, $field),
-                        kind: $crate::bytes::kind_of(|value: &Self| &value.$field),
+                        kind: <$kind as $crate::bytes::Bytes>::kind(),
                     }),+],
                 })
             }
@@ -271,10 +274,9 @@ macro_rules! impl_bytes {
             #[inline]
             fn put(&self, out: &mut Vec<u8>) {
                 let start = out.len();
-                let Self { $($field),+ } = self;
                 $(
                     out.resize(start + std::mem::offset_of!(Self, $field), 0);
-                    $crate::bytes::Bytes::put($field, out);
+                    $crate::bytes::Bytes::put(&self.$field, out);
                 )+
                 out.resize(start + size_of::<Self>(), 0);
             }
@@ -288,9 +290,9 @@ macro_rules! impl_bytes {
                 )+}
             }
         }
-    };
+    )+};
 }
-pub(crate) use impl_bytes;
+pub(crate) use message;
 
 #[cfg(test)]
 mod tests {

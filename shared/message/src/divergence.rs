@@ -1,46 +1,46 @@
-use crate::bytes::impl_bytes;
+use crate::bytes::message;
 use crate::{Feature, Header, MAX_PERCEPTS, Path, ZeroCopySend, fill, filled};
 
-/// Head of a divergence buffer: the two perspectives compared. Has the same time stamp and sequence number as their
-/// belief buffers.
-#[derive(Clone, Copy, Debug, Default, PartialEq, ZeroCopySend)]
-#[repr(C)]
-#[type_name("leo/DivergenceHead/1")]
-pub struct DivergenceHead {
-    /// The frame's header.
-    pub header: Header,
-    /// The `other` perspective, by the number of its buffers.
-    pub perspective: u32,
-    /// The `one` perspective, which the other is nested in; 0 for a partner's.
-    pub within: u32,
-    /// Number of objects about which the two agree.
-    pub agreed: u32,
-    /// 1 if the two are compared, 0 until the agent of the other perspective is first observed.
-    pub compared: u32,
-    /// Path of the other perspective.
-    pub path: Path,
+message! {
+    /// Head of a divergence buffer: the two perspectives compared. Has the same time stamp and sequence number as their
+    /// belief buffers.
+    #[derive(Debug, Default, PartialEq)]
+    pub struct DivergenceHead as "leo/DivergenceHead/1" {
+        /// The frame's header.
+        pub header: Header,
+        /// The `other` perspective, by the number of its buffers.
+        pub perspective: u32,
+        /// The `one` perspective, which the other is nested in; 0 for a partner's.
+        pub within: u32,
+        /// Number of objects about which the two agree.
+        pub agreed: u32,
+        /// 1 if the two are compared, 0 until the agent of the other perspective is first observed.
+        pub compared: u32,
+        /// Path of the other perspective.
+        pub path: Path,
+    }
 }
 
 /// Raw kind of an unknown feature.
 const UNKNOWN: u16 = u16::MAX;
 
-/// One percept in which two beliefs about the same object differ. Positions and orientations are in the robot's base
-/// frame.
-#[derive(Clone, Copy, Debug, Default, PartialEq, ZeroCopySend)]
-#[repr(C)]
-#[type_name("leo/Aspect/1")]
-pub struct Aspect {
-    // Difference of the two features; negative if unknown.
-    distance: f64,
-    /// The percept: its index in the configured set P.
-    pub percept: u16,
-    // Kinds of the features; 65535 if unknown.
-    one_kind: u16,
-    other_kind: u16,
-    reserved: u16,
-    // The features, encoded as in a belief.
-    one: [f32; 4],
-    other: [f32; 4],
+message! {
+    /// One percept in which two beliefs about the same object differ. Positions and orientations are in the robot's
+    /// base frame.
+    #[derive(Debug, Default, PartialEq)]
+    pub struct Aspect as "leo/Aspect/1" {
+        // Difference of the two features; negative if unknown.
+        distance: f64,
+        /// The percept: its index in the configured set P.
+        pub percept: u16,
+        // Kinds of the features; 65535 if unknown.
+        one_kind: u16,
+        other_kind: u16,
+        reserved: u16,
+        // The features, encoded as in a belief.
+        one: [f32; 4],
+        other: [f32; 4],
+    }
 }
 
 impl Aspect {
@@ -71,17 +71,17 @@ impl Aspect {
     }
 }
 
-/// An entry of a divergence buffer: the differences of two perspectives about one object.
-#[derive(Clone, Copy, Debug, PartialEq, ZeroCopySend)]
-#[repr(C)]
-#[type_name("leo/Difference/1")]
-pub struct Difference {
-    // Belief identities of the one and the other perspective; 0 if there is no belief.
-    one: u64,
-    other: u64,
-    count: u32,
-    reserved: u32,
-    aspects: [Aspect; MAX_PERCEPTS],
+message! {
+    /// An entry of a divergence buffer: the differences of two perspectives about one object.
+    #[derive(Debug, PartialEq)]
+    pub struct Difference as "leo/Difference/1" {
+        // Belief identities of the one and the other perspective; 0 if there is no belief.
+        one: u64,
+        other: u64,
+        count: u32,
+        reserved: u32,
+        aspects: [Aspect; MAX_PERCEPTS],
+    }
 }
 
 impl Difference {
@@ -115,16 +115,6 @@ impl Difference {
         filled(&self.aspects, self.count)
     }
 }
-
-impl_bytes!(DivergenceHead = "leo/DivergenceHead/1" {
-    header, perspective, within, agreed, compared, path
-});
-impl_bytes!(Aspect = "leo/Aspect/1" {
-    distance, percept, one_kind, other_kind, reserved, one, other
-});
-impl_bytes!(Difference = "leo/Difference/1" {
-    one, other, count, reserved, aspects
-});
 
 #[cfg(test)]
 mod tests {

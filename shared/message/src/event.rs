@@ -1,4 +1,4 @@
-use crate::bytes::impl_bytes;
+use crate::bytes::message;
 use crate::{Text, ZeroCopySend, wire_enum};
 
 wire_enum! {
@@ -43,49 +43,38 @@ wire_enum! {
     }
 }
 
-/// An event of the learner.
-#[derive(Clone, Copy, Debug, PartialEq, ZeroCopySend)]
-#[repr(C)]
-#[type_name("leo/Event/1")]
-pub struct Event {
-    /// Posterior probability of a hypothesis within its perspective, in [0, 1].
-    pub posterior: f64,
-    /// An [`EventKind`].
-    pub kind: u16,
-    /// The perspective it belongs to: 0 the robot's, n partner n's.
-    pub perspective: u16,
-    /// Rank of a hypothesis from 1; hypotheses that tie share their rank.
-    pub rank: u32,
-    /// Examples that a hypothesis is consistent with.
-    pub tally: u32,
-    /// Examples seen.
-    pub examples: u32,
-    /// Whether it is a high-likelihood hypothesis: 1 yes, 0 no.
-    pub high_likelihood: u32,
-    /// Steps of a performance that succeeded.
-    pub succeeded: u32,
-    /// The task that the event is about.
-    pub task: Text,
-    /// The text of the event.
-    pub text: Text,
+message! {
+    /// An event of the learner.
+    #[derive(Debug, Default, PartialEq)]
+    pub struct Event as "leo/Event/1" {
+        /// Posterior probability of a hypothesis within its perspective, in [0, 1].
+        pub posterior: f64,
+        /// An [`EventKind`].
+        pub kind: u16,
+        /// The perspective it belongs to: 0 the robot's, n partner n's.
+        pub perspective: u16,
+        /// Rank of a hypothesis from 1; hypotheses that tie share their rank.
+        pub rank: u32,
+        /// Examples that a hypothesis is consistent with.
+        pub tally: u32,
+        /// Examples seen.
+        pub examples: u32,
+        /// Whether it is a high-likelihood hypothesis: 1 yes, 0 no.
+        pub high_likelihood: u32,
+        /// Steps of a performance that succeeded.
+        pub succeeded: u32,
+        /// The task that the event is about.
+        pub task: Text,
+        /// The text of the event.
+        pub text: Text,
+    }
 }
 
 impl Event {
     /// An event of a kind about a task; all other fields are zero.
     #[must_use]
     pub fn new(kind: EventKind, task: &str, text: &str) -> Self {
-        Self {
-            posterior: 0.0,
-            kind: kind.raw(),
-            perspective: 0,
-            rank: 0,
-            tally: 0,
-            examples: 0,
-            high_likelihood: 0,
-            succeeded: 0,
-            task: Text::new(task),
-            text: Text::new(text),
-        }
+        Self { kind: kind.raw(), task: Text::new(task), text: Text::new(text), ..Self::default() }
     }
 
     /// The kind; `None` if the number is invalid.
@@ -94,7 +83,3 @@ impl Event {
         EventKind::from_raw(self.kind)
     }
 }
-
-impl_bytes!(Event = "leo/Event/1" {
-    posterior, kind, perspective, rank, tally, examples, high_likelihood, succeeded, task, text
-});

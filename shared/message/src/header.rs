@@ -1,4 +1,4 @@
-use crate::bytes::impl_bytes;
+use crate::bytes::message;
 use crate::{BeliefHead, DivergenceHead, PerceptHead, SceneHead, ZeroCopySend, wire_enum};
 
 wire_enum! {
@@ -23,21 +23,21 @@ wire_enum! {
     }
 }
 
-/// The beginning of every frame.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ZeroCopySend)]
-#[repr(C)]
-#[type_name("leo/Header/1")]
-pub struct Header {
-    /// Time stamp of the frame's content, in nanoseconds of the clock.
-    pub valid_at_ns: u64,
-    /// Sequence number of the writer's frames, from one without gaps. A gap at the reader means lost frames.
-    pub sequence: u64,
-    /// Incarnation of the writer, from one. A change means that the writer restarted and lost its state.
-    pub incarnation: u64,
-    /// When the frame or its inputs passed each hop; zero for hops not passed.
-    pub hops_ns: [u64; 8],
-    /// Number of entries left out for lack of space, in this frame or its inputs.
-    pub over_capacity: u64,
+message! {
+    /// The beginning of every frame.
+    #[derive(Debug, Default, PartialEq, Eq)]
+    pub struct Header as "leo/Header/1" {
+        /// Time stamp of the frame's content, in nanoseconds of the clock.
+        pub valid_at_ns: u64,
+        /// Sequence number of the writer's frames, from one without gaps. A gap at the reader means lost frames.
+        pub sequence: u64,
+        /// Incarnation of the writer, from one. A change means that the writer restarted and lost its state.
+        pub incarnation: u64,
+        /// When the frame or its inputs passed each hop; zero for hops not passed.
+        pub hops_ns: [u64; 8],
+        /// Number of entries left out for lack of space, in this frame or its inputs.
+        pub over_capacity: u64,
+    }
 }
 
 impl Header {
@@ -50,12 +50,7 @@ impl Header {
     /// A header for a frame derived from this one: keeps time stamp, hop times and number of left out entries.
     #[must_use]
     pub fn header_for_derived(&self) -> Self {
-        Self {
-            valid_at_ns: self.valid_at_ns,
-            hops_ns: self.hops_ns,
-            over_capacity: self.over_capacity,
-            ..Self::default()
-        }
+        Self { sequence: 0, incarnation: 0, ..*self }
     }
 
     /// Records when the frame passed a hop.
@@ -106,7 +101,3 @@ macro_rules! impl_head {
 }
 
 impl_head!(BeliefHead, DivergenceHead, PerceptHead, SceneHead);
-
-impl_bytes!(Header = "leo/Header/1" {
-    valid_at_ns, sequence, incarnation, hops_ns, over_capacity
-});

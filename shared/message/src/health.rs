@@ -54,13 +54,13 @@ wire_enum! {
     /// State of a process.
     ProcessState: u32 {
         /// The board has not been written yet.
-        Absent = 0,
+        Absent = 0 as "down",
         /// Opening its ports and locking its memory.
-        Starting = 1,
+        Starting = 1 as "starting",
         /// In its main loop.
-        Running = 2,
+        Running = 2 as "running",
         /// Received a stop request.
-        Stopping = 3,
+        Stopping = 3 as "stopping",
     }
 }
 

@@ -1,4 +1,4 @@
-use crate::bytes::impl_bytes;
+use crate::bytes::message;
 use crate::{ZeroCopySend, wire_enum};
 
 wire_enum! {
@@ -133,46 +133,44 @@ wire_enum! {
     }
 }
 
-/// Goal position of one joint, with arrival time.
-#[derive(Clone, Copy, Debug, PartialEq, ZeroCopySend)]
-#[repr(C)]
-#[type_name("leo/JointGoal/1")]
-pub struct JointGoal {
-    /// The joint: its index in the robot's configuration.
-    pub joint: u32,
-    /// Not used; zero.
-    pub reserved: u32,
-    /// Goal position, in radians from the joint's zero.
-    pub goal_position_rad: f64,
-    /// Requested arrival time, in nanoseconds of the clock. The motor process moves smoothly, and arrives later if
-    /// the joint's limits require it.
-    pub arrive_at_ns: u64,
-}
+message! {
+    /// Goal position of one joint, with arrival time.
+    #[derive(Debug, PartialEq)]
+    pub struct JointGoal as "leo/JointGoal/1" {
+        /// The joint: its index in the robot's configuration.
+        pub joint: u32,
+        /// Not used; zero.
+        pub reserved: u32,
+        /// Goal position, in radians from the joint's zero.
+        pub goal_position_rad: f64,
+        /// Requested arrival time, in nanoseconds of the clock. The motor process moves smoothly, and arrives later if
+        /// the joint's limits require it.
+        pub arrive_at_ns: u64,
+    }
 
-/// State of one joint.
-#[derive(Clone, Copy, Debug, PartialEq, ZeroCopySend)]
-#[repr(C)]
-#[type_name("leo/JointState/3")]
-pub struct JointState {
-    /// The joint: its index in the robot's configuration.
-    pub joint: u32,
-    mode: u16,
-    cause: u16,
-    /// When the servo was read, in nanoseconds of the clock; zero if never.
-    pub sampled_at_ns: u64,
-    present_position_rad: f64,
-    present_velocity_rad_s: f64,
-    present_current_a: f64,
-    command_position_rad: f64,
-    present_temperature_c: f32,
-    present_input_v: f32,
-    link: u16,
-    power: u16,
-    arming: u16,
-    motion: u16,
-    arming_cause: u16,
-    /// Not used; zero.
-    pub reserved: [u16; 3],
+    /// State of one joint.
+    #[derive(Debug, PartialEq)]
+    pub struct JointState as "leo/JointState/3" {
+        /// The joint: its index in the robot's configuration.
+        pub joint: u32,
+        mode: u16,
+        cause: u16,
+        /// When the servo was read, in nanoseconds of the clock; zero if never.
+        pub sampled_at_ns: u64,
+        present_position_rad: f64,
+        present_velocity_rad_s: f64,
+        present_current_a: f64,
+        command_position_rad: f64,
+        present_temperature_c: f32,
+        present_input_v: f32,
+        link: u16,
+        power: u16,
+        arming: u16,
+        motion: u16,
+        arming_cause: u16,
+        /// Not used; zero.
+        pub reserved: [u16; 3],
+    }
 }
 
 /// The four state machines of a joint at one instant. A joint moves only if its servo answers, its torque is on, it
@@ -231,20 +229,14 @@ impl JointState {
 
     /// The states of its state machines; `None` if a number is invalid.
     #[must_use]
-    pub const fn machines(&self) -> Option<JointMachines> {
-        let (Some(link), Some(power)) = (JointLink::from_raw(self.link), JointPower::from_raw(self.power))
-        else {
-            return None;
-        };
-        let (Some(arming), Some(motion)) =
-            (JointArming::from_raw(self.arming), JointMotion::from_raw(self.motion))
-        else {
-            return None;
-        };
-        match JointCause::from_raw(self.arming_cause) {
-            Some(arming_cause) => Some(JointMachines { link, power, arming, arming_cause, motion }),
-            None => None,
-        }
+    pub fn machines(&self) -> Option<JointMachines> {
+        Some(JointMachines {
+            link: JointLink::from_raw(self.link)?,
+            power: JointPower::from_raw(self.power)?,
+            arming: JointArming::from_raw(self.arming)?,
+            arming_cause: JointCause::from_raw(self.arming_cause)?,
+            motion: JointMotion::from_raw(self.motion)?,
+        })
     }
 
     /// Sets the reading.
@@ -288,56 +280,34 @@ impl JointState {
     pub fn cause(&self) -> Option<JointCause> {
         JointCause::from_raw(self.cause)
     }
+}
 
+macro_rules! readings {
+    ($($(#[$doc:meta])* $field:ident: $number:ty,)+) => {
+        impl JointState {$(
+            $(#[$doc])*
+            #[must_use]
+            pub fn $field(&self) -> Option<$number> {
+                Some(self.$field).filter(|number| number.is_finite())
+            }
+        )+}
+    };
+}
+
+readings! {
     /// Position read from the servo, in radians.
-    #[must_use]
-    pub fn present_position_rad(&self) -> Option<f64> {
-        finite(self.present_position_rad)
-    }
-
+    present_position_rad: f64,
     /// Velocity read from the servo, in radians per second.
-    #[must_use]
-    pub fn present_velocity_rad_s(&self) -> Option<f64> {
-        finite(self.present_velocity_rad_s)
-    }
-
+    present_velocity_rad_s: f64,
     /// Current read from the servo, in amperes.
-    #[must_use]
-    pub fn present_current_a(&self) -> Option<f64> {
-        finite(self.present_current_a)
-    }
-
+    present_current_a: f64,
     /// Temperature inside the servo, in °C.
-    #[must_use]
-    pub fn present_temperature_c(&self) -> Option<f32> {
-        Some(self.present_temperature_c).filter(|number| number.is_finite())
-    }
-
+    present_temperature_c: f32,
     /// Voltage at the servo, in volts.
-    #[must_use]
-    pub fn present_input_v(&self) -> Option<f32> {
-        Some(self.present_input_v).filter(|number| number.is_finite())
-    }
-
+    present_input_v: f32,
     /// Position commanded in this cycle, after limits, in radians.
-    #[must_use]
-    pub fn command_position_rad(&self) -> Option<f64> {
-        finite(self.command_position_rad)
-    }
+    command_position_rad: f64,
 }
-
-fn finite(number: f64) -> Option<f64> {
-    Some(number).filter(|number| number.is_finite())
-}
-
-impl_bytes!(JointGoal = "leo/JointGoal/1" {
-    joint, reserved, goal_position_rad, arrive_at_ns
-});
-impl_bytes!(JointState = "leo/JointState/3" {
-    joint, mode, cause, sampled_at_ns, present_position_rad, present_velocity_rad_s, present_current_a,
-    command_position_rad, present_temperature_c, present_input_v, link, power, arming, motion, arming_cause,
-    reserved
-});
 
 #[cfg(test)]
 mod tests {

@@ -53,7 +53,7 @@ pub use joint::{
     JointState,
 };
 pub use joints::{Joints, MAX_JOINTS};
-pub use layouts::layouts;
+pub use layouts::{hash, layouts};
 pub use link::LinkHealth;
 pub use loss::{LOSSES, Loss};
 pub use observation::{Modality, NOBODY, Observation, ObservationKind, STATES, State};

@@ -1,4 +1,4 @@
-use crate::bytes::impl_bytes;
+use crate::bytes::message;
 use crate::{Loss, ZeroCopySend, wire_enum};
 
 /// Number of discrete states of an observation.
@@ -11,11 +11,11 @@ wire_enum! {
     /// Kind of the observed object.
     ObservationKind: u16 {
         /// An object on the table.
-        Object = 1,
+        Object = 1 as "object",
         /// A partner, or the robot's own head; the pose is that of the eyes (x along the line of sight).
-        Person = 2,
+        Person = 2 as "person",
         /// An object that hides what is behind it; the extents are those of a box.
-        Occluder = 3,
+        Occluder = 3 as "occluder",
     }
 }
 
@@ -45,42 +45,42 @@ wire_enum! {
     }
 }
 
-/// An observation of one object by one sensory source at one instant, in the robot's base frame.
-///
-/// An observation carries no object identity; association is the Belief System's task (Berlin et al. 2006, "Belief
-/// Modeling").
-#[derive(Clone, Copy, Debug, PartialEq, ZeroCopySend)]
-#[repr(C)]
-#[type_name("leo/Observation/1")]
-pub struct Observation {
-    /// When the source observed it, in nanoseconds of the clock.
-    pub observed_at_ns: u64,
-    /// The sensory source that reported it.
-    pub source: u16,
-    /// A [`Modality`].
-    pub modality: u16,
-    /// An [`ObservationKind`].
-    pub kind: u16,
-    /// For a person: which partner (1, 2, …), or 0 for the robot itself.
-    pub partner: u16,
-    /// The agent that holds or moves it, or [`NOBODY`].
-    pub held_by: u16,
-    /// Not used; zero.
-    pub reserved: u16,
-    /// Confidence of the source, in [0, 1].
-    pub confidence: f32,
-    /// Position in the robot's base frame, in metres.
-    pub position_m: [f32; 3],
-    /// Orientation in the robot's base frame, quaternion `[x, y, z, w]`.
-    pub orientation_xyzw: [f32; 4],
-    /// Half extents along the object's own axes, in metres.
-    pub half_extents_m: [f32; 3],
-    /// Colour, linear red, green and blue in [0, 1].
-    pub colour_rgb: [f32; 3],
-    /// Shape descriptor: elongation, flatness, roundness, taper; each in [0, 1].
-    pub shape: [f32; 4],
-    /// Degree of each [`State`]; NaN if the object has no such state.
-    pub states: [f32; STATES],
+message! {
+    /// An observation of one object by one sensory source at one instant, in the robot's base frame.
+    ///
+    /// An observation carries no object identity; association is the Belief System's task (Berlin et al. 2006, "Belief
+    /// Modeling").
+    #[derive(Debug, PartialEq)]
+    pub struct Observation as "leo/Observation/1" {
+        /// When the source observed it, in nanoseconds of the clock.
+        pub observed_at_ns: u64,
+        /// The sensory source that reported it.
+        pub source: u16,
+        /// A [`Modality`].
+        pub modality: u16,
+        /// An [`ObservationKind`].
+        pub kind: u16,
+        /// For a person: which partner (1, 2, …), or 0 for the robot itself.
+        pub partner: u16,
+        /// The agent that holds or moves it, or [`NOBODY`].
+        pub held_by: u16,
+        /// Not used; zero.
+        pub reserved: u16,
+        /// Confidence of the source, in [0, 1].
+        pub confidence: f32,
+        /// Position in the robot's base frame, in metres.
+        pub position_m: [f32; 3],
+        /// Orientation in the robot's base frame, quaternion `[x, y, z, w]`.
+        pub orientation_xyzw: [f32; 4],
+        /// Half extents along the object's own axes, in metres.
+        pub half_extents_m: [f32; 3],
+        /// Colour, linear red, green and blue in [0, 1].
+        pub colour_rgb: [f32; 3],
+        /// Shape descriptor: elongation, flatness, roundness, taper; each in [0, 1].
+        pub shape: [f32; 4],
+        /// Degree of each [`State`]; NaN if the object has no such state.
+        pub states: [f32; STATES],
+    }
 }
 
 impl Observation {
@@ -230,11 +230,6 @@ fn is_unit(quaternion: [f32; 4]) -> bool {
     let norm_squared: f32 = quaternion.iter().map(|part| part * part).sum();
     (norm_squared - 1.0).abs() < 0.0198
 }
-
-impl_bytes!(Observation = "leo/Observation/1" {
-    observed_at_ns, source, modality, kind, partner, held_by, reserved, confidence, position_m,
-    orientation_xyzw, half_extents_m, colour_rgb, shape, states
-});
 
 #[cfg(test)]
 mod tests {

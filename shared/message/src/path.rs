@@ -1,19 +1,19 @@
 use crate::ZeroCopySend;
-use crate::bytes::impl_bytes;
+use crate::bytes::message;
 
 /// Maximum nesting depth of perspectives.
 pub const MAX_DEPTH: usize = 6;
 
-/// Path of a perspective: `[]` is the robot's own, `[1]` is partner 1's as the robot models it. `[1, 0]` is the
-/// robot's as partner 1 models it, according to the robot.
-///
-/// Consecutive agents differ, and the robot is never first: an agent's model of itself is its own perspective.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, ZeroCopySend)]
-#[repr(C)]
-#[type_name("leo/Path/1")]
-pub struct Path {
-    depth: u32,
-    agents: [u16; MAX_DEPTH],
+message! {
+    /// Path of a perspective: `[]` is the robot's own, `[1]` is partner 1's as the robot models it. `[1, 0]` is the
+    /// robot's as partner 1 models it, according to the robot.
+    ///
+    /// Consecutive agents differ, and the robot is never first: an agent's model of itself is its own perspective.
+    #[derive(Debug, Default, PartialEq, Eq, Hash)]
+    pub struct Path as "leo/Path/1" {
+        depth: u32,
+        agents: [u16; MAX_DEPTH],
+    }
 }
 
 impl Path {
@@ -69,10 +69,6 @@ pub fn perspectives(partners: u32, depth: u32) -> u32 {
     let layers = (0..=depth).map(|layer| partners.saturating_pow(layer));
     layers.fold(0, u32::saturating_add)
 }
-
-impl_bytes!(Path = "leo/Path/1" {
-    depth, agents
-});
 
 #[cfg(test)]
 mod tests {

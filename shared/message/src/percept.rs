@@ -1,6 +1,10 @@
+<<<<<<< main
 use std::cmp::Ordering;
 
 use crate::bytes::impl_bytes;
+=======
+use crate::bytes::message;
+>>>>>>> less-rest
 use crate::observation::is_share;
 use crate::{Header, Observation, SourceSet, ZeroCopySend, fill, filled};
 
@@ -105,19 +109,19 @@ impl Feature {
     }
 }
 
-/// One percept's evaluation of one observation: p(o) = (m, c, d) (Eq. 1).
-#[derive(Clone, Copy, Debug, Default, PartialEq, ZeroCopySend)]
-#[repr(C)]
-#[type_name("leo/PerceptValue/1")]
-pub struct PerceptValue {
-    /// The percept: its index in the configured set P.
-    pub percept: u16,
-    feature_kind: u16,
-    /// Match m in [0, 1].
-    pub matching: f32,
-    /// Confidence c in [0, 1].
-    pub confidence: f32,
-    feature: [f32; 4],
+message! {
+    /// One percept's evaluation of one observation: p(o) = (m, c, d) (Eq. 1).
+    #[derive(Debug, Default, PartialEq)]
+    pub struct PerceptValue as "leo/PerceptValue/1" {
+        /// The percept: its index in the configured set P.
+        pub percept: u16,
+        feature_kind: u16,
+        /// Match m in [0, 1].
+        pub matching: f32,
+        /// Confidence c in [0, 1].
+        pub confidence: f32,
+        feature: [f32; 4],
+    }
 }
 
 impl PerceptValue {
@@ -160,13 +164,13 @@ impl PerceptValue {
     }
 }
 
-/// The percepts of one observation that passed the threshold (Eq. 2).
-#[derive(Clone, Copy, Debug, Default, PartialEq, ZeroCopySend)]
-#[repr(C)]
-#[type_name("leo/Snapshot/1")]
-pub struct Snapshot {
-    count: u32,
-    values: [PerceptValue; MAX_PERCEPTS],
+message! {
+    /// The percepts of one observation that passed the threshold (Eq. 2).
+    #[derive(Debug, Default, PartialEq)]
+    pub struct Snapshot as "leo/Snapshot/1" {
+        count: u32,
+        values: [PerceptValue; MAX_PERCEPTS],
+    }
 }
 
 impl Snapshot {
@@ -209,15 +213,15 @@ impl Snapshot {
     }
 }
 
-/// Head of a percept buffer: the sources that delivered a frame.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ZeroCopySend)]
-#[repr(C)]
-#[type_name("leo/PerceptHead/1")]
-pub struct PerceptHead {
-    /// The frame's header.
-    pub header: Header,
-    /// Sources that delivered a frame: bit n for source n, the last bit for all beyond.
-    pub active_sources: u64,
+message! {
+    /// Head of a percept buffer: the sources that delivered a frame.
+    #[derive(Debug, Default, PartialEq, Eq)]
+    pub struct PerceptHead as "leo/PerceptHead/1" {
+        /// The frame's header.
+        pub header: Header,
+        /// Sources that delivered a frame: bit n for source n, the last bit for all beyond.
+        pub active_sources: u64,
+    }
 }
 
 impl PerceptHead {
@@ -236,17 +240,17 @@ impl PerceptHead {
     }
 }
 
-/// An entry of the percept buffer: an observation and the robot's percept snapshot of it.
-///
-/// It includes the observation, because other perspectives perceive it anew in their own frames (Eq. 7).
-#[derive(Clone, Copy, Debug, PartialEq, ZeroCopySend)]
-#[repr(C)]
-#[type_name("leo/Perceived/1")]
-pub struct Perceived {
-    /// The observation.
-    pub observation: Observation,
-    /// The robot's own percept snapshot of it.
-    pub snapshot: Snapshot,
+message! {
+    /// An entry of the percept buffer: an observation and the robot's percept snapshot of it.
+    ///
+    /// It includes the observation, because other perspectives perceive it anew in their own frames (Eq. 7).
+    #[derive(Debug, PartialEq)]
+    pub struct Perceived as "leo/Perceived/1" {
+        /// The observation.
+        pub observation: Observation,
+        /// The robot's own percept snapshot of it.
+        pub snapshot: Snapshot,
+    }
 }
 
 impl Perceived {
@@ -257,19 +261,6 @@ impl Perceived {
         self.observation.is_sound() && self.snapshot.is_sound()
     }
 }
-
-impl_bytes!(PerceptHead = "leo/PerceptHead/1" {
-    header, active_sources
-});
-impl_bytes!(PerceptValue = "leo/PerceptValue/1" {
-    percept, feature_kind, matching, confidence, feature
-});
-impl_bytes!(Snapshot = "leo/Snapshot/1" {
-    count, values
-});
-impl_bytes!(Perceived = "leo/Perceived/1" {
-    observation, snapshot
-});
 
 #[cfg(test)]
 mod tests {

@@ -1,4 +1,4 @@
-use crate::bytes::impl_bytes;
+use crate::bytes::message;
 use crate::{Text, ZeroCopySend, wire_enum};
 
 wire_enum! {
@@ -41,53 +41,41 @@ wire_enum! {
     }
 }
 
-/// An interactive act of a teacher. Positions are in the world frame, in metres.
-#[derive(Clone, Copy, Debug, PartialEq, ZeroCopySend)]
-#[repr(C)]
-#[type_name("leo/TeacherAct/1")]
-pub struct TeacherAct {
-    /// Serial number of the act, from one in each incarnation of the console.
-    pub serial: u64,
-    /// Target position: centre of an object or occluder, or the teacher's eyes. Heights of added and put down objects
-    /// are computed.
-    pub position_m: [f64; 3],
-    /// Point that the teacher looks at, for a seat; half extents, for a new occluder.
-    pub second_vector_m: [f64; 3],
-    /// Heading, anticlockwise from the world's x axis, in radians; NaN keeps the current heading.
-    pub heading_rad: f64,
-    /// A [`TeacherActKind`].
-    pub kind: u16,
-    /// The teacher: partner 1, 2, …
-    pub teacher: u16,
-    /// Hand on the console; several people may teach at once, each with one hand.
-    pub hand: u16,
-    /// Not used; zero.
-    pub reserved: u16,
-    /// Number of the table to set up.
-    pub table: u64,
-    /// Sentence, name or lesson, depending on the kind.
-    pub text: Text,
-    /// Name of the colour of a new object.
-    pub colour: Text,
+message! {
+    /// An interactive act of a teacher. Positions are in the world frame, in metres.
+    #[derive(Debug, Default, PartialEq)]
+    pub struct TeacherAct as "leo/TeacherAct/1" {
+        /// Serial number of the act, from one in each incarnation of the console.
+        pub serial: u64,
+        /// Target position: centre of an object or occluder, or the teacher's eyes. Heights of added and put down
+        /// objects are computed.
+        pub position_m: [f64; 3],
+        /// Point that the teacher looks at, for a seat; half extents, for a new occluder.
+        pub second_vector_m: [f64; 3],
+        /// Heading, anticlockwise from the world's x axis, in radians; NaN keeps the current heading.
+        pub heading_rad: f64,
+        /// A [`TeacherActKind`].
+        pub kind: u16,
+        /// The teacher: partner 1, 2, …
+        pub teacher: u16,
+        /// Hand on the console; several people may teach at once, each with one hand.
+        pub hand: u16,
+        /// Not used; zero.
+        pub reserved: u16,
+        /// Number of the table to set up.
+        pub table: u64,
+        /// Sentence, name or lesson, depending on the kind.
+        pub text: Text,
+        /// Name of the colour of a new object.
+        pub colour: Text,
+    }
 }
 
 impl TeacherAct {
     /// An act of a kind by a teacher; all other fields are empty.
     #[must_use]
     pub fn new(kind: TeacherActKind, teacher: u16) -> Self {
-        Self {
-            serial: 0,
-            position_m: [0.0; 3],
-            second_vector_m: [0.0; 3],
-            heading_rad: f64::NAN,
-            kind: kind.raw(),
-            teacher,
-            hand: 0,
-            reserved: 0,
-            table: 0,
-            text: Text::default(),
-            colour: Text::default(),
-        }
+        Self { heading_rad: f64::NAN, kind: kind.raw(), teacher, ..Self::default() }
     }
 
     /// The kind; `None` if the number is invalid.
@@ -97,23 +85,15 @@ impl TeacherAct {
     }
 }
 
-/// Result of an act.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ZeroCopySend)]
-#[repr(C)]
-#[type_name("leo/ActAnswer/1")]
-pub struct ActAnswer {
-    /// The act's serial number.
-    pub serial: u64,
-    /// 1 if the act was refused, 0 if it was done.
-    pub refused: u64,
-    /// Reason for the refusal, or the result: the new object's name, the file written.
-    pub text: Text,
+message! {
+    /// Result of an act.
+    #[derive(Debug, PartialEq, Eq)]
+    pub struct ActAnswer as "leo/ActAnswer/1" {
+        /// The act's serial number.
+        pub serial: u64,
+        /// 1 if the act was refused, 0 if it was done.
+        pub refused: u64,
+        /// Reason for the refusal, or the result: the new object's name, the file written.
+        pub text: Text,
+    }
 }
-
-impl_bytes!(TeacherAct = "leo/TeacherAct/1" {
-    serial, position_m, second_vector_m, heading_rad, kind, teacher, hand, reserved, table, text, colour
-});
-
-impl_bytes!(ActAnswer = "leo/ActAnswer/1" {
-    serial, refused, text
-});

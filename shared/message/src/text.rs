@@ -1,18 +1,18 @@
 use std::fmt;
 
 use crate::ZeroCopySend;
-use crate::bytes::impl_bytes;
+use crate::bytes::message;
 
 /// Capacity of a [`Text`] in bytes.
 pub const TEXT_CAPACITY: usize = 252;
 
-/// A short text of fixed capacity, UTF-8.
-#[derive(Clone, Copy, PartialEq, Eq, ZeroCopySend)]
-#[repr(C)]
-#[type_name("leo/Text/1")]
-pub struct Text {
-    length: u32,
-    bytes: [u8; TEXT_CAPACITY],
+message! {
+    /// A short text of fixed capacity, UTF-8.
+    #[derive(PartialEq, Eq)]
+    pub struct Text as "leo/Text/1" {
+        length: u32,
+        bytes: [u8; TEXT_CAPACITY],
+    }
 }
 
 impl Text {
@@ -53,10 +53,6 @@ impl fmt::Debug for Text {
         self.as_str().fmt(out)
     }
 }
-
-impl_bytes!(Text = "leo/Text/1" {
-    length, bytes
-});
 
 #[cfg(test)]
 mod tests {

@@ -1,20 +1,13 @@
-use iceoryx2_bb_derive_macros::ZeroCopySend;
-use iceoryx2_bb_elementary_traits::zero_copy_send::ZeroCopySend;
+use crate::bytes::message;
+use crate::{Text, ZeroCopySend};
 
-use crate::Text;
-use crate::bytes::impl_bytes;
-
-/// A sentence of a teacher.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ZeroCopySend)]
-#[repr(C)]
-#[type_name("leo/Utterance/1")]
-pub struct Utterance {
-    /// The speaker: partner 1, 2, …
-    pub speaker: u32,
-    /// The sentence.
-    pub text: Text,
+message! {
+    /// A sentence of a teacher.
+    #[derive(Debug, PartialEq, Eq)]
+    pub struct Utterance as "leo/Utterance/1" {
+        /// The speaker: partner 1, 2, …
+        pub speaker: u32,
+        /// The sentence.
+        pub text: Text,
+    }
 }
-
-impl_bytes!(Utterance = "leo/Utterance/1" {
-    speaker, text
-});

@@ -30,9 +30,9 @@ pub(crate) struct RememberedOccluders {
     capacity: usize,
     association_distance_m: f64,
     remove_after: Duration,
-    shapes: Occluders,
+    pub(crate) shapes: Occluders,
     /// Observations dropped because all slots were taken.
-    left_out: u64,
+    pub(crate) left_out: u64,
 }
 
 impl RememberedOccluders {
@@ -48,21 +48,11 @@ impl RememberedOccluders {
         }
     }
 
-    /// The boxes, in the base frame.
-    pub(crate) fn shapes(&self) -> &Occluders {
-        &self.shapes
-    }
-
     /// Begins a frame.
     pub(crate) fn begin(&mut self) {
         for remembered in &mut self.remembered {
             remembered.taken_by = None;
         }
-    }
-
-    /// Number of occluder observations dropped because all slots were taken.
-    pub(crate) const fn left_out(&self) -> u64 {
-        self.left_out
     }
 
     /// Records an observed occluder at arrival time `at`.
@@ -103,11 +93,6 @@ impl RememberedOccluders {
             .any(|old| old.x_base_box.origin().distance(place) <= self.association_distance_m)
     }
 
-    /// Ends a frame.
-    pub(crate) fn end(&mut self) {
-        self.rebuild();
-    }
-
     /// Restarts the empty-place timers after an absence of the agent.
     pub(crate) fn restart_absence_timers(&mut self) {
         for remembered in &mut self.remembered {
@@ -142,7 +127,7 @@ impl RememberedOccluders {
         forgot
     }
 
-    fn rebuild(&mut self) {
+    pub(crate) fn rebuild(&mut self) {
         self.shapes.clear();
         for old in &self.remembered {
             let added = self.shapes.add(&old.x_base_box, old.half_extents_m);

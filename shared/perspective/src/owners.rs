@@ -149,7 +149,7 @@ impl OwnershipEstimator {
         if self.config.rule == OwnershipRule::None {
             return;
         }
-        if self.tree.is_grown() {
+        if self.tree.is_grown {
             if !self.is_due(system, at) {
                 return;
             }
@@ -163,7 +163,7 @@ impl OwnershipEstimator {
                 Some(OwnershipClaim { id, place, held_by })
             }));
             // With many things, the update continues in the next step.
-            if !self.tree.is_grown() && self.pending.len() > COMPARED {
+            if !self.tree.is_grown && self.pending.len() > COMPARED {
                 return;
             }
         }
@@ -274,7 +274,7 @@ impl OwnershipEstimator {
         if !self.tree.is_parted(self.config.min_gap_ratio.get()) {
             return;
         }
-        let sides = || self.claims.iter().zip(self.tree.beyond_gap());
+        let sides = || self.claims.iter().zip(&self.tree.beyond_gap);
         let side = |wanted: bool| {
             let members = sides().filter(move |(_, beyond_gap)| **beyond_gap == wanted);
             nearest(members.map(|(claim, _)| claim.place), agents.clone())
@@ -282,7 +282,7 @@ impl OwnershipEstimator {
         if let (Some(here), Some(there)) = (side(false), side(true))
             && here != there
         {
-            for (owner, beyond_gap) in self.owners.iter_mut().zip(self.tree.beyond_gap()) {
+            for (owner, beyond_gap) in self.owners.iter_mut().zip(&self.tree.beyond_gap) {
                 *owner = if *beyond_gap { there } else { here };
             }
         }

@@ -70,7 +70,7 @@ impl PerceptualContext {
                 self.record_observation(at, &entry.observation);
             }
         }
-        self.occluders.end();
+        self.occluders.rebuild();
     }
 
     fn record_observation(&mut self, at: Instant, observation: &Observation) {
@@ -182,12 +182,12 @@ impl PerceptualContext {
 
     /// Number of occluder observations dropped because all slots were taken.
     pub(crate) fn left_out(&self) -> u64 {
-        self.occluders.left_out()
+        self.occluders.left_out
     }
 
     /// The remembered occluders, in the base frame.
     #[must_use]
     pub fn occluders(&self) -> &Occluders {
-        self.occluders.shapes()
+        &self.occluders.shapes
     }
 }

@@ -7,8 +7,8 @@ use quantity::number::saturating_u32;
 use scene::{Cone, Sight};
 use settings::number::Coordinate;
 
-use crate::field::Field;
-use crate::settings::Perspective;
+use crate::field::{is_fully_in_view, is_partly_visible};
+use crate::settings::{Field, Perspective};
 use crate::transform::place_in_base;
 use crate::{OwnershipEstimator, PerceptualContext, PerspectiveError};
 
@@ -23,7 +23,8 @@ const AHEAD: usize = 4;
 pub struct Robot {
     system: BeliefSystem,
     perceptual_context: PerceptualContext,
-    field: Field,
+    /// `None` if it perceives everything.
+    sight: Option<Sight>,
     x_base_rest: Pose<Base, Eye>,
     owners: OwnershipEstimator,
     empty_margin_m: f64,
@@ -69,18 +70,18 @@ impl Robot {
             Position::<Base>::new(x, y, z)
         };
         let x_base_rest = Pose::looking(&position(config.robot.eye_m), &position(config.robot.looks_at_m));
-        let field = match config.robot.field_of_view {
-            crate::settings::Field::Everything => Field::Everything,
-            crate::settings::Field::Cone { half_angle_deg, range_m } => {
+        let sight = match config.robot.field_of_view {
+            Field::Everything => None,
+            Field::Cone { half_angle_deg, range_m } => {
                 let cone = Cone::new(half_angle_deg.radians(), range_m.get())
                     .map_err(|source| PerspectiveError::Cone { agent: 0, source })?;
-                Field::Cone(Sight::new(x_base_rest, cone, perceptual_context.occluders()))
+                Some(Sight::new(x_base_rest, cone, perceptual_context.occluders()))
             }
         };
         Ok(Self {
             system: system.assume_validated(),
             perceptual_context,
-            field,
+            sight,
             x_base_rest,
             owners: OwnershipEstimator::new(&config.ownership, capacity).of(0),
             empty_margin_m: config.sight.empty_margin_m.get(),
@@ -115,19 +116,26 @@ impl Robot {
         self.perceptual_context.record_frame(at, active_sources, entries, noted);
         let x_base_eye = self.perceptual_context.perceived_eye(0, at).unwrap_or(self.x_base_rest);
         self.perceptual_context.set_own_eye(x_base_eye);
-        self.field.update_view(&x_base_eye, self.perceptual_context.occluders());
-        let is_partly_visible = |x_base_box: &_, half| self.field.is_partly_visible(x_base_box, half);
-        if self.perceptual_context.forget(at, is_partly_visible, |_| false) {
-            self.field.update_view(&x_base_eye, self.perceptual_context.occluders());
+        if let Some(sight) = &mut self.sight {
+            sight.update_view(&x_base_eye, self.perceptual_context.occluders());
+        }
+        let sight = self.sight.as_ref();
+        let is_partly_visible =
+            |x_base_box: &_, half| sight.is_none_or(|sight| is_partly_visible(sight, x_base_box, half));
+        if self.perceptual_context.forget(at, is_partly_visible, |_| false)
+            && let Some(sight) = &mut self.sight
+        {
+            sight.update_view(&x_base_eye, self.perceptual_context.occluders());
         }
         let noted = self.perceptual_context.perceives();
         let refused = noted.iter().filter(|perceives| !**perceives).count();
         let left_out = entries.len().saturating_sub(noted.len());
         self.refused = self.refused.saturating_add(u64::from(saturating_u32(refused)));
         self.left_out = self.left_out.saturating_add(u64::from(saturating_u32(left_out)));
-        let (field, margin_m) = (&self.field, self.empty_margin_m);
+        let (sight, margin_m) = (self.sight.as_ref(), self.empty_margin_m);
         step_builder.finish(entries, active_sources, |place_m| {
-            field.is_fully_in_view(&place_in_base(&Pose::identity(), place_m), margin_m)
+            let place = place_in_base(&Pose::identity(), place_m);
+            sight.is_none_or(|sight| is_fully_in_view(sight, &place, margin_m))
         });
         let agents = self.perceptual_context.eyes(at).map(|(agent, met)| (agent, met.x_base_eye.origin()));
         self.owners.update_from_beliefs(&self.system, at, &Pose::<Base, Base>::identity(), agents);
@@ -136,7 +144,7 @@ impl Robot {
     /// Whether the robot, as it looks now, would notice a missing thing at a place.
     #[must_use]
     pub fn is_fully_in_view(&self, place: &Position<Base>) -> bool {
-        self.field.is_fully_in_view(place, self.empty_margin_m)
+        self.sight.as_ref().is_none_or(|sight| is_fully_in_view(sight, place, self.empty_margin_m))
     }
 
     /// The input for the partners' perspectives.

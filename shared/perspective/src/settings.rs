@@ -4,7 +4,7 @@ use std::path::Path;
 
 use scene::Samples;
 use serde::Deserialize;
-use settings::number::{Capacity, Coordinate, Milliseconds, NotNegative, OutOfRange, Positive};
+use settings::number::{Capacity, Coordinate, Milliseconds, NotNegative, Positive};
 use settings::parse;
 
 const BUILTIN: &str = include_str!("../perspective.toml");
@@ -168,23 +168,10 @@ impl Region {
     }
 }
 
-/// An angle above zero and at most half a turn, in degrees.
-#[derive(Clone, Copy, Debug, PartialEq, PartialOrd, Deserialize)]
-#[serde(try_from = "f64")]
-pub struct Angle(f64);
-
-impl TryFrom<f64> for Angle {
-    type Error = OutOfRange;
-
-    fn try_from(value: f64) -> Result<Self, OutOfRange> {
-        // Written so that NaN is rejected.
-        if value > 0.0 && value <= 180.0 {
-            Ok(Self(value))
-        } else {
-            Err(OutOfRange::new(value, "above 0 and at most 180 degrees"))
-        }
-    }
-}
+settings::ranged!(
+    /// An angle above zero and at most half a turn, in degrees.
+    Angle(f64): "above 0 and at most 180 degrees", |value| value > 0.0 && value <= 180.0
+);
 
 impl Angle {
     /// In radians.

@@ -6,20 +6,24 @@ use std::io::{self, Write as _};
 use std::path::Path;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
-use std::thread::{self, JoinHandle};
 use std::time::Duration;
 
 use folder::Folder;
 use transport::Domain;
 
 use crate::Failure;
+use crate::watch_thread::WatchThread;
 
 /// Polling interval for the order file.
 const EVERY: Duration = Duration::from_millis(20);
+<<<<<<< main
 /// Stack size of the watching thread; small, because a process may lock all its memory.
 const STACK: usize = 128 << 10;
 /// Encoding of an order in a `u64`: none, without acknowledgement, or from [`FIRST_ACKNOWLEDGEMENT`] the acknowledged
 /// locks.
+=======
+/// Encoding of an order in a `u64`: none, without acknowledgement, or from [`FIRST_ACKNOWLEDGEMENT`] the acknowledged locks.
+>>>>>>> less-rest
 const NO_ORDER: u64 = 0;
 const WITHOUT_ACKNOWLEDGEMENT: u64 = 1;
 const FIRST_ACKNOWLEDGEMENT: u64 = 2;
@@ -74,8 +78,7 @@ pub fn take(domain: &Path) -> io::Result<Option<ArmOrder>> {
 #[derive(Debug)]
 pub struct Arming {
     ordered: Arc<AtomicU64>,
-    stop: Arc<AtomicBool>,
-    thread: Option<JoinHandle<()>>,
+    _thread: WatchThread,
 }
 
 impl Arming {
@@ -86,16 +89,11 @@ impl Arming {
     /// The thread cannot be started.
     pub fn watch(domain: &Path) -> Result<Self, Failure> {
         let _stale = Folder::open(domain).map(|folder| folder.remove(Domain::ARM_ORDER));
-        let (ordered, stop) = (Arc::new(AtomicU64::new(NO_ORDER)), Arc::new(AtomicBool::new(false)));
-        let thread = thread::Builder::new()
-            .name("arming".to_owned())
-            .stack_size(STACK)
-            .spawn({
-                let (domain, ordered, stop) = (domain.to_owned(), Arc::clone(&ordered), Arc::clone(&stop));
-                move || watch_loop(&domain, &ordered, &stop)
-            })
+        let ordered = Arc::new(AtomicU64::new(NO_ORDER));
+        let (domain, newest) = (domain.to_owned(), Arc::clone(&ordered));
+        let thread = WatchThread::start("arming", move |stop| watch_loop(&domain, &newest, stop))
             .map_err(|error| Failure::own(format!("cannot watch for orders to arm: {error}")))?;
-        Ok(Self { ordered, stop, thread: Some(thread) })
+        Ok(Self { ordered, _thread: thread })
     }
 
     /// The newest order since the last call, if any.
@@ -105,16 +103,6 @@ impl Arming {
             NO_ORDER => None,
             WITHOUT_ACKNOWLEDGEMENT => Some(ArmOrder { acknowledged_locks: None }),
             locks => Some(ArmOrder { acknowledged_locks: Some(locks - FIRST_ACKNOWLEDGEMENT) }),
-        }
-    }
-}
-
-impl Drop for Arming {
-    fn drop(&mut self) {
-        self.stop.store(true, Ordering::Relaxed);
-        if let Some(thread) = self.thread.take() {
-            // A thread that panicked has already reported it.
-            let _ended = thread.join();
         }
     }
 }
@@ -177,7 +165,7 @@ mod tests {
                 if let Some(taken) = arming.ordered() {
                     break taken;
                 }
-                thread::yield_now();
+                std::thread::yield_now();
             };
             assert_eq!((taken, arming.ordered()), (ArmOrder { acknowledged_locks }, None));
         }

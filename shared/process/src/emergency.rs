@@ -7,12 +7,13 @@ use std::os::unix::fs::{MetadataExt as _, PermissionsExt as _};
 use std::path::Path;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::thread::{self, JoinHandle};
+use std::thread;
 use std::time::Duration;
 
 use folder::Folder;
 use transport::Domain;
 
+use crate::watch_thread::WatchThread;
 use crate::{Failure, MotorProcess};
 
 /// The file's name.
@@ -23,8 +24,6 @@ const FOLDER_TIMEOUT: Duration = Duration::from_millis(500);
 const EVERY: Duration = Duration::from_millis(2);
 /// How long to wait for the file with the reason after the signal.
 const REASON_TIMEOUT: Duration = Duration::from_millis(50);
-/// Stack size of the watching thread; small, because a process may lock all its memory.
-const STACK: usize = 128 << 10;
 
 /// Raises the emergency stop of the robot in a domain's folder, with a reason. It stays raised through restarts of
 /// processes and of the robot, until it is [released](release). If it is already raised, the first reason stays. If
@@ -146,8 +145,7 @@ fn said(domain: &Path) -> String {
 #[derive(Debug)]
 pub struct Emergency {
     emergency_flag: EmergencyFlag,
-    stop: Arc<AtomicBool>,
-    thread: Option<JoinHandle<()>>,
+    _thread: WatchThread,
 }
 
 impl Emergency {
@@ -157,26 +155,19 @@ impl Emergency {
     ///
     /// The signal handler cannot be installed, or the thread cannot be started.
     pub fn watch(domain: &Path) -> Result<Self, Failure> {
+        let failed = |error| Failure::own(format!("cannot watch for the emergency stop: {error}"));
         let signalled = Arc::new(AtomicBool::new(false));
-        signal_hook::flag::register(signal_hook::consts::SIGUSR1, Arc::clone(&signalled))
-            .map_err(|error| Failure::own(format!("cannot watch for the emergency stop: {error}")))?;
+        signal_hook::flag::register(signal_hook::consts::SIGUSR1, Arc::clone(&signalled)).map_err(failed)?;
         // If the file's state cannot be determined, start stopped.
         let raised = Arc::new(AtomicBool::new(file_exists(domain).unwrap_or(true)));
-        let stop = Arc::new(AtomicBool::new(false));
-        let thread = thread::Builder::new()
-            .name("emergency".to_owned())
-            .stack_size(STACK)
-            .spawn({
-                let (signalled, raised, stop) =
-                    (Arc::clone(&signalled), Arc::clone(&raised), Arc::clone(&stop));
-                let domain = domain.to_owned();
-                move || {
-                    let _raised = RaisedByPanic(&raised);
-                    watch_loop(&domain, &signalled, &raised, &stop);
-                }
-            })
-            .map_err(|error| Failure::own(format!("cannot watch for the emergency stop: {error}")))?;
-        Ok(Self { emergency_flag: EmergencyFlag { signalled, raised }, stop, thread: Some(thread) })
+        let emergency_flag = EmergencyFlag { signalled, raised };
+        let (domain, flag) = (domain.to_owned(), emergency_flag.clone());
+        let watch = move |stop: &AtomicBool| {
+            let _raised = RaisedByPanic(&flag.raised);
+            watch_loop(&domain, &flag.signalled, &flag.raised, stop);
+        };
+        let thread = WatchThread::start("emergency", watch).map_err(failed)?;
+        Ok(Self { emergency_flag, _thread: thread })
     }
 
     /// A handle to query the state from any thread.
@@ -198,16 +189,6 @@ impl EmergencyFlag {
     #[must_use]
     pub fn is_raised(&self) -> bool {
         self.raised.load(Ordering::Relaxed) || self.signalled.load(Ordering::Relaxed)
-    }
-}
-
-impl Drop for Emergency {
-    fn drop(&mut self) {
-        self.stop.store(true, Ordering::Relaxed);
-        if let Some(thread) = self.thread.take() {
-            // A thread that panicked has already reported it.
-            let _ended = thread.join();
-        }
     }
 }
 

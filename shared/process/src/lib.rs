@@ -27,6 +27,7 @@ mod stop;
 mod stop_socket;
 mod torque_off_report;
 mod umask;
+mod watch_thread;
 
 pub use aside::NonBlockingWriter;
 pub use emergency::{Emergency, EmergencyFlag};

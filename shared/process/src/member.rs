@@ -11,7 +11,7 @@ use transport::{
     TopicPorts,
 };
 
-use crate::pace::{Lockstep, LoopTiming, Wait, wait_for_call};
+use crate::pace::{IDLE, Lockstep, LoopTiming, Wait};
 use crate::{Failure, Launch, stop_flag};
 
 /// Interval at which health is published; short enough for a heartbeat, long enough to cost nothing.
@@ -246,28 +246,16 @@ impl ProcessNode {
     ///
     /// The middleware failed.
     pub fn next_cycle(&mut self) -> Result<Option<Instant>, Failure> {
-        loop {
-            if self.stop.load(Ordering::Relaxed) {
-                return Ok(self.stopped());
-            }
-            let wait = match &mut self.pace {
-                LoopTiming::Lockstep(lockstep) => lockstep.wait()?,
-                LoopTiming::Wall { schedule: Some(schedule) } => {
-                    clock::sleep_until(schedule.release());
-                    Wait::Go(schedule.release())
-                }
-                LoopTiming::Wall { schedule: None } => Wait::Stop,
-            };
-            match wait {
-                Wait::Go(release) => {
-                    let now = self.now();
-                    self.account = Some(Account::open(&mut self.health, release, now));
-                    return Ok(Some(now));
-                }
-                Wait::Idle => self.beat(),
-                Wait::Stop => return Ok(self.stopped()),
-            }
-        }
+        let release = self.await_turn(|schedule| {
+            Ok(schedule.map_or(Wait::Stop, |schedule| {
+                clock::sleep_until(schedule.release());
+                Wait::Go(schedule.release())
+            }))
+        })?;
+        let Some(release) = release else { return Ok(None) };
+        let now = self.now();
+        self.account = Some(Account::open(&mut self.health, release, now));
+        Ok(Some(now))
     }
 
     /// Waits for a notification of the writer of `subscriber`, or in lockstep for a turn. On return there may be no
@@ -280,16 +268,28 @@ impl ProcessNode {
         &mut self,
         subscriber: &mut FrameSubscriber<T>,
     ) -> Result<Option<Instant>, Failure> {
+        let called = self.await_turn(|_| {
+            subscriber.wait(IDLE)?;
+            Ok(Wait::Go(clock::now()))
+        })?;
+        Ok(called.map(|_| self.now()))
+    }
+
+    /// Waits for the next turn of the conductor, or as `wall` does; `None` if the process has to stop.
+    fn await_turn(
+        &mut self,
+        mut wall: impl FnMut(Option<&Schedule>) -> Result<Wait, Failure>,
+    ) -> Result<Option<Instant>, Failure> {
         loop {
             if self.stop.load(Ordering::Relaxed) {
                 return Ok(self.stopped());
             }
             let wait = match &mut self.pace {
                 LoopTiming::Lockstep(lockstep) => lockstep.wait()?,
-                LoopTiming::Wall { .. } => wait_for_call(subscriber)?,
+                LoopTiming::Wall { schedule } => wall(schedule.as_ref())?,
             };
             match wait {
-                Wait::Go(_) => return Ok(Some(self.now())),
+                Wait::Go(release) => return Ok(Some(release)),
                 Wait::Idle => self.beat(),
                 Wait::Stop => return Ok(self.stopped()),
             }
@@ -411,12 +411,6 @@ impl ProcessNode {
         self.publish(clock::now());
         tracing::debug!(process = %self.process, "stops");
         None
-    }
-}
-
-impl std::fmt::Debug for ProcessNode {
-    fn fmt(&self, out: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        write!(out, "Member({})", self.process)
     }
 }
 

@@ -2,7 +2,7 @@ use std::time::Duration;
 
 use clock::Instant;
 use cycle::Schedule;
-use message::{Done, Head as _, Header, Topic, TurnKind, Turns, TurnsDone};
+use message::{Done, Head as _, Header, TurnKind, Turns, TurnsDone};
 use transport::{FramePublisher, FrameSubscriber, Node};
 
 use crate::Failure;
@@ -70,10 +70,4 @@ impl Lockstep {
         self.done.send(Header::at(self.now.as_nanos()), 1, |_| done, |_| {})?;
         Ok(())
     }
-}
-
-/// Waits for a notification of the subscriber that wakes the process.
-pub(crate) fn wait_for_call<T: Topic>(subscriber: &mut FrameSubscriber<T>) -> Result<Wait, Failure> {
-    subscriber.wait(IDLE)?;
-    Ok(Wait::Go(clock::now()))
 }

@@ -32,7 +32,7 @@ pub struct StateError {
 /// It is a symbolic link or not a folder, belongs to another user, is accessible to others, or cannot be written.
 pub fn prepare(state: &Path) -> Result<(), StateError> {
     let failed = |reason: String| StateError { state: state.to_owned(), reason };
-    let folder = open(state).map_err(|error| failed(error.to_string()))?;
+    let folder = opened(state, Folder::make_all(state)).map_err(|error| failed(error.to_string()))?;
     let in_folder =
         |folder: &Folder, error: io::Error| failed(format!("{}: {error}", folder.path().display()));
     probe(&folder).map_err(|error| in_folder(&folder, error))?;
@@ -42,7 +42,7 @@ pub fn prepare(state: &Path) -> Result<(), StateError> {
         written.map_err(|error| failed(format!("{}: {error}", file.display())))?;
     }
     for below in [lessons(state), recordings(state)] {
-        match open_there(&below) {
+        match opened(&below, Folder::open(&below)) {
             Ok(folder) => probe(&folder).map_err(|error| in_folder(&folder, error))?,
             Err(error) if error.is_missing() => {}
             Err(error) => return Err(failed(error.to_string())),
@@ -51,16 +51,9 @@ pub fn prepare(state: &Path) -> Result<(), StateError> {
     Ok(())
 }
 
-/// Opens a folder, and creates it if necessary. Root may use another user's folder, to act on that user's behalf.
-fn open(path: &Path) -> Result<Folder, FolderError> {
-    match Folder::make_all(path) {
-        Err(FolderError::OtherOwner { .. }) if geteuid().is_root() => Folder::open_for_root(path),
-        opened => opened,
-    }
-}
-
-fn open_there(path: &Path) -> Result<Folder, FolderError> {
-    match Folder::open(path) {
+/// An opened folder. Root may use another user's folder, to act on that user's behalf.
+fn opened(path: &Path, opened: Result<Folder, FolderError>) -> Result<Folder, FolderError> {
+    match opened {
         Err(FolderError::OtherOwner { .. }) if geteuid().is_root() => Folder::open_for_root(path),
         opened => opened,
     }

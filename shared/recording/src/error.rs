@@ -1,4 +1,7 @@
+use std::fs::File;
+
 use budget::BudgetError;
+use folder::Output;
 use records::Unchecked;
 
 use crate::Channel;
@@ -135,4 +138,15 @@ pub enum RecordError {
     /// A thread could not be started, or ended.
     #[error("the recording thread failed: {0}")]
     Thread(String),
+}
+
+impl RecordError {
+    /// Creates the file of a recording.
+    ///
+    /// # Errors
+    ///
+    /// [`RecordError::Create`].
+    pub fn create(output: &Output) -> Result<File, Self> {
+        output.create().map_err(|source| Self::Create { file: output.path().to_owned(), source })
+    }
 }

@@ -245,9 +245,3 @@ impl<R: Read> Iterator for Reader<R> {
         read.transpose()
     }
 }
-
-impl<R> std::fmt::Debug for Reader<R> {
-    fn fmt(&self, out: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        write!(out, "Reader({}, {} frames)", self.name, self.frames)
-    }
-}

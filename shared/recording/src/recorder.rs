@@ -95,10 +95,7 @@ impl Recorder {
         if let Some(bytes) = missing_space(&file, 0) {
             return Err(RecordError::DiskFull { file, bytes });
         }
-        let out = match output.create() {
-            Ok(out) => out,
-            Err(source) => return Err(RecordError::Create { file, source }),
-        };
+        let out = RecordError::create(output)?;
         let begun = Self::begin(domain, None, |shared, from, ready| {
             thread("recorder-file", move || {
                 shared.ending(|| keep_in_file(&shared, &from, out, &file, &subject, &ready))

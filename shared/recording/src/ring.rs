@@ -115,12 +115,6 @@ impl Ring {
     }
 }
 
-impl std::fmt::Debug for Ring {
-    fn fmt(&self, out: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        write!(out, "Ring({} parts, {} bytes)", self.parts.len(), self.bytes())
-    }
-}
-
 /// Why a snapshot was not written.
 #[derive(Debug, thiserror::Error)]
 pub enum SaveError {
@@ -175,10 +169,7 @@ impl RingSnapshot {
         if let Some(bytes) = missing_space(&file, u64::try_from(size).unwrap_or(u64::MAX)) {
             return Err(RecordError::SnapshotTooLarge { file, bytes });
         }
-        let out = match output.create() {
-            Ok(out) => out,
-            Err(source) => return Err(RecordError::Create { file, source }),
-        };
+        let out = RecordError::create(output)?;
         let mut sparing = SpaceLimitedFile { out, lacks: |more| missing_space(&file, more), left: None };
         let saved = self.save(&mut sparing).map(|(_, frames)| frames);
         let left = sparing.left;

@@ -118,12 +118,6 @@ impl BufferSubscribers {
     }
 }
 
-impl std::fmt::Debug for BufferSubscribers {
-    fn fmt(&self, out: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        out.debug_list().entries(self.0.iter().map(|source| source.topic())).finish()
-    }
-}
-
 /// Opens the subscriber of a topic; `None` if it does not exist yet.
 fn tap<T: TopicPorts>(
     node: &Node,

@@ -26,37 +26,14 @@ const UNKNOWN_M: [f32; 3] = [0.02; 3];
 /// The colour of objects without a known one.
 const GREY: [f32; 3] = [0.5; 3];
 
-/// A ROS 2 message type.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub(crate) enum Schema {
-    JointState,
-    Log,
-    MarkerArray,
-    Text,
-    Transforms,
-}
+/// A schema of ROS 2: its name and its text.
+pub(crate) type Schema = (&'static str, &'static str);
 
-impl Schema {
-    pub(crate) const fn name(self) -> &'static str {
-        match self {
-            Self::JointState => "sensor_msgs/msg/JointState",
-            Self::Log => "rcl_interfaces/msg/Log",
-            Self::MarkerArray => "visualization_msgs/msg/MarkerArray",
-            Self::Text => "std_msgs/msg/String",
-            Self::Transforms => "tf2_msgs/msg/TFMessage",
-        }
-    }
-
-    pub(crate) const fn text(self) -> &'static str {
-        match self {
-            Self::JointState => include_str!("ros2msg/JointState.msg"),
-            Self::Log => include_str!("ros2msg/Log.msg"),
-            Self::MarkerArray => include_str!("ros2msg/MarkerArray.msg"),
-            Self::Text => include_str!("ros2msg/String.msg"),
-            Self::Transforms => include_str!("ros2msg/TFMessage.msg"),
-        }
-    }
-}
+const JOINT_STATE: Schema = ("sensor_msgs/msg/JointState", include_str!("ros2msg/JointState.msg"));
+const LOG: Schema = ("rcl_interfaces/msg/Log", include_str!("ros2msg/Log.msg"));
+const MARKERS: Schema = ("visualization_msgs/msg/MarkerArray", include_str!("ros2msg/MarkerArray.msg"));
+const TEXT: Schema = ("std_msgs/msg/String", include_str!("ros2msg/String.msg"));
+const TRANSFORMS: Schema = ("tf2_msgs/msg/TFMessage", include_str!("ros2msg/TFMessage.msg"));
 
 /// A message for viewers.
 #[derive(Clone, Debug)]
@@ -109,7 +86,7 @@ impl Views {
             self.has_described = true;
             let mut cdr = Cdr::new();
             cdr.string(&self.robot.urdf);
-            views.push(view("/robot_description", Schema::Text, cdr.finish()));
+            views.push(view("/robot_description", TEXT, cdr.finish()));
         }
         let topic = frame.topic;
         if topic == TopicId::JointStates {
@@ -168,11 +145,11 @@ impl Views {
                 *slot = *position;
             }
         }
-        views.push(view("/joint_states", Schema::JointState, cdr.finish()));
+        views.push(view("/joint_states", JOINT_STATE, cdr.finish()));
         if self.is_due(frame) {
             let root = (WORLD, self.body.root(), self.x_world_base);
             let links: Vec<_> = [root].into_iter().chain(self.body.links(&self.positions_rad)).collect();
-            views.push(view("/tf", Schema::Transforms, transforms(frame.at_ns, &links)));
+            views.push(view("/tf", TRANSFORMS, transforms(frame.at_ns, &links)));
         }
     }
 
@@ -194,7 +171,7 @@ impl Views {
         drawn.extend(beliefs.iter().filter_map(|belief| self.belief(x_base_frame.isometry(), belief)));
         let topic = format!("/beliefs/{}", self.whose(&head));
         let bytes = markers(frame.at_ns, self.body.root(), &drawn);
-        views.push(view(&topic, Schema::MarkerArray, bytes));
+        views.push(view(&topic, MARKERS, bytes));
     }
 
     fn belief(&self, x_base_frame: &Isometry3<f64>, belief: &Belief) -> Option<Marker<'static>> {
@@ -322,14 +299,14 @@ fn scene(frame: &Frame, views: &mut Vec<View>) {
             })
         })
         .collect();
-    views.push(view("/scene", Schema::MarkerArray, markers(frame.at_ns, WORLD, &drawn)));
+    views.push(view("/scene", MARKERS, markers(frame.at_ns, WORLD, &drawn)));
     let names: Vec<String> = objects.iter().map(|object| format!("scene/{}", object.name.as_str())).collect();
     let links: Vec<_> = names
         .iter()
         .zip(&objects)
         .filter_map(|(name, object)| Some((WORLD, name.as_str(), posed(object)?)))
         .collect();
-    views.push(view("/tf", Schema::Transforms, transforms(frame.at_ns, &links)));
+    views.push(view("/tf", TRANSFORMS, transforms(frame.at_ns, &links)));
 }
 
 fn log(at_ns: u64, who: &str, words: &str) -> View {
@@ -341,7 +318,7 @@ fn log(at_ns: u64, who: &str, words: &str) -> View {
     cdr.string("");
     cdr.string("");
     cdr.u32(0);
-    view("/log", Schema::Log, cdr.finish())
+    view("/log", LOG, cdr.finish())
 }
 
 /// An event as text; `None` if it is malformed.

@@ -134,8 +134,8 @@ impl<W: Write> Writer<W> {
             let channel = match self.shown.get(&view.topic) {
                 Some(channel) => *channel,
                 None => {
-                    let schema = view.schema;
-                    let schema = self.out.add_schema(schema.name(), "ros2msg", schema.text().as_bytes())?;
+                    let (name, text) = view.schema;
+                    let schema = self.out.add_schema(name, "ros2msg", text.as_bytes())?;
                     let qos = BTreeMap::from([("offered_qos_profiles".to_owned(), String::new())]);
                     let channel = self.out.add_channel(schema, &view.topic, "cdr", &qos)?;
                     self.shown.insert(view.topic.clone(), channel);
@@ -190,12 +190,6 @@ impl<W: Write> Writer<W> {
         let mut out = self.out.into_inner().into_inner();
         out.flush()?;
         Ok(out.into_inner())
-    }
-}
-
-impl<W: Write> std::fmt::Debug for Writer<W> {
-    fn fmt(&self, out: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        write!(out, "Writer({:?})", self.counts)
     }
 }
 

@@ -1,4 +1,7 @@
-use std::path::PathBuf;
+use std::ops::Range;
+use std::path::{Path, PathBuf};
+
+use toml::Spanned;
 
 /// Why a file was rejected.
 #[derive(Debug, thiserror::Error)]
@@ -23,4 +26,29 @@ pub enum SettingsError {
         /// What is wrong, and what would be valid.
         reason: String,
     },
+}
+
+/// What is wrong at a place of a text, for checks after parsing.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct SpannedError {
+    span: Range<usize>,
+    reason: String,
+}
+
+impl SpannedError {
+    /// The error at a value of the text.
+    pub fn at<T>(value: &Spanned<T>, reason: impl Into<String>) -> Self {
+        Self::within(value.span(), reason)
+    }
+
+    /// The error at a range of the text's bytes.
+    pub fn within(span: Range<usize>, reason: impl Into<String>) -> Self {
+        Self { span, reason: reason.into() }
+    }
+
+    /// As an error about a file with this text.
+    #[must_use]
+    pub fn of(self, text: &str, file: &Path) -> ConfigError {
+        crate::invalid(text, file, self.span, self.reason)
+    }
 }

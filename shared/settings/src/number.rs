@@ -20,26 +20,39 @@ impl OutOfRange {
     }
 }
 
+/// Declares a number type that carries its range: parsing rejects a value out of range. The range completes the
+/// sentence "it must be …".
+#[macro_export]
 macro_rules! ranged {
-    ($(#[$doc:meta])* $name:ident: $range:literal, |$value:ident| $holds:expr) => {
-        $(#[$doc])*
-        #[derive(Clone, Copy, Debug, PartialEq, PartialOrd, Deserialize)]
-        #[serde(try_from = "f64")]
-        pub struct $name(f64);
+    ($(#[$meta:meta])* $name:ident($number:ty): $range:literal, |$value:ident| $holds:expr) => {
+        $(#[$meta])*
+        #[derive(Clone, Copy, Debug, PartialEq, PartialOrd)]
+        pub struct $name($number);
 
-        impl TryFrom<f64> for $name {
-            type Error = OutOfRange;
+        impl TryFrom<$number> for $name {
+            type Error = $crate::number::OutOfRange;
 
-            fn try_from($value: f64) -> Result<Self, OutOfRange> {
+            fn try_from($value: $number) -> Result<Self, Self::Error> {
                 // Written so that NaN is rejected.
-                if $holds { Ok(Self($value)) } else { Err(OutOfRange { value: $value, range: $range }) }
+                if $holds {
+                    Ok(Self($value))
+                } else {
+                    Err($crate::number::OutOfRange::new(f64::from($value), $range))
+                }
+            }
+        }
+
+        impl<'de> serde::Deserialize<'de> for $name {
+            fn deserialize<D: serde::Deserializer<'de>>(from: D) -> Result<Self, D::Error> {
+                let value = <$number as serde::Deserialize>::deserialize(from)?;
+                Self::try_from(value).map_err(serde::de::Error::custom)
             }
         }
 
         impl $name {
             /// The number.
             #[must_use]
-            pub const fn get(self) -> f64 {
+            pub const fn get(self) -> $number {
                 self.0
             }
         }
@@ -48,32 +61,36 @@ macro_rules! ranged {
 
 ranged!(
     /// A rate in hertz. A slower loop would look hung to the supervisor's heartbeat check.
-    Hertz: "from 1 to 10000 Hz", |value| (1.0..=10_000.0).contains(&value)
+    Hertz(f64): "from 1 to 10000 Hz", |value| (1.0..=10_000.0).contains(&value)
 );
 ranged!(
     /// A share, a match, a confidence or a probability.
+<<<<<<< main
     UnitInterval: "from 0 to 1", |value| (0.0..=1.0).contains(&value)
+=======
+    Unit(f64): "from 0 to 1", |value| (0.0..=1.0).contains(&value)
+>>>>>>> less-rest
 );
 ranged!(
     /// A number that is zero or positive.
-    NotNegative: "finite and not negative", |value| value >= 0.0 && value.is_finite()
+    NotNegative(f64): "finite and not negative", |value| value >= 0.0 && value.is_finite()
 );
 ranged!(
     /// A number above zero.
-    Positive: "finite and above 0", |value| value > 0.0 && value.is_finite()
+    Positive(f64): "finite and above 0", |value| value > 0.0 && value.is_finite()
 );
 ranged!(
     /// Any finite number.
-    Finite: "finite", |value| value.is_finite()
+    Finite(f64): "finite", |value| value.is_finite()
 );
 
 ranged!(
     /// A coordinate in metres.
-    Coordinate: "from -100 to 100 m", |value| (-100.0..=100.0).contains(&value)
+    Coordinate(f64): "from -100 to 100 m", |value| (-100.0..=100.0).contains(&value)
 );
 ranged!(
     /// A time in seconds, at most a day.
-    Seconds: "from 0 to 86400 s", |value| (0.0..=86_400.0).contains(&value)
+    Seconds(f64): "from 0 to 86400 s", |value| (0.0..=86_400.0).contains(&value)
 );
 
 impl Seconds {
@@ -92,19 +109,10 @@ impl Hertz {
     }
 }
 
-/// A time in milliseconds, above zero and at most a day.
-#[derive(Clone, Copy, Debug, PartialEq, PartialOrd, Deserialize)]
-#[serde(try_from = "f64")]
-pub struct Milliseconds(f64);
-
-impl TryFrom<f64> for Milliseconds {
-    type Error = OutOfRange;
-
-    fn try_from(value: f64) -> Result<Self, OutOfRange> {
-        let range = "above 0 and at most 86400000 ms";
-        if value > 0.0 && value <= 86_400_000.0 { Ok(Self(value)) } else { Err(OutOfRange { value, range }) }
-    }
-}
+ranged!(
+    /// A time in milliseconds, above zero and at most a day.
+    Milliseconds(f64): "above 0 and at most 86400000 ms", |value| value > 0.0 && value <= 86_400_000.0
+);
 
 impl Milliseconds {
     /// As a [`Duration`].

@@ -1,5 +1,5 @@
-//! Test support for several crates: a global allocator that counts, to prove that a step allocates nothing
-//! and to measure what is kept.
+//! Test support for several crates: what tests of whole robots share, and a global allocator that counts, to prove
+//! that a step allocates nothing and to measure what is kept.
 //!
 //! A test that uses this crate gets its allocator. It forwards every call to the system's allocator and
 //! counts per thread, so that parallel tests do not affect each other.
@@ -14,6 +14,7 @@
 
 #![expect(unsafe_code, reason = "an allocator that counts is a `GlobalAlloc`, whose methods are unsafe")]
 
+pub mod robot;
 mod sizes;
 
 use std::alloc::{GlobalAlloc, Layout, System};

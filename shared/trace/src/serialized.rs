@@ -24,8 +24,8 @@ const MAX_OBSERVATIONS: usize = 1 << 16;
 #[derive(Deserialize, Serialize)]
 #[serde(deny_unknown_fields)]
 struct SerializedObservation {
-    #[serde(default)]
-    kind: Kind,
+    #[serde(default = "object", with = "Kind")]
+    kind: ObservationKind,
     #[serde(default, skip_serializing_if = "Option::is_none")]
     partner: Option<u16>,
     position_m: Reals<3>,
@@ -43,25 +43,23 @@ struct SerializedObservation {
     confidence: Real,
     #[serde(default, skip_serializing_if = "Option::is_none")]
     held_by: Option<u16>,
-    #[serde(default)]
-    modality: Sense,
+    #[serde(default = "vision", with = "Sense")]
+    modality: Modality,
     #[serde(default, skip_serializing_if = "Option::is_none")]
     observed_at_ns: Option<u64>,
 }
 
-#[derive(Clone, Copy, Default, Deserialize, Serialize)]
-#[serde(rename_all = "snake_case")]
+#[derive(Deserialize, Serialize)]
+#[serde(remote = "ObservationKind", rename_all = "snake_case")]
 enum Kind {
-    #[default]
     Object,
     Person,
     Occluder,
 }
 
-#[derive(Clone, Copy, Default, Deserialize, Serialize)]
-#[serde(rename_all = "snake_case")]
+#[derive(Deserialize, Serialize)]
+#[serde(remote = "Modality", rename_all = "snake_case")]
 enum Sense {
-    #[default]
     Vision,
     Hearing,
     Touch,
@@ -115,6 +113,14 @@ fn bounded<'de, D: Deserializer<'de>>(from: D) -> Result<Vec<SerializedObservati
     from.deserialize_seq(Bounded)
 }
 
+const fn object() -> ObservationKind {
+    ObservationKind::Object
+}
+
+const fn vision() -> Modality {
+    Modality::Vision
+}
+
 fn upright() -> Reals<4> {
     Reals([0.0, 0.0, 0.0, 1.0])
 }
@@ -154,27 +160,17 @@ impl From<&Frame> for SerializedFrame {
 
 impl SerializedObservation {
     fn read(self, source: u16, at_ns: u64) -> Result<Observation, &'static str> {
-        let kind = match self.kind {
-            Kind::Object => ObservationKind::Object,
-            Kind::Person if self.partner.is_none() => {
-                return Err(
-                    "a person needs `partner`: 1, 2, …, or 0 for the robot itself; the same number in every frame",
-                );
-            }
-            Kind::Person => ObservationKind::Person,
-            Kind::Occluder => ObservationKind::Occluder,
-        };
+        if self.kind == ObservationKind::Person && self.partner.is_none() {
+            return Err(
+                "a person needs `partner`: 1, 2, …, or 0 for the robot itself; the same number in every frame",
+            );
+        }
         if self.partner == Some(NOBODY) {
             return Err("a partner's number is from 1 to 65534 (0 is the robot's own head)");
         }
-        let modality = match self.modality {
-            Sense::Vision => Modality::Vision,
-            Sense::Hearing => Modality::Hearing,
-            Sense::Touch => Modality::Touch,
-        };
         let mut observation = Observation {
-            modality: modality.raw(),
-            kind: kind.raw(),
+            modality: self.modality.raw(),
+            kind: self.kind.raw(),
             partner: self.partner.unwrap_or(NOBODY),
             held_by: self.held_by.unwrap_or(NOBODY),
             confidence: self.confidence.0,
@@ -202,11 +198,7 @@ impl SerializedObservation {
             degree.filter(|degree| !degree.is_nan()).map(Real)
         };
         Self {
-            kind: match observation.kind() {
-                Some(ObservationKind::Object) | None => Kind::Object,
-                Some(ObservationKind::Person) => Kind::Person,
-                Some(ObservationKind::Occluder) => Kind::Occluder,
-            },
+            kind: observation.kind().unwrap_or(object()),
             partner: agent(observation.partner),
             position_m: Reals(observation.position_m),
             orientation_xyzw: Reals(observation.orientation_xyzw),
@@ -221,11 +213,7 @@ impl SerializedObservation {
             },
             confidence: Real(observation.confidence),
             held_by: agent(observation.held_by),
-            modality: match observation.modality() {
-                Some(Modality::Vision) | None => Sense::Vision,
-                Some(Modality::Hearing) => Sense::Hearing,
-                Some(Modality::Touch) => Sense::Touch,
-            },
+            modality: observation.modality().unwrap_or(vision()),
             observed_at_ns: (observation.observed_at_ns != at_ns).then_some(observation.observed_at_ns),
         }
     }

@@ -8,6 +8,7 @@ use iceoryx2::port::notifier::Notifier;
 use iceoryx2::port::publisher::Publisher;
 use iceoryx2::port::subscriber::Subscriber;
 use iceoryx2::service::ipc::Service;
+use iceoryx2::service::port_factory::{event, publish_subscribe};
 
 use crate::service::service_name;
 use crate::{Node, PortError, ReceiveError, SendError};
@@ -31,27 +32,12 @@ impl BarePublisher {
     ///
     /// Shared memory is exhausted, or the topic was opened with other settings.
     pub fn open(node: &Node, name: &str, size: usize) -> Result<Self, PortError> {
-        let failed = |reason: &dyn fmt::Debug| PortError::new(name, "writing", reason);
-        let service = node
-            .raw()
-            .service_builder(&service_name(name, "writing")?)
-            .publish_subscribe::<[u8]>()
-            .open_or_create()
-            .map_err(|error| failed(&error))?;
-        let publisher = service
-            .publisher_builder()
-            .initial_max_slice_len(size)
-            .create()
-            .map_err(|error| failed(&error))?;
-        let notifications = node
-            .raw()
-            .service_builder(&service_name(name, "writing")?)
-            .event()
-            .open_or_create()
-            .map_err(|error| failed(&error))?
-            .notifier_builder()
-            .create()
-            .map_err(|error| failed(&error))?;
+        let purpose = "writing";
+        let (bytes, notifications) = services(node, name, purpose)?;
+        let publisher = bytes.publisher_builder().initial_max_slice_len(size).create();
+        let publisher = publisher.map_err(|error| PortError::new(name, purpose, error))?;
+        let notifications = notifications.notifier_builder().create();
+        let notifications = notifications.map_err(|error| PortError::new(name, purpose, error))?;
         Ok(Self { publisher, notifications })
     }
 
@@ -79,25 +65,12 @@ impl BareSubscriber {
     ///
     /// Shared memory is exhausted, or the topic was opened with other settings.
     pub fn open(node: &Node, name: &str) -> Result<Self, PortError> {
-        let failed = |reason: &dyn fmt::Debug| PortError::new(name, "reading", reason);
-        let subscriber = node
-            .raw()
-            .service_builder(&service_name(name, "reading")?)
-            .publish_subscribe::<[u8]>()
-            .open_or_create()
-            .map_err(|error| failed(&error))?
-            .subscriber_builder()
-            .create()
-            .map_err(|error| failed(&error))?;
-        let notifications = node
-            .raw()
-            .service_builder(&service_name(name, "reading")?)
-            .event()
-            .open_or_create()
-            .map_err(|error| failed(&error))?
-            .listener_builder()
-            .create()
-            .map_err(|error| failed(&error))?;
+        let purpose = "reading";
+        let (bytes, notifications) = services(node, name, purpose)?;
+        let subscriber = bytes.subscriber_builder().create();
+        let subscriber = subscriber.map_err(|error| PortError::new(name, purpose, error))?;
+        let notifications = notifications.listener_builder().create();
+        let notifications = notifications.map_err(|error| PortError::new(name, purpose, error))?;
         Ok(Self { subscriber, notifications })
     }
 
@@ -116,4 +89,18 @@ impl BareSubscriber {
         let sample = self.subscriber.receive().map_err(|error| failed(&error))?;
         Ok(sample.map(|sample| sample.payload().iter().map(|&byte| u64::from(byte)).sum()))
     }
+}
+
+/// Opens the bytes and the notifications of an exchange.
+fn services(
+    node: &Node,
+    name: &str,
+    purpose: &'static str,
+) -> Result<(publish_subscribe::PortFactory<Service, [u8], ()>, event::PortFactory<Service>), PortError> {
+    let service = service_name(name, purpose)?;
+    let builder = || node.raw().service_builder(&service);
+    let bytes = builder().publish_subscribe::<[u8]>().open_or_create();
+    let bytes = bytes.map_err(|error| PortError::new(name, purpose, error))?;
+    let notifications = builder().event().open_or_create();
+    Ok((bytes, notifications.map_err(|error| PortError::new(name, purpose, error))?))
 }

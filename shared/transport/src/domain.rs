@@ -6,11 +6,11 @@ use folder::{Folder, FolderError};
 
 use crate::segment::Segment;
 
-/// Parent directory of all domains. It is in memory, because creating ports is 20 to 70 times faster there than on
+/// Parent directory of all domains, and the directory of the shared memory files. It is in memory, because creating ports is 20 to 70 times faster there than on
 /// disk.
-const PARENT: &str = "/dev/shm";
+pub(crate) const PARENT: &str = "/dev/shm";
 /// Prefix of the names of all domains.
-const NAME: &str = "leo-";
+pub(crate) const NAME: &str = "leo-";
 /// Maximum length of a root path in bytes. iceoryx2 creates Unix sockets below the root, whose paths are limited to
 /// 108 bytes.
 const MAX_ROOT_BYTES: usize = 60;

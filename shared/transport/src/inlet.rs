@@ -46,12 +46,6 @@ impl<T: Topic> Frame<T> {
     }
 }
 
-impl<T: Topic> fmt::Debug for Frame<T> {
-    fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(out, "Frame({:?}, {} entries)", self.head(), self.entries().len())
-    }
-}
-
 impl<T: Topic> FrameSubscriber<T> {
     pub(crate) fn open(
         node: &Node,
@@ -59,7 +53,7 @@ impl<T: Topic> FrameSubscriber<T> {
         owner: Option<Process>,
         is_woken: bool,
     ) -> Result<Self, PortError> {
-        let (queues, writers) = (node.queues(), node.writers(owner));
+        let (queues, writers) = (node.queues, node.writers(owner));
         let (topic, purpose) = (topic_name::<T>(number), "reading");
         let failed = |reason: &dyn fmt::Debug| PortError::new(&topic, purpose, reason);
         let service = frame_service::<T>(node.raw(), (&topic, number), queues, purpose)?;
@@ -156,11 +150,5 @@ impl<T: Topic> FrameSubscriber<T> {
 
     fn failed(&self, reason: &dyn fmt::Debug) -> ReceiveError {
         ReceiveError { topic: self.topic.clone(), reason: format!("{reason:?}") }
-    }
-}
-
-impl<T: Topic> fmt::Debug for FrameSubscriber<T> {
-    fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(out, "Inlet({}, {:?})", self.topic, self.last)
     }
 }

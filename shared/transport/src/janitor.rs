@@ -25,11 +25,10 @@ use std::path::{Path, PathBuf};
 use clock::{Duration, Instant};
 
 use crate::Domain;
+use crate::domain::PARENT;
 pub use claim::{Claim, ClaimError, claim, is_claimed};
 pub use wipe::sweep_stale;
 
-/// Directory of the shared memory files.
-const SHARED_MEMORY: &str = "/dev/shm";
 /// Subdirectory of a domain with the nodes' monitors, and one directory per node.
 const NODES: &str = "nodes";
 /// Subdirectory of a domain with the descriptions of its services.
@@ -129,7 +128,7 @@ fn unfinished(domain: &Domain) -> Vec<(PathBuf, u64, Repair)> {
         }
     };
     let prefix = domain.prefix();
-    judge(Path::new(SHARED_MEMORY), &|name, size, mode| {
+    judge(Path::new(PARENT), &|name, size, mode| {
         name.starts_with(&prefix).then(|| shared_memory(size, mode))?
     });
     judge(&domain.root().join(SERVICES), &|name, _size, mode| service(name, mode));

@@ -20,8 +20,8 @@ use crate::{
 #[derive(Debug)]
 pub struct Node {
     node: RawNode<Service>,
-    queues: Queues,
-    incarnation: u64,
+    pub(crate) queues: Queues,
+    pub(crate) incarnation: u64,
     /// The supervisor's roster, if it decides who may publish.
     listed: Option<Rc<RosterFilter>>,
 }
@@ -79,14 +79,14 @@ impl Node {
     #[must_use]
     pub fn is_on_roster(&self, process: Process) -> bool {
         let (pid, made_at_ns) = identity(self.node.id().value());
-        let roster = self.listed.as_ref().map(|listed| listed.roster());
+        let roster = self.listed.as_ref().map(|listed| listed.roster.read());
         roster.is_some_and(|roster| roster.life(process).is_some_and(|life| life.made(pid, made_at_ns)))
     }
 
     /// Frames that the subscribers of this node refused because their publisher is not on the supervisor's roster.
     #[must_use]
     pub fn unlisted(&self) -> RefusedFrames {
-        self.listed.as_ref().map(|listed| listed.unlisted()).unwrap_or_default()
+        self.listed.as_ref().map(|listed| listed.unlisted.get()).unwrap_or_default()
     }
 
     /// The process id of this process as the middleware sees it, which the roster uses.
@@ -174,14 +174,6 @@ impl Node {
 
     pub(crate) fn raw(&self) -> &RawNode<Service> {
         &self.node
-    }
-
-    pub(crate) fn queues(&self) -> Queues {
-        self.queues
-    }
-
-    pub(crate) fn incarnation(&self) -> u64 {
-        self.incarnation
     }
 
     /// Whether the publishers that subscribers accept are those on the supervisor's roster.

@@ -38,7 +38,7 @@ pub struct FramePublisher<T: Topic> {
 
 impl<T: Topic> FramePublisher<T> {
     pub(crate) fn open(node: &Node, number: Option<u32>, capacity: usize) -> Result<Self, PortError> {
-        let queues = node.queues();
+        let queues = node.queues;
         let (topic, purpose) = (topic_name::<T>(number), "writing");
         let failed = |reason: &dyn fmt::Debug| PortError::new(&topic, purpose, reason);
         let service = frame_service::<T>(node.raw(), (&topic, number), queues, purpose)?;
@@ -83,7 +83,7 @@ impl<T: Topic> FramePublisher<T> {
             topic,
             capacity,
             overflow_policy,
-            incarnation: node.incarnation(),
+            incarnation: node.incarnation,
             sequence: 0,
             undelivered: 0,
             known: Vec::with_capacity(MAX_SUBSCRIBERS),
@@ -201,10 +201,4 @@ fn publishers<T: Topic>(service: &Frames<T>) -> Vec<u32> {
         CallbackProgression::Continue
     });
     pids
-}
-
-impl<T: Topic> fmt::Debug for FramePublisher<T> {
-    fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(out, "Outlet({}, {} sent)", self.topic, self.sequence)
-    }
 }

@@ -19,10 +19,9 @@ use iceoryx2::prelude::{FileName, FilePath, SemanticString as _, SignalHandlingM
 use iceoryx2::service::ipc::Service;
 use rustix::process::geteuid;
 
+use crate::domain::PARENT;
 use crate::{Domain, DomainError};
 
-/// Directory of the shared memory files.
-const SHARED_MEMORY: &str = "/dev/shm";
 /// Suffix of the segment's name, after the middleware's version.
 const SUFFIX: &str = ".global_mgmt";
 /// The first bytes are the middleware's version, which never changes. The counter after them does.
@@ -103,7 +102,7 @@ impl Segment {
         let (Some(name), Some(bytes)) = (name, bytes.filter(|bytes| bytes.len() > VERSION_BYTES)) else {
             return Err("the middleware made no management segment".to_owned());
         };
-        let path = Path::new(SHARED_MEMORY).join(format!("{}{name}", domain.prefix()));
+        let path = Path::new(PARENT).join(format!("{}{name}", domain.prefix()));
         Ok(Self { path, bytes })
     }
 
@@ -205,7 +204,7 @@ fn refuse_foreign(domain: &Domain) -> Result<(), DomainError> {
 }
 
 fn files(prefix: &str) -> impl Iterator<Item = PathBuf> {
-    let entries = fs::read_dir(SHARED_MEMORY).into_iter().flatten().flatten();
+    let entries = fs::read_dir(PARENT).into_iter().flatten().flatten();
     entries.map(|entry| entry.path()).filter(move |path| starts_with(path, prefix))
 }
 

@@ -5,7 +5,7 @@ use std::fmt;
 use std::rc::Rc;
 
 use iceoryx2::unique_id_generator::unique_system_id::UniqueSystemId;
-use message::{Process, Roster};
+use message::Process;
 
 use crate::RosterReader;
 
@@ -23,21 +23,13 @@ pub struct RefusedFrames {
 
 /// The supervisor's roster, and the count of refused frames.
 pub(crate) struct RosterFilter {
-    roster: RosterReader,
-    unlisted: Cell<RefusedFrames>,
+    pub(crate) roster: RosterReader,
+    pub(crate) unlisted: Cell<RefusedFrames>,
 }
 
 impl RosterFilter {
     pub(crate) fn new(roster: RosterReader) -> Rc<Self> {
         Rc::new(Self { roster, unlisted: Cell::default() })
-    }
-
-    pub(crate) fn roster(&self) -> Roster {
-        self.roster.read()
-    }
-
-    pub(crate) fn unlisted(&self) -> RefusedFrames {
-        self.unlisted.get()
     }
 }
 
@@ -81,7 +73,8 @@ impl PublisherFilter {
             return true;
         };
         let (pid, made_at_ns) = identity(publisher);
-        let may_publish = self.owner.is_none_or(|owner| listed.roster().may_publish(owner, pid, made_at_ns));
+        let may_publish =
+            self.owner.is_none_or(|owner| listed.roster.read().may_publish(owner, pid, made_at_ns));
         if may_publish {
             self.accepted = publisher;
             if self.owner.is_none() && self.is_new(pid) {

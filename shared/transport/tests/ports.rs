@@ -291,7 +291,7 @@ fn a_writer_is_notified_once_of_every_new_reader() {
 fn a_topic_has_one_writer() {
     let node = node(OverflowPolicy::DropOldest);
     let _first = node.publisher::<Events>(Some(5), 1).expect("a free writer");
-    let refused = node.publisher::<Events>(Some(5), 1).expect_err("one writer each");
+    let refused = node.publisher::<Events>(Some(5), 1).err().expect("one writer each");
     assert!(refused.to_string().contains("events/5"), "{refused}");
 }
 

@@ -114,10 +114,8 @@ impl BeliefRenderer {
             }),
         );
         let frame = head.frame().map(|frame| self.x_world_base * frame);
-        let prefix = format!("belief/{number}/");
-        let mut stay = BTreeSet::new();
         let mut all = Vec::with_capacity(beliefs.len());
-        for belief in beliefs {
+        let cells = beliefs.iter().map(|belief| {
             let seen = self.seen(head, frame.as_ref(), belief);
             let counterpart = robots.and_then(|robots| counterpart(&seen, robots, differing));
             let orientation = self.orientation(frame.as_ref(), belief);
@@ -133,31 +131,27 @@ impl BeliefRenderer {
                 .iter()
                 .map(|(name, degree)| (name.as_str(), rounded(*degree, DEGREE_PARTS)))
                 .collect();
-            let key = format!("{prefix}{}", belief.id);
-            state_store.put(
-                &key,
-                &json!({
-                    "words": seen.words,
-                    "p": shown_m.map(numbers),
-                    "q": orientation.map(|q| q.map(|part| rounded(part, 50.0))),
-                    "half": extents.map(|half_m| half_m.map(|part| rounded(part, EXTENT_PARTS))),
-                    "rgb": seen.colour_rgb,
-                    "shape": seen.shape,
-                    "colour": symbol(self.colour.as_ref().map(|(percept, _)| *percept)),
-                    "form": symbol(self.shape.as_ref().map(|(percept, _)| *percept)),
-                    "states": states,
-                    "confidence": self.confidence(belief).and_then(|degree| rounded(degree, 10.0)),
-                    "held": agent(belief.held_by),
-                    "owner": agent(belief.owner),
-                    "unseen_s": unseen_ns / 1_000_000_000,
-                    "seen": seen.is_seen,
-                    "twin": counterpart,
-                }),
-            );
-            stay.insert(key);
+            let cell = json!({
+                "words": seen.words,
+                "p": shown_m.map(numbers),
+                "q": orientation.map(|q| q.map(|part| rounded(part, 50.0))),
+                "half": extents.map(|half_m| half_m.map(|part| rounded(part, EXTENT_PARTS))),
+                "rgb": seen.colour_rgb,
+                "shape": seen.shape,
+                "colour": symbol(self.colour.as_ref().map(|(percept, _)| *percept)),
+                "form": symbol(self.shape.as_ref().map(|(percept, _)| *percept)),
+                "states": states,
+                "confidence": self.confidence(belief).and_then(|degree| rounded(degree, 10.0)),
+                "held": agent(belief.held_by),
+                "owner": agent(belief.owner),
+                "unseen_s": unseen_ns / 1_000_000_000,
+                "seen": seen.is_seen,
+                "twin": counterpart,
+            });
             all.push(seen);
-        }
-        state_store.keep_only(&prefix, &stay);
+            (belief.id.to_string(), cell)
+        });
+        state_store.put_all(&format!("belief/{number}/"), cells);
         let ids: BTreeSet<u64> = all.iter().map(|seen| seen.id).collect();
         self.shown_m.retain(|(perspective, id), _| *perspective != number || ids.contains(id));
         all
@@ -182,12 +176,10 @@ impl BeliefRenderer {
         robots: &[Belief],
         his: &[Belief],
     ) {
-        let prefix = format!("divide/{perspective}/");
-        let mut stay = BTreeSet::new();
-        for difference in differing {
+        let cells = differing.iter().filter_map(|difference| {
             let one = difference.one().and_then(|id| robots.iter().find(|belief| belief.id == id));
             let other = difference.other().and_then(|id| his.iter().find(|belief| belief.id == id));
-            let Some(named) = one.or(other) else { continue };
+            let named = one.or(other)?;
             let thing = self.words.thing(named);
             let aspects: Vec<_> = difference
                 .aspects()
@@ -207,15 +199,13 @@ impl BeliefRenderer {
             };
             let words = self.words.divergence(name, &thing, difference);
             let id = |belief: Option<&Belief>| belief.map_or(0, |belief| belief.id);
-            let key = format!("{prefix}{}-{}", id(one), id(other));
+            let name = format!("{}-{}", id(one), id(other));
             let (robot, other) = (difference.one(), difference.other());
-            state_store.put(
-                &key,
-                &json!({ "words": words, "kind": kind, "robot": robot, "other": other, "aspects": aspects }),
-            );
-            stay.insert(key);
-        }
-        state_store.keep_only(&prefix, &stay);
+            let cell =
+                json!({ "words": words, "kind": kind, "robot": robot, "other": other, "aspects": aspects });
+            Some((name, cell))
+        });
+        state_store.put_all(&format!("divide/{perspective}/"), cells);
     }
 
     fn seen(&self, head: &BeliefHead, frame: Option<&Pose<World, Person>>, belief: &Belief) -> Seen {
@@ -251,20 +241,6 @@ impl BeliefRenderer {
     /// Confidence of the belief's position.
     fn confidence(&self, belief: &Belief) -> Option<f64> {
         Some(f64::from(belief.percept(self.words.position?)?.confidence))
-    }
-}
-
-/// A red square of a test at `x` metres.
-#[cfg(test)]
-pub(crate) fn seen(id: u64, x: f64, filled: f64, is_seen: bool) -> Seen {
-    Seen {
-        id,
-        words: "red square".to_owned(),
-        position_m: Some([x, 0.5, 0.03]),
-        colour_rgb: None,
-        shape: None,
-        states: BTreeMap::from([("filled".to_owned(), filled)]),
-        is_seen,
     }
 }
 

@@ -1,7 +1,7 @@
 //! Time lines of what each perspective believed of each object: Fig. 4 of Berlin, Gray, Thomaz and
 //! Breazeal (2006), for every object that the robot has a belief about.
 
-use std::collections::{BTreeMap, BTreeSet, VecDeque};
+use std::collections::{BTreeMap, VecDeque};
 
 use serde_json::{Value, json};
 
@@ -71,21 +71,14 @@ impl TimeLines {
     /// Publishes the time lines of the objects that the robot still has beliefs about.
     pub(crate) fn show(&mut self, state_store: &mut StateStore, robots: &[Seen]) {
         self.things.retain(|id, _| robots.iter().any(|robot| robot.id == *id));
-        let mut stay = BTreeSet::new();
-        for (id, history) in &self.things {
-            let key = format!("history/{id}");
-            let tracks: Vec<Value> = history
-                .tracks
-                .iter()
-                .map(|(perspective, points)| {
-                    let points: Vec<Value> = points.iter().map(Point::json).collect();
-                    json!({ "perspective": perspective, "points": points })
-                })
-                .collect();
-            state_store.put(&key, &json!({ "words": history.words, "tracks": tracks }));
-            stay.insert(key);
-        }
-        state_store.keep_only("history/", &stay);
+        let lines = self.things.iter().map(|(id, history)| {
+            let tracks = history.tracks.iter().map(|(perspective, points)| {
+                let points: Value = points.iter().map(Point::json).collect();
+                json!({ "perspective": perspective, "points": points })
+            });
+            (id.to_string(), json!({ "words": history.words, "tracks": tracks.collect::<Value>() }))
+        });
+        state_store.put_all("history/", lines);
     }
 }
 
@@ -111,7 +104,7 @@ impl Point {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::cells::seen;
+    use crate::endurance_tests::seen;
 
     /// The instants of the points of a track.
     fn instants(state_store: &StateStore, perspective: usize) -> Vec<f64> {

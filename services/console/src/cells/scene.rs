@@ -1,5 +1,3 @@
-use std::collections::BTreeSet;
-
 use message::{NOBODY, ObservationKind, SceneObject, State, ThingRole};
 use serde_json::json;
 
@@ -20,9 +18,7 @@ pub(crate) fn scene(
     objects: &[SceneObject],
     mut belief_in: impl FnMut(&Thing) -> Option<u64>,
 ) {
-    let mut stay = BTreeSet::new();
-    for (number, object) in objects.iter().enumerate() {
-        let key = format!("thing/{number}");
+    let things = objects.iter().enumerate().map(|(number, object)| {
         let kind = ObservationKind::from_raw(object.kind);
         let thing = Thing {
             position_m: object.position_m,
@@ -34,37 +30,25 @@ pub(crate) fn scene(
             |state: State| object.states.get(usize::from(state.raw())).copied().filter(|d| !d.is_nan());
         let holds = |degree: Option<f32>| degree.map(|degree| degree > 0.5);
         let agent = |agent: u16| (agent != NOBODY).then_some(agent);
-        state_store.put(
-            &key,
-            &json!({
-                "name": object.name.as_str(),
-                "kind": match kind {
-                    Some(ObservationKind::Object) => "object",
-                    Some(ObservationKind::Person) => "person",
-                    Some(ObservationKind::Occluder) => "occluder",
-                    None => "unknown",
-                },
-                "role": object.role().map(|role| match role {
-                    ThingRole::Block => "block",
-                    ThingRole::Peg => "peg",
-                    ThingRole::Marker => "marker",
-                }),
-                "p": numbers(object.position_m),
-                "q": numbers(object.orientation_xyzw),
-                "half": numbers(object.half_extents_m),
-                "rgb": numbers(thing.colour_rgb),
-                "shape": numbers(thing.shape),
-                "hole": state(State::Filled).is_some(),
-                "markable": state(State::Marked).is_some(),
-                "filled": holds(state(State::Filled)),
-                "marked": holds(state(State::Marked)),
-                "inserted": holds(state(State::Inserted)),
-                "held": agent(object.held_by),
-                "agent": agent(object.partner),
-                "belief": if is_object { belief_in(&thing) } else { None },
-            }),
-        );
-        stay.insert(key);
-    }
-    state_store.keep_only("thing/", &stay);
+        let thing = json!({
+            "name": object.name.as_str(),
+            "kind": kind.map_or("unknown", ObservationKind::name),
+            "role": object.role().map(ThingRole::name),
+            "p": numbers(object.position_m),
+            "q": numbers(object.orientation_xyzw),
+            "half": numbers(object.half_extents_m),
+            "rgb": numbers(thing.colour_rgb),
+            "shape": numbers(thing.shape),
+            "hole": state(State::Filled).is_some(),
+            "markable": state(State::Marked).is_some(),
+            "filled": holds(state(State::Filled)),
+            "marked": holds(state(State::Marked)),
+            "inserted": holds(state(State::Inserted)),
+            "held": agent(object.held_by),
+            "agent": agent(object.partner),
+            "belief": if is_object { belief_in(&thing) } else { None },
+        });
+        (number.to_string(), thing)
+    });
+    state_store.put_all("thing/", things);
 }

@@ -6,11 +6,10 @@ use clock::{Duration, Instant};
 use message::{Joints, Process, Roster};
 use process::arming::{self, ArmOrder};
 use process::{ProcessNode, emergency};
-use tokio::sync::mpsc::Sender;
 use transport::{CurrentBoard, Domain};
 
 use crate::cells;
-use crate::io::hand::reply;
+use crate::io::hand::Requester;
 use crate::state_store::StateStore;
 
 /// Interval between two reads of the joints' health board.
@@ -25,13 +24,7 @@ pub(crate) struct Arming {
     roster: CurrentBoard<Roster>,
     board: CurrentBoard<Joints>,
     read_at: Option<Instant>,
-    waiting: Vec<Waiting>,
-}
-
-struct Waiting {
-    since: Instant,
-    answer: Sender<String>,
-    id: Option<u64>,
+    waiting: Vec<(Instant, Requester)>,
 }
 
 impl Arming {
@@ -68,42 +61,36 @@ impl Arming {
     }
 
     /// Orders arming on behalf of a page. The page gets its answer once the motor process has taken the order.
-    pub(crate) fn ask(
-        &mut self,
-        now: Instant,
-        acknowledged_locks: Option<u64>,
-        answer: Sender<String>,
-        id: Option<u64>,
-    ) {
+    pub(crate) fn ask(&mut self, now: Instant, acknowledged_locks: Option<u64>, requester: Requester) {
         if emergency::is_raised(&self.domain) {
             let why = "the emergency stop is raised, and no joint was armed: release it with \
                        `leo emergency-stop --release`";
-            return reply(&answer, id, Err(why));
+            return requester.answer(Err(why));
         }
         match arming::order(&self.domain, ArmOrder { acknowledged_locks }) {
-            Ok(()) => self.waiting.push(Waiting { since: now, answer, id }),
-            Err(error) => reply(&answer, id, Err(&format!("no joint was armed: {error}"))),
+            Ok(()) => self.waiting.push((now, requester)),
+            Err(error) => requester.answer(Err(&format!("no joint was armed: {error}"))),
         }
     }
 
     /// Answers the pages whose order was taken. Withdraws an order that timed out: otherwise a motor process that
     /// starts later would obey it.
     pub(crate) fn step(&mut self, now: Instant) {
-        let Some(oldest) = self.waiting.first() else { return };
+        let Some((oldest, _)) = self.waiting.first() else { return };
         let is_taken = !Domain::arm_order(&self.domain).exists();
-        if !is_taken && now.since(oldest.since) < ORDER_TIMEOUT {
+        if !is_taken && now.since(*oldest) < ORDER_TIMEOUT {
             return;
         }
         let withdrawn = if is_taken { Ok(None) } else { arming::take(&self.domain) };
-        for Waiting { answer, id, .. } in self.waiting.drain(..) {
+        for (_, requester) in self.waiting.drain(..) {
             match &withdrawn {
-                Ok(None) => reply(&answer, id, Ok(None)),
+                Ok(None) => requester.answer(Ok(None)),
                 Ok(Some(_)) => {
                     let why = "the motor process has not taken the order, and no joint was armed: is it being restarted?";
-                    reply(&answer, id, Err(why));
+                    requester.answer(Err(why));
                 }
                 Err(error) => {
-                    reply(&answer, id, Err(&format!("the order cannot be withdrawn: {error}")));
+                    requester.answer(Err(&format!("the order cannot be withdrawn: {error}")));
                 }
             }
         }
@@ -126,7 +113,7 @@ mod tests {
         let mut desk = Arming::new(folder.path(), &[]);
         let (answer, mut answers) = channel(4);
         let start = Instant::from_nanos(1_000_000_000);
-        desk.ask(start, Some(7), answer, Some(3));
+        desk.ask(start, Some(7), Requester { page: answer, id: Some(3) });
         desk.step(start + Duration::from_millis(10));
         assert_eq!(answered(&mut answers), None, "the order still stands");
         let order = arming::take(folder.path()).unwrap();
@@ -141,7 +128,7 @@ mod tests {
         let mut desk = Arming::new(folder.path(), &[]);
         let (answer, mut answers) = channel(4);
         let start = Instant::from_nanos(1_000_000_000);
-        desk.ask(start, None, answer, Some(3));
+        desk.ask(start, None, Requester { page: answer, id: Some(3) });
         desk.step(start + ORDER_TIMEOUT);
         let told = answered(&mut answers).unwrap();
         insta::assert_snapshot!(told["error"].as_str().unwrap());
@@ -154,7 +141,7 @@ mod tests {
         emergency::raise(folder.path(), "a test").unwrap();
         let mut desk = Arming::new(folder.path(), &[]);
         let (answer, mut answers) = channel(4);
-        desk.ask(Instant::from_nanos(1), Some(0), answer, Some(3));
+        desk.ask(Instant::from_nanos(1), Some(0), Requester { page: answer, id: Some(3) });
         let told = answered(&mut answers).unwrap();
         assert!(told["error"].as_str().unwrap().contains("leo emergency-stop --release"), "{told}");
         assert_eq!(arming::take(folder.path()).unwrap(), None);

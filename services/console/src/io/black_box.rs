@@ -15,10 +15,9 @@ use folder::Output;
 use message::{Process, Roster};
 use process::{Launch, black_box, emergency};
 use recording::{Recorder, RingSnapshot, Subject, Time, robot_pose};
-use tokio::sync::mpsc::Sender;
 use transport::{CurrentBoard, Domain, Node};
 
-use crate::io::hand::reply;
+use crate::io::hand;
 use crate::io::tape::PROGRAM;
 use failures::{FailureDetector, FailureEvent};
 use files::{FINISHED, Files, REQUESTED, UNFINISHED};
@@ -41,8 +40,8 @@ const MAX_REQUESTERS: usize = 256;
 /// The requester of a dump.
 #[derive(Debug)]
 pub(crate) enum Requester {
-    /// A page, with the page's request number.
-    Page(Sender<String>, Option<u64>),
+    /// A page.
+    Page(hand::Requester),
     /// Another program, with the request word that it gave.
     Program(String),
 }
@@ -107,14 +106,11 @@ impl BlackBox {
     /// Requests a dump. Refuses a page if [`MAX_REQUESTERS`] requesters already wait for a slow disk.
     pub(crate) fn ask(&mut self, requester: Requester) {
         match &requester {
-            Requester::Page(answer, id) if self.waiting.requesters.len() >= MAX_REQUESTERS => {
-                reply(
-                    answer,
-                    *id,
-                    Err("the disk is slow, and many requests wait for this file: try again later"),
-                );
+            Requester::Page(page) if self.waiting.requesters.len() >= MAX_REQUESTERS => {
+                let why = "the disk is slow, and many requests wait for this file: try again later";
+                page.answer(Err(why));
             }
-            Requester::Page(..) | Requester::Program(_) => self.waiting.requesters.push(requester),
+            Requester::Page(_) | Requester::Program(_) => self.waiting.requesters.push(requester),
         }
     }
 
@@ -185,7 +181,7 @@ impl BlackBox {
         let result = outcome.as_ref().map(|written| written.file.as_str()).map_err(String::as_str);
         for requester in &writing.wanted.requesters {
             match requester {
-                Requester::Page(answer, id) => reply(answer, *id, result.map(|file| Some(("file", file)))),
+                Requester::Page(page) => page.answer(result.map(|file| Some(("file", file)))),
                 Requester::Program(word) => {
                     if let Err(error) = black_box::answer(&self.domain, word, result) {
                         tracing::warn!(%error, "cannot answer the request for the last minutes");
@@ -310,7 +306,10 @@ mod tests {
     #[test]
     fn an_aborted_writer_does_not_block_the_next_dump() {
         let (page, mut answers) = tokio::sync::mpsc::channel(1);
-        let wanted = Waiting { requesters: vec![Requester::Page(page, Some(7))], ..Waiting::default() };
+        let wanted = Waiting {
+            requesters: vec![Requester::Page(hand::Requester { page, id: Some(7) })],
+            ..Waiting::default()
+        };
         let (to, outcome) = bounded(1);
         let mut black_box = BlackBox {
             kept: Err("none is needed".to_owned()),

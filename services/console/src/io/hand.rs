@@ -3,7 +3,7 @@
 use clock::{Duration, Instant};
 use message::{ActAnswer, ActsAnswered, Header, TeacherAct, TeacherActKind, TeacherActs, Topic as _};
 use process::{Failure, ProcessNode};
-use serde_json::json;
+use serde_json::{Map, Value};
 use tokio::sync::mpsc::Sender;
 use transport::{FramePublisher, FrameSubscriber};
 
@@ -27,10 +27,9 @@ pub(crate) struct PendingActs {
 
 struct Waiting {
     serial: u64,
-    id: Option<u64>,
     kind: Option<TeacherActKind>,
     since: Instant,
-    answer: Sender<String>,
+    requester: Requester,
 }
 
 impl PendingActs {
@@ -63,17 +62,16 @@ impl PendingActs {
             };
             if !has_simulator {
                 let why = "there is no simulator here: on a robot, things are moved by hand";
-                reply(&asked.answer, asked.id, Err(why));
+                asked.requester.answer(Err(why));
                 continue;
             }
             self.serial += 1;
             let act = TeacherAct { serial: self.serial, hand: asked.page, ..**act };
             self.waiting.push(Waiting {
                 serial: self.serial,
-                id: asked.id,
                 kind: act.kind(),
                 since: now,
-                answer: asked.answer,
+                requester: asked.requester,
             });
             acts.push(act);
         }
@@ -101,11 +99,8 @@ impl PendingActs {
         self.waiting.retain(|waiting| {
             let waits = now.since(waiting.since) < ANSWER_TIMEOUT;
             if !waits {
-                reply(
-                    &waiting.answer,
-                    waiting.id,
-                    Err("the simulator does not answer: is it being restarted?"),
-                );
+                let why = "the simulator does not answer: is it being restarted?";
+                waiting.requester.answer(Err(why));
             }
             waits
         });
@@ -127,35 +122,36 @@ impl Waiting {
     fn tell(&self, answer: &ActAnswer) {
         let text = answer.text.as_str();
         if answer.refused != 0 {
-            reply(&self.answer, self.id, Err(text));
-            return;
+            return self.requester.answer(Err(text));
         }
         let extra = match self.kind {
             Some(TeacherActKind::Add) => Some(("thing", text)),
             Some(TeacherActKind::Save) => Some(("file", text)),
             _ => None,
         };
-        reply(&self.answer, self.id, Ok(extra));
+        self.requester.answer(Ok(extra));
     }
 }
 
-/// Answers a page. The answer is dropped if the page's queue is full.
-pub(crate) fn reply(to: &Sender<String>, id: Option<u64>, result: Result<Option<(&str, &str)>, &str>) {
-    let Some(id) = id else { return };
-    let mut answer = json!({ "answer": id });
-    let fields = answer.as_object_mut();
-    if let Some(fields) = fields {
-        match result {
-            Ok(extra) => {
-                fields.insert("ok".to_owned(), true.into());
-                if let Some((name, value)) = extra {
-                    fields.insert(name.to_owned(), value.into());
-                }
-            }
-            Err(why) => {
-                fields.insert("error".to_owned(), why.into());
-            }
-        }
+/// A page, with the number of its request.
+#[derive(Clone, Debug)]
+pub(crate) struct Requester {
+    pub(crate) page: Sender<String>,
+    /// `None` if the page is closed and no answer is needed.
+    pub(crate) id: Option<u64>,
+}
+
+impl Requester {
+    /// Answers the page. The answer is dropped if the page's queue is full.
+    pub(crate) fn answer(&self, result: Result<Option<(&str, &str)>, &str>) {
+        let Some(id) = self.id else { return };
+        let (outcome, extra) = match result {
+            Ok(extra) => (("ok", Value::from(true)), extra),
+            Err(why) => (("error", Value::from(why)), None),
+        };
+        let extra = extra.map(|(name, value)| (name, Value::from(value)));
+        let fields = [("answer", Value::from(id)), outcome].into_iter().chain(extra);
+        let answer: Map<String, Value> = fields.map(|(name, value)| (name.to_owned(), value)).collect();
+        let _unread = self.page.try_send(Value::from(answer).to_string());
     }
-    let _unread = to.try_send(answer.to_string());
 }

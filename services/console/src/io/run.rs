@@ -248,9 +248,9 @@ impl PageServices {
         let asked = std::iter::from_fn(|| web.pending_requests.try_recv().ok());
         for asked in self.pending_acts.forward(now, look.workspace.is_some(), asked)? {
             match asked.page_request {
-                PageRequest::Record(on) => self.tape.ask(on, asked.answer, asked.id),
-                PageRequest::Arm(locks) => self.arming.ask(now, locks, asked.answer, asked.id),
-                PageRequest::Keep => self.black_box.ask(Requester::Page(asked.answer, asked.id)),
+                PageRequest::Record(on) => self.tape.ask(on, asked.requester),
+                PageRequest::Arm(locks) => self.arming.ask(now, locks, asked.requester),
+                PageRequest::Keep => self.black_box.ask(Requester::Page(asked.requester)),
                 PageRequest::Act(_) => {}
             }
         }

@@ -15,10 +15,9 @@ use folder::{Folder, Output};
 use process::Launch;
 use recording::{Recorder, Subject, Time, robot_pose};
 use serde_json::json;
-use tokio::sync::mpsc::Sender;
 use transport::Domain;
 
-use crate::io::hand::reply;
+use crate::io::hand::Requester;
 use crate::state_store::StateStore;
 
 /// The program's name and version, as written into recordings.
@@ -88,21 +87,10 @@ struct RecordRequest {
     requester: Requester,
 }
 
-/// A page, with its request number.
-struct Requester {
-    answer: Sender<String>,
-    id: Option<u64>,
-}
-
-impl Requester {
-    fn tell(&self, result: Result<Option<&Path>, &str>) {
-        let file = result.map(|file| file.map(|file| file.display().to_string()));
-        reply(
-            &self.answer,
-            self.id,
-            file.as_ref().map(|file| file.as_deref().map(|file| ("file", file))).map_err(|why| *why),
-        );
-    }
+/// Answers with the path of a file, or why there is none.
+fn tell(requester: &Requester, result: Result<Option<&Path>, &str>) {
+    let file = result.map(|file| file.map(|file| file.display().to_string()));
+    requester.answer(file.as_ref().map(|file| Some(("file", file.as_deref()?))).map_err(|why| *why));
 }
 
 impl Tape {
@@ -124,10 +112,9 @@ impl Tape {
     }
 
     /// Queues a page's request to start or stop a recording.
-    pub(crate) fn ask(&mut self, on: bool, answer: Sender<String>, id: Option<u64>) {
-        let requester = Requester { answer, id };
+    pub(crate) fn ask(&mut self, on: bool, requester: Requester) {
         if self.waiting.len() >= MAX_WAITING {
-            requester.tell(Err("recordings wait for the disk: try again later"));
+            tell(&requester, Err("recordings wait for the disk: try again later"));
             return;
         }
         self.waiting.push_back(RecordRequest { on, requester });
@@ -153,11 +140,11 @@ impl Tape {
                 begun => {
                     match begun.unwrap_or_else(|_| Err(NO_RESULT.to_owned())) {
                         Ok(running) => {
-                            requester.tell(Ok(Some(&running.file)));
+                            tell(&requester, Ok(Some(&running.file)));
                             self.error = None;
                             self.state = State::Running(running);
                         }
-                        Err(error) => requester.tell(Err(&error)),
+                        Err(error) => tell(&requester, Err(&error)),
                     }
                     return true;
                 }
@@ -180,13 +167,13 @@ impl Tape {
         match std::mem::replace(&mut self.state, State::Idle) {
             // Only one recording runs at a time: a second start request joins it.
             State::Running(running) if on => {
-                requester.tell(Ok(Some(&running.file)));
+                tell(&requester, Ok(Some(&running.file)));
                 self.state = State::Running(running);
             }
             State::Running(running) => self.end(running, Some(requester)),
             State::Idle if on => self.begin(now, requester),
             state @ (State::Idle | State::Beginning { .. } | State::Ending { .. }) => {
-                requester.tell(Ok(None));
+                tell(&requester, Ok(None));
                 self.state = state;
             }
         }
@@ -194,13 +181,13 @@ impl Tape {
 
     fn begin(&mut self, now: Instant, requester: Requester) {
         let Some(folder) = self.folder.clone() else {
-            requester.tell(Err("this robot saves nothing: it has no state directory"));
+            tell(&requester, Err("this robot saves nothing: it has no state directory"));
             return;
         };
         let start = Arc::clone(&self.start);
         match run_in_thread(move || begin(&folder, &start, now)) {
             Ok(begun) => self.state = State::Beginning { begun, requester },
-            Err(error) => requester.tell(Err(&error)),
+            Err(error) => tell(&requester, Err(&error)),
         }
     }
 
@@ -215,7 +202,7 @@ impl Tape {
 
     fn ended(&mut self, file: PathBuf, ended: Result<u64, String>, requester: Option<&Requester>) {
         if let Some(requester) = requester {
-            requester.tell(ended.as_ref().map(|_dropped| Some(file.as_path())).map_err(String::as_str));
+            tell(requester, ended.as_ref().map(|_dropped| Some(file.as_path())).map_err(String::as_str));
         }
         match ended {
             Ok(dropped) => self.last = Some((file, dropped)),

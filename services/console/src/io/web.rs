@@ -29,6 +29,7 @@ use config::leo::ReadWithoutToken;
 use crossbeam::channel::{Receiver, Sender, unbounded};
 use tokio::net::{TcpListener, TcpSocket};
 
+use crate::io::hand::Requester;
 use crate::requests::PageRequest;
 use crate::state_store::StateStore;
 pub(crate) use guard::{Access, Token};
@@ -54,10 +55,8 @@ const STYLE: &[u8] = include_bytes!("../../page/built/page.css.gz");
 pub(crate) struct QueuedRequest {
     /// The page's number, which identifies its hand in the workspace.
     pub(crate) page: u16,
-    /// The page's request number; `None` if the page is closed and no answer is needed.
-    pub(crate) id: Option<u64>,
     pub(crate) page_request: PageRequest,
-    pub(crate) answer: tokio::sync::mpsc::Sender<String>,
+    pub(crate) requester: Requester,
 }
 
 /// Counters of the pages.

@@ -35,13 +35,7 @@ row! {
         /// The process id.
         pid: u32 = health.pid,
         /// Starting, running or stopping; down if no process runs or it has not reported yet.
-        state: &'static str = match health.state() {
-            Some(ProcessState::Starting) => "starting",
-            Some(ProcessState::Running) => "running",
-            Some(ProcessState::Stopping) => "stopping",
-            Some(ProcessState::Absent) => "down",
-            None => "unknown",
-        },
+        state: &'static str = health.state().map_or("unknown", ProcessState::name),
         /// Number of restarts.
         restarts: u64 = health.incarnation.saturating_sub(1),
         /// Configured rate; `None` for an event-driven process.

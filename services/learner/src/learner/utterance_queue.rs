@@ -15,7 +15,7 @@ pub(super) struct PendingSentence {
     pub(super) text: String,
     said_at: Instant,
     heard_at: Instant,
-    place: Timing,
+    pub(super) place: Timing,
 }
 
 /// The relation of a sentence to the newest beliefs.
@@ -49,10 +49,6 @@ impl PendingSentence {
             Some(_) => Timing::Pending,
         };
     }
-
-    pub(super) const fn place(&self) -> Timing {
-        self.place
-    }
 }
 
 #[cfg(test)]
@@ -73,7 +69,7 @@ mod tests {
     fn noted(now: u64, believed: u64) -> Timing {
         let mut waiting = waiting();
         waiting.note(at(now), Some(at(believed)));
-        waiting.place()
+        waiting.place
     }
 
     #[test]
@@ -94,8 +90,8 @@ mod tests {
     fn timing_is_final_and_without_beliefs_there_is_no_wait() {
         let mut waiting = waiting();
         waiting.note(at(1100), None);
-        assert_eq!(waiting.place(), Timing::InTime);
+        assert_eq!(waiting.place, Timing::InTime);
         waiting.note(at(9000), Some(at(9000)));
-        assert_eq!(waiting.place(), Timing::InTime);
+        assert_eq!(waiting.place, Timing::InTime);
     }
 }

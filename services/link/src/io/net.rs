@@ -116,19 +116,5 @@ impl Drop for Net {
     }
 }
 
-/// The network's ends of the two queues, for tests.
-#[cfg(test)]
-pub(crate) type Ends = (mpsc::Receiver<(MessageKind, Vec<u8>)>, crossbeam::channel::Sender<Message>);
-
-#[cfg(test)]
-impl Net {
-    /// A network without a thread, for tests.
-    pub(crate) fn by_hand() -> (Self, Ends) {
-        let (to, outgoing) = mpsc::channel(OUTGOING);
-        let (incoming, from) = bounded(INCOMING);
-        (Self { to: Some(to), from, thread: None }, (outgoing, incoming))
-    }
-}
-
 #[cfg(test)]
 mod tests;

@@ -220,7 +220,7 @@ impl LinkRuntime {
         let is_up = self.session.is_up();
         let was_up = self.health.is_up != 0;
         self.health.is_up = u64::from(is_up);
-        if self.session.has_second_peer() && !std::mem::replace(&mut self.has_second_peer, true) {
+        if self.session.has_second_peer && !std::mem::replace(&mut self.has_second_peer, true) {
             tracing::warn!(
                 "a second machine claims to be the other side of this robot's link. Its messages are refused while the \
                  first one is connected. Each robot on a network needs its own name, and a robot has only one other \

@@ -88,7 +88,7 @@ pub fn bench(lasting: Duration, json: bool, commit: &str, out: &mut impl Write) 
 
 fn measure(domain: &Domain, lasting: Duration, commit: &str) -> Result<Report, BenchError> {
     let rights = Rights {
-        fifo_priority: Priority::try_from(PRIORITY).map_err(BenchError::Port)?,
+        fifo_priority: Priority::try_from(PRIORITY).map_err(BenchError::port)?,
         cores: Vec::new(),
         lock_memory: true,
     };

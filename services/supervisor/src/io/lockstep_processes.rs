@@ -2,16 +2,20 @@
 
 use std::collections::BTreeMap;
 use std::io;
+use std::path::PathBuf;
 use std::process::ExitStatus;
 use std::time::Duration;
 
-use config::leo::Leo;
+use config::leo::{Leo, Supervisor};
 use message::{Process, ProcessState};
 use process::Launch;
 use realtime::IdleStateGuard;
-use transport::{HealthReader, Node};
+use recording::{Channel, ReadError, RecordError};
+use transport::janitor::{Janitor, claim, sweep_stale};
+use transport::{Domain, HealthReader, Node, PortError, ReceiveError, SendError};
 
-use crate::io::conductor::{ProcessMonitor, TurnError};
+use crate::io::check::check_shared_memory;
+use crate::io::conductor::{Conductor, ProcessMonitor, TurnError};
 use crate::io::run::RunError;
 use crate::io::signals::{Received, Signals};
 use crate::{Children, RosterPublisher};
@@ -19,9 +23,15 @@ use crate::{Children, RosterPublisher};
 /// Polling interval while processes start or stop.
 const READY_POLL_INTERVAL: Duration = Duration::from_millis(2);
 
-/// Reason why the processes do not all run.
+/// Error of a lesson or a replay in lockstep time.
 #[derive(Debug, thiserror::Error)]
 pub enum LockstepError {
+    /// The robot could not be run.
+    #[error(transparent)]
+    Run(#[from] RunError),
+    /// A port could not be opened.
+    #[error(transparent)]
+    Port(#[from] PortError),
     /// A process could not be started.
     #[error("cannot start the process `{process}`: {source}")]
     Start {
@@ -41,12 +51,56 @@ pub enum LockstepError {
     /// A process died, or its turn timed out.
     #[error(transparent)]
     Turn(#[from] TurnError),
+    /// A frame could not be sent to the processes.
+    #[error(transparent)]
+    Send(#[from] SendError),
+    /// Receiving from the processes failed.
+    #[error(transparent)]
+    Receive(#[from] ReceiveError),
+    /// The recording to replay cannot be read.
+    #[error(transparent)]
+    Read(#[from] ReadError),
+    /// The frames cannot be recorded.
+    #[error(transparent)]
+    Record(#[from] RecordError),
+    /// A frame has more entries than the configuration allows.
+    #[error("frame {sequence} of `{channel}` has {entries} entries, and its configuration allows {max}")]
+    TooLong {
+        /// The channel.
+        channel: Channel,
+        /// The sequence number of the frame.
+        sequence: u64,
+        /// Its number of entries.
+        entries: usize,
+        /// The maximum number of entries.
+        max: usize,
+    },
+    /// Leo did not finish the requested performances of a lesson.
+    #[error("Leo has not finished performing {} s after the lesson's script was over", .0.as_secs())]
+    Unfinished(Duration),
+}
+
+/// Plays in a new domain, whose shared memory is removed in any case.
+pub(crate) fn in_domain<T>(
+    domain: &Domain,
+    settings: &Leo,
+    partners: u32,
+    play: impl FnOnce() -> Result<T, LockstepError>,
+) -> Result<T, LockstepError> {
+    sweep_stale();
+    check_shared_memory(settings, partners, true).map_err(RunError::NoRoom)?;
+    let claim = claim(domain).map_err(RunError::from)?;
+    let outcome = domain.make().map_err(|error| RunError::from(error).into()).and_then(|()| play());
+    Janitor::new(domain).wipe(claim);
+    outcome
 }
 
 /// The processes of a robot in lockstep time. Dropping it kills those that still run.
 pub(crate) struct LockstepProcesses {
     children: Children,
     signals: Signals,
+    domain: PathBuf,
+    settings: Supervisor,
     ended: BTreeMap<Process, ExitStatus>,
     interrupted: bool,
     /// Keeps cores out of idle states, because each turn wakes a process. Without the permission, a run only
@@ -55,21 +109,33 @@ pub(crate) struct LockstepProcesses {
 }
 
 impl LockstepProcesses {
-    /// A set without processes. Keeps the cores awake if the settings say so.
-    pub(crate) fn new(settings: &Leo) -> Result<Self, RunError> {
-        Ok(Self {
-            _awake: settings.supervisor.keep_cores_awake.then(IdleStateGuard::ask),
-            signals: Signals::watch().map_err(RunError::Signals)?,
-            children: Children::new().map_err(RunError::Executable)?,
+    /// Joins a domain and publishes the processes on its roster, with those for which this process stands in. Keeps the
+    /// cores awake if the settings say so.
+    pub(crate) fn open(
+        domain: &Domain,
+        settings: &Leo,
+        processes: &[Process],
+        replaced: &[Process],
+    ) -> Result<(Node, Conductor, Self), LockstepError> {
+        let awake = settings.supervisor.keep_cores_awake.then(IdleStateGuard::ask);
+        let signals = Signals::watch().map_err(RunError::Signals)?;
+        let children = Children::new().map_err(RunError::Executable)?;
+        let queues = process::queues(&settings.buffers, true);
+        let mut node = Node::join(domain, Process::Supervisor.name(), 1, queues).map_err(RunError::from)?;
+        let mut lives = RosterPublisher::publish_members(&node, processes)?;
+        replaced.iter().for_each(|process| lives.register_self(&node, *process));
+        node.follow_roster()?;
+        let conductor = Conductor::open(&node, processes, settings.supervisor.step_timeout_ms.duration())?;
+        let all = Self {
+            children: children.with_roster(lives),
+            signals,
+            domain: domain.root().to_owned(),
+            settings: settings.supervisor.clone(),
             ended: BTreeMap::new(),
             interrupted: false,
-        })
-    }
-
-    /// Publishes the processes on a roster.
-    pub(crate) fn with_roster(mut self, lives: RosterPublisher) -> Self {
-        self.children = self.children.with_roster(lives);
-        self
+            _awake: awake,
+        };
+        Ok((node, conductor, all))
     }
 
     /// Starts the processes in this order, and waits until all are ready.
@@ -77,14 +143,21 @@ impl LockstepProcesses {
         &mut self,
         node: &Node,
         processes: &[Process],
-        launch: &Launch,
-        ready_timeout: Duration,
+        launch: Launch,
     ) -> Result<(), LockstepError> {
+        let launch = Launch {
+            domain: self.domain.clone(),
+            incarnation: 1,
+            parent: i32::try_from(std::process::id()).ok(),
+            lockstep: true,
+            ..launch
+        };
         for &process in processes {
-            let started = self.children.start(process, launch);
+            let started = self.children.start(process, &launch);
             started.map_err(|source| LockstepError::Start { process, source })?;
         }
-        processes.iter().try_for_each(|process| self.await_ready(node, *process, ready_timeout))
+        let within = self.settings.ready_timeout_ms.duration();
+        processes.iter().try_for_each(|process| self.await_ready(node, *process, within))
     }
 
     fn await_ready(&mut self, node: &Node, process: Process, within: Duration) -> Result<(), LockstepError> {
@@ -112,9 +185,11 @@ impl LockstepProcesses {
         }
     }
 
-    /// Waits until all have exited. Those that exceed the timeout are killed when this is dropped.
-    pub(crate) fn wait_for_exit(&mut self, within: Duration) {
-        let give_up = clock::now() + within;
+    /// Stops all processes and waits until they have exited. Those that exceed the timeout are killed when this is
+    /// dropped.
+    pub(crate) fn stop_all(&mut self, conductor: &mut Conductor) {
+        conductor.stop_all();
+        let give_up = clock::now() + self.settings.stop_timeout_ms.duration();
         while !self.children.is_empty() && clock::now() < give_up {
             self.ended.extend(self.children.reap());
             self.children.wait(self.signals.as_fd(), READY_POLL_INTERVAL);

@@ -12,17 +12,11 @@ use config::leo::Leo;
 use invariant::require;
 use message::{Head as _, Hop, JointStates, Percepts, Process, Recording, Topic, TopicId, Utterances};
 use process::Launch;
-use recording::{
-    BufferSubscribers, Channel, Difference, Frame, ReadError, Reader, RecordError, Time, recorded_topics,
-};
-use transport::janitor::{Janitor, claim, sweep_stale};
-use transport::{Domain, FramePublisher, Node, PortError, ReceiveError, SendError};
+use recording::{BufferSubscribers, Channel, Difference, Frame, Reader, RecordError, Time, recorded_topics};
+use transport::{Domain, FramePublisher, Node, PortError};
 
-use crate::RosterPublisher;
-use crate::io::check::check_shared_memory;
 use crate::io::conductor::{Conductor, ProcessMonitor as _, TurnError};
-use crate::io::lockstep_processes::{LockstepError, LockstepProcesses};
-use crate::io::run::RunError;
+use crate::io::lockstep_processes::{LockstepError, LockstepProcesses, in_domain};
 use crate::io::tape::{Record, RecordingFile};
 
 /// The processes that consume what is replayed; readers before their writers.
@@ -99,53 +93,6 @@ impl fmt::Display for Mismatch {
     }
 }
 
-/// Error of a replay.
-#[derive(Debug, thiserror::Error)]
-pub enum ReplayError {
-    /// The processes could not be run.
-    #[error(transparent)]
-    Run(#[from] RunError),
-    /// The processes did not all start, or one died or timed out.
-    #[error(transparent)]
-    LockstepProcesses(#[from] LockstepError),
-    /// The recording cannot be read.
-    #[error(transparent)]
-    Read(#[from] ReadError),
-    /// The replay cannot be recorded.
-    #[error(transparent)]
-    Record(#[from] RecordError),
-    /// A frame could not be sent to the processes.
-    #[error(transparent)]
-    Send(#[from] SendError),
-    /// Receiving from the processes failed.
-    #[error(transparent)]
-    Receive(#[from] ReceiveError),
-    /// A frame has more entries than the configuration allows.
-    #[error("frame {sequence} of `{channel}` has {entries} entries, and its configuration allows {max}")]
-    TooLong {
-        /// The channel.
-        channel: Channel,
-        /// The sequence number of the frame.
-        sequence: u64,
-        /// Its number of entries.
-        entries: usize,
-        /// The maximum number of entries.
-        max: usize,
-    },
-}
-
-impl From<TurnError> for ReplayError {
-    fn from(error: TurnError) -> Self {
-        Self::LockstepProcesses(error.into())
-    }
-}
-
-impl From<PortError> for ReplayError {
-    fn from(error: PortError) -> Self {
-        Self::Run(error.into())
-    }
-}
-
 /// Replays a recording in lockstep time, and compares the output of the belief process and the learner with the
 /// recorded output. The comparison requires a recording in lockstep time. `tell` receives every utterance and event
 /// in the order of their time stamps.
@@ -157,15 +104,10 @@ pub fn replay<R: Read>(
     replaying: &ReplayOptions,
     reader: &mut Reader<R>,
     tell: impl FnMut(&Frame),
-) -> Result<ReplayReport, ReplayError> {
-    sweep_stale();
+) -> Result<ReplayReport, LockstepError> {
     let partners = reader.about().map_or(replaying.settings.belief.partners, |about| about.partners);
-    check_shared_memory(&replaying.settings, partners, true).map_err(RunError::NoRoom)?;
-    let claim = claim(&replaying.domain).map_err(RunError::from)?;
-    let made = replaying.domain.make().map_err(|error| ReplayError::from(RunError::from(error)));
-    let outcome = made.and_then(|()| play(replaying, reader, partners, tell));
-    Janitor::new(&replaying.domain).wipe(claim);
-    outcome
+    let play = || play(replaying, reader, partners, tell);
+    in_domain(&replaying.domain, &replaying.settings, partners, play)
 }
 
 fn play<R: Read>(
@@ -173,37 +115,15 @@ fn play<R: Read>(
     reader: &mut Reader<R>,
     partners: u32,
     tell: impl FnMut(&Frame),
-) -> Result<ReplayReport, ReplayError> {
+) -> Result<ReplayReport, LockstepError> {
     let settings = &replaying.settings;
-    let lockstep_processes = LockstepProcesses::new(settings)?;
-    let queues = process::queues(&settings.buffers, true);
-    let mut node =
-        Node::join(&replaying.domain, Process::Supervisor.name(), 1, queues).map_err(RunError::from)?;
-    let mut lives = RosterPublisher::publish_members(&node, &PROCESSES)?;
-    for process in REPLAYED_PROCESSES {
-        lives.register_self(&node, process);
-    }
-    let mut lockstep_processes = lockstep_processes.with_roster(lives);
-    node.follow_roster()?;
-    let step_timeout = settings.supervisor.step_timeout_ms.duration();
-    let mut conductor = Conductor::open(&node, &PROCESSES, step_timeout)?;
+    let (node, mut conductor, mut lockstep_processes) =
+        LockstepProcesses::open(&replaying.domain, settings, &PROCESSES, &REPLAYED_PROCESSES)?;
     let ports = ReplayPorts::open(&node, replaying, settings.belief.perspectives(partners))?;
     let tape = replaying.record.as_ref().map(RecordingFile::begin).transpose()?;
-    let launch = Launch {
-        domain: replaying.domain.root().to_owned(),
-        incarnation: 1,
-        parent: i32::try_from(std::process::id()).ok(),
-        config: Some(replaying.config.clone()),
-        partners: Some(partners),
-        lockstep: true,
-        ..Launch::default()
-    };
-    lockstep_processes.start_all(
-        &node,
-        &PROCESSES,
-        &launch,
-        settings.supervisor.ready_timeout_ms.duration(),
-    )?;
+    let launch =
+        Launch { config: Some(replaying.config.clone()), partners: Some(partners), ..Launch::default() };
+    lockstep_processes.start_all(&node, &PROCESSES, launch)?;
     let mut performance = ReplayRun {
         conductor: &mut conductor,
         lockstep_processes: &mut lockstep_processes,
@@ -217,8 +137,7 @@ fn play<R: Read>(
     };
     let outcome = performance.play(reader);
     let ReplayRun { played, tape, .. } = performance;
-    conductor.stop_all();
-    lockstep_processes.wait_for_exit(settings.supervisor.stop_timeout_ms.duration());
+    lockstep_processes.stop_all(&mut conductor);
     outcome?;
     if let Some(tape) = tape {
         tape.finish()?;
@@ -267,13 +186,13 @@ fn is_derived(topic: TopicId) -> bool {
 }
 
 /// Publishes a frame as recorded, including its sequence number and incarnation.
-fn send<T: Topic>(publisher: &mut FramePublisher<T>, frame: &Frame) -> Result<(), ReplayError> {
+fn send<T: Topic>(publisher: &mut FramePublisher<T>, frame: &Frame) -> Result<(), LockstepError> {
     let read = require!(frame.read::<T>(), "the reader returns complete frames only");
     let Some((head, entries)) = read else { return Ok(()) };
     if entries.len() > publisher.capacity() {
         let (channel, sequence) = (Channel(frame.topic), frame.sequence);
         let (entries, max) = (entries.len(), publisher.capacity());
-        return Err(ReplayError::TooLong { channel, sequence, entries, max });
+        return Err(LockstepError::TooLong { channel, sequence, entries, max });
     }
     publisher.send_all(head, &entries, |sent| *sent.header_mut() = *head.header())?;
     Ok(())
@@ -293,7 +212,7 @@ struct ReplayRun<'a, F> {
 }
 
 impl<F: FnMut(&Frame)> ReplayRun<'_, F> {
-    fn play<R: Read>(&mut self, reader: &mut Reader<R>) -> Result<(), ReplayError> {
+    fn play<R: Read>(&mut self, reader: &mut Reader<R>) -> Result<(), LockstepError> {
         for frame in reader {
             let frame = frame?;
             let at = self.since_begin(&frame);
@@ -341,7 +260,7 @@ impl<F: FnMut(&Frame)> ReplayRun<'_, F> {
     }
 
     /// Gives the belief process and the learner a turn for a percept frame.
-    fn step(&mut self, frame: &Frame) -> Result<(), ReplayError> {
+    fn step(&mut self, frame: &Frame) -> Result<(), LockstepError> {
         self.check_all_matched();
         if self.played.wrong.is_some() {
             return Ok(());
@@ -410,7 +329,7 @@ impl<F: FnMut(&Frame)> ReplayRun<'_, F> {
     }
 
     /// Waits until a turn is due, if a replay speed is given.
-    fn wait_until_due(&mut self, frame: &Frame, now: Instant) -> Result<(), ReplayError> {
+    fn wait_until_due(&mut self, frame: &Frame, now: Instant) -> Result<(), LockstepError> {
         let mut until = Instant::EPOCH;
         if let Some(speed) = self.replaying.speed
             && self.counts(frame)

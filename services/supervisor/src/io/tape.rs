@@ -25,10 +25,7 @@ impl RecordingFile {
     pub(crate) fn begin(record: &Record) -> Result<Self, RecordError> {
         let Record { output, subject } = record;
         let file = output.path().to_owned();
-        let out = match output.create() {
-            Ok(out) => out,
-            Err(source) => return Err(RecordError::Create { file, source }),
-        };
+        let out = RecordError::create(output)?;
         let writer = Writer::new(out, subject).map_err(|error| error.of(&file))?;
         Ok(Self { file, writer })
     }

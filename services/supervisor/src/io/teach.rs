@@ -8,15 +8,17 @@ use config::leo::Leo;
 use message::{Events, Process};
 use process::Launch;
 use recording::{BufferSubscribers, RecordError, recorded_topics};
+<<<<<<< main
 use reports::lesson::LessonReport;
 use transport::janitor::{Janitor, claim, sweep_stale};
 use transport::{Domain, FrameSubscriber, Node, PortError, ReceiveError};
+=======
+use transport::{Domain, FrameSubscriber, Node};
+>>>>>>> less-rest
 
-use crate::RosterPublisher;
-use crate::io::check::check_shared_memory;
-use crate::io::conductor::{Conductor, TurnError, TurnSchedule};
-use crate::io::lockstep_processes::{LockstepError, LockstepProcesses};
-use crate::io::run::{ORDER, RunError};
+use crate::io::conductor::{Conductor, TurnSchedule};
+use crate::io::lockstep_processes::{LockstepError, LockstepProcesses, in_domain};
+use crate::io::run::ORDER;
 use crate::io::tape::{Record, RecordingFile};
 
 /// Timeout in simulated time for the last performance, counted from the end of the lesson's script.
@@ -43,6 +45,7 @@ pub struct LessonOptions {
     pub record: Option<Record>,
 }
 
+<<<<<<< main
 /// Error of a lesson.
 #[derive(Debug, thiserror::Error)]
 pub enum TeachError {
@@ -77,11 +80,16 @@ impl From<PortError> for TeachError {
 
 /// Plays one lesson to the end of the last performance, as fast as possible, and returns its report. Deterministic:
 /// the same lesson always gives the same report.
+=======
+/// Plays one lesson to the end of the last performance, as fast as possible, and returns its account. Deterministic:
+/// the same lesson always gives the same account.
+>>>>>>> less-rest
 ///
 /// # Errors
 ///
 /// A process died or timed out (the error names it), or the robot could not be run. Shared memory is removed in any
 /// case.
+<<<<<<< main
 pub fn teach(teaching: &LessonOptions) -> Result<LessonReport, TeachError> {
     sweep_stale();
     let settings = &teaching.settings;
@@ -100,25 +108,28 @@ fn play(teaching: &LessonOptions) -> Result<LessonReport, TeachError> {
     let queues = process::queues(&settings.buffers, true);
     let mut node =
         Node::join(&teaching.domain, Process::Supervisor.name(), 1, queues).map_err(RunError::from)?;
+=======
+pub fn teach(teaching: &LessonOptions) -> Result<Account, LockstepError> {
+    let partners = teaching.partners.unwrap_or(teaching.settings.belief.partners);
+    in_domain(&teaching.domain, &teaching.settings, partners, || play(teaching))
+}
+
+fn play(teaching: &LessonOptions) -> Result<Account, LockstepError> {
+>>>>>>> less-rest
     let processes: Vec<Process> =
         ORDER.into_iter().filter(|process| !matches!(process, Process::Console | Process::Link)).collect();
-    let mut lockstep_processes =
-        lockstep_processes.with_roster(RosterPublisher::publish_members(&node, &processes)?);
-    node.follow_roster()?;
-    let mut conductor = Conductor::open(&node, &processes, settings.supervisor.step_timeout_ms.duration())?;
+    let (node, mut conductor, mut lockstep_processes) =
+        LockstepProcesses::open(&teaching.domain, &teaching.settings, &processes, &[])?;
     let mut events = node.subscriber::<Events>(None)?;
     let mut recorder =
         teaching.record.as_ref().map(|record| LessonRecorder::open(&node, record)).transpose()?;
     let launch = Launch {
-        domain: teaching.domain.root().to_owned(),
-        incarnation: 1,
-        parent: i32::try_from(std::process::id()).ok(),
         config: teaching.config.clone(),
         lesson: Some(teaching.lesson.clone()),
         partners: teaching.partners,
-        lockstep: true,
         ..Launch::default()
     };
+<<<<<<< main
     lockstep_processes.start_all(
         &node,
         &processes,
@@ -129,6 +140,12 @@ fn play(teaching: &LessonOptions) -> Result<LessonReport, TeachError> {
     conductor.stop_all();
     lockstep_processes.wait_for_exit(settings.supervisor.stop_timeout_ms.duration());
     let report = report?;
+=======
+    lockstep_processes.start_all(&node, &processes, launch)?;
+    let account = conduct(&mut conductor, &mut lockstep_processes, &mut events, recorder.as_mut(), teaching);
+    lockstep_processes.stop_all(&mut conductor);
+    let account = account?;
+>>>>>>> less-rest
     if let Some(recorder) = recorder {
         recorder.finish()?;
     }
@@ -141,7 +158,11 @@ fn conduct(
     events: &mut FrameSubscriber<Events>,
     mut recorder: Option<&mut LessonRecorder>,
     teaching: &LessonOptions,
+<<<<<<< main
 ) -> Result<LessonReport, TeachError> {
+=======
+) -> Result<Account, LockstepError> {
+>>>>>>> less-rest
     let settings = &teaching.settings;
     let (sensor, motor) = (settings.sensor.rate_hz.period(), settings.motor.rate_hz.period());
     let mut schedule = TurnSchedule::new(&[
@@ -173,7 +194,7 @@ fn conduct(
                 break;
             }
             if at.since(over) > PERFORMANCE_TIMEOUT {
-                return Err(TeachError::Unfinished);
+                return Err(LockstepError::Unfinished(PERFORMANCE_TIMEOUT));
             }
         }
     }

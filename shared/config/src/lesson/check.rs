@@ -3,26 +3,18 @@
 mod script;
 
 use std::collections::BTreeMap;
-use std::ops::Range;
 
+<<<<<<< main
 use settings::Spanned;
 use settings::number::{Coordinate, NotNegative, Positive, UnitInterval};
+=======
+use settings::number::{Coordinate, NotNegative, Positive, Unit};
+use settings::{Spanned, SpannedError};
+>>>>>>> less-rest
 
 use super::{
     Lesson, Noise, Object, ObjectKind, Occluder, Table, TableTiming, Teacher, Territory, UprightPose, raw,
 };
-
-/// An error in a lesson: its position in the text, and the reason with what would be valid.
-pub(super) struct SpannedError {
-    pub(super) span: Range<usize>,
-    pub(super) reason: String,
-}
-
-impl SpannedError {
-    fn at(span: Range<usize>, reason: impl Into<String>) -> Self {
-        Self { span, reason: reason.into() }
-    }
-}
 
 /// The definitions that the tables of a lesson refer to.
 struct Catalogue {
@@ -40,7 +32,7 @@ pub(super) fn lesson(raw: raw::Lesson) -> Result<Lesson, SpannedError> {
         teachers: teachers.iter().map(|teacher| teacher.number).collect(),
     };
     if raw.demonstration.is_empty() && raw.novel.is_none() {
-        return Err(SpannedError::at(
+        return Err(SpannedError::within(
             0..0,
             "a lesson needs a [[demonstration]] or a [novel] set: it has neither",
         ));
@@ -81,7 +73,7 @@ fn table_timing(raw: &raw::TableTiming) -> Result<TableTiming, SpannedError> {
             first.get_ref().get(),
             raw.empty_s.get()
         );
-        return Err(SpannedError::at(first.span(), reason));
+        return Err(SpannedError::at(first, reason));
     }
     Ok(TableTiming {
         empty: raw.empty_s.duration(),
@@ -94,14 +86,13 @@ fn teachers(raw: &[raw::Teacher]) -> Result<Vec<Teacher>, SpannedError> {
     let mut teachers: Vec<Teacher> = Vec::with_capacity(raw.len());
     for teacher in raw {
         let number = *teacher.number.get_ref();
-        let span = teacher.number.span();
         if number == 0 || number == message::NOBODY {
             let reason = format!("{number} is no partner: partners are numbered 1, 2, … (0 is the robot)");
-            return Err(SpannedError::at(span, reason));
+            return Err(SpannedError::at(&teacher.number, reason));
         }
         if teachers.iter().any(|other| other.number == number) {
             return Err(SpannedError::at(
-                span,
+                &teacher.number,
                 format!("there is a teacher {number} already: every teacher needs a different number"),
             ));
         }
@@ -109,7 +100,7 @@ fn teachers(raw: &[raw::Teacher]) -> Result<Vec<Teacher>, SpannedError> {
         let looks_at_m = teacher.looks_at_m.get_ref().map(Coordinate::get);
         if distance(eyes_m, looks_at_m) < 0.01 {
             return Err(SpannedError::at(
-                teacher.looks_at_m.span(),
+                &teacher.looks_at_m,
                 "a teacher cannot look at their own eyes: name a point before them",
             ));
         }
@@ -157,12 +148,12 @@ fn unique<'a>(names: impl Iterator<Item = &'a Spanned<String>>, what: &str) -> R
     let mut seen = std::collections::BTreeSet::new();
     for name in names {
         if name.get_ref().trim().is_empty() {
-            return Err(SpannedError::at(name.span(), format!("an {what} needs a name")));
+            return Err(SpannedError::at(name, format!("an {what} needs a name")));
         }
         if !seen.insert(name.get_ref()) {
             let reason =
                 format!("there is an {what} `{0}` already: call this one `{0} 2`, say", name.get_ref());
-            return Err(SpannedError::at(name.span(), reason));
+            return Err(SpannedError::at(name, reason));
         }
     }
     Ok(())
@@ -191,7 +182,7 @@ fn standing(at_m: [Coordinate; 2], underside_m: f64, heading_deg: f64, kind: &Ob
 fn occluder(raw: &raw::Occluder) -> Result<Occluder, SpannedError> {
     let from = raw.from_m.map(Coordinate::get);
     let to = raw.to_m.get_ref().map(Coordinate::get);
-    ascending(&from, &to, raw.to_m.span())?;
+    ascending(&from, &to, &raw.to_m)?;
     let [x0, y0, z0] = from;
     let [x1, y1, z1] = to;
     Ok(Occluder {
@@ -206,19 +197,19 @@ fn territory(raw: &raw::Territory, catalogue: &Catalogue) -> Result<Territory, S
     if owner != 0 && !catalogue.teachers.contains(&owner) {
         let reason =
             format!("there is no agent {owner}: the owner is 0, the robot, or the number of a teacher");
-        return Err(SpannedError::at(raw.owner.span(), reason));
+        return Err(SpannedError::at(&raw.owner, reason));
     }
     let from_m = raw.from_m.map(Coordinate::get);
     let to_m = raw.to_m.get_ref().map(Coordinate::get);
-    ascending(&from_m, &to_m, raw.to_m.span())?;
+    ascending(&from_m, &to_m, &raw.to_m)?;
     Ok(Territory { owner, from_m, to_m })
 }
 
-fn ascending(from: &[f64], to: &[f64], span: Range<usize>) -> Result<(), SpannedError> {
+fn ascending<T>(from: &[f64], to: &[f64], at: &Spanned<T>) -> Result<(), SpannedError> {
     if from.iter().zip(to).all(|(from, to)| from < to) {
         Ok(())
     } else {
-        Err(SpannedError::at(span, "every coordinate of `to_m` must be greater than that of `from_m`"))
+        Err(SpannedError::at(at, "every coordinate of `to_m` must be greater than that of `from_m`"))
     }
 }
 
@@ -240,8 +231,5 @@ fn named<'a, T>(
         .max_by(|a, b| a.0.total_cmp(&b.0));
     let hint = closest.map_or(String::new(), |(_, known)| format!("; did you mean `{known}`?"));
     let there_is = if list.is_empty() { "none".to_owned() } else { list.join(", ") };
-    Err(SpannedError::at(
-        name.span(),
-        format!("unknown {what} `{}`: there is {there_is}{hint}", name.get_ref()),
-    ))
+    Err(SpannedError::at(name, format!("unknown {what} `{}`: there is {there_is}{hint}", name.get_ref())))
 }

@@ -123,20 +123,29 @@ pub(crate) fn declared() -> BTreeMap<String, Declared> {
     for entry in fs::read_dir(folder).expect("the crate has sources") {
         let path = entry.expect("readable").path();
         let source = fs::read_to_string(&path).expect("sources are text");
-        let mut lines = source.lines();
+        let mut lines = source.lines().map(str::trim);
         let mut is_repr_c = false;
         let mut doc = Vec::new();
         while let Some(line) = lines.next() {
             is_repr_c |= line == "#[repr(C)]";
             match line.strip_prefix("///") {
                 Some(text) => doc.push(text.trim().to_owned()),
-                None if !line.starts_with("#[") => doc.clear(),
+                None if !line.starts_with("#[") && !line.starts_with("pub struct ") => doc.clear(),
                 None => {}
             }
-            let Some(rest) = line.strip_prefix("#[type_name(\"") else { continue };
-            let type_name = rest.trim_end_matches("\")]").to_owned();
-            let name = lines.next().and_then(|line| line.strip_prefix("pub struct "));
-            let name = name.and_then(|name| name.strip_suffix(" {")).expect("a public struct").to_owned();
+            // The macro `message` adds the attributes of `pub struct TYPE as "NAME" {`.
+            let (type_name, of_macro) = match line.strip_prefix("#[type_name(\"") {
+                Some(rest) => (rest.trim_end_matches("\")]"), None),
+                None => match line.strip_suffix("\" {").and_then(|line| line.split_once(" as \"")) {
+                    Some((line, type_name)) => (type_name, Some(line)),
+                    None => continue,
+                },
+            };
+            let type_name = type_name.to_owned();
+            is_repr_c |= of_macro.is_some();
+            let name = of_macro.or_else(|| lines.next()?.strip_suffix(" {"));
+            let name =
+                name.and_then(|line| line.strip_prefix("pub struct ")).expect("a public struct").to_owned();
             let fields = fields(lines.by_ref().take_while(|line| *line != "}"));
             let declared = Declared { type_name, is_repr_c, doc: std::mem::take(&mut doc), fields };
             assert!(found.insert(name, declared).is_none(), "declared twice: {}", path.display());

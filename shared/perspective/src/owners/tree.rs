@@ -17,10 +17,10 @@ pub(super) struct Tree {
     outside: Outside,
     /// Position of the newest thing in the tree, relative to the first thing.
     reached: Vec3,
-    is_grown: bool,
+    pub(super) is_grown: bool,
     gap: Option<Gap>,
     /// For each thing, whether it lies beyond the longest link.
-    beyond_gap: Vec<bool>,
+    pub(super) beyond_gap: Vec<bool>,
 }
 
 impl Tree {
@@ -76,19 +76,9 @@ impl Tree {
         self.is_grown
     }
 
-    /// Whether the tree is complete.
-    pub(super) fn is_grown(&self) -> bool {
-        self.is_grown
-    }
-
     /// Whether the longest link is at least `ratio` times as long as any other.
     pub(super) fn is_parted(&self, ratio: f64) -> bool {
         self.gap.is_some_and(|gap| gap.is_wide(ratio))
-    }
-
-    /// For each thing, in order, whether it lies beyond the longest link.
-    pub(super) fn beyond_gap(&self) -> &[bool] {
-        &self.beyond_gap
     }
 
     /// Whether a tree of the same things at their current positions would have the same cut.
@@ -266,7 +256,7 @@ mod tests {
             assert!(tree.grow(0), "of nothing");
             tree.begin(&things);
             assert!(!tree.grow(1) && !tree.keeps_cut(1.5, &things));
-            assert!(tree.grow(1) && tree.is_grown(), "{last_m} m");
+            assert!(tree.grow(1) && tree.is_grown, "{last_m} m");
         }
     }
 }

@@ -20,7 +20,7 @@ impl Place {
     }
 
     fn shared(&self, name: &str) -> PathBuf {
-        Path::new(SHARED_MEMORY).join(format!("{}{name}", self.domain.prefix()))
+        Path::new(PARENT).join(format!("{}{name}", self.domain.prefix()))
     }
 
     fn below(&self, name: &str) -> PathBuf {

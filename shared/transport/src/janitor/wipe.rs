@@ -5,11 +5,9 @@ use std::path::Path;
 use rustix::process::geteuid;
 
 use super::claim::{CLAIM_FILE, Claim, take_over_stale_claim};
-use super::{SHARED_MEMORY, entries};
+use super::entries;
 use crate::Domain;
-
-/// Prefix of the names of all domains.
-const NAME: &str = "leo-";
+use crate::domain::{NAME, PARENT};
 
 /// Removes the shared memory of a domain, then its files, then the claim and the directory. If this process is killed
 /// meanwhile, the claim remains for the next sweep.
@@ -33,7 +31,7 @@ pub(super) fn wipe(domain: &Domain, claim: Claim) {
 /// Domains that were never claimed are skipped, because a process may be about to claim them.
 pub fn sweep_stale() -> Vec<String> {
     let mut swept = Vec::new();
-    for entry in entries(Path::new(SHARED_MEMORY)) {
+    for entry in entries(Path::new(PARENT)) {
         let name = entry.file_name();
         let Some(name) = name.to_str().and_then(|name| name.strip_prefix(NAME)) else { continue };
         let Ok(domain) = Domain::named(name) else { continue };
@@ -53,7 +51,7 @@ pub fn sweep_stale() -> Vec<String> {
 
 fn remove_shared_memory(ours: impl Fn(&str) -> bool) {
     let user = geteuid().as_raw();
-    for entry in entries(Path::new(SHARED_MEMORY)) {
+    for entry in entries(Path::new(PARENT)) {
         // Root could remove files of other users, but must not.
         let is_ours = entry.metadata().is_ok_and(|file| file.is_file() && file.uid() == user);
         if is_ours && entry.file_name().to_str().is_some_and(&ours) {

@@ -42,7 +42,7 @@ fn tape(folder: &Path) -> (Tape, Disk) {
 
 fn asked(tape: &mut Tape, on: bool) -> Answers<String> {
     let (answer, answers) = mpsc::channel(1);
-    tape.ask(on, answer, Some(1));
+    tape.ask(on, Requester { page: answer, id: Some(1) });
     answers
 }
 

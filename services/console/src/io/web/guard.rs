@@ -91,34 +91,22 @@ enum Refusal {
 }
 
 impl Refusal {
-    const fn status(self) -> StatusCode {
-        match self {
-            Self::NoHost | Self::OtherHost | Self::OtherOrigin => StatusCode::FORBIDDEN,
-            Self::NoToken | Self::WrongToken => StatusCode::UNAUTHORIZED,
-        }
-    }
-
-    const fn heading(self) -> &'static str {
-        match self {
-            Self::NoHost | Self::OtherHost | Self::OtherOrigin => "Refused",
-            Self::NoToken => "This page needs its token",
-            Self::WrongToken => "This token is not the robot's",
-        }
-    }
-
-    const fn words(self) -> &'static str {
-        match self {
+    /// Status, heading and text of the answer.
+    const fn answer(self) -> (StatusCode, &'static str, &'static str) {
+        let token = "Open the whole address that `leo run` prints: http://127.0.0.1:7780/?token=… Programs send the \
+                     header `Authorization: Bearer …`. The user who runs the robot finds its token in the file \
+                     `page_token` of Leo's state directory: ~/.local/state/leo, or /var/lib/leo of the service. \
+                     Stopping the robot needs none.";
+        let refused = match self {
+            Self::NoToken => return (StatusCode::UNAUTHORIZED, "This page needs its token", token),
+            Self::WrongToken => return (StatusCode::UNAUTHORIZED, "This token is not the robot's", token),
             Self::NoHost => "The request names no host.",
             Self::OtherHost => {
                 "Open this page by the number of its address, as `leo run` prints it: http://127.0.0.1:7780/?token=…"
             }
             Self::OtherOrigin => "A page of another origin may not talk to this robot.",
-            Self::NoToken | Self::WrongToken => {
-                "Open the whole address that `leo run` prints: http://127.0.0.1:7780/?token=… Programs send the header \
-                 `Authorization: Bearer …`. The user who runs the robot finds its token in the file `page_token` of \
-                 Leo's state directory: ~/.local/state/leo, or /var/lib/leo of the service. Stopping the robot needs none."
-            }
-        }
+        };
+        (StatusCode::FORBIDDEN, "Refused", refused)
     }
 }
 
@@ -148,7 +136,8 @@ pub(super) async fn guard(State(shared): State<Arc<Shared>>, mut request: Reques
         }
         Err(why) => {
             shared.counts.refused.fetch_add(1, Ordering::Relaxed);
-            let mut refused = notice::answer(asks.headers, why.status(), why.heading(), why.words());
+            let (status, heading, words) = why.answer();
+            let mut refused = notice::answer(asks.headers, status, heading, words);
             // Close the connection, so that its slot is free at once.
             refused.headers_mut().insert(header::CONNECTION, HeaderValue::from_static("close"));
             refused

@@ -17,6 +17,7 @@ use tokio::time::{MissedTickBehavior, interval, timeout};
 
 use super::pace::{MAX_MESSAGES_PER_SECOND, RateLimit, Verdict};
 use super::{Access, MAX_PAGES, MAX_READERS, PageSlot, QueuedRequest, Shared};
+use crate::io::hand::Requester;
 use crate::requests::{Malformed, PageRequest, number, parse};
 use crate::state_store::StateStore;
 
@@ -135,12 +136,12 @@ impl Page<'_> {
     /// Cancels the act of the page's hand: what it holds goes back.
     fn release(&self) {
         let cancel = TeacherAct::new(TeacherActKind::Cancel, self.shared.first);
-        self.shared.ask_unbounded(QueuedRequest {
-            page: self.hand,
-            id: None,
-            page_request: PageRequest::Act(Box::new(cancel)),
-            answer: self.answer.clone(),
-        });
+        self.shared.ask_unbounded(self.request(None, PageRequest::Act(Box::new(cancel))));
+    }
+
+    fn request(&self, id: Option<u64>, page_request: PageRequest) -> QueuedRequest {
+        let requester = Requester { page: self.answer.clone(), id };
+        QueuedRequest { page: self.hand, page_request, requester }
     }
 
     async fn run_session(&mut self, mut answers: mpsc::Receiver<String>) -> Result<Infallible, End> {
@@ -235,12 +236,7 @@ impl Page<'_> {
                 Some(json!({ "answer": id, "error": READ_ONLY }).to_string())
             }
             Ok((id, page_request)) => {
-                let asked = QueuedRequest {
-                    page: self.hand,
-                    id: Some(id),
-                    page_request,
-                    answer: self.answer.clone(),
-                };
+                let asked = self.request(Some(id), page_request);
                 let busy = "the robot is busy: try again";
                 (!self.shared.ask(asked)).then(|| json!({ "answer": id, "error": busy }).to_string())
             }

@@ -59,7 +59,7 @@ pub(super) async fn stop(
     Extension(connection): Extension<Arc<Connection>>,
     headers: HeaderMap,
 ) -> Response {
-    let why = format!("the page's stop button, pressed at {}", connection.address());
+    let why = format!("the page's stop button, pressed at {}", connection.address);
     // Run in a task of its own: it completes even if the connection ends meanwhile.
     let raised = tokio::spawn(async move {
         let _turn = shared.stop.turn.lock().await;

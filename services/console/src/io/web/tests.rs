@@ -111,7 +111,7 @@ fn farewell(page: &mut WebSocket<TcpStream>) -> (CloseCode, String) {
 fn release(web: &Web) -> u16 {
     let asked = web.pending_requests.recv_timeout(LONG).expect("somebody lets go");
     let PageRequest::Act(act) = asked.page_request else { panic!("an act") };
-    assert_eq!((act.kind(), asked.id), (Some(TeacherActKind::Cancel), None));
+    assert_eq!((act.kind(), asked.requester.id), (Some(TeacherActKind::Cancel), None));
     asked.page
 }
 
@@ -248,7 +248,7 @@ fn the_cookie_alone_neither_reads_nor_commands() {
     // With the token, the same act is passed on to the robot.
     let mut page = opened(&web);
     page.send(Message::text(r#"{"do":"arm","id":6}"#)).unwrap();
-    assert_eq!(web.pending_requests.recv_timeout(LONG).unwrap().id, Some(6));
+    assert_eq!(web.pending_requests.recv_timeout(LONG).unwrap().requester.id, Some(6));
 }
 
 #[test]
@@ -444,7 +444,7 @@ fn a_page_that_answers_no_ping_is_closed_and_releases_its_hand() {
     assert_eq!(release(&web), 1);
     there.send(Message::text(r#"{"do":"undo","id":5}"#)).unwrap();
     let asked = web.pending_requests.recv_timeout(LONG).unwrap();
-    assert_eq!((asked.page, asked.id), (2, Some(5)));
+    assert_eq!((asked.page, asked.requester.id), (2, Some(5)));
     await_open(&web, 1);
     drop(silent);
 }
@@ -482,12 +482,8 @@ fn a_closed_page_releases_its_hand_even_if_the_queue_is_full() {
     let (answer, _unread) = tokio::sync::mpsc::channel(1);
     let page_request = || {
         let undo = TeacherAct::new(TeacherActKind::Undo, 1);
-        QueuedRequest {
-            page: 9,
-            id: Some(1),
-            page_request: PageRequest::Act(Box::new(undo)),
-            answer: answer.clone(),
-        }
+        let requester = Requester { page: answer.clone(), id: Some(1) };
+        QueuedRequest { page: 9, page_request: PageRequest::Act(Box::new(undo)), requester }
     };
     while web.shared.ask(page_request()) {}
     drop(page);
@@ -569,7 +565,7 @@ fn every_message_counts_and_a_flood_closes_the_page() {
         let said = (0..200_000).take_while(|_| page.send(message.clone()).is_ok()).count();
         assert!(said >= 600, "shut after {said}");
         let end = clock::now() + LONG;
-        while web.pending_requests.try_iter().all(|asked| asked.id.is_some()) {
+        while web.pending_requests.try_iter().all(|asked| asked.requester.id.is_some()) {
             assert!(clock::now() < end, "{message:?} is taken without end");
         }
         assert!(web.refused() > 0);
@@ -589,5 +585,5 @@ fn an_excess_message_is_answered_by_number_and_ignored() {
     assert!(refused["error"].as_str().unwrap().contains("more than 60 messages"), "{refused}");
     // The page is rate-limited although the loop has not processed any request.
     assert!(refused["answer"].as_u64().unwrap() >= 60, "{refused}");
-    assert!(web.pending_requests.try_iter().all(|asked| asked.id != refused["answer"].as_u64()));
+    assert!(web.pending_requests.try_iter().all(|asked| asked.requester.id != refused["answer"].as_u64()));
 }

@@ -15,6 +15,18 @@ use crate::wire::Heartbeat;
 
 pub(super) mod certificates;
 
+/// The network's ends of the two queues.
+type Ends = (mpsc::Receiver<(MessageKind, Vec<u8>)>, crossbeam::channel::Sender<Message>);
+
+impl Net {
+    /// A network without a thread.
+    pub(crate) fn by_hand() -> (Self, Ends) {
+        let (to, outgoing) = mpsc::channel(OUTGOING);
+        let (incoming, from) = bounded(INCOMING);
+        (Self { to: Some(to), from, thread: None }, (outgoing, incoming))
+    }
+}
+
 /// Generous: the machine may be loaded.
 const PATIENCE: Duration = Duration::from_secs(60);
 

@@ -71,7 +71,7 @@ pub(super) fn round_trips(domain: &Domain, node: &Node, case: Case) -> Result<Hi
 /// The domain cannot be joined, or the middleware failed.
 pub fn echo(root: &Path, name: &str, bytes: usize) -> Result<(), BenchError> {
     let rights = Rights {
-        fifo_priority: Priority::try_from(ECHO_PRIORITY).map_err(BenchError::Port)?,
+        fifo_priority: Priority::try_from(ECHO_PRIORITY).map_err(BenchError::port)?,
         cores: Vec::new(),
         lock_memory: true,
     };

@@ -4,11 +4,11 @@ use std::collections::BTreeMap;
 use std::ops::Range;
 use std::time::Duration;
 
-use settings::Spanned;
 use settings::number::Coordinate;
+use settings::{Spanned, SpannedError};
 
 use super::super::{Act, Destination, Object, Occluder, Role, Step, raw};
-use super::{Catalogue, SpannedError, named, standing};
+use super::{Catalogue, named, standing};
 
 /// The objects and occluders on the table.
 pub(super) struct TableContents<'a> {
@@ -47,7 +47,7 @@ pub(super) fn script(
     }
     *away = course.away;
     if course.said == 0 {
-        return Err(SpannedError::at(
+        return Err(SpannedError::within(
             table,
             "nothing is said in this demonstration, so Leo cannot know its task: add `say` steps",
         ));
@@ -67,19 +67,19 @@ impl ScriptState {
         let at_s = raw.at_s.get_ref().get();
         if !catalogue.teachers.contains(&who) {
             let reason = format!("there is no teacher {who}: there is {:?}", catalogue.teachers);
-            return Err(SpannedError::at(raw.who.span(), reason));
+            return Err(SpannedError::at(&raw.who, reason));
         }
         if step.at < self.last {
             let last = self.last.as_secs_f64();
             let reason =
                 format!("{at_s} s is before the step above it at {last} s: steps stand in the order of time");
-            return Err(SpannedError::at(raw.at_s.span(), reason));
+            return Err(SpannedError::at(&raw.at_s, reason));
         }
         self.last = step.at;
         let is_away = self.away.contains(&who);
         if is_away && step.act != Act::Return {
             return Err(SpannedError::at(
-                raw.who.span(),
+                &raw.who,
                 format!("teacher {who} is away: add a `return` step first"),
             ));
         }
@@ -91,7 +91,7 @@ impl ScriptState {
             Act::Return if is_away => self.away.retain(|other| *other != who),
             Act::Return => {
                 return Err(SpannedError::at(
-                    raw.who.span(),
+                    &raw.who,
                     format!("teacher {who} is here: no `leave` step comes before"),
                 ));
             }
@@ -112,7 +112,7 @@ impl ScriptState {
             let (who, free) = (step.who, free.as_secs_f64());
             let reason =
                 format!("teacher {who} still moves something until {free} s: a teacher has one hand");
-            return Err(SpannedError::at(raw.at_s.span(), reason));
+            return Err(SpannedError::at(&raw.at_s, reason));
         }
         *free = step.at + takes;
         Ok(())
@@ -129,60 +129,56 @@ impl ScriptState {
         let name = |index: usize| objects.get(index).map_or("", |object| object.name.as_str());
         if let Some(sits) = self.filled.iter().find_map(|(peg, hole)| (*hole == block).then_some(*peg)) {
             let reason = format!("the hole of `{}` holds `{}` already", name(block), name(sits));
-            return Err(SpannedError::at(span, reason));
+            return Err(SpannedError::within(span, reason));
         }
         self.filled.insert(peg, block);
         Ok(())
     }
 }
 
+fn span_of<T>(value: Option<&Spanned<T>>) -> Option<Range<usize>> {
+    value.map(Spanned::span)
+}
+
 /// The single action of a step.
 fn act(raw: &raw::Step, span: Range<usize>, lying: &TableContents<'_>) -> Result<Act, SpannedError> {
     let objects = lying.objects;
     let acts = [
-        raw.say.as_ref().map(Spanned::span),
-        raw.object.as_ref().map(Spanned::span),
-        raw.slide.as_ref().map(Spanned::span),
-        raw.look_at_m.as_ref().map(Spanned::span),
-        raw.eyes_to_m.as_ref().map(Spanned::span),
-        raw.leave.as_ref().map(Spanned::span),
-        raw.comes_back.as_ref().map(Spanned::span),
+        span_of(raw.say.as_ref()),
+        span_of(raw.object.as_ref()),
+        span_of(raw.slide.as_ref()),
+        span_of(raw.look_at_m.as_ref()),
+        span_of(raw.eyes_to_m.as_ref()),
+        span_of(raw.leave.as_ref()),
+        span_of(raw.comes_back.as_ref()),
     ];
     let mut acts = acts.into_iter().flatten();
     if acts.next().is_none() {
-        return Err(SpannedError::at(
+        return Err(SpannedError::within(
             span,
             "a step needs one of `say`, `move`, `slide`, `look_at_m`, `eyes_to_m`, `leave` and `return`",
         ));
     }
     if let Some(second) = acts.next() {
-        return Err(SpannedError::at(second, "a step does one thing: make this a step of its own"));
+        return Err(SpannedError::within(second, "a step does one thing: make this a step of its own"));
     }
     let moves = raw.object.is_some();
     let slides = raw.slide.is_some();
     let places = moves && raw.to_m.is_some();
     for (given, belongs, rule) in [
-        (raw.into.as_ref().map(Spanned::span), moves, "`into` belongs to a `move`"),
-        (raw.onto.as_ref().map(Spanned::span), moves, "`onto` belongs to a `move`"),
-        (raw.to_m.as_ref().map(Spanned::span), moves || slides, "`to_m` belongs to a `move` or a `slide`"),
+        (span_of(raw.into.as_ref()), moves, "`into` belongs to a `move`"),
+        (span_of(raw.onto.as_ref()), moves, "`onto` belongs to a `move`"),
+        (span_of(raw.to_m.as_ref()), moves || slides, "`to_m` belongs to a `move` or a `slide`"),
+        (span_of(raw.underside_m.as_ref()), places, "`underside_m` belongs to the `to_m` of a `move`"),
+        (span_of(raw.heading_deg.as_ref()), places, "`heading_deg` belongs to the `to_m` of a `move`"),
         (
-            raw.underside_m.as_ref().map(Spanned::span),
-            places,
-            "`underside_m` belongs to the `to_m` of a `move`",
-        ),
-        (
-            raw.heading_deg.as_ref().map(Spanned::span),
-            places,
-            "`heading_deg` belongs to the `to_m` of a `move`",
-        ),
-        (
-            raw.duration_s.as_ref().map(Spanned::span),
+            span_of(raw.duration_s.as_ref()),
             moves || slides || raw.look_at_m.is_some() || raw.eyes_to_m.is_some(),
             "`duration_s` belongs to a `move`, a `slide`, a `look_at_m` or an `eyes_to_m`",
         ),
     ] {
         if let Some(span) = given.filter(|_| !belongs) {
-            return Err(SpannedError::at(span, rule));
+            return Err(SpannedError::within(span, rule));
         }
     }
     if let Some(text) = &raw.say {
@@ -199,7 +195,7 @@ fn act(raw: &raw::Step, span: Range<usize>, lying: &TableContents<'_>) -> Result
         let (index, occluder) = named(name, "occluder", known)?;
         let Some(to_m) = &raw.to_m else {
             return Err(SpannedError::at(
-                name.span(),
+                name,
                 "the destination is missing. A `slide` needs `to_m`, the middle of the occluder",
             ));
         };
@@ -215,13 +211,9 @@ fn act(raw: &raw::Step, span: Range<usize>, lying: &TableContents<'_>) -> Result
     let (flag, act) = match (&raw.leave, &raw.comes_back) {
         (Some(flag), _) => (flag, Act::Leave),
         (None, Some(flag)) => (flag, Act::Return),
-        (None, None) => return Err(SpannedError::at(span, "a step does one thing")),
+        (None, None) => return Err(SpannedError::within(span, "a step does one thing")),
     };
-    if *flag.get_ref() {
-        Ok(act)
-    } else {
-        Err(SpannedError::at(flag.span(), "write `true`, or take the step out"))
-    }
+    if *flag.get_ref() { Ok(act) } else { Err(SpannedError::at(flag, "write `true`, or take the step out")) }
 }
 
 fn said(text: &Spanned<String>) -> Result<Act, SpannedError> {
@@ -229,19 +221,19 @@ fn said(text: &Spanned<String>) -> Result<Act, SpannedError> {
     if text.get_ref().trim().is_empty() || length > message::TEXT_CAPACITY {
         let max = message::TEXT_CAPACITY;
         let reason = format!("a sentence has 1 to {max} bytes, and this one has {length}: say it in several");
-        return Err(SpannedError::at(text.span(), reason));
+        return Err(SpannedError::at(text, reason));
     }
     Ok(Act::Say(text.get_ref().clone()))
 }
 
 fn takes(raw: &raw::Step, span: Range<usize>) -> Result<Duration, SpannedError> {
     let Some(takes) = &raw.duration_s else {
-        return Err(SpannedError::at(span, "missing `duration_s`: how long it takes"));
+        return Err(SpannedError::within(span, "missing `duration_s`: how long it takes"));
     };
     if takes.get_ref().get() > 0.0 {
         Ok(takes.get_ref().duration())
     } else {
-        Err(SpannedError::at(takes.span(), "no action takes zero time: `duration_s` must be above 0"))
+        Err(SpannedError::at(takes, "no action takes zero time: `duration_s` must be above 0"))
     }
 }
 
@@ -265,13 +257,13 @@ fn destination(
             let (block, target) = find(name, objects)?;
             if !target.kind.hole {
                 return Err(SpannedError::at(
-                    name.span(),
+                    name,
                     format!("`{}` has no hole: its kind says `hole = false`", target.name),
                 ));
             }
             if object.kind.role != Role::Peg {
                 return Err(SpannedError::at(
-                    name.span(),
+                    name,
                     format!("`{}` is not a peg: only pegs fit into holes", object.name),
                 ));
             }
@@ -280,11 +272,11 @@ fn destination(
         (None, Some(name), None) => {
             let (below, target) = find(name, objects)?;
             if below == index {
-                return Err(SpannedError::at(name.span(), "nothing can be put onto itself"));
+                return Err(SpannedError::at(name, "nothing can be put onto itself"));
             }
             if object.kind.role == Role::Marker && !target.kind.markable {
                 let reason = format!("`{}` cannot be marked: its kind says `markable = false`", target.name);
-                return Err(SpannedError::at(name.span(), reason));
+                return Err(SpannedError::at(name, reason));
             }
             Ok(Destination::Top(below))
         }
@@ -295,10 +287,10 @@ fn destination(
             let underside_m = raw.underside_m.as_ref().map_or(0.0, |underside| underside.get_ref().get());
             Ok(Destination::UprightPose(standing(*to_m.get_ref(), underside_m, heading_deg, &object.kind)))
         }
-        (None, None, None) => Err(SpannedError::at(
+        (None, None, None) => Err(SpannedError::within(
             span,
             "the destination is missing. A `move` needs one of `into`, `onto` and `to_m`",
         )),
-        _ => Err(SpannedError::at(span, "a `move` has one end: keep one of `into`, `onto` and `to_m`")),
+        _ => Err(SpannedError::within(span, "a `move` has one end: keep one of `into`, `onto` and `to_m`")),
     }
 }

@@ -62,7 +62,7 @@ struct Entry {
 pub(crate) struct Connection {
     table: Arc<Table>,
     number: u64,
-    address: IpAddr,
+    pub(crate) address: IpAddr,
 }
 
 impl Table {
@@ -169,11 +169,6 @@ impl Connection {
         if let Some(entry) = self.table.entries().get_mut(self.number) {
             entry.since = now;
         }
-    }
-
-    /// The peer's address; for IPv6 its network.
-    pub(crate) fn address(&self) -> IpAddr {
-        self.address
     }
 
     /// Changes the class of the connection.

@@ -1,11 +1,17 @@
 //! Endurance test: a day of the same lesson, with new objects on the table each time.
 
+<<<<<<< main:services/console/src/endurance.rs
+=======
+use std::collections::BTreeMap;
+
+use account::Account;
+>>>>>>> less-rest:services/console/src/endurance_tests.rs
 use config::Names;
 use message::{Event, EventKind};
 use reports::lesson::LessonReport;
 use testkit::bytes_retained_by;
 
-use crate::cells::{Lines, Seen, TimeLines, seen, tasks};
+use crate::cells::{Lines, Seen, TimeLines, tasks};
 use crate::narrator::Narrator;
 use crate::state_store::StateStore;
 
@@ -73,6 +79,19 @@ impl Console {
             }
             self.histories.show(&mut self.state_store, &things);
         }
+    }
+}
+
+/// A red square of a test at `x` metres.
+pub(crate) fn seen(id: u64, x: f64, filled: f64, is_seen: bool) -> Seen {
+    Seen {
+        id,
+        words: "red square".to_owned(),
+        position_m: Some([x, 0.5, 0.03]),
+        colour_rgb: None,
+        shape: None,
+        states: BTreeMap::from([("filled".to_owned(), filled)]),
+        is_seen,
     }
 }
 
