@@ -51,11 +51,7 @@ pub(crate) const LAYERS: [&[&str]; 9] = [
 ];
 
 /// Arrows within a layer, from the crate to those of its own layer that it may know.
-<<<<<<< main
-const PEERS: [(&str, &[&str]); 9] = [
-=======
-const PEERS: [(&str, &[&str]); 11] = [
->>>>>>> less-rest
+const PEERS: [(&str, &[&str]); 10] = [
     ("process", &["folder", "realtime", "transport"]),
     ("store", &["folder"]),
     ("transport", &["folder"]),
@@ -64,12 +60,8 @@ const PEERS: [(&str, &[&str]); 11] = [
     ("leo-belief", &["leo-perception"]),
     ("leo-perspective", &["leo-belief", "leo-perception", "leo-scene"]),
     ("motion", &["leo-kinematics"]),
-<<<<<<< main
     ("study", &["reports"]),
-=======
-    ("study", &["account"]),
-    ("testkit", &["clock"]),
->>>>>>> less-rest
+    ("testkit", &["leo-clock"]),
 ];
 
 /// What others made that only some of our crates may know.

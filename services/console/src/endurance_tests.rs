@@ -1,13 +1,10 @@
 //! Endurance test: a day of the same lesson, with new objects on the table each time.
 
-<<<<<<< main:services/console/src/endurance.rs
-=======
 use std::collections::BTreeMap;
 
-use account::Account;
->>>>>>> less-rest:services/console/src/endurance_tests.rs
 use config::Names;
 use message::{Event, EventKind};
+use reports::lesson::LessonReport;
 use reports::lesson::LessonReport;
 use testkit::bytes_retained_by;
 

@@ -277,11 +277,7 @@ impl Lesson {
     /// As [`Lesson::load`].
     pub fn parse(text: &str, file: &Path) -> Result<Self, SettingsError> {
         let raw: raw::Lesson = settings::parse(text, file)?;
-<<<<<<< main
-        check::lesson(raw).map_err(|fault| settings::error_at(text, file, fault.span, fault.reason))
-=======
         check::lesson(raw).map_err(|error| error.of(text, file))
->>>>>>> less-rest
     }
 
     /// Finds a lesson by name: a built-in one, otherwise `NAME.toml` in a folder.

@@ -8,11 +8,7 @@ use std::path::Path;
 use serde::Deserialize;
 use servo::Model;
 use settings::number::{Finite, Positive};
-<<<<<<< main
-use settings::{SettingsError, Spanned, error_at, parse as parse_toml};
-=======
-use settings::{ConfigError, Spanned, SpannedError, invalid, parse as parse_toml};
->>>>>>> less-rest
+use settings::{SettingsError, Spanned, SpannedError, error_at, parse as parse_toml};
 
 /// The supported baud rates, in bits per second: those of X-series servos from 1 Mbit/s up.
 const BAUDS: [u32; 5] = [1_000_000, 2_000_000, 3_000_000, 4_000_000, 4_500_000];
@@ -207,20 +203,7 @@ pub fn load(file: &Path) -> Result<Motor, SettingsError> {
 /// As [`load`].
 pub fn parse(text: &str, file: &Path) -> Result<Motor, SettingsError> {
     let raw: RawMotor = parse_toml(text, file)?;
-<<<<<<< main
-    check(raw).map_err(|SpannedError { span, reason }| error_at(text, file, span, reason))
-}
-
-struct SpannedError {
-    span: Range<usize>,
-    reason: String,
-}
-
-fn wrong<T>(at: &Spanned<T>, reason: String) -> SpannedError {
-    SpannedError { span: at.span(), reason }
-=======
     check(raw).map_err(|error| error.of(text, file))
->>>>>>> less-rest
 }
 
 fn check(raw: RawMotor) -> Result<Motor, SpannedError> {
@@ -346,7 +329,7 @@ mod tests {
 
     const TWO: &str = include_str!("motor_example.toml");
 
-    fn refusal(from: &str, to: &str) -> ConfigError {
+    fn refusal(from: &str, to: &str) -> SettingsError {
         assert!(TWO.contains(from), "the example has no `{from}`");
         parse(&TWO.replacen(from, to, 1), Path::new("m.toml")).unwrap_err()
     }

@@ -96,11 +96,8 @@ impl Robot {
     /// # Errors
     ///
     /// A file cannot be read, or has an error that no migration fixes.
-<<<<<<< main
     pub fn migrated(leo: &Path) -> Result<Vec<Migration>, SettingsError> {
-=======
-    pub fn migrated(leo: &Path) -> Result<Vec<Migration>, ConfigError> {
-        type Parse = fn(&str, &Path) -> Result<(), ConfigError>;
+        type Parse = fn(&str, &Path) -> Result<(), SettingsError>;
         let files: [(&str, &str, Parse); 3] = [
             ("perspective.toml", builtin::PERSPECTIVE, |text, file| {
                 parse::<Perspective>(text, file).map(drop)
@@ -108,7 +105,6 @@ impl Robot {
             ("percepts.toml", "", |text, file| Percepts::parse(text, file).map(drop)),
             ("motor.toml", "", |text, file| motor::parse(text, file).map(drop)),
         ];
->>>>>>> less-rest
         let parse_leo = |text: &str| parse::<Leo>(text, leo).map(drop);
         let mut all = vec![migrated(text(leo)?, leo, builtin::LEO, parse_leo)?];
         for (name, builtin, parse) in files {

@@ -1,10 +1,7 @@
-<<<<<<< main
 use std::cmp::Ordering;
 
 use crate::bytes::impl_bytes;
-=======
 use crate::bytes::message;
->>>>>>> less-rest
 use crate::observation::is_share;
 use crate::{Header, Observation, SourceSet, ZeroCopySend, fill, filled};
 

@@ -16,14 +16,7 @@ use crate::watch_thread::WatchThread;
 
 /// Polling interval for the order file.
 const EVERY: Duration = Duration::from_millis(20);
-<<<<<<< main
-/// Stack size of the watching thread; small, because a process may lock all its memory.
-const STACK: usize = 128 << 10;
-/// Encoding of an order in a `u64`: none, without acknowledgement, or from [`FIRST_ACKNOWLEDGEMENT`] the acknowledged
-/// locks.
-=======
 /// Encoding of an order in a `u64`: none, without acknowledgement, or from [`FIRST_ACKNOWLEDGEMENT`] the acknowledged locks.
->>>>>>> less-rest
 const NO_ORDER: u64 = 0;
 const WITHOUT_ACKNOWLEDGEMENT: u64 = 1;
 const FIRST_ACKNOWLEDGEMENT: u64 = 2;

@@ -48,7 +48,7 @@ impl SpannedError {
 
     /// As an error about a file with this text.
     #[must_use]
-    pub fn of(self, text: &str, file: &Path) -> ConfigError {
+    pub fn of(self, text: &str, file: &Path) -> SettingsError {
         crate::invalid(text, file, self.span, self.reason)
     }
 }

@@ -9,12 +9,7 @@ pub mod number;
 mod parse;
 mod renamed;
 
-<<<<<<< main
-pub use error::SettingsError;
+pub use error::{SettingsError, SpannedError};
 pub use parse::{error_at, parse, suggest};
-=======
-pub use error::{ConfigError, SpannedError};
-pub use parse::{invalid, parse, suggest};
->>>>>>> less-rest
 pub use renamed::{RENAMED, renaming};
 pub use toml::Spanned;

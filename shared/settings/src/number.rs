@@ -65,11 +65,7 @@ ranged!(
 );
 ranged!(
     /// A share, a match, a confidence or a probability.
-<<<<<<< main
-    UnitInterval: "from 0 to 1", |value| (0.0..=1.0).contains(&value)
-=======
-    Unit(f64): "from 0 to 1", |value| (0.0..=1.0).contains(&value)
->>>>>>> less-rest
+    UnitInterval(f64): "from 0 to 1", |value| (0.0..=1.0).contains(&value)
 );
 ranged!(
     /// A number that is zero or positive.

@@ -78,14 +78,14 @@ mod tests {
         rate_hz: Hertz,
     }
 
-    fn refusal(text: &str) -> ConfigError {
+    fn refusal(text: &str) -> SettingsError {
         parse::<Cycle>(text, Path::new("x.toml")).unwrap_err()
     }
 
     #[test]
     fn a_value_out_of_range_is_named_with_its_line() {
         let error = refusal("\n\nrate_hz = -3.0");
-        assert!(matches!(error, ConfigError::Invalid { line: 3, column: 11, .. }), "{error:?}");
+        assert!(matches!(error, SettingsError::Invalid { line: 3, column: 11, .. }), "{error:?}");
         assert!(error.to_string().contains("-3"), "{error}");
     }
 
@@ -104,7 +104,7 @@ mod tests {
         let texts = ["rate_hz = -3.0", "", "rate_khz = 1", "zeal = 1", "rate_hz = \"often\"", "rate_hz"];
         let worded = texts.map(|text| format!("{text}\n    {}\n", refusal(text)));
         let file = "/nowhere/leo.toml".into();
-        let read = ConfigError::Read { file, source: std::io::ErrorKind::NotFound.into() };
+        let read = SettingsError::Read { file, source: std::io::ErrorKind::NotFound.into() };
         insta::assert_snapshot!(worded.concat() + &read.to_string());
     }
 }

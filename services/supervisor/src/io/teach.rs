@@ -8,13 +8,7 @@ use config::leo::Leo;
 use message::{Events, Process};
 use process::Launch;
 use recording::{BufferSubscribers, RecordError, recorded_topics};
-<<<<<<< main
-use reports::lesson::LessonReport;
-use transport::janitor::{Janitor, claim, sweep_stale};
-use transport::{Domain, FrameSubscriber, Node, PortError, ReceiveError};
-=======
 use transport::{Domain, FrameSubscriber, Node};
->>>>>>> less-rest
 
 use crate::io::conductor::{Conductor, TurnSchedule};
 use crate::io::lockstep_processes::{LockstepError, LockstepProcesses, in_domain};
@@ -45,77 +39,19 @@ pub struct LessonOptions {
     pub record: Option<Record>,
 }
 
-<<<<<<< main
-/// Error of a lesson.
-#[derive(Debug, thiserror::Error)]
-pub enum TeachError {
-    /// The robot could not be run.
-    #[error(transparent)]
-    Run(#[from] RunError),
-    /// The processes did not all start, or one died or timed out.
-    #[error(transparent)]
-    LockstepProcesses(#[from] LockstepError),
-    /// Receiving from the learner failed.
-    #[error(transparent)]
-    Receive(#[from] ReceiveError),
-    /// The lesson cannot be recorded.
-    #[error(transparent)]
-    Record(#[from] RecordError),
-    /// Leo did not finish the requested performances.
-    #[error("Leo has not finished performing {} s after the lesson's script was over", PERFORMANCE_TIMEOUT.as_secs())]
-    Unfinished,
-}
-
-impl From<TurnError> for TeachError {
-    fn from(error: TurnError) -> Self {
-        Self::LockstepProcesses(error.into())
-    }
-}
-
-impl From<PortError> for TeachError {
-    fn from(error: PortError) -> Self {
-        Self::Run(error.into())
-    }
-}
-
 /// Plays one lesson to the end of the last performance, as fast as possible, and returns its report. Deterministic:
 /// the same lesson always gives the same report.
-=======
-/// Plays one lesson to the end of the last performance, as fast as possible, and returns its account. Deterministic:
-/// the same lesson always gives the same account.
->>>>>>> less-rest
 ///
 /// # Errors
 ///
 /// A process died or timed out (the error names it), or the robot could not be run. Shared memory is removed in any
 /// case.
-<<<<<<< main
-pub fn teach(teaching: &LessonOptions) -> Result<LessonReport, TeachError> {
-    sweep_stale();
-    let settings = &teaching.settings;
-    let partners = teaching.partners.unwrap_or(settings.belief.partners);
-    check_shared_memory(settings, partners, true).map_err(RunError::NoRoom)?;
-    let claim = claim(&teaching.domain).map_err(RunError::from)?;
-    let outcome =
-        teaching.domain.make().map_err(|error| RunError::from(error).into()).and_then(|()| play(teaching));
-    Janitor::new(&teaching.domain).wipe(claim);
-    outcome
-}
-
-fn play(teaching: &LessonOptions) -> Result<LessonReport, TeachError> {
-    let settings = &teaching.settings;
-    let lockstep_processes = LockstepProcesses::new(settings)?;
-    let queues = process::queues(&settings.buffers, true);
-    let mut node =
-        Node::join(&teaching.domain, Process::Supervisor.name(), 1, queues).map_err(RunError::from)?;
-=======
-pub fn teach(teaching: &LessonOptions) -> Result<Account, LockstepError> {
+pub fn teach(teaching: &LessonOptions) -> Result<LessonReport, LockstepError> {
     let partners = teaching.partners.unwrap_or(teaching.settings.belief.partners);
     in_domain(&teaching.domain, &teaching.settings, partners, || play(teaching))
 }
 
-fn play(teaching: &LessonOptions) -> Result<Account, LockstepError> {
->>>>>>> less-rest
+fn play(teaching: &LessonOptions) -> Result<LessonReport, LockstepError> {
     let processes: Vec<Process> =
         ORDER.into_iter().filter(|process| !matches!(process, Process::Console | Process::Link)).collect();
     let (node, mut conductor, mut lockstep_processes) =
@@ -129,23 +65,10 @@ fn play(teaching: &LessonOptions) -> Result<Account, LockstepError> {
         partners: teaching.partners,
         ..Launch::default()
     };
-<<<<<<< main
-    lockstep_processes.start_all(
-        &node,
-        &processes,
-        &launch,
-        settings.supervisor.ready_timeout_ms.duration(),
-    )?;
-    let report = conduct(&mut conductor, &mut lockstep_processes, &mut events, recorder.as_mut(), teaching);
-    conductor.stop_all();
-    lockstep_processes.wait_for_exit(settings.supervisor.stop_timeout_ms.duration());
-    let report = report?;
-=======
     lockstep_processes.start_all(&node, &processes, launch)?;
-    let account = conduct(&mut conductor, &mut lockstep_processes, &mut events, recorder.as_mut(), teaching);
+    let report = conduct(&mut conductor, &mut lockstep_processes, &mut events, recorder.as_mut(), teaching);
     lockstep_processes.stop_all(&mut conductor);
-    let account = account?;
->>>>>>> less-rest
+    let report = report?;
     if let Some(recorder) = recorder {
         recorder.finish()?;
     }
@@ -158,11 +81,7 @@ fn conduct(
     events: &mut FrameSubscriber<Events>,
     mut recorder: Option<&mut LessonRecorder>,
     teaching: &LessonOptions,
-<<<<<<< main
-) -> Result<LessonReport, TeachError> {
-=======
-) -> Result<Account, LockstepError> {
->>>>>>> less-rest
+) -> Result<LessonReport, LockstepError> {
     let settings = &teaching.settings;
     let (sensor, motor) = (settings.sensor.rate_hz.period(), settings.motor.rate_hz.period());
     let mut schedule = TurnSchedule::new(&[

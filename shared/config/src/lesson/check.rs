@@ -4,13 +4,8 @@ mod script;
 
 use std::collections::BTreeMap;
 
-<<<<<<< main
-use settings::Spanned;
 use settings::number::{Coordinate, NotNegative, Positive, UnitInterval};
-=======
-use settings::number::{Coordinate, NotNegative, Positive, Unit};
 use settings::{Spanned, SpannedError};
->>>>>>> less-rest
 
 use super::{
     Lesson, Noise, Object, ObjectKind, Occluder, Table, TableTiming, Teacher, Territory, UprightPose, raw,
