@@ -85,8 +85,8 @@ impl Machine {
             .stderr(Stdio::piped())
             .spawn()
             .expect("starts");
-        let (told, said) = (Said::default(), Said::default());
-        told.listen(supervisor.stdout.take().expect("piped"));
+        let (stdout, said) = (Said::default(), Said::default());
+        stdout.listen(supervisor.stdout.take().expect("piped"));
         said.listen(supervisor.stderr.take().expect("piped"));
         Self { supervisor, domain, stdout, said, files }
     }

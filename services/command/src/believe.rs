@@ -95,8 +95,8 @@ impl Believe {
                 let persons = frame.observations.iter().filter_map(partner);
                 summary.not_simulated.extend(persons.filter(|partner| !minds.simulates(*partner)));
             }
-            if self.every.is_none_or(|every| told.is_none_or(|told| at.since(told) >= every)) {
-                told = Some(at);
+            if self.every.is_none_or(|every| shown_at.is_none_or(|shown_at| at.since(shown_at) >= every)) {
+                shown_at = Some(at);
                 teller.append(at, &minds.all(), &mut out.text);
                 out.write()?;
             }

@@ -105,7 +105,7 @@ pub fn run(commit: &str) -> ExitCode {
         Ok(code) => code,
         Err(error) => {
             // The only place where a command's error is printed.
-            let _ = std::io::stderr().lock().write_all(error.told().as_bytes());
+            let _ = std::io::stderr().lock().write_all(error.message().as_bytes());
             error.code
         }
     }

@@ -5,7 +5,6 @@ use std::collections::BTreeMap;
 use config::Names;
 use message::{Event, EventKind};
 use reports::lesson::LessonReport;
-use reports::lesson::LessonReport;
 use testkit::bytes_retained_by;
 
 use crate::cells::{Lines, Seen, TimeLines, tasks};

@@ -1,6 +1,5 @@
 use std::cmp::Ordering;
 
-use crate::bytes::impl_bytes;
 use crate::bytes::message;
 use crate::observation::is_share;
 use crate::{Header, Observation, SourceSet, ZeroCopySend, fill, filled};

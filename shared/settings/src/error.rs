@@ -49,6 +49,6 @@ impl SpannedError {
     /// As an error about a file with this text.
     #[must_use]
     pub fn of(self, text: &str, file: &Path) -> SettingsError {
-        crate::invalid(text, file, self.span, self.reason)
+        crate::error_at(text, file, self.span, self.reason)
     }
 }

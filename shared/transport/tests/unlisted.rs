@@ -159,6 +159,6 @@ fn check(domain: &Domain) {
     let mut of_simulator = reader.subscriber_from::<Observations>(Some(0), simulator).expect("a free reader");
     source.send(Header::at(0), 1, |_| Observation::object(0, 0), |_| {}).expect("room");
     assert_eq!((received(&mut of_anybody), received(&mut of_simulator)), (vec![1], vec![]));
-    let taken = nodes[1].publisher::<Observations>(Some(0), 1).expect_err("one source").to_string();
+    let taken = nodes[1].publisher::<Observations>(Some(0), 1).err().expect("one source").to_string();
     assert!(taken.contains(&format!("process {pid} ")), "{taken}");
 }

@@ -67,7 +67,7 @@ impl Commission {
                     trial.name, trial.tries, trial.expects
                 ))?;
                 let outcome = trial.run(&mut bench);
-                output::print(&outcome.told())?;
+                output::print(&outcome.text())?;
                 report.add(&bus.name, index + 1, trial, &outcome)?;
             }
             let off = bench.end();

@@ -288,9 +288,9 @@ fn an_error_in_place_of_torque_enable_confirms_nothing() {
 #[test]
 fn an_answer_longer_than_any_expected_one_counts_as_noise() {
     let mut rig = following();
-    let broken = rig.motor.bus_health(1).broken;
+    let broken = rig.motor.bus_health(1).corrupt;
     answer_alone(&mut rig, PartKind::FastRead, None, &[0; 200]);
-    assert_eq!(rig.motor.bus_health(1).broken, broken + 1);
+    assert_eq!(rig.motor.bus_health(1).corrupt, broken + 1);
 }
 
 #[test]

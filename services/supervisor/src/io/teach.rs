@@ -8,6 +8,7 @@ use config::leo::Leo;
 use message::{Events, Process};
 use process::Launch;
 use recording::{BufferSubscribers, RecordError, recorded_topics};
+use reports::lesson::LessonReport;
 use transport::{Domain, FrameSubscriber, Node};
 
 use crate::io::conductor::{Conductor, TurnSchedule};

@@ -1,7 +1,7 @@
 use std::path::Path;
 
 use super::{Act, Destination, Lesson, Role, UprightPose};
-use crate::ConfigError;
+use crate::SettingsError;
 use crate::test_support::{place_of, reason_of};
 
 const SMALL: &str = r#"
@@ -55,12 +55,12 @@ script = [
 ]
 "#;
 
-fn parse(text: &str) -> Result<Lesson, crate::SettingsError> {
+fn parse(text: &str) -> Result<Lesson, SettingsError> {
     Lesson::parse(text, Path::new("x.toml"))
 }
 
 /// The error for the small lesson with one piece replaced; it must name the line of the replacement.
-fn refusal(from: &str, to: &str) -> ConfigError {
+fn refusal(from: &str, to: &str) -> SettingsError {
     assert_eq!(SMALL.matches(from).count(), 1, "{from}");
     let line = SMALL[..SMALL.find(from).unwrap()].matches('\n').count() + 1;
     let error = parse(&SMALL.replace(from, to)).unwrap_err();

@@ -8,7 +8,7 @@ use super::readings::Readings;
 use super::text::{Field, Kind, MetricsText, seconds};
 
 const COUNTS: [Field<LinkHealth>; 10] = [
-    ("leo_link_sessions", "How often the link to the other machine was established.", |link| link.hearings),
+    ("leo_link_sessions", "How often the link to the other machine was established.", |link| link.sessions),
     ("leo_link_sent_frames", "Frames handed to the network.", |link| link.sent),
     ("leo_link_overtaken_frames", "Frames not sent because a newer one came first.", |link| link.overtaken),
     ("leo_link_expired_frames", "Frames dropped after waiting too long to be sent.", |link| link.expired),

@@ -88,7 +88,7 @@ pub(crate) fn distribution(
     }
     let max = format!("{help}: the maximum since the process started.");
     page.family(&format!("{stem}_max_seconds"), Kind::Gauge, &max);
-    for (name, histogram) in told() {
+    for (name, histogram) in labelled() {
         page.gauge(&[(label, name)], seconds(histogram.max_ns()));
     }
 }

@@ -8,8 +8,10 @@ use super::file::BUILTIN;
 use super::*;
 
 /// The line of an error and what it says is wrong.
-fn told(error: ConfigError) -> (usize, String) {
-    let ConfigError::Invalid { line, reason, .. } = error else { panic!("{error} is of no text") };
+fn told(error: settings::SettingsError) -> (usize, String) {
+    let settings::SettingsError::Invalid { line, reason, .. } = error else {
+        panic!("{error} is of no text")
+    };
     (line, reason)
 }
 
