@@ -22,10 +22,10 @@ pub(crate) use link::{Link, Setup};
 pub(crate) use motion::Motion;
 pub(crate) use policy::Policy;
 use power::RefusedPwm;
-pub(crate) use power::{Power, PowerUpStep, Watchdog};
+pub(crate) use power::{Power, PowerUpStep};
 pub(crate) use steer::Command;
 
-use crate::job::{ServoLimits, Supply};
+use crate::job::{ServoLimits, Supply, Watchdog};
 use crate::notice::Notices;
 use crate::servo_clock::ServoClock;
 use crate::{FaultCounters, JointFault};
