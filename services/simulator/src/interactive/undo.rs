@@ -1,34 +1,20 @@
 //! Undo of the last act.
 
-use std::sync::Arc;
-
 use clock::{Duration, Instant};
 use config::lesson::{Act, Destination, UprightPose};
 use message::SceneMode;
 
-use super::{Done, FOLLOW_TIME, HeldThing, Refusal, refuse};
+use super::{Done, FOLLOW_TIME, Refusal, refuse};
 use crate::World;
-use crate::layout::TableLayout;
 use crate::path::Glide;
 use crate::recorder::{MERGE_TIME, has_moved};
 use crate::thing::{Motion, Seat, SeatKind, Thing};
-use crate::world::State;
+use crate::world::{HeldThing, State, Undo};
 
 /// Maximum number of acts that can be undone.
 const MAX_UNDO: usize = 64;
 /// Duration of moving a thing back.
 const UNDO_TIME: Duration = Duration::from_millis(800);
-
-/// How to undo an act.
-#[derive(Clone, Debug)]
-pub(crate) enum Undo {
-    /// During set-up: restores the table, with everything at rest.
-    TableLayout { layout: Arc<TableLayout>, things: Vec<Thing>, screens: Vec<Glide> },
-    /// During teaching: moves the thing back, visible to everyone.
-    Move { index: usize, to: Destination },
-    /// Pushes an occluder back: at once during set-up, and visibly during teaching.
-    Push { by: u16, occluder: usize, from_m: [f64; 3], until: Instant },
-}
 
 impl World {
     /// Saves where a thing was taken before it is put down elsewhere. Putting it back where it was taken needs no undo.
