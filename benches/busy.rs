@@ -38,9 +38,9 @@ const MESSAGE: [u8; 100] = [0; 100];
 
 /// The turns: name, whether the machine is busy, and whether serial lines are kept prompt.
 const TURNS: [(&str, bool, bool); 3] = [
-    ("nothing else to do", false, true),
-    ("busy, lines prompt", true, true),
-    ("busy, lines ordinary", true, false),
+    ("idle machine", false, true),
+    ("load, boosted lines", true, true),
+    ("load, ordinary lines", true, false),
 ];
 
 fn main() {
@@ -51,18 +51,18 @@ fn main() {
         return measure(usize::try_from(*turn).expect("a turn"), seconds);
     }
     println!(
-        "\nrequests of five buses, in us, and those whose servos were not all heard; {seconds} s per turn\n"
+        "\nduration of requests on five buses, us; incomplete: requests with missing replies; {seconds} s per run\n"
     );
     println!(
         "{:<22} {:>8} {:>8} {:>8} {:>8} {:>11} {:>14}",
-        "", "p50", "p99", "p99.9", "max", "not heard", "buses given up"
+        "", "p50", "p99", "p99.9", "max", "incomplete", "buses lost"
     );
     let program = std::env::current_exe().expect("this program");
     for _round in 0..arguments.get(1).copied().unwrap_or(3) {
         for turn in 0..TURNS.len() {
             let numbers = [seconds.to_string(), "1".to_owned(), turn.to_string()];
             let ended = Command::new(&program).args(numbers).status().expect("starts");
-            assert!(ended.success(), "the turn failed");
+            assert!(ended.success(), "the run failed");
         }
     }
 }
@@ -79,7 +79,7 @@ fn measure(turn: usize, seconds: u64) {
     let domain = Path::new(&domain);
     let mut robot = Robot::start(domain, folder.path(), &[]);
     let came = wait_until(Duration::from_secs(60), || robot.is_back(&[]));
-    assert!(came.is_some(), "it does not start: {}", robot.said());
+    assert!(came.is_some(), "the robot does not start: {}", robot.said());
     let mut top = Top::open(Some(Domain::at(domain).expect("a domain")), About::default()).expect("a robot");
     let mut look = || top.look().0.buses;
     // By then the servos are armed and the initial requests are done.
@@ -95,17 +95,17 @@ fn measure(turn: usize, seconds: u64) {
     let count =
         |of: fn(&BusHealth) -> u64| pairs().map(|(after, before)| of(after) - of(before)).sum::<u64>();
     let said = robot.said();
-    let given_up = said.lines().filter(|line| line.contains("none of its servos answers")).count();
+    let lost = said.lines().filter(|line| line.contains("none of its servos answers")).count();
     let us = |quantile| took.quantile_ns(quantile) / 1000;
     println!(
-        "{what:<22} {:>8} {:>8} {:>8} {:>8} {:>11} {given_up:>14}",
+        "{what:<22} {:>8} {:>8} {:>8} {:>8} {:>11} {lost:>14}",
         us(0.5),
         us(0.99),
         us(0.999),
         took.max_ns() / 1000,
         count(|bus| bus.missed),
     );
-    assert!(robot.end(Signal::INT), "it does not end in order: {}", robot.said());
+    assert!(robot.end(Signal::INT), "the robot does not end in order: {}", robot.said());
 }
 
 /// Threads that write to each other until dropped.

@@ -32,7 +32,7 @@ use rustix::process::Signal;
 /// The cgroup in which memory is limited.
 const GROUPS: &str = "/sys/fs/cgroup/memory";
 /// Maximum memory, beyond the free amount, that the hog process takes.
-const HOG_MOST: u64 = 64 << 20;
+const MAX_HOG_BYTES: u64 = 64 << 20;
 /// Free memory in the cgroup before the hog starts.
 const FREE: u64 = 16 << 20;
 const HOGS_FOR: Duration = Duration::from_secs(1);
@@ -87,14 +87,14 @@ fn main() -> ExitCode {
     let (endings, seed) = (numbers.next().unwrap_or(100), numbers.next().unwrap_or(2006));
     let mut kinds = KINDS.to_vec();
     if !may_limit_memory() {
-        println!("memory cannot be limited here ({GROUPS}): no robot runs out of it");
+        println!("memory cannot be limited here ({GROUPS}): the endings without memory are left out");
         kinds.retain(|kind| *kind != Kind::OutOfMemory);
     }
     if Disk::mount(&Rig::new("endings").state()).is_none() {
-        println!("no small disk can be mounted here: none is full");
+        println!("no small disk can be mounted here: the endings with a full disk are left out");
         kinds.retain(|kind| *kind != Kind::DiskFull);
     }
-    println!("{endings} endings by the seed {seed}");
+    println!("{endings} endings with seed {seed}");
     let mut chance = Chance::new(seed);
     let mut outcomes = BTreeMap::new();
     for (number, kind) in (1..=endings).zip(kinds.iter().copied().cycle()) {
@@ -111,7 +111,7 @@ fn main() -> ExitCode {
             tell(&outcomes);
         }
     }
-    println!("\nin the end:");
+    println!("\ntotal:");
     if tell(&outcomes) == 0 { ExitCode::SUCCESS } else { ExitCode::FAILURE }
 }
 
@@ -140,8 +140,8 @@ fn tell(outcomes: &BTreeMap<Kind, Vec<Outcome>>) -> usize {
         let late =
             outcomes.iter().filter(|outcome| outcome.off_after.is_none_or(|off| off > OFF_WITHIN)).count();
         println!(
-            "{:<34} {:>4}, {starting:>3} while it started; {servos} servos with torque and without a process; off in {:.2?} \
-             (median), {:.2?} (99 %), {:.2?} (most), {late} later than {OFF_WITHIN:?}",
+            "{:<34} {:>4}, {starting:>3} during start-up; {servos} servos with torque and without a process; torque off after \
+             {:.2?} (median), {:.2?} (99 %), {:.2?} (max), {late} later than {OFF_WITHIN:?}",
             format!("{kind:?}"),
             outcomes.len(),
             at(50),
@@ -294,7 +294,7 @@ fn end(
             remove_shared_memory(&rig.domain);
         }
         Kind::OutOfMemory => {
-            group.expect("it runs in one").run_out(FREE + chance.below(HOG_MOST));
+            group.expect("it runs in one").run_out(FREE + chance.below(MAX_HOG_BYTES));
             // The rest of the robot is ended.
             kill("simulator");
             signal(supervisor, Signal::TERM);

@@ -63,7 +63,7 @@ fn main() -> ExitCode {
     ]);
     let text = text.replace("\"127.0.0.1:7780\"", "\"127.0.0.1:0\"");
     fs::write(folder.path().join("leo.toml"), text).expect("writes");
-    println!("{kills} kills by the seed {seed}, beside {load} programs that compute");
+    println!("{kills} kills with seed {seed}, under the load of {load} programs");
     let mut campaign = Campaign::begin(folder.path(), seed, load > 0);
     for number in 1..=kills {
         campaign.kill(number);
@@ -122,7 +122,7 @@ impl Campaign {
         let domain = PathBuf::from(format!("/dev/shm/leo-kills-{}", std::process::id()));
         let robot = Robot::start(&domain, folder, &[]);
         let back = wait_until(PATIENCE, || robot.is_back(&[]));
-        assert!(back.is_some(), "it does not start: {}", robot.said());
+        assert!(back.is_some(), "the robot does not start: {}", robot.said());
         let recorder = Recording::begin(&robot, folder);
         // The recorder's node counts too.
         pause(Duration::from_secs(3));
@@ -179,7 +179,7 @@ impl Campaign {
             victim.is_some()
         });
         let Some(pid) = victim.filter(|_| lives.is_some()) else {
-            self.wrong(format!("kill {number}: `{name}` is not started anew"));
+            self.wrong(format!("kill {number}: `{name}` is not restarted"));
             return;
         };
         kill(pid);
@@ -198,7 +198,9 @@ impl Campaign {
             Some(time) => self.back.push((time, self.last.clone())),
             None => {
                 let living = robot.processes();
-                self.wrong(format!("the robot is not back after a minute: of it live {living:?}"));
+                self.wrong(format!(
+                    "the robot has not recovered after a minute; running processes: {living:?}"
+                ));
             }
         }
         self.killed.clear();
@@ -214,13 +216,11 @@ impl Campaign {
             let left = shared_memory(&self.robot.domain);
             if !is_well || left.0 > 0 {
                 let said = self.robot.said();
-                self.wrong(format!(
-                    "{left:?} files and bytes are left of a robot that was stopped in order: {said}"
-                ));
+                self.wrong(format!("an orderly stop left {left:?} files and bytes: {said}"));
             }
         }
         if wait_until(PATIENCE, || !children.values().any(|pid| is_alive(*pid))).is_none() {
-            self.wrong(format!("of {children:?} somebody outlives the supervisor"));
+            self.wrong(format!("a process of {children:?} outlives the supervisor"));
         }
         self.look_back();
         let domain = self.robot.domain.clone();
@@ -253,7 +253,7 @@ impl Campaign {
         let kept = kept(&self.folder);
         if kept < self.acknowledged {
             let said = self.acknowledged;
-            self.wrong(format!("Leo said that it learned from {said} examples, and {kept} are kept"));
+            self.wrong(format!("{said} examples were reported as learned, and {kept} are stored"));
         }
     }
 
@@ -262,14 +262,14 @@ impl Campaign {
         pause(REST);
         self.leave_alone();
         self.acknowledged = self.acknowledged.max(said_to_have_learned(&self.robot));
-        let (robot, most) = (&self.robot, self.files + FEW);
-        if wait_until(PATIENCE, || shared_memory(&robot.domain).0 <= most).is_none() {
+        let (robot, max) = (&self.robot, self.files + FEW);
+        if wait_until(PATIENCE, || shared_memory(&robot.domain).0 <= max).is_none() {
             let now = shared_memory(&self.robot.domain).0;
-            self.wrong(format!("{} files in shared memory became {now}", self.files));
+            self.wrong(format!("the files in shared memory grew from {} to {now}", self.files));
         }
         let now = descriptors(self.robot.pid());
         if now > self.descriptors + FEW {
-            self.wrong(format!("{} descriptors of the supervisor became {now}", self.descriptors));
+            self.wrong(format!("the descriptors of the supervisor grew from {} to {now}", self.descriptors));
         }
     }
 
@@ -324,7 +324,7 @@ impl Campaign {
     fn end(mut self) -> ExitCode {
         self.rest();
         if !self.robot.end(Signal::INT) {
-            self.wrong(format!("it does not end well: {}", self.robot.said()));
+            self.wrong(format!("the robot does not end in order: {}", self.robot.said()));
         }
         self.look_back();
         let left = shared_memory(&self.robot.domain);
@@ -333,14 +333,14 @@ impl Campaign {
         }
         println!("\nkilled: {:?}", self.counts);
         println!("{}", self.summary());
-        println!("longest: {:.2?}", self.longest());
-        println!("{} reports of joints that nobody commanded", self.at_rest);
+        println!("max: {:.2?}", self.longest());
+        println!("{} reports of joints without a commander", self.at_rest);
         if self.at_rest == 0 {
             self.wrong("nothing was seen of joints that nobody commanded".to_owned());
         }
         let late = self.late();
         if late > 0 {
-            self.wrong(format!("the robot was back later than after {:?} {late} times", self.back_within));
+            self.wrong(format!("recovery took longer than {:?} {late} times", self.back_within));
         }
         println!("state directory: {} bytes", files_below(&self.folder.join("leo")).1);
         self.wrong.iter().for_each(|what| println!("WRONG: {what}"));
@@ -360,9 +360,9 @@ fn said_to_have_learned(robot: &Robot) -> u64 {
 
 /// The stored number of examples, while no robot runs.
 fn kept(folder: &Path) -> u64 {
-    let told = leo(&["tasks", "show", "task 1", "--json"]).env("XDG_STATE_HOME", folder).output();
-    let told: serde_json::Value = serde_json::from_slice(&told.expect("runs").stdout).unwrap_or_default();
-    told.pointer("/account/tasks/0/examples").and_then(serde_json::Value::as_u64).unwrap_or(0)
+    let output = leo(&["tasks", "show", "task 1", "--json"]).env("XDG_STATE_HOME", folder).output();
+    let output: serde_json::Value = serde_json::from_slice(&output.expect("runs").stdout).unwrap_or_default();
+    output.pointer("/account/tasks/0/examples").and_then(serde_json::Value::as_u64).unwrap_or(0)
 }
 
 /// The joints' motion during the life of a supervisor, recorded by `leo record`.

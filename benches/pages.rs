@@ -82,13 +82,15 @@ fn measure(has_blocks: bool, mut numbers: impl Iterator<Item = u64>) {
     let domain = Path::new(&domain);
     let robot = Robot::start(domain, folder, &more);
     let came = wait_until(Duration::from_secs(60), || robot.is_back(&[]) && robot.page().is_some());
-    assert!(came.is_some(), "it does not start: {}", robot.said());
+    assert!(came.is_some(), "the robot does not start: {}", robot.said());
     let (host, token) = robot.page().expect("it has a page");
     let mut top = Top::open(Some(Domain::at(domain).expect("a domain")), About::default()).expect("a robot");
     let wait = |seconds| clock::sleep_until(clock::now() + Duration::from_secs(seconds));
     wait(5);
     let table = if has_blocks { "a hundred blocks" } else { "Task 1" };
-    println!("\n{table}: p99 in us of wake-up, or of age where a process is woken; {seconds} s per turn\n");
+    println!(
+        "\n{table}: p99 of the wake-up latency, or of the input's age in event-driven processes, us; {seconds} s per run\n"
+    );
     println!("{:<6} {:>9} {:>9} {:>9} {:>22}", "pages", "sensor", "belief", "motor", "kB/s to a page");
     let mut all = Vec::new();
     for round in 0..rounds {

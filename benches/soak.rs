@@ -103,7 +103,7 @@ fn main() -> ExitCode {
     let domain = PathBuf::from(format!("/dev/shm/leo-soak-{}", std::process::id()));
     let mut robot = Robot::start(&domain, folder, &["--faults", &faults.display().to_string()]);
     let came = wait_until(Duration::from_secs(60), || robot.is_back(&[]) && robot.page().is_some());
-    assert!(came.is_some(), "it does not start: {}", robot.said());
+    assert!(came.is_some(), "the robot does not start: {}", robot.said());
     let at = robot.page().expect("it has a page");
     let file = folder.join("soak.mcap");
     let mut recorder =
@@ -134,9 +134,9 @@ fn main() -> ExitCode {
     }
     let rows = robot.rows();
     stop.store(true, Ordering::Relaxed);
-    pages.into_iter().for_each(|page| page.join().expect("a page lives on"));
-    scraper.join().expect("the scraper lives on");
-    let asked = asker.join().expect("who asks lives on");
+    pages.into_iter().for_each(|page| page.join().expect("a page runs on"));
+    scraper.join().expect("the scraper runs on");
+    let asked = asker.join().expect("the requester runs on");
     // Stopped before the robot, so that its counts cover what it saw.
     let _sent = kill_process(Pid::from_raw(recorder_pid).expect("a number"), Signal::INT);
     let mut told = String::new();
@@ -147,7 +147,7 @@ fn main() -> ExitCode {
     let left = shared_memory(&domain).0;
 
     println!(
-        "{seconds} s, {PAGES} pages, {} bytes shown, {} scrapes, {asked} files of the black box asked for",
+        "{seconds} s, {PAGES} pages, {} bytes received by them, {} scrapes, {asked} black-box files requested",
         shown.load(Ordering::Relaxed),
         scraped.load(Ordering::Relaxed)
     );
@@ -169,7 +169,7 @@ fn main() -> ExitCode {
     );
     let mut wrong = compared(&samples, began + WARM_UP.max(Duration::from_secs(seconds / 4)));
     for row in rows.iter().filter(|row| row["restarts"].as_u64() != Some(0)) {
-        wrong.push(format!("{} was started anew {} times", row["process"], row["restarts"]));
+        wrong.push(format!("{} was restarted {} times", row["process"], row["restarts"]));
     }
     for row in rows.iter().filter(|row| row["broken_invariants"].as_u64() != Some(0)) {
         wrong.push(format!("{} found {} broken invariants", row["process"], row["broken_invariants"]));
@@ -178,7 +178,10 @@ fn main() -> ExitCode {
         wrong.push("the recorder dropped frames".to_owned());
     }
     if robot.said().contains("panicked") || !ended || left > 0 {
-        wrong.push(format!("it did not end well, with {left} files left in shared memory: {}", robot.said()));
+        wrong.push(format!(
+            "the robot did not end in order; {left} files are left in shared memory: {}",
+            robot.said()
+        ));
     }
     wrong.iter().for_each(|what| println!("WRONG: {what}"));
     if wrong.is_empty() { ExitCode::SUCCESS } else { ExitCode::FAILURE }
@@ -221,22 +224,22 @@ fn compared(samples: &[(Instant, BTreeMap<String, f64>)], warm: Instant) -> Vec<
         + 1.0;
     let (first, last) = (warm.get(..quarter).unwrap_or(&[]), warm.get(warm.len() - quarter..).unwrap_or(&[]));
     let mut wrong = Vec::new();
-    println!("{:<28} {:>12} {:>12}", "", "warm", "at the end");
+    println!("{:<28} {:>12} {:>12}", "", "after warm-up", "at the end");
     for name in warm.last().into_iter().flat_map(|held| held.keys()) {
         let (before, after) = (mean(first, name), mean(last, name));
         println!("{name:<28} {before:>12.0} {after:>12.0}");
-        let most = match A_LESSON.iter().find(|(grows, _)| grows == name) {
+        let max = match A_LESSON.iter().find(|(grows, _)| grows == name) {
             Some((_, a_lesson)) => Some(before + lessons * a_lesson),
             None => {
                 let besides = BESIDES.iter().find(|(unit, _)| name.ends_with(unit));
                 besides.map(|(_, besides)| before * (1.0 + SHARE) + besides)
             }
         };
-        if most.is_some_and(|most| after > most) {
+        if max.is_some_and(|max| after > max) {
             // The course shows whether it is a step, saturates, or continues.
             let ten = warm.chunks(warm.len().div_ceil(10)).map(|some| format!("{:.0}", mean(some, name)));
             wrong.push(format!(
-                "{name}: {before:.0} became {after:.0}, by {}",
+                "{name}: grew from {before:.0} to {after:.0}; means of tenths: {}",
                 ten.collect::<Vec<_>>().join(", ")
             ));
         }
@@ -266,7 +269,7 @@ fn page(at: &(String, String), plays: bool, stop: &AtomicBool, shown: &AtomicU64
                 shown.fetch_add(u64::try_from(message.len()).unwrap_or(0), Ordering::Relaxed);
             }
             Err(tungstenite::Error::Io(_)) => {}
-            Err(error) => panic!("a page is shut: {error}"),
+            Err(error) => panic!("the connection of a page was closed: {error}"),
         }
     }
 }

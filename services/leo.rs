@@ -13,7 +13,7 @@ fn main() -> ExitCode {
         Err(failure) => {
             // The only place where a command's error is printed.
             let mut out = std::io::stderr().lock();
-            let _ = std::io::Write::write_all(&mut out, failure.told().as_bytes());
+            let _ = std::io::Write::write_all(&mut out, failure.message().as_bytes());
             failure.code
         }
     }

@@ -52,9 +52,9 @@ fn push_new(states: &mut Vec<State>, mut state: State) {
 }
 
 /// The successive states that `leo believe` reports.
-fn told() -> Vec<State> {
-    let told = leo(&["believe", MOVED, "--json"]).output().expect("runs");
-    let lines = String::from_utf8(told.stdout).expect("is text");
+fn output() -> Vec<State> {
+    let output = leo(&["believe", MOVED, "--json"]).output().expect("runs");
+    let lines = String::from_utf8(output.stdout).expect("is text");
     let (mut states, mut state, mut at) = (Vec::new(), State::new(), None);
     for line in lines.lines() {
         let line: Value = serde_json::from_str(line).expect("is JSON");
@@ -89,8 +89,8 @@ fn published(differences: &[Difference], percepts: &Percepts) -> State {
 
 #[test]
 fn a_running_robot_and_leo_believe_agree_about_a_trace() {
-    let told = told();
-    assert!(told.len() > 10 && told.last() == Some(&State::new()), "{told:#?}");
+    let output = output();
+    assert!(output.len() > 10 && output.last() == Some(&State::new()), "{output:#?}");
     let percepts = Percepts::builtin();
     let robot = Robot::ready("playback", &[("kind", &format!("\"trace\"\nfile = {MOVED:?}"))]);
     let domain = Domain::at(robot.domain()).expect("a domain");
@@ -107,11 +107,11 @@ fn a_running_robot_and_leo_believe_agree_about_a_trace() {
         last["sources"][0]["frames"] == 29 && seen.last() == Some(&State::new()) && seen.len() > 1
     });
     assert!(over, "{seen:#?}\n{}", robot.said());
-    let mut expected = told.iter();
+    let mut expected = output.iter();
     for state in &seen {
-        assert!(expected.any(|told| told == state), "{state:?}\nof {seen:#?}\nis not in {told:#?}");
+        assert!(expected.any(|output| output == state), "{state:?}\nof {seen:#?}\nis not in {output:#?}");
     }
-    assert!(seen.len() > told.len() / 2, "{seen:#?}");
+    assert!(seen.len() > output.len() / 2, "{seen:#?}");
     assert!(wait_until(|| robot.said().contains("the trace has ended")), "{}", robot.said());
 
     drop((differences, node));

@@ -17,7 +17,7 @@ impl Chance {
     }
 
     /// A duration below a bound, in whole microseconds.
-    pub(crate) fn up_to(&mut self, most: Duration) -> Duration {
-        Duration::from_micros(self.below(u64::try_from(most.as_micros()).unwrap_or(1).max(1)))
+    pub(crate) fn up_to(&mut self, max: Duration) -> Duration {
+        Duration::from_micros(self.below(u64::try_from(max.as_micros()).unwrap_or(1).max(1)))
     }
 }

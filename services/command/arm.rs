@@ -9,7 +9,7 @@ use clap::Args;
 use clock::Instant;
 use config::Robot;
 use console_process::top::{Boards, Readings};
-use message::{LicenceGroup, Licences, Process};
+use message::{ArmingGroup, ArmingSummary, Process};
 use process::arming::{self, ArmOrder};
 use process::emergency;
 use serde::Serialize;
@@ -23,7 +23,7 @@ use super::output::{print, print_json};
 const REPORT_TIMEOUT: Duration = Duration::from_secs(3);
 /// Time-out for it to execute the order.
 const ARM_TIMEOUT: Duration = Duration::from_secs(5);
-/// The result is final when no licence changed for this long after the order was taken.
+/// The result is final when no arming state changed for this long after the order was taken.
 const SETTLE_TIME: Duration = Duration::from_secs(1);
 const POLL_INTERVAL: Duration = Duration::from_millis(10);
 
@@ -62,12 +62,12 @@ impl Arm {
         }
         let mut board = Board::open(&domain)?;
         let before = board.reported()?;
-        let licences = Licences::of(&before.joints);
+        let summary = ArmingSummary::of(&before.joints);
         if !self.json {
-            print(&before_text(&licences, &names))?;
+            print(&before_text(&summary, &names))?;
         }
         // There is nothing to do if all joints are armed, or locked without an acknowledgement.
-        let is_needed = !licences.disarmed.is_empty() || (self.acknowledge && !licences.locked.is_empty());
+        let is_needed = !summary.disarmed.is_empty() || (self.acknowledge && !summary.locked.is_empty());
         let after = if is_needed {
             // Joints locked after this reading were not shown to the person, so they are not acknowledged.
             let acknowledged_locks = self.acknowledge.then_some(before.joint_locks);
@@ -81,13 +81,13 @@ impl Arm {
         } else {
             before
         };
-        let licences = Licences::of(&after.joints);
+        let summary = ArmingSummary::of(&after.joints);
         if self.json {
-            print_json(&Outcome::new(&domain, &licences, &after, &names))?;
+            print_json(&Outcome::new(&domain, &summary, &after, &names))?;
         } else {
-            print(&after_text(&licences, after.joints.len(), self.acknowledge, &names))?;
+            print(&after_text(&summary, after.joints.len(), self.acknowledge, &names))?;
         }
-        Ok(ExitCode::from(u8::from(!licences.is_all_armed())))
+        Ok(ExitCode::from(u8::from(!summary.is_all_armed())))
     }
 }
 
@@ -133,18 +133,18 @@ impl Board {
     /// later would obey it.
     fn outcome(&mut self, domain: &Domain) -> Result<Readings, CommandError> {
         let began = clock::now();
-        let (mut licences, mut settled_since) = (Licences::default(), None);
+        let (mut summary, mut settled_since) = (ArmingSummary::default(), None);
         loop {
             let readings = self.read();
             let now = clock::now();
             let is_taken = !Domain::arm_order(domain.root()).exists();
-            let newest = Licences::of(&readings.joints);
-            if !is_taken || newest != licences || settled_since.is_none() {
+            let newest = ArmingSummary::of(&readings.joints);
+            if !is_taken || newest != summary || settled_since.is_none() {
                 settled_since = Some(now);
-                licences = newest;
+                summary = newest;
             }
             let is_settled = settled_since.is_some_and(|since| is_over(since, SETTLE_TIME));
-            if is_taken && (licences.is_all_armed() || is_settled) {
+            if is_taken && (summary.is_all_armed() || is_settled) {
                 return Ok(readings);
             }
             if is_over(began, ARM_TIMEOUT) {
@@ -182,10 +182,10 @@ fn counted(count: usize) -> String {
     if count == 1 { "1 joint".to_owned() } else { format!("{count} joints") }
 }
 
-/// The joints of a licence state as text, with the meaning and the remedy of each cause.
-fn groups_text(word: &str, groups: &[LicenceGroup], names: &[String], are_named: bool) -> String {
+/// The joints of an arming state as text, with the meaning and the remedy of each cause.
+fn groups_text(word: &str, groups: &[ArmingGroup], names: &[String], are_named: bool) -> String {
     let mut text = String::new();
-    for LicenceGroup { cause, joints } in groups {
+    for ArmingGroup { cause, joints } in groups {
         // Writing to a string cannot fail.
         let _ = writeln!(text, "{} {word}, {}: {}", counted(joints.len()), cause.name(), cause.meaning());
         if are_named {
@@ -199,33 +199,33 @@ fn groups_text(word: &str, groups: &[LicenceGroup], names: &[String], are_named:
 }
 
 /// The locked and disarmed joints before the order, as text.
-fn before_text(licences: &Licences, names: &[String]) -> String {
-    let mut text = groups_text("locked", &licences.locked, names, true);
-    for LicenceGroup { cause, joints } in &licences.disarmed {
+fn before_text(summary: &ArmingSummary, names: &[String]) -> String {
+    let mut text = groups_text("locked", &summary.locked, names, true);
+    for ArmingGroup { cause, joints } in &summary.disarmed {
         let _ = writeln!(text, "{} disarmed, {}: {}", counted(joints.len()), cause.name(), cause.meaning());
     }
     text
 }
 
 /// The result as text.
-fn after_text(licences: &Licences, joints: usize, was_acknowledged: bool, names: &[String]) -> String {
-    let mut text = if licences.is_all_armed() {
+fn after_text(summary: &ArmingSummary, joints: usize, was_acknowledged: bool, names: &[String]) -> String {
+    let mut text = if summary.is_all_armed() {
         format!("all {joints} joints are armed\n")
     } else {
-        format!("{} of {joints} joints are armed\n", licences.armed)
+        format!("{} of {joints} joints are armed\n", summary.armed)
     };
-    text += &groups_text("still disarmed", &licences.disarmed, names, true);
-    if licences.locked.is_empty() {
+    text += &groups_text("still disarmed", &summary.disarmed, names, true);
+    if summary.locked.is_empty() {
         return text;
     }
     if was_acknowledged {
-        text += &groups_text("still locked", &licences.locked, names, true);
+        text += &groups_text("still locked", &summary.locked, names, true);
         text += "a joint is unlocked once its cause is gone: remove the cause, and repeat `leo arm --acknowledge`\n";
     } else {
         let _ = writeln!(
             text,
             "{} still locked: `leo arm --acknowledge` unlocks those whose cause is gone",
-            counted(licences.locked_joints())
+            counted(summary.locked_joints())
         );
     }
     text
@@ -252,9 +252,9 @@ struct Group {
 }
 
 impl Outcome {
-    fn new(domain: &Domain, licences: &Licences, readings: &Readings, names: &[String]) -> Self {
-        let groups = |groups: &[LicenceGroup]| {
-            let group = |LicenceGroup { cause, joints }: &LicenceGroup| Group {
+    fn new(domain: &Domain, summary: &ArmingSummary, readings: &Readings, names: &[String]) -> Self {
+        let groups = |groups: &[ArmingGroup]| {
+            let group = |ArmingGroup { cause, joints }: &ArmingGroup| Group {
                 cause: cause.name(),
                 meaning: cause.meaning(),
                 remedy: cause.remedy(),
@@ -265,9 +265,9 @@ impl Outcome {
         Self {
             domain: domain.root().display().to_string(),
             joints: readings.joints.len(),
-            armed: licences.armed,
-            disarmed: groups(&licences.disarmed),
-            locked: groups(&licences.locked),
+            armed: summary.armed,
+            disarmed: groups(&summary.disarmed),
+            locked: groups(&summary.locked),
             locks: readings.joint_locks,
         }
     }
@@ -276,17 +276,17 @@ impl Outcome {
 #[cfg(test)]
 mod tests {
     use message::{
-        JointCause, JointLicence, JointLink, JointMachines, JointMode, JointMotion, JointPower, JointState,
+        JointArming, JointCause, JointLink, JointMachines, JointMode, JointMotion, JointPower, JointState,
     };
 
     use super::*;
 
-    fn joint(index: u32, licence: JointLicence, licence_cause: JointCause) -> JointState {
+    fn joint(index: u32, arming: JointArming, arming_cause: JointCause) -> JointState {
         JointState::unread(index, JointMode::Limp, JointCause::NotStarted).with_machines(JointMachines {
             link: JointLink::Answering,
             power: JointPower::Off,
-            licence,
-            licence_cause,
+            arming,
+            arming_cause,
             motion: JointMotion::Idle,
         })
     }
@@ -297,12 +297,12 @@ mod tests {
 
     #[test]
     fn locked_joints_are_named_with_causes_and_disarmed_joints_counted() {
-        let licences = Licences::of(&[
-            joint(0, JointLicence::Disarmed, JointCause::NotStarted),
-            joint(1, JointLicence::Locked, JointCause::Blocked),
-            joint(2, JointLicence::Disarmed, JointCause::NotStarted),
+        let summary = ArmingSummary::of(&[
+            joint(0, JointArming::Disarmed, JointCause::NotStarted),
+            joint(1, JointArming::Locked, JointCause::Blocked),
+            joint(2, JointArming::Disarmed, JointCause::NotStarted),
         ]);
-        let text = before_text(&licences, &names());
+        let text = before_text(&summary, &names());
         let blocked = JointCause::Blocked;
         let should = format!(
             "1 joint locked, blocked: {}\n    elbow\n    to do: {}\n2 joints disarmed, not-started: the motor process \
@@ -316,19 +316,19 @@ mod tests {
     #[test]
     fn locked_joints_are_listed_with_the_remedy() {
         let mixed = [
-            joint(0, JointLicence::Armed, JointCause::None),
-            joint(1, JointLicence::Locked, JointCause::Blocked),
+            joint(0, JointArming::Armed, JointCause::None),
+            joint(1, JointArming::Locked, JointCause::Blocked),
         ];
-        let licences = Licences::of(&mixed);
-        let text = after_text(&licences, 2, false, &names());
+        let summary = ArmingSummary::of(&mixed);
+        let text = after_text(&summary, 2, false, &names());
         assert_eq!(
             text,
             "1 of 2 joints are armed\n1 joint still locked: `leo arm --acknowledge` unlocks those whose cause is gone\n"
         );
-        let text = after_text(&licences, 2, true, &names());
+        let text = after_text(&summary, 2, true, &names());
         assert!(text.contains("1 joint still locked, blocked: ") && text.contains("    elbow\n"), "{text}");
         assert!(text.contains("remove the cause"), "{text}");
-        let text = after_text(&Licences::of(&mixed[..1]), 1, false, &names());
+        let text = after_text(&ArmingSummary::of(&mixed[..1]), 1, false, &names());
         assert_eq!(text, "all 1 joints are armed\n");
     }
 }

@@ -82,7 +82,7 @@ impl Believe {
     ) -> Result<(), OutputError> {
         let mut summary = Summary { literal, ..Summary::default() };
         let mut frames = Vec::new();
-        let mut told: Option<Instant> = None;
+        let mut shown_at: Option<Instant> = None;
         while trace.read(&mut frames)? {
             minds.step(&frames);
             let at = minds.at();
@@ -95,8 +95,8 @@ impl Believe {
                 let persons = frame.observations.iter().filter_map(partner);
                 summary.not_simulated.extend(persons.filter(|partner| !minds.simulates(*partner)));
             }
-            if self.every.is_none_or(|every| told.is_none_or(|told| at.since(told) >= every)) {
-                told = Some(at);
+            if self.every.is_none_or(|every| shown_at.is_none_or(|shown_at| at.since(shown_at) >= every)) {
+                shown_at = Some(at);
                 teller.note(at, &minds.all(), &mut out.text);
                 out.write()?;
             }

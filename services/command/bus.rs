@@ -300,7 +300,7 @@ fn monitor(place: &BusSelection<'_>, target: &Target, once: bool) -> Result<Exit
 }
 
 fn row(line: &mut Line, id: u8, name: &str) -> String {
-    let mut told = || -> Result<String, CommandError> {
+    let mut table_line = || -> Result<String, CommandError> {
         let model = line.model(id)?;
         let mut get = |item: &str| -> Result<f64, CommandError> {
             let entry = entry(model, item)?;
@@ -318,7 +318,7 @@ fn row(line: &mut Line, id: u8, name: &str) -> String {
             if torque == 1 { "on" } else { "off" }
         ))
     };
-    told().unwrap_or_else(|error| format!("{name:<28} {}", error.text))
+    table_line().unwrap_or_else(|error| format!("{name:<28} {}", error.text))
 }
 
 fn entry(model: Model, item: &str) -> Result<Entry, CommandError> {

@@ -93,10 +93,10 @@ impl EmergencyStop {
             return super::output::print(&format!("no robot runs: {said}\n")).map(|()| code);
         }
         // Stop all robots before waiting for any result.
-        let told = told(&robots, |root| emergency::raise(root, &self.reason));
+        let results = for_each_robot(&robots, |root| emergency::raise(root, &self.reason));
         let mut code = ExitCode::SUCCESS;
         let (mut lines, mut failed) = (Vec::new(), Vec::new());
-        for (robot, raised) in robots.iter().zip(told) {
+        for (robot, raised) in robots.iter().zip(results) {
             let motors: Vec<&Motor> =
                 motors.iter().filter(|motor| motor.process.domain == *robot.root()).collect();
             let reached = reached(&motors, raised.is_ok());
@@ -139,7 +139,7 @@ impl EmergencyStop {
             ));
         }
         let (mut lines, mut failed) = (Vec::new(), Vec::new());
-        for (robot, released) in robots.iter().zip(told(&robots, emergency::release)) {
+        for (robot, released) in robots.iter().zip(for_each_robot(&robots, emergency::release)) {
             match released {
                 Ok(was) => {
                     let said = if was { "released" } else { "was not raised" };
@@ -302,7 +302,7 @@ fn is_running(robot: &Domain) -> bool {
 }
 
 /// Calls `act` for every robot's folder, regardless of errors of others, and returns the results.
-fn told<T>(robots: &[Domain], act: impl Fn(&Path) -> io::Result<T>) -> Vec<Result<T, String>> {
+fn for_each_robot<T>(robots: &[Domain], act: impl Fn(&Path) -> io::Result<T>) -> Vec<Result<T, String>> {
     let failed =
         |robot: &Domain, error| format!("{}: {error}; is the robot another user's?", robot.root().display());
     robots.iter().map(|robot| act(robot.root()).map_err(|error| failed(robot, error))).collect()
@@ -402,8 +402,8 @@ mod tests {
         // A robot whose folder is a file.
         std::fs::remove_dir_all(gone.root()).and_then(|()| std::fs::write(gone.root(), "")).unwrap();
         let robots = [gone, here];
-        let told = told(&robots, |root| emergency::raise(root, "a test"));
-        let [Err(error), Ok(())] = told.as_slice() else { panic!("{told:?}") };
+        let results = for_each_robot(&robots, |root| emergency::raise(root, "a test"));
+        let [Err(error), Ok(())] = results.as_slice() else { panic!("{results:?}") };
         let [gone, here] = robots.each_ref().map(Domain::root);
         assert!(error.starts_with(&gone.display().to_string()), "{error}");
         assert!(emergency::is_raised(here));

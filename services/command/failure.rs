@@ -24,7 +24,7 @@ impl CommandError {
     }
 
     /// The text for standard error.
-    pub(crate) fn told(&self) -> String {
+    pub(crate) fn message(&self) -> String {
         let text = format!("leo: {}\n", self.text);
         if journal::is_listening() { journal::marked(&text, tracing::Level::ERROR) } else { text }
     }

@@ -130,8 +130,8 @@ impl Learn {
                 learned.insert(view.perspective, now.clone());
                 newest.insert(view.perspective, now);
             }
-            let told = ExampleResult { shown, number: index + 1, learned, answers };
-            let text = if self.json { json::example(&told)? } else { text::example(examples, &told) };
+            let result = ExampleResult { shown, number: index + 1, learned, answers };
+            let text = if self.json { json::example(&result)? } else { text::example(examples, &result) };
             out.write_all(text.as_bytes())?;
         }
         let conclusion = conclude(examples, &newest, &mut by_perspective, settings);

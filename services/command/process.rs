@@ -81,20 +81,20 @@ pub(super) struct LaunchArgs {
 impl Process {
     /// Runs the process until it is stopped.
     pub(crate) fn run(self) -> Result<ExitCode, CommandError> {
-        let told = match &self {
-            Self::Simulator(told)
-            | Self::Sensor(told)
-            | Self::Belief(told)
-            | Self::Learner(told)
-            | Self::Motor(told)
-            | Self::Console(told) => told,
-            Self::Link(told) | Self::TorqueGuard(told) => told,
+        let arguments = match &self {
+            Self::Simulator(arguments)
+            | Self::Sensor(arguments)
+            | Self::Belief(arguments)
+            | Self::Learner(arguments)
+            | Self::Motor(arguments)
+            | Self::Console(arguments) => arguments,
+            Self::Link(arguments) | Self::TorqueGuard(arguments) => arguments,
             Self::MockBus(_) => {
                 let Self::MockBus(mock_bus) = self else { return Ok(ExitCode::SUCCESS) };
                 return mock_bus.run();
             }
         };
-        let launch = told.life.launch(told.domain.clone(), told.config.clone());
+        let launch = arguments.life.launch(arguments.domain.clone(), arguments.config.clone());
         let robot = launch.files().and_then(|files| Robot::of(&files)).map_err(CommandError::usage)?;
         match self {
             Self::Simulator(_) => simulator_process::run(&launch, &robot, &lesson(&launch)?),

@@ -8,7 +8,7 @@ use std::process::{Command, Stdio};
 use std::thread;
 
 use message::{
-    JointCause, JointLicence, JointLink, JointMachines, JointMode, JointMotion, JointPower, JointState,
+    JointArming, JointCause, JointLink, JointMachines, JointMode, JointMotion, JointPower, JointState,
     Joints, Process, Roster,
 };
 use process::arming::{self, ArmOrder};
@@ -31,11 +31,11 @@ struct Told {
 }
 
 /// Checks an error: one line on standard error, nothing on standard output.
-fn assert_refused(told: &Told, status: i32, words: &[&str]) {
-    assert_eq!((told.status, told.out.as_str()), (Some(status), ""), "{told:?}");
-    assert_eq!(told.err.lines().filter(|line| line.starts_with("leo: ")).count(), 1, "{told:?}");
+fn assert_refused(output: &Told, status: i32, words: &[&str]) {
+    assert_eq!((output.status, output.out.as_str()), (Some(status), ""), "{output:?}");
+    assert_eq!(output.err.lines().filter(|line| line.starts_with("leo: ")).count(), 1, "{output:?}");
     for word in words {
-        assert!(told.err.contains(word), "{word} is not in {told:?}");
+        assert!(output.err.contains(word), "{word} is not in {output:?}");
     }
 }
 
@@ -98,19 +98,19 @@ impl Boards {
     /// output of `leo arm`.
     fn armed(&mut self, arguments: &[&str], after: &Joints) -> (ArmOrder, Told) {
         let root = self.root().to_owned();
-        let told = thread::scope(|scope| {
-            let told = scope.spawn(|| arm(&root, arguments));
+        let output = thread::scope(|scope| {
+            let output = scope.spawn(|| arm(&root, arguments));
             let mut order = None;
             let is_there = wait_until(|| {
                 order = order.or(arming::take(&root).expect("can be taken"));
-                order.is_some() || told.is_finished()
+                order.is_some() || output.is_finished()
             });
             assert!(is_there, "no order comes");
             self.joints.write(after);
-            (order, told.join().expect("runs"))
+            (order, output.join().expect("runs"))
         });
-        assert!(told.0.is_some(), "no order came: {:?}", told.1);
-        (told.0.expect("came"), told.1)
+        assert!(output.0.is_some(), "no order came: {:?}", output.1);
+        (output.0.expect("came"), output.1)
     }
 }
 
@@ -127,68 +127,71 @@ impl Drop for Boards {
 fn arm(root: &Path, arguments: &[&str]) -> Told {
     let mut command = Command::new(env!("CARGO_BIN_EXE_leo"));
     command.args(["arm", "--domain"]).arg(root).args(arguments).env_clear().stdin(Stdio::null());
-    let told = command.output().expect("runs");
+    let output = command.output().expect("runs");
     let text = |bytes: &[u8]| String::from_utf8_lossy(bytes).into_owned();
-    Told { status: told.status.code(), out: text(&told.stdout), err: text(&told.stderr) }
+    Told { status: output.status.code(), out: text(&output.stdout), err: text(&output.stderr) }
 }
 
 /// Joints with these arming states and causes.
-fn joints(locks: u64, licences: &[(JointLicence, JointCause)]) -> Joints {
+fn joints(locks: u64, summary: &[(JointArming, JointCause)]) -> Joints {
     let mut joints = Joints { locks, ..Joints::default() };
-    joints.set((0_u32..).zip(licences).map(|(joint, &(licence, licence_cause))| {
-        JointState::unread(joint, JointMode::Limp, licence_cause).with_machines(JointMachines {
+    joints.set((0_u32..).zip(summary).map(|(joint, &(arming, arming_cause))| {
+        JointState::unread(joint, JointMode::Limp, arming_cause).with_machines(JointMachines {
             link: JointLink::Answering,
             power: JointPower::Off,
-            licence,
-            licence_cause,
+            arming,
+            arming_cause,
             motion: JointMotion::Idle,
         })
     }));
     joints
 }
 
-const ARMED: (JointLicence, JointCause) = (JointLicence::Armed, JointCause::None);
-const STARTED: (JointLicence, JointCause) = (JointLicence::Disarmed, JointCause::NotStarted);
-const BLOCKED: (JointLicence, JointCause) = (JointLicence::Locked, JointCause::Blocked);
+const ARMED: (JointArming, JointCause) = (JointArming::Armed, JointCause::None);
+const STARTED: (JointArming, JointCause) = (JointArming::Disarmed, JointCause::NotStarted);
+const BLOCKED: (JointArming, JointCause) = (JointArming::Locked, JointCause::Blocked);
 
 /// One test, because a process can join the boards of one domain only.
 #[test]
 fn joints_arm_by_order_and_unlock_by_acknowledgement() {
     let mut robot = Boards::of("arm", &joints(0, &[STARTED, STARTED]));
-    let (order, told) = robot.armed(&[], &joints(0, &[ARMED, ARMED]));
+    let (order, output) = robot.armed(&[], &joints(0, &[ARMED, ARMED]));
     assert_eq!(order, ArmOrder { acknowledged_locks: None });
-    assert_eq!((told.status, told.err.as_str()), (Some(0), ""), "{told:?}");
-    assert!(told.out.starts_with("2 joints disarmed, not-started: the motor process started\n"), "{told:?}");
-    assert!(told.out.ends_with("all 2 joints are armed\n"), "{told:?}");
+    assert_eq!((output.status, output.err.as_str()), (Some(0), ""), "{output:?}");
+    assert!(
+        output.out.starts_with("2 joints disarmed, not-started: the motor process started\n"),
+        "{output:?}"
+    );
+    assert!(output.out.ends_with("all 2 joints are armed\n"), "{output:?}");
     // If all are armed, no order is given.
-    let told = arm(robot.root(), &[]);
-    assert_eq!((told.status, told.out.as_str()), (Some(0), "all 2 joints are armed\n"), "{told:?}");
+    let output = arm(robot.root(), &[]);
+    assert_eq!((output.status, output.out.as_str()), (Some(0), "all 2 joints are armed\n"), "{output:?}");
 
     robot.joints.write(&joints(7, &[STARTED, BLOCKED]));
-    let (order, told) = robot.armed(&[], &joints(7, &[ARMED, BLOCKED]));
+    let (order, output) = robot.armed(&[], &joints(7, &[ARMED, BLOCKED]));
     assert_eq!(order, ArmOrder { acknowledged_locks: None }, "nothing was acknowledged");
-    assert_eq!(told.status, Some(1), "{told:?}");
+    assert_eq!(output.status, Some(1), "{output:?}");
     for line in [
         "1 joint locked, blocked: ",
         "    to do: remove what held the joint",
         "1 of 2 joints are armed\n",
         "`leo arm --acknowledge` unlocks those whose cause is gone",
     ] {
-        assert!(told.out.contains(line), "{line}: {told:?}");
+        assert!(output.out.contains(line), "{line}: {output:?}");
     }
-    let told = arm(robot.root(), &[]);
-    assert!(told.status == Some(1) && told.out.contains("1 of 2 joints are armed"), "{told:?}");
+    let output = arm(robot.root(), &[]);
+    assert!(output.status == Some(1) && output.out.contains("1 of 2 joints are armed"), "{output:?}");
 
-    let (order, told) = robot.armed(&["--acknowledge", "--json"], &joints(8, &[ARMED, ARMED]));
+    let (order, output) = robot.armed(&["--acknowledge", "--json"], &joints(8, &[ARMED, ARMED]));
     assert_eq!(order, ArmOrder { acknowledged_locks: Some(7) }, "the locks of before the order");
-    let document: serde_json::Value = serde_json::from_str(&told.out).expect("JSON");
-    let armed = (told.status, document["armed"].as_u64(), document["locks"].as_u64());
+    let document: serde_json::Value = serde_json::from_str(&output.out).expect("JSON");
+    let armed = (output.status, document["armed"].as_u64(), document["locks"].as_u64());
     assert_eq!(armed, (Some(0), Some(2), Some(8)));
     assert_eq!(document["locked"], serde_json::json!([]));
 
     robot.joints.write(&joints(8, &[STARTED, ARMED]));
-    let told = arm(robot.root(), &[]);
-    assert!(told.status == Some(1) && told.err.contains("has not taken the order"), "{told:?}");
+    let output = arm(robot.root(), &[]);
+    assert!(output.status == Some(1) && output.err.contains("has not taken the order"), "{output:?}");
     let left = arming::take(robot.root()).expect("reads");
     assert_eq!(left, None, "a motor process that starts later would obey it");
 
@@ -220,18 +223,18 @@ fn without_automatic_arming_a_robot_arms_only_by_order() {
         .expect("starts");
     let root = Path::new(&root);
     // Until the motor process has reported its joints, the command fails.
-    let mut told = None;
+    let mut output = None;
     wait_until(|| {
         let said = arm(root, &["--json"]);
         let is_there = !said.out.is_empty() || said.err.contains("has not taken the order");
-        told = Some(said);
+        output = Some(said);
         is_there
     });
     let again = arm(root, &[]);
     kill_process(Pid::from_child(&robot), Signal::INT).expect("it lives");
     robot.wait().expect("is ours");
-    let told = told.expect("was run");
-    let document: serde_json::Value = serde_json::from_str(&told.out).unwrap_or_default();
-    assert_eq!((told.status, document["armed"].as_u64()), (Some(0), Some(65)), "{told:?}");
+    let output = output.expect("was run");
+    let document: serde_json::Value = serde_json::from_str(&output.out).unwrap_or_default();
+    assert_eq!((output.status, document["armed"].as_u64()), (Some(0), Some(65)), "{output:?}");
     assert_eq!((again.status, again.out.as_str()), (Some(0), "all 65 joints are armed\n"), "{again:?}");
 }

@@ -8,9 +8,9 @@ use crate::harness::run_leo;
 
 /// The acts of a lesson's only demonstration, from its account.
 pub(crate) fn acts(lesson: &str) -> Vec<String> {
-    let told = run_leo(&["teach", lesson, "--json"]);
-    assert_eq!((told.status, told.err.as_str()), (Some(0), ""), "{told:?}");
-    let lessons: Value = serde_json::from_str(&told.out).expect("is JSON");
+    let output = run_leo(&["teach", lesson, "--json"]);
+    assert_eq!((output.status, output.err.as_str()), (Some(0), ""), "{output:?}");
+    let lessons: Value = serde_json::from_str(&output.out).expect("is JSON");
     let acts = lessons.pointer("/0/account/tasks/0/demonstrations/0/actions").and_then(Value::as_array);
     acts.expect("a list").iter().map(|act| act.as_str().expect("a text").to_owned()).collect()
 }
@@ -52,10 +52,10 @@ fn a_figure_is_built_by_placing_things_on_one_another() {
 /// The acts of others in a recording, each with the movements reported since the act before. Movements after
 /// the last act come last.
 pub(crate) fn movements(frames: &[Frame]) -> Vec<(Vec<String>, Option<String>)> {
-    let told = frames.iter().filter(|frame| frame.topic == TopicId::Events);
-    let told = told.flat_map(|frame| frame.read::<Events>().expect("events of this version").1);
+    let output = frames.iter().filter(|frame| frame.topic == TopicId::Events);
+    let output = output.flat_map(|frame| frame.read::<Events>().expect("events of this version").1);
     let mut acts = vec![(Vec::new(), None)];
-    for event in told {
+    for event in output {
         let text = event.text.as_str().to_owned();
         let (since, act) = acts.last_mut().expect("never empty");
         match event.kind() {

@@ -17,9 +17,9 @@ const MOVED: &str = "config/traces/moved.jsonl";
 const HEADER: &str = r#"{"leo_trace": 1}"#;
 
 /// The JSON lines that a command wrote.
-fn lines(told: &CommandOutput) -> Vec<Value> {
-    assert_eq!((told.status, told.err.as_str()), (Some(0), ""), "{told:?}");
-    told.out.lines().map(|line| serde_json::from_str(line).expect("is JSON")).collect()
+fn lines(output: &CommandOutput) -> Vec<Value> {
+    assert_eq!((output.status, output.err.as_str()), (Some(0), ""), "{output:?}");
+    output.out.lines().map(|line| serde_json::from_str(line).expect("is JSON")).collect()
 }
 
 fn text<'a>(line: &'a Value, pointer: &str) -> &'a str {
@@ -56,13 +56,13 @@ fn differences(lines: &[Value]) -> BTreeMap<u64, Vec<String>> {
     let mut by_instant: BTreeMap<u64, Vec<String>> = BTreeMap::new();
     for line in lines {
         let Some(at_ns) = number(line, "/at_ns") else { continue };
-        let told = by_instant.entry(at_ns / 1_000_000).or_default();
+        let output = by_instant.entry(at_ns / 1_000_000).or_default();
         if text(line, "/record") == "difference" {
             let percepts = line.pointer("/percepts").and_then(Value::as_object).expect("a map");
-            told.extend(percepts.keys().cloned());
-            told.sort();
+            output.extend(percepts.keys().cloned());
+            output.sort();
             if percepts.is_empty() {
-                told.push(format!("{:?} {:?}", number(line, "/robot_id"), number(line, "/partner_id")));
+                output.push(format!("{:?} {:?}", number(line, "/robot_id"), number(line, "/partner_id")));
             }
         }
     }
@@ -71,8 +71,8 @@ fn differences(lines: &[Value]) -> BTreeMap<u64, Vec<String>> {
 
 #[test]
 fn changes_behind_a_partners_back_are_unknown_until_seen() {
-    let told = run_leo(&["believe", MOVED, "--json"]);
-    let lines = lines(&told);
+    let output = run_leo(&["believe", MOVED, "--json"]);
+    let lines = lines(&output);
     let differences = differences(&lines);
     let at = |millis: u64| differences.get(&millis).expect("an instant").as_slice();
     assert_eq!(differences.len(), 29);
@@ -83,10 +83,10 @@ fn changes_behind_a_partners_back_are_unknown_until_seen() {
     assert!((3600..4400).step_by(200).all(|millis| at(millis) == ["on", "position"]), "{differences:?}");
     // The partner looks again.
     assert!((4400..=5600).step_by(200).all(|millis| at(millis).is_empty()), "{differences:?}");
-    let apart = lines.iter().rfind(|line| line.pointer("/percepts/position/apart").is_some());
+    let apart = lines.iter().rfind(|line| line.pointer("/percepts/position/distance").is_some());
     let apart = apart.expect("a difference in place");
     assert_eq!(number(apart, "/at_ns"), Some(4_200_000_000));
-    let apart = apart.pointer("/percepts/position/apart").and_then(Value::as_f64).expect("a distance");
+    let apart = apart.pointer("/percepts/position/distance").and_then(Value::as_f64).expect("a distance");
     assert!((apart - 0.3).abs() < 0.01, "{apart}");
 }
 
@@ -151,8 +151,11 @@ fn an_mcap_trace_gives_the_same_beliefs_and_may_be_truncated() {
     assert_eq!(from_mcap.out, from_lines.out);
     let half = believe(&[], mcap.get(..mcap.len() / 2).expect("a half"));
     assert_eq!((half.status, half.err.as_str()), (Some(0), ""), "{half:?}");
-    let told = |out: &str| out.split("What is believed").next().unwrap_or_default().trim_end().to_owned();
-    assert!(from_mcap.out.starts_with(&told(&half.out)) && told(&half.out).lines().count() > 20, "{half:?}");
+    let output = |out: &str| out.split("What is believed").next().unwrap_or_default().trim_end().to_owned();
+    assert!(
+        from_mcap.out.starts_with(&output(&half.out)) && output(&half.out).lines().count() > 20,
+        "{half:?}"
+    );
     assert!(
         half.out.ends_with("the trace ends in the middle of a frame: it was read up to there\n"),
         "{half:?}"
@@ -161,8 +164,8 @@ fn an_mcap_trace_gives_the_same_beliefs_and_may_be_truncated() {
 
 #[test]
 fn people_are_told_a_timeline_and_what_is_believed_at_the_end() {
-    let told = run_leo(&["believe", MOVED]);
-    assert_eq!((told.status, told.err.as_str()), (Some(0), ""), "{told:?}");
+    let output = run_leo(&["believe", MOVED]);
+    assert_eq!((output.status, output.err.as_str()), (Some(0), ""), "{output:?}");
     for line in [
         "[   0.00 s] partner 1  is there\n",
         "[   0.00 s] partner 1  believes in 1: red square at (0.60, 0.00, 0.03)\n",
@@ -176,9 +179,9 @@ fn people_are_told_a_timeline_and_what_is_believed_at_the_end() {
         "  and differs from Leo in nothing\n",
         "29 frames, 87 observations\n",
     ] {
-        assert!(told.out.contains(line), "{line} is not in\n{}", told.out);
+        assert!(output.out.contains(line), "{line} is not in\n{}", output.out);
     }
-    assert_eq!(told.out.matches("agrees with Leo's").count(), 2, "{}", told.out);
+    assert_eq!(output.out.matches("agrees with Leo's").count(), 2, "{}", output.out);
 }
 
 #[test]
@@ -191,15 +194,15 @@ fn partners_option_sets_the_perspectives() {
     };
     assert_eq!(perspectives("0"), (Some(1), 29 * 3));
     assert_eq!(perspectives("3"), (Some(4), 29 * 3));
-    let told = run_leo(&["believe", MOVED, "--partners", "0"]);
-    assert!(told.out.contains(
+    let output = run_leo(&["believe", MOVED, "--partners", "0"]);
+    assert!(output.out.contains(
         "observed, and not simulated: partner 1; to simulate their beliefs too, give --partners 1\n"
     ));
     // Nothing is reported about a partner who was never seen.
-    let told = run_leo(&["believe", MOVED, "--partners", "2"]);
+    let output = run_leo(&["believe", MOVED, "--partners", "2"]);
     assert!(
-        told.out.contains("partner 2 was never there\n") && !told.out.contains("] partner 2"),
-        "{told:?}"
+        output.out.contains("partner 2 was never there\n") && !output.out.contains("] partner 2"),
+        "{output:?}"
     );
 }
 
@@ -233,17 +236,17 @@ fn the_literal_paper_merges_two_similar_objects_into_one_belief() {
     assert_eq!(beliefs(&[]), (Some(2), Some(Value::Array(Vec::new()))));
     let (merged, literal) = beliefs(&["--literal"]);
     assert_eq!(merged, Some(1));
-    let told = believe(&["--literal"], &trace);
+    let output = believe(&["--literal"], &trace);
     for setting in literal.as_ref().and_then(Value::as_array).expect("a list") {
         let setting = setting.as_str().expect("a text");
-        assert!(told.out.contains(&format!("literal: {setting}\n")), "{setting}: {told:?}");
+        assert!(output.out.contains(&format!("literal: {setting}\n")), "{setting}: {output:?}");
     }
     for setting in [
         "cannot_link_same_source_instant = false (was true)",
         "no_term_applies = \"zero\" (was \"infinite\")",
         "normalised = false (was false)",
     ] {
-        assert!(told.out.contains(setting), "{setting}: {told:?}");
+        assert!(output.out.contains(setting), "{setting}: {output:?}");
     }
 }
 
@@ -275,9 +278,9 @@ fn two_sources_observe_one_object_each_in_its_own_time() {
 
 #[test]
 fn a_trace_of_nothing_is_no_error() {
-    let told = believe(&[], HEADER);
+    let output = believe(&[], HEADER);
     assert_eq!(
-        (told.status, told.out.as_str(), told.err.as_str()),
+        (output.status, output.out.as_str(), output.err.as_str()),
         (Some(0), "0 frames, 0 observations\n", "")
     );
     let [summary] = &lines(&believe(&["--json"], HEADER))[..] else { panic!("more than a summary") };
@@ -293,15 +296,15 @@ fn refused_and_overflowed_observations_are_reported_at_the_end() {
          {{\"at_ns\": 6, \"observations\": [{many}]}}\n{{\"at_ns\": 7, \"observations\": [",
         block.replace("0.1", "null")
     );
-    let told = believe(&[], &trace);
-    assert_eq!((told.status, told.err.as_str()), (Some(0), ""), "{told:?}");
+    let output = believe(&[], &trace);
+    assert_eq!((output.status, output.err.as_str()), (Some(0), ""), "{output:?}");
     for line in [
         "1 observations refused: `position_m` must be finite and within 1000 m (the first: line 2)\n",
         "1 observations refused: `at_ns` must be later than in the frame before of the same source (the first: line 3)\n",
         "6 observations did not fit: raise buffers.max_objects in leo.toml\n",
         "the trace ends in the middle of a frame: it was read up to there\n",
     ] {
-        assert!(told.out.contains(line), "{line} is not in\n{}", told.out);
+        assert!(output.out.contains(line), "{line} is not in\n{}", output.out);
     }
 }
 
@@ -314,13 +317,13 @@ fn beliefs_that_found_no_room_are_told_of_whose_they_are() {
         format!("{{\"at_ns\": {at_ns}, \"observations\": [{}]}}\n", blocks.join(", "))
     };
     let trace = format!("{HEADER}\n{}{}", row(5_000_000, 0.0), row(10_000_000, 0.5));
-    let told = believe(&[], &trace);
-    assert_eq!((told.status, told.err.as_str()), (Some(0), ""), "{told:?}");
+    let output = believe(&[], &trace);
+    assert_eq!((output.status, output.err.as_str()), (Some(0), ""), "{output:?}");
     let line = "Leo believes in 64 things\n";
-    assert!(told.out.contains(line), "{line} is not in\n{}", told.out);
+    assert!(output.out.contains(line), "{line} is not in\n{}", output.out);
     let line = "  16 observations, beliefs or occluders did not fit: raise buffers.max_objects in leo.toml, or \
                 occluders.max_count in perspective.toml\n";
-    assert!(told.out.contains(line), "{line} is not in\n{}", told.out);
+    assert!(output.out.contains(line), "{line} is not in\n{}", output.out);
 }
 
 #[test]
@@ -341,15 +344,15 @@ fn what_is_no_trace_is_refused_in_one_line() {
         assert_refused(&run_leo(&["believe", &file]), 2, &words);
         assert_refused(&run_leo(&["believe", &file, "--json"]), 2, &words);
     }
-    let told = believe(&[], "nothing of the kind");
-    assert_refused(&told, 2, &["standard input is no trace"]);
+    let output = believe(&[], "nothing of the kind");
+    assert_refused(&output, 2, &["standard input is no trace"]);
     // Everything before the error is reported.
     let frame = r#"{"at_ns": 5, "observations": [{"position_m": [0, 0, 0]}]}"#;
-    let told = believe(&["--json"], format!("{HEADER}\n{frame}\n{{}}\n"));
-    assert_eq!((told.status, told.out.lines().count()), (Some(2), 3), "{told:?}");
+    let output = believe(&["--json"], format!("{HEADER}\n{frame}\n{{}}\n"));
+    assert_eq!((output.status, output.out.lines().count()), (Some(2), 3), "{output:?}");
     assert!(
-        told.err.starts_with("leo: standard input: line 3, ") && told.err.lines().count() == 1,
-        "{told:?}"
+        output.err.starts_with("leo: standard input: line 3, ") && output.err.lines().count() == 1,
+        "{output:?}"
     );
 }
 
@@ -363,9 +366,9 @@ fn bad_usage_of_believe_is_told_with_what_to_do() {
         (&["believe", MOVED, "--config", "/nowhere/leo.toml"], "/nowhere/leo.toml"),
     ];
     for (arguments, word) in cases {
-        let told = run_leo(arguments);
-        assert_eq!((told.status, told.out.as_str()), (Some(2), ""), "{arguments:?} {told:?}");
-        assert!(told.err.contains(word), "{arguments:?} {told:?}");
+        let output = run_leo(arguments);
+        assert_eq!((output.status, output.out.as_str()), (Some(2), ""), "{arguments:?} {output:?}");
+        assert!(output.err.contains(word), "{arguments:?} {output:?}");
     }
 }
 
@@ -408,8 +411,8 @@ fn an_mcap_trace_made_as_documented_gives_the_same_beliefs() {
     let made = folder.path().join("made.mcap");
     let mut python = Command::new(python);
     python.args(["-c", &block("python", 1)]).arg(&made);
-    let told = pipe(&mut python, read(MOVED).as_bytes());
-    assert_eq!((told.status, told.err.as_str()), (Some(0), ""), "{told:?}");
+    let output = pipe(&mut python, read(MOVED).as_bytes());
+    assert_eq!((output.status, output.err.as_str()), (Some(0), ""), "{output:?}");
     let (of_it, of_lines) =
         (run_leo(&["believe", made.to_str().expect("text")]), run_leo(&["believe", MOVED]));
     assert_eq!((of_it.status, of_it.out), (of_lines.status, of_lines.out));
@@ -428,10 +431,10 @@ fn the_example_of_a_detector_does_what_its_page_says() {
     }
     let trace = pipe(&mut python, block("csv", 0).as_bytes());
     assert_eq!((trace.status, trace.err.as_str()), (Some(0), ""), "{trace:?}");
-    let told = believe(&[], &trace.out);
-    assert_eq!((told.status, told.out), (Some(0), block("text", 0)));
+    let output = believe(&[], &trace.out);
+    assert_eq!((output.status, output.out), (Some(0), block("text", 0)));
     // The format example of the page is valid.
-    let told = believe(&[], block("json", 0));
-    assert_eq!((told.status, told.err.as_str()), (Some(0), ""), "{told:?}");
+    let output = believe(&[], block("json", 0));
+    assert_eq!((output.status, output.err.as_str()), (Some(0), ""), "{output:?}");
     assert!(Path::new(env!("CARGO_MANIFEST_DIR")).join("shared/trace/src/schema.json").exists());
 }

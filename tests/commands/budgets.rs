@@ -45,10 +45,10 @@ fn measured(arguments: &[&str], input: Stdio) -> (CommandOutput, u64) {
 
 /// Checks that a command refuses a file with these words and stays within the memory limit.
 fn assert_bounded(arguments: &[&str], input: Stdio, words: &[&str]) {
-    let (told, peak_kib) = measured(arguments, input);
+    let (output, peak_kib) = measured(arguments, input);
     assert!(peak_kib > 1 << 10, "the memory of {arguments:?} was not seen");
-    assert!(peak_kib < MEMORY_KIB, "{arguments:?} took {peak_kib} KiB\n{told:?}");
-    assert_refused(&told, 2, words);
+    assert!(peak_kib < MEMORY_KIB, "{arguments:?} took {peak_kib} KiB\n{output:?}");
+    assert_refused(&output, 2, words);
 }
 
 fn small(folder: &TempDir, name: &str, bytes: &[u8]) -> String {
@@ -199,10 +199,10 @@ fn a_trace_chunk_without_check_sum_is_used_and_reported() {
     let json = r#"{"at_ns":1,"observations":[{"position_m":[0.6,0,0]}]}"#;
     let records = [channel(0), message(0, json)].concat();
     let trace = small(&folder, "a.mcap", &Mcap::new("leo_trace/1").chunk(&records, false).end());
-    let told = run_leo(&["believe", &trace]);
-    assert_eq!(told.status, Some(0), "{told:?}");
-    assert!(told.err.contains("1 chunk has no check sum"), "{told:?}");
+    let output = run_leo(&["believe", &trace]);
+    assert_eq!(output.status, Some(0), "{output:?}");
+    assert!(output.err.contains("1 chunk has no check sum"), "{output:?}");
     fs::write(&trace, Mcap::new("leo_trace/1").chunk(&records, true).end()).expect("writes");
-    let told = run_leo(&["believe", &trace]);
-    assert_eq!((told.status, told.err.as_str()), (Some(0), ""), "{told:?}");
+    let output = run_leo(&["believe", &trace]);
+    assert_eq!((output.status, output.err.as_str()), (Some(0), ""), "{output:?}");
 }

@@ -21,33 +21,33 @@ fn a_check_names_remedies_applies_and_reverts_them() {
     let at = ["--root", root.path().to_str().expect("letters")];
     let timer = || fs::read_to_string(&timer).expect("reads");
 
-    let told = check(&at);
+    let output = check(&at);
     assert!(
-        told.status == Some(0) && told.out.contains("deliver received bytes up to 16 ms late"),
-        "{told:?}"
+        output.status == Some(0) && output.out.contains("deliver received bytes up to 16 ms late"),
+        "{output:?}"
     );
-    assert!(!told.out.contains("wake-up"), "{told:?}");
+    assert!(!output.out.contains("wake-up"), "{output:?}");
     assert_eq!(timer(), "16\n");
-    let told = check(&[&at[..], &["--apply"]].concat());
-    assert!(told.status == Some(0) && told.out.contains("   (back: echo 16 > /sys/bus"), "{told:?}");
-    assert!(told.out.contains("1 serial adapters deliver received bytes at once"), "{told:?}");
+    let output = check(&[&at[..], &["--apply"]].concat());
+    assert!(output.status == Some(0) && output.out.contains("   (back: echo 16 > /sys/bus"), "{output:?}");
+    assert!(output.out.contains("1 serial adapters deliver received bytes at once"), "{output:?}");
     assert_eq!(timer(), "1");
-    let told = check(&[&at[..], &["--revert"]].concat());
-    assert!(told.status == Some(0) && told.out.starts_with("changed  echo 16 > /sys/bus"), "{told:?}");
+    let output = check(&[&at[..], &["--revert"]].concat());
+    assert!(output.status == Some(0) && output.out.starts_with("changed  echo 16 > /sys/bus"), "{output:?}");
     assert_eq!(timer(), "16");
     assert_refused(&check(&[&at[..], &["--revert"]].concat()), 1, &["nothing to revert"]);
     for (usage, word) in
         [(["check", "--apply", "--json"], "--json"), (["check", "--seconds", "-1"], "seconds")]
     {
-        let told = run_leo(&usage);
-        assert!(told.status == Some(2) && told.out.is_empty() && told.err.contains(word), "{told:?}");
+        let output = run_leo(&usage);
+        assert!(output.status == Some(2) && output.out.is_empty() && output.err.contains(word), "{output:?}");
     }
 }
 
 #[test]
 fn a_measurement_is_a_finding_for_each_rate() {
-    let told = run_leo(&["check", "--json", "--seconds", "0.2"]);
-    let findings: serde_json::Value = serde_json::from_str(&told.out).expect("JSON");
+    let output = run_leo(&["check", "--json", "--seconds", "0.2"]);
+    let findings: serde_json::Value = serde_json::from_str(&output.out).expect("JSON");
     let abouts: Vec<&str> =
         findings.as_array().expect("a list").iter().filter_map(|finding| finding["about"].as_str()).collect();
     assert!(abouts.ends_with(&["wake-up of sensor", "wake-up of motor"]), "{abouts:?}");
@@ -66,18 +66,18 @@ fn an_old_configuration_is_brought_forward_once_and_kept_as_it_was() {
     assert_eq!(read(&config), old);
     fs::remove_file(perspective).expect("was there");
 
-    let told = check(&["--config", &config, "--migrate"]);
-    assert_eq!(told.status, Some(0), "{told:?}");
+    let output = check(&["--config", &config, "--migrate"]);
+    assert_eq!(output.status, Some(0), "{output:?}");
     assert!(
-        told.out.contains("leo.toml was migrated; the original: ") && told.out.contains("noise = 0.0"),
-        "{told:?}"
+        output.out.contains("leo.toml was migrated; the original: ") && output.out.contains("noise = 0.0"),
+        "{output:?}"
     );
-    assert!(told.out.contains("no learned tasks in "), "{told:?}");
+    assert!(output.out.contains("no learned tasks in "), "{output:?}");
     assert_eq!(read(&format!("{config}.old")), old);
     assert!(!Path::new(&format!("{config}.new")).exists());
     let new = read(&config);
-    let told = check(&["--config", &config, "--migrate"]);
-    assert!(told.status == Some(0) && !told.out.contains("was migrated"), "{told:?}");
+    let output = check(&["--config", &config, "--migrate"]);
+    assert!(output.status == Some(0) && !output.out.contains("was migrated"), "{output:?}");
     assert_eq!(read(&config), new);
     // An existing backup is never overwritten.
     fs::write(&config, &old).expect("writes");
@@ -93,10 +93,10 @@ fn an_older_configuration_gets_the_arming_settings() {
     let (_, after) = rest.split_once("[motor.realtime]").expect("is there");
     let config = write(&files, "leo.toml", &format!("{before}\n[motor.realtime]{after}"));
     assert_refused(&check(&["--config", &config]), 2, &["missing field `automatic_arming`", "--migrate"]);
-    let told = check(&["--config", &config, "--migrate"]);
-    assert_eq!(told.status, Some(0), "{told:?}");
+    let output = check(&["--config", &config, "--migrate"]);
+    assert_eq!(output.status, Some(0), "{output:?}");
     for step in ["automatic_arming = \"simulated\"", "stop_category = 0", "the table [motor.alert]"] {
-        assert!(told.out.contains(step), "{step}: {told:?}");
+        assert!(output.out.contains(step), "{step}: {output:?}");
     }
     assert_eq!(check(&["--config", &config]).status, Some(0));
 }
@@ -106,8 +106,8 @@ fn learned_tasks_are_migrated_in_place_unless_a_robot_uses_them() {
     let files = tempfile::tempdir().expect("a folder");
     let nowhere = files.path().join("nowhere");
     let migrate = |state: &Path| check(&["--migrate", "--state", state.to_str().expect("letters")]);
-    let told = migrate(&nowhere);
-    assert!(told.status == Some(0) && told.out.contains("no learned tasks in "), "{told:?}");
+    let output = migrate(&nowhere);
+    assert!(output.status == Some(0) && output.out.contains("no learned tasks in "), "{output:?}");
     assert!(!nowhere.exists(), "a look makes nothing");
 
     let state = files.path().join("state");
@@ -115,18 +115,21 @@ fn learned_tasks_are_migrated_in_place_unless_a_robot_uses_them() {
     let memory = learner_process::Memory::open(&file).expect("is made");
     assert_refused(&migrate(&state), 1, &["learned.store is in use", "stop the robot first"]);
     drop(memory);
-    let told = migrate(&state);
-    assert!(told.status == Some(0) && told.out.contains("is of this version"), "{told:?}");
+    let output = migrate(&state);
+    assert!(output.status == Some(0) && output.out.contains("is of this version"), "{output:?}");
 
     let state = files.path().join("old");
     fs::create_dir(&state).expect("makes");
     fs::copy("shared/store/tests/version_1.redb", state.join("learned.redb")).expect("copies");
-    let told = migrate(&state);
-    assert!(told.status == Some(0) && told.out.contains("was migrated; the original: "), "{told:?}");
-    assert!(told.out.contains("old/learned.v1.redb") && state.join("learned.v1.redb").exists(), "{told:?}");
+    let output = migrate(&state);
+    assert!(output.status == Some(0) && output.out.contains("was migrated; the original: "), "{output:?}");
+    assert!(
+        output.out.contains("old/learned.v1.redb") && state.join("learned.v1.redb").exists(),
+        "{output:?}"
+    );
     fs::write(state.join("learned.copy.store"), "nonsense").expect("writes");
-    let told = migrate(&state);
-    assert!(told.status == Some(0) && told.err.contains("learned.copy.damaged.store"), "{told:?}");
+    let output = migrate(&state);
+    assert!(output.status == Some(0) && output.err.contains("learned.copy.damaged.store"), "{output:?}");
 }
 
 #[test]
@@ -137,8 +140,8 @@ fn what_root_brings_forward_belongs_to_whom_it_belonged() {
     if std::os::unix::fs::chown(&config, Some(12345), Some(12346)).is_err() {
         return skip::skip("needs to be root");
     }
-    let told = check(&["--config", &config, "--migrate"]);
-    assert_eq!(told.status, Some(0), "{told:?}");
+    let output = check(&["--config", &config, "--migrate"]);
+    assert_eq!(output.status, Some(0), "{output:?}");
     for file in [config.clone(), format!("{config}.old")] {
         let now = fs::metadata(&file).expect("is there");
         assert_eq!((now.uid(), now.gid()), (12345, 12346), "{file}");
@@ -153,8 +156,8 @@ fn a_missing_key_of_an_older_perspective_names_the_migration() {
     write(&files, "perspective.toml", &perspective);
     let mend = format!("an older file? `leo check --config {config} --migrate` adds it");
     assert_refused(&check(&["--config", &config]), 2, &["perspective.toml:", "missing field", &mend]);
-    let told = check(&["--config", &config, "--migrate"]);
-    assert!(told.status == Some(0) && told.out.contains("perspective.toml was migrated"), "{told:?}");
+    let output = check(&["--config", &config, "--migrate"]);
+    assert!(output.status == Some(0) && output.out.contains("perspective.toml was migrated"), "{output:?}");
 }
 
 /// Migrates two files on a full disk, with a little more room at each attempt.
@@ -184,23 +187,26 @@ fn a_full_disk_leaves_files_unchanged_until_space_is_free() {
     let mut inside = Command::new("unshare");
     inside.args(["--mount", "sh", "-c", ON_A_FULL_DISK]).arg(command.get_program()).arg(files.path());
     inside.env("XDG_STATE_HOME", files.path()).stdin(Stdio::null());
-    let told = Leo::start(inside, files).end();
-    if told.status == Some(77) || told.err.starts_with("unshare:") {
+    let output = Leo::start(inside, files).end();
+    if output.status == Some(77) || output.err.starts_with("unshare:") {
         skip::skip("needs `unshare --mount` and the right to mount a tmpfs");
         return;
     }
-    assert_eq!(told.status, Some(0), "{told:?}");
+    assert_eq!(output.status, Some(0), "{output:?}");
     let refused =
-        told.out.lines().last().and_then(|line| line.strip_prefix("refused: ")?.parse::<u32>().ok());
+        output.out.lines().last().and_then(|line| line.strip_prefix("refused: ")?.parse::<u32>().ok());
     // Two files, twice each: with room for the first there is still none for the second.
-    assert!(refused.is_some_and(|refused| refused >= 4), "{told:?}");
-    assert!(told.err.contains("cannot migrate") && told.err.contains("No space left on device"), "{told:?}");
-    assert!(told.err.contains("perspective.toml: No space"), "{told:?}");
+    assert!(refused.is_some_and(|refused| refused >= 4), "{output:?}");
+    assert!(
+        output.err.contains("cannot migrate") && output.err.contains("No space left on device"),
+        "{output:?}"
+    );
+    assert!(output.err.contains("perspective.toml: No space"), "{output:?}");
 }
 
 /// The lines about a subject, each with the following advice.
-fn about(told: &CommandOutput, what: &str) -> String {
-    let lines: Vec<&str> = told.out.lines().collect();
+fn about(output: &CommandOutput, what: &str) -> String {
+    let lines: Vec<&str> = output.out.lines().collect();
     let is_it = |line: &&str| line.get(9..).is_some_and(|rest| rest.starts_with(what));
     let mut found = String::new();
     for (number, line) in lines.iter().enumerate().filter(|(_, line)| is_it(line)) {
@@ -215,8 +221,8 @@ fn a_check_reports_the_store_version_and_changes_nothing() {
     let files = tempfile::tempdir().expect("a folder");
     let state = files.path().join("state");
     let learned = || {
-        let told = check(&["--state", state.to_str().expect("letters")]);
-        (told.status, about(&told, "learned tasks"))
+        let output = check(&["--state", state.to_str().expect("letters")]);
+        (output.status, about(&output, "learned tasks"))
     };
     let (status, none) = learned();
     assert!(status == Some(0) && none.starts_with("good "), "{none}");
@@ -274,10 +280,10 @@ fn a_check_compares_message_layouts_with_running_robots() {
     domain.make().expect("/dev/shm is writable");
     let root = domain.root().display().to_string();
     let robot = || {
-        let told = check(&[]);
-        let all = about(&told, "messages");
+        let output = check(&[]);
+        let all = about(&output, "messages");
         let its = all.lines().skip_while(|line| !line.contains(&root)).take(2).collect::<Vec<_>>().join("\n");
-        (told.status, its)
+        (output.status, its)
     };
     let (same_status, same) = robot();
     fs::write(domain.root().join("program"), "Leo 9.8.7\n0123456789abcdef\n").expect("writes");
@@ -294,8 +300,8 @@ fn a_check_compares_message_layouts_with_running_robots() {
 
 #[test]
 fn a_check_says_of_which_version_the_configuration_is() {
-    let told = check(&[]);
-    let line = about(&told, "configuration");
+    let output = check(&[]);
+    let line = about(&output, "configuration");
     let this = format!("valid for this version, Leo {}", env!("CARGO_PKG_VERSION"));
-    assert!(line.starts_with("good ") && line.contains(&this), "{told:?}");
+    assert!(line.starts_with("good ") && line.contains(&this), "{output:?}");
 }

@@ -20,9 +20,9 @@ fn taught(lesson: &str, on_conflict: &str) -> Taught {
     let config = read("config/leo.toml").replace("on_conflict = \"human\"", &key);
     assert!(config.contains(&key));
     let config = write(&files, "leo.toml", &config);
-    let told = run_leo(&["teach", lesson, "--json", "--config", &config]);
-    assert_eq!((told.status, told.err.as_str()), (Some(0), ""), "{told:?}");
-    let lessons: Value = serde_json::from_str(&told.out).expect("is JSON");
+    let output = run_leo(&["teach", lesson, "--json", "--config", &config]);
+    assert_eq!((output.status, output.err.as_str()), (Some(0), ""), "{output:?}");
+    let lessons: Value = serde_json::from_str(&output.out).expect("is JSON");
     let text = |field: &str| {
         let value = lessons.pointer(&format!("/0/account{field}"));
         value.and_then(Value::as_str).expect("a text").to_owned()

@@ -59,9 +59,9 @@ impl Drop for Robot {
 
 /// Returns exit status, standard output and standard error.
 fn run(command: &mut Command) -> (Option<i32>, String, String) {
-    let told = command.env_clear().stdin(Stdio::null()).output().expect("runs");
+    let output = command.env_clear().stdin(Stdio::null()).output().expect("runs");
     let text = |bytes: &[u8]| String::from_utf8_lossy(bytes).into_owned();
-    (told.status.code(), text(&told.stdout), text(&told.stderr))
+    (output.status.code(), text(&output.stdout), text(&output.stderr))
 }
 
 #[test]
@@ -176,9 +176,9 @@ fn a_robot_that_is_named_is_stopped_before_it_runs() {
     let leo = |arguments: &[&str]| {
         let mut command = Command::new(env!("CARGO_BIN_EXE_leo"));
         command.args(arguments);
-        let told = command.env("XDG_STATE_HOME", files.path()).stdin(Stdio::null()).output().expect("runs");
+        let output = command.env("XDG_STATE_HOME", files.path()).stdin(Stdio::null()).output().expect("runs");
         let text = |bytes: &[u8]| String::from_utf8_lossy(bytes).into_owned();
-        (told.status.code(), text(&told.stdout), text(&told.stderr))
+        (output.status.code(), text(&output.stdout), text(&output.stderr))
     };
     let root = format!("/dev/shm/leo-stop-first-{}", std::process::id());
     let (status, out, err) = leo(&["emergency-stop", "--domain", &root, "--reason", "a hand is in the arm"]);

@@ -31,8 +31,8 @@ fn button(percepts: &Percepts, beliefs: &[Belief]) -> Option<Pressed> {
 fn the_partner_believes_the_last_seen_state_of_the_button() {
     let folder = tempfile::tempdir().expect("a folder");
     let to = file(&folder, "button.mcap");
-    let told = run_leo(&["teach", "config/lessons/the_button.toml", "--record", &to]);
-    assert_eq!((told.status, told.err.as_str()), (Some(0), ""), "{told:?}");
+    let output = run_leo(&["teach", "config/lessons/the_button.toml", "--record", &to]);
+    assert_eq!((output.status, output.err.as_str()), (Some(0), ""), "{output:?}");
 
     let percepts = Percepts::builtin();
     let mut believed: BTreeMap<u64, [Option<Pressed>; 2]> = BTreeMap::new();

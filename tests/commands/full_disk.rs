@@ -29,18 +29,18 @@ fn examples_learned_on_a_full_disk_are_saved_later() {
     let mut inside = Command::new("unshare");
     inside.args(["--mount", "sh", "-c", SCRIPT]).arg(command.get_program()).args([&state, &lesson]);
     inside.current_dir(env!("CARGO_MANIFEST_DIR")).stdin(Stdio::null());
-    let told = Leo::start(inside, files).end();
-    if told.status == Some(77) || told.err.starts_with("unshare:") {
+    let output = Leo::start(inside, files).end();
+    if output.status == Some(77) || output.err.starts_with("unshare:") {
         skip::skip("needs `unshare --mount` and the right to mount a tmpfs");
         return;
     }
-    assert_eq!(told.status, Some(0), "{told:?}");
-    assert!(told.out.contains("ended: 0") && !told.out.contains("starts anew"), "{told:?}");
-    let complaints = told.out.matches("the learned tasks cannot be written").count();
-    assert_eq!(complaints, 1, "{told:?}");
+    assert_eq!(output.status, Some(0), "{output:?}");
+    assert!(output.out.contains("ended: 0") && !output.out.contains("starts anew"), "{output:?}");
+    let complaints = output.out.matches("the learned tasks cannot be written").count();
+    assert_eq!(complaints, 1, "{output:?}");
     let words = "No space left on device (os error 28): make room on its disk, or use another state directory; it is \
                  tried again every 5 s";
-    assert!(told.out.contains(words), "{told:?}");
-    let last: Vec<_> = told.out.lines().last().unwrap_or_default().split_whitespace().collect();
-    assert_eq!(last, ["task", "1", "1", "example", "all"], "{told:?}");
+    assert!(output.out.contains(words), "{output:?}");
+    let last: Vec<_> = output.out.lines().last().unwrap_or_default().split_whitespace().collect();
+    assert_eq!(last, ["task", "1", "1", "example", "all"], "{output:?}");
 }

@@ -11,9 +11,9 @@ const HEADER: &str = r#"{"leo_examples": 1}"#;
 const RED: &str = r#"{"id": 1, "features": {"colour": "red"}, "states": {"marked": false}}"#;
 
 fn document(arguments: &[&str]) -> Value {
-    let told = run_leo(&[&["learn", SQUARES, "--json"], arguments].concat());
-    assert_eq!((told.status, told.err.as_str()), (Some(0), ""), "{told:?}");
-    serde_json::from_str(&told.out).expect("one JSON document")
+    let output = run_leo(&[&["learn", SQUARES, "--json"], arguments].concat());
+    assert_eq!((output.status, output.err.as_str()), (Some(0), ""), "{output:?}");
+    serde_json::from_str(&output.out).expect("one JSON document")
 }
 
 /// The best rule of each perspective after the last example.
@@ -46,9 +46,9 @@ fn concluded(on_conflict: &str, change: impl Fn(&mut Value)) -> Value {
     let mut more: Value = serde_json::from_str(last).expect("JSON");
     change(&mut more);
     let examples = write(&files, "examples.jsonl", &format!("{examples}\n{more}\n"));
-    let told = run_leo(&["learn", &examples, "--json", "--config", &config]);
-    assert_eq!((told.status, told.err.as_str()), (Some(0), ""), "{told:?}");
-    serde_json::from_str(&told.out).expect("one JSON document")
+    let output = run_leo(&["learn", &examples, "--json", "--config", &config]);
+    assert_eq!((output.status, output.err.as_str()), (Some(0), ""), "{output:?}");
+    serde_json::from_str(&output.out).expect("one JSON document")
 }
 
 /// Leaves a green square empty that both perspectives see.
@@ -144,15 +144,15 @@ fn an_invalid_line_is_named_with_its_field() {
     ];
     for (text, words) in cases {
         let file = write(&files, "examples.jsonl", &text);
-        let told = run_leo(&["learn", &file, "--json"]);
-        assert_refused(&told, 2, &[&["examples.jsonl"], words].concat());
+        let output = run_leo(&["learn", &file, "--json"]);
+        assert_refused(&output, 2, &[&["examples.jsonl"], words].concat());
     }
     assert_refused(&run_leo(&["learn", "/nowhere.jsonl"]), 2, &["/nowhere.jsonl"]);
 }
 
 #[test]
 fn a_noise_of_one_half_is_refused() {
-    let told = run_leo(&["learn", SQUARES, "--noise", "0.5"]);
-    assert_eq!((told.status, told.out.as_str()), (Some(2), ""), "{told:?}");
-    assert!(told.err.contains("from 0 to below 0.5"), "{told:?}");
+    let output = run_leo(&["learn", SQUARES, "--noise", "0.5"]);
+    assert_eq!((output.status, output.out.as_str()), (Some(2), ""), "{output:?}");
+    assert!(output.err.contains("from 0 to below 0.5"), "{output:?}");
 }

@@ -36,13 +36,13 @@ const TASK_1: &str = "config/lessons/task1.toml";
 const NOBODY: u32 = 65534;
 
 /// Checks an error: one line on standard error, nothing on standard output.
-fn assert_refused(told: &CommandOutput, status: i32, words: &[&str]) {
-    assert_eq!(told.status, Some(status), "{told:?}");
-    assert_eq!(told.out, "", "{told:?}");
-    assert_eq!(told.err.lines().filter(|line| line.starts_with("leo: ")).count(), 1, "{told:?}");
-    assert_eq!(told.err.lines().count(), 1, "{told:?}");
+fn assert_refused(output: &CommandOutput, status: i32, words: &[&str]) {
+    assert_eq!(output.status, Some(status), "{output:?}");
+    assert_eq!(output.out, "", "{output:?}");
+    assert_eq!(output.err.lines().filter(|line| line.starts_with("leo: ")).count(), 1, "{output:?}");
+    assert_eq!(output.err.lines().count(), 1, "{output:?}");
     for word in words {
-        assert!(told.err.contains(word), "{word} is not in {told:?}");
+        assert!(output.err.contains(word), "{word} is not in {output:?}");
     }
 }
 
@@ -64,14 +64,14 @@ fn perspective_taking_decides_the_rule_reproducibly() {
         play(&["teach", TASK_1, "--json", "--perspective", "robot"]),
     ];
     let [one, deep, same, robot] = runs.map(|run| run.join().expect("ends"));
-    for told in [&one, &deep, &same, &robot] {
-        assert_eq!(told.status, Some(0), "{told:?}");
-        assert_eq!(told.err, "");
+    for output in [&one, &deep, &same, &robot] {
+        assert_eq!(output.status, Some(0), "{output:?}");
+        assert_eq!(output.err, "");
     }
     assert_eq!(one.out, same.out);
     assert_eq!(one.out, deep.out);
-    let learned = |told: &CommandOutput| {
-        let lessons: serde_json::Value = serde_json::from_str(&told.out).expect("is JSON");
+    let learned = |output: &CommandOutput| {
+        let lessons: serde_json::Value = serde_json::from_str(&output.out).expect("is JSON");
         let task = lessons.pointer("/0/account/tasks/0").expect("a task").clone();
         let text = |pointer: &str| task.pointer(pointer).and_then(|value| value.as_str()).map(str::to_owned);
         let done = task.pointer("/performances/0/done").and_then(|done| done.as_array()).expect("a list");
@@ -138,8 +138,8 @@ fn a_wrong_configuration_is_one_error_that_names_the_place() {
         assert_ne!(wrong, right, "{from}");
         let file = write(&files, "leo.toml", &wrong);
         for command in [vec!["run"], vec!["teach", TASK_1], vec!["check"]] {
-            let told = run_leo(&[command.as_slice(), &["--config", &file]].concat());
-            assert_refused(&told, 2, &["leo.toml:", word]);
+            let output = run_leo(&[command.as_slice(), &["--config", &file]].concat());
+            assert_refused(&output, 2, &["leo.toml:", word]);
         }
     }
     let linked = right.replacen("side = \"off\"", "side = \"robot\"", 1).replacen(
@@ -160,8 +160,8 @@ fn a_wrong_configuration_is_one_error_that_names_the_place() {
     for (name, wrong, words) in wrong_bodies() {
         let at = write(&files, name, &wrong);
         for command in [vec!["run"], vec!["teach", TASK_1], vec!["study"], vec!["check"]] {
-            let told = run_leo(&[command.as_slice(), &["--config", &file]].concat());
-            assert_refused(&told, 2, words);
+            let output = run_leo(&[command.as_slice(), &["--config", &file]].concat());
+            assert_refused(&output, 2, words);
         }
         fs::remove_file(at).expect("removes");
     }
@@ -261,9 +261,9 @@ fn bad_usage_is_told_with_what_to_do() {
         (&["top", "--domain", "/dev/shm/leo-nobody-is-here"], 2, "leo run"),
     ];
     for (arguments, status, word) in cases {
-        let told = run_leo(arguments);
-        assert_eq!((told.status, told.out.as_str()), (Some(status), ""), "{arguments:?} {told:?}");
-        assert!(told.err.contains(word), "{arguments:?} {told:?}");
+        let output = run_leo(arguments);
+        assert_eq!((output.status, output.out.as_str()), (Some(status), ""), "{arguments:?} {output:?}");
+        assert!(output.err.contains(word), "{arguments:?} {output:?}");
     }
 }
 
@@ -294,17 +294,17 @@ fn a_robot_whose_memory_is_damaged_starts_and_says_what_it_lost() {
         fs::write(folder.join(name), bytes).expect("writes");
         let (mut damaged, files) = leo(&["run", "--for", "1"]);
         damaged.env("XDG_STATE_HOME", state.path());
-        let told = Leo::start(damaged, files).end();
+        let output = Leo::start(damaged, files).end();
         let aside = name.replace("learned.", "learned.damaged.");
         assert_eq!(fs::read(folder.join(&aside)).expect("is kept"), bytes);
-        assert_eq!(told.status, Some(0), "{told:?}");
+        assert_eq!(output.status, Some(0), "{output:?}");
         for word in [
             name,
             &aside,
             "nothing of what was learned can be read",
             "My memory was damaged: all of it is lost",
         ] {
-            assert!(told.err.contains(word) || told.out.contains(word), "{word}: {told:?}");
+            assert!(output.err.contains(word) || output.out.contains(word), "{word}: {output:?}");
         }
     }
 }
@@ -330,11 +330,11 @@ fn every_command_has_help_with_an_example() {
     ];
     for command in commands {
         let arguments: Vec<&str> = [command, "--help"].into_iter().filter(|word| !word.is_empty()).collect();
-        let told = run_leo(&arguments);
-        assert_eq!((told.status, told.err.as_str()), (Some(0), ""), "{command}");
+        let output = run_leo(&arguments);
+        assert_eq!((output.status, output.err.as_str()), (Some(0), ""), "{command}");
         let has_example =
-            ["Example", "Examples"].iter().any(|word| told.out.contains(&format!("{word}:\n  leo ")));
-        assert!(has_example, "{}", told.out);
+            ["Example", "Examples"].iter().any(|word| output.out.contains(&format!("{word}:\n  leo ")));
+        assert!(has_example, "{}", output.out);
     }
 }
 
@@ -382,9 +382,9 @@ fn an_overflow_is_reported_once_and_the_robot_continues() {
     // The lesson continues long after that.
     assert!(wait_until(|| run.said("out").matches("teacher:").count() >= 2), "{}", run.said("out"));
     run.interrupt();
-    let told = run.end();
-    assert_eq!(told.status, Some(0), "{told:?}");
-    assert_eq!(told.out.matches(words).count(), 1, "{told:?}");
+    let output = run.end();
+    assert_eq!(output.status, Some(0), "{output:?}");
+    assert_eq!(output.out.matches(words).count(), 1, "{output:?}");
 }
 
 #[test]
@@ -393,16 +393,16 @@ fn control_c_ends_a_run_and_a_lesson_and_leaves_nothing() {
     let run = Leo::start(command, files);
     assert!(wait_until(|| run.said("out").contains("teacher:")), "{}", run.said("err"));
     run.interrupt();
-    let told = run.end();
-    assert_eq!(told.status, Some(0), "{told:?}");
+    let output = run.end();
+    assert_eq!(output.status, Some(0), "{output:?}");
 
     let (command, files) = leo(&["teach", TASK_1]);
     let lesson = Leo::start(command, files);
     assert!(wait_until(|| lesson.processes().len() == 6), "{}", lesson.said("err"));
     lesson.interrupt();
-    let told = lesson.end();
-    assert_eq!((told.status, told.out.as_str()), (Some(1), ""), "{told:?}");
-    assert!(!told.err.contains("panicked") && told.err.starts_with("leo: "), "{told:?}");
+    let output = lesson.end();
+    assert_eq!((output.status, output.out.as_str()), (Some(1), ""), "{output:?}");
+    assert!(!output.err.contains("panicked") && output.err.starts_with("leo: "), "{output:?}");
 }
 
 #[test]
@@ -414,9 +414,9 @@ fn lessons_without_performances_end_by_themselves_two_at_once() {
         Leo::start(command, files)
     };
     for robot in [start(), start()] {
-        let told = robot.end();
-        assert_eq!(told.status, Some(0), "{told:?}");
-        assert!(told.out.contains("rule chosen: ALL (as the teacher saw it)"), "{told:?}");
+        let output = robot.end();
+        assert_eq!(output.status, Some(0), "{output:?}");
+        assert!(output.out.contains("rule chosen: ALL (as the teacher saw it)"), "{output:?}");
     }
 }
 
@@ -435,12 +435,12 @@ fn a_full_shared_memory_is_refused() {
         let mut inside = std::process::Command::new("unshare");
         inside.args(["-m", "sh", "-c", &script]).arg(command.get_program());
         inside.env("XDG_STATE_HOME", files.path()).stdin(Stdio::null());
-        let told = Leo::start(inside, files).end();
-        if told.status == Some(77) || told.err.contains("unshare") {
-            skip::skip(format_args!("no mount namespace of its own here: {}", told.err));
+        let output = Leo::start(inside, files).end();
+        if output.status == Some(77) || output.err.contains("unshare") {
+            skip::skip(format_args!("no mount namespace of its own here: {}", output.err));
             return;
         }
-        assert_refused(&told, 1, &["/dev/shm", "needed", "remount"]);
+        assert_refused(&output, 1, &["/dev/shm", "needed", "remount"]);
     }
 }
 

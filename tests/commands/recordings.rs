@@ -20,9 +20,9 @@ pub(crate) fn file(folder: &TempDir, name: &str) -> String {
 
 /// Records a lesson and checks that nothing is reported on standard error.
 pub(crate) fn recorded(lesson: &str, to: &str) -> CommandOutput {
-    let told = run_leo(&["teach", lesson, "--record", to]);
-    assert_eq!((told.status, told.err.as_str()), (Some(0), ""), "{told:?}");
-    told
+    let output = run_leo(&["teach", lesson, "--record", to]);
+    assert_eq!((output.status, output.err.as_str()), (Some(0), ""), "{output:?}");
+    output
 }
 
 pub(crate) fn frames(file: &str) -> Vec<Frame> {
@@ -31,8 +31,8 @@ pub(crate) fn frames(file: &str) -> Vec<Frame> {
 }
 
 /// Number of frames of a topic that a replay found equal.
-pub(crate) fn equal(told: &CommandOutput, buffer: &str) -> Option<usize> {
-    let line = told.out.lines().find(|line| line.split_whitespace().next() == Some(buffer))?;
+pub(crate) fn equal(output: &CommandOutput, buffer: &str) -> Option<usize> {
+    let line = output.out.lines().find(|line| line.split_whitespace().next() == Some(buffer))?;
     line.split_whitespace().nth(1)?.parse().ok()
 }
 
@@ -64,10 +64,13 @@ fn a_recording_with_an_older_configuration_is_replayed() {
         recording::Writer::new(fs::File::create(&older).expect("can be made"), &subject).expect("begins");
     frames.iter().for_each(|frame| writer.write(frame).expect("room on the disk"));
     writer.finish().expect("room on the disk");
-    let told = run_leo(&["replay", &older]);
-    assert_eq!((told.status, told.err.as_str()), (Some(0), ""), "{told:?}");
-    assert!(told.out.contains("its leo.toml is of an older version") && told.out.contains(key), "{told:?}");
-    assert!(equal(&told, "leo/beliefs/1").is_some_and(|frames| frames > 0), "{told:?}");
+    let output = run_leo(&["replay", &older]);
+    assert_eq!((output.status, output.err.as_str()), (Some(0), ""), "{output:?}");
+    assert!(
+        output.out.contains("its leo.toml is of an older version") && output.out.contains(key),
+        "{output:?}"
+    );
+    assert!(equal(&output, "leo/beliefs/1").is_some_and(|frames| frames > 0), "{output:?}");
 }
 
 #[test]
@@ -91,9 +94,9 @@ fn what_cannot_be_recorded_or_replayed_is_refused() {
         (["replay", &text, "--from", "NaN"], "above 0"),
         (["record", &text, "--domain", "/dev/shm/leo-nobody-is-here"], "leo run"),
     ] {
-        let told = run_leo(&arguments);
-        assert_eq!((told.status, told.out.as_str()), (Some(2), ""), "{arguments:?} {told:?}");
-        assert!(told.err.contains(words), "{arguments:?} {told:?}");
+        let output = run_leo(&arguments);
+        assert_eq!((output.status, output.out.as_str()), (Some(2), ""), "{arguments:?} {output:?}");
+        assert!(output.err.contains(words), "{arguments:?} {output:?}");
     }
     let crossed = ["replay", text.as_str(), "--from", "5", "--to", "4"];
     assert_refused(&run_leo(&crossed), 2, &["--to must be after --from"]);
@@ -113,19 +116,19 @@ fn a_disk_that_fills_up_leaves_what_was_written() {
     let mut inside = Command::new("unshare");
     inside.args(["-m", "sh", "-c", script]).arg(command.get_program()).arg(&to);
     inside.current_dir(env!("CARGO_MANIFEST_DIR")).stdin(std::process::Stdio::null());
-    let told = Leo::start(inside, files).end();
-    if told.status == Some(77) || told.err.contains("unshare") {
-        skip::skip(format_args!("no mount namespace of its own here: {}", told.err));
+    let output = Leo::start(inside, files).end();
+    if output.status == Some(77) || output.err.contains("unshare") {
+        skip::skip(format_args!("no mount namespace of its own here: {}", output.err));
         return;
     }
     assert!(
-        told.err.contains("No space left on device")
-            && told.err.contains("the part written before is readable"),
-        "{told:?}"
+        output.err.contains("No space left on device")
+            && output.err.contains("the part written before is readable"),
+        "{output:?}"
     );
-    assert_eq!(told.err.lines().count(), 1, "{told:?}");
-    assert!(told.out.contains("taught: 1") && told.out.contains("replayed: 0"), "{told:?}");
-    assert!(equal(&told, "leo/beliefs/1").is_some_and(|frames| frames > 100), "{told:?}");
+    assert_eq!(output.err.lines().count(), 1, "{output:?}");
+    assert!(output.out.contains("taught: 1") && output.out.contains("replayed: 0"), "{output:?}");
+    assert!(equal(&output, "leo/beliefs/1").is_some_and(|frames| frames > 100), "{output:?}");
 }
 
 /// A running robot and its domain.
@@ -155,35 +158,36 @@ fn a_full_disk_ends_only_the_recording_and_leaves_free_space() {
     let Robot(robot, domain) = robot();
     let [disk, copy] = ["disk", "copy.mcap"].map(|name| file(&folder, name));
     fs::create_dir(&disk).expect("makes");
-    let told = Command::new("unshare")
+    let output = Command::new("unshare")
         .args(["--mount", "sh", "-c", ONTO_A_SMALL_DISK, env!("CARGO_BIN_EXE_leo"), &disk, &copy])
         .arg(&domain)
         .output();
-    let has_disk = |told: &Output| told.status.code() != Some(77) && !told.stderr.starts_with(b"unshare:");
-    let Some(told) = told.ok().filter(has_disk) else {
+    let has_disk =
+        |output: &Output| output.status.code() != Some(77) && !output.stderr.starts_with(b"unshare:");
+    let Some(output) = output.ok().filter(has_disk) else {
         skip::skip("needs `unshare --mount` and the right to mount a tmpfs");
         return;
     };
-    assert_eq!(told.status.code(), Some(1), "{told:?}");
-    let err = String::from_utf8_lossy(&told.stderr);
+    assert_eq!(output.status.code(), Some(1), "{output:?}");
+    let err = String::from_utf8_lossy(&output.stderr);
     let [ended, refused, last] = err.lines().collect::<Vec<_>>()[..] else { panic!("{err}") };
     for (said, name) in [(ended, "full.mcap"), (refused, "again.mcap"), (last, "last.mcap")] {
         assert!(said.contains(name) && said.contains("less than 3 MB of its disk are free"), "{said}");
     }
-    let left_kb: u64 = String::from_utf8_lossy(&told.stdout).trim().parse().expect("kilobytes");
+    let left_kb: u64 = String::from_utf8_lossy(&output.stdout).trim().parse().expect("kilobytes");
     assert!(left_kb > 500, "{left_kb} kB are left to others");
     let mut reader = Reader::open(Path::new(&copy)).expect("is a recording");
     let read = reader.by_ref().inspect(|frame| assert!(frame.is_ok(), "{frame:?}")).count();
     assert!(read > 500 && !reader.is_cut(), "{read}");
     // The robot is still running and can be recorded.
     let whole = file(&folder, "whole.mcap");
-    let told = run_leo(&["record", &whole, "--for", "1", "--domain", &domain.display().to_string()]);
-    assert_eq!(told.status, Some(0), "{told:?}");
+    let output = run_leo(&["record", &whole, "--for", "1", "--domain", &domain.display().to_string()]);
+    assert_eq!(output.status, Some(0), "{output:?}");
     assert!(frames(&whole).len() > 500);
     robot.interrupt();
-    let told = robot.end();
-    assert_eq!(told.status, Some(0), "{told:?}");
-    assert!(!told.out.contains("starts anew") && !told.err.contains("starts anew"), "{told:?}");
+    let output = robot.end();
+    assert_eq!(output.status, Some(0), "{output:?}");
+    assert!(!output.out.contains("starts anew") && !output.err.contains("starts anew"), "{output:?}");
 }
 
 #[test]
@@ -210,33 +214,33 @@ fn a_running_robot_is_recorded_and_notices_nothing() {
     // Ctrl-C ends the other one.
     assert!(holds(&whole, 500), "{}", first.said("err"));
     first.interrupt();
-    let told = first.end();
-    assert_eq!((told.status, told.err.as_str()), (Some(0), ""), "{told:?}");
-    assert!(told.out.contains("leo/beliefs/1 ") && told.out.contains("dropped"), "{told:?}");
+    let output = first.end();
+    assert_eq!((output.status, output.err.as_str()), (Some(0), ""), "{output:?}");
+    assert!(output.out.contains("leo/beliefs/1 ") && output.out.contains("dropped"), "{output:?}");
     let mut reader = Reader::open(Path::new(&whole)).expect("is a recording");
     assert_eq!(reader.about().map(|about| about.time), Some(Time::Wall));
     let count = reader.by_ref().filter(Result::is_ok).count();
     assert!(!reader.is_cut());
     let said: usize =
-        told.out.lines().filter_map(|line| line.split_whitespace().nth(1)?.parse::<usize>().ok()).sum();
-    assert_eq!(said, count, "{told:?}");
+        output.out.lines().filter_map(|line| line.split_whitespace().nth(1)?.parse::<usize>().ok()).sum();
+    assert_eq!(said, count, "{output:?}");
 
     // A full disk ends the recording but not the robot.
     let full = run_leo(&["record", "/dev/full", "--domain", &domain]);
     assert_refused(&full, 1, &["/dev/full", "No space left"]);
 
     // A recording in wall time is replayed without comparison.
-    let told = run_leo(&["replay", &whole]);
-    assert_eq!((told.status, told.err.as_str()), (Some(0), ""), "{told:?}");
-    assert!(told.out.contains("nothing was compared: "), "{told:?}");
+    let output = run_leo(&["replay", &whole]);
+    assert_eq!((output.status, output.err.as_str()), (Some(0), ""), "{output:?}");
+    assert!(output.out.contains("nothing was compared: "), "{output:?}");
     // The replayed output itself is reproducible.
     let again = file(&folder, "again.mcap");
-    let told = run_leo(&["replay", &whole, "--record", &again]);
-    assert_eq!((told.status, told.err.as_str()), (Some(0), ""), "{told:?}");
-    let told = run_leo(&["replay", &again]);
-    assert_eq!((told.status, told.err.as_str()), (Some(0), ""), "{told:?}");
-    assert!(equal(&told, "leo/beliefs/1").is_some_and(|frames| frames > 50), "{told:?}");
-    assert!(!told.out.contains("not compared"), "{told:?}");
+    let output = run_leo(&["replay", &whole, "--record", &again]);
+    assert_eq!((output.status, output.err.as_str()), (Some(0), ""), "{output:?}");
+    let output = run_leo(&["replay", &again]);
+    assert_eq!((output.status, output.err.as_str()), (Some(0), ""), "{output:?}");
+    assert!(equal(&output, "leo/beliefs/1").is_some_and(|frames| frames > 50), "{output:?}");
+    assert!(!output.out.contains("not compared"), "{output:?}");
 
     // The recording ends with the robot. A recorder that keeps the last seconds in memory writes them then.
     let last = file(&folder, "last.mcap");
@@ -247,8 +251,8 @@ fn a_running_robot_is_recorded_and_notices_nothing() {
     assert!(!Path::new(&last).exists());
     robot.interrupt();
     for recorder in [third, fourth] {
-        let told = recorder.end();
-        assert_eq!((told.status, told.err.as_str()), (Some(0), ""), "{told:?}");
+        let output = recorder.end();
+        assert_eq!((output.status, output.err.as_str()), (Some(0), ""), "{output:?}");
     }
     let lasts = |file: &str| {
         let instants: Vec<u64> = frames(file)
@@ -343,7 +347,7 @@ fn a_recording_overwrites_no_file_and_follows_no_link_by_default() {
         assert_refused(&record(&link, more), 1, &[&link, "symbolic link"]);
     }
     assert_eq!(fs::read_to_string(&theirs).expect("reads"), "kept");
-    let told = record(&theirs, &["--overwrite"]);
-    assert_eq!((told.status, told.err.as_str()), (Some(0), ""), "{told:?}");
+    let output = record(&theirs, &["--overwrite"]);
+    assert_eq!((output.status, output.err.as_str()), (Some(0), ""), "{output:?}");
     assert!(!frames(&theirs).is_empty());
 }

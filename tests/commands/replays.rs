@@ -29,11 +29,11 @@ fn comes_back(lesson: &str, config: Option<&str>, to: &str) {
     // The file of another lesson may exist.
     arguments.push("--overwrite");
     arguments.extend(config.iter().flat_map(|config| ["--config", config]));
-    let told = run_leo(&arguments);
-    assert_eq!((told.status, told.err.as_str()), (Some(0), ""), "{lesson}: {told:?}");
-    let told = run_leo(&["replay", to]);
-    assert_eq!((told.status, told.err.as_str()), (Some(0), ""), "{lesson}: {told:?}");
-    assert!(!told.out.contains("not compared"), "{lesson}: {told:?}");
+    let output = run_leo(&arguments);
+    assert_eq!((output.status, output.err.as_str()), (Some(0), ""), "{lesson}: {output:?}");
+    let output = run_leo(&["replay", to]);
+    assert_eq!((output.status, output.err.as_str()), (Some(0), ""), "{lesson}: {output:?}");
+    assert!(!output.out.contains("not compared"), "{lesson}: {output:?}");
     let frames = frames(to);
     let mut counts: BTreeMap<TopicId, usize> = BTreeMap::new();
     for frame in frames.iter().filter(|frame| frame.topic.row().recording == Recording::Derived) {
@@ -49,7 +49,7 @@ fn comes_back(lesson: &str, config: Option<&str>, to: &str) {
         assert!(counts.get(&topic).is_some_and(|&count| count > 1), "{lesson}: {counts:?}");
     }
     for (topic, count) in counts {
-        assert_eq!(equal(&told, &Channel(topic).to_string()), Some(count), "{lesson}: {topic}\n{told:?}");
+        assert_eq!(equal(&output, &Channel(topic).to_string()), Some(count), "{lesson}: {topic}\n{output:?}");
     }
 }
 
@@ -144,14 +144,14 @@ fn recordings_are_reproducible_and_replay_differences_are_named() {
     let folder = tempfile::tempdir().expect("a folder");
     let lesson = write(&folder, "short.toml", &short_lesson());
     let [one, other, wrong] = ["1.mcap", "2.mcap", "wrong.mcap"].map(|name| file(&folder, name));
-    let told = recorded(&lesson, &one);
-    assert_eq!(told.out, recorded(&lesson, &other).out);
-    assert_eq!(told.out, run_leo(&["teach", &lesson]).out, "recording changes nothing of the lesson");
+    let output = recorded(&lesson, &one);
+    assert_eq!(output.out, recorded(&lesson, &other).out);
+    assert_eq!(output.out, run_leo(&["teach", &lesson]).out, "recording changes nothing of the lesson");
     assert!(fs::read(&one).expect("reads") == fs::read(&other).expect("reads"), "the bytes differ");
 
     // Recording a replay gives the same file again.
-    let told = run_leo(&["replay", &one, "--record", &other, "--overwrite"]);
-    assert_eq!((told.status, told.err.as_str()), (Some(0), ""), "{told:?}");
+    let output = run_leo(&["replay", &one, "--record", &other, "--overwrite"]);
+    assert_eq!((output.status, output.err.as_str()), (Some(0), ""), "{output:?}");
     assert!(fs::read(&one).expect("reads") == fs::read(&other).expect("reads"), "the bytes differ");
     assert_refused(&run_leo(&["replay", &one, "--record", &one]), 2, &["write over what is played"]);
 
@@ -166,9 +166,9 @@ fn recordings_are_reproducible_and_replay_differences_are_named() {
     let mut changed = right.clone();
     changed[index].bytes[280 + 40 + 40 + 16] ^= 1;
     rewritten(&changed, &wrong);
-    let told = run_leo(&["replay", &wrong]);
-    assert_eq!(told.status, Some(1), "{told:?}");
-    assert_eq!(equal(&told, "leo/beliefs/1"), Some(1000), "{told:?}");
+    let output = run_leo(&["replay", &wrong]);
+    assert_eq!(output.status, Some(1), "{output:?}");
+    assert_eq!(equal(&output, "leo/beliefs/1"), Some(1000), "{output:?}");
     let at = Duration::from_nanos(right[index].at_ns - right[0].at_ns);
     let at = format!("{:.3} s", at.as_secs_f64());
     for words in [
@@ -177,13 +177,13 @@ fn recordings_are_reproducible_and_replay_differences_are_named() {
         ": entries[0].percepts[1].confidence: recorded ",
         ", replayed ",
     ] {
-        assert!(told.err.contains(words), "{words}: {told:?}");
+        assert!(output.err.contains(words), "{words}: {output:?}");
     }
     // Windows before and after the difference compare equal.
     for window in [["--to", "4"], ["--from", "6"]] {
-        let told = run_leo(&[&["replay", wrong.as_str()][..], &window].concat());
-        assert_eq!((told.status, told.err.as_str()), (Some(0), ""), "{window:?} {told:?}");
-        assert!(equal(&told, "leo/beliefs/1").is_some_and(|frames| frames > 500), "{told:?}");
+        let output = run_leo(&[&["replay", wrong.as_str()][..], &window].concat());
+        assert_eq!((output.status, output.err.as_str()), (Some(0), ""), "{window:?} {output:?}");
+        assert!(equal(&output, "leo/beliefs/1").is_some_and(|frames| frames > 500), "{output:?}");
     }
 
     // One frame too few, then one too many.
@@ -191,37 +191,37 @@ fn recordings_are_reproducible_and_replay_differences_are_named() {
     let mut fewer = right.clone();
     fewer.remove(index);
     rewritten(&fewer, &wrong);
-    let told = run_leo(&["replay", &wrong]);
-    assert_eq!(told.status, Some(1), "{told:?}");
-    assert!(told.err.contains("leo/divergences/1, frame 50"), "{told:?}");
+    let output = run_leo(&["replay", &wrong]);
+    assert_eq!(output.status, Some(1), "{output:?}");
+    assert!(output.err.contains("leo/divergences/1, frame 50"), "{output:?}");
     let mut more = right.clone();
     more.insert(index, right[index].clone());
     rewritten(&more, &wrong);
-    let told = run_leo(&["replay", &wrong]);
-    assert_eq!(told.status, Some(1), "{told:?}");
-    assert!(told.err.contains("leo/divergences/1, frame 50"), "{told:?}");
+    let output = run_leo(&["replay", &wrong]);
+    assert_eq!(output.status, Some(1), "{output:?}");
+    assert!(output.err.contains("leo/divergences/1, frame 50"), "{output:?}");
 
     // A changed observation changes the teacher's beliefs, for which it is perceived again. The robot's own
     // percepts are taken from the recording.
     let mut other_percepts = right.clone();
     other_percepts[nth(TopicId::Percepts, 300)].bytes[size_of::<message::PerceptHead>() + 24] ^= 0x40;
     rewritten(&other_percepts, &wrong);
-    let told = run_leo(&["replay", &wrong]);
-    assert_eq!(told.status, Some(1), "{told:?}");
-    assert!(told.err.contains("leo/beliefs/1, frame 301"), "{told:?}");
+    let output = run_leo(&["replay", &wrong]);
+    assert_eq!(output.status, Some(1), "{output:?}");
+    assert!(output.err.contains("leo/beliefs/1, frame 301"), "{output:?}");
 
     // The last third of the file is missing.
     let bytes = fs::read(&one).expect("reads");
     fs::write(&wrong, &bytes[..bytes.len() * 2 / 3]).expect("writes");
-    let told = run_leo(&["replay", &wrong]);
-    assert_eq!((told.status, told.err.as_str()), (Some(0), ""), "{told:?}");
-    assert!(told.out.contains("the file is truncated after "), "{told:?}");
-    assert!(equal(&told, "leo/beliefs/0").is_some_and(|frames| frames > 500), "{told:?}");
+    let output = run_leo(&["replay", &wrong]);
+    assert_eq!((output.status, output.err.as_str()), (Some(0), ""), "{output:?}");
+    assert!(output.out.contains("the file is truncated after "), "{output:?}");
+    assert!(equal(&output, "leo/beliefs/0").is_some_and(|frames| frames > 500), "{output:?}");
 }
 
 /// A replay at a multiple of real time.
 struct Pace {
-    told: CommandOutput,
+    output: CommandOutput,
     /// The reported lines without their times.
     lines: Vec<String>,
     /// The lesson time at which each line was read at the earliest.
@@ -244,8 +244,8 @@ fn paced(recording: &str, speed: f64, window: &[(&str, Duration)]) -> Pace {
     let ended = wait_until(|| {
         let out = replay.said("out");
         let read = clock::now().since(began).mul_f64(speed);
-        let told = out.lines().filter_map(|line| line.split_once(" s] "));
-        for (_, line) in told.skip(lines.len()) {
+        let output = out.lines().filter_map(|line| line.split_once(" s] "));
+        for (_, line) in output.skip(lines.len()) {
             lines.push(line.to_owned());
             kept.push(read);
         }
@@ -253,7 +253,7 @@ fn paced(recording: &str, speed: f64, window: &[(&str, Duration)]) -> Pace {
     });
     assert!(ended, "{}", replay.said("out"));
     let lasted = clock::now().since(began).mul_f64(speed);
-    Pace { told: replay.end(), lines, kept, lasted }
+    Pace { output: replay.end(), lines, kept, lasted }
 }
 
 #[test]
@@ -284,8 +284,8 @@ fn a_replay_keeps_its_speed_from_the_start_point() {
     });
     let mut whole: Vec<String> = Vec::new();
     for (window, replay) in replays {
-        let Pace { told, lines, kept, lasted } = replay.join().expect("is told");
-        assert_eq!((told.status, told.err.as_str()), (Some(0), ""), "{window:?} {told:?}");
+        let Pace { output, lines, kept, lasted } = replay.join().expect("is told");
+        assert_eq!((output.status, output.err.as_str()), (Some(0), ""), "{window:?} {output:?}");
         let bound = |name: &str| window.iter().find(|(option, _)| *option == name).map(|(_, at)| *at);
         let (from, to) = (bound("--from").unwrap_or_default(), bound("--to").unwrap_or(Duration::MAX));
         let is_in = |frame: &&Frame| at(frame) >= from && at(frame) <= to;
@@ -297,8 +297,8 @@ fn a_replay_keeps_its_speed_from_the_start_point() {
         let tells = |frame: &&Frame| matches!(frame.topic, TopicId::Utterances | TopicId::Events);
         let instants: Vec<Duration> = frames.iter().filter(tells).filter(is_in).map(at).collect();
         let begin = instants[0];
-        assert_eq!(lines.len(), told.out.matches(" s] ").count());
-        for (line, kept) in told.out.lines().zip(kept) {
+        assert_eq!(lines.len(), output.out.matches(" s] ").count());
+        for (line, kept) in output.out.lines().zip(kept) {
             let since = line[1..].split_once(" s] ").expect("an instant").0.trim().parse().expect("seconds");
             let due = begin + Duration::from_secs_f64(since);
             assert!(kept + 2 * margin + first >= due, "{window:?} {kept:?} {line}");
@@ -308,11 +308,11 @@ fn a_replay_keeps_its_speed_from_the_start_point() {
 
         // The window is reported and compared as in a full replay.
         assert_eq!(
-            equal(&told, "leo/beliefs/1"),
+            equal(&output, "leo/beliefs/1"),
             Some(of(TopicId::Beliefs(1)).filter(is_in).count()),
-            "{told:?}"
+            "{output:?}"
         );
-        assert!(lines.len() >= instants.len().min(2), "{told:?}");
+        assert!(lines.len() >= instants.len().min(2), "{output:?}");
         if whole.is_empty() {
             whole.clone_from(&lines);
         }

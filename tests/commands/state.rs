@@ -45,7 +45,7 @@ const WAYS: [(&str, &str, &str); 9] = [
     ("in the place of a file", r#": >"$1/leo""#, "is no folder"),
 ];
 
-fn told(command: &mut Command) -> CommandOutput {
+fn outcome(command: &mut Command) -> CommandOutput {
     let output = command.stdin(Stdio::null()).output().expect("starts");
     let text = |bytes: Vec<u8>| String::from_utf8(bytes).expect("is text");
     CommandOutput { status: output.status.code(), out: text(output.stdout), err: text(output.stderr) }
@@ -53,7 +53,7 @@ fn told(command: &mut Command) -> CommandOutput {
 
 #[test]
 fn an_unwritable_state_directory_refuses_every_writing_command() {
-    let may_mount = || told(Command::new("unshare").args(["--mount", "true"])).status == Some(0);
+    let may_mount = || outcome(Command::new("unshare").args(["--mount", "true"])).status == Some(0);
     if !getuid().is_root() || !may_mount() {
         skip::skip("root is needed, and the right to mount");
         return;
@@ -71,11 +71,11 @@ fn an_unwritable_state_directory_refuses_every_writing_command() {
             let mut command = Command::new("unshare");
             command.args(["--mount", "bash", "-c", &script]).arg(ours.get_program()).arg(folder.path());
             command.args(ours.get_args()).current_dir(env!("CARGO_MANIFEST_DIR"));
-            let told = told(&mut command);
-            assert_ne!(told.status, Some(77), "{way}: {told:?}");
+            let outcome = outcome(&mut command);
+            assert_ne!(outcome.status, Some(77), "{way}: {outcome:?}");
             let state = folder.path().join("leo").display().to_string();
             assert_refused(
-                &told,
+                &outcome,
                 2,
                 &["nothing can be kept in the state directory", &state, said, "XDG_STATE_HOME"],
             );
@@ -92,7 +92,7 @@ fn an_unwritable_state_directory_refuses_every_writing_command() {
         }
         let mut command = Command::new(&executable);
         command.args(arguments).uid(NOBODY).gid(NOBODY).current_dir("/");
-        let told = told(command.env_clear().env("XDG_STATE_HOME", folder.path()));
-        assert_refused(&told, 2, &["nothing can be kept in the state directory", "belongs to the user"]);
+        let outcome = outcome(command.env_clear().env("XDG_STATE_HOME", folder.path()));
+        assert_refused(&outcome, 2, &["nothing can be kept in the state directory", "belongs to the user"]);
     }
 }

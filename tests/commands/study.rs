@@ -6,9 +6,9 @@ use crate::harness::{read, run_leo, write};
 
 #[test]
 fn the_study_comes_out_as_in_the_paper_in_every_cell() {
-    let told = run_leo(&["study", "--json"]);
-    assert_eq!((told.status, told.err.as_str()), (Some(0), ""), "{told:?}");
-    let study: Value = serde_json::from_str(&told.out).expect("is JSON");
+    let output = run_leo(&["study", "--json"]);
+    assert_eq!((output.status, output.err.as_str()), (Some(0), ""), "{output:?}");
+    let study: Value = serde_json::from_str(&output.out).expect("is JSON");
     let cells = study.pointer("/cells").and_then(Value::as_array).expect("a list");
     assert_eq!(cells.len(), 8);
     for cell in cells {
@@ -28,15 +28,15 @@ fn task(lesson: &str, change: Option<(&str, &str)>) -> Value {
         write(&files, "leo.toml", &config)
     });
     arguments.extend(config.iter().flat_map(|config| ["--config", config.as_str()]));
-    let told = run_leo(&arguments);
+    let output = run_leo(&arguments);
     // A lesson reports which settings it needs.
     let robot = config::Robot::load(config.as_deref().map(std::path::Path::new)).expect("a configuration");
     let needs = config::lesson::Lesson::load(lesson.as_ref()).expect("a lesson").needs;
     let says =
         needs.lacking(&robot.leo).map_or_else(String::new, |lacking| format!("needs {lacking} in leo.toml"));
-    assert!(told.status == Some(0) && told.err.contains(&says), "{told:?}");
-    assert!(!says.is_empty() || told.err.is_empty(), "{told:?}");
-    let lessons: Value = serde_json::from_str(&told.out).expect("is JSON");
+    assert!(output.status == Some(0) && output.err.contains(&says), "{output:?}");
+    assert!(!says.is_empty() || output.err.is_empty(), "{output:?}");
+    let lessons: Value = serde_json::from_str(&output.out).expect("is JSON");
     lessons.pointer("/0/account/tasks/0").expect("a task").clone()
 }
 
@@ -101,9 +101,9 @@ fn one_slip_in_three_showings_does_not_hide_the_rule() {
 
 #[test]
 fn a_learned_task_is_a_step_of_another() {
-    let told = run_leo(&["teach", "config/lessons/a_task_in_a_task.toml", "--json"]);
-    assert_eq!((told.status, told.err.as_str()), (Some(0), ""), "{told:?}");
-    let lessons: Value = serde_json::from_str(&told.out).expect("is JSON");
+    let output = run_leo(&["teach", "config/lessons/a_task_in_a_task.toml", "--json"]);
+    assert_eq!((output.status, output.err.as_str()), (Some(0), ""), "{output:?}");
+    let lessons: Value = serde_json::from_str(&output.out).expect("is JSON");
     let tasks = lessons.pointer("/0/account/tasks").and_then(Value::as_array).expect("a list");
     let text = |task: usize, pointer: &str| {
         tasks.get(task).and_then(|task| task.pointer(pointer)).and_then(Value::as_str).map(str::to_owned)

@@ -141,8 +141,8 @@ fn a_damaged_store_reports_losses_and_serves_the_rest() {
     // Damage to one copy loses nothing.
     let sound = fs::read_to_string(state.join("learned.store")).expect("reads");
     fs::write(state.join("learned.store"), sound.replacen("\"shape\"", "\"squape\"", 1)).expect("writes");
-    let told = ask(&["export"]);
-    assert_eq!((told.status, &told.out), (Some(0), &out), "{told:?}");
+    let output = ask(&["export"]);
+    assert_eq!((output.status, &output.out), (Some(0), &out), "{output:?}");
     let words = [
         "WARN",
         "learned.store is damaged between the bytes ",
@@ -150,7 +150,7 @@ fn a_damaged_store_reports_losses_and_serves_the_rest() {
         "learned.damaged.store",
         "Nothing that was learned is lost",
     ];
-    assert!(says(&told.err, &words), "{told:?}");
+    assert!(says(&output.err, &words), "{output:?}");
     assert_eq!(ask(&["export"]).err, "", "it is told once");
 
     // Damage to both copies loses one example.
@@ -160,8 +160,8 @@ fn a_damaged_store_reports_losses_and_serves_the_rest() {
         fs::write(state.join(name), sound.replace(line, &line.replacen("\"shape\"", "\"squape\"", 1)))
             .expect("writes");
     }
-    let told = ask(&["list"]);
-    assert_eq!(told.status, Some(0), "{told:?}");
+    let output = ask(&["list"]);
+    assert_eq!(output.status, Some(0), "{output:?}");
     let words = [
         "ERROR",
         "learned.damaged.2.store",
@@ -169,21 +169,25 @@ fn a_damaged_store_reports_losses_and_serves_the_rest() {
         "at least 1 of the examples",
         "Teach again",
     ];
-    assert!(says(&told.err, &words), "{told:?}");
-    assert!(told.out.starts_with("Task 1 ") && !told.out.contains("Task 2"), "{told:?}");
+    assert!(says(&output.err, &words), "{output:?}");
+    assert!(output.out.starts_with("Task 1 ") && !output.out.contains("Task 2"), "{output:?}");
 
     // Empty files do not count as a new store.
     for name in ["learned.store", "learned.copy.store"] {
         fs::write(state.join(name), "").expect("writes");
     }
-    let told = ask(&["list"]);
-    assert_eq!((told.status, told.out.as_str()), (Some(0), "Leo has learned nothing yet\n"), "{told:?}");
+    let output = ask(&["list"]);
+    assert_eq!(
+        (output.status, output.out.as_str()),
+        (Some(0), "Leo has learned nothing yet\n"),
+        "{output:?}"
+    );
     assert!(
         says(
-            &told.err,
+            &output.err,
             &["ERROR", "learned.store is empty, and is kept as ", "nothing of what was learned can be read"]
         ),
-        "{told:?}"
+        "{output:?}"
     );
 }
 

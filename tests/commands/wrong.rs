@@ -6,9 +6,9 @@ use crate::harness::{read, run_leo, write};
 
 /// The account of a lesson.
 fn account(lesson: &str, config: &str) -> Value {
-    let told = run_leo(&["teach", lesson, "--json", "--config", config]);
-    assert_eq!((told.status, told.err.as_str()), (Some(0), ""), "{told:?}");
-    let lessons: Value = serde_json::from_str(&told.out).expect("is JSON");
+    let output = run_leo(&["teach", lesson, "--json", "--config", config]);
+    assert_eq!((output.status, output.err.as_str()), (Some(0), ""), "{output:?}");
+    let lessons: Value = serde_json::from_str(&output.out).expect("is JSON");
     lessons.pointer("/0/account").expect("an account").clone()
 }
 

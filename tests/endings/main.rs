@@ -300,8 +300,8 @@ fn an_emergency_stop_reaches_a_motor_process_whose_shared_memory_is_gone() {
     assert!(stopped, "{}", rig.said());
     let ended_at = clock::now();
     signal(supervisor, Signal::CONT);
-    let told = stop.wait_with_output().expect("ends");
-    let said = String::from_utf8_lossy(&told.stdout).into_owned();
+    let output = stop.wait_with_output().expect("ends");
+    let said = String::from_utf8_lossy(&output.stdout).into_owned();
     end_of(&mut robot);
     rig.is_off(ended_at);
     let reached = format!("reached by the signal SIGUSR1 to its motor process {motor} and the file");
@@ -321,8 +321,8 @@ fn an_emergency_stop_where_no_motor_process_runs_opens_the_buses_itself() {
         assert!(servo.has_torque && servo.watchdog != 0, "{}: {}", servo.name, servo.watchdog);
     }
     let stop = || {
-        let told = leo(&["emergency-stop", "--domain"]).arg(&rig.domain).output().expect("runs");
-        (told.status.code(), String::from_utf8_lossy(&told.stdout).into_owned())
+        let output = leo(&["emergency-stop", "--domain"]).arg(&rig.domain).output().expect("runs");
+        (output.status.code(), String::from_utf8_lossy(&output.stdout).into_owned())
     };
     // The command finds the configuration with which the robot was started.
     let (status, said) = stop();
@@ -330,9 +330,9 @@ fn an_emergency_stop_where_no_motor_process_runs_opens_the_buses_itself() {
     assert!(said.contains("all 65 of 65 servos say that their torque is off"), "{said}");
     assert_eq!(rig.with_torque(), []);
     rig.mock.tell("fault drop bus=torso id=3");
-    let told = leo(&["emergency-stop", "--domain"]).arg(&rig.domain).output().expect("runs");
-    let said = String::from_utf8_lossy(&told.stdout).into_owned();
-    assert_eq!(told.status.code(), Some(1), "{said}");
+    let output = leo(&["emergency-stop", "--domain"]).arg(&rig.domain).output().expect("runs");
+    let said = String::from_utf8_lossy(&output.stdout).into_owned();
+    assert_eq!(output.status.code(), Some(1), "{said}");
     assert!(said.contains("NOT CONFIRMED") && said.contains("torso_roll_joint (bus torso, id 3)"), "{said}");
     rig.mock.tell("clear");
 
@@ -340,8 +340,8 @@ fn an_emergency_stop_where_no_motor_process_runs_opens_the_buses_itself() {
     let never = rig.domain.with_extension("never");
     let never = std::path::PathBuf::from(never.to_str().expect("letters").replace('.', "-"));
     let stop = |more: &[&str]| {
-        let told = leo(&["emergency-stop", "--domain"]).arg(&never).args(more).output().expect("runs");
-        (told.status.code(), String::from_utf8_lossy(&told.stdout).into_owned())
+        let output = leo(&["emergency-stop", "--domain"]).arg(&never).args(more).output().expect("runs");
+        (output.status.code(), String::from_utf8_lossy(&output.stdout).into_owned())
     };
     let (status, said) = stop(&["--config", rig.config().to_str().expect("letters")]);
     assert!(status == Some(0) && said.contains("all 65 of 65 servos"), "{said}");

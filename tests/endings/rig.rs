@@ -179,9 +179,9 @@ impl Rig {
                 // The folder may not exist yet.
                 let _ordered = arming::order(&self.domain, ArmOrder { acknowledged_locks: None });
             }
-            let told = leo(&["top", "--openmetrics", "--domain"]).arg(&self.domain).output().expect("runs");
+            let output = leo(&["top", "--openmetrics", "--domain"]).arg(&self.domain).output().expect("runs");
             let following = format!("leo_joints{{mode=\"following\"}} {JOINTS}");
-            String::from_utf8_lossy(&told.stdout).lines().any(|line| line == following)
+            String::from_utf8_lossy(&output.stdout).lines().any(|line| line == following)
         });
         assert!(follows, "the joints do not follow\n{}", self.said());
     }

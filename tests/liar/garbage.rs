@@ -36,7 +36,7 @@ impl Garbage {
             4 => header.valid_at_ns = now.as_nanos() - 50_000_000,
             5 => header.hops_ns = [0; 8],
             6 => header.hops_ns = [u64::MAX; 8],
-            7 => header.left_out = u64::MAX,
+            7 => header.over_capacity = u64::MAX,
             _ => {}
         }
         publisher

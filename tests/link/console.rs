@@ -20,18 +20,18 @@ fn a_restarted_remote_console_gets_the_learned_tasks() {
     let robot = Machine::ready(None, "link-mind", &robot.changes());
     assert!(robot.process("learner").is_some() && robot.process("console").is_none());
     assert!(away.process("learner").is_none() && away.process("console").is_some());
-    assert!(wait_until(|| away.told().contains("2 examples of task 1 so far")), "{}", away.told());
+    assert!(wait_until(|| away.stdout().contains("2 examples of task 1 so far")), "{}", away.stdout());
     // The console received these events live, without a replay.
-    assert_eq!(away.told().matches("remembers task").count(), 0, "{}", away.told());
+    assert_eq!(away.stdout().matches("remembers task").count(), 0, "{}", away.stdout());
 
     let learner = robot.process("learner");
     for times in 1..=2 {
         let console = away.process("console").expect("lives");
         kill_process(console, Signal::KILL).expect("lives");
         assert!(
-            wait_until(|| away.told().matches(REMEMBERS).count() == times),
+            wait_until(|| away.stdout().matches(REMEMBERS).count() == times),
             "{times}\n{}\n{}",
-            away.told(),
+            away.stdout(),
             robot.said()
         );
         assert_ne!(away.process("console"), Some(console));

@@ -66,18 +66,18 @@ impl Flooded {
         assert!(flood.line().is_some(), "it begins");
         let is_over = AtomicBool::new(false);
         thread::scope(|scope| {
-            let most = scope.spawn(|| {
-                let mut most = 0;
+            let max = scope.spawn(|| {
+                let mut max = 0;
                 while !is_over.load(Ordering::Relaxed) {
-                    most = most.max(self.memory_kb());
+                    max = max.max(self.memory_kb());
                     pause(Duration::from_millis(10));
                 }
-                most
+                max
             });
             meanwhile();
             let told = flood.rest().pop();
             is_over.store(true, Ordering::Relaxed);
-            (told.expect("its counts"), most.join().expect("it ends"))
+            (told.expect("its counts"), max.join().expect("it ends"))
         })
     }
 }
@@ -119,13 +119,10 @@ fn connections_without_a_certificate_are_bounded_and_released() {
         let count = |key| number(&told, key).expect("a count");
         let seconds = quantity::number::floor_u64(told["seconds"].as_f64().expect("a time"));
         // A slot is freed one second after its handshake ended. Half of all slots are for connections that close.
-        let most_of_address = MAX_PER_ADDRESS * (1 + seconds);
-        let most = MAX_CONNECTIONS + MAX_CONNECTIONS / 2 * (1 + seconds);
+        let max_of_address = MAX_PER_ADDRESS * (1 + seconds);
+        let max = MAX_CONNECTIONS + MAX_CONNECTIONS / 2 * (1 + seconds);
         let addresses: u64 = addresses.parse().expect("a number");
-        assert!(
-            count("answered") > 0 && count("answered") <= most.min(addresses * most_of_address),
-            "{told}"
-        );
+        assert!(count("answered") > 0 && count("answered") <= max.min(addresses * max_of_address), "{told}");
         assert!(during.saturating_sub(before) < MAX_GROWTH_KB, "{before} kB before, {during} kB during");
         // One address has used all its slots; the remote machine has another address.
         if addresses == 1 {

@@ -18,7 +18,7 @@ const PATIENCE: Duration = Duration::from_secs(90);
 pub(crate) struct Machine {
     supervisor: Child,
     domain: PathBuf,
-    told: Arc<Mutex<String>>,
+    stdout: Arc<Mutex<String>>,
     said: Arc<Mutex<String>>,
     files: TempDir,
 }
@@ -110,9 +110,9 @@ impl Machine {
             .stderr(Stdio::piped())
             .spawn()
             .expect("starts");
-        let told = collect(supervisor.stdout.take().expect("piped"));
+        let stdout = collect(supervisor.stdout.take().expect("piped"));
         let said = collect(supervisor.stderr.take().expect("piped"));
-        Self { supervisor, domain, told, said, files }
+        Self { supervisor, domain, stdout, said, files }
     }
 
     /// Starts a machine and waits until all its processes run.
@@ -132,8 +132,8 @@ impl Machine {
     }
 
     /// The output of its console so far.
-    pub(crate) fn told(&self) -> String {
-        self.told.lock().expect("nobody panics with it").clone()
+    pub(crate) fn stdout(&self) -> String {
+        self.stdout.lock().expect("nobody panics with it").clone()
     }
 
     pub(crate) fn domain(&self) -> &Path {

@@ -118,9 +118,9 @@ fn a_learner_on_another_machine_learns_task_1_and_performs_it() {
     assert!(away.process("belief").is_none() && away.process("learner").is_some());
 
     assert!(
-        wait_until(|| away.told().contains(PERFORMED)),
+        wait_until(|| away.stdout().contains(PERFORMED)),
         "{}\n{}\n{}\n{:?}",
-        away.told(),
+        away.stdout(),
         away.said(),
         robot.said(),
         away.metrics()

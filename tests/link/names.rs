@@ -14,7 +14,7 @@ struct Pair {
 
 impl Pair {
     fn has_learned(&self) -> bool {
-        self.away.told().contains(&format!("2 examples of {} so far", self.task))
+        self.away.stdout().contains(&format!("2 examples of {} so far", self.task))
     }
 }
 
@@ -41,7 +41,7 @@ fn two_robots_of_one_network_connect_only_to_their_own_machines() {
 
     for pair in &pairs {
         let Pair { robot, away, .. } = pair;
-        assert!(wait_until(|| pair.has_learned()), "{}\n{}\n{}", away.told(), away.said(), robot.said());
+        assert!(wait_until(|| pair.has_learned()), "{}\n{}\n{}", away.stdout(), away.said(), robot.said());
     }
     for pair in &pairs {
         let said = format!("{}\nThe other machine:\n{}", pair.robot.said(), pair.away.said());
@@ -55,7 +55,7 @@ fn two_robots_of_one_network_connect_only_to_their_own_machines() {
     }
     let [ada, bea] = &pairs;
     for (pair, other) in [(ada, bea), (bea, ada)] {
-        assert!(!pair.away.told().contains(other.task), "{}", pair.away.told());
+        assert!(!pair.away.stdout().contains(other.task), "{}", pair.away.stdout());
     }
     for pair in &mut pairs {
         for machine in [&mut pair.away, &mut pair.robot] {

@@ -62,7 +62,7 @@ impl HotPath {
             pause(STRETCH);
             let after = self.read();
             let did = self.did(&before, &after);
-            let stretch = |yardstick: &Yardstick| Stretch { yardstick_us: yardstick.most_us(), all: did };
+            let stretch = |yardstick: &Yardstick| Stretch { yardstick_us: yardstick.max_us(), all: did };
             stretches.extend(self.yardstick.as_ref().map(stretch));
             before = after;
         }
@@ -194,7 +194,7 @@ fn the_hot_path_does_not_notice_what_the_network_does() {
     let mut away = Machine::ready(Some(&b), "ns-away", &away.changes());
     let robot = Side::robot("quic/10.77.0.1:7447").keyed(keys.path(), "robot");
     let mut robot = Machine::ready(Some(&a), "ns-robot", &[robot.changes(), plan].concat());
-    assert!(wait_until(|| away.told().contains(PERFORMED)), "{}\n{}", away.told(), away.said());
+    assert!(wait_until(|| away.stdout().contains(PERFORMED)), "{}\n{}", away.stdout(), away.said());
 
     let queues = Queues { frames: 4, overflow_policy: OverflowPolicy::DropOldest };
     let domain = Domain::at(robot.domain()).expect("a domain");

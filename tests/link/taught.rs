@@ -29,7 +29,7 @@ fn long_lesson() -> String {
 
 /// The numbers of examples in the console's reports, in order.
 fn counted(machine: &Machine) -> Vec<u64> {
-    let told = machine.told();
+    let told = machine.stdout();
     let count = |line: &str| {
         let (before, _) = line.split_once(" of task 1 so far")?;
         let (before, _) = before.rsplit_once(' ')?;
@@ -46,7 +46,7 @@ const CONFUSED: &str = "no rule that I know explains";
 
 /// Number of demonstrations that Leo reported to watch.
 fn watched(machine: &Machine) -> usize {
-    machine.told().matches("watches how to do task 1").count()
+    machine.stdout().matches("watches how to do task 1").count()
 }
 
 #[test]
@@ -63,7 +63,8 @@ fn what_was_learned_over_a_bad_network_is_right_and_stays_learned() {
     let lesson = ["--lesson", lesson.to_str().expect("is text")];
     let mut robot = Machine::start_with(Some(&a), "ns-table", &robot.changes(), &lesson).when_ready();
     let holds = |away: &Machine, count| wait_until(|| counted(away).len() >= count);
-    let all = |away: &Machine, robot: &Machine| format!("{}\n{}\n{}", away.told(), away.said(), robot.said());
+    let all =
+        |away: &Machine, robot: &Machine| format!("{}\n{}\n{}", away.stdout(), away.said(), robot.said());
     assert!(holds(&away, 2), "{}", all(&away, &robot));
 
     // Over a slow and lossy network, demonstrations that arrive in time are learned as usual.
@@ -74,24 +75,24 @@ fn what_was_learned_over_a_bad_network_is_right_and_stays_learned() {
 
     // The end of this demonstration is said during the failure.
     network.set("cut");
-    let (examples, unseen) = (counted(&away), away.told().matches(UNSEEN).count());
+    let (examples, unseen) = (counted(&away), away.stdout().matches(UNSEEN).count());
     pause(CUT);
     assert_eq!(counted(&away), examples, "{}", all(&away, &robot));
     network.set("0 0");
-    let heard = || away.told().matches(UNSEEN).count() > unseen;
+    let heard = || away.stdout().matches(UNSEEN).count() > unseen;
     assert!(wait_until(heard), "it recovers by itself, and tells that showing apart\n{}", all(&away, &robot));
     // The health board shows it within 0.1 s.
     let heard_again = || away.metric("leo_link_sessions_total") >= 2.0;
     assert!(wait_until(heard_again), "{}", all(&away, &robot));
     assert!(holds(&away, examples.len() + 2), "{}", all(&away, &robot));
-    assert!(wait_until(|| away.told().contains(PERFORMED)), "{}", all(&away, &robot));
+    assert!(wait_until(|| away.stdout().contains(PERFORMED)), "{}", all(&away, &robot));
 
     // An acknowledged example is never withdrawn, and each demonstration counts at most once.
     let told = counted(&away);
     let last = u64::try_from(told.len()).expect("few");
     println!("{SHOWN} showings, {last} examples");
     assert_eq!(told, (1..=last).collect::<Vec<_>>(), "{}", all(&away, &robot));
-    assert!(last < SHOWN && !away.told().contains(CONFUSED), "{}", all(&away, &robot));
+    assert!(last < SHOWN && !away.stdout().contains(CONFUSED), "{}", all(&away, &robot));
     for machine in [&mut away, &mut robot] {
         let (status, said) = machine.stop();
         assert!(status.success(), "{status}\n{said}");

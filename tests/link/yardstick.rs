@@ -48,7 +48,7 @@ impl Yardstick {
 
     /// The 80th percentile of the measurements since the last call, in microseconds. The hot path preempts
     /// fewer than one in five; a slower core affects all.
-    pub(crate) fn most_us(&self) -> f64 {
+    pub(crate) fn max_us(&self) -> f64 {
         let mut all: Vec<_> = self.measures.try_iter().collect();
         all.sort();
         all.get(all.len() * 4 / 5).map_or(f64::NAN, |took| took.as_secs_f64() * 1e6)

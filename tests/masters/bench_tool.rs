@@ -9,7 +9,7 @@ use crate::mock_bus::MockBus;
 
 /// Runs `leo bus` on the torso's bus; returns exit status, standard output and standard error.
 pub(crate) fn bus(mock: &MockBus, arguments: &[&str]) -> (Option<i32>, String, String) {
-    let told = Command::new(env!("CARGO_BIN_EXE_leo"))
+    let output = Command::new(env!("CARGO_BIN_EXE_leo"))
         .arg("bus")
         .args(arguments)
         .args(["--bus", "torso", "--device"])
@@ -18,7 +18,7 @@ pub(crate) fn bus(mock: &MockBus, arguments: &[&str]) -> (Option<i32>, String, S
         .output()
         .expect("runs");
     let text = |bytes: &[u8]| String::from_utf8_lossy(bytes).trim().to_owned();
-    (told.status.code(), text(&told.stdout), text(&told.stderr))
+    (output.status.code(), text(&output.stdout), text(&output.stderr))
 }
 
 /// Reads a file of the repository.
@@ -81,13 +81,13 @@ fn torque_off_names_every_joint_that_does_not_confirm_it() {
 
     // Without a configuration no servo is known to be missing, but at least one must confirm.
     mock.tell("fault drop bus=torso");
-    let told = Command::new(env!("CARGO_BIN_EXE_leo"))
+    let output = Command::new(env!("CARGO_BIN_EXE_leo"))
         .args(["bus", "torque", "off", "--baud", "4000000", "--device"])
         .arg(mock.path("torso"))
         .output()
         .expect("runs");
-    let wrong = String::from_utf8_lossy(&told.stderr);
-    assert_eq!(told.status.code(), Some(1), "{wrong}");
+    let wrong = String::from_utf8_lossy(&output.stderr);
+    assert_eq!(output.status.code(), Some(1), "{wrong}");
     assert!(wrong.contains("no servo answers, so that torque off is not confirmed"), "{wrong}");
 }
 
@@ -124,15 +124,15 @@ fn a_fault_on_one_bus_keeps_torque_on_on_no_other() {
         }
         heard
     });
-    let told = Command::new(env!("CARGO_BIN_EXE_leo"))
+    let output = Command::new(env!("CARGO_BIN_EXE_leo"))
         .args(["bus", "torque", "off", "--config"])
         .arg(&leo)
         .output()
         .expect("runs");
     assert!(listener.join().expect("ends") >= 3 * 13, "it was never told");
-    let said = String::from_utf8_lossy(&told.stdout);
-    let wrong = String::from_utf8_lossy(&told.stderr);
-    assert_eq!(told.status.code(), Some(1), "{said} {wrong}");
+    let said = String::from_utf8_lossy(&output.stdout);
+    let wrong = String::from_utf8_lossy(&output.stderr);
+    assert_eq!(output.status.code(), Some(1), "{said} {wrong}");
     for (bus, servos) in [("right_arm", 13), ("torso", 7)] {
         let all = format!("{}: {servos} servos say that their torque is off", mock.path(bus).display());
         assert!(said.contains(&all), "{said}");
@@ -185,12 +185,13 @@ fn impossible_arguments_are_refused_with_alternatives() {
     refused(&mock, &["write", "--id", "1", "goal_position", "12V"], (2, "give a count, or a number of deg"));
     refused(&mock, &["write", "--id", "1", "led", "7"], (2, "led goes from 0 to 1"));
     refused(&mock, &["write", "--id", "1", "present_position", "7"], (2, "is measured by the servo"));
-    let told = Command::new(env!("CARGO_BIN_EXE_leo")).args(["bus", "scan"]).output().expect("runs");
-    let wrong = String::from_utf8_lossy(&told.stderr);
-    assert_eq!(told.status.code(), Some(2));
+    let output = Command::new(env!("CARGO_BIN_EXE_leo")).args(["bus", "scan"]).output().expect("runs");
+    let wrong = String::from_utf8_lossy(&output.stderr);
+    assert_eq!(output.status.code(), Some(2));
     assert!(wrong.contains("is a mock servo bus: start `leo mock-bus`"), "{wrong}");
-    let told = Command::new(env!("CARGO_BIN_EXE_leo")).args(["bus", "torque", "off"]).output().expect("runs");
-    let wrong = String::from_utf8_lossy(&told.stderr);
-    assert_eq!((told.status.code(), wrong.lines().count()), (Some(2), 1), "{wrong}");
+    let output =
+        Command::new(env!("CARGO_BIN_EXE_leo")).args(["bus", "torque", "off"]).output().expect("runs");
+    let wrong = String::from_utf8_lossy(&output.stderr);
+    assert_eq!((output.status.code(), wrong.lines().count()), (Some(2), 1), "{wrong}");
     assert!(wrong.contains("is a mock servo bus: start `leo mock-bus`"), "{wrong}");
 }

@@ -47,9 +47,9 @@ fn file_of(robot: &Robot, word: &str) -> PathBuf {
 }
 
 fn asked(robot: &Robot) -> (Option<i32>, String, String) {
-    let told = leo(&["record", "--black-box", "--domain"]).arg(robot.domain()).output().expect("runs");
+    let output = leo(&["record", "--black-box", "--domain"]).arg(robot.domain()).output().expect("runs");
     let text = |bytes: &[u8]| String::from_utf8_lossy(bytes).into_owned();
-    (told.status.code(), text(&told.stdout), text(&told.stderr))
+    (output.status.code(), text(&output.stdout), text(&output.stderr))
 }
 
 #[test]

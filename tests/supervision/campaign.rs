@@ -27,12 +27,12 @@ fn the_robot_survives_a_fault_campaign_with_all_joints_following() {
         motor.and_then(|row| row["buses"].as_array().cloned()).unwrap_or_default()
     };
     let count = |what: &str| buses().iter().map(|bus| bus[what].as_u64().unwrap_or(0)).sum::<u64>();
-    assert!(wait_until(|| count("broken") > 50 && count("missed") > 50), "{:?}", buses());
+    assert!(wait_until(|| count("corrupt") > 50 && count("missed") > 50), "{:?}", buses());
     assert!(wait_until(|| buses().len() == 5 && count("quarantined") == 0), "{:?}", buses());
     // Every joint follows in spite of that.
     let counted = || {
-        let told = leo(&["top", "--openmetrics", "--domain"]).arg(robot.domain()).output().expect("runs");
-        String::from_utf8(told.stdout).expect("is text")
+        let output = leo(&["top", "--openmetrics", "--domain"]).arg(robot.domain()).output().expect("runs");
+        String::from_utf8(output.stdout).expect("is text")
     };
     assert!(wait_until(|| counted().contains("\nleo_joints{mode=\"following\"} 65\n")), "{}", counted());
     // NaN percepts were refused by the belief process.
@@ -58,9 +58,9 @@ fn a_campaign_that_is_none_is_refused_before_anything_starts() {
         ("sede = 1", "seed"),
     ] {
         fs::write(&file, text).expect("writes");
-        let told = leo(&["run", "--faults"]).arg(&file).output().expect("runs");
-        let wrong = String::from_utf8_lossy(&told.stderr);
-        assert_eq!(told.status.code(), Some(2), "{wrong}");
+        let output = leo(&["run", "--faults"]).arg(&file).output().expect("runs");
+        let wrong = String::from_utf8_lossy(&output.stderr);
+        assert_eq!(output.status.code(), Some(2), "{wrong}");
         assert!(wrong.contains(said), "{wrong}");
     }
 }

@@ -70,19 +70,19 @@ fn motor_of(robot: &Robot) -> i32 {
 
 fn stop(robot: &Robot, arguments: &[&str]) -> (Option<i32>, String) {
     let mut command = leo(&["emergency-stop", "--domain"]);
-    let told = command.arg(robot.domain()).args(arguments).output().expect("runs");
-    (told.status.code(), String::from_utf8_lossy(&told.stdout).into_owned())
+    let output = command.arg(robot.domain()).args(arguments).output().expect("runs");
+    (output.status.code(), String::from_utf8_lossy(&output.stdout).into_owned())
 }
 
 /// Arms a robot: a released stop only permits arming.
 fn arm(robot: &Robot) {
-    let mut told = String::new();
+    let mut output = String::new();
     let armed = wait_until(|| {
         let arming = leo(&["arm", "--domain"]).arg(robot.domain()).output().expect("runs");
-        told = String::from_utf8_lossy(&arming.stderr).into_owned();
+        output = String::from_utf8_lossy(&arming.stderr).into_owned();
         arming.status.success()
     });
-    assert!(armed, "not armed: {told}\n{}", robot.said());
+    assert!(armed, "not armed: {output}\n{}", robot.said());
 }
 
 /// One test with one robot, because a process can join one domain only.
@@ -110,13 +110,13 @@ fn no_stop_of_the_motor_makes_a_joint_jump() {
 
 /// Joint metrics from `leo top`, because this process can join one domain only.
 fn metrics(robot: &Robot) -> String {
-    let told = leo(&["top", "--openmetrics", "--domain"]).arg(robot.domain()).output().expect("runs");
-    String::from_utf8(told.stdout).expect("is text")
+    let output = leo(&["top", "--openmetrics", "--domain"]).arg(robot.domain()).output().expect("runs");
+    String::from_utf8(output.stdout).expect("is text")
 }
 
 fn until_told(robot: &Robot, line: &str) {
-    let told = wait_until(|| metrics(robot).lines().any(|told| told == line));
-    assert!(told, "not {line}\n{}\n{}", metrics(robot), robot.said());
+    let output = wait_until(|| metrics(robot).lines().any(|output| output == line));
+    assert!(output, "not {line}\n{}\n{}", metrics(robot), robot.said());
 }
 
 #[test]
@@ -243,8 +243,8 @@ impl TakenUp {
             // The command may have moved on since then, with the servo following.
             let since = at.since(idle) + at.since(Instant::from_nanos(joint.sampled_at_ns));
             let off_rad = (command_rad - stands_rad).abs();
-            let most_rad = 2.0 * (COUNT_RAD + SOFT_START_RAD_S * since.as_secs_f64());
-            assert!(off_rad <= most_rad, "joint {name} jumps by {off_rad} of {most_rad} rad");
+            let max_rad = 2.0 * (COUNT_RAD + SOFT_START_RAD_S * since.as_secs_f64());
+            assert!(off_rad <= max_rad, "joint {name} jumps by {off_rad} of {max_rad} rad");
             self.first += 1;
             return;
         };

@@ -20,9 +20,9 @@ for family in families:
 ";
 
 fn openmetrics(robot: &Robot) -> String {
-    let told = leo(&["top", "--openmetrics", "--domain"]).arg(robot.domain()).output().expect("runs");
-    assert!(told.status.success(), "{told:?}");
-    String::from_utf8(told.stdout).expect("text")
+    let output = leo(&["top", "--openmetrics", "--domain"]).arg(robot.domain()).output().expect("runs");
+    assert!(output.status.success(), "{output:?}");
+    String::from_utf8(output.stdout).expect("text")
 }
 
 #[test]

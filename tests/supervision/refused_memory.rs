@@ -80,9 +80,9 @@ fn a_store_keeps_what_it_acknowledged_whichever_allocation_is_refused() {
         command
     };
     let tasks = |state: &Path| {
-        let told = leo(&["tasks", "list", "--json", "--state"]).arg(state).output().expect("runs");
-        assert!(told.status.success(), "{}", String::from_utf8_lossy(&told.stderr));
-        let tasks: Vec<serde_json::Value> = serde_json::from_slice(&told.stdout).expect("JSON");
+        let output = leo(&["tasks", "list", "--json", "--state"]).arg(state).output().expect("runs");
+        assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+        let tasks: Vec<serde_json::Value> = serde_json::from_slice(&output.stdout).expect("JSON");
         tasks.iter().map(|task| task["name"].as_str().unwrap_or_default().to_owned()).collect::<Vec<_>>()
     };
     let counted = files.path().join("counted");
@@ -94,11 +94,11 @@ fn a_store_keeps_what_it_acknowledged_whichever_allocation_is_refused() {
     for number in refuser.numbers() {
         let state = files.path().join(number.to_string());
         assert!(import(&first, &state).status().expect("runs").success());
-        let told = refuser.refuse(number, import(&second, &state)).output().expect("runs");
-        let said = String::from_utf8_lossy(&told.stderr).into_owned();
+        let output = refuser.refuse(number, import(&second, &state)).output().expect("runs");
+        let said = String::from_utf8_lossy(&output.stderr).into_owned();
         let found = tasks(&state);
         assert_eq!(found.first().map(String::as_str), Some("Task 1"), "allocation {number}: {said}");
-        if told.status.success() {
+        if output.status.success() {
             assert_eq!(found, ["Task 1", "Task 2"], "allocation {number} was acknowledged: {said}");
             kept += 1;
         } else {
@@ -123,8 +123,8 @@ fn a_robot_survives_its_recorder_whichever_allocation_is_refused() {
     assert!(refuser.refuse(0, record("counted.mcap")).status().expect("runs").success(), "{}", robot.said());
     let mut ended = 0;
     for number in refuser.numbers() {
-        let told = refuser.refuse(number, record(&format!("{number}.mcap"))).output().expect("runs");
-        ended += usize::from(!told.status.success());
+        let output = refuser.refuse(number, record(&format!("{number}.mcap"))).output().expect("runs");
+        ended += usize::from(!output.status.success());
     }
     assert!(ended > 0, "no refusal had an effect");
     assert_eq!(robot.processes(), before, "a process was replaced\n{}", robot.said());
@@ -149,9 +149,9 @@ fn no_process_is_left_whichever_allocation_of_the_supervisor_is_refused() {
     assert!(refuser.refuse(0, run()).status().expect("runs").success());
     let mut ended = 0;
     for number in refuser.numbers() {
-        let told = refuser.refuse(number, run()).stderr(Stdio::piped()).output().expect("runs");
-        ended += usize::from(!told.status.success());
-        let said = String::from_utf8_lossy(&told.stderr).into_owned();
+        let output = refuser.refuse(number, run()).stderr(Stdio::piped()).output().expect("runs");
+        ended += usize::from(!output.status.success());
+        let said = String::from_utf8_lossy(&output.stderr).into_owned();
         assert!(wait_until(|| processes_in(&root).is_empty()), "allocation {number}: {said}");
     }
     assert!(ended > 0, "no refusal had an effect");

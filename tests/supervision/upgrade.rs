@@ -67,17 +67,20 @@ fn a_program_with_other_messages_can_still_stop_the_robot() {
         vec!["top", "--openmetrics", "--domain", domain],
         vec!["record", file.to_str().expect("is text"), "--for", "1", "--domain", domain],
     ] {
-        let told = leo(&arguments).output().expect("runs");
-        let said = String::from_utf8_lossy(&told.stderr);
-        assert_eq!(told.status.code(), Some(1), "{told:?}");
-        assert!(told.stdout.is_empty() && said.lines().count() == 1, "{told:?}");
+        let output = leo(&arguments).output().expect("runs");
+        let said = String::from_utf8_lossy(&output.stderr);
+        assert_eq!(output.status.code(), Some(1), "{output:?}");
+        assert!(output.stdout.is_empty() && said.lines().count() == 1, "{output:?}");
         assert!(said.contains("runs Leo 0.0.1 with other messages, and this is Leo "), "{said}");
         assert!(said.contains("restart it, or use its own program"), "{said}");
     }
     assert!(!file.exists(), "nothing is recorded, and no file made");
-    let told = leo(&["emergency-stop", "--domain", domain]).output().expect("runs");
-    let said = String::from_utf8_lossy(&told.stdout);
-    assert!(told.status.success() && said.contains("all 65 servos say that their torque is off"), "{told:?}");
+    let output = leo(&["emergency-stop", "--domain", domain]).output().expect("runs");
+    let said = String::from_utf8_lossy(&output.stdout);
+    assert!(
+        output.status.success() && said.contains("all 65 servos say that their torque is off"),
+        "{output:?}"
+    );
     let domain = robot.domain().to_owned();
     let (_, said) = robot.stop(Signal::TERM);
     assert!(said.contains("EMERGENCY STOP"), "{said}");

@@ -419,10 +419,10 @@ fn root_stops_and_releases_another_users_robot_without_reading_it() {
     );
     assert!(other(&made).0);
     let leo = |arguments: &[&str]| {
-        let told =
+        let output =
             Command::new(env!("CARGO_BIN_EXE_leo")).args(arguments).arg("--domain").arg(&place.root).output();
-        let told = told.expect("runs");
-        (told.status.code(), String::from_utf8_lossy(&[told.stdout, told.stderr].concat()).into_owned())
+        let output = output.expect("runs");
+        (output.status.code(), String::from_utf8_lossy(&[output.stdout, output.stderr].concat()).into_owned())
     };
     let (status, said) = leo(&["emergency-stop"]);
     assert_eq!(status, Some(1), "{said}");

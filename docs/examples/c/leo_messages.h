@@ -27,7 +27,7 @@
 #define LEO_MAX_SOURCES 16
 #define LEO_LOSSES 24
 #define LEO_TEXT_CAPACITY 252
-#define LEO_DEPTH_MOST 6
+#define LEO_MAX_DEPTH 6
 
 /* Topics. A frame is the head and a slice of entries. */
 /* `observations/<source>`: struct leo_header, struct leo_observation */

@@ -17,7 +17,7 @@ MAX_PERSPECTIVES = 256
 MAX_SOURCES = 16
 LOSSES = 24
 TEXT_CAPACITY = 252
-DEPTH_MOST = 6
+MAX_DEPTH = 6
 
 
 # Kind of an event of the learner.
@@ -121,7 +121,7 @@ class JointCause(enum.IntEnum):
 
 
 # Arming state of a joint.
-class JointLicence(enum.IntEnum):
+class JointArming(enum.IntEnum):
     # May not move until its cause is gone and an operator has acknowledged it.
     LOCKED = 0
     # May not move until an operator arms it.

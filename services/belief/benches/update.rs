@@ -203,10 +203,7 @@ fn track(count: usize, partners: u32, sources: u16) -> [Vec<u64>; 3] {
         for (costs, span) in costs.iter_mut().zip(spans) {
             costs.push(clock::nanos(span));
         }
-        assert!(
-            divergences.head(1).agreed > 0 || partners == 0 || frame < WARM_UP_FRAMES,
-            "they believe the same"
-        );
+        assert!(divergences.head(1).agreed > 0 || partners == 0 || frame < WARM_UP_FRAMES, "equal beliefs");
         let expected = believed(count, frame);
         for perspective in 0..believer.perspectives() {
             assert_eq!(believer.len(perspective), expected, "each thing is one belief, in frame {frame}");
@@ -214,7 +211,7 @@ fn track(count: usize, partners: u32, sources: u16) -> [Vec<u64>; 3] {
     }
     for (warm, end) in warm.iter().zip(turnover(&believer)) {
         let [came, culled] = [0, 1].map(|which: usize| end.get(which) > warm.get(which));
-        assert!(came && culled, "things came, and were culled, while it was measured");
+        assert!(came && culled, "beliefs were created or culled during the measurement");
     }
     costs.map(|mut costs| {
         costs.drain(..WARM_UP_FRAMES);
@@ -232,17 +229,17 @@ fn minimum_per_frame(passes: &[Vec<u64>]) -> Vec<u64> {
 /// Nanoseconds of a counting loop, run `times` times, sorted: the noise that the machine adds to undisturbed work of
 /// that length.
 fn machine_noise(length_us: f64, times: usize) -> Vec<u64> {
-    let count = |most: usize| {
+    let count = |highest: usize| {
         let started = clock::now();
-        for number in 0..most {
+        for number in 0..highest {
             black_box(number);
         }
         clock::nanos(clock::now().since(started))
     };
     const TRIAL: usize = 100_000;
     let shortest_ns = (0..20).map(|_| count(TRIAL)).min().map_or(1.0, float);
-    let most = floor_usize(float_of_count(TRIAL) * length_us * 1e3 / shortest_ns);
-    let mut costs: Vec<_> = (0..times).map(|_| count(most)).collect();
+    let highest = floor_usize(float_of_count(TRIAL) * length_us * 1e3 / shortest_ns);
+    let mut costs: Vec<_> = (0..times).map(|_| count(highest)).collect();
     costs.sort_unstable();
     costs
 }
@@ -408,8 +405,8 @@ fn main() {
     let asked: Vec<usize> = std::env::args().filter_map(|argument| argument.parse().ok()).collect();
     for sources in [1, 2] {
         let sizes = if asked.is_empty() { SIZES.to_vec() } else { asked.clone() };
-        let sensed = if sources == 1 { "one source" } else { "two sources, a frame each in every step" };
-        println!("Belief update per step, {sensed}, us; the clustering of one frame alone, ms");
+        let sensed = if sources == 1 { "one source" } else { "two sources with one frame each per step" };
+        println!("belief update per step, {sensed}, us; clustering of one frame, ms");
         println!(
             "{:>7} | {:^35} | {:^35} | {:^26} | {:^17} | {:^17} | {:^29}",
             "things",
@@ -422,7 +419,7 @@ fn main() {
         );
         table(&sizes, sources);
     }
-    println!("all of it took {} s", clock::now().since(started).as_secs());
+    println!("total: {} s", clock::now().since(started).as_secs());
 }
 
 fn table(sizes: &[usize], sources: u16) {
@@ -470,7 +467,7 @@ fn table(sizes: &[usize], sources: u16) {
     }
     for (name, points) in ["the robot", "robot and partner"].iter().zip(&slopes) {
         if points.len() > 1 {
-            println!("slope of the cost (log-log) from {LARGE} things on, {name}: {:.2}", slope(points));
+            println!("log-log slope of the cost from {LARGE} things on, {name}: {:.2}", slope(points));
         }
     }
 }

@@ -180,7 +180,7 @@ impl Believer {
         self.at = alleged.min(now).max(self.at);
         self.retimed_frames += u64::from(self.at != alleged);
         self.header = Header { valid_at_ns: self.at.as_nanos(), ..header.header_for_derived() };
-        self.robot.step(self.at, head.looked(), entries);
+        self.robot.step(self.at, head.active_sources(), entries);
         self.count(0);
         for index in 0..self.partner_perspectives.len() {
             let split = self.partner_perspectives.split_at_mut_checked(index);
@@ -226,7 +226,7 @@ impl Believer {
         if let Some(counts) = require!(counts, "perspective {perspective} is counted") {
             counts.steps += 1;
             counts.beliefs += u64::from(saturating_u32(beliefs));
-            (counts.left_out, counts.refused) = (head.overflowed, head.refused);
+            (counts.over_capacity, counts.refused) = (head.overflowed, head.refused);
         }
     }
 

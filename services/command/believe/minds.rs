@@ -67,7 +67,7 @@ impl BeliefPipeline {
         let mut header = Header::at(at_ns);
         // A time stamp of zero means "none".
         header.pass(Hop::Observed, at_ns.max(1));
-        // A source whose observations did not all fit counts as not having looked, as in the sensor process: missing
+        // A source whose observations did not all fit counts as inactive, as in the sensor process: missing
         // observations must not count as absent objects.
         let mut room = self.capacity;
         let whole = frames.iter().filter(|frame| {
@@ -75,8 +75,12 @@ impl BeliefPipeline {
             room = room.saturating_sub(frame.observations.len());
             is_whole
         });
-        let looked = whole.map(|frame| SourceSet::of(frame.source)).collect();
-        self.believer.step(Instant::from_nanos(at_ns), &PerceptHead::new(header, looked), &self.entries);
+        let active_sources = whole.map(|frame| SourceSet::of(frame.source)).collect();
+        self.believer.step(
+            Instant::from_nanos(at_ns),
+            &PerceptHead::new(header, active_sources),
+            &self.entries,
+        );
         self.read();
     }
 

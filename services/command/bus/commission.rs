@@ -64,7 +64,7 @@ impl Commission {
                     trial.name, trial.tries, trial.expects
                 ))?;
                 let outcome = bench.run(trial);
-                output::print(&outcome.told())?;
+                output::print(&outcome.text())?;
                 report.add(&bus.name, index + 1, trial, &outcome)?;
             }
             let off = bench.end();
@@ -99,14 +99,14 @@ impl Commission {
         let left: Vec<_> =
             TRIALS.iter().filter(|trial| !report.has(trial.name)).map(|trial| trial.name).collect();
         report.conclude(interrupted, &left)?;
-        let mut told = format!("\n{passed} passed, {failed} failed, {skipped} skipped");
+        let mut text = format!("\n{passed} passed, {failed} failed, {skipped} skipped");
         if interrupted {
-            told += "; interrupted";
+            text += "; interrupted";
         }
         if !left.is_empty() {
-            told += &format!(". Not tried, so the commissioning is not complete: {}", left.join(", "));
+            text += &format!(". Not tried, so the commissioning is not complete: {}", left.join(", "));
         }
-        output::print(&format!("{told}.\nThe report is {}.\n", report.path().display()))?;
+        output::print(&format!("{text}.\nThe report is {}.\n", report.path().display()))?;
         let good = failed == 0 && skipped == 0 && !interrupted;
         Ok(if good { ExitCode::SUCCESS } else { ExitCode::from(1) })
     }

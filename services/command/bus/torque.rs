@@ -38,13 +38,13 @@ pub(super) fn torque(
         first.open()?;
     }
     // Send torque off on every bus before checking any result. An error on one bus does not affect the others.
-    let told: Vec<_> = place
+    let buses: Vec<_> = place
         .buses()
         .iter()
         .map(|bus| (bus, bus.open().and_then(|mut line| line.torque_off().map(|()| line))))
         .collect();
     let (mut said, mut failed) = (String::new(), Vec::new());
-    for (bus, line) in told {
+    for (bus, line) in buses {
         let looked = line.and_then(|mut line| read_torque_states(&mut line, bus));
         let Torque { off, doubtful } = looked.unwrap_or_else(|error| {
             failed.push(format!("{}: {}", bus.name, error.text));

@@ -78,8 +78,8 @@ fn go(
         )));
     }
     let present_rad = joint.joint_rad(servo.reading()?.0.position_rad);
-    let most = care.motor.max_beyond_limits_rad.get();
-    if present_rad < joint.min_rad - most || present_rad > joint.max_rad + most {
+    let max = care.motor.max_beyond_limits_rad.get();
+    if present_rad < joint.min_rad - max || present_rad > joint.max_rad + max {
         return Err(CommandError::runtime(beyond(joint, present_rad)));
     }
     let stop = process::stop_flag().map_err(CommandError::runtime)?;
@@ -161,12 +161,12 @@ pub(super) fn set(line: &mut Line, id: u8, item: &str, count: i64) -> Result<Exi
     let data = bytes.get(..usize::from(entry.item.length)).unwrap_or_default();
     line.ask(id, Instruction::Write { address: entry.item.address, data })
         .map_err(|error| because_tripped(line, model, id, &entry, error))?;
-    let told = format!("{entry} of id {id} is now {}\n", value::show(&entry, count));
+    let text = format!("{entry} of id {id} is now {}\n", value::show(&entry, count));
     if line.value(model, id, item)? != count {
         return Err(CommandError::runtime(format!(
             "{entry} of id {id} did not take the value: is something else writing it?"
         )));
     }
-    output::print(&told)?;
+    output::print(&text)?;
     Ok(ExitCode::SUCCESS)
 }

@@ -16,11 +16,11 @@ pub(super) fn opening(examples: &Examples, settings: &Settings) -> serde_json::R
 }
 
 /// One example.
-pub(super) fn example(told: &ExampleResult<'_>) -> serde_json::Result<String> {
+pub(super) fn example(result: &ExampleResult<'_>) -> serde_json::Result<String> {
     let perspectives: Vec<Value> =
-        told.learned.iter().map(|(perspective, learned)| learned_by(*perspective, learned)).collect();
-    let asked = told.shown.asked.iter().enumerate().map(|(index, object)| {
-        let answers = told.answers.iter().map(|answer| {
+        result.learned.iter().map(|(perspective, learned)| learned_by(*perspective, learned)).collect();
+    let asked = result.shown.asked.iter().enumerate().map(|(index, object)| {
+        let answers = result.answers.iter().map(|answer| {
             json!({
                 "perspective": answer.perspective,
                 "goal": expectation(&answer.goal),
@@ -30,11 +30,11 @@ pub(super) fn example(told: &ExampleResult<'_>) -> serde_json::Result<String> {
         json!({ "id": object.id, "features": object.features, "answers": answers.collect::<Vec<_>>() })
     });
     let example = json!({
-        "line": told.shown.line,
+        "line": result.shown.line,
         "perspectives": perspectives,
         "asked": asked.collect::<Vec<_>>(),
     });
-    let comma = if told.number > 1 { ",\n" } else { "\n" };
+    let comma = if result.number > 1 { ",\n" } else { "\n" };
     Ok(format!("{comma}{}", serde_json::to_string(&example)?))
 }
 

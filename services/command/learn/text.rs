@@ -11,21 +11,21 @@ use super::examples::Examples;
 use super::{Conclusion, ExampleResult};
 
 /// The results for one example.
-pub(super) fn example(examples: &Examples, told: &ExampleResult<'_>) -> String {
+pub(super) fn example(examples: &Examples, result: &ExampleResult<'_>) -> String {
     let mut text = String::new();
-    if let Some(title) = examples.title.as_ref().filter(|_| told.number == 1) {
+    if let Some(title) = examples.title.as_ref().filter(|_| result.number == 1) {
         let _ = writeln!(text, "{title}\n");
     }
-    let _ = writeln!(text, "example {} (line {})", told.number, told.shown.line);
-    for (&perspective, learned) in &told.learned {
+    let _ = writeln!(text, "example {} (line {})", result.number, result.shown.line);
+    for (&perspective, learned) in &result.learned {
         if learned.goals.is_empty() {
-            let _ = writeln!(text, "  {:<10} no rule explains what changed", who(perspective));
+            let _ = writeln!(text, "  {:<10} no rule explains what changed", perspective_label(perspective));
         }
         for rule in learned.goals.iter().flatten() {
             let _ = writeln!(
                 text,
                 "  {:<10} {:>3}. {} {:>3} of {:<3} {:.4}  {} {}",
-                who(perspective),
+                perspective_label(perspective),
                 rule.standing.rank,
                 if rule.standing.high_likelihood { '*' } else { ' ' },
                 rule.standing.tally,
@@ -36,16 +36,16 @@ pub(super) fn example(examples: &Examples, told: &ExampleResult<'_>) -> String {
             );
         }
     }
-    for (index, object) in told.shown.asked.iter().enumerate() {
-        let name = describe_object(&examples.language, object, told.shown.asked.iter());
-        for answer in &told.answers {
+    for (index, object) in result.shown.asked.iter().enumerate() {
+        let name = describe_object(&examples.language, object, result.shown.asked.iter());
+        for answer in &result.answers {
             let probability = answer.probabilities.get(index).copied().flatten();
             let probability = probability.map_or_else(|| "  --  ".to_owned(), |p| format!("{p:.4}"));
             let goal = expectation(&answer.goal);
             let _ = writeln!(
                 text,
                 "  {:<10} {probability} that {name} ({}) is to be {goal}",
-                who(answer.perspective),
+                perspective_label(answer.perspective),
                 object.id
             );
         }
@@ -102,7 +102,7 @@ pub(super) fn expectation(signature: &Signature) -> String {
     describe_change(&Change { signature: signature.clone(), displaced: false })
 }
 
-fn who(perspective: u16) -> String {
+fn perspective_label(perspective: u16) -> String {
     if perspective == 0 { "Leo".to_owned() } else { format!("partner {perspective}") }
 }
 

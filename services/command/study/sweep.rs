@@ -79,13 +79,13 @@ impl Sweep {
         robot: &Robot,
         source: usize,
         designs: u64,
-        told: &(dyn Fn(&str) + Sync),
+        report: &(dyn Fn(&str) + Sync),
     ) -> Result<Self, CommandError> {
         let mut rows = Vec::new();
         for setting in SETTINGS {
             let robot = setting.apply(robot)?;
             for task in 1..=TASKS {
-                told(&format!("task {task}, {setting} ..."));
+                report(&format!("task {task}, {setting} ..."));
                 rows.push(Row::of(RobotUnderTest { robot: &robot, source }, setting, task, designs)?);
             }
         }

@@ -62,7 +62,7 @@ pub(crate) fn number(message: &str) -> Option<u64> {
 /// none.
 pub(crate) fn parse(message: &str, first: u16) -> Result<(u64, PageRequest), Malformed> {
     let malformed = |reason: String| Malformed { id: number(message), reason };
-    let said: RequestJson = serde_json::from_str(message).map_err(|error| malformed(error.to_string()))?;
+    let request: RequestJson = serde_json::from_str(message).map_err(|error| malformed(error.to_string()))?;
     let act = |kind, teacher: Option<u16>| TeacherAct::new(kind, teacher.unwrap_or(first));
     let text = |what: &str| {
         if what.len() > TEXT_CAPACITY {
@@ -75,7 +75,7 @@ pub(crate) fn parse(message: &str, first: u16) -> Result<(u64, PageRequest), Mal
     };
     let turned = |heading: Option<f64>| heading.unwrap_or(f64::NAN);
     use TeacherActKind as Kind;
-    let (id, act) = match said {
+    let (id, act) = match request {
         RequestJson::Record { id, on } => return Ok((id, PageRequest::Record(on))),
         RequestJson::Keep { id } => return Ok((id, PageRequest::Keep)),
         RequestJson::Arm { id, locks } => return Ok((id, PageRequest::Arm(locks))),
@@ -93,13 +93,21 @@ pub(crate) fn parse(message: &str, first: u16) -> Result<(u64, PageRequest), Mal
         }
         RequestJson::Cancel { id } => (id, act(Kind::Cancel, None)),
         RequestJson::Seat { id, eyes, looks_at, teacher } => {
-            (id, TeacherAct { position_m: eyes, also_m: looks_at, ..act(Kind::Seat, teacher) })
+            (id, TeacherAct { position_m: eyes, second_vector_m: looks_at, ..act(Kind::Seat, teacher) })
         }
         RequestJson::Leave { id, teacher } => (id, act(Kind::Leave, teacher)),
         RequestJson::Return { id, teacher } => (id, act(Kind::Return, teacher)),
         RequestJson::Screen { id, name, at, half, teacher } => {
-            let also_m = half.unwrap_or_default();
-            (id, TeacherAct { position_m: at, also_m, text: text(&name)?, ..act(Kind::Screen, teacher) })
+            let second_vector_m = half.unwrap_or_default();
+            (
+                id,
+                TeacherAct {
+                    position_m: at,
+                    second_vector_m,
+                    text: text(&name)?,
+                    ..act(Kind::Screen, teacher)
+                },
+            )
         }
         RequestJson::Add { id, kind, colour, at, heading } => {
             let (&[x, y] | &[x, y, _]) = at.as_slice() else {

@@ -94,11 +94,11 @@ pub(crate) fn same_kind<'a>(view: &'a Snapshot, object: &Object) -> impl Iterato
 /// An act in words: "the teacher: red square filled, small peg inserted".
 pub(crate) fn act(vocabulary: &Vocabulary, act: &Executable, now: &Snapshot) -> String {
     let Vocabulary { language, names, .. } = vocabulary;
-    let who = if act.actor == 0 { "I".to_owned() } else { names.of(act.actor) };
+    let agent_name = if act.actor == 0 { "I".to_owned() } else { names.of(act.actor) };
     let name = |object: &Object| describe_object(language, object, same_kind(now, object));
     let done = |(id, change): (&u64, &Change)| {
         let thing = name(now.object(*id)?);
-        let deeds = act.deeds.get(id).into_iter().flatten().filter_map(|deed| match deed {
+        let action_effects = act.action_effects.get(id).into_iter().flatten().filter_map(|deed| match deed {
             ActionEffect::PlacedOn { support } => {
                 let below = name(now.object(*support)?);
                 let article = if below == thing { "another" } else { "the" };
@@ -107,14 +107,14 @@ pub(crate) fn act(vocabulary: &Vocabulary, act: &Executable, now: &Snapshot) -> 
             ActionEffect::Handed { to: 0 } => Some("handed to me".to_owned()),
             ActionEffect::Handed { to } => Some(format!("handed to {}", names.of(*to))),
         });
-        let deeds: Vec<String> = deeds.collect();
+        let action_effects: Vec<String> = action_effects.collect();
         // A placed or handed object was necessarily moved; only its state changes are mentioned in addition.
-        let states = if deeds.is_empty() { Some(change.clone()) } else { change.states() };
-        let all: Vec<String> = states.iter().map(describe_change).chain(deeds).collect();
+        let states = if action_effects.is_empty() { Some(change.clone()) } else { change.states() };
+        let all: Vec<String> = states.iter().map(describe_change).chain(action_effects).collect();
         Some(format!("{thing} {}", listed(&all)))
     };
     let what: Vec<String> = act.changes.iter().filter_map(done).collect();
-    format!("{who}: {}", listed(&what))
+    format!("{agent_name}: {}", listed(&what))
 }
 
 /// An observed movement in words: "the teacher: putting the small peg into the red square". `None` if its object is not
@@ -136,15 +136,15 @@ pub(crate) fn movement(
     };
     let below = below(movement, now);
     let hole = below.iter().find(|below| goes_into(below));
-    let (who, what) = (names.of(movement.actor), name(thing));
+    let (agent_name, what) = (names.of(movement.actor), name(thing));
     Some(match (hole, below.first()) {
-        (Some(hole), _) => format!("{who}: putting the {what} into the {}", name(hole)),
+        (Some(hole), _) => format!("{agent_name}: putting the {what} into the {}", name(hole)),
         (None, Some(below)) => {
             let below = name(below);
             let article = if below == what { "another" } else { "the" };
-            format!("{who}: putting the {what} onto {article} {below}")
+            format!("{agent_name}: putting the {what} onto {article} {below}")
         }
-        (None, None) => format!("{who}: putting the {what} down"),
+        (None, None) => format!("{agent_name}: putting the {what} down"),
     })
 }
 

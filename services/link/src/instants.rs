@@ -18,7 +18,7 @@ impl TimestampFields {
     /// The offsets for the frames of a topic.
     #[must_use]
     pub fn of(topic: TopicId) -> Self {
-        let [head, entry] = topic.kinds();
+        let [head, entry] = topic.frame_kinds();
         let places = |kind: &Kind| {
             let mut places = Vec::new();
             gather(kind, 0, false, &mut places);

@@ -93,8 +93,8 @@ impl ClockOffset {
     #[must_use]
     pub fn error(&self, now: Instant) -> Option<Duration> {
         let known = self.known?.widened(now);
-        let most = (known.estimate_ns - known.from_ns).max(known.to_ns - known.estimate_ns);
-        Some(Duration::from_nanos(most.unsigned_abs()))
+        let max = (known.estimate_ns - known.from_ns).max(known.to_ns - known.estimate_ns);
+        Some(Duration::from_nanos(max.unsigned_abs()))
     }
 }
 
@@ -146,9 +146,9 @@ mod tests {
                 let now = Instant::from_nanos(exchange.heard_ns);
                 offset.learn(now, &exchange);
                 let wrong = (offset.estimate_ns().unwrap() - truth).unsigned_abs();
-                let most = clock::nanos(offset.error(now).unwrap());
-                prop_assert!(wrong <= most, "{wrong} ns off, {most} at most");
-                prop_assert!(most <= 2 * (there + back) + 1, "{most} after {there} + {back}");
+                let max = clock::nanos(offset.error(now).unwrap());
+                prop_assert!(wrong <= max, "{wrong} ns off, {max} at most");
+                prop_assert!(max <= 2 * (there + back) + 1, "{max} after {there} + {back}");
                 asked = exchange.heard_ns + 50_000_000;
             }
         }

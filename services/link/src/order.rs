@@ -32,7 +32,7 @@ mod tests {
 
     #[test]
     fn the_carried_topics_have_their_order_and_codes() {
-        let carried = carried_topics(3).into_iter().map(|topic| (topic.to_string(), topic.code().0));
+        let carried = carried_topics(3).into_iter().map(|topic| (topic.to_string(), topic.link_code().0));
         let known = [
             ("joint-states", 3),
             ("scene", 4),

@@ -15,11 +15,11 @@ use crate::wire::Frame;
 const MAX_UNACKED_FRAMES: usize = 4096;
 const KEPT_FOR: Duration = Duration::from_secs(60);
 /// Limit of reliable bytes in one batch, beyond the first frame.
-const BUNDLED_BYTES: usize = 128 * 1024;
+const MAX_BATCH_BYTES: usize = 128 * 1024;
 /// Maximum number of reliable frames in one batch.
-const BUNDLED_MOST: usize = 256;
+const MAX_BATCH_FRAMES: usize = 256;
 /// Maximum number of incomplete frame sets.
-const INCOMPLETE_MOST: usize = 4;
+const MAX_INCOMPLETE_SETS: usize = 4;
 
 /// Incarnation of a frame's writer, and the frame's sequence number.
 pub(crate) type Place = (u64, u64);
@@ -38,7 +38,7 @@ pub(crate) struct Outbox {
     oldest: u64,
     next: u64,
     pub(crate) overtaken: u64,
-    pub(crate) given_up: u64,
+    pub(crate) expired: u64,
 }
 
 #[derive(Debug)]
@@ -71,7 +71,7 @@ impl Outbox {
             oldest: 1,
             next: 1,
             overtaken: 0,
-            given_up: 0,
+            expired: 0,
         }
     }
 
@@ -102,7 +102,7 @@ impl Outbox {
             let older: usize = self.incomplete.values().map(BTreeMap::len).sum();
             self.incomplete.clear();
             self.overtaken += saturating_u64(older + std::mem::replace(&mut self.instant, whole).len());
-        } else if self.incomplete.len() > INCOMPLETE_MOST
+        } else if self.incomplete.len() > MAX_INCOMPLETE_SETS
             && let Some((_, frames)) = self.incomplete.pop_first()
         {
             self.overtaken += saturating_u64(frames.len());
@@ -120,8 +120,8 @@ impl Outbox {
             newest.chain(instant).map(|(topic, bytes)| Frame { topic, bytes }).collect();
         let first = self.next;
         let skip = usize::try_from(first - self.oldest).unwrap_or(usize::MAX);
-        let (mut room, mut numbered) = (BUNDLED_BYTES, 0);
-        for kept in self.every.iter().skip(skip).take(BUNDLED_MOST) {
+        let (mut room, mut numbered) = (MAX_BATCH_BYTES, 0);
+        for kept in self.every.iter().skip(skip).take(MAX_BATCH_FRAMES) {
             if numbered > 0 && kept.bytes.len() > room {
                 break;
             }
@@ -156,7 +156,7 @@ impl Outbox {
         if self.every.pop_front().is_some() {
             self.oldest += 1;
             self.next = self.next.max(self.oldest);
-            self.given_up += 1;
+            self.expired += 1;
         }
     }
 }
@@ -233,7 +233,7 @@ mod tests {
         outbox.push(at(1), TopicId::Events, (1, 1), bytes(1));
         outbox.push(at(50), TopicId::Events, (1, 2), bytes(2));
         let load = outbox.load(at(62)).unwrap();
-        assert_eq!((load.oldest, load.numbered, outbox.given_up), (2, 1, 1));
+        assert_eq!((load.oldest, load.numbered, outbox.expired), (2, 1, 1));
         for value in 0..5000 {
             outbox.push(at(62), TopicId::Events, (1, value), bytes(0));
         }

@@ -35,7 +35,7 @@ pub struct Session {
     peer: Option<Peer>,
     pulse_at: Instant,
     heartbeat_due: bool,
-    pub(crate) hearings: u64,
+    pub(crate) established: u64,
     /// Messages of a machine other than the connected peer.
     pub(crate) foreign_messages: u64,
     /// Whether one was received since the last message of the peer.
@@ -83,7 +83,7 @@ impl Session {
             peer: None,
             pulse_at: now,
             heartbeat_due: false,
-            hearings: 0,
+            established: 0,
             foreign_messages: 0,
             is_strange: false,
             has_second_peer: false,
@@ -96,7 +96,7 @@ impl Session {
 
     /// Whether the peer is connected.
     #[must_use]
-    pub fn is_heard(&self) -> bool {
+    pub fn is_up(&self) -> bool {
         self.peer.is_some()
     }
 
@@ -126,7 +126,7 @@ impl Session {
             self.round_trip = exchange.round_trip().unwrap_or(self.round_trip);
         }
         // Existing subscribers may have missed frames that were given up during a disconnection.
-        let remote_latched_subscribers = (self.hearings, pulse.latched_subscribers);
+        let remote_latched_subscribers = (self.established, pulse.latched_subscribers);
         self.resync_pending |=
             pulse.latched_subscribers > 0 && remote_latched_subscribers != self.remote_latched_subscribers;
         self.remote_latched_subscribers = remote_latched_subscribers;
@@ -181,7 +181,7 @@ impl Session {
                 self.peer =
                     Some(Peer { epoch, heard_at: at, sent_ns: 0, received_ns: 0, is_answered: false });
                 self.is_strange = false;
-                self.hearings += 1;
+                self.established += 1;
                 self.offset.forget();
                 self.part();
                 true

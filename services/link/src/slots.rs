@@ -10,12 +10,12 @@ use invariant::{invariant, require};
 pub(crate) const MAX_UNRESERVED: usize = 256;
 /// Maximum of handshakes in progress of these addresses. One more evicts the oldest of them, if that is older
 /// than `UNDISTURBED`. The rest of the slots is for the evicted connections, which close.
-const MAX_OPEN_UNRESERVED: usize = MAX_UNRESERVED / 2;
+const MAX_IN_PROGRESS_UNRESERVED: usize = MAX_UNRESERVED / 2;
 /// Maximum of slots per address, closing connections included.
 const MAX_PER_ADDRESS: usize = 32;
 /// Maximum of handshakes in progress per address. One more evicts the oldest of the address, if that is older
 /// than `UNDISTURBED`.
-const MAX_OPEN_PER_ADDRESS: usize = 8;
+const MAX_IN_PROGRESS_PER_ADDRESS: usize = 8;
 /// Minimum time before a handshake can be evicted. A legitimate one takes a few round trips.
 const UNDISTURBED: Duration = Duration::from_millis(250);
 /// Maximum of addresses with a reservation.
@@ -40,7 +40,7 @@ struct Slot {
     address: IpAddr,
     since: Instant,
     /// Whether the handshake is in progress; otherwise its connection closes.
-    is_open: bool,
+    is_in_progress: bool,
     is_reserved: bool,
 }
 
@@ -61,27 +61,29 @@ impl SlotTable {
         if is_full || self.count(is_its) >= MAX_PER_ADDRESS {
             return None;
         }
-        let evicted = if self.count(|slot| slot.is_open && is_its(slot)) >= MAX_OPEN_PER_ADDRESS {
+        let evicted = if self.count(|slot| slot.is_in_progress && is_its(slot)) >= MAX_IN_PROGRESS_PER_ADDRESS
+        {
             Some(self.evictable(now, is_its)?)
-        } else if !is_reserved && self.count(|slot| slot.is_open && !slot.is_reserved) >= MAX_OPEN_UNRESERVED
+        } else if !is_reserved
+            && self.count(|slot| slot.is_in_progress && !slot.is_reserved) >= MAX_IN_PROGRESS_UNRESERVED
         {
             Some(self.evictable(now, |slot| !slot.is_reserved)?)
         } else {
             None
         };
         if let Some(evicted) = evicted {
-            self.close(evicted);
+            self.finish(evicted);
         }
         let number = self.next;
         self.next += 1;
-        self.slots.insert(number, Slot { address, since: now, is_open: true, is_reserved });
+        self.slots.insert(number, Slot { address, since: now, is_in_progress: true, is_reserved });
         Some(TakenSlot { number, evicted })
     }
 
     /// Marks a handshake as finished while its connection is still in memory.
-    pub(crate) fn close(&mut self, number: u64) {
-        if let Some(slot) = require!(self.slots.get_mut(&number), "a slot that is closed was taken") {
-            slot.is_open = false;
+    pub(crate) fn finish(&mut self, number: u64) {
+        if let Some(slot) = require!(self.slots.get_mut(&number), "a finished handshake has a slot") {
+            slot.is_in_progress = false;
         }
     }
 
@@ -119,7 +121,7 @@ impl SlotTable {
 
     /// The oldest of these handshakes, if it is at least [`UNDISTURBED`] old.
     fn evictable(&self, now: Instant, is_one: impl Fn(&Slot) -> bool) -> Option<u64> {
-        let (number, oldest) = self.slots.iter().find(|(_, slot)| slot.is_open && is_one(slot))?;
+        let (number, oldest) = self.slots.iter().find(|(_, slot)| slot.is_in_progress && is_one(slot))?;
         (now.since(oldest.since) >= UNDISTURBED).then_some(*number)
     }
 

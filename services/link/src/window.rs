@@ -18,8 +18,8 @@ const REMEMBERED: usize = 400;
 const GROWS_PART: usize = 4;
 const STAYS: f64 = 0.7;
 /// Loss time-out: this many times the longest recent round trip, and its minimum.
-const PATIENCE: u32 = 4;
-const PATIENCE_LEAST: Duration = Duration::from_millis(500);
+const LOSS_TIMEOUT_ROUND_TRIPS: u32 = 4;
+const MIN_LOSS_TIMEOUT: Duration = Duration::from_millis(500);
 
 /// Congestion window of batches in flight.
 ///
@@ -97,8 +97,9 @@ impl Window {
     /// Resets the window after the loss time-out; returns whether anything was lost.
     pub(crate) fn give_up(&mut self, now: Instant) -> bool {
         let longest = self.round_trips.iter().max().copied().unwrap_or_default();
-        let patience = (longest * PATIENCE).clamp(PATIENCE_LEAST, Duration::from_secs(5));
-        let is_lost = self.under_way.back().is_some_and(|last| now.since(last.sent_at) > patience);
+        let loss_timeout =
+            (longest * LOSS_TIMEOUT_ROUND_TRIPS).clamp(MIN_LOSS_TIMEOUT, Duration::from_secs(5));
+        let is_lost = self.under_way.back().is_some_and(|last| now.since(last.sent_at) > loss_timeout);
         if is_lost {
             self.clear();
         }

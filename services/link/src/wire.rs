@@ -16,7 +16,7 @@ use crate::order::is_carried;
 /// The first number of a message: "LEOLINK" and the protocol version.
 const MAGIC: u64 = u64::from_be_bytes(*b"LEOLINK\0") | LANGUAGE;
 /// Maximum number of frames in a batch.
-const FRAMES_MOST: usize = 1024;
+const MAX_FRAMES: usize = 1024;
 
 /// A frame in transit.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -196,7 +196,7 @@ impl Batch {
             &mut bytes,
         );
         for frame in frames {
-            let (code, of) = frame.topic.code();
+            let (code, of) = frame.topic.link_code();
             put(&[u64::from(code), u64::from(of), saturating_u64(frame.bytes.len())], &mut bytes);
             bytes.extend_from_slice(&frame.bytes);
         }
@@ -216,12 +216,12 @@ impl Batch {
         let mut bundle = Self { epoch, number, sent_ns, oldest, first, numbered, frames: Vec::new() };
         let frames = numbers.next_size()?;
         let is_counted = bundle.first.checked_add(saturating_u64(bundle.numbered)).is_some();
-        if frames > FRAMES_MOST || bundle.numbered > frames || bundle.first < bundle.oldest || !is_counted {
+        if frames > MAX_FRAMES || bundle.numbered > frames || bundle.first < bundle.oldest || !is_counted {
             return Err(DecodeError::Malformed);
         }
         for _frame in 0..frames {
             let (code, of, length) = (numbers.next_small()?, numbers.next_small()?, numbers.next_size()?);
-            let topic = TopicId::of_code(code, of).filter(|topic| is_carried(*topic));
+            let topic = TopicId::of_link_code(code, of).filter(|topic| is_carried(*topic));
             let topic = topic.ok_or(DecodeError::Malformed)?;
             bundle.frames.push(Frame { topic, bytes: numbers.bytes(length)?.into() });
         }

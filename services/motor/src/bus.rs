@@ -8,7 +8,7 @@ use crate::counts::BusCounters;
 use crate::duplicate_id_check::ProbeResult;
 use crate::job::{CONDITION, Job, READING_WITH_SUPPLY};
 use crate::joint::{Command, Joint, Taken};
-use crate::request::{PartKind, SERVOS_MOST, STATUS_BYTES};
+use crate::request::{MAX_SERVOS, PartKind, STATUS_BYTES};
 use crate::{Replies, Request};
 
 /// Exchanges without any answer on the bus before a missing answer counts against its servo. Until then the bus, or the
@@ -57,7 +57,7 @@ pub(crate) struct Bus {
     /// Position in `joints` at which the search for the next job begins.
     next: usize,
     /// Extra bytes read behind the measurements.
-    more: u16,
+    extra_bytes: u16,
     supply_due_at: Instant,
     /// Request counter modulo [`ROUNDS`].
     round: usize,
@@ -79,7 +79,7 @@ impl Bus {
             asked_length: 0,
             job: None,
             next: 0,
-            more: 0,
+            extra_bytes: 0,
             supply_due_at: Instant::EPOCH,
             round: 0,
             clean_exchanges: 0,
@@ -109,8 +109,8 @@ impl Bus {
     ) {
         request.clear();
         self.round = (self.round + 1) % ROUNDS;
-        self.more = if self.clean_exchanges < MIN_CLEAN_EXCHANGES {
-            (self.more + 1) % READ_LENGTHS
+        self.extra_bytes = if self.clean_exchanges < MIN_CLEAN_EXCHANGES {
+            (self.extra_bytes + 1) % READ_LENGTHS
         } else if now >= self.supply_due_at && matches!(purpose, Purpose::Drive { .. }) {
             SUPPLY_LENGTH
         } else {
@@ -119,7 +119,7 @@ impl Bus {
         if self.reads_supply() {
             self.supply_due_at = now + SUPPLY_PERIOD;
         }
-        self.asked_length = Reading::ITEM.length + self.more;
+        self.asked_length = Reading::ITEM.length + self.extra_bytes;
         self.asked.clear();
         self.job = None;
         match purpose {
@@ -137,7 +137,7 @@ impl Bus {
 
     /// Whether the measurements of this cycle contain input voltage and temperature.
     fn reads_supply(&self) -> bool {
-        self.more == SUPPLY_LENGTH
+        self.extra_bytes == SUPPLY_LENGTH
     }
 
     fn have_let_go(&self, joints: &[Joint]) -> bool {
@@ -155,20 +155,20 @@ impl Bus {
                 goals.add(joint.id(), command);
             }
         }
-        for (topic, fast) in [(PartKind::FastRead, true), (PartKind::PlainRead, false)] {
+        for (kind, fast) in [(PartKind::FastRead, true), (PartKind::PlainRead, false)] {
             let first = self.asked.len();
             // Servos that missed their last read come last, so that they cannot delay the others.
             for suspect in [false, true] {
                 for &index in &self.joints {
                     let Some(joint) = joint(joints, index).filter(|joint| joint.is_read()) else { continue };
                     if joint.is_fast() == fast && joint.is_suspect() == suspect {
-                        self.asked.push((index, topic));
+                        self.asked.push((index, kind));
                     }
                 }
             }
             let asked = self.asked.get(first..).unwrap_or_default();
-            let who = || asked.iter().filter_map(|(index, _)| Some(joint(joints, *index)?.id()));
-            let ids: ArrayVec<u8, SERVOS_MOST> = who().map(Id::get).take(SERVOS_MOST).collect();
+            let asked_ids = || asked.iter().filter_map(|(index, _)| Some(joint(joints, *index)?.id()));
+            let ids: ArrayVec<u8, MAX_SERVOS> = asked_ids().map(Id::get).take(MAX_SERVOS).collect();
             let (address, length) = (Reading::ITEM.address, self.asked_length);
             let question = if fast {
                 Instruction::FastSyncRead { address, length, ids: &ids }
@@ -179,8 +179,9 @@ impl Bus {
             if question.is_none() && (fast || goals.is_empty()) {
                 continue;
             }
-            let told = std::mem::take(&mut goals);
-            request.add(topic, who(), usize::from(length), |out| told.encode_with(question, out));
+            let goals_to_send = std::mem::take(&mut goals);
+            request
+                .add(kind, asked_ids(), usize::from(length), |out| goals_to_send.encode_with(question, out));
         }
     }
 
@@ -197,8 +198,8 @@ impl Bus {
         {
             // With two servos on one identifier, two answers can arrive.
             let answers = if matches!(job, Job::DuplicateIdCheck { .. }) { 2 } else { 1 };
-            let who = std::iter::repeat_n(joint.id(), answers);
-            request.add(job.topic(), who, job.answer_length(), |out| job.encode(joint.id(), out));
+            let asked_ids = std::iter::repeat_n(joint.id(), answers);
+            request.add(job.kind(), asked_ids, job.answer_length(), |out| job.encode(joint.id(), out));
         }
     }
 
@@ -217,13 +218,13 @@ impl Bus {
                     .map(|&index| (index, PartKind::Torque)),
             );
         }
-        let who = || self.asked.iter().filter_map(|(index, _)| Some(joint(joints, *index)?.id()));
-        let ids: ArrayVec<u8, SERVOS_MOST> = who().map(Id::get).take(SERVOS_MOST).collect();
-        let length = TORQUE_ENABLE.length + self.more;
+        let asked_ids = || self.asked.iter().filter_map(|(index, _)| Some(joint(joints, *index)?.id()));
+        let ids: ArrayVec<u8, MAX_SERVOS> = asked_ids().map(Id::get).take(MAX_SERVOS).collect();
+        let length = TORQUE_ENABLE.length + self.extra_bytes;
         let off = Instruction::Write { address: TORQUE_ENABLE.address, data: &[0] };
         let question = Instruction::SyncRead { address: TORQUE_ENABLE.address, length, ids: &ids };
         self.asked_length = length;
-        request.add(PartKind::Torque, who(), usize::from(length), |out| {
+        request.add(PartKind::Torque, asked_ids(), usize::from(length), |out| {
             let mut end = 0;
             for instruction in std::iter::repeat_n(off, BROADCASTS).chain([question]) {
                 let place = out.get_mut(end..).unwrap_or_default();
@@ -238,7 +239,7 @@ impl Bus {
     pub(crate) fn process_replies(&mut self, now: Instant, joints: &mut [Joint], replies: &Replies) {
         let (asked, job) = (std::mem::take(&mut self.asked), self.job.take());
         self.counts.exchanges += 1;
-        self.counts.broken += u64::from(replies.noisy);
+        self.counts.corrupt += u64::from(replies.noisy);
         self.counts.late_bytes += u64::try_from(replies.late).unwrap_or(u64::MAX);
         if replies.lost.is_some() {
             self.lose(now, joints);
@@ -247,7 +248,7 @@ impl Bus {
             self.is_lost = false;
             self.silent = if replies.is_empty() { self.silent.saturating_add(1) } else { 0 };
             let stale = self.counts.stale;
-            let heard = self.take_all(now, joints, replies, &asked);
+            let heard = self.process_measurements(now, joints, replies, &asked);
             self.counts.stale += job.map_or(0, |job| strays(joints, job, replies));
             let is_late = replies.late > 0 || self.counts.stale > stale;
             self.late = if is_late { self.late.saturating_add(1) } else { 0 };
@@ -257,7 +258,7 @@ impl Bus {
             let is_calm =
                 !(is_late || replies.noisy || has_asked_again || missing.iter().any(Option::is_some));
             self.clean_exchanges = if is_calm { self.clean_exchanges.saturating_add(1) } else { 0 };
-            self.take_answer(now, joints, replies, job, missing);
+            self.process_job_answer(now, joints, replies, job, missing);
             for status in replies.about(PartKind::AlertCondition) {
                 // A late answer to another job is no condition.
                 let is_condition =
@@ -291,16 +292,16 @@ impl Bus {
     }
 
     /// Processes the measurements. Returns which of the joints in `asked` have answered, by their position.
-    fn take_all(
+    fn process_measurements(
         &mut self,
         now: Instant,
         joints: &mut [Joint],
         replies: &Replies,
         asked: &[(usize, PartKind)],
-    ) -> [bool; SERVOS_MOST] {
-        let mut heard = [false; SERVOS_MOST];
-        for topic in [PartKind::FastRead, PartKind::PlainRead, PartKind::Reread, PartKind::Torque] {
-            for status in replies.about(topic) {
+    ) -> [bool; MAX_SERVOS] {
+        let mut heard = [false; MAX_SERVOS];
+        for kind in [PartKind::FastRead, PartKind::PlainRead, PartKind::Reread, PartKind::Torque] {
+            for status in replies.about(kind) {
                 let is_whose =
                     |index: usize| joint(joints, index).is_some_and(|joint| joint.id() == status.id);
                 let asked = asked.iter().zip(&mut heard).find(|((index, _), _)| is_whose(*index));
@@ -309,19 +310,19 @@ impl Bus {
                 match asked.and_then(|((index, _), heard)| Some((heard, joint_mut(joints, *index)?))) {
                     Some((heard, joint)) if fits && !*heard => {
                         *heard = true;
-                        if topic == PartKind::Torque {
+                        if kind == PartKind::Torque {
                             // An error in place of the data confirms nothing.
                             if let Some(torque) = status.params.first().filter(|_| is_whole) {
                                 joint.confirm(now, *torque);
                             }
-                        } else if joint.read(now, replies.asked_at(topic), &status) == Taken::Stale {
+                        } else if joint.read(now, replies.asked_at(kind), &status) == Taken::Stale {
                             self.counts.stale += 1;
                         }
                     }
                     _ => self.counts.stale += 1,
                 }
             }
-            self.counts.broken += u64::from(replies.corrupt_replies(topic));
+            self.counts.corrupt += u64::from(replies.corrupt_replies(kind));
         }
         heard
     }
@@ -333,35 +334,35 @@ impl Bus {
         joints: &mut [Joint],
         replies: &Replies,
         asked: &[(usize, PartKind)],
-        heard: &[bool; SERVOS_MOST],
-    ) -> [Option<usize>; SERVOS_MOST] {
-        let mut missing = [None; SERVOS_MOST];
-        for ((&(index, topic), _), place) in
+        heard: &[bool; MAX_SERVOS],
+    ) -> [Option<usize>; MAX_SERVOS] {
+        let mut missing = [None; MAX_SERVOS];
+        for ((&(index, kind), _), place) in
             asked.iter().zip(heard).filter(|(_, heard)| !**heard).zip(&mut missing)
         {
             *place = Some(index);
             self.counts.missed += 1;
-            if self.counts_missing()
+            if self.is_prompt()
                 && let Some(joint) = joint_mut(joints, index)
             {
-                joint.missed(now, replies.corrupt_replies(topic) > 0);
+                joint.missed(now, replies.corrupt_replies(kind) > 0);
             }
         }
         missing
     }
 
     /// Processes the answer to the job. A servo whose measurement is missing as well has already been counted.
-    fn take_answer(
+    fn process_job_answer(
         &mut self,
         now: Instant,
         joints: &mut [Joint],
         replies: &Replies,
         job: Option<(usize, Job)>,
-        missing: [Option<usize>; SERVOS_MOST],
+        missing: [Option<usize>; MAX_SERVOS],
     ) {
         let Some((index, job)) = job else { return };
         let Some(joint) = joint_mut(joints, index) else { return };
-        self.counts.broken += u64::from(replies.corrupt_replies(job.topic()));
+        self.counts.corrupt += u64::from(replies.corrupt_replies(job.kind()));
         let id = joint.id();
         let fits = |status: &Status<'_>| is_answer(status, id, job);
         if let Job::DuplicateIdCheck { .. } = job {
@@ -380,17 +381,18 @@ impl Bus {
             }
             return;
         }
-        match replies.about(job.topic()).find(fits) {
+        match replies.about(job.kind()).find(fits) {
             Some(status) => joint.process_answer(now, job, &status),
-            None if !missing.contains(&Some(index)) && self.counts_missing() => {
+            None if !missing.contains(&Some(index)) && self.is_prompt() => {
                 self.counts.missed += 1;
-                joint.unanswered(now, job, replies.corrupt_replies(job.topic()) > 0);
+                joint.unanswered(now, job, replies.corrupt_replies(job.kind()) > 0);
             }
             None => {}
         }
     }
 
-    fn counts_missing(&self) -> bool {
+    /// Whether a missing answer is a fault of its servo: not after late or silent exchanges, which the bus may have caused.
+    fn is_prompt(&self) -> bool {
         let is_slow = (1..=MAX_LATE_EXCHANGES).contains(&self.late)
             || (1..=MAX_SILENT_EXCHANGES).contains(&self.silent);
         !is_slow
@@ -411,7 +413,7 @@ impl Bus {
         arm_up_to: Option<usize>,
     ) -> Option<(usize, Job)> {
         if self.round == 0
-            && let Some(read_condition) = self.find_look(now, joints)
+            && let Some(read_condition) = self.find_condition_read(now, joints)
         {
             return Some(read_condition);
         }
@@ -429,12 +431,12 @@ impl Bus {
                 return Some((index, job));
             }
         }
-        self.find_look(now, joints)
+        self.find_condition_read(now, joints)
     }
 
     /// Condition read of the servo that is most overdue. A cycle with longer measurements has none.
-    fn find_look(&self, now: Instant, joints: &mut [Joint]) -> Option<(usize, Job)> {
-        let due = |index: usize| Some((joint(joints, index)?.look_due(now)?, index));
+    fn find_condition_read(&self, now: Instant, joints: &mut [Joint]) -> Option<(usize, Job)> {
+        let due = |index: usize| Some((joint(joints, index)?.condition_read_due_since(now)?, index));
         if self.reads_supply() {
             return None;
         }
@@ -451,7 +453,7 @@ fn is_answer(status: &Status<'_>, id: Id, job: Job) -> bool {
 /// Number of answers that cannot be the answer to the job, such as late ones to an earlier job.
 fn strays(joints: &[Joint], (index, job): (usize, Job), replies: &Replies) -> u64 {
     let Some(id) = joint(joints, index).map(Joint::id) else { return 0 };
-    replies.about(job.topic()).map(|status| u64::from(!is_answer(&status, id, job))).sum()
+    replies.about(job.kind()).map(|status| u64::from(!is_answer(&status, id, job))).sum()
 }
 
 /// A joint of the body. A bus only has indices of joints that exist.
@@ -468,9 +470,9 @@ fn joint_mut(joints: &mut [Joint], index: usize) -> Option<&mut Joint> {
 #[derive(Default)]
 struct Goals {
     /// Records of identifier and goal position.
-    positions: ArrayVec<u8, { 5 * SERVOS_MOST }>,
+    positions: ArrayVec<u8, { 5 * MAX_SERVOS }>,
     /// Records of identifier, profile velocity and goal position; the two items are adjacent in the control table.
-    with_velocities: ArrayVec<u8, { 9 * SERVOS_MOST }>,
+    with_velocities: ArrayVec<u8, { 9 * MAX_SERVOS }>,
 }
 
 impl Goals {

@@ -23,7 +23,7 @@ pub struct BusCounters {
     /// Missing answers.
     pub missed: u64,
     /// Corrupt answers, and exchanges with noise among the answers.
-    pub broken: u64,
+    pub corrupt: u64,
     /// Bytes that arrived too late.
     pub late_bytes: u64,
     /// Faults of its servos.

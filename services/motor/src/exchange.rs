@@ -9,7 +9,7 @@ use servo::{Address, FastReply, Id, Instruction, Parser, Reading, Status};
 
 use crate::job::CONDITION;
 use crate::patience::ReplyTimeout;
-use crate::request::{Part, PartKind, SERVOS_MOST};
+use crate::request::{MAX_SERVOS, Part, PartKind};
 use crate::{Replies, Request};
 
 /// Consecutive exchanges without any answer, after which no read is repeated within an exchange.
@@ -19,7 +19,7 @@ const CUTS: u32 = 3;
 /// Servos of a chain lost by one wrong check sum: the servo with the sum, and the next, which is verified by it.
 const SUM_COSTS: usize = 2;
 /// Longest instruction to one servo, or to all servos of a bus, in bytes.
-const INSTRUCTION: usize = 2 * SERVOS_MOST + 32;
+const INSTRUCTION: usize = 2 * MAX_SERVOS + 32;
 
 /// Byte transport of a servo bus.
 pub trait Port {
@@ -79,14 +79,14 @@ pub struct Master {
 /// Answers to one part of a request.
 struct PartAnswers {
     /// Which servos answered, by their position in the part.
-    who: [bool; SERVOS_MOST],
+    answered: [bool; MAX_SERVOS],
     /// Whether a reply timeout occurred. Otherwise every expected answer arrived, valid or corrupt.
     is_silent: bool,
 }
 
 impl PartAnswers {
     fn missing(&self, part: &Part) -> usize {
-        part.ids().iter().zip(&self.who).filter(|(_, heard)| !**heard).count()
+        part.ids().iter().zip(&self.answered).filter(|(_, heard)| !**heard).count()
     }
 }
 
@@ -141,23 +141,23 @@ impl Master {
     ) -> Result<(), LineLostError> {
         let mut again = None;
         for (part, bytes) in request.parts() {
-            if part.topic == PartKind::ReadCondition && !part.ids().iter().any(|id| replies.has_from(*id)) {
+            if part.kind == PartKind::ReadCondition && !part.ids().iter().any(|id| replies.has_from(*id)) {
                 // Its reply timeout has already occurred.
                 continue;
             }
             let heard = self.ask(port, part, bytes, replies)?;
-            if matches!(part.topic, PartKind::FastRead | PartKind::PlainRead)
+            if matches!(part.kind, PartKind::FastRead | PartKind::PlainRead)
                 && again.is_none()
                 && self.silent_exchanges < MAX_SILENT_EXCHANGES
             {
                 // At most one timeout per exchange: the first missing servo is the one that timed out, so it is left
                 // out. A servo whose answer was too short to decode the ones behind it may be silent the next time,
                 // and is left out too.
-                let is_cut = part.topic == PartKind::FastRead && heard.missing(part) > SUM_COSTS;
+                let is_cut = part.kind == PartKind::FastRead && heard.missing(part) > SUM_COSTS;
                 let but = heard.is_silent || is_cut;
                 again = self.ask_again(part, &heard, usize::from(but));
                 if let Some((again, bytes)) = &again {
-                    let first_at = replies.asked_at(part.topic);
+                    let first_at = replies.asked_at(part.kind);
                     let heard = self.ask(port, again, sent(again, bytes), replies);
                     // A late answer to the first read looks like one to the second, which has the same length. Only
                     // "sampled after the first read" is certain.
@@ -174,8 +174,8 @@ impl Master {
 
     /// Read of the servos that did not answer, without the first `but` of them.
     fn ask_again(&self, part: &Part, heard: &PartAnswers, but: usize) -> Option<(Part, [u8; INSTRUCTION])> {
-        let missing = part.ids().iter().zip(&heard.who).filter(|(_, heard)| !**heard).map(|(id, _)| *id);
-        let ids: ArrayVec<u8, SERVOS_MOST> = missing.skip(but).take(SERVOS_MOST).collect();
+        let missing = part.ids().iter().zip(&heard.answered).filter(|(_, heard)| !**heard).map(|(id, _)| *id);
+        let ids: ArrayVec<u8, MAX_SERVOS> = missing.skip(but).take(MAX_SERVOS).collect();
         let length = require!(u16::try_from(part.data).ok(), "a read of {} bytes", part.data)?;
         question(PartKind::Reread, Reading::ITEM.address, length, &ids)
     }
@@ -188,10 +188,10 @@ impl Master {
         bytes: &[u8],
         replies: &mut Replies,
     ) -> Result<PartAnswers, LineLostError> {
-        if part.topic == PartKind::FastRead {
+        if part.kind == PartKind::FastRead {
             let length = require!(u16::try_from(part.data).ok(), "a read of {} bytes", part.data);
-            let who = part.ids().iter().filter_map(|id| Some((Id::new(*id)?, length?)));
-            let fits = self.chain.expect(who).is_ok();
+            let servos = part.ids().iter().filter_map(|id| Some((Id::new(*id)?, length?)));
+            let fits = self.chain.expect(servos).is_ok();
             invariant!(fits, "the answers to a request for {} servos fit into one packet", part.ids().len());
         }
         let broken = broken(&self.parser);
@@ -202,9 +202,9 @@ impl Master {
         let rest = quiet + self.patience.min_timeout();
         let mut within = part.time_to_send(self.baud) + turn;
         let Sent { at, late } = port.send(bytes, within)?;
-        replies.asked(part.topic, at);
+        replies.asked(part.kind, at);
         replies.late += late;
-        let mut heard = PartAnswers { who: [false; SERVOS_MOST], is_silent: false };
+        let mut heard = PartAnswers { answered: [false; MAX_SERVOS], is_silent: false };
         let mut missing = part.ids().len();
         // Each servo has one reply timeout: noise that trickles in must not hold the bus.
         let turns = u32::try_from(missing).unwrap_or(u32::MAX).saturating_add(1);
@@ -227,16 +227,16 @@ impl Master {
             quiet_since = now;
             max_bytes = max_bytes.saturating_sub(count);
             awaited = awaited.saturating_sub(count);
-            replies.hear(part.topic, count);
+            replies.hear(part.kind, count);
             let received = require!(buffer.get(..count), "{count} bytes were received into the buffer");
             self.parser.push(received.unwrap_or_default());
-            each_status(&mut self.parser, &mut self.chain, part.topic, |status| {
-                let mut awaited = part.ids().iter().zip(&mut heard.who);
+            each_status(&mut self.parser, &mut self.chain, part.kind, |status| {
+                let mut awaited = part.ids().iter().zip(&mut heard.answered);
                 if let Some((_, heard)) = awaited.find(|(id, heard)| **id == status.id.get() && !**heard) {
                     missing -= 1;
                     *heard = true;
                 }
-                replies.add(part.topic, status);
+                replies.add(part.kind, status);
             });
             has_all = self.all_spoke(part, missing, awaited, broken);
             within = match awaited {
@@ -250,13 +250,13 @@ impl Master {
         let losses = self.parser.losses();
         let strays = losses.stray.saturating_sub(before.stray);
         replies.late += usize::try_from(strays).unwrap_or(usize::MAX);
-        if part.topic == PartKind::Reread {
+        if part.kind == PartKind::Reread {
             // Bytes beyond the expected answers and an echo are answers to an earlier request.
             replies.late +=
                 replies.heard(PartKind::Reread).saturating_sub(part.bytes_of_answers() + part.sent);
         }
         replies.noisy |= losses.noise > before.noise || losses.overrun > before.overrun;
-        replies.record_corrupt(part.topic, broken_since(&self.parser, broken));
+        replies.record_corrupt(part.kind, broken_since(&self.parser, broken));
         Ok(heard)
     }
 
@@ -267,7 +267,7 @@ impl Master {
         // If the last of several answers has begun, an earlier one was cut short. A single answer may still be
         // arriving.
         let is_cut = part.ids().len() > 1 && awaited < part.bytes_of_answer();
-        if part.topic == PartKind::FastRead {
+        if part.kind == PartKind::FastRead {
             return self.chain.is_over() || (is_cut && broken > 0);
         }
         // Noise may look like corrupt answers, so the number of bytes must match too.
@@ -279,10 +279,10 @@ impl Master {
 fn each_status(
     parser: &mut Parser,
     chain: &mut FastReply,
-    topic: PartKind,
+    kind: PartKind,
     mut take: impl FnMut(&Status<'_>),
 ) {
-    if topic == PartKind::FastRead {
+    if kind == PartKind::FastRead {
         while let Some(status) = parser.next_part(chain) {
             take(&status);
         }
@@ -307,7 +307,7 @@ fn broken_since(parser: &Parser, before: u64) -> u32 {
 
 /// Read of the condition of all servos that reported an alert: an undervoltage affects a whole bus.
 fn alarm(replies: &Replies) -> Option<(Part, [u8; INSTRUCTION])> {
-    let mut ids = ArrayVec::<u8, SERVOS_MOST>::new();
+    let mut ids = ArrayVec::<u8, MAX_SERVOS>::new();
     for status in replies.all().iter().map(crate::request::Answer::status).filter(|status| status.alert) {
         let id = status.id.get();
         if !ids.contains(&id) && !ids.is_full() {
@@ -318,15 +318,15 @@ fn alarm(replies: &Replies) -> Option<(Part, [u8; INSTRUCTION])> {
 }
 
 /// A sync read of some servos; `None` if there are none.
-fn question(topic: PartKind, address: u16, length: u16, ids: &[u8]) -> Option<(Part, [u8; INSTRUCTION])> {
+fn question(kind: PartKind, address: u16, length: u16, ids: &[u8]) -> Option<(Part, [u8; INSTRUCTION])> {
     let mut bytes = [0; INSTRUCTION];
     if ids.is_empty() {
         return None;
     }
     let encoded = Instruction::SyncRead { address, length, ids }.encode(Address::All, &mut bytes);
     let sent = require!(encoded.ok(), "a read from {} servos fits", ids.len())?;
-    let who = ids.iter().filter_map(|id| Id::new(*id));
-    Some((Part::new(topic, sent, usize::from(length), who), bytes))
+    let servos = ids.iter().filter_map(|id| Id::new(*id));
+    Some((Part::new(kind, sent, usize::from(length), servos), bytes))
 }
 
 /// The bytes of a part at the beginning of its buffer.

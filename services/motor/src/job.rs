@@ -81,7 +81,7 @@ impl Job {
     }
 
     /// Kind of part in a request.
-    pub(crate) fn topic(self) -> PartKind {
+    pub(crate) fn kind(self) -> PartKind {
         if self == Self::ReadCondition { PartKind::ReadCondition } else { PartKind::Job }
     }
 

@@ -1,6 +1,6 @@
 mod answers;
 mod arming;
-mod licence;
+mod arming_state;
 mod link;
 mod motion;
 mod policy;
@@ -17,7 +17,7 @@ use invariant::invariant;
 use message::JointCause;
 use servo::{Id, Model, Reading, position_count};
 
-pub(crate) use licence::{ArmingState, Disarming, is_own_fault};
+pub(crate) use arming_state::{ArmingState, Disarming, is_own_fault};
 pub(crate) use link::{Link, Setup};
 pub(crate) use motion::Motion;
 pub(crate) use policy::Policy;
@@ -117,7 +117,7 @@ pub(crate) struct Joint {
 
     link: Link,
     power: Power,
-    licence: ArmingState,
+    arming: ArmingState,
     motion: Motion,
 
     /// Inputs of the current cycle.
@@ -134,7 +134,7 @@ pub(crate) struct Joint {
     condition_due_at: Instant,
 
     /// The profile velocity last written to the servo, in counts, and when.
-    told: Option<(i32, Instant)>,
+    sent_velocity: Option<(i32, Instant)>,
     /// Since when the tracking error has been at its bound.
     behind_since: Option<Instant>,
     /// Whether the speed is derated; with hysteresis.
@@ -185,7 +185,7 @@ impl Joint {
             max_reaction,
             link: Link::Unknown,
             power: Power::Unknown { was_on: false },
-            licence: ArmingState::Disarmed { cause: JointCause::NotStarted },
+            arming: ArmingState::Disarmed { cause: JointCause::NotStarted },
             motion: Motion::Idle,
             orders: BodyState::default(),
             let_go: None,
@@ -204,7 +204,7 @@ impl Joint {
             supply: None,
             bounds: None,
             condition_due_at: Instant::EPOCH,
-            told: None,
+            sent_velocity: None,
             behind_since: None,
             is_derated: false,
             refused_goals: 0,
@@ -283,12 +283,12 @@ impl Joint {
 
     /// Whether the joint is on its way to have torque, so that the next group waits for it.
     pub(crate) fn is_powering_up(&self) -> bool {
-        if self.let_go.is_some() || self.is_absent() || self.licence.is_locked() {
+        if self.let_go.is_some() || self.is_absent() || self.arming.is_locked() {
             return false;
         }
         match self.link {
             Link::Unknown | Link::Identified(_) => true,
-            Link::Answering => self.licence.is_given() && !self.power.is_on(),
+            Link::Answering => self.arming.is_given() && !self.power.is_on(),
             Link::Silent { .. } | Link::Corrupt(_) => false,
         }
     }
@@ -296,7 +296,7 @@ impl Joint {
     /// Whether the servo has not been fully identified and inspected yet.
     pub(crate) fn is_unsettled(&self) -> bool {
         let is_known = self.power.is_on() || self.clock.is_known();
-        !self.licence.is_locked()
+        !self.arming.is_locked()
             && (self.link.is_unsettled() || (matches!(self.link, Link::Answering) && !is_known))
     }
 
@@ -312,8 +312,8 @@ impl Joint {
     /// Whether the joint stops others: those of its group, and of the groups that it carries. It has failed, does not
     /// answer, or has not recovered since.
     pub(crate) fn stops_group(&self) -> bool {
-        match self.licence {
-            _ if self.is_absent() || self.licence.ending().is_some_and(|ending| ending.locks) => true,
+        match self.arming {
+            _ if self.is_absent() || self.arming.ending().is_some_and(|ending| ending.locks) => true,
             ArmingState::Locked { .. } => true,
             ArmingState::Disarmed { cause } => is_own_fault(cause),
             ArmingState::Armed { after, .. } => is_own_fault(after) && !self.power.is_on(),
@@ -344,7 +344,7 @@ impl Joint {
     pub(crate) fn may_move(&self) -> bool {
         matches!(self.link, Link::Answering)
             && self.power.is_on()
-            && self.licence.is_armed()
+            && self.arming.is_armed()
             && self.let_go.is_none()
     }
 
@@ -364,7 +364,7 @@ impl Joint {
     /// Advances the joint to `now`, `dt_s` seconds after the last cycle.
     pub(crate) fn step(&mut self, now: Instant, dt_s: f64, orders: BodyState) {
         self.orders = orders;
-        if !orders.live || orders.halt.is_some() || !self.licence.is_given() {
+        if !orders.live || orders.halt.is_some() || !self.arming.is_given() {
             self.goal = None;
         }
         // A decision time in the future (a wrong clock of the commander) would never expire.
@@ -461,13 +461,13 @@ impl Joint {
 
     /// Whether a reading has confirmed that the servo stands where it was told to stay.
     fn stays(&self) -> bool {
-        let told = match (self.motion, self.power) {
-            (Motion::Stay { told }, _) | (_, Power::Found { stay: told, .. }) => told,
+        let ordered = match (self.motion, self.power) {
+            (Motion::Stay { ordered }, _) | (_, Power::Found { stay: ordered, .. }) => ordered,
             _ => None,
         };
-        told.zip(self.reading).is_some_and(|((told_at, stood_rad), (at, reading))| {
+        ordered.zip(self.reading).is_some_and(|((ordered_at, stood_rad), (at, reading))| {
             let is_there = (reading.position_rad - stood_rad).abs() <= STAYS_RAD;
-            at >= told_at && reading.velocity_rad_s.abs() <= STILL_RAD_S && is_there
+            at >= ordered_at && reading.velocity_rad_s.abs() <= STILL_RAD_S && is_there
         })
     }
 

@@ -27,7 +27,7 @@ pub use io::run::run;
 pub use io::threads::{BusThreads, ThreadError};
 pub use motor::{Motor, MotorError};
 pub use notice::Notice;
-pub use request::{Part, PartKind, Replies, Request, SERVOS_MOST};
+pub use request::{MAX_SERVOS, Part, PartKind, Replies, Request};
 pub use trouble::JointFault;
 
 #[cfg(test)]

@@ -8,7 +8,7 @@ use servo::Id;
 use crate::bus::{Bus, Purpose};
 use crate::group_dependencies::GroupDependencies;
 use crate::joint::{BodyState, Joint, Policy};
-use crate::request::SERVOS_MOST;
+use crate::request::MAX_SERVOS;
 use crate::{BusCounters, JointFault, MotorCounters, Notice, Replies, Request};
 
 /// Longest time step of the setpoints. After a longer pause the setpoints continue from where they were.
@@ -24,7 +24,7 @@ const STOP_WITHIN: Duration = Duration::from_millis(750);
 pub enum MotorError {
     /// One bus has more servos than one cycle can serve.
     #[error(
-        "bus `{bus}` has {servos} servos, and a cycle serves at most {SERVOS_MOST}: spread them over more buses"
+        "bus `{bus}` has {servos} servos, and a cycle serves at most {MAX_SERVOS}: spread them over more buses"
     )]
     Crowded {
         /// The bus.
@@ -121,7 +121,7 @@ impl Motor {
             let on_bus: Vec<_> = (0..joints.len())
                 .filter(|&index| joints.get(index).is_some_and(|joint| joint.bus() == number))
                 .collect();
-            if on_bus.len() > SERVOS_MOST {
+            if on_bus.len() > MAX_SERVOS {
                 return Err(MotorError::Crowded { bus: bus.name.clone(), servos: on_bus.len() });
             }
             buses.push(Bus::new(on_bus));

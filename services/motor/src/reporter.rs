@@ -3,7 +3,7 @@ use std::fmt;
 use clock::{Duration, Instant};
 use config::Robot;
 use config::motor::{Bus, Device};
-use message::{JointCause, JointLicence, JointLink, JointMode, JointState};
+use message::{JointArming, JointCause, JointLink, JointMode, JointState};
 
 use crate::{JointFault, Motor, MotorCounters, Notice};
 
@@ -131,7 +131,7 @@ impl Reporter {
         let is_disarmed = |state: &JointState| {
             let machines = state.machines();
             machines.is_some_and(|machines| {
-                machines.licence == JointLicence::Disarmed && machines.link == JointLink::Answering
+                machines.arming == JointArming::Disarmed && machines.link == JointLink::Answering
             })
         };
         let disarmed = motor.states().filter(is_disarmed).count();
@@ -171,10 +171,10 @@ impl Reporter {
         let mut duplicates = [None; 8];
         for (index, (known, name)) in self.known.iter_mut().zip(&self.names).enumerate() {
             let Some(state) = known.state.filter(|_| known.is_new) else { continue };
-            let told = std::mem::replace(&mut known.trouble, trouble(index));
+            let previous = std::mem::replace(&mut known.trouble, trouble(index));
             match known.trouble {
                 // The same fault in another state, for example after its torque went off.
-                Some(trouble) if told == Some(trouble) => {}
+                Some(trouble) if previous == Some(trouble) => {}
                 // A duplicate affects the whole bus, and is logged once.
                 Some(JointFault::Duplicate(id)) if duplicates.contains(&Some((known.bus, id))) => {}
                 Some(trouble @ JointFault::Duplicate(id)) => {

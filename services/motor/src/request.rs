@@ -5,7 +5,7 @@ use serial::LineLostError;
 use servo::{Id, Status};
 
 /// Maximum number of servos on one bus.
-pub const SERVOS_MOST: usize = 32;
+pub const MAX_SERVOS: usize = 32;
 /// Capacity of a request in bytes: goals for every servo and reads from every servo, with byte stuffing.
 const BYTES: usize = 1024;
 /// Capacity of the data of one answer in bytes.
@@ -17,7 +17,7 @@ const CHAIN_BYTES: usize = 8;
 /// Bytes of one answer within a fast sync read status, without data: error, identifier, check sum.
 const LINK_BYTES: usize = 4;
 /// Capacity of the answers to one request. Further answers are dropped.
-const ANSWERS: usize = 4 * SERVOS_MOST;
+const ANSWERS: usize = 4 * MAX_SERVOS;
 
 /// Kind of a part of a request, and of the answers to it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -74,17 +74,22 @@ impl PartKind {
 #[derive(Clone, Debug)]
 pub struct Part {
     /// Kind of the part.
-    pub topic: PartKind,
+    pub kind: PartKind,
     /// Bytes sent.
     pub sent: usize,
     /// Data bytes expected in each answer.
     pub data: usize,
-    ids: ArrayVec<u8, SERVOS_MOST>,
+    ids: ArrayVec<u8, MAX_SERVOS>,
 }
 
 impl Part {
-    pub(crate) fn new(topic: PartKind, sent: usize, data: usize, who: impl IntoIterator<Item = Id>) -> Self {
-        Self { topic, sent, data, ids: who.into_iter().map(Id::get).take(SERVOS_MOST).collect() }
+    pub(crate) fn new(
+        kind: PartKind,
+        sent: usize,
+        data: usize,
+        servos: impl IntoIterator<Item = Id>,
+    ) -> Self {
+        Self { kind, sent, data, ids: servos.into_iter().map(Id::get).take(MAX_SERVOS).collect() }
     }
 
     /// Identifiers of the servos that answer, in this order.
@@ -96,14 +101,14 @@ impl Part {
     /// Bytes of one answer.
     #[must_use]
     pub const fn bytes_of_answer(&self) -> usize {
-        let around = if matches!(self.topic, PartKind::FastRead) { LINK_BYTES } else { STATUS_BYTES };
+        let around = if matches!(self.kind, PartKind::FastRead) { LINK_BYTES } else { STATUS_BYTES };
         around + self.data
     }
 
     /// Bytes of all answers together.
     #[must_use]
     pub const fn bytes_of_answers(&self) -> usize {
-        let before = if matches!(self.topic, PartKind::FastRead) { CHAIN_BYTES } else { 0 };
+        let before = if matches!(self.kind, PartKind::FastRead) { CHAIN_BYTES } else { 0 };
         before + self.ids.len() * self.bytes_of_answer()
     }
 
@@ -150,8 +155,8 @@ impl Request {
     /// Adds a part. `write` writes its bytes to the buffer and returns their number; an empty part is left out.
     pub(crate) fn add(
         &mut self,
-        topic: PartKind,
-        who: impl IntoIterator<Item = Id>,
+        kind: PartKind,
+        servos: impl IntoIterator<Item = Id>,
         data: usize,
         write: impl FnOnce(&mut [u8]) -> usize,
     ) {
@@ -160,7 +165,7 @@ impl Request {
         if sent == 0 {
             return;
         }
-        let is_added = self.parts.try_push(Part::new(topic, sent, data, who)).is_ok();
+        let is_added = self.parts.try_push(Part::new(kind, sent, data, servos)).is_ok();
         if invariant!(is_added, "a request has room for a part of {sent} bytes") {
             self.end += sent;
         }
@@ -181,7 +186,7 @@ impl Request {
 /// One answer.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Answer {
-    pub(crate) topic: PartKind,
+    pub(crate) kind: PartKind,
     data: [u8; DATA],
     length: usize,
     id: Id,
@@ -244,8 +249,8 @@ impl Replies {
     }
 
     /// Records when a part was sent.
-    pub(crate) fn asked(&mut self, topic: PartKind, at: Instant) {
-        *topic.of_mut(&mut self.sent_at) = at;
+    pub(crate) fn asked(&mut self, kind: PartKind, at: Instant) {
+        *kind.of_mut(&mut self.sent_at) = at;
     }
 
     /// Sets all send times to `now`: simulated time does not advance during an exchange.
@@ -254,33 +259,33 @@ impl Replies {
     }
 
     /// When a part was sent.
-    pub(crate) fn asked_at(&self, topic: PartKind) -> Instant {
-        *topic.of(&self.sent_at)
+    pub(crate) fn asked_at(&self, kind: PartKind) -> Instant {
+        *kind.of(&self.sent_at)
     }
 
     /// Records received bytes of a part.
-    pub(crate) fn hear(&mut self, topic: PartKind, bytes: usize) {
-        *topic.of_mut(&mut self.bytes) += bytes;
+    pub(crate) fn hear(&mut self, kind: PartKind, bytes: usize) {
+        *kind.of_mut(&mut self.bytes) += bytes;
     }
 
     /// Bytes received for a part.
-    pub(crate) fn heard(&self, topic: PartKind) -> usize {
-        *topic.of(&self.bytes)
+    pub(crate) fn heard(&self, kind: PartKind) -> usize {
+        *kind.of(&self.bytes)
     }
 
     /// Records corrupt answers to a part.
-    pub(crate) fn record_corrupt(&mut self, topic: PartKind, count: u32) {
-        *topic.of_mut(&mut self.corrupt_replies) += count;
+    pub(crate) fn record_corrupt(&mut self, kind: PartKind, count: u32) {
+        *kind.of_mut(&mut self.corrupt_replies) += count;
     }
 
     /// Corrupt answers to a part.
-    pub(crate) fn corrupt_replies(&self, topic: PartKind) -> u32 {
-        *topic.of(&self.corrupt_replies)
+    pub(crate) fn corrupt_replies(&self, kind: PartKind) -> u32 {
+        *kind.of(&self.corrupt_replies)
     }
 
     /// Adds an answer to a part of the request. An answer that is longer than any expected one, or exceeds the
     /// capacity, is dropped and counts as noise.
-    pub fn add(&mut self, topic: PartKind, status: &Status<'_>) {
+    pub fn add(&mut self, kind: PartKind, status: &Status<'_>) {
         let mut data = [0; DATA];
         let place = data.get_mut(..status.params.len());
         let Some(place) = place.filter(|_| self.answers.len() < self.answers.capacity()) else {
@@ -289,7 +294,7 @@ impl Replies {
         };
         place.copy_from_slice(status.params);
         let (id, alert, fault) = (status.id, status.alert, status.fault);
-        self.answers.push(Answer { topic, data, length: status.params.len(), id, alert, fault });
+        self.answers.push(Answer { kind, data, length: status.params.len(), id, alert, fault });
     }
 
     /// Records that the line was lost.
@@ -301,8 +306,8 @@ impl Replies {
         &self.answers
     }
 
-    pub(crate) fn about(&self, topic: PartKind) -> impl Iterator<Item = Status<'_>> {
-        self.answers.iter().filter(move |answer| answer.topic == topic).map(Answer::status)
+    pub(crate) fn about(&self, kind: PartKind) -> impl Iterator<Item = Status<'_>> {
+        self.answers.iter().filter(move |answer| answer.kind == kind).map(Answer::status)
     }
 
     pub(crate) fn has_from(&self, id: u8) -> bool {

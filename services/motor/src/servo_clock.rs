@@ -8,7 +8,7 @@ const RESOLUTION_MS: f64 = 1.0;
 const DRIFT: f64 = 0.02;
 /// Largest plausible offset of the tick. Older answers have been discarded before, so a clock that is further off has
 /// restarted.
-const OFF_MOST_MS: f64 = 500.0;
+const MAX_OFFSET_MS: f64 = 500.0;
 /// Time after which the tick may have wrapped around unnoticed.
 const FORGET_MS: f64 = 15_000.0;
 
@@ -103,7 +103,7 @@ impl Reference {
         let passed_ms = self.passed_ms(new);
         let ahead_ms =
             (new.tick_ms - self.tick_ms - passed_ms + WRAP_MS / 2.0).rem_euclid(WRAP_MS) - WRAP_MS / 2.0;
-        if passed_ms > FORGET_MS || !(-OFF_MOST_MS..=OFF_MOST_MS).contains(&ahead_ms) {
+        if passed_ms > FORGET_MS || !(-MAX_OFFSET_MS..=MAX_OFFSET_MS).contains(&ahead_ms) {
             return None;
         }
         let drift_ms = passed_ms * DRIFT;

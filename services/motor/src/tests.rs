@@ -195,7 +195,7 @@ impl Rig {
             let jobs = self
                 .request
                 .parts()
-                .filter(|(part, _)| matches!(part.topic, PartKind::Job | PartKind::ReadCondition));
+                .filter(|(part, _)| matches!(part.kind, PartKind::Job | PartKind::ReadCondition));
             self.jobs.extend(jobs.map(|(part, bytes)| (bus, part.ids()[0], bytes[7])));
             let mute = self.mute.iter().filter(|mute| mute.0 == bus).map(|mute| mute.1).collect();
             let mut wire = Wire {
@@ -220,9 +220,9 @@ impl Rig {
         }
     }
 
-    /// Cycles with a commander, at most `most`, until `holds`; returns their number.
-    fn until(&mut self, most: u32, goal_rad: f64, holds: impl Fn(&Self) -> bool) -> u32 {
-        (0..=most)
+    /// Cycles with a commander, at most `max`, until `holds`; returns their number.
+    fn until(&mut self, max: u32, goal_rad: f64, holds: impl Fn(&Self) -> bool) -> u32 {
+        (0..=max)
             .find(|_| {
                 let done = holds(self);
                 if !done {
@@ -230,7 +230,7 @@ impl Rig {
                 }
                 done
             })
-            .unwrap_or_else(|| panic!("not within {most} cycles: {:?} {:?}", self.modes(), self.causes()))
+            .unwrap_or_else(|| panic!("not within {max} cycles: {:?} {:?}", self.modes(), self.causes()))
     }
 
     fn servo(&mut self, bus: usize, place: usize) -> &mut Servo {

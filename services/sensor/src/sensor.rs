@@ -21,7 +21,7 @@ pub enum SensorError {
         name: String,
     },
     /// There are more than [`MAX_SOURCES`] sources.
-    #[error("{sources} sources are too many: at most {most} are possible", most = MAX_SOURCES)]
+    #[error("{sources} sources are too many: at most {max} are possible", max = MAX_SOURCES)]
     Sources {
         /// Configured number of sources.
         sources: usize,
@@ -64,7 +64,7 @@ pub enum SourceEvent {
 /// let head = sensor.end();
 ///
 /// assert_eq!((head.header.valid_at_ns, sensor.len()), (1_000, 1));
-/// assert_eq!(head.looked(), SourceSet::of(0));
+/// assert_eq!(head.active_sources(), SourceSet::of(0));
 /// assert_eq!(sensor.perceived().next().unwrap().observation.source, 0);
 /// assert_eq!(sensor.losses()[usize::from(Loss::Position.raw())], 1);
 /// # Ok::<(), Box<dyn std::error::Error>>(())
@@ -149,7 +149,7 @@ impl Sensor {
     /// Ends the cycle and returns the head of the percept frame.
     ///
     /// Its timestamp and hop stamp are those of the newest frame of this cycle, or `now` without one. It has
-    /// the number of observations left out for lack of capacity, by the sources and here. `looked` has the
+    /// the number of observations left out for lack of capacity, by the sources and here. `active_sources` has the
     /// sources that delivered a complete frame. A source with left-out observations does not count, since a
     /// missing observation may be one of them.
     pub fn end(&mut self) -> PerceptHead {
@@ -160,10 +160,10 @@ impl Sensor {
         let headers = || self.sources.iter().filter_map(Source::header);
         let newest = headers().max_by_key(|header| header.valid_at_ns);
         let mut header = newest.copied().unwrap_or_else(|| Header::at(self.now.as_nanos()));
-        header.left_out = headers().fold(0, |sum: u64, header| sum.saturating_add(header.left_out));
-        let is_whole = |source: &Source| source.header().is_some_and(|header| header.left_out == 0);
-        let looked = (0..).zip(&self.sources).filter(|(_, source)| is_whole(source));
-        PerceptHead::new(header, looked.map(|(number, _)| SourceSet::of(number)).collect())
+        header.over_capacity = headers().fold(0, |sum: u64, header| sum.saturating_add(header.over_capacity));
+        let is_whole = |source: &Source| source.header().is_some_and(|header| header.over_capacity == 0);
+        let active_sources = (0..).zip(&self.sources).filter(|(_, source)| is_whole(source));
+        PerceptHead::new(header, active_sources.map(|(number, _)| SourceSet::of(number)).collect())
     }
 
     /// Distributes the capacity if there are too many observations. Each source is guaranteed an equal share;

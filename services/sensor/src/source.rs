@@ -1,7 +1,7 @@
 use clock::{Duration, Instant};
 use geometry::{Base, Pose, Thing};
 use message::{
-    Header, Hop, LOSSES, Loss, Observation, ObservationKind, PERSPECTIVES_MOST, SourceHealth, Text,
+    Header, Hop, LOSSES, Loss, MAX_PERSPECTIVES, Observation, ObservationKind, SourceHealth, Text,
 };
 use quantity::number::single;
 
@@ -13,13 +13,13 @@ const BEHIND: Duration = Duration::from_secs(10);
 const MAX_SEQUENCE_GAP: u64 = 1 << 20;
 /// Periods without a frame after which a source is silent, and the minimum time.
 const SILENT_PERIODS: u32 = 3;
-const SILENT_LEAST: Duration = Duration::from_millis(100);
+const MIN_SILENCE: Duration = Duration::from_millis(100);
 /// Minimum time without silence before a source is reported as heard again. A slightly slow source is thus
 /// reported once and not at every frame.
 const SETTLED: Duration = Duration::from_secs(1);
 
 /// Number of agents that can have a perspective, the robot included.
-const PERSONS: usize = PERSPECTIVES_MOST as usize;
+const PERSONS: usize = MAX_PERSPECTIVES;
 /// The losses must fit into the bit mask.
 const _: () = assert!(LOSSES <= 32);
 
@@ -70,7 +70,7 @@ impl Source {
             number,
             x_base_source,
             confidence,
-            silent_after: period.map(|period| (period * SILENT_PERIODS).max(SILENT_LEAST)),
+            silent_after: period.map(|period| (period * SILENT_PERIODS).max(MIN_SILENCE)),
             last: None,
             waits: false,
             valid_at: None,
@@ -133,7 +133,7 @@ impl Source {
         }
         self.valid_at = Some(valid_at);
         self.heard_at = Some(now);
-        self.health.heard_at_ns = now.as_nanos();
+        self.health.last_frame_at_ns = now.as_nanos();
         self.health.frames += 1;
         let mut newest = self.observed_at;
         // At most `room` entries are examined, however many there are.
@@ -156,8 +156,8 @@ impl Source {
         self.count_loss(Loss::OverCapacity, beyond);
         let mut taken = Header::at(header.valid_at_ns);
         taken.pass(Hop::Observed, stamped_at.as_nanos());
-        let before = self.header.map_or(0, |earlier| earlier.left_out);
-        taken.left_out = before.saturating_add(header.left_out).saturating_add(beyond);
+        let before = self.header.map_or(0, |earlier| earlier.over_capacity);
+        taken.over_capacity = before.saturating_add(header.over_capacity).saturating_add(beyond);
         self.header = Some(taken);
     }
 
@@ -251,7 +251,7 @@ impl Source {
         let beyond = u64::try_from(beyond).unwrap_or(u64::MAX);
         self.count_loss(Loss::OverCapacity, beyond);
         if let Some(header) = &mut self.header {
-            header.left_out = header.left_out.saturating_add(beyond);
+            header.over_capacity = header.over_capacity.saturating_add(beyond);
         }
     }
 

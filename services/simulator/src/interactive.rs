@@ -143,10 +143,10 @@ impl World {
     fn carry(&mut self, now: Instant, act: &TeacherAct) -> Result<Done, Refusal> {
         let taken = self.in_hand(act.hand)?;
         let [x, y, z] = place(act.position_m)?;
-        let least_m = self.objects().get(taken.index).map_or(0.0, settle::half_height_m);
+        let min_m = self.objects().get(taken.index).map_or(0.0, settle::half_height_m);
         let Some(thing) = self.state.things.get_mut(taken.index) else { return Ok(Done) };
         let heading_rad = heading(act).unwrap_or_else(|| thing.pose.heading_rad());
-        let to = Pose::upright(x, y, z.max(least_m), heading_rad);
+        let to = Pose::upright(x, y, z.max(min_m), heading_rad);
         let path =
             Path { from: thing.pose, to, begins: now, takes: FOLLOW_TIME, manner: MotionProfile::Glide };
         thing.motion = Motion::InHand { by: taken.by, path };
@@ -221,7 +221,7 @@ impl World {
     }
 
     fn seat(&mut self, now: Instant, act: &TeacherAct) -> Result<Done, Refusal> {
-        let (eyes_m, looks_at_m) = (place(act.position_m)?, place(act.also_m)?);
+        let (eyes_m, looks_at_m) = (place(act.position_m)?, place(act.second_vector_m)?);
         let sight_m =
             eyes_m.iter().zip(looks_at_m).map(|(eye, point)| (eye - point).powi(2)).sum::<f64>().sqrt();
         if sight_m < MIN_GAZE_M {

@@ -137,8 +137,8 @@ mod tests {
             let at = |ms: u64| path.at(Instant::EPOCH + Duration::from_millis(ms));
             assert!(at(1000).difference(&path.from).0 < 1e-12);
             assert_eq!(at(2000), path.to);
-            let most = (1000..2000).map(|ms| at(ms).difference(&at(ms + 1)).0).fold(0.0, f64::max);
-            assert!(most > 0.0 && most < 0.002, "{manner:?} {most}");
+            let max = (1000..2000).map(|ms| at(ms).difference(&at(ms + 1)).0).fold(0.0, f64::max);
+            assert!(max > 0.0 && max < 0.002, "{manner:?} {max}");
         }
     }
 

@@ -98,9 +98,9 @@ impl World {
         let (script_events, lasts) = timeline(lesson);
         let [x, y, z] = lesson.robot.position_m;
         let x_world_base = Pose::<geometry::World, Base>::upright(x, y, z, lesson.robot.heading_rad);
-        let most = |count: fn(&Table) -> usize| lesson.tables().map(count).max().unwrap_or(0);
-        let objects = most(|table| table.objects.len());
-        let occluders = most(|table| table.occluders.len());
+        let max = |count: fn(&Table) -> usize| lesson.tables().map(count).max().unwrap_or(0);
+        let objects = max(|table| table.objects.len());
+        let occluders = max(|table| table.occluders.len());
         let observations = objects + occluders + lesson.teachers.len();
         Self {
             settings: lesson.tables().map(|table| Arc::new(TableLayout::of(table))).collect(),

@@ -324,11 +324,11 @@ impl Task {
         let is_told = |index: usize, hypothesis: &Hypothesis| {
             index < MAX_PRINTED_HYPOTHESES || hypothesis.high_likelihood
         };
-        let (mut untold, mut most) = (0, 0.0_f64);
+        let (mut untold, mut highest) = (0, 0.0_f64);
         for (index, hypothesis) in hypotheses.iter().enumerate() {
             if !is_told(index, hypothesis) {
                 untold += 1;
-                most = most.max(hypothesis.posterior);
+                highest = highest.max(hypothesis.posterior);
                 continue;
             }
             let Hypothesis { rank, name, posterior, tally, .. } = hypothesis;
@@ -340,7 +340,7 @@ impl Task {
             )?;
         }
         if untold > 0 {
-            writeln!(out, "        and {untold} more, of a posterior of {most:.4} or less")?;
+            writeln!(out, "        and {untold} more, of a posterior of {highest:.4} or less")?;
         }
         Ok(())
     }

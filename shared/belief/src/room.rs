@@ -5,8 +5,8 @@ use std::ops::{Deref, DerefMut};
 pub(crate) struct BoundedVec<T>(Vec<T>);
 
 impl<T> BoundedVec<T> {
-    pub(crate) fn with_bound(most: usize) -> Self {
-        Self(Vec::with_capacity(most))
+    pub(crate) fn with_bound(max: usize) -> Self {
+        Self(Vec::with_capacity(max))
     }
 }
 

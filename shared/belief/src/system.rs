@@ -216,7 +216,7 @@ impl BeliefSystem {
     ///
     /// - `which`: the ascending indices of the `perceived` entries to use. Observations and snapshots are in the
     ///   perspective's frame. An observation whose snapshot is empty creates nothing.
-    /// - `looked`: the sources that delivered a frame (possibly empty) in this step. A belief seen earlier by one of
+    /// - `active_sources`: the sources that delivered a frame (possibly empty) in this step. A belief seen earlier by one of
     ///   them, in view and not observed now, counts as missed.
     /// - `in_view`: whether the perspective now sees the given position, in metres in its frame.
     ///
@@ -226,7 +226,7 @@ impl BeliefSystem {
         now: Instant,
         perceived: &[Perceived],
         which: impl Iterator<Item = usize>,
-        looked: SourceSet,
+        active_sources: SourceSet,
         in_view: impl Fn([f32; 3]) -> bool,
     ) {
         let mut step_builder = self.begin(now);
@@ -235,7 +235,7 @@ impl BeliefSystem {
                 step_builder.add_observation(index, perceived);
             }
         }
-        step_builder.finish(perceived, looked, in_view);
+        step_builder.finish(perceived, active_sources, in_view);
     }
 
     /// Number of beliefs.
@@ -364,7 +364,7 @@ impl BeliefSystem {
     }
 
     /// C: removes the beliefs on which all culling functions agree (Eq. 5).
-    fn cull(&mut self, looked: SourceSet, in_view: impl Fn([f32; 3]) -> bool) {
+    fn cull(&mut self, active_sources: SourceSet, in_view: impl Fn([f32; 3]) -> bool) {
         if self.cull.is_empty() {
             return;
         }
@@ -373,9 +373,9 @@ impl BeliefSystem {
         for index in 0..self.len() {
             let Some(&slot) = self.arena.live().get(index) else { break };
             if watches {
-                self.update_empty_since(slot, looked, &in_view);
+                self.update_empty_since(slot, active_sources, &in_view);
             }
-            if self.cull.iter().all(|cull| self.agrees(cull, slot, looked, &in_view)) {
+            if self.cull.iter().all(|cull| self.agrees(cull, slot, active_sources, &in_view)) {
                 self.free_slot(slot);
                 self.counts.culled += 1;
             }
@@ -387,11 +387,16 @@ impl BeliefSystem {
 
     /// Updates since when the position of a belief is empty. If no source that ever saw the thing delivered a frame in
     /// this step, the state is unchanged, as between two images of a slow camera.
-    fn update_empty_since(&mut self, slot: u32, looked: SourceSet, in_view: impl Fn([f32; 3]) -> bool) {
+    fn update_empty_since(
+        &mut self,
+        slot: u32,
+        active_sources: SourceSet,
+        in_view: impl Fn([f32; 3]) -> bool,
+    ) {
         let (now, observing_since) = (self.now, self.observing_since);
         let Some(memory) = require!(self.arena.memory(slot), "slot {slot} is live") else { return };
         // Whatever is at that position now was not associated with this belief, so the position counts as empty.
-        if memory.updated_at >= now || !looked.intersects(memory.seen_by) {
+        if memory.updated_at >= now || !active_sources.intersects(memory.seen_by) {
             return;
         }
         let is_empty = self.place_of(slot).is_some_and(in_view);
@@ -406,7 +411,7 @@ impl BeliefSystem {
         &self,
         cull: &CullFn,
         slot: u32,
-        looked: SourceSet,
+        active_sources: SourceSet,
         in_view: impl Fn([f32; 3]) -> bool,
     ) -> bool {
         let Some(memory) = require!(self.arena.memory(slot), "slot {slot} is live") else { return false };
@@ -426,7 +431,7 @@ impl BeliefSystem {
             // Without a frame in this step the thing may have come back, so the belief stays.
             CullFn::PlaceEmptyFor(time) => {
                 let is_empty_for = |since| self.now.since(since) >= *time;
-                looked.intersects(memory.seen_by) && memory.empty_since.is_some_and(is_empty_for)
+                active_sources.intersects(memory.seen_by) && memory.empty_since.is_some_and(is_empty_for)
             }
             CullFn::Plugin(plugin) => {
                 let remembered = |number: u16| {
@@ -439,7 +444,7 @@ impl BeliefSystem {
                     memory,
                     place: self.place_of(slot),
                     remembered: &remembered,
-                    in_view: &|place| looked.intersects(memory.seen_by) && in_view(place),
+                    in_view: &|place| active_sources.intersects(memory.seen_by) && in_view(place),
                 })
             }
         }

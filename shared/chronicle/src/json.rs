@@ -118,7 +118,7 @@ struct Differing<'a>(&'a PerceptPhrases, &'a [Aspect]);
 struct DifferingPercept<'a> {
     robot: Option<Value<'a>>,
     partner: Option<Value<'a>>,
-    apart: Option<f64>,
+    distance: Option<f64>,
 }
 
 /// A feature; symbols by name.
@@ -209,7 +209,7 @@ impl Serialize for Differing<'_> {
             let percept = DifferingPercept {
                 robot: value(words, aspect.percept, aspect.one()),
                 partner: value(words, aspect.percept, aspect.other()),
-                apart: aspect.apart(),
+                distance: aspect.distance(),
             };
             map.serialize_entry(words.name(aspect.percept), &percept)?;
         }

@@ -124,12 +124,12 @@ fn write_summary(summary: &Summary, out: &mut String) -> fmt::Result {
     if *left_out > 0 {
         writeln!(out, "{left_out} observations did not fit: raise buffers.max_objects in leo.toml")?;
     }
-    if let Some(most) = not_simulated.last() {
+    if let Some(max) = not_simulated.last() {
         let partners: Vec<String> = not_simulated.iter().map(|partner| agent_name(*partner)).collect();
         let partners = partners.join(", ");
         writeln!(
             out,
-            "observed, and not simulated: {partners}; to simulate their beliefs too, give --partners {most}"
+            "observed, and not simulated: {partners}; to simulate their beliefs too, give --partners {max}"
         )?;
     }
     if *cut_short {

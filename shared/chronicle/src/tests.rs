@@ -223,6 +223,6 @@ fn programs_are_told_numbers_as_they_are_and_symbols_by_name() {
         "{}",
         lines[3]
     );
-    assert!(lines[4].starts_with(r#"{"record":"difference","at_ns":7000000,"perspective":1,"robot_id":4,"partner_id":9,"percepts":{"position":{"robot":[0.1,0.0,0.0],"partner":[0.5,0.0,0.0],"apart":0.39"#));
-    assert!(lines[4].ends_with(r#""on":{"robot":1.0,"partner":null,"apart":null}}}"#), "{}", lines[4]);
+    assert!(lines[4].starts_with(r#"{"record":"difference","at_ns":7000000,"perspective":1,"robot_id":4,"partner_id":9,"percepts":{"position":{"robot":[0.1,0.0,0.0],"partner":[0.5,0.0,0.0],"distance":0.39"#));
+    assert!(lines[4].ends_with(r#""on":{"robot":1.0,"partner":null,"distance":null}}}"#), "{}", lines[4]);
 }

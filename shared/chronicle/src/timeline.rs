@@ -59,10 +59,10 @@ impl Timeline {
         let first = *self.first.get_or_insert(at);
         let mut lines = Lines { since: at.since(first), out };
         for mind in minds {
-            let told = self.minds.entry(mind.head.perspective).or_default();
-            told.presence(mind, &mut lines);
-            told.beliefs(&self.words, at, mind, &mut lines);
-            told.differences(&self.words, mind, &mut lines);
+            let reported = self.minds.entry(mind.head.perspective).or_default();
+            reported.presence(mind, &mut lines);
+            reported.beliefs(&self.words, at, mind, &mut lines);
+            reported.differences(&self.words, mind, &mut lines);
         }
     }
 
@@ -202,15 +202,15 @@ impl ReportedBelief {
         if let Some(place_m) = self.moved(at, mind.place_m(belief, words.position)) {
             tell(&format!("moved to {}", place(place_m)));
         }
-        for (told, percept) in self.states.iter_mut().zip(words.states()) {
+        for (reported, percept) in self.states.iter_mut().zip(words.states()) {
             let now = belief.number(*percept);
-            let changed = match (*told, now) {
-                (Some(told), Some(now)) => (told - now).abs() > MIN_DEGREE_CHANGE,
+            let changed = match (*reported, now) {
+                (Some(reported), Some(now)) => (reported - now).abs() > MIN_DEGREE_CHANGE,
                 (None, Some(_)) => true,
                 (_, None) => false,
             };
             if changed {
-                *told = now;
+                *reported = now;
                 tell(&words.state(*percept, belief).unwrap_or_default());
             }
         }
@@ -236,7 +236,7 @@ impl ReportedBelief {
             }
         };
         let rests = at.since(since) >= MIN_REST;
-        if rests && self.place_m.is_none_or(|told| far(&told) > MIN_MOTION_M) {
+        if rests && self.place_m.is_none_or(|reported| far(&reported) > MIN_MOTION_M) {
             self.place_m = Some(place_m);
             return Some(place_m);
         }

@@ -142,11 +142,11 @@ impl TryFrom<u32> for Depth {
     type Error = String;
 
     fn try_from(value: u32) -> Result<Self, String> {
-        let most = message::DEPTH_MOST;
-        if value >= 1 && usize::try_from(value).is_ok_and(|depth| depth <= most) {
+        let max = message::MAX_DEPTH;
+        if value >= 1 && usize::try_from(value).is_ok_and(|depth| depth <= max) {
             Ok(Self(value))
         } else {
-            Err(format!("{value} is out of range: perspectives can be nested from 1 to {most} deep"))
+            Err(format!("{value} is out of range: perspectives can be nested from 1 to {max} deep"))
         }
     }
 }

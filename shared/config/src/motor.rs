@@ -14,7 +14,7 @@ use settings::{ConfigError, Spanned, invalid, parse as parse_toml};
 /// The supported baud rates, in bits per second: those of X-series servos from 1 Mbit/s up.
 const BAUDS: [u32; 5] = [1_000_000, 2_000_000, 3_000_000, 4_000_000, 4_500_000];
 /// The highest servo ID; 253 and 255 are reserved, and 254 is the broadcast ID.
-const ID_MOST: u8 = 252;
+const MAX_ID: u8 = 252;
 
 /// The content of `motor.toml`, checked.
 #[derive(Clone, Debug, PartialEq)]
@@ -255,8 +255,8 @@ fn check_joint(raw: RawJoint, motor: &mut Motor) -> Result<Joint, SpannedError> 
         return Err(wrong(&raw.bus, reason));
     }
     let id = *raw.id.get_ref();
-    if id > ID_MOST {
-        return Err(wrong(&raw.id, format!("{id} is out of range: an id must be from 0 to {ID_MOST}")));
+    if id > MAX_ID {
+        return Err(wrong(&raw.id, format!("{id} is out of range: an id must be from 0 to {MAX_ID}")));
     }
     if let Some(other) = motor.joints.iter().find(|other| other.bus == bus && other.id == id) {
         let (bus, other) = (raw.bus.get_ref(), &other.name);
@@ -272,10 +272,10 @@ fn check_joint(raw: RawJoint, motor: &mut Motor) -> Result<Joint, SpannedError> 
         let reason = format!("the limits are crossed: min_rad {min_rad} must be below max_rad {max_rad}");
         return Err(wrong(&raw.max_rad, reason));
     }
-    let (max_velocity_rad_s, most) = (raw.max_velocity_rad_s.get_ref().get(), raw.model.max_velocity_rad_s());
-    if max_velocity_rad_s > most {
+    let (max_velocity_rad_s, max) = (raw.max_velocity_rad_s.get_ref().get(), raw.model.max_velocity_rad_s());
+    if max_velocity_rad_s > max {
         let reason =
-            format!("{max_velocity_rad_s} rad/s is faster than the servo, which turns at {most:.2} rad/s");
+            format!("{max_velocity_rad_s} rad/s is faster than the servo, which turns at {max:.2} rad/s");
         return Err(wrong(&raw.max_velocity_rad_s, reason));
     }
     let group = motor.groups.iter().position(|group| *group == raw.group).unwrap_or_else(|| {

@@ -1,7 +1,7 @@
 use std::path::{Path, PathBuf};
 
 use belief::percepts::Percepts;
-use message::PERSPECTIVES_MOST;
+use message::MAX_PERSPECTIVES;
 use perspective::settings::Perspective;
 use settings::invalid;
 
@@ -167,11 +167,11 @@ fn parse_and_validate(text: &str, file: &Path) -> Result<Leo, ConfigError> {
     }
     let (partners, depth) = (leo.belief.partners, leo.belief.depth.get());
     let perspectives = leo.belief.perspectives(partners);
-    if perspectives > PERSPECTIVES_MOST {
+    if perspectives > MAX_PERSPECTIVES {
         let at = text.find("partners").unwrap_or(0);
         let reason = format!(
             "{partners} partners make {perspectives} perspectives when nested {depth} deep, and the most is \
-             {PERSPECTIVES_MOST}: take fewer `partners` or less `depth`"
+             {MAX_PERSPECTIVES}: take fewer `partners` or less `depth`"
         );
         return Err(invalid(text, file, at..at, reason));
     }

@@ -23,7 +23,7 @@ pub struct BusHealth {
     /// Status packets that did not arrive.
     pub missed: u64,
     /// Status packets that arrived corrupt.
-    pub broken: u64,
+    pub corrupt: u64,
     /// Status packets dropped because they were not expected, or because they were sampled too early.
     pub stale: u64,
     /// Bytes that arrived after the reply timeout.

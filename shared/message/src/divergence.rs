@@ -31,7 +31,7 @@ const UNKNOWN: u16 = u16::MAX;
 #[type_name("leo/Aspect/1")]
 pub struct Aspect {
     // Difference of the two features; negative if unknown.
-    apart: f64,
+    distance: f64,
     /// The percept: its index in the configured set P.
     pub percept: u16,
     // Kinds of the features; 65535 if unknown.
@@ -46,10 +46,10 @@ pub struct Aspect {
 impl Aspect {
     /// A percept, its feature in both perspectives, and their difference.
     #[must_use]
-    pub fn new(percept: u16, one: Option<Feature>, other: Option<Feature>, apart: Option<f64>) -> Self {
+    pub fn new(percept: u16, one: Option<Feature>, other: Option<Feature>, distance: Option<f64>) -> Self {
         let raw = |feature: Option<Feature>| feature.map_or((UNKNOWN, [0.0; 4]), Feature::to_raw);
         let ((one_kind, one), (other_kind, other)) = (raw(one), raw(other));
-        Self { apart: apart.unwrap_or(-1.0), percept, one_kind, other_kind, reserved: 0, one, other }
+        Self { distance: distance.unwrap_or(-1.0), percept, one_kind, other_kind, reserved: 0, one, other }
     }
 
     /// The feature of the one perspective; `None` if unknown or invalid.
@@ -66,8 +66,8 @@ impl Aspect {
 
     /// Difference of the features, if both are known: in metres or radians, of two degrees, or 1 for two symbols.
     #[must_use]
-    pub fn apart(&self) -> Option<f64> {
-        (self.apart >= 0.0 && self.apart.is_finite()).then_some(self.apart)
+    pub fn distance(&self) -> Option<f64> {
+        (self.distance >= 0.0 && self.distance.is_finite()).then_some(self.distance)
     }
 }
 
@@ -120,7 +120,7 @@ impl_bytes!(DivergenceHead = "leo/DivergenceHead/1" {
     header, perspective, within, agreed, compared, path
 });
 impl_bytes!(Aspect = "leo/Aspect/1" {
-    apart, percept, one_kind, other_kind, reserved, one, other
+    distance, percept, one_kind, other_kind, reserved, one, other
 });
 impl_bytes!(Difference = "leo/Difference/1" {
     one, other, count, reserved, aspects
@@ -142,7 +142,7 @@ mod tests {
             Some(1.0)
         )));
         assert_eq!((difference.one(), difference.other()), (Some(3), Some(8)));
-        let read = |aspect: &Aspect| (aspect.percept, aspect.one(), aspect.other(), aspect.apart());
+        let read = |aspect: &Aspect| (aspect.percept, aspect.one(), aspect.other(), aspect.distance());
         assert_eq!(
             difference.aspects().iter().map(read).collect::<Vec<_>>(),
             [
@@ -168,8 +168,8 @@ mod tests {
         let mut lie = Difference::new(Some(1), Some(2));
         lie.count = u32::MAX;
         assert_eq!(lie.aspects().len(), MAX_PERCEPTS);
-        let aspect = Aspect { apart: f64::NAN, one_kind: 77, other_kind: 1, ..Aspect::default() };
+        let aspect = Aspect { distance: f64::NAN, one_kind: 77, other_kind: 1, ..Aspect::default() };
         let aspect = Aspect { other: [f32::NAN; 4], ..aspect };
-        assert_eq!((aspect.one(), aspect.other(), aspect.apart()), (None, None, None));
+        assert_eq!((aspect.one(), aspect.other(), aspect.distance()), (None, None, None));
     }
 }

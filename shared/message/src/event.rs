@@ -1,7 +1,7 @@
 use crate::bytes::impl_bytes;
-use crate::{Text, ZeroCopySend, numbered};
+use crate::{Text, ZeroCopySend, wire_enum};
 
-numbered! {
+wire_enum! {
     /// Kind of an event of the learner.
     EventKind: u16 {
         /// Leo said something; the text is the sentence.

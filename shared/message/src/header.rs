@@ -1,7 +1,7 @@
 use crate::bytes::impl_bytes;
-use crate::{BeliefHead, DivergenceHead, PerceptHead, SceneHead, ZeroCopySend, numbered};
+use crate::{BeliefHead, DivergenceHead, PerceptHead, SceneHead, ZeroCopySend, wire_enum};
 
-numbered! {
+wire_enum! {
     /// A stage that a frame passes, in the direction of the data flow.
     Hop: u16 {
         /// The source published the observations.
@@ -37,7 +37,7 @@ pub struct Header {
     /// When the frame or its inputs passed each hop; zero for hops not passed.
     pub hops_ns: [u64; 8],
     /// Number of entries left out for lack of space, in this frame or its inputs.
-    pub left_out: u64,
+    pub over_capacity: u64,
 }
 
 impl Header {
@@ -53,7 +53,7 @@ impl Header {
         Self {
             valid_at_ns: self.valid_at_ns,
             hops_ns: self.hops_ns,
-            left_out: self.left_out,
+            over_capacity: self.over_capacity,
             ..Self::default()
         }
     }
@@ -108,5 +108,5 @@ macro_rules! impl_head {
 impl_head!(BeliefHead, DivergenceHead, PerceptHead, SceneHead);
 
 impl_bytes!(Header = "leo/Header/1" {
-    valid_at_ns, sequence, incarnation, hops_ns, left_out
+    valid_at_ns, sequence, incarnation, hops_ns, over_capacity
 });

@@ -1,9 +1,9 @@
 use std::fmt;
 use std::str::FromStr;
 
-use crate::{Histogram, ZeroCopySend, numbered};
+use crate::{Histogram, ZeroCopySend, wire_enum};
 
-numbered! {
+wire_enum! {
     /// A process of Leo, in the direction of the data flow. Its name is also its subcommand.
     Process: u16 {
         /// Simulates the workspace, the teacher and Leo's body.
@@ -50,7 +50,7 @@ impl FromStr for Process {
     }
 }
 
-numbered! {
+wire_enum! {
     /// State of a process.
     ProcessState: u32 {
         /// The board has not been written yet.

@@ -1,7 +1,7 @@
 use crate::bytes::impl_bytes;
-use crate::{ZeroCopySend, numbered};
+use crate::{ZeroCopySend, wire_enum};
 
-numbered! {
+wire_enum! {
     /// Mode of a joint in the motor process.
     JointMode: u16 {
         /// Torque off: the joint moves freely.
@@ -25,7 +25,7 @@ numbered! {
     }
 }
 
-numbered! {
+wire_enum! {
     /// Cause of a joint's mode.
     JointCause: u16 {
         /// Normal operation.
@@ -67,7 +67,7 @@ numbered! {
     }
 }
 
-numbered! {
+wire_enum! {
     /// State of the connection to a joint's servo.
     JointLink: u16 {
         /// Not contacted yet.
@@ -83,7 +83,7 @@ numbered! {
     }
 }
 
-numbered! {
+wire_enum! {
     /// State of the torque of a joint's servo.
     JointPower: u16 {
         /// Unknown: it may be on.
@@ -101,9 +101,9 @@ numbered! {
     }
 }
 
-numbered! {
+wire_enum! {
     /// Arming state of a joint.
-    JointLicence: u16 {
+    JointArming: u16 {
         /// May not move until its cause is gone and an operator has acknowledged it.
         Locked = 0 as "locked",
         /// May not move until an operator arms it.
@@ -113,7 +113,7 @@ numbered! {
     }
 }
 
-numbered! {
+wire_enum! {
     /// Motion state of a joint.
     JointMotion: u16 {
         /// No goal is sent: torque is off, or its servo keeps its position.
@@ -168,9 +168,9 @@ pub struct JointState {
     present_input_v: f32,
     link: u16,
     power: u16,
-    licence: u16,
+    arming: u16,
     motion: u16,
-    licence_cause: u16,
+    arming_cause: u16,
     /// Not used; zero.
     pub reserved: [u16; 3],
 }
@@ -184,9 +184,9 @@ pub struct JointMachines {
     /// The torque of its servo.
     pub power: JointPower,
     /// Its arming state.
-    pub licence: JointLicence,
+    pub arming: JointArming,
     /// Why it is locked or disarmed; [`JointCause::None`] if armed.
-    pub licence_cause: JointCause,
+    pub arming_cause: JointCause,
     /// Its motion state.
     pub motion: JointMotion,
 }
@@ -208,9 +208,9 @@ impl JointState {
             present_input_v: f32::NAN,
             link: JointLink::Unknown.raw(),
             power: JointPower::Unknown.raw(),
-            licence: JointLicence::Disarmed.raw(),
+            arming: JointArming::Disarmed.raw(),
             motion: JointMotion::Idle.raw(),
-            licence_cause: JointCause::NotStarted.raw(),
+            arming_cause: JointCause::NotStarted.raw(),
             reserved: [0; 3],
         }
     }
@@ -218,12 +218,12 @@ impl JointState {
     /// Sets the states of its state machines.
     #[must_use]
     pub const fn with_machines(self, machines: JointMachines) -> Self {
-        let JointMachines { link, power, licence, licence_cause, motion } = machines;
+        let JointMachines { link, power, arming, arming_cause, motion } = machines;
         Self {
             link: link.raw(),
             power: power.raw(),
-            licence: licence.raw(),
-            licence_cause: licence_cause.raw(),
+            arming: arming.raw(),
+            arming_cause: arming_cause.raw(),
             motion: motion.raw(),
             ..self
         }
@@ -236,13 +236,13 @@ impl JointState {
         else {
             return None;
         };
-        let (Some(licence), Some(motion)) =
-            (JointLicence::from_raw(self.licence), JointMotion::from_raw(self.motion))
+        let (Some(arming), Some(motion)) =
+            (JointArming::from_raw(self.arming), JointMotion::from_raw(self.motion))
         else {
             return None;
         };
-        match JointCause::from_raw(self.licence_cause) {
-            Some(licence_cause) => Some(JointMachines { link, power, licence, licence_cause, motion }),
+        match JointCause::from_raw(self.arming_cause) {
+            Some(arming_cause) => Some(JointMachines { link, power, arming, arming_cause, motion }),
             None => None,
         }
     }
@@ -335,7 +335,7 @@ impl_bytes!(JointGoal = "leo/JointGoal/1" {
 });
 impl_bytes!(JointState = "leo/JointState/3" {
     joint, mode, cause, sampled_at_ns, present_position_rad, present_velocity_rad_s, present_current_a,
-    command_position_rad, present_temperature_c, present_input_v, link, power, licence, motion, licence_cause,
+    command_position_rad, present_temperature_c, present_input_v, link, power, arming, motion, arming_cause,
     reserved
 });
 

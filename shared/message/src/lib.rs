@@ -10,6 +10,7 @@
 //! Data from another process is untrusted. Enumerations are stored as numbers, and accessors return `None` for
 //! invalid values. No type here has an invalid bit pattern.
 
+mod arming;
 mod belief;
 mod buses;
 mod bytes;
@@ -21,7 +22,6 @@ mod histogram;
 mod joint;
 mod joints;
 mod layouts;
-mod licences;
 mod link;
 mod loss;
 mod observation;
@@ -39,6 +39,7 @@ mod topic;
 mod turn;
 mod utterance;
 
+pub use arming::{ArmingGroup, ArmingSummary};
 pub use belief::{Belief, BeliefHead, Remembered};
 pub use buses::{BusHealth, Buses, MAX_BUSES};
 pub use bytes::{Bytes, Field, Kind, Layout, Number, get_frame, put_frame};
@@ -48,16 +49,15 @@ pub use header::{Head, Header, Hop};
 pub use health::{Health, Process, ProcessState, UnknownProcess};
 pub use histogram::Histogram;
 pub use joint::{
-    JointCause, JointGoal, JointLicence, JointLink, JointMachines, JointMode, JointMotion, JointPower,
+    JointArming, JointCause, JointGoal, JointLink, JointMachines, JointMode, JointMotion, JointPower,
     JointState,
 };
 pub use joints::{Joints, MAX_JOINTS};
 pub use layouts::layouts;
-pub use licences::{LicenceGroup, Licences};
 pub use link::LinkHealth;
 pub use loss::{LOSSES, Loss};
 pub use observation::{Modality, NOBODY, Observation, ObservationKind, STATES, State};
-pub use path::{DEPTH_MOST, PERSPECTIVES_MOST, Path, perspectives};
+pub use path::{MAX_DEPTH, MAX_PERSPECTIVES, Path, perspectives};
 pub use percept::{Feature, MAX_PERCEPTS, Perceived, PerceptHead, PerceptValue, Snapshot};
 pub use perspectives::{MAX_PERSPECTIVES, PerspectiveHealth, Perspectives};
 pub use registry::{
@@ -78,11 +78,11 @@ pub(crate) use iceoryx2_bb_derive_macros::ZeroCopySend;
 pub(crate) use iceoryx2_bb_elementary_traits::zero_copy_send::ZeroCopySend;
 
 /// Defines an enum with explicit wire numbers, and conversions from and to its raw number. Each value may have a name.
-macro_rules! numbered {
+macro_rules! wire_enum {
     ($(#[$doc:meta])* $kind:ident: $raw:ty {
         $($(#[$variant_doc:meta])* $variant:ident = $value:literal as $name:literal,)+
     }) => {
-        numbered! { $(#[$doc])* $kind: $raw { $($(#[$variant_doc])* $variant = $value,)+ } }
+        wire_enum! { $(#[$doc])* $kind: $raw { $($(#[$variant_doc])* $variant = $value,)+ } }
 
         impl $kind {
             /// Its name in metrics and output.
@@ -116,7 +116,7 @@ macro_rules! numbered {
         }
     };
 }
-pub(crate) use numbered;
+pub(crate) use wire_enum;
 
 /// The filled slots of a list in shared memory, all of them if the count is too high.
 #[inline]

@@ -7,9 +7,9 @@ use crate::{Histogram, ZeroCopySend};
 #[type_name("leo/LinkHealth/1")]
 pub struct LinkHealth {
     /// Whether the link to the other machine is up: 1 yes, 0 no.
-    pub is_heard: u64,
+    pub is_up: u64,
     /// Number of times that the link came up: once, and once more after each interruption.
-    pub hearings: u64,
+    pub sessions: u64,
     /// The last round-trip time, without the processing time of the other machine.
     pub round_trip_ns: u64,
     /// Bound on the error of time stamps received over the link, from the uncertainty of the clock offset.
@@ -20,7 +20,7 @@ pub struct LinkHealth {
     /// writer.
     pub overtaken: u64,
     /// Frames dropped while the link was down, because of their age or number.
-    pub given_up: u64,
+    pub expired: u64,
     /// Frames received and published here.
     pub received: u64,
     /// Batches sent to this machine that did not arrive.

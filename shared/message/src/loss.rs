@@ -1,6 +1,6 @@
-use crate::numbered;
+use crate::wire_enum;
 
-numbered! {
+wire_enum! {
     /// Why an observation of a source did not become a percept. The first six reasons concern whole frames, the
     /// others single observations.
     Loss: u16 {

@@ -1,5 +1,5 @@
 use crate::bytes::impl_bytes;
-use crate::{Loss, ZeroCopySend, numbered};
+use crate::{Loss, ZeroCopySend, wire_enum};
 
 /// Number of discrete states of an observation.
 pub const STATES: usize = 8;
@@ -7,7 +7,7 @@ pub const STATES: usize = 8;
 /// Agent number for no agent. The robot is agent 0, its partners are 1, 2, …
 pub const NOBODY: u16 = u16::MAX;
 
-numbered! {
+wire_enum! {
     /// Kind of the observed object.
     ObservationKind: u16 {
         /// An object on the table.
@@ -19,7 +19,7 @@ numbered! {
     }
 }
 
-numbered! {
+wire_enum! {
     /// The sense that made an observation.
     Modality: u16 {
         /// Seen.
@@ -31,7 +31,7 @@ numbered! {
     }
 }
 
-numbered! {
+wire_enum! {
     /// A discrete state of an object, observed as a degree in [0, 1].
     State: u16 {
         /// Its hole holds a peg.

@@ -2,10 +2,7 @@ use crate::ZeroCopySend;
 use crate::bytes::impl_bytes;
 
 /// Maximum nesting depth of perspectives.
-pub const DEPTH_MOST: usize = 6;
-
-/// Maximum number of perspectives of a robot, its own included.
-pub const PERSPECTIVES_MOST: u32 = 256;
+pub const MAX_DEPTH: usize = 6;
 
 /// Path of a perspective: `[]` is the robot's own, `[1]` is partner 1's as the robot models it. `[1, 0]` is the
 /// robot's as partner 1 models it, according to the robot.
@@ -16,12 +13,12 @@ pub const PERSPECTIVES_MOST: u32 = 256;
 #[type_name("leo/Path/1")]
 pub struct Path {
     depth: u32,
-    agents: [u16; DEPTH_MOST],
+    agents: [u16; MAX_DEPTH],
 }
 
 impl Path {
     /// The robot's own perspective.
-    pub const ROBOT: Self = Self { depth: 0, agents: [0; DEPTH_MOST] };
+    pub const ROBOT: Self = Self { depth: 0, agents: [0; MAX_DEPTH] };
 
     /// The perspective of `agent` nested in this one; `None` if this is `agent`'s own perspective, or if the maximum
     /// depth is reached.

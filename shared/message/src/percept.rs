@@ -207,22 +207,22 @@ pub struct PerceptHead {
     /// The frame's header.
     pub header: Header,
     /// Sources that delivered a frame: bit n for source n, the last bit for all beyond.
-    pub looked: u64,
+    pub active_sources: u64,
 }
 
 impl PerceptHead {
     /// A head for a frame with the observations of these sources, possibly none.
     #[must_use]
-    pub fn new(header: Header, looked: SourceSet) -> Self {
-        Self { header, looked: looked.raw() }
+    pub fn new(header: Header, active_sources: SourceSet) -> Self {
+        Self { header, active_sources: active_sources.raw() }
     }
 
     /// Sources that delivered a frame this step, possibly empty. An object that one of them observed before, and that
     /// is not among the entries, was not found. If no source delivered a frame, time advances and no object counts as
     /// missed.
     #[must_use]
-    pub fn looked(&self) -> SourceSet {
-        SourceSet::from_raw(self.looked)
+    pub fn active_sources(&self) -> SourceSet {
+        SourceSet::from_raw(self.active_sources)
     }
 }
 
@@ -249,7 +249,7 @@ impl Perceived {
 }
 
 impl_bytes!(PerceptHead = "leo/PerceptHead/1" {
-    header, looked
+    header, active_sources
 });
 impl_bytes!(PerceptValue = "leo/PerceptValue/1" {
     percept, feature_kind, matching, confidence, feature

@@ -1,7 +1,7 @@
 use crate::{Path, ZeroCopySend, filled};
 
 /// Capacity of the board in perspectives, equal to the maximum of a robot
-/// ([`PERSPECTIVES_MOST`](crate::PERSPECTIVES_MOST)).
+/// ([`MAX_PERSPECTIVES`](crate::MAX_PERSPECTIVES)).
 pub const MAX_PERSPECTIVES: usize = 256;
 
 /// Counters of one perspective, since this incarnation of the process started.
@@ -16,7 +16,7 @@ pub struct PerspectiveHealth {
     /// Sum over these steps of the number of beliefs after the step.
     pub beliefs: u64,
     /// Observations, beliefs and occluders dropped for lack of space.
-    pub left_out: u64,
+    pub over_capacity: u64,
     /// Observations and evaluations refused as invalid.
     pub refused: u64,
 }
@@ -59,6 +59,6 @@ mod tests {
 
     #[test]
     fn there_is_room_for_as_many_as_a_robot_can_keep() {
-        assert_eq!(usize::try_from(crate::PERSPECTIVES_MOST), Ok(MAX_PERSPECTIVES));
+        assert_eq!(usize::try_from(crate::MAX_PERSPECTIVES), Ok(MAX_PERSPECTIVES));
     }
 }

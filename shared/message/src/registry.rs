@@ -88,7 +88,7 @@ topics! {
     };
     /// Turns completed by one process, in lockstep.
     TurnsDone(Process from 0): Header, Done = TopicRow {
-        name: "turns-done", code: 12, rate: "lockstep only, wakes `run`", capacity: Fixed(1),
+        name: "turns-done", code: 12, rate: "lockstep only, wakes the supervisor", capacity: Fixed(1),
         writer: Numbered, readers: &[Process::Supervisor],
         delivery: Local, recording: Recording::None, is_command: false,
     };

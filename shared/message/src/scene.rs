@@ -1,7 +1,7 @@
 use crate::bytes::impl_bytes;
-use crate::{Header, NOBODY, STATES, Text, ZeroCopySend, numbered};
+use crate::{Header, NOBODY, STATES, Text, ZeroCopySend, wire_enum};
 
-numbered! {
+wire_enum! {
     /// Mode of the simulated lesson.
     SceneMode: u32 {
         /// The lesson's script is played.
@@ -15,7 +15,7 @@ numbered! {
     }
 }
 
-numbered! {
+wire_enum! {
     /// Role of an object on the table.
     ThingRole: u16 {
         /// A block to work on.

@@ -15,7 +15,7 @@ pub struct SourceHealth {
     /// Observations added to the percept buffer.
     pub observations: u64,
     /// When a frame was last accepted, in nanoseconds of the clock; zero if never.
-    pub heard_at_ns: u64,
+    pub last_frame_at_ns: u64,
     /// Whether it has been silent for longer than its rate allows: 1 yes, 0 no.
     pub silent: u64,
     /// Number of losses, indexed by [`Loss`].

@@ -1,7 +1,7 @@
 use crate::bytes::impl_bytes;
-use crate::{Text, ZeroCopySend, numbered};
+use crate::{Text, ZeroCopySend, wire_enum};
 
-numbered! {
+wire_enum! {
     /// Kind of an interactive act of a teacher in the simulated workspace.
     TeacherActKind: u16 {
         /// Says the text.
@@ -52,7 +52,7 @@ pub struct TeacherAct {
     /// are computed.
     pub position_m: [f64; 3],
     /// Point that the teacher looks at, for a seat; half extents, for a new occluder.
-    pub also_m: [f64; 3],
+    pub second_vector_m: [f64; 3],
     /// Heading, anticlockwise from the world's x axis, in radians; NaN keeps the current heading.
     pub heading_rad: f64,
     /// A [`TeacherActKind`].
@@ -78,7 +78,7 @@ impl TeacherAct {
         Self {
             serial: 0,
             position_m: [0.0; 3],
-            also_m: [0.0; 3],
+            second_vector_m: [0.0; 3],
             heading_rad: f64::NAN,
             kind: kind.raw(),
             teacher,
@@ -111,7 +111,7 @@ pub struct ActAnswer {
 }
 
 impl_bytes!(TeacherAct = "leo/TeacherAct/1" {
-    serial, position_m, also_m, heading_rad, kind, teacher, hand, reserved, table, text, colour
+    serial, position_m, second_vector_m, heading_rad, kind, teacher, hand, reserved, table, text, colour
 });
 
 impl_bytes!(ActAnswer = "leo/ActAnswer/1" {

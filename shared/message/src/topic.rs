@@ -154,14 +154,14 @@ macro_rules! topics {
         /// A topic as a value, with its number if there are several of its kind.
         #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
         pub enum TopicId {
-            $($(#[$doc])* $name $(($crate::topic::instead!($numbering u32)))?,)+
+            $($(#[$doc])* $name $(($crate::topic::replace_with!($numbering u32)))?,)+
         }
 
         impl TopicId {
             /// One topic of each row, in the registry's order; numbered ones with this number.
             #[must_use]
-            pub const fn each(number: u32) -> [Self; [$(stringify!($name)),+].len()] {
-                [$(Self::$name $(($crate::topic::instead!($numbering number)))?),+]
+            pub const fn one_of_each(number: u32) -> [Self; [$(stringify!($name)),+].len()] {
+                [$(Self::$name $(($crate::topic::replace_with!($numbering number)))?),+]
             }
 
             /// Its row.
@@ -172,7 +172,7 @@ macro_rules! topics {
 
             /// The layouts of a frame's head and of an entry.
             #[must_use]
-            pub fn kinds(self) -> [$crate::Kind; 2] {
+            pub fn frame_kinds(self) -> [$crate::Kind; 2] {
                 match self {
                     $(Self::$name { .. } =>
                         [<$head as $crate::Bytes>::kind(), <$entry as $crate::Bytes>::kind()],)+
@@ -193,8 +193,8 @@ macro_rules! topics {
             #[must_use]
             pub const fn number(self) -> Option<u32> {
                 match self {
-                    $(Self::$name $(($crate::topic::instead!($numbering number)))? =>
-                        $crate::topic::optional!($($crate::topic::instead!($numbering number))?),)+
+                    $(Self::$name $(($crate::topic::replace_with!($numbering number)))? =>
+                        $crate::topic::optional!($($crate::topic::replace_with!($numbering number))?),)+
                 }
             }
         }
@@ -227,32 +227,32 @@ impl TopicId {
     /// The topics of a robot with `perspectives` perspectives, in the registry's order, except those numbered by source
     /// or process.
     pub fn of_robot(perspectives: u32) -> impl Iterator<Item = Self> {
-        Self::each(0).into_iter().flat_map(move |topic| {
+        Self::one_of_each(0).into_iter().flat_map(move |topic| {
             let numbers = match topic.numbering() {
                 None => 0..1,
                 Some((Numbering::Perspective, first)) => first..perspectives,
                 Some((Numbering::Source | Numbering::Process, _)) => 0..0,
             };
-            numbers.filter_map(move |number| Self::of_code(topic.row().code, number))
+            numbers.filter_map(move |number| Self::of_link_code(topic.row().code, number))
         })
     }
 
     /// The topic of a name and a number; `None` if there is none.
     #[must_use]
     pub fn of_name(name: &str, number: Option<u32>) -> Option<Self> {
-        let mut each = Self::each(number.unwrap_or(0)).into_iter();
+        let mut each = Self::one_of_each(number.unwrap_or(0)).into_iter();
         each.find(|topic| (topic.row().name, topic.number()) == (name, number))
     }
 
     /// The topic of a code and a number in messages of the link; `None` if there is none.
     #[must_use]
-    pub fn of_code(code: u32, number: u32) -> Option<Self> {
-        Self::each(number).into_iter().find(|topic| topic.code() == (code, number))
+    pub fn of_link_code(code: u32, number: u32) -> Option<Self> {
+        Self::one_of_each(number).into_iter().find(|topic| topic.link_code() == (code, number))
     }
 
     /// The code in messages of the link, and the number or zero.
     #[must_use]
-    pub fn code(self) -> (u32, u32) {
+    pub fn link_code(self) -> (u32, u32) {
         (self.row().code, self.number().unwrap_or(0))
     }
 
@@ -272,7 +272,7 @@ impl fmt::Display for TopicId {
 }
 
 /// Expands to the second token. The first only selects the repetition.
-macro_rules! instead {
+macro_rules! replace_with {
     ($_:ident $used:tt) => {
         $used
     };
@@ -287,4 +287,4 @@ macro_rules! optional {
     };
 }
 
-pub(crate) use {instead, optional, topics};
+pub(crate) use {optional, replace_with, topics};

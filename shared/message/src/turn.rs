@@ -2,9 +2,9 @@ use iceoryx2_bb_derive_macros::ZeroCopySend;
 use iceoryx2_bb_elementary_traits::zero_copy_send::ZeroCopySend;
 
 use crate::bytes::impl_bytes;
-use crate::numbered;
+use crate::wire_enum;
 
-numbered! {
+wire_enum! {
     /// Kind of a turn.
     TurnKind: u32 {
         /// Make one step at the given instant.

@@ -19,7 +19,7 @@ const COUNTS: [Count; 4] = [
     (
         "leo_perspective_over_capacity",
         "Observations, beliefs and occluders beyond the perspective's capacity.",
-        |perspective| perspective.left_out,
+        |perspective| perspective.over_capacity,
     ),
     (
         "leo_perspective_refused",

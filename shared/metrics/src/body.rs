@@ -1,7 +1,7 @@
 //! Metrics of the servo buses and the joints.
 
 use message::{
-    BusHealth, JointCause, JointLicence, JointLink, JointMachines, JointMode, JointMotion, JointPower,
+    BusHealth, JointArming, JointCause, JointLink, JointMachines, JointMode, JointMotion, JointPower,
     JointState,
 };
 use quantity::number::{float, float_of_count};
@@ -26,7 +26,7 @@ type Fault = (&'static str, fn(&BusHealth) -> u64);
 
 /// Faults of status packets.
 const FAULTS: [Fault; 3] =
-    [("missed", |bus| bus.missed), ("broken", |bus| bus.broken), ("stale", |bus| bus.stale)];
+    [("missed", |bus| bus.missed), ("corrupt", |bus| bus.corrupt), ("stale", |bus| bus.stale)];
 
 /// Incidents of a bus and its servos.
 const INCIDENTS: [Fault; 6] = [
@@ -88,8 +88,8 @@ fn buses(buses: &[BusHealth], page: &mut MetricsText) {
             page.count(&[("bus", bus.name.as_str()), ("incident", incident)], of(bus));
         }
     }
-    let told: Vec<_> = buses.iter().map(|bus| (bus.name.as_str(), &bus.exchange)).collect();
-    distribution(page, "leo_bus_exchange", "How long a request took", "bus", &told);
+    let labelled: Vec<_> = buses.iter().map(|bus| (bus.name.as_str(), &bus.exchange)).collect();
+    distribution(page, "leo_bus_exchange", "How long a request took", "bus", &labelled);
 }
 
 fn joints(readings: &Readings, page: &mut MetricsText) {
@@ -128,7 +128,7 @@ fn machines(readings: &Readings, page: &mut MetricsText) {
             );
         };
     }
-    states!("leo_joints_by_arming", "arming", "Joints by whether they may move.", JointLicence, licence);
+    states!("leo_joints_by_arming", "arming", "Joints by whether they may move.", JointArming, arming);
     states!("leo_joints_by_link", "link", "Joints by the connection to their servo.", JointLink, link);
     states!("leo_joints_by_power", "power", "Joints by the torque of their servo.", JointPower, power);
     states!("leo_joints_by_motion", "motion", "Joints by how they move.", JointMotion, motion);
@@ -155,8 +155,8 @@ fn machines(readings: &Readings, page: &mut MetricsText) {
             ("joint", readings.joint_name(joint.joint)),
             ("link", machines.link.name().to_owned()),
             ("power", machines.power.name().to_owned()),
-            ("arming", machines.licence.name().to_owned()),
-            ("arming_cause", machines.licence_cause.name().to_owned()),
+            ("arming", machines.arming.name().to_owned()),
+            ("arming_cause", machines.arming_cause.name().to_owned()),
             ("motion", machines.motion.name().to_owned()),
         ];
         let labels = labels.each_ref().map(|(name, text)| (*name, text.as_str()));

@@ -11,10 +11,10 @@ use crate::readings::Readings;
 type Count = (&'static str, &'static str, fn(&LinkHealth) -> u64);
 
 const COUNTS: [Count; 10] = [
-    ("leo_link_sessions", "How often the link to the other machine was established.", |link| link.hearings),
+    ("leo_link_sessions", "How often the link to the other machine was established.", |link| link.sessions),
     ("leo_link_sent_frames", "Frames handed to the network.", |link| link.sent),
     ("leo_link_overtaken_frames", "Frames not sent because a newer one came first.", |link| link.overtaken),
-    ("leo_link_expired_frames", "Frames dropped after waiting too long to be sent.", |link| link.given_up),
+    ("leo_link_expired_frames", "Frames dropped after waiting too long to be sent.", |link| link.expired),
     ("leo_link_received_frames", "Frames of the other machine that were published here.", |link| {
         link.received
     }),
@@ -32,7 +32,7 @@ const COUNTS: [Count; 10] = [
 pub(crate) fn write(readings: &Readings, page: &mut MetricsText) {
     let Some(link) = &readings.link else { return };
     let gauges = [
-        ("leo_link_up", "1 while the link to the other machine is up.", float(link.is_heard)),
+        ("leo_link_up", "1 while the link to the other machine is up.", float(link.is_up)),
         (
             "leo_link_round_trip_seconds",
             "Latest round-trip time to the other machine.",
@@ -52,6 +52,6 @@ pub(crate) fn write(readings: &Readings, page: &mut MetricsText) {
         page.family(name, Kind::Counter, help);
         page.count(&[], of(link));
     }
-    let told = [("received", &link.delay)];
-    distribution(page, "leo_link_delay", "From the other machine to this one", "direction", &told);
+    let labelled = [("received", &link.delay)];
+    distribution(page, "leo_link_delay", "From the other machine to this one", "direction", &labelled);
 }

@@ -120,7 +120,7 @@ impl MetricsText {
         let mut count = 0;
         for exponent in FIRST_BOUND..=LAST_BOUND {
             let bound = 1_u64 << exponent;
-            while let Some((_, more)) = buckets.next_if(|(most, _)| *most < bound) {
+            while let Some((_, more)) = buckets.next_if(|(max, _)| *max < bound) {
                 count += u64::from(more);
             }
             let le = (float(bound) / 1e9).to_string();

@@ -68,8 +68,8 @@ pub(crate) fn write(readings: &Readings, page: &mut MetricsText) {
         page.counts(name, help, "process", each().map(|(process, health)| (process, of(health))));
     }
     for (stem, help, of) in DISTRIBUTIONS {
-        let told: Vec<_> = each().map(|(process, health)| (process, of(health))).collect();
-        distribution(page, stem, help, "process", &told);
+        let labelled: Vec<_> = each().map(|(process, health)| (process, of(health))).collect();
+        distribution(page, stem, help, "process", &labelled);
     }
 }
 
@@ -80,21 +80,21 @@ pub(crate) fn distribution(
     stem: &str,
     help: &str,
     label: &str,
-    told: &[(&str, &Histogram)],
+    labelled: &[(&str, &Histogram)],
 ) {
-    let told = || told.iter().filter(|(_, histogram)| histogram.count() > 0);
+    let labelled = || labelled.iter().filter(|(_, histogram)| histogram.count() > 0);
     page.family(&format!("{stem}_seconds"), Kind::Histogram, &format!("{help}."));
-    for (name, histogram) in told() {
+    for (name, histogram) in labelled() {
         page.buckets(&[(label, name)], histogram);
     }
     let life = format!("{help}, since the process started.");
     page.family(&format!("{stem}_since_start_seconds"), Kind::Summary, &life);
-    for (name, histogram) in told() {
+    for (name, histogram) in labelled() {
         page.quantiles(&[(label, name)], histogram);
     }
-    let most = format!("{help}: the maximum since the process started.");
-    page.family(&format!("{stem}_max_seconds"), Kind::Gauge, &most);
-    for (name, histogram) in told() {
+    let max = format!("{help}: the maximum since the process started.");
+    page.family(&format!("{stem}_max_seconds"), Kind::Gauge, &max);
+    for (name, histogram) in labelled() {
         page.gauge(&[(label, name)], seconds(histogram.max_ns()));
     }
 }

@@ -23,7 +23,7 @@ fn readings() -> Readings {
     (bus.alerts, bus.restarts, bus.watchdogs) = (11, 12, 13);
     (bus.refusals, bus.duplicates, bus.hang_ups) = (14, 15, 16);
     bus.exchange.record(1);
-    let mut link = LinkHealth { is_heard: 1, clock_error_ns: 150_000, overtaken: 8, ..LinkHealth::default() };
+    let mut link = LinkHealth { is_up: 1, clock_error_ns: 150_000, overtaken: 8, ..LinkHealth::default() };
     link.delay.record(1);
     let joint = |index| JointState::unread(index, JointMode::Quarantined, JointCause::Silent);
     Readings {
@@ -33,7 +33,7 @@ fn readings() -> Readings {
         perspectives: vec![PerspectiveHealth {
             steps: 2,
             beliefs: 20,
-            left_out: 5,
+            over_capacity: 5,
             ..PerspectiveHealth::default()
         }],
         link: Some(link),

@@ -79,14 +79,14 @@ struct ObjectPath {
     /// The matching phase of the robot's own carrying; `None` if there is none.
     phase: Option<Phase>,
     /// Where the object last began to come down, if that was reported.
-    told: Option<Position<Base>>,
+    reported: Option<Position<Base>>,
 }
 
 impl Mirror {
     /// Updates the positions and holders of objects. Returns a movement that has just been recognised. If there are
     /// two at once, the other is returned by the next step.
     pub fn step(&mut self, things: impl IntoIterator<Item = Handled>) -> Option<PartnerMovement> {
-        let mut told = None;
+        let mut reported = None;
         for Handled { id, centre, held_by } in things {
             let way = self.ways.entry(id).or_insert_with(|| ObjectPath::begun(held_by, centre));
             if way.actor != held_by {
@@ -97,17 +97,17 @@ impl Mirror {
             }
             if held_by == NOBODY || held_by == 0 {
                 way.from = centre;
-            } else if told.is_none() && way.comes_down_at(centre) {
-                told = Some(PartnerMovement { actor: held_by, thing: id, from: way.from, above: centre });
+            } else if reported.is_none() && way.comes_down_at(centre) {
+                reported = Some(PartnerMovement { actor: held_by, thing: id, from: way.from, above: centre });
             }
         }
-        told
+        reported
     }
 }
 
 impl ObjectPath {
     fn begun(actor: u16, from: Position<Base>) -> Self {
-        Self { actor, from, stretch: from, phase: Some(Phase::Close), told: None }
+        Self { actor, from, stretch: from, phase: Some(Phase::Close), reported: None }
     }
 
     /// Follows the object. Returns `true` when it has just begun to come down, at another place than before.
@@ -129,10 +129,11 @@ impl ObjectPath {
         match self.phase {
             Some(Phase::Carry) if last.goes_down() => {
                 self.phase = Some(Phase::Lower);
-                let is_elsewhere =
-                    self.told.is_none_or(|told| Stretch::between(&told, &centre).aside_m > PUSHED_M);
+                let is_elsewhere = self
+                    .reported
+                    .is_none_or(|reported| Stretch::between(&reported, &centre).aside_m > PUSHED_M);
                 if is_elsewhere {
-                    self.told = Some(centre);
+                    self.reported = Some(centre);
                 }
                 is_elsewhere
             }

@@ -84,7 +84,7 @@ impl Plan {
     ) -> Result<(), SkillError> {
         let here = self.reached_s.len();
         if here >= MAX_WAYPOINTS || self.legs.len() >= MAX_LEGS {
-            return Err(SkillError::TooLong { most: MAX_WAYPOINTS });
+            return Err(SkillError::TooLong { max: MAX_WAYPOINTS });
         }
         let from = here.saturating_sub(1);
         let seconds = seconds_between(body, self.row(from), to_rad);

@@ -158,10 +158,10 @@ pub enum SkillError {
         side: Side,
     },
     /// The path exceeds the maximum number of waypoints.
-    #[error("the path has more than {most} waypoints")]
+    #[error("the path has more than {max} waypoints")]
     TooLong {
         /// The maximum.
-        most: usize,
+        max: usize,
     },
 }
 

@@ -1,7 +1,7 @@
 use geometry::{Base, Eye, Person, Pose};
 
 /// Sine of ten degrees: a line of sight closer than this to the vertical has no defined heading.
-const LEVEL_LEAST: f64 = 0.174;
+const MIN_HORIZONTAL: f64 = 0.174;
 
 /// A partner's frame: upright, x forward, y to the left, origin on the ground under the eyes.
 ///
@@ -36,7 +36,7 @@ impl Anchor {
     ) -> (Pose<Base, Person>, Option<Pose<Person, Person>>) {
         let [x, y, _] = x_base_eye.position_m();
         let forward = x_base_eye.isometry().rotation * nalgebra::Vector3::x();
-        let heading_rad = if forward.x.hypot(forward.y) > LEVEL_LEAST {
+        let heading_rad = if forward.x.hypot(forward.y) > MIN_HORIZONTAL {
             x_base_eye.heading_rad()
         } else {
             self.x_base_person.map_or(0.0, |x_base_old| x_base_old.heading_rad())

@@ -1,4 +1,4 @@
-use message::{DEPTH_MOST, PERSPECTIVES_MOST};
+use message::{MAX_DEPTH, MAX_PERSPECTIVES};
 
 /// A perspective cannot be created.
 #[derive(Debug, thiserror::Error)]
@@ -19,10 +19,10 @@ pub enum PerspectiveError {
         /// The cause.
         source: scene::ConeError,
     },
-    /// The number of perspectives exceeds [`PERSPECTIVES_MOST`].
+    /// The number of perspectives exceeds [`MAX_PERSPECTIVES`].
     #[error(
         "{partners} partners make {perspectives} perspectives when nested {depth} deep, and the most is \
-         {PERSPECTIVES_MOST}: take fewer partners or less depth"
+         {MAX_PERSPECTIVES}: take fewer partners or less depth"
     )]
     TooMany {
         /// Requested number of partners.
@@ -32,8 +32,8 @@ pub enum PerspectiveError {
         /// Resulting number of perspectives.
         perspectives: u32,
     },
-    /// The nesting depth is 0 or exceeds [`DEPTH_MOST`].
-    #[error("perspectives can be nested from 1 to {DEPTH_MOST} deep, not {depth}")]
+    /// The nesting depth is 0 or exceeds [`MAX_DEPTH`].
+    #[error("perspectives can be nested from 1 to {MAX_DEPTH} deep, not {depth}")]
     Depth {
         /// Requested nesting depth.
         depth: u32,

@@ -103,7 +103,7 @@ pub use anchor::Anchor;
 pub use divergence::{Divergence, PerspectiveBeliefs};
 pub use error::PerspectiveError;
 pub use nested::NestedPerspective;
-pub use owners::{OwnershipClaim, OwnershipEstimator, TERRITORY_MOST};
+pub use owners::{MAX_TERRITORY_BELIEFS, OwnershipClaim, OwnershipEstimator};
 pub use partner::Partner;
 pub use perceptual_context::PerceptualContext;
 pub use robot::Robot;

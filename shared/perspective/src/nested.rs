@@ -1,5 +1,5 @@
 use invariant::require;
-use message::{DEPTH_MOST, PERSPECTIVES_MOST, Path, perspectives};
+use message::{MAX_DEPTH, MAX_PERSPECTIVES, Path, perspectives};
 use quantity::number::saturating_u16;
 
 use crate::PerspectiveError;
@@ -20,8 +20,8 @@ impl NestedPerspective {
     ///
     /// # Errors
     ///
-    /// [`PerspectiveError::Depth`] if the depth is not from 1 to [`DEPTH_MOST`]; [`PerspectiveError::TooMany`] if
-    /// there would be more than [`PERSPECTIVES_MOST`] perspectives.
+    /// [`PerspectiveError::Depth`] if the depth is not from 1 to [`MAX_DEPTH`]; [`PerspectiveError::TooMany`] if
+    /// there would be more than [`MAX_PERSPECTIVES`] perspectives.
     ///
     /// ```
     /// use perspective::NestedPerspective;
@@ -33,11 +33,11 @@ impl NestedPerspective {
     /// # Ok::<(), perspective::PerspectiveError>(())
     /// ```
     pub fn all(partners: u32, depth: u32) -> Result<Vec<Self>, PerspectiveError> {
-        if depth < 1 || usize::try_from(depth).map_or(true, |depth| depth > DEPTH_MOST) {
+        if depth < 1 || usize::try_from(depth).map_or(true, |depth| depth > MAX_DEPTH) {
             return Err(PerspectiveError::Depth { depth });
         }
         let count = perspectives(partners, depth);
-        if count > PERSPECTIVES_MOST {
+        if count > MAX_PERSPECTIVES {
             return Err(PerspectiveError::TooMany { partners, depth, perspectives: count });
         }
         // The number of partners is below the number of perspectives.

@@ -116,19 +116,19 @@ impl RememberedOccluders {
     }
 
     /// Removes occluders that stayed unobserved for `remove_after`, although a source that saw them before
-    /// `looked` and `is_partly_visible` reported part of the box in view all the time.
+    /// `active_sources` and `is_partly_visible` reported part of the box in view all the time.
     ///
     /// An occluder for which `stands` is true stays. Returns whether any was removed.
     pub(crate) fn forget(
         &mut self,
         at: Instant,
-        looked: SourceSet,
+        active_sources: SourceSet,
         is_partly_visible: impl Fn(&Pose<Base, Thing>, [f64; 3]) -> bool,
         stands: impl Fn(&Pose<Base, Thing>) -> bool,
     ) -> bool {
         let remove_after = self.remove_after;
         self.remembered.retain_mut(|old| {
-            if old.received_at >= at || !looked.intersects(old.seen_by) {
+            if old.received_at >= at || !active_sources.intersects(old.seen_by) {
                 return true;
             }
             let is_empty = is_partly_visible(&old.x_base_box, old.half_extents_m);

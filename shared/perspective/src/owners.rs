@@ -75,7 +75,7 @@ const UPDATE_PERIOD: Duration = Duration::from_millis(100);
 const MAX_DELAY_STEPS: u32 = 5;
 
 /// Maximum number of things for which territories are computed.
-pub const TERRITORY_MOST: usize = 256;
+pub const MAX_TERRITORY_BELIEFS: usize = 256;
 
 /// Minimum number of things added to the tree in one step.
 const COMPARED: usize = 16;
@@ -107,7 +107,7 @@ impl OwnershipEstimator {
             pending: Vec::with_capacity(capacity),
             held: Vec::with_capacity(capacity),
             held_before: Vec::with_capacity(capacity),
-            tree: Tree::new(capacity.min(TERRITORY_MOST)),
+            tree: Tree::new(capacity.min(MAX_TERRITORY_BELIEFS)),
             judged: None,
             phase: Duration::ZERO,
             waits: 0,
@@ -181,7 +181,7 @@ impl OwnershipEstimator {
         }
         let is_placed =
             |claim: &OwnershipClaim| claim.place.to_array().iter().all(|metres| metres.is_finite());
-        if self.pending.len() > TERRITORY_MOST || !self.pending.iter().all(is_placed) {
+        if self.pending.len() > MAX_TERRITORY_BELIEFS || !self.pending.iter().all(is_placed) {
             self.tree.clear();
         } else if !self.tree.keeps_cut(self.config.min_gap_ratio.get(), &self.pending) {
             self.tree.begin(&self.pending);
@@ -196,12 +196,12 @@ impl OwnershipEstimator {
             OwnershipRule::None => {}
             OwnershipRule::Possession => self.by_possession(),
             OwnershipRule::Regions => {
-                let told = |claim: &OwnershipClaim| {
+                let owner_of = |claim: &OwnershipClaim| {
                     let [x, y, _] = claim.place.to_array();
                     let holds = self.config.regions.iter().find(|region| region.holds([x, y]));
                     holds.map_or(NOBODY, |region| region.owner)
                 };
-                self.owners.extend(self.claims.iter().map(told));
+                self.owners.extend(self.claims.iter().map(owner_of));
             }
             OwnershipRule::Territory => self.by_territory(&agents.into_iter()),
         }

@@ -149,11 +149,11 @@ impl Partner {
         });
         let Senses { sight, perceived, visible, .. } = &self.senses;
         if let Some(perceptual_context) = &mut self.perceptual_context {
-            perceptual_context.record_frame(at, parent.looked(), entries, visible.iter().copied());
+            perceptual_context.record_frame(at, parent.active_sources(), entries, visible.iter().copied());
             update_nested_context(perceptual_context, sight, at, parent, x_base_eye);
         }
         let margin_m = self.empty_margin_m;
-        step_builder.finish(perceived, parent.looked(), |place_m| {
+        step_builder.finish(perceived, parent.active_sources(), |place_m| {
             let place = place_in_base(&x_base_person, place_m);
             is_fully_in_view(sight, &place, margin_m) && surveyed(&place)
         });

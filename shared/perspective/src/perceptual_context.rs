@@ -19,7 +19,7 @@ pub struct PerceptualContext {
     eyes: Vec<Option<AgentPose>>,
     absent_after: Duration,
     occluders: RememberedOccluders,
-    looked: SourceSet,
+    active_sources: SourceSet,
     capacity: usize,
 }
 
@@ -45,23 +45,23 @@ impl PerceptualContext {
             eyes: vec![None; usize::from(partners) + 1],
             absent_after: config.sight.absent_after_ms.duration(),
             occluders: RememberedOccluders::new(&config.occluders),
-            looked: SourceSet::EMPTY,
+            active_sources: SourceSet::EMPTY,
             capacity,
         }
     }
 
     /// Records one frame: which observations are perceived, and the eyes and occluders among them.
     ///
-    /// Observations beyond the capacity count as not perceived. Only sources in `looked` can report an
+    /// Observations beyond the capacity count as not perceived. Only sources in `active_sources` can report an
     /// absence.
     pub(crate) fn record_frame(
         &mut self,
         at: Instant,
-        looked: SourceSet,
+        active_sources: SourceSet,
         entries: &[Perceived],
         perceives: impl IntoIterator<Item = bool>,
     ) {
-        self.looked = looked;
+        self.active_sources = active_sources;
         self.perceives.clear();
         self.occluders.begin();
         for (entry, perceived) in entries.iter().zip(perceives).take(self.capacity) {
@@ -111,7 +111,7 @@ impl PerceptualContext {
         is_partly_visible: impl Fn(&Pose<Base, Thing>, [f64; 3]) -> bool,
         stands: impl Fn(&Pose<Base, Thing>) -> bool,
     ) -> bool {
-        self.occluders.forget(at, self.looked, is_partly_visible, stands)
+        self.occluders.forget(at, self.active_sources, is_partly_visible, stands)
     }
 
     /// Whether an occluder is remembered at this place.
@@ -127,7 +127,7 @@ impl PerceptualContext {
     /// Marks the agent as absent: it perceives nothing, and all nested perspectives freeze.
     pub(crate) fn set_absent(&mut self) {
         self.own_eye = None;
-        self.looked = SourceSet::EMPTY;
+        self.active_sources = SourceSet::EMPTY;
         self.perceives.clear();
         self.occluders.restart_absence_timers();
     }
@@ -135,8 +135,8 @@ impl PerceptualContext {
     /// The sources that delivered a frame at this instant. Only these can report what they saw before as
     /// missing.
     #[must_use]
-    pub fn looked(&self) -> SourceSet {
-        self.looked
+    pub fn active_sources(&self) -> SourceSet {
+        self.active_sources
     }
 
     /// For each observation of this instant, in order, whether it is perceived. Of people, a partner

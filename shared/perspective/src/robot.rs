@@ -94,9 +94,9 @@ impl Robot {
     /// Advances by one instant: records eyes and occluders and updates the beliefs. Invalid entries are
     /// refused and counted; entries beyond the capacity are dropped and counted.
     ///
-    /// `looked` are the sources that delivered a frame, which may be empty. Only these can report a belief as
+    /// `active_sources` are the sources that delivered a frame, which may be empty. Only these can report a belief as
     /// missing.
-    pub fn step(&mut self, at: Instant, looked: SourceSet, entries: &[Perceived]) {
+    pub fn step(&mut self, at: Instant, active_sources: SourceSet, entries: &[Perceived]) {
         self.at = at;
         self.perceivable = 0;
         // One pass over the entries, for cache locality.
@@ -112,7 +112,7 @@ impl Robot {
             }
             is_sound
         });
-        self.perceptual_context.record_frame(at, looked, entries, noted);
+        self.perceptual_context.record_frame(at, active_sources, entries, noted);
         let x_base_eye = self.perceptual_context.perceived_eye(0, at).unwrap_or(self.x_base_rest);
         self.perceptual_context.set_own_eye(x_base_eye);
         self.field.update_view(&x_base_eye, self.perceptual_context.occluders());
@@ -126,7 +126,7 @@ impl Robot {
         self.refused = self.refused.saturating_add(u64::from(saturating_u32(refused)));
         self.left_out = self.left_out.saturating_add(u64::from(saturating_u32(left_out)));
         let (field, margin_m) = (&self.field, self.empty_margin_m);
-        step_builder.finish(entries, looked, |place_m| {
+        step_builder.finish(entries, active_sources, |place_m| {
             field.is_fully_in_view(&place_in_base(&Pose::identity(), place_m), margin_m)
         });
         let agents = self.perceptual_context.eyes(at).map(|(agent, met)| (agent, met.x_base_eye.origin()));

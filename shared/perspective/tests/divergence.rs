@@ -28,7 +28,7 @@ fn beliefs(side: u64, round: u64) -> Vec<Belief> {
 #[test]
 fn comparing_allocates_nothing() {
     let mut divergence = Divergence::new(&Percepts::builtin(), CAPACITY);
-    let (mut most, mut agreed) = (0, 0);
+    let (mut max, mut agreed) = (0, 0);
     for round in 10..400 {
         let head = |perspective| BeliefHead::of(perspective, Header::at(round));
         let (one, other) = (head(0), head(1));
@@ -37,9 +37,9 @@ fn comparing_allocates_nothing() {
             PerspectiveBeliefs { head: &one, beliefs: &ones },
             PerspectiveBeliefs { head: &other, beliefs: &others },
         );
-        let allocations = allocations_in(|| most = most.max(divergence.compare(sides.0, sides.1).len()));
+        let allocations = allocations_in(|| max = max.max(divergence.compare(sides.0, sides.1).len()));
         assert_eq!(allocations, 0, "in round {round}");
         agreed = agreed.max(divergence.agreed());
     }
-    assert!(most > CAPACITY && agreed > 0, "it had something to do: {most} {agreed}");
+    assert!(max > CAPACITY && agreed > 0, "it had something to do: {max} {agreed}");
 }

@@ -226,7 +226,7 @@ fn watch_loop(domain: &Path, signalled: &AtomicBool, raised: &AtomicBool, stop: 
     let folder = || fs::metadata(domain).map(|folder| (folder.dev(), folder.ino())).ok();
     // Identity of the folder in which the file was last seen.
     let mut stood_in = folder();
-    let mut told = false;
+    let mut was_reported = false;
     let (mut signalled_at, mut is_unwritten) = (None, false);
     while !stop.load(Ordering::Relaxed) {
         if signalled.load(Ordering::Relaxed) {
@@ -262,8 +262,8 @@ fn watch_loop(domain: &Path, signalled: &AtomicBool, raised: &AtomicBool, stop: 
             stood_in = before;
         }
         raised.store(is, Ordering::Relaxed);
-        if is != told {
-            told = is;
+        if is != was_reported {
+            was_reported = is;
             tell(is.then_some(domain));
         }
         clock::sleep_until(clock::now() + EVERY);

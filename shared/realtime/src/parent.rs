@@ -59,10 +59,10 @@ pub fn prefer_out_of_memory_kill() {
     /// In thousandths of the memory: more than any difference in size on a machine that is large enough for the
     /// robot.
     const MORE: i32 = 300;
-    const MOST: i32 = 1000;
+    const MAX_SCORE: i32 = 1000;
     let now = fs::read_to_string(FILE).ok().and_then(|text| text.trim().parse::<i32>().ok());
     // Without /proc, the kernel decides by size alone.
-    let _written = fs::write(FILE, (now.unwrap_or(0) + MORE).min(MOST).to_string());
+    let _written = fs::write(FILE, (now.unwrap_or(0) + MORE).min(MAX_SCORE).to_string());
 }
 
 /// Sets the process name for `ps` to that of the command line. For a process started from `/proc/self/exe`, the

@@ -44,14 +44,14 @@ impl Channel {
     /// The name of its schema: the names of head and entry, each with its version.
     #[must_use]
     pub fn schema_name(self) -> String {
-        let [head, entry] = self.0.kinds();
+        let [head, entry] = self.0.frame_kinds();
         format!("{head}+{entry}")
     }
 
     /// The text of its schema: the self-contained description of a frame's bytes.
     #[must_use]
     pub fn schema(self) -> String {
-        let [head, entry] = self.0.kinds();
+        let [head, entry] = self.0.frame_kinds();
         let mut text = String::from(
             "# A frame: the head, then entries up to the end of the message. Numbers are little-endian; a line\n\
              # of a type gives the place of a field from the beginning of the type in bytes, name and kind.\n\

@@ -44,7 +44,7 @@ impl Difference {
 }
 
 fn within(topic: TopicId, one: &[u8], other: &[u8]) -> Option<Difference> {
-    let [head, entry] = topic.kinds();
+    let [head, entry] = topic.frame_kinds();
     if let Some(found) = compare(&head, "", one, other) {
         return Some(found);
     }

@@ -170,7 +170,7 @@ impl<R: Read> Reader<R> {
                 && let Some(raw) = Channel::of_name(&channel.topic)
             {
                 self.check_layout(raw, channel.schema_id)?;
-                let [head, entry] = raw.0.kinds().map(|kind| kind.size());
+                let [head, entry] = raw.0.frame_kinds().map(|kind| kind.size());
                 self.channels.insert(channel.id, RawChannel { channel: raw, head, entry });
             }
         } else if let Record::Metadata(metadata) = record {

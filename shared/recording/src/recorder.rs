@@ -107,7 +107,7 @@ impl Recorder {
         begun.inspect_err(|_error| output.remove())
     }
 
-    /// Starts to keep the last `span` of the robot of a domain in memory, in at most `bytes_most` bytes, for
+    /// Starts to keep the last `span` of the robot of a domain in memory, in at most `max_bytes` bytes, for
     /// [`Self::last`].
     ///
     /// # Errors
@@ -117,10 +117,10 @@ impl Recorder {
         domain: &Domain,
         subject: Subject,
         span: Duration,
-        bytes_most: usize,
+        max_bytes: usize,
     ) -> Result<Self, RecordError> {
         let (asks, asked) = bounded(1);
-        let ring = Ring::new(subject, span, bytes_most);
+        let ring = Ring::new(subject, span, max_bytes);
         Self::begin(domain, Some(asks), |shared, from, ready| {
             thread("recorder-ring", move || {
                 shared.ending(|| keep_in_memory(&shared, &from, ring, &asked, &ready))

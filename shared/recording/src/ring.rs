@@ -21,7 +21,7 @@ const PART_NS: u64 = 2_000_000_000;
 pub struct Ring {
     subject: Subject,
     span_ns: u64,
-    bytes_most: usize,
+    max_bytes: usize,
     parts: VecDeque<Part>,
     present: Option<OpenPart>,
 }
@@ -48,12 +48,12 @@ pub struct RingSnapshot {
 }
 
 impl Ring {
-    /// An empty ring that keeps `span` of frames and up to two seconds more, or as much as fits into `bytes_most`
+    /// An empty ring that keeps `span` of frames and up to two seconds more, or as much as fits into `max_bytes`
     /// bytes. The newest two seconds are not counted.
     #[must_use]
-    pub fn new(subject: Subject, span: Duration, bytes_most: usize) -> Self {
+    pub fn new(subject: Subject, span: Duration, max_bytes: usize) -> Self {
         let span_ns = clock::nanos(span);
-        Self { subject, span_ns, bytes_most, parts: VecDeque::new(), present: None }
+        Self { subject, span_ns, max_bytes, parts: VecDeque::new(), present: None }
     }
 
     /// Adds a frame and evicts old parts.
@@ -91,7 +91,7 @@ impl Ring {
         if let Some(OpenPart { newest_ns, writer, .. }) = self.present.take() {
             let bytes = Arc::new(writer.finish()?);
             self.parts.push_back(Part { newest_ns, bytes });
-            while self.bytes() > self.bytes_most {
+            while self.bytes() > self.max_bytes {
                 self.parts.pop_front();
             }
         }

@@ -78,9 +78,11 @@ impl BufferSubscribers {
         }
         for perspective in 0.. {
             let mut is_open = false;
-            for topic in TopicId::each(0).into_iter().filter(|topic| is_recorded(*topic)) {
+            for topic in TopicId::one_of_each(0).into_iter().filter(|topic| is_recorded(*topic)) {
                 let Some((Numbering::Perspective, first)) = topic.numbering() else { continue };
-                let Some(topic) = TopicId::of_code(topic.row().code, first + perspective) else { continue };
+                let Some(topic) = TopicId::of_link_code(topic.row().code, first + perspective) else {
+                    continue;
+                };
                 is_open |= self.open(node, topic, OpenMode::Find)?;
             }
             if !is_open {

@@ -73,8 +73,8 @@ struct Reading<'a> {
 
 impl Read for Reading<'_> {
     fn read(&mut self, into: &mut [u8]) -> io::Result<usize> {
-        let most = self.disk.call(into.len().min(64))?;
-        self.left.read(&mut into[..most])
+        let max = self.disk.call(into.len().min(64))?;
+        self.left.read(&mut into[..max])
     }
 }
 

@@ -230,8 +230,8 @@ fn a_ring_holds_the_last_while_and_no_more() {
 
 #[test]
 fn a_ring_holds_no_more_bytes_than_it_may() {
-    const MOST: usize = 50_000;
-    let mut ring = Ring::new(subject(Time::Wall), Duration::from_secs(3600), MOST);
+    const MAX_BYTES: usize = 50_000;
+    let mut ring = Ring::new(subject(Time::Wall), Duration::from_secs(3600), MAX_BYTES);
     let mut peak = 0;
     for sequence in 1..=9000 {
         let header = Header { sequence, ..Header::at(sequence * 100_000_000) };
@@ -239,7 +239,7 @@ fn a_ring_holds_no_more_bytes_than_it_may() {
         ring.push(&Frame::of::<Events>(TopicId::Events, &header, &[event])).expect("has room");
         peak = peak.max(ring.bytes());
     }
-    assert!(peak <= MOST && peak > MOST / 2, "{peak}");
+    assert!(peak <= MAX_BYTES && peak > MAX_BYTES / 2, "{peak}");
     // The newest frame is kept.
     let (bytes, _) = ring.last().expect("is kept").save(Vec::new()).expect("is written");
     assert_eq!(read(&bytes).0.last().map(|frame| frame.sequence), Some(9000));

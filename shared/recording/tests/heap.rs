@@ -24,14 +24,14 @@ struct Watched {
     noise: u64,
     /// Number of live allocations by size, and their maximum so far.
     held: BTreeMap<usize, i64>,
-    most: BTreeMap<usize, i64>,
+    max: BTreeMap<usize, i64>,
 }
 
 impl Watched {
-    fn new(bytes_most: usize) -> Self {
+    fn new(max_bytes: usize) -> Self {
         let subject = Subject::load(None, Time::Wall, None, Pose::identity(), "a test");
-        let ring = Ring::new(subject.expect("the built-in robot"), SPAN, bytes_most);
-        Self { ring, sequence: 0, noise: 2006, held: BTreeMap::new(), most: BTreeMap::new() }
+        let ring = Ring::new(subject.expect("the built-in robot"), SPAN, max_bytes);
+        Self { ring, sequence: 0, noise: 2006, held: BTreeMap::new(), max: BTreeMap::new() }
     }
 
     fn noise(&mut self) -> u64 {
@@ -41,10 +41,10 @@ impl Watched {
         self.noise
     }
 
-    /// Pushes one part, with at least `least` incompressible bytes per frame. Allocations are measured after the part,
+    /// Pushes one part, with at least `min` incompressible bytes per frame. Allocations are measured after the part,
     /// when no temporary ones exist.
-    fn push(&mut self, least: u64) {
-        let noisy = BYTES - self.noise() % (BYTES - least + 1);
+    fn push(&mut self, min: u64) {
+        let noisy = BYTES - self.noise() % (BYTES - min + 1);
         let frame = |_| {
             self.sequence += 1;
             let byte = |place| if place < noisy { self.noise().to_le_bytes()[0] } else { 0 };
@@ -61,8 +61,8 @@ impl Watched {
         for (size, more) in pieces {
             let held = self.held.entry(size).or_default();
             *held += more;
-            let most = self.most.entry(size).or_default();
-            *most = (*most).max(*held);
+            let max = self.max.entry(size).or_default();
+            *max = (*max).max(*held);
         }
     }
 
@@ -74,7 +74,7 @@ impl Watched {
     /// Bytes needed by a worst-case allocator that neither splits nor joins free blocks: the sum of the maxima per
     /// size.
     fn needed(&self) -> usize {
-        bytes(&self.most)
+        bytes(&self.max)
     }
 }
 
@@ -91,12 +91,12 @@ fn a_ring_reuses_the_memory_of_evicted_parts() {
     assert!(says > 30 * PART, "{says} bytes are no minute");
     assert!((says..says + says / 100).contains(&held), "it says {says} and holds {held}");
     // Twenty minutes of varying compressibility, then another minute like the first one.
-    let mut least = says;
+    let mut min = says;
     for _ in 0..600 {
         watched.push(2_000);
-        least = least.min(watched.ring.bytes());
+        min = min.min(watched.ring.bytes());
     }
-    assert!(least < says * 3 / 4, "{least} of {says}: it is all alike");
+    assert!(min < says * 3 / 4, "{min} of {says}: it is all alike");
     (0..40).for_each(|_| watched.push(BYTES));
     assert!(watched.held() <= held + PART, "{held} bytes became {}", watched.held());
     assert!(watched.needed() <= needed + PART, "{needed} bytes of a heap became {}", watched.needed());
@@ -104,13 +104,13 @@ fn a_ring_reuses_the_memory_of_evicted_parts() {
 
 #[test]
 fn a_ring_respects_its_memory_limit() {
-    const MOST: usize = 3_000_000;
-    let mut watched = Watched::new(MOST);
-    let mut most = 0;
+    const MAX_BYTES: usize = 3_000_000;
+    let mut watched = Watched::new(MAX_BYTES);
+    let mut max = 0;
     for _ in 0..100 {
         watched.push(2_000);
-        most = most.max(watched.held());
+        max = max.max(watched.held());
     }
     // The block lists take at most a hundredth of the blocks.
-    assert!(most > MOST / 2 && most <= MOST + MOST / 100, "{most}");
+    assert!(max > MAX_BYTES / 2 && max <= MAX_BYTES + MAX_BYTES / 100, "{max}");
 }

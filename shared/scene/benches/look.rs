@@ -28,8 +28,8 @@ impl Dice {
         float(self.0 >> 11) / float(1 << 53)
     }
 
-    fn between(&mut self, least: f64, most: f64) -> f64 {
-        least + self.throw() * (most - least)
+    fn between(&mut self, min: f64, max: f64) -> f64 {
+        min + self.throw() * (max - min)
     }
 
     /// A random pose on the table.
@@ -46,7 +46,7 @@ impl Dice {
 
 fn main() {
     let mut dice = Dice(2006);
-    println!("one look, us: p50, p99, p99.9, max; the same by brute force; both in this run");
+    println!("one visibility test, us: p50, p99, p99.9, max; then the same by brute force");
     for objects in [16_usize, 64, 256, 1000, 10_000] {
         for walls in [0_usize, 4, 16, 50] {
             let things: Vec<Box3> =
@@ -91,7 +91,7 @@ fn compare(things: &[Box3], walls: &[Box3]) {
     report(costs_by_force);
     println!();
     let difference = seen - float(by_force) / 9.0;
-    assert!(difference.abs() * 9.0 < 2.0, "more than a borderline point differs: {difference}");
+    assert!(difference.abs() * 9.0 < 2.0, "the results differ: {difference}");
 }
 
 fn report(mut nanos: Vec<u64>) {

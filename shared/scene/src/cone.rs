@@ -68,14 +68,14 @@ impl Cone {
         let radius = radius_m + SLACK_M;
         // Bounds over the points of the ball: their extent along the line of sight, and the extent that the cosine
         // requires. For an obtuse half angle the required extent grows towards the eye.
-        let (asked_most, asked_least) = if self.cos_half_angle >= 0.0 {
+        let (max_required, min_required) = if self.cos_half_angle >= 0.0 {
             (self.cos_half_angle * (distance + radius), self.cos_half_angle * (distance - radius).max(0.0))
         } else {
             (self.cos_half_angle * (distance - radius).max(0.0), self.cos_half_angle * (distance + radius))
         };
-        if distance + radius <= self.range_m && forward - radius >= asked_most {
+        if distance + radius <= self.range_m && forward - radius >= max_required {
             BallInCone::Inside
-        } else if distance - radius > self.range_m || forward + radius < asked_least {
+        } else if distance - radius > self.range_m || forward + radius < min_required {
             BallInCone::Outside
         } else {
             BallInCone::Undecided

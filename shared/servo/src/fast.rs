@@ -6,9 +6,9 @@ use crate::frame::{HEADER, PREFIX, SUFFIX};
 use crate::{Id, Status};
 
 /// Maximum length of a reply in bytes: the capacity of a [`Parser`](crate::Parser).
-const BYTES_MOST: usize = 4096;
+const MAX_FRAME_BYTES: usize = 4096;
 /// Maximum number of servos: the number of valid IDs.
-const SERVOS_MOST: usize = 253;
+const MAX_SERVOS: usize = 253;
 /// Maximum number of noise bytes before a block that are skipped.
 const MAX_NOISE_BYTES: usize = 8;
 
@@ -42,7 +42,7 @@ const MAX_NOISE_BYTES: usize = 8;
 /// ```
 #[derive(Clone, Debug)]
 pub struct FastReply {
-    awaited: [ExpectedServo; SERVOS_MOST],
+    awaited: [ExpectedServo; MAX_SERVOS],
     count: usize,
     /// The expected length field; the reply to another request has a different one.
     length: u16,
@@ -56,7 +56,7 @@ pub struct FastReply {
 struct ExpectedServo {
     id: u8,
     length: u16,
-    told: bool,
+    is_reported: bool,
 }
 
 /// The parsing position within a packet.
@@ -81,7 +81,7 @@ struct ParsePosition {
 /// The requested reply does not fit into one packet.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 #[error(
-    "{servos} servos would answer with {bytes} bytes, and a frame has at most {BYTES_MOST} from {SERVOS_MOST}: ask for less, or in parts"
+    "{servos} servos would answer with {bytes} bytes, and a frame has at most {MAX_FRAME_BYTES} from {MAX_SERVOS}: ask for less, or in parts"
 )]
 pub struct ReplyTooLongError {
     /// Number of requested servos.
@@ -125,8 +125,8 @@ impl FastReply {
     /// A reply that expects no servo.
     #[must_use]
     pub const fn new() -> Self {
-        let nobody = ExpectedServo { id: 0, length: 0, told: true };
-        Self { awaited: [nobody; SERVOS_MOST], count: 0, length: 0, frame: None, over: false }
+        let nobody = ExpectedServo { id: 0, length: 0, is_reported: true };
+        Self { awaited: [nobody; MAX_SERVOS], count: 0, length: 0, frame: None, over: false }
     }
 
     /// Sets the expected servos in the order of their replies, each with its data length in bytes. Earlier expectations
@@ -140,14 +140,14 @@ impl FastReply {
         let (mut count, mut bytes) = (0, PREFIX + 1);
         for (id, length) in servos {
             if let Some(place) = self.awaited.get_mut(count) {
-                *place = ExpectedServo { id: id.get(), length, told: false };
+                *place = ExpectedServo { id: id.get(), length, is_reported: false };
             }
             count += 1;
             bytes += FastReplyWriter::PART + usize::from(length);
         }
         let lengths = self.awaited.iter().take(count).map(|awaited| awaited.length);
         match length_field(lengths) {
-            Some(length) if bytes <= BYTES_MOST && count <= SERVOS_MOST => {
+            Some(length) if bytes <= MAX_FRAME_BYTES && count <= MAX_SERVOS => {
                 (self.count, self.length) = (count, length);
                 Ok(())
             }
@@ -158,7 +158,7 @@ impl FastReply {
     /// Whether every expected servo has replied.
     #[must_use]
     pub fn is_complete(&self) -> bool {
-        self.awaited.iter().take(self.count).all(|awaited| awaited.told)
+        self.awaited.iter().take(self.count).all(|awaited| awaited.is_reported)
     }
 
     /// Whether a packet was parsed to its end, even if blocks were corrupt or missing. No further block will arrive.
@@ -169,7 +169,7 @@ impl FastReply {
 
     /// The servos that have not replied, in the expected order.
     pub fn missing(&self) -> impl Iterator<Item = Id> {
-        let silent = self.awaited.iter().take(self.count).filter(|awaited| !awaited.told);
+        let silent = self.awaited.iter().take(self.count).filter(|awaited| !awaited.is_reported);
         silent.filter_map(|awaited| Id::new(awaited.id))
     }
 
@@ -240,7 +240,7 @@ impl FastReply {
                     walk.sum_before = Some(walk.sum);
                     (walk.place, walk.sum, walk.resume) = (place + 1, after(field), walk.at);
                     match Id::new(id) {
-                        Some(id) if !std::mem::replace(&mut claimed.told, true) => {
+                        Some(id) if !std::mem::replace(&mut claimed.is_reported, true) => {
                             return Step::Part { id, error, data, length };
                         }
                         // The servo has already replied in an earlier packet.

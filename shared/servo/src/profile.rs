@@ -169,8 +169,8 @@ mod tests {
             for (goal, dt_s) in goals.iter().flat_map(|(goal, cycles)| cycles.iter().map(move |dt| (*goal, *dt))) {
                 let next = motion.towards(goal, LIMITS, dt_s).unwrap();
                 let now = (next.position_rad - motion.position_rad) / dt_s;
-                let most = 10.0 * f64::midpoint(before_s, dt_s);
-                prop_assert!((now - velocity).abs() <= most + 1e-9, "{motion:?} to {next:?} in {dt_s} s");
+                let max = 10.0 * f64::midpoint(before_s, dt_s);
+                prop_assert!((now - velocity).abs() <= max + 1e-9, "{motion:?} to {next:?} in {dt_s} s");
                 prop_assert!(now.abs() <= 2.0 + 1e-9);
                 (motion, velocity, before_s) = (next, now, dt_s);
             }

@@ -91,10 +91,10 @@ thread_local! {
 fn catch_panic<R>(act: impl FnOnce() -> R) -> Result<R, ()> {
     static HOOK: Once = Once::new();
     HOOK.call_once(|| {
-        let told = panic::take_hook();
+        let previous = panic::take_hook();
         panic::set_hook(Box::new(move |info| {
             if !IS_PANIC_EXPECTED.get() {
-                told(info);
+                previous(info);
             }
         }));
     });

@@ -84,7 +84,7 @@ impl Store {
         &self.findings
     }
 
-    /// Losses, of now or earlier, that were not [reported](Self::told) yet.
+    /// Losses, of now or earlier, that were not [reported](Self::mark_losses_reported) yet.
     #[must_use]
     pub fn losses(&self) -> &[String] {
         &self.losses
@@ -94,7 +94,7 @@ impl Store {
     ///
     /// # Errors
     /// As [`Self::save_all`].
-    pub fn told(&mut self) -> Result<(), WriteError> {
+    pub fn mark_losses_reported(&mut self) -> Result<(), WriteError> {
         self.write(vec![Change::Told])?;
         self.losses.clear();
         Ok(())

@@ -29,12 +29,13 @@ fn acknowledged_writes_survive_kills_full_disks_and_clock_jumps() {
     let disk = tempfile::tempdir().expect("a folder");
     let mut inside = Command::new("unshare");
     inside.args(["--mount", "sh", "-c", SCRIPT]).arg(program()).arg(disk.path());
-    let told = inside.output().expect("`unshare` is there");
-    let (said, complained) = (String::from_utf8_lossy(&told.stdout), String::from_utf8_lossy(&told.stderr));
-    if told.status.code() == Some(77) || complained.starts_with("unshare:") {
+    let output = inside.output().expect("`unshare` is there");
+    let (said, complained) =
+        (String::from_utf8_lossy(&output.stdout), String::from_utf8_lossy(&output.stderr));
+    if output.status.code() == Some(77) || complained.starts_with("unshare:") {
         return skip::skip("needs `unshare --mount` and the right to mount a tmpfs");
     }
-    assert!(told.status.success(), "{said}\n{complained}");
+    assert!(output.status.success(), "{said}\n{complained}");
     println!("{said}");
 }
 

@@ -103,7 +103,7 @@ fn enumerate(views: &[View], features: u64) -> usize {
 }
 
 /// p50, p99 and maximum, in milliseconds.
-fn told(mut nanos: Vec<u64>) -> String {
+fn timing_text(mut nanos: Vec<u64>) -> String {
     nanos.sort_unstable();
     let at = |share: usize| {
         let index = (nanos.len().max(1) - 1) * share / 100;
@@ -136,14 +136,14 @@ fn learn(language: &Language, settings: &Settings, views: &[View], rounds: usize
         kept = bytes / 1024;
         drop(learning);
     }
-    format!("{} {kept:7}", told(nanos))
+    format!("{} {kept:7}", timing_text(nanos))
 }
 
 fn main() {
     let slips = Noise::try_from(0.05).expect("it is in range");
-    println!("one example more, and the best 8 rules; p50, p99 and max in ms, and KiB kept");
+    println!("one more example and the 8 best rules: p50, p99 and max in ms, and memory in KiB");
     println!(
-        "objects features examples                paper                       paper, slips                   enumeration"
+        "objects features examples                paper                 paper, label noise                   enumeration"
     );
     let sizes = [10, 30, 100, 300, 1000]
         .into_iter()
@@ -159,7 +159,7 @@ fn main() {
             let noisy = learn(&language, &Settings { noise: slips, ..Settings::default() }, &views, rounds);
             let size = (objects * examples * examples) << features;
             let enumeration = if size <= MAX_ENUMERATED {
-                told(vec![timed(|| {
+                timing_text(vec![timed(|| {
                     black_box(enumerate(&views, features));
                 })])
             } else {
@@ -169,7 +169,7 @@ fn main() {
         }
     }
     println!("\nthe extended language, 3 features");
-    println!("objects examples               exact                                slips");
+    println!("objects examples               exact                          label noise");
     for objects in [10, 30, 100, 300] {
         let mut chance = Chance(objects);
         let views: Vec<View> = (0..20).map(|_| demonstration(&mut chance, objects, 3)).collect();
@@ -178,7 +178,7 @@ fn main() {
         let noisy = learn(&language(3), &Settings { noise: slips, ..extended }, &views, 1);
         println!("{objects:7} {:8} {exact} {noisy}", views.len());
     }
-    println!("\n10000 examples of 7 objects with 3 features, one after the other; seconds, and the last ms");
+    println!("\n10000 examples of 7 objects with 3 features: total in s, last example in ms");
     let mut chance = Chance(7);
     let views: Vec<View> = (0..10_000).map(|_| demonstration(&mut chance, 7, 3)).collect();
     for language_of in [HypothesisLanguage::Paper, HypothesisLanguage::Extended] {
@@ -195,7 +195,7 @@ fn main() {
                 }
             });
             let (all, last) = (float(all) / 1e9, float(last) / 1e6);
-            println!("{language_of:?}, slips {:.2}: {all:7.2} s, {last:7.3} ms", noise.get());
+            println!("{language_of:?}, label noise {:.2}: {all:7.2} s, {last:7.3} ms", noise.get());
         }
     }
 }

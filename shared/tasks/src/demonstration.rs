@@ -15,7 +15,7 @@ mod recording;
 mod snapshot;
 
 pub use action::{Act, ActionParser};
-pub use action_effect::{ActContext, ActionEffect, deeds};
+pub use action_effect::{ActContext, ActionEffect, action_effects};
 pub use change::{Change, Effect, Signature, changes, vanished};
 pub(crate) use change::{has_percepts, is_achieved};
 pub use counterpart::counterparts;

@@ -41,8 +41,8 @@ pub use decision::{
 };
 pub use demonstration::{
     Act, ActContext, ActionEffect, ActionParser, Change, Effect, Example, Executable, Identities,
-    NothingChanged, Object, Recording, Signature, Snapshot, Task, View, WriterState, changes, counterparts,
-    deeds, describe_change, describe_object, vanished,
+    NothingChanged, Object, Recording, Signature, Snapshot, Task, View, WriterState, action_effects, changes,
+    counterparts, describe_change, describe_object, vanished,
 };
 pub use hypotheses::{
     Class, HypothesisLanguage, MAX_FEATURES, MAX_VALUES, Noise, NoiseOutOfRange, OnConflict, Prior, Relation,

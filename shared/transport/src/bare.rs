@@ -101,18 +101,18 @@ impl BareSubscriber {
         Ok(Self { subscriber, notifications })
     }
 
-    /// Waits up to `most` for a message, and reads every byte of it. Returns the sum of the bytes, or `None` if no
+    /// Waits up to `max` for a message, and reads every byte of it. Returns the sum of the bytes, or `None` if no
     /// message arrived.
     ///
     /// # Errors
     ///
     /// The middleware failed.
-    pub fn receive(&self, most: Duration) -> Result<Option<u64>, ReceiveError> {
+    pub fn receive(&self, max: Duration) -> Result<Option<u64>, ReceiveError> {
         let failed = |reason: &dyn fmt::Debug| ReceiveError {
             topic: "a bare exchange".to_owned(),
             reason: format!("{reason:?}"),
         };
-        self.notifications.timed_wait(|_| {}, most).map_err(|error| failed(&error))?;
+        self.notifications.timed_wait(|_| {}, max).map_err(|error| failed(&error))?;
         let sample = self.subscriber.receive().map_err(|error| failed(&error))?;
         Ok(sample.map(|sample| sample.payload().iter().map(|&byte| u64::from(byte)).sum()))
     }

@@ -57,7 +57,7 @@ impl<T: Board> BoardWriter<T> {
         T::create(node, process, incarnation)
     }
 
-    fn create_here(node: &Node, process: Process, incarnation: u64) -> Result<Self, PortError> {
+    fn create_blackboard(node: &Node, process: Process, incarnation: u64) -> Result<Self, PortError> {
         let name = board_name(T::NAME, process, incarnation);
         let failed = |reason: &dyn fmt::Debug| PortError::new(&name, "writing", reason);
         let board = node
@@ -103,7 +103,7 @@ impl<T: Board> BoardReader<T> {
         T::open(node, process, incarnation)
     }
 
-    fn open_here(node: &Node, process: Process, incarnation: u64) -> Result<Self, PortError> {
+    fn open_blackboard(node: &Node, process: Process, incarnation: u64) -> Result<Self, PortError> {
         let name = board_name(T::NAME, process, incarnation);
         let failed = |reason: &dyn fmt::Debug| PortError::new(&name, "reading", reason);
         let board = node
@@ -156,11 +156,11 @@ macro_rules! boards {
             const NAME: &'static str = $name;
 
             fn create(node: &Node, process: Process, incarnation: u64) -> Result<BoardWriter<Self>, PortError> {
-                BoardWriter::create_here(node, process, incarnation)
+                BoardWriter::create_blackboard(node, process, incarnation)
             }
 
             fn open(node: &Node, process: Process, incarnation: u64) -> Result<BoardReader<Self>, PortError> {
-                BoardReader::open_here(node, process, incarnation)
+                BoardReader::open_blackboard(node, process, incarnation)
             }
         })+
     };

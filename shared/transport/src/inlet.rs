@@ -120,17 +120,17 @@ impl<T: Topic> FrameSubscriber<T> {
         Ok(newest)
     }
 
-    /// Waits up to `most` for a notification of the writer. Returns at once if one was sent since the last wait. May
+    /// Waits up to `max` for a notification of the writer. Returns at once if one was sent since the last wait. May
     /// wake spuriously, so check whether a frame is there.
     ///
     /// # Errors
     ///
     /// The subscriber was opened without notifications, or the middleware failed.
-    pub fn wait(&mut self, most: Duration) -> Result<(), ReceiveError> {
+    pub fn wait(&mut self, max: Duration) -> Result<(), ReceiveError> {
         let Some(notifications) = &self.notifications else {
             return Err(self.failed(&"the subscriber was opened without a notifier"));
         };
-        match notifications.timed_wait(|_| {}, most) {
+        match notifications.timed_wait(|_| {}, max) {
             Ok(_) => Ok(()),
             // A signal arrived; the caller checks its stop flag.
             Err(iceoryx2::port::listener::ListenerWaitError::InterruptSignal) => Ok(()),

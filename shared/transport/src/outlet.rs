@@ -165,12 +165,13 @@ impl<T: Topic> FramePublisher<T> {
         count: usize,
         finish_head: impl FnOnce(&mut T::Head),
     ) -> Result<u64, SendError> {
-        let left_out = count.saturating_sub(self.capacity);
+        let over_capacity = count.saturating_sub(self.capacity);
         self.sequence += 1;
         let header = sample.user_header_mut().header_mut();
         header.sequence = self.sequence;
         header.incarnation = self.incarnation;
-        header.left_out = header.left_out.saturating_add(u64::try_from(left_out).unwrap_or(u64::MAX));
+        header.over_capacity =
+            header.over_capacity.saturating_add(u64::try_from(over_capacity).unwrap_or(u64::MAX));
         finish_head(sample.user_header_mut());
         if let Err(error) = sample.send() {
             self.undelivered += 1;

@@ -174,24 +174,24 @@ impl Segment {
 
 /// Creates and drops a node with another root and prefix.
 fn node(domain: &Domain, folder: &Folder, below: &Path, prefix: &str) -> Result<(), String> {
-    let told = |error: &dyn fmt::Debug| format!("{error:?}");
+    let debug_text = |error: &dyn fmt::Debug| format!("{error:?}");
     let no_text = "the domain's path is no UTF-8";
     let written = folder.replace(TEMPLATE_FILE, domain.middleware_configuration().as_bytes());
     written.map_err(|error| error.to_string())?;
     let file = domain.root().join(TEMPLATE_FILE);
-    let file = FilePath::new(file.to_str().ok_or(no_text)?.as_bytes()).map_err(|error| told(&error))?;
+    let file = FilePath::new(file.to_str().ok_or(no_text)?.as_bytes()).map_err(|error| debug_text(&error))?;
     let config = Config::from_file(&file);
     let _gone = folder.remove(TEMPLATE_FILE);
-    let mut config = config.map_err(|error| told(&error))?;
-    config.global.prefix = FileName::new(prefix.as_bytes()).map_err(|error| told(&error))?;
+    let mut config = config.map_err(|error| debug_text(&error))?;
+    config.global.prefix = FileName::new(prefix.as_bytes()).map_err(|error| debug_text(&error))?;
     let root = below.to_str().ok_or(no_text)?;
-    let root = iceoryx2::prelude::Path::new(root.as_bytes()).map_err(|error| told(&error))?;
+    let root = iceoryx2::prelude::Path::new(root.as_bytes()).map_err(|error| debug_text(&error))?;
     config.global.set_root_path(&root);
     let made = NodeBuilder::new()
         .config(&config)
         .signal_handling_mode(SignalHandlingMode::Disabled)
         .create::<Service>();
-    made.map(drop).map_err(|error| told(&error))
+    made.map(drop).map_err(|error| debug_text(&error))
 }
 
 /// Refuses a domain with shared memory of another user, because the middleware would wait for it.
@@ -249,23 +249,23 @@ mod tests {
         let made = mode(&segment.path);
         let left: Vec<_> = files(&domain.prefix()).collect();
         let untouched = segment.repair().unwrap();
-        let mut told = Vec::new();
+        let mut repaired = Vec::new();
         fs::write(&segment.path, [0xA5; 16]).unwrap();
-        told.extend(segment.repair().unwrap());
+        repaired.extend(segment.repair().unwrap());
         fs::write(&segment.path, "").unwrap();
-        told.extend(segment.repair().unwrap());
+        repaired.extend(segment.repair().unwrap());
         fs::set_permissions(&segment.path, Permissions::from_mode(0o666)).unwrap();
-        told.extend(segment.repair().unwrap());
+        repaired.extend(segment.repair().unwrap());
         fs::remove_file(&segment.path).unwrap();
-        told.extend(segment.repair().unwrap());
+        repaired.extend(segment.repair().unwrap());
         let whole = Segment::of(&domain).is_some();
         Janitor::new(&domain).wipe(claimed);
         let after = files(&domain.prefix()).count();
         assert_eq!((made, untouched, left), (OWN, None, vec![segment.path.clone()]));
-        let told: Vec<_> = told.into_iter().map(|replaced| replaced.what).collect();
+        let repaired: Vec<_> = repaired.into_iter().map(|replaced| replaced.what).collect();
         let wanted =
             ["it is damaged", "it is damaged", "other users may open it (mode 666)", "it was removed"];
-        assert_eq!(told, wanted);
+        assert_eq!(repaired, wanted);
         assert!(whole && after == 0, "{after} files are left");
     }
 }

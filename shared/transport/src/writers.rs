@@ -56,13 +56,13 @@ pub(crate) struct PublisherFilter {
     /// Identifier of the last accepted publisher; it differs for every incarnation.
     accepted: u128,
     /// Process ids of the external sources that were logged.
-    told: [u32; MAX_LOGGED],
-    told_count: usize,
+    logged: [u32; MAX_LOGGED],
+    logged_count: usize,
 }
 
 impl PublisherFilter {
     pub(crate) fn new(listed: Option<Rc<RosterFilter>>, owner: Option<Process>) -> Self {
-        Self { listed, owner, accepted: 0, told: [0; MAX_LOGGED], told_count: 0 }
+        Self { listed, owner, accepted: 0, logged: [0; MAX_LOGGED], logged_count: 0 }
     }
 
     /// Whether frames of a publisher are accepted. No system call, no lock, no allocation, except when an external source
@@ -96,12 +96,12 @@ impl PublisherFilter {
 
     /// Whether a process has not been logged yet.
     fn is_new(&mut self, pid: u32) -> bool {
-        if self.told.iter().take(self.told_count).any(|told| *told == pid) {
+        if self.logged.iter().take(self.logged_count).any(|logged| *logged == pid) {
             return false;
         }
-        let Some(slot) = self.told.get_mut(self.told_count) else { return false };
+        let Some(slot) = self.logged.get_mut(self.logged_count) else { return false };
         *slot = pid;
-        self.told_count += 1;
+        self.logged_count += 1;
         true
     }
 }

@@ -110,13 +110,13 @@ fn a_process_killed_during_its_start_blocks_no_other() {
     // Many kills should hit the start, whatever the load of the machine.
     let usual =
         (1..=WARM_UP).map(|life| time_to_start(&domain, &node, &mut utterances, life)).min().expect("some");
-    let most = u64::try_from(usual.as_micros()).expect("no century");
+    let max = u64::try_from(usual.as_micros()).expect("no century");
     let (mut early, mut late) = (0, 0);
     let mut chance = 7_u64;
     for life in WARM_UP + 1..=KILLS {
         let mut child = start(&domain, life);
         chance = chance.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-        pause(Duration::from_micros((chance >> 33) % most));
+        pause(Duration::from_micros((chance >> 33) % max));
         child.kill().expect("lives");
         child.wait().expect("dies");
         events.send(Header::at(life), 1, |_| Event::new(EventKind::Said, "", "x"), |_| {}).expect("sends");

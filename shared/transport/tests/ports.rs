@@ -266,7 +266,7 @@ fn entries_beyond_the_capacity_are_left_out_and_counted() {
     let mut publisher = node.publisher::<Events>(Some(4), 2).expect("a free writer");
     publisher.send(Header::at(0), 5, |_| event("x"), |_| {}).expect("room");
     let frame = subscriber.receive().expect("works").expect("sent");
-    assert_eq!((frame.entries().len(), frame.head().left_out), (2, 3));
+    assert_eq!((frame.entries().len(), frame.head().over_capacity), (2, 3));
 }
 
 #[test]

@@ -1,7 +1,7 @@
 use clock::{Duration, Instant};
 use config::Robot;
 use message::{Beliefs, Divergences as Differing, Hop, Percepts, Process};
-use perspective::TERRITORY_MOST;
+use perspective::MAX_TERRITORY_BELIEFS;
 use perspective::settings::OwnershipRule;
 use process::{Failure, Launch, ProcessNode, Progress};
 use transport::FramePublisher;
@@ -24,9 +24,9 @@ pub fn run(launch: &Launch, robot: &Robot) -> Result<(), Failure> {
     let partners = launch.partners.unwrap_or(leo.belief.partners);
     let mut member = ProcessNode::join(launch, Process::Belief, &leo.buffers, &leo.belief.realtime)?;
     let mut percepts = member.waking_subscriber::<Percepts>(None)?;
-    if robot.perspective.ownership.rule == OwnershipRule::Territory && capacity > TERRITORY_MOST {
+    if robot.perspective.ownership.rule == OwnershipRule::Territory && capacity > MAX_TERRITORY_BELIEFS {
         tracing::warn!(
-            "buffers.max_objects is {capacity}: with more than {TERRITORY_MOST} beliefs there are no territories, and no \
+            "buffers.max_objects is {capacity}: with more than {MAX_TERRITORY_BELIEFS} beliefs there are no territories, and no \
              object has an owner; `ownership.rule` in perspective.toml names other rules"
         );
     }
@@ -38,9 +38,9 @@ pub fn run(launch: &Launch, robot: &Robot) -> Result<(), Failure> {
         .map(|perspective| member.publisher(Some(perspective), capacity))
         .collect::<Result<_, _>>()?;
     // If two perspectives have no belief in common, all beliefs of both differ.
-    let most = capacity.saturating_mul(2);
+    let max = capacity.saturating_mul(2);
     let mut differing: Vec<FramePublisher<Differing>> = (1..believer.perspectives())
-        .map(|perspective| member.publisher(Some(perspective), most))
+        .map(|perspective| member.publisher(Some(perspective), max))
         .collect::<Result<_, _>>()?;
     let mut board = member.board()?;
     let mut counters_published_at = Instant::EPOCH;

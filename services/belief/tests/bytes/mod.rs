@@ -140,8 +140,9 @@ pub(crate) fn play(bytes: &[u8]) -> Seen {
         let mut header = Header::at(bytes.instant(now));
         header.pass(Hop::Observed, bytes.instant(now));
         // One or several of the sources that the bytes may name, or none.
-        let looked = (0..bytes.byte() % 4).map(|_| SourceSet::of(u16::from(bytes.byte() % 4))).collect();
-        let head = PerceptHead::new(header, looked);
+        let active_sources =
+            (0..bytes.byte() % 4).map(|_| SourceSet::of(u16::from(bytes.byte() % 4))).collect();
+        let head = PerceptHead::new(header, active_sources);
         let entries: Vec<Perceived> = (0..bytes.byte() % 12)
             .map(|_| {
                 let observation = bytes.observation(now);

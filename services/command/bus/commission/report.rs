@@ -38,17 +38,17 @@ impl Outcome {
     }
 
     /// The result as text.
-    pub(super) fn told(&self) -> String {
-        let mut told = String::new();
+    pub(super) fn text(&self) -> String {
+        let mut text = String::new();
         for note in &self.measured.notes {
             // Writing to a string cannot fail.
-            let _ = writeln!(told, "  measured: {note}");
+            let _ = writeln!(text, "  measured: {note}");
         }
         for wrong in &self.measured.wrong {
-            let _ = writeln!(told, "  WRONG:    {wrong}");
+            let _ = writeln!(text, "  WRONG:    {wrong}");
         }
         let _ = writeln!(
-            told,
+            text,
             "  {}",
             match self.word {
                 Self::PASSED => "PASS",
@@ -56,7 +56,7 @@ impl Outcome {
                 _ => "SKIPPED",
             }
         );
-        told
+        text
     }
 }
 

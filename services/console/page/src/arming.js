@@ -2,7 +2,7 @@
 import { find, make, write } from './element.js';
 
 /** @typedef {{cause: string, meaning: string, remedy: string, count: number, joints: string[]}} Group */
-/** @typedef {{joints: number, armed: number, disarmed: Group[], locked: Group[], locks: number, stopped: boolean}} Licences */
+/** @typedef {{joints: number, armed: number, disarmed: Group[], locked: Group[], locks: number, stopped: boolean}} ArmingSummary */
 
 /** @param {Group[]} groups */
 const sum = (groups) => groups.reduce((all, { count }) => all + count, 0);
@@ -11,20 +11,20 @@ const sum = (groups) => groups.reduce((all, { count }) => all + count, 0);
 const joints = (count) => (count === 1 ? '1 joint' : `${count} joints`);
 
 /**
- * The licences as text: the parts of a line, the worst first, and their state. Pure.
- * @param {Licences | undefined} licences
+ * The summary as text: the parts of a line, the worst first, and their state. Pure.
+ * @param {ArmingSummary | undefined} summary
  * @returns {{state: 'unknown' | 'stopped' | 'locked' | 'disarmed' | 'armed', parts: string[], canArm: boolean}}
  */
-export function licenceWords(licences) {
-  if (licences === undefined) return { state: 'unknown', parts: ['The motor process has reported no joint'], canArm: false };
-  const { armed, disarmed, locked, stopped } = licences;
+export function armingWords(summary) {
+  if (summary === undefined) return { state: 'unknown', parts: ['The motor process has reported no joint'], canArm: false };
+  const { armed, disarmed, locked, stopped } = summary;
   /** @param {string} word @param {Group[]} groups */
   const why = (word, groups) => `${sum(groups)} ${word}: ${groups.map(({ meaning }) => meaning).join('; ')}`;
   const parts = [];
   if (stopped) parts.push('The emergency stop is raised: release it with leo emergency-stop --release');
   if (locked.length > 0) parts.push(why('locked', locked));
   if (disarmed.length > 0) parts.push(why('disarmed', disarmed));
-  if (armed > 0 || parts.length === 0) parts.push(armed === licences.joints ? `Armed: ${joints(armed)}` : `${armed} armed`);
+  if (armed > 0 || parts.length === 0) parts.push(armed === summary.joints ? `Armed: ${joints(armed)}` : `${armed} armed`);
   const state = stopped ? 'stopped' : locked.length > 0 ? 'locked' : disarmed.length > 0 ? 'disarmed' : 'armed';
   return { state, parts, canArm: !stopped && locked.length + disarmed.length > 0 };
 }
@@ -41,7 +41,7 @@ export function lockLines(groups) {
 }
 
 export class Arming {
-  #cells;
+  #store;
   #ask;
   #strip = find('arming');
   #button = /** @type {HTMLButtonElement} */ (find('arm'));
@@ -50,13 +50,13 @@ export class Arming {
   #shown = null;
 
   /**
-   * @param {import('./cells.js').Cells} cells
+   * @param {import('./store.js').Store} store
    * @param {(what: string, content?: any) => Promise<any>} ask
    */
-  constructor(cells, ask) {
-    this.#cells = cells;
+  constructor(store, ask) {
+    this.#store = store;
     this.#ask = ask;
-    cells.on('arming', () => this.#update());
+    store.on('arming', () => this.#update());
     this.#button.addEventListener('click', () => this.#press());
     find('arm-cancel').addEventListener('click', () => this.#dialog.close());
     find('arm-others').addEventListener('click', () => this.#order({}));
@@ -67,28 +67,28 @@ export class Arming {
     this.#update();
   }
 
-  /** @returns {Licences | undefined} */
-  get #licences() {
-    return this.#cells.get('arming');
+  /** @returns {ArmingSummary | undefined} */
+  get #summary() {
+    return this.#store.get('arming');
   }
 
   #update() {
-    const { state, parts, canArm } = licenceWords(this.#licences);
+    const { state, parts, canArm } = armingWords(this.#summary);
     this.#strip.dataset.state = state;
     write(find('arming-words'), `${parts.join('. ')}.`);
     this.#button.hidden = !canArm;
   }
 
   #press() {
-    const licences = this.#licences;
-    if (licences === undefined) return;
-    if (licences.locked.length === 0) {
+    const summary = this.#summary;
+    if (summary === undefined) return;
+    if (summary.locked.length === 0) {
       this.#order({});
       return;
     }
-    this.#shown = licences.locks;
-    find('arm-causes').replaceChildren(...lockLines(licences.locked).map((text) => make('li', { text })));
-    find('arm-others').hidden = licences.disarmed.length === 0;
+    this.#shown = summary.locks;
+    find('arm-causes').replaceChildren(...lockLines(summary.locked).map((text) => make('li', { text })));
+    find('arm-others').hidden = summary.disarmed.length === 0;
     this.#dialog.showModal();
     // Focus "cancel", so that pressing Enter twice acknowledges nothing.
     find('arm-cancel').focus();

@@ -3,12 +3,12 @@ import { LineSegments2 } from 'three/examples/jsm/lines/LineSegments2.js';
 import { LineSegmentsGeometry } from 'three/examples/jsm/lines/LineSegmentsGeometry.js';
 import { Mesh } from 'three';
 import { line, paint } from './paint.js';
-import { apart } from './pose.js';
+import { distance } from './pose.js';
 import { Room } from './room.js';
 import { Solid } from './solid.js';
 import { UNIT_BOX } from './shapes.js';
 
-/** @typedef {import('./cells.js').Cells} Cells */
+/** @typedef {import('./store.js').Store} Store */
 
 /** A belief not perceived for longer than this is drawn as remembered, in seconds. */
 const REMEMBERED_S = 0.6;
@@ -23,15 +23,15 @@ const MOVED_M = 0.03;
 /**
  * @param {[string, any][]} own the robot's own beliefs
  * @param {[string, any][]} theirs the beliefs of the perspective
- * @param {[string, any][]} divides the differences from the robot's own beliefs
+ * @param {[string, any][]} divergences the differences from the robot's own beliefs
  * @returns {Sketch[]}
  */
-export function sketch(own, theirs, divides) {
+export function sketch(own, theirs, divergences) {
   const kinds = new Map();
   const unknown = new Set();
-  for (const [, divide] of divides) {
-    if (divide.other !== null && divide.other !== undefined) kinds.set(divide.other, divide.kind);
-    else if (divide.robot !== null) unknown.add(divide.robot);
+  for (const [, divergence] of divergences) {
+    if (divergence.other !== null && divergence.other !== undefined) kinds.set(divergence.other, divergence.kind);
+    else if (divergence.robot !== null) unknown.add(divergence.robot);
   }
   const robots = new Map(own.map(([key, belief]) => [idOf(key), belief]));
   const sketches = /** @type {Sketch[]} */ ([]);
@@ -40,7 +40,7 @@ export function sketch(own, theirs, divides) {
     const twin = robots.get(belief.twin);
     const mark = belief.p === null ? 'unplaced' : kinds.get(id) ?? null;
     const shown = belief.p === null ? { ...belief, p: twin?.p ?? null, q: twin?.q ?? null } : belief;
-    const moved = mark === 'different' && twin?.p && apart(twin.p, belief.p) > MOVED_M;
+    const moved = mark === 'different' && twin?.p && distance(twin.p, belief.p) > MOVED_M;
     const remembered = (belief.unseen_s ?? 0) > REMEMBERED_S;
     sketches.push({ id, belief: shown, mark, remembered, from: moved ? twin.p : null });
   }
@@ -63,17 +63,17 @@ export class Beliefs {
   #screens = new Map();
   /** @type {LineSegments2 | null} */
   #arrows = null;
-  #cells;
+  #store;
   perspective = 0;
   /** The selected belief of the robot. @type {number | null} */
   selected = null;
 
   /**
-   * @param {Cells} cells
+   * @param {Store} store
    * @param {{shadows: boolean}} how
    */
-  constructor(cells, { shadows }) {
-    this.#cells = cells;
+  constructor(store, { shadows }) {
+    this.#store = store;
     this.scene = new Room({ shadows, background: 'stage' });
   }
 
@@ -81,13 +81,13 @@ export class Beliefs {
     this.scene.repaint();
   }
 
-  /** Redraws from the cells. */
+  /** Redraws from the store. */
   update() {
     const n = this.perspective;
-    const own = this.#cells.under('belief/0/');
-    const theirs = n === 0 ? own : this.#cells.under(`belief/${n}/`);
-    const divides = n === 0 ? [] : this.#cells.under(`divide/${n}/`);
-    const sketches = sketch(own, theirs, divides);
+    const own = this.#store.under('belief/0/');
+    const theirs = n === 0 ? own : this.#store.under(`belief/${n}/`);
+    const divergences = n === 0 ? [] : this.#store.under(`divide/${n}/`);
+    const sketches = sketch(own, theirs, divergences);
     const left = new Set(this.#solids.keys());
     const ways = [];
     for (const each of sketches) {
@@ -135,7 +135,7 @@ export class Beliefs {
 
   #screen() {
     const left = new Set(this.#screens.keys());
-    for (const [key, thing] of this.#cells.under('thing/')) {
+    for (const [key, thing] of this.#store.under('thing/')) {
       if (thing.kind !== 'occluder' || !thing.p) continue;
       left.delete(key);
       let mesh = this.#screens.get(key);

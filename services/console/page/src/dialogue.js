@@ -33,7 +33,7 @@ export function spoken({ kind, text }) {
 }
 
 export class Dialogue {
-  #cells;
+  #store;
   #say;
   #log = find('log');
   #box = find('log-box');
@@ -45,14 +45,14 @@ export class Dialogue {
   #hushed;
 
   /**
-   * @param {import('./cells.js').Cells} cells
+   * @param {import('./store.js').Store} store
    * @param {(text: string) => Promise<any>} say
    * @param {import('./toasts.js').Toasts} toasts
    */
-  constructor(cells, say, toasts) {
-    this.#cells = cells;
+  constructor(store, say, toasts) {
+    this.#store = store;
     this.#say = say;
-    cells.on('line/', (changes) => this.#update(changes));
+    store.on('line/', (changes) => this.#update(changes));
     find('say-form').addEventListener('submit', (event) => {
       event.preventDefault();
       this.#speak(this.#field.value);
@@ -100,10 +100,10 @@ export class Dialogue {
     }
   }
 
-  /** @param {import('./cells.js').Changes} changes */
+  /** @param {import('./store.js').Changes} changes */
   #update(changes) {
     const box = this.#box;
-    if (this.#cells.fresh) this.#hush();
+    if (this.#store.fresh) this.#hush();
     const atEnd = box.scrollHeight - box.scrollTop - box.clientHeight < 40;
     for (const [key, line] of changes) {
       const there = this.#lines.get(key);
@@ -138,7 +138,7 @@ export class Dialogue {
 
   /** @returns {Record<number, string>} */
   #names() {
-    return this.#cells.get('robot')?.agents ?? {};
+    return this.#store.get('robot')?.agents ?? {};
   }
 
   /** @param {string} key @param {any} line */

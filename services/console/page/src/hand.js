@@ -1,7 +1,7 @@
 // The teacher's hand: takes, carries and puts down an object. What it holds is drawn at once, before Leo's answer.
 import { landing, headingOf } from './landing.js';
 import { upright } from './pose.js';
-import { Teller } from './teller.js';
+import { Throttle } from './throttle.js';
 
 /** @typedef {import('./pose.js').Point} Point */
 /** @typedef {{ask: (what: string, content?: any) => Promise<any>}} Leo */
@@ -21,29 +21,29 @@ export const STEP_TURN = Math.PI / 12;
 
 export class Hand {
   #leo;
-  #cells;
+  #store;
   #world;
   #changed;
   /** @type {Held | null} */
   held = null;
-  #teller = new Teller(() => this.#tell());
+  #throttle = new Throttle(() => this.#tell());
 
   /**
    * @param {Leo} leo
-   * @param {import('./cells.js').Cells} cells
+   * @param {import('./store.js').Store} store
    * @param {import('./world.js').World} world
    * @param {() => void} changed
    */
-  constructor(leo, cells, world, changed) {
+  constructor(leo, store, world, changed) {
     this.#leo = leo;
-    this.#cells = cells;
+    this.#store = store;
     this.#world = world;
     this.#changed = changed;
   }
 
   /** @param {string} key of an object's cell @returns {boolean} */
   take(key) {
-    const thing = this.#cells.get(key);
+    const thing = this.#store.get(key);
     const pose = this.#world.pose(key);
     if (this.held !== null || thing?.kind !== 'object' || pose === null) return false;
     const held = {
@@ -82,7 +82,7 @@ export class Hand {
     const held = this.held;
     if (held === null) return;
     const where = this.landing();
-    this.#teller.hush();
+    this.#throttle.cancel();
     this.held = null;
     this.#world.land(null);
     if (where !== null) this.#world.echo(held.key, { p: where.p, q: where.q });
@@ -103,13 +103,13 @@ export class Hand {
   landing() {
     if (this.held === null) return null;
     const { key, thing, at, angle, exact } = this.held;
-    const others = this.#cells.under('thing/').filter(([other]) => other !== key).map(([, other]) => other);
+    const others = this.#store.under('thing/').filter(([other]) => other !== key).map(([, other]) => other);
     return landing(thing, at, angle, others, exact);
   }
 
   #drop() {
     const held = this.held;
-    this.#teller.hush();
+    this.#throttle.cancel();
     this.held = null;
     this.#world.land(null);
     if (held !== null) this.#world.echo(held.key, null);
@@ -124,7 +124,7 @@ export class Hand {
     this.#world.echo(this.held.key, { p: [x, y, z], q: upright(this.held.angle) });
     this.#world.land(this.held.thing, where);
     this.#changed();
-    if (tell) this.#teller.tell();
+    if (tell) this.#throttle.report();
   }
 
   /** @param {Point} p @returns {Point} */

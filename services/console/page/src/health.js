@@ -2,20 +2,20 @@
 import { find, make, write } from './element.js';
 
 export class Health {
-  #cells;
+  #store;
   #details = /** @type {HTMLDetailsElement} */ (find('health'));
 
-  /** @param {import('./cells.js').Cells} cells */
-  constructor(cells) {
-    this.#cells = cells;
-    cells.on(['process/', 'joint-trouble'], () => this.#update());
+  /** @param {import('./store.js').Store} store */
+  constructor(store) {
+    this.#store = store;
+    store.on(['process/', 'joint-trouble'], () => this.#update());
     this.#details.addEventListener('toggle', () => this.#update());
   }
 
   #update() {
-    const processes = this.#cells.under('process/').map(([, process]) => process);
+    const processes = this.#store.under('process/').map(([, process]) => process);
     const buses = processes.flatMap((process) => process.buses ?? []);
-    const trouble = this.#cells.get('joint-trouble') ?? [];
+    const trouble = this.#store.get('joint-trouble') ?? [];
     const { words, bad } = summary(processes, buses, trouble);
     write(find('health-summary'), words);
     this.#details.classList.toggle('bad', bad);

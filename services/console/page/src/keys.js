@@ -25,8 +25,8 @@ export class Keys {
   constructor(desk) {
     this.#desk = desk;
     desk.element.addEventListener('keydown', (event) => this.#press(event));
-    desk.cells.on('workspace', () => {
-      const { lesson, table } = desk.cells.get('workspace') ?? {};
+    desk.store.on('workspace', () => {
+      const { lesson, table } = desk.store.get('workspace') ?? {};
       const now = `${lesson} ${table}`;
       // Another table may have a screen of the same name.
       if (now !== this.#table) this.forget();
@@ -57,7 +57,7 @@ export class Keys {
 
   /** Keys for the held object or screen. @param {KeyboardEvent} event */
   #carry(event) {
-    const { ask, cells, hand, world } = this.#desk;
+    const { ask, store, hand, world } = this.#desk;
     if (hand.held === null && this.#screen === null) return false;
     const arrow = ARROWS[event.key];
     if (arrow !== undefined) {
@@ -65,7 +65,7 @@ export class Keys {
       if (hand.held !== null) hand.carry(hand.held.at[0] + x, hand.held.at[1] + y);
       else if (this.#screen !== null) {
         const { name } = this.#screen;
-        const key = cells.thing(name);
+        const key = store.thing(name);
         const pose = key === null ? null : world.pose(key);
         if (pose !== null) ask('screen', { name, at: [pose.p[0] + x, pose.p[1] + y, pose.p[2]] });
       }
@@ -97,8 +97,8 @@ export class Keys {
 
   /** Keys for the focused object. @param {KeyboardEvent} event @param {string} key */
   #thing(event, key) {
-    const { cells, hand, movable, remove, select } = this.#desk;
-    const { kind, name, p } = cells.get(key) ?? {};
+    const { store, hand, movable, remove, select } = this.#desk;
+    const { kind, name, p } = store.get(key) ?? {};
     if (event.key === 'Enter') {
       select(key);
       if (movable() && kind === 'object') hand.take(key);

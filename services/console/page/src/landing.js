@@ -1,5 +1,5 @@
 // Where the held object would land: in a hole, on the object below, or on the table. Pure.
-import { apart, covers, heading, upright } from './pose.js';
+import { distance, covers, heading, upright } from './pose.js';
 
 /** @typedef {import('./pose.js').Point} Point */
 /** @typedef {import('./pose.js').Turn} Turn */
@@ -18,13 +18,13 @@ const TAKEN_M = 0.02;
  * @returns {{p: Point, q: Turn, into: string | null}} `into`: the name of the object that receives it
  */
 export function landing(held, at, angle, others, exact = false) {
-  const near = (/** @type {any} */ thing) => apart(thing.p.slice(0, 2), at);
+  const near = (/** @type {any} */ thing) => distance(thing.p.slice(0, 2), at);
   const fits = others
     .filter((thing) => thing.kind === 'object' && thing.p && near(thing) < (exact ? TAKEN_M : SNAP_M) && takes(thing, held))
     .sort((a, b) => near(a) - near(b))[0];
   const [x, y] = fits === undefined ? at : [fits.p[0], fits.p[1]];
   const below = others.filter((thing) => thing.kind === 'object' && thing.p && covers(thing, x, y));
-  const top = below.reduce((most, thing) => Math.max(most, thing.p[2] + thing.half[2]), 0);
+  const top = below.reduce((max, thing) => Math.max(max, thing.p[2] + thing.half[2]), 0);
   const inHole = fits !== undefined && held.role === 'peg' && fits.hole;
   const z = inHole ? fits.p[2] + fits.half[2] : top + held.half[2];
   return { p: [x, y, z], q: upright(angle), into: fits?.name ?? null };

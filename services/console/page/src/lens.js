@@ -108,9 +108,9 @@ function centred(camera, aspect, fov) {
 
 /** @param {Camera} camera @param {number} aspect @param {number} above @param {number} below */
 function shifted(camera, aspect, above, below) {
-  const most = Math.max(above, below);
-  const share = (above + below) / (2 * most);
-  camera.fov = 2 * Math.atan(most) * DEGREES;
+  const max = Math.max(above, below);
+  const share = (above + below) / (2 * max);
+  camera.fov = 2 * Math.atan(max) * DEGREES;
   camera.aspect = aspect * share;
   camera.setViewOffset(aspect, 1 / share, 0, above >= below ? 0 : 1 / share - 1, aspect, 1);
 }

@@ -47,7 +47,7 @@ export function recordedWords({ file, dropped }) {
 }
 
 export class Lessons {
-  #cells;
+  #store;
   #ask;
   #toasts;
   #saved = '';
@@ -57,16 +57,16 @@ export class Lessons {
   #open = '';
 
   /**
-   * @param {import('./cells.js').Cells} cells
+   * @param {import('./store.js').Store} store
    * @param {(what: string, content?: any) => Promise<any>} ask
    * @param {import('./toasts.js').Toasts} toasts
    */
-  constructor(cells, ask, toasts) {
-    this.#cells = cells;
+  constructor(store, ask, toasts) {
+    this.#store = store;
     this.#ask = ask;
     this.#toasts = toasts;
-    cells.on(['workspace', 'lessons'], () => this.#update());
-    cells.on('recording', () => this.#recording());
+    store.on(['workspace', 'lessons'], () => this.#update());
+    store.on('recording', () => this.#recording());
     const lesson = /** @type {HTMLSelectElement} */ (find('lesson'));
     lesson.addEventListener('change', async () => {
       const why = lesson.selectedOptions[0]?.dataset.error;
@@ -83,7 +83,7 @@ export class Lessons {
       ask('lay', { table: Number(lay.value) });
       lay.value = '';
     });
-    find('record').addEventListener('click', () => ask('record', { on: cells.get('recording')?.on !== true }));
+    find('record').addEventListener('click', () => ask('record', { on: store.get('recording')?.on !== true }));
     find('keep').addEventListener('click', async () => {
       const answer = await ask('keep');
       if (answer.ok) toasts.show(`The last minutes are in ${answer.file}`);
@@ -95,7 +95,7 @@ export class Lessons {
     const dialog = /** @type {HTMLDialogElement} */ (find('save-dialog'));
     const title = /** @type {HTMLInputElement} */ (find('save-title'));
     find('save').addEventListener('click', () => {
-      title.value = this.#cells.get('workspace')?.title ?? '';
+      title.value = this.#store.get('workspace')?.title ?? '';
       dialog.showModal();
       title.select();
     });
@@ -109,8 +109,8 @@ export class Lessons {
   }
 
   #update() {
-    const workspace = this.#cells.get('workspace');
-    const lessons = this.#cells.get('lessons') ?? [];
+    const workspace = this.#store.get('workspace');
+    const lessons = this.#store.get('lessons') ?? [];
     if (workspace === undefined) return;
     this.#pick(lessons, workspace);
     const about = lessons.find((/** @type {any} */ each) => each.id === workspace.lesson);
@@ -156,7 +156,7 @@ export class Lessons {
   }
 
   #recording() {
-    const recording = this.#cells.get('recording');
+    const recording = this.#store.get('recording');
     const button = find('record');
     const on = recording?.on === true;
     button.setAttribute('aria-pressed', String(on));

@@ -2,11 +2,11 @@
 import { AccessToken } from './access-token.js';
 import { Arming } from './arming.js';
 import { Beliefs, idOf } from './beliefs.js';
-import { Cells } from './cells.js';
-import { Chair } from './chair.js';
+import { Store } from './store.js';
+import { TeacherSeat } from './teacher-seat.js';
 import { Connection, isLockedOut, liveAddress } from './connection.js';
 import { Dialogue } from './dialogue.js';
-import { listDivides } from './divides.js';
+import { listDivergences } from './divergences.js';
 import { find, make, write } from './element.js';
 import { extent } from './extent.js';
 import { Hand } from './hand.js';
@@ -15,12 +15,12 @@ import { Keys } from './keys.js';
 import { landing } from './landing.js';
 import { VIEWS, freeSeat, freely, fromAbove, overTable, throughEyes, throughLeo } from './lens.js';
 import { Lessons } from './lessons.js';
-import { Marks } from './marks.js';
+import { HitTargets } from './hit-targets.js';
 import { repaint } from './paint.js';
 import { Palette } from './palette.js';
 import { People, signed } from './people.js';
 import { Pointer } from './pointer.js';
-import { apart } from './pose.js';
+import { distance } from './pose.js';
 import { probe } from './probe.js';
 import { Stage, camera, isSoftware } from './stage.js';
 import { stopButton } from './stop.js';
@@ -33,13 +33,13 @@ import { World } from './world.js';
 
 const software = isSoftware();
 lightFor(software);
-const cells = new Cells();
+const store = new Store();
 const toasts = new Toasts(find('toasts'));
 // First, so that the stop button works even if something below fails.
 stopButton(toasts);
 const accessToken = new AccessToken(() => localStorage);
 accessToken.take(location, history);
-const connection = new Connection(liveAddress(location, accessToken.value), (message) => cells.apply(message), connectionChanged);
+const connection = new Connection(liveAddress(location, accessToken.value), (message) => store.apply(message), connectionChanged);
 
 /**
  * Sends a request to Leo and shows the error, if any.
@@ -90,12 +90,12 @@ const stage = new Stage(/** @type {HTMLCanvasElement} */ (find('canvas')), { sof
   find('blind').hidden = false;
 });
 const shadows = !software;
-const world = new World(cells, { shadows }, () => stage.request(main));
-const chair = new Chair({ ask }, cells, () => {
+const world = new World(store, { shadows }, () => stage.request(main));
+const teacherSeat = new TeacherSeat({ ask }, store, () => {
   if (view === 'seat') stage.request(main);
 });
 const minds = [0, 1].map((perspective) => {
-  const beliefs = new Beliefs(cells, { shadows: false });
+  const beliefs = new Beliefs(store, { shadows: false });
   beliefs.perspective = perspective;
   const element = find(`mind-${perspective}`);
   const eye = camera();
@@ -116,22 +116,22 @@ const main = {
   scene: world.scene,
   camera: eye,
   aim: (/** @type {number} */ aspect) => {
-    if (view === 'seat') throughEyes(eye, chair.seat, aspect);
-    else if (view === 'leo') throughLeo(eye, cells.get('mind/0')?.eye, aspect);
+    if (view === 'seat') throughEyes(eye, teacherSeat.seat, aspect);
+    else if (view === 'leo') throughLeo(eye, store.get('mind/0')?.eye, aspect);
     else if (view === 'above') fromAbove(eye, aspect, near);
     else freely(eye, free, aspect);
     world.present(view);
   },
-  drawn: () => marks.place(),
+  drawn: () => hitTargets.place(),
 };
-const marks = new Marks(find('marks'), cells, world, eye);
+const hitTargets = new HitTargets(find('marks'), store, world, eye);
 for (const each of [main, ...minds.map((mind) => mind.view)]) stage.add(each);
 
 /** Resets the viewpoint. */
 function settle() {
   free = freeSeat();
   near = 1;
-  if (view === 'seat' && desk.movable()) chair.move(chair.home);
+  if (view === 'seat' && desk.movable()) teacherSeat.move(teacherSeat.home);
   stage.request(main);
 }
 
@@ -154,27 +154,27 @@ look('seat');
 /** The person who speaks and acts on this page; by default the first teacher. */
 const who = /** @type {HTMLSelectElement} */ (find('who'));
 const acting = () => (who.hidden ? null : Number(who.value));
-const people = new People(cells);
-cells.on(['thing/', 'robot', 'workspace'], () => {
+const people = new People(store);
+store.on(['thing/', 'robot', 'workspace'], () => {
   here();
   const all = people.all();
   if (who.dataset.people === all.join()) return;
   who.dataset.people = all.join();
-  who.replaceChildren(...all.map((agent) => make('option', { value: agent, text: nameOf(agent), selected: agent === chair.agent })));
+  who.replaceChildren(...all.map((agent) => make('option', { value: agent, text: nameOf(agent), selected: agent === teacherSeat.agent })));
   who.hidden = all.length < 2;
   // The previous person may be missing from the new lesson.
   actAs(who.hidden ? 1 : Number(who.value));
 });
 
-const hand = new Hand({ ask }, cells, world, () => stage.request(main));
+const hand = new Hand({ ask }, store, world, () => stage.request(main));
 
 /** The robot's own belief about a thing. @param {string | null} key @returns {number | null} */
 function beliefOf(key) {
-  const thing = key === null ? undefined : cells.get(key);
+  const thing = key === null ? undefined : store.get(key);
   if (thing === undefined || thing.kind !== 'object') return null;
   if (thing.belief !== undefined) return thing.belief;
-  const nearest = cells.under('belief/0/').filter(([, belief]) => belief.p !== null)
-    .map(([id, belief]) => ({ id: idOf(id), far: apart(belief.p, thing.p) })).sort((a, b) => a.far - b.far)[0];
+  const nearest = store.under('belief/0/').filter(([, belief]) => belief.p !== null)
+    .map(([id, belief]) => ({ id: idOf(id), far: distance(belief.p, thing.p) })).sort((a, b) => a.far - b.far)[0];
   return nearest !== undefined && nearest.far < 0.06 ? nearest.id : null;
 }
 
@@ -184,7 +184,7 @@ let chosen = null;
 /** @param {string | null} key */
 function select(key) {
   world.selected = key;
-  chosen = key === null ? null : cells.get(key)?.name ?? null;
+  chosen = key === null ? null : store.get(key)?.name ?? null;
   world.mark();
   removable();
   follow(beliefOf(key));
@@ -216,13 +216,13 @@ function sit(seat) {
     return;
   }
   find('hint').hidden = true;
-  chair.move(seat);
+  teacherSeat.move(seat);
 }
 
 /** @param {string} key */
 async function remove(key) {
-  const thing = cells.get(key);
-  if (thing === undefined || cells.get('workspace')?.mode !== 'set-up') return;
+  const thing = store.get(key);
+  if (thing === undefined || store.get('workspace')?.mode !== 'set-up') return;
   select(null);
   await ask('remove', { thing: thing.name });
 }
@@ -230,11 +230,11 @@ async function remove(key) {
 find('remove').addEventListener('click', () => {
   if (world.selected !== null) remove(world.selected);
 });
-find('leave').addEventListener('click', () => ask(people.isAway(chair.agent) ? 'return' : 'leave'));
+find('leave').addEventListener('click', () => ask(people.isAway(teacherSeat.agent) ? 'return' : 'leave'));
 
 /** Shows whether the acting person is at the table. */
 function here() {
-  const away = String(people.isAway(chair.agent));
+  const away = String(people.isAway(teacherSeat.agent));
   if (find('leave').ariaPressed !== away) find('leave').ariaPressed = away;
   write(find('leave'), away === 'true' ? 'Come back' : 'Leave');
 }
@@ -243,9 +243,9 @@ who.addEventListener('change', () => actAs(Number(who.value)));
 
 /** Makes a person speak, act and look on this page. @param {number} agent */
 function actAs(agent) {
-  chair.take(agent);
+  teacherSeat.take(agent);
   world.lookAs(agent);
-  marks.refresh();
+  hitTargets.refresh();
   const seat = /** @type {HTMLElement} */ (find('views').querySelector('[data-view=seat]'));
   const name = nameOf(agent);
   write(seat, agent === 1 ? 'Your eyes' : `${name[0].toUpperCase()}${name.slice(1)}’s eyes`);
@@ -255,14 +255,14 @@ function actAs(agent) {
 
 /** @param {number} agent */
 function nameOf(agent) {
-  return agent === 1 ? 'You' : (cells.get('robot')?.agents ?? {})[agent] ?? `partner ${agent}`;
+  return agent === 1 ? 'You' : (store.get('robot')?.agents ?? {})[agent] ?? `partner ${agent}`;
 }
-cells.on('workspace', removable);
+store.on('workspace', removable);
 
 /** Shows the "remove" button if the selected thing can be removed: only while the table is set up. */
 function removable() {
-  const thing = world.selected === null ? undefined : cells.get(world.selected);
-  const can = cells.get('workspace')?.mode === 'set-up' && thing !== undefined && thing.kind !== 'person';
+  const thing = world.selected === null ? undefined : store.get(world.selected);
+  const can = store.get('workspace')?.mode === 'set-up' && thing !== undefined && thing.kind !== 'person';
   find('remove').hidden = !can;
   if (can) write(find('remove'), `Remove ${thing.name}`);
 }
@@ -270,19 +270,19 @@ function removable() {
 const desk = {
   element: main.element,
   camera: eye,
-  cells,
+  store,
   world,
   hand,
   view: () => view,
-  eyes: () => chair.agent,
-  seat: () => (view === 'free' ? free : chair.seat),
+  eyes: () => teacherSeat.agent,
+  seat: () => (view === 'free' ? free : teacherSeat.seat),
   sit,
   ask,
   select,
   hover,
   remove,
   settle,
-  movable: () => cells.get('workspace')?.simulated === true && connection.state === 'connected',
+  movable: () => store.get('workspace')?.simulated === true && connection.state === 'connected',
   zoom: (/** @type {number} */ factor) => {
     near = Math.min(1.3, Math.max(0.35, near * factor));
     stage.request(main);
@@ -304,13 +304,13 @@ find('hint-close').addEventListener('click', () => (find('hint').hidden = true))
 
 // The panels.
 
-const timeline = new Timeline(cells);
-new Dialogue(cells, (text) => ask('say', { text }), toasts);
-new Tasks(cells);
-new Lessons(cells, ask, toasts);
-new Health(cells);
-new Arming(cells, ask);
-new Palette(cells, {
+const timeline = new Timeline(store);
+new Dialogue(store, (text) => ask('say', { text }), toasts);
+new Tasks(store);
+new Lessons(store, ask, toasts);
+new Health(store);
+new Arming(store, ask);
+new Palette(store, {
   aim: (event) => {
     const rect = main.element.getBoundingClientRect();
     const tools = find('palette').getBoundingClientRect();
@@ -321,12 +321,12 @@ new Palette(cells, {
     if (item === null || at === undefined || !('kind' in item)) world.land(null);
     else {
       const thing = { ...item.kind, rgb: item.colour.rgb };
-      const others = cells.under('thing/').map(([, other]) => other);
+      const others = store.under('thing/').map(([, other]) => other);
       world.land(thing, landing(thing, at, 0, others));
     }
     stage.request(main);
   },
-  lying: () => cells.under('thing/').map(([, thing]) => thing).filter((thing) => thing.kind !== 'person' && thing.p),
+  lying: () => store.under('thing/').map(([, thing]) => thing).filter((thing) => thing.kind !== 'person' && thing.p),
   ask,
 });
 
@@ -346,32 +346,32 @@ function thought() {
   setTimeout(() => {
     thinking = false;
     for (const mind of minds) mind.beliefs.update();
-    region = extent([...cells.under('thing/').map(([, thing]) => thing).filter(({ kind }) => kind !== 'person'),
-      ...minds.flatMap(({ beliefs }) => cells.under(`belief/${beliefs.perspective}/`).map(([, belief]) => belief))]);
+    region = extent([...store.under('thing/').map(([, thing]) => thing).filter(({ kind }) => kind !== 'person'),
+      ...minds.flatMap(({ beliefs }) => store.under(`belief/${beliefs.perspective}/`).map(([, belief]) => belief))]);
     stage.request(...minds.map((mind) => mind.view));
-    listDivides(find('divides'), cells, partner, follow);
-    const robot = cells.get('robot');
+    listDivergences(find('divergences'), store, partner, follow);
+    const robot = store.get('robot');
     const shown = robot?.perspectives?.find((/** @type {any} */ each) => each.number === partner);
-    const differs = find('divides').children.length > 0;
-    const none = differs ? '' : agrees(shown, cells.get(`mind/${partner}`), robot?.agents ?? {});
-    write(find('divides-empty'), none);
-    find('divides-empty').hidden = none === '';
-    find('divides').hidden = none !== '';
+    const differs = find('divergences').children.length > 0;
+    const none = differs ? '' : agrees(shown, store.get(`mind/${partner}`), robot?.agents ?? {});
+    write(find('divergences-empty'), none);
+    find('divergences-empty').hidden = none === '';
+    find('divergences').hidden = none !== '';
     count();
   }, software ? BELIEFS_EVERY_MS.software : BELIEFS_EVERY_MS.card);
 }
 
 function count() {
   for (const [at, perspective] of [0, partner].entries()) {
-    const mind = cells.get(`mind/${perspective}`);
+    const mind = store.get(`mind/${perspective}`);
     const element = /** @type {Element} */ (find(`mind-${at}`).parentElement?.querySelector('.count'));
-    const n = cells.under(`belief/${perspective}/`).length;
+    const n = store.under(`belief/${perspective}/`).length;
     write(element, mind?.present === false ? `${perspective === 1 ? 'you are' : 'is'} away` : `${n} ${n === 1 ? 'thing' : 'things'}`);
   }
 }
 
 function perspectives() {
-  const robot = cells.get('robot');
+  const robot = store.get('robot');
   const all = (robot?.perspectives ?? []).filter((/** @type {any} */ each) => each.number !== 0);
   if (all.length > 0 && !all.some((/** @type {any} */ each) => each.number === partner)) partner = all[0].number;
   const tabs = find('perspectives');
@@ -401,20 +401,20 @@ function perspectives() {
   thought();
 }
 
-cells.on(['belief/', 'divide/', 'thing/', 'mind/'], thought);
+store.on(['belief/', 'divide/', 'thing/', 'mind/'], thought);
 let version = '';
-cells.on('robot', () => {
-  const now = cells.get('robot')?.version ?? '';
+store.on('robot', () => {
+  const now = store.get('robot')?.version ?? '';
   if (version !== '' && now !== '' && now !== version) toasts.show(`Leo is ${now} now: load the page again`);
   version = now || version;
 });
-cells.on('robot', perspectives);
-cells.on('mind/0', () => {
+store.on('robot', perspectives);
+store.on('mind/0', () => {
   if (view === 'leo') stage.request(main);
 });
-cells.on(['thing/', 'history/'], () => {
+store.on(['thing/', 'history/'], () => {
   if (chosen === null) return;
-  const key = cells.thing(chosen);
+  const key = store.thing(chosen);
   if (key === null) return select(null);
   if (key !== world.selected) {
     world.selected = key;
@@ -422,7 +422,7 @@ cells.on(['thing/', 'history/'], () => {
     removable();
     stage.request(main);
   }
-  if (timeline.id !== null && cells.get(`history/${timeline.id}`) !== undefined) return;
+  if (timeline.id !== null && store.get(`history/${timeline.id}`) !== undefined) return;
   const id = beliefOf(key);
   if (id !== timeline.id) follow(id);
 });
@@ -451,4 +451,4 @@ function loadBody() {
 }
 connection.open();
 
-probe({ cells, connection, stage, marks, main: main.element, world, chair, hand, look });
+probe({ store, connection, stage, hitTargets, main: main.element, world, teacherSeat, hand, look });

@@ -58,11 +58,11 @@ export class Palette {
   #list = find('palette-items');
   #said = '';
 
-  /** @param {import('./cells.js').Cells} cells @param {Desk} desk */
-  constructor(cells, desk) {
+  /** @param {import('./store.js').Store} store @param {Desk} desk */
+  constructor(store, desk) {
     this.#desk = desk;
-    cells.on('workspace', () => {
-      const workspace = cells.get('workspace');
+    store.on('workspace', () => {
+      const workspace = store.get('workspace');
       if (workspace !== undefined) this.#update(workspace.kinds ?? [], workspace.colours ?? []);
     });
   }

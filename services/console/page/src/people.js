@@ -14,19 +14,19 @@ export function signed(what, content, teacher) {
 }
 
 export class People {
-  #cells;
+  #store;
   /** @type {Set<number>} */
   #seen = new Set();
   #lesson = '';
 
-  /** @param {import('./cells.js').Cells} cells */
-  constructor(cells) {
-    this.#cells = cells;
-    cells.on(['thing/', 'workspace'], () => this.#update());
+  /** @param {import('./store.js').Store} store */
+  constructor(store) {
+    this.#store = store;
+    store.on(['thing/', 'workspace'], () => this.#update());
   }
 
   #update() {
-    const { lesson, title } = this.#cells.get('workspace') ?? {};
+    const { lesson, title } = this.#store.get('workspace') ?? {};
     const now = `${lesson} ${title}`;
     if (now !== this.#lesson) this.#seen.clear();
     this.#lesson = now;
@@ -34,18 +34,18 @@ export class People {
   }
 
   #here() {
-    const things = this.#cells.under('thing/').map(([, thing]) => thing);
+    const things = this.#store.under('thing/').map(([, thing]) => thing);
     return things.filter(({ kind }) => kind === 'person').map(({ agent }) => agent);
   }
 
   /** The numbers of all people of the lesson, and of those seen since it was opened. */
   all() {
-    const { simulated, people = [] } = this.#cells.get('workspace') ?? {};
+    const { simulated, people = [] } = this.#store.get('workspace') ?? {};
     return [...new Set([...(simulated ? people : []), ...this.#seen])].sort((a, b) => a - b);
   }
 
   /** Whether a person is away from the table; always `false` on a real robot. @param {number} agent */
   isAway(agent) {
-    return this.#cells.get('workspace')?.simulated === true && !this.#here().includes(agent);
+    return this.#store.get('workspace')?.simulated === true && !this.#here().includes(agent);
   }
 }

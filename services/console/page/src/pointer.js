@@ -2,7 +2,7 @@
 import { Plane, Raycaster, Vector2, Vector3 } from 'three';
 import { STEP_TURN } from './hand.js';
 import { takes } from './landing.js';
-import { apart } from './pose.js';
+import { distance } from './pose.js';
 import { approached, orbited, turned } from './seat.js';
 
 const DRAG_PX = 5;
@@ -14,7 +14,7 @@ const SCREEN_EVERY_MS = 50;
  * @typedef {object} Desk
  * @property {HTMLElement} element
  * @property {import('three').PerspectiveCamera} camera
- * @property {import('./cells.js').Cells} cells
+ * @property {import('./store.js').Store} store
  * @property {import('./world.js').World} world
  * @property {import('./hand.js').Hand} hand
  * @property {() => import('./lens.js').Name} view
@@ -88,12 +88,12 @@ export class Pointer {
     const things = keys.filter((key) => key !== null);
     if (this.#desk.view() === 'seat') return things[0] ?? null;
     // In the other views screens are transparent, so pick the thing behind.
-    return things.find((key) => this.#desk.cells.get(key)?.kind !== 'occluder') ?? things[0] ?? null;
+    return things.find((key) => this.#desk.store.get(key)?.kind !== 'occluder') ?? things[0] ?? null;
   }
 
   /** @param {PointerEvent} event */
   #press(event) {
-    const { element, hand, world, cells, view, movable } = this.#desk;
+    const { element, hand, world, store, view, movable } = this.#desk;
     if (event.button === 1) return;
     element.setPointerCapture(event.pointerId);
     this.#down.set(event.pointerId, new Vector2(event.clientX, event.clientY));
@@ -105,7 +105,7 @@ export class Pointer {
     if (hand.held !== null) hand.cancel();
     const start = new Vector2(event.clientX, event.clientY);
     const key = event.button === 2 || event.shiftKey ? null : this.pick(event);
-    const thing = key === null ? undefined : cells.get(key);
+    const thing = key === null ? undefined : store.get(key);
     const pose = key === null ? null : world.pose(key);
     const base = { key: null, begun: false, start, offset: /** @type {[number, number]} */ ([0, 0]), height: 0, pointer: event.pointerId };
     if (thing === undefined || pose === null || !movable()) {
@@ -180,10 +180,10 @@ export class Pointer {
    * @returns {[number, number] | null}
    */
   #target(event, drag) {
-    const { cells, hand } = this.#desk;
+    const { store, hand } = this.#desk;
     if (!event.altKey && hand.held !== null) {
       const over = this.pick(event, drag.key);
-      const thing = over === null ? undefined : cells.get(over);
+      const thing = over === null ? undefined : store.get(over);
       if (thing?.kind === 'object' && takes(thing, hand.held.thing)) return [thing.p[0], thing.p[1]];
     }
     const ground = this.ground(event, drag.height);
@@ -198,8 +198,8 @@ export class Pointer {
    * @param {boolean} last
    */
   #slide(key, x, y, last) {
-    const { cells, world, ask, hover } = this.#desk;
-    const thing = cells.get(key);
+    const { store, world, ask, hover } = this.#desk;
+    const thing = store.get(key);
     const pose = world.pose(key);
     if (thing === undefined || pose === null) return world.echo(key, null);
     world.echo(key, { p: [x, y, pose.p[2]], q: pose.q });
@@ -216,10 +216,10 @@ export class Pointer {
 
   /** The point that a moved head keeps looking at. @param {string} key @param {number[]} at */
   #lookOf(key, at) {
-    const thing = this.#desk.cells.get(key);
+    const thing = this.#desk.store.get(key);
     const seat = this.#desk.seat();
     if (thing.agent === this.#desk.eyes() && this.#desk.view() !== 'free') return seat.looks_at;
-    return apart(at, [0, 0.7, 0]) < 0.1 ? [0, 0.5, 0] : [0, 0.7, 0];
+    return distance(at, [0, 0.7, 0]) < 0.1 ? [0, 0.5, 0] : [0, 0.7, 0];
   }
 
   /** @param {PointerEvent} event */
@@ -234,7 +234,7 @@ export class Pointer {
     this.#leave(drag);
   }
 
-  /** Ends the drag of a screen or head: it stays there, and is drawn from the cells again. @param {Drag} drag */
+  /** Ends the drag of a screen or head: it stays there, and is drawn from the store again. @param {Drag} drag */
   #leave({ kind, key, begun }) {
     if (!begun || key === null || (kind !== 'screen' && kind !== 'person')) return;
     const pose = this.#desk.world.pose(key);

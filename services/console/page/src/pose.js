@@ -45,7 +45,7 @@ export function looksAt(p, q) {
  * @param {readonly number[]} a
  * @param {readonly number[]} b
  */
-export function apart(a, b) {
+export function distance(a, b) {
   return Math.hypot(...a.map((value, axis) => value - b[axis]));
 }
 

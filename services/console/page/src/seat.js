@@ -33,8 +33,8 @@ function from({ radius, around, above }, centre) {
   };
 }
 
-/** @param {number} value @param {number} least @param {number} most */
-const clamp = (value, least, most) => Math.min(most, Math.max(least, value));
+/** @param {number} value @param {number} min @param {number} max */
+const clamp = (value, min, max) => Math.min(max, Math.max(min, value));
 
 /**
  * The seat orbited around the point looked at.

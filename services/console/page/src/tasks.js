@@ -38,26 +38,26 @@ export function percent(posterior) {
 }
 
 export class Tasks {
-  #cells;
+  #store;
   #panel = find('tasks');
   /** @type {Map<string, HTMLElement>} */
   #shown = new Map();
 
-  /** @param {import('./cells.js').Cells} cells */
-  constructor(cells) {
-    this.#cells = cells;
-    cells.on('task/', (changes) => {
+  /** @param {import('./store.js').Store} store */
+  constructor(store) {
+    this.#store = store;
+    store.on('task/', (changes) => {
       for (const key of changes.keys()) this.#update(key);
       find('tasks-empty').hidden = this.#shown.size > 0;
     });
-    cells.on('robot', () => {
+    store.on('robot', () => {
       for (const key of this.#shown.keys()) this.#update(key);
     });
   }
 
   /** @param {string} key */
   #update(key) {
-    const task = this.#cells.get(key);
+    const task = this.#store.get(key);
     const old = this.#shown.get(key);
     if (task === undefined) {
       old?.remove();
@@ -97,7 +97,7 @@ export class Tasks {
 
   /** @param {string} key of a perspective */
   #whose(key) {
-    const robot = this.#cells.get('robot');
+    const robot = this.#store.get('robot');
     return asSeenBy(pathOf(key), robot?.agents ?? {});
   }
 

@@ -38,7 +38,7 @@ export function segmentWords({ known, seen, states }) {
 }
 
 export class Timeline {
-  #cells;
+  #store;
   #picture = find('timeline');
   #words = find('timeline-words');
   #title = find('timeline-title');
@@ -46,11 +46,11 @@ export class Timeline {
   id = null;
   #waiting = false;
 
-  /** @param {import('./cells.js').Cells} cells */
-  constructor(cells) {
-    this.#cells = cells;
-    cells.on(['history/', 'robot'], () => this.update());
-    cells.on('now', () => this.#soon());
+  /** @param {import('./store.js').Store} store */
+  constructor(store) {
+    this.#store = store;
+    store.on(['history/', 'robot'], () => this.update());
+    store.on('now', () => this.#soon());
     new ResizeObserver(() => this.update()).observe(this.#picture);
   }
 
@@ -65,7 +65,7 @@ export class Timeline {
   }
 
   update() {
-    const history = this.id === null ? undefined : this.#cells.get(`history/${this.id}`);
+    const history = this.id === null ? undefined : this.#store.get(`history/${this.id}`);
     find('timeline-empty').hidden = history !== undefined;
     this.#title.textContent = history?.words ?? '';
     if (history === undefined) {
@@ -74,14 +74,14 @@ export class Timeline {
       delete this.#words.dataset.text;
       return;
     }
-    const robot = this.#cells.get('robot');
+    const robot = this.#store.get('robot');
     const rows = history.tracks.map((/** @type {any} */ track) => {
       const perspective = robot?.perspectives?.find((/** @type {any} */ each) => each.number === track.perspective);
       const label = perspective === undefined ? `perspective ${track.perspective}` : believes(perspective, robot.agents ?? {});
       return { label, track };
     });
     const starts = rows.flatMap((/** @type {any} */ { track }) => track.points.slice(0, 1).map((/** @type {any} */ point) => point.t));
-    const now = this.#cells.get('now')?.t ?? 0;
+    const now = this.#store.get('now')?.t ?? 0;
     const [from, to] = [Math.min(now, ...starts), Math.max(now, Math.min(...starts) + 1)];
     this.#draw(rows, from, to);
     this.#tell(rows, to);

@@ -1,4 +1,4 @@
-// The scene of the actual world: things, screens, people and Leo's body, from the cells.
+// The scene of the actual world: things, screens, people and Leo's body, from the store.
 import { Mesh } from 'three';
 import { Body } from './body.js';
 import { themed } from './paint.js';
@@ -7,9 +7,9 @@ import { Room } from './room.js';
 import { UNIT_BOX } from './shapes.js';
 import { Solid } from './solid.js';
 import { setOpacity, surface } from './surface.js';
-import { Veil } from './veil.js';
+import { Occlusion } from './occlusion.js';
 
-/** @typedef {import('./cells.js').Cells} Cells */
+/** @typedef {import('./store.js').Store} Store */
 /** @typedef {import('./pose.js').Point} Point */
 /** @typedef {import('./pose.js').Turn} Turn */
 /** @typedef {{p: Point, q: Turn}} Pose */
@@ -19,12 +19,12 @@ export class World {
   #shown = new Map();
   /** Poses of things that this page moves, until Leo's world has followed. @type {Map<string, Pose>} */
   #echoes = new Map();
-  #cells;
+  #store;
   #glass = surface({ both: true });
   /** @type {Solid | null} */
   #landing = null;
   body = new Body();
-  veil = new Veil();
+  occlusion = new Occlusion();
   /** @type {string | null} */
   selected = null;
   /** @type {string | null} */
@@ -33,35 +33,35 @@ export class World {
   eyes = 1;
 
   /**
-   * @param {Cells} cells
+   * @param {Store} store
    * @param {{shadows: boolean}} how
    * @param {() => void} changed
    */
-  constructor(cells, { shadows }, changed) {
-    this.#cells = cells;
+  constructor(store, { shadows }, changed) {
+    this.#store = store;
     this.scene = new Room({ shadows, background: 'stage' });
-    this.scene.add(this.body, this.veil);
+    this.scene.add(this.body, this.occlusion);
     this.repaint();
-    cells.on('thing/', (changes) => {
+    store.on('thing/', (changes) => {
       for (const key of changes.keys()) this.#update(key);
       this.#cast();
       changed();
     });
-    cells.on('robot', () => {
-      const robot = cells.get('robot');
+    store.on('robot', () => {
+      const robot = store.get('robot');
       if (robot !== undefined) this.body.stand(robot.joints, robot.base);
-      for (const [key, thing] of cells.under('thing/')) if (thing.kind === 'person') this.#update(key);
+      for (const [key, thing] of store.under('thing/')) if (thing.kind === 'person') this.#update(key);
       changed();
     });
-    cells.on('joints', () => {
-      this.body.move(cells.get('joints') ?? []);
+    store.on('joints', () => {
+      this.body.move(store.get('joints') ?? []);
       changed();
     });
   }
 
   repaint() {
     this.scene.repaint();
-    this.veil.repaint();
+    this.occlusion.repaint();
     this.#glass.tint.copy(themed('screen'));
     for (const { object } of this.#shown.values()) if (object instanceof Person) object.repaint();
   }
@@ -74,10 +74,10 @@ export class World {
     const solid = view === 'seat';
     setOpacity(this.#glass, solid ? 1 : 0.34);
     this.body.showHead(view !== 'leo');
-    this.veil.visible = view !== 'seat' && !this.veil.empty;
+    this.occlusion.visible = view !== 'seat' && !this.occlusion.empty;
     for (const [key, { object }] of this.#shown) {
       if (!(object instanceof Person)) continue;
-      object.visible = view !== 'seat' || this.#cells.get(key)?.agent !== this.eyes;
+      object.visible = view !== 'seat' || this.#store.get(key)?.agent !== this.eyes;
       for (const part of object.field) part.visible = view !== 'seat';
     }
   }
@@ -92,11 +92,11 @@ export class World {
   pose(key) {
     const echo = this.#echoes.get(key);
     if (echo !== undefined) return echo;
-    const thing = this.#cells.get(key);
+    const thing = this.#store.get(key);
     return thing?.p ? { p: thing.p, q: thing.q ?? [0, 0, 0, 1] } : null;
   }
 
-  /** @param {string} key @param {Pose | null} pose `null`: the pose of the cells again */
+  /** @param {string} key @param {Pose | null} pose `null`: the pose of the store again */
   echo(key, pose) {
     if (pose === null) this.#echoes.delete(key);
     else this.#echoes.set(key, pose);
@@ -138,7 +138,7 @@ export class World {
 
   /** @param {string} key */
   #update(key) {
-    const thing = this.#cells.get(key);
+    const thing = this.#store.get(key);
     const pose = this.pose(key);
     if (thing === undefined || pose === null) return this.#drop(key);
     const form = JSON.stringify([thing.kind, thing.half, thing.shape, thing.rgb, thing.hole, thing.agent]);
@@ -162,7 +162,7 @@ export class World {
   /** @param {any} thing */
   #create(thing) {
     if (thing.kind === 'person') {
-      const person = new Person(this.#cells.get('robot')?.cone_rad ?? 1, thing.agent === 1 ? 'you' : 'other');
+      const person = new Person(this.#store.get('robot')?.cone_rad ?? 1, thing.agent === 1 ? 'you' : 'other');
       return person;
     }
     if (thing.kind === 'occluder') {
@@ -187,12 +187,12 @@ export class World {
   #cast() {
     let eye = null;
     const occluders = [];
-    for (const [key, thing] of this.#cells.under('thing/')) {
+    for (const [key, thing] of this.#store.under('thing/')) {
       const pose = this.pose(key);
       if (pose === null) continue;
       if (thing.kind === 'person' && thing.agent === this.eyes) eye = pose.p;
       if (thing.kind === 'occluder') occluders.push({ ...pose, half: thing.half });
     }
-    this.veil.cast(eye, occluders);
+    this.occlusion.cast(eye, occluders);
   }
 }

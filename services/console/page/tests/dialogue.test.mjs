@@ -1,8 +1,8 @@
 import assert from 'node:assert/strict';
 import { test } from 'node:test';
-import { Cells } from '../src/cells.js';
+import { Store } from '../src/store.js';
 import { Dialogue } from '../src/dialogue.js';
-import { listDivides } from '../src/divides.js';
+import { listDivergences } from '../src/divergences.js';
 import { furnish, taken } from './document.mjs';
 
 const line = (text) => ({ t: 1, who: null, kind: 'note', text });
@@ -13,7 +13,7 @@ function dialogue(t) {
   t.mock.timers.enable({ apis: ['setTimeout'] });
   globalThis.window = {};
   const ids = furnish({ log: 'ol', 'log-box': 'div', say: 'input', 'task-name': 'input', 'say-form': 'form', sentences: 'div', listen: 'button' });
-  const cells = new Cells();
+  const cells = new Store();
   new Dialogue(cells, async () => ({}), { show() {} });
   const apply = (changed, fresh = false) => cells.apply({ version: 1, fresh, cells: changed });
   const all = Object.fromEntries(Array.from({ length: 12 }, (_, n) => [`line/${n}`, line(`line ${n}`)]));
@@ -54,12 +54,12 @@ test('what was said before the page connected is not read out, and what is said 
 
 test('of what divides Leo and the teacher only what has changed is changed, and who is on it stays there', () => {
   const { list } = furnish({ list: 'ul' });
-  const cells = new Cells();
+  const cells = new Store();
   const divide = (words, robot, aspects = []) => ({ words, kind: 'different', robot, other: null, aspects });
   const chosen = [];
   const apply = (changed) => {
     cells.apply({ version: 1, fresh: false, cells: changed });
-    listDivides(list, cells, 1, (id) => chosen.push(id));
+    listDivergences(list, cells, 1, (id) => chosen.push(id));
   };
   apply({ robot, 'divide/1/a': divide('one', 1), 'divide/1/c': divide('three', 3) });
   const [one, three] = list.children;

@@ -12,7 +12,7 @@ await visit({}, async (page, until) => {
 
   await page.goto(process.argv[2]);
   await ready(page);
-  const lesson = await page.evaluate(() => window.leo.cells.get('lessons').find((each) => each.title.startsWith('Two teachers')).id);
+  const lesson = await page.evaluate(() => window.leo.store.get('lessons').find((each) => each.title.startsWith('Two teachers')).id);
   await page.selectOption('#lesson', lesson);
   await until('there are two teachers', () => Object.values(window.leo.under('thing/')).filter((thing) => thing.kind === 'person').length === 2);
   await page.click('#clear');

@@ -274,7 +274,7 @@ export class Fake {
       now: { t: Math.round(this.t * 10) / 10 },
       joints: (this.joints ?? []).map((name) => this.angle(name)),
       'joint-trouble': [],
-      arming: this.licences(),
+      arming: this.summary(),
       recording: this.recording,
     };
     ['sensor', 'belief', 'learner', 'motor', 'simulator', 'mock-bus'].forEach((name, at) => {
@@ -394,8 +394,8 @@ export class Fake {
     }
   }
 
-  /** The licences of 65 joints. */
-  licences() {
+  /** The summary of 65 joints. */
+  summary() {
     const locked = this.locked ? [{ cause: 'blocked', meaning: 'the joint did not follow its command: something held it', remedy: 'remove what held the joint', count: 1, joints: ['left_elbow_pitch_joint'] }] : [];
     const count = this.armed ? 0 : 65 - locked.length;
     const disarmed = count === 0 ? [] : [{ cause: 'not-started', meaning: 'the motor process started', remedy: 'arm', count, joints: [] }];

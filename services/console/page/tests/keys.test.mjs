@@ -1,6 +1,6 @@
 import assert from 'node:assert/strict';
 import { test } from 'node:test';
-import { Cells } from '../src/cells.js';
+import { Store } from '../src/store.js';
 
 // A minimal DOM for the keyboard.
 class HTMLElement {
@@ -16,13 +16,13 @@ const wall = (x) => ({ name: 'wall', kind: 'occluder', p: [x, 0.5, 0.1], q: [0, 
 
 /** A keyboard with a screen that Leo has moved since it was taken, and the requests sent. */
 function carrying() {
-  const cells = new Cells();
+  const cells = new Store();
   const asked = [];
   let press = (/** @type {any} */ event) => event;
   const keys = new Keys({
     element: { addEventListener: (kind, listener) => (press = listener), contains: () => true },
     camera: { matrixWorld: { elements: [1, 0] } },
-    cells,
+    store: cells,
     hand: { held: null, take() {}, turn() {}, cancel() {} },
     world: { pose: (key) => cells.get(key) },
     ask: (what, content) => asked.push([what, content]),
@@ -71,7 +71,7 @@ function sitting(view) {
   let press = (/** @type {any} */ event) => event;
   const desk = {
     element: { addEventListener: (kind, listener) => (press = listener), contains: () => true },
-    cells: new Cells(), hand: { held: null }, movable: () => true,
+    store: new Store(), hand: { held: null }, movable: () => true,
     view: () => view, seat: () => seat, sit: (next) => (seat = next),
   };
   new Keys(desk);

@@ -1,6 +1,6 @@
 import assert from 'node:assert/strict';
 import { test } from 'node:test';
-import { Cells } from '../src/cells.js';
+import { Store } from '../src/store.js';
 import { Lessons, lessonName, recordingWords } from '../src/lessons.js';
 import { furnish } from './document.mjs';
 
@@ -16,7 +16,7 @@ function picker(answer = {}) {
   });
   const asked = [];
   const shown = [];
-  const cells = new Cells();
+  const cells = new Store();
   const ask = async (what, content) => {
     asked.push([what, content]);
     return answer;

@@ -49,7 +49,7 @@ try {
   const page = await opened(context, {});
   const until = patient(page);
   const connected = () => until('it is connected', () => document.body.dataset.connection === 'connected'
-    && window.leo.cells.get('arming')?.stopped === false);
+    && window.leo.store.get('arming')?.stopped === false);
   await page.goto(url.href);
   await connected();
 
@@ -78,7 +78,7 @@ try {
   await page.evaluate(() => localStorage.clear());
   await page.reload();
   await until('the page says what it lacks', () => /leo run prints/.test(document.querySelector('#locked').textContent) && !document.querySelector('#locked').hidden);
-  must(await page.evaluate(() => window.leo.cells.get('arming') === undefined), 'that nothing is shown');
+  must(await page.evaluate(() => window.leo.store.get('arming') === undefined), 'that nothing is shown');
   await page.click('#stop-button');
   await until('the page says that the robot is stopped', () => /is raised/.test(document.querySelector('#toasts').textContent));
 
@@ -86,7 +86,7 @@ try {
   const second = await context.newPage();
   await second.goto(url.href);
   await until('it is connected again', () => document.body.dataset.connection === 'connected' && document.querySelector('#locked').hidden
-    && window.leo.cells.get('arming')?.stopped === true);
+    && window.leo.store.get('arming')?.stopped === true);
 } catch (error) {
   console.error(error.message);
   process.exitCode = 1;

@@ -1,6 +1,6 @@
 import assert from 'node:assert/strict';
 import { test } from 'node:test';
-import { Cells } from '../src/cells.js';
+import { Store } from '../src/store.js';
 import { Palette } from '../src/palette.js';
 import { furnish } from './document.mjs';
 
@@ -8,7 +8,7 @@ import { furnish } from './document.mjs';
 function palette(lying = []) {
   const ids = furnish({ 'palette-items': 'div' });
   const asked = [];
-  const cells = new Cells();
+  const cells = new Store();
   new Palette(cells, { aim: () => null, preview() {}, lying: () => lying, ask: async (what, content) => asked.push([what, content]) });
   cells.apply({ version: 1, fresh: false, cells: { workspace: { kinds: [], colours: [] } } });
   const chips = ids['palette-items'].children.flatMap((row) => row.children).filter(({ tag }) => tag === 'button');

@@ -1,6 +1,6 @@
 import assert from 'node:assert/strict';
 import { test } from 'node:test';
-import { Cells } from '../src/cells.js';
+import { Store } from '../src/store.js';
 import { People, signed } from '../src/people.js';
 
 const person = (agent) => ({ kind: 'person', agent });
@@ -8,7 +8,7 @@ const workspace = (lesson, simulated = true) => ({ lesson, title: '', simulated 
 
 /** Two people at the table of a lesson. */
 function table() {
-  const cells = new Cells();
+  const cells = new Store();
   const people = new People(cells);
   const apply = (changed) => cells.apply({ version: 1, fresh: false, cells: changed });
   apply({ workspace: workspace('two'), 'thing/0': { kind: 'object' }, 'thing/1': person(2), 'thing/2': person(1) });
@@ -25,7 +25,7 @@ test('who left is away, and can still be chosen', () => {
 });
 
 test('who left before the page was opened can come back', () => {
-  const cells = new Cells();
+  const cells = new Store();
   const people = new People(cells);
   const opened = { ...workspace('two'), people: [1, 2] };
   cells.apply({ version: 1, fresh: false, cells: { workspace: opened, 'thing/1': person(1) } });
@@ -45,7 +45,7 @@ test('of a real table, and before anything is known, nobody is said to be away',
   const { people, apply } = table();
   apply({ workspace: workspace('', false), 'thing/1': null, 'thing/2': null });
   assert.equal(people.isAway(1), false);
-  assert.equal(new People(new Cells()).isAway(1), false);
+  assert.equal(new People(new Store()).isAway(1), false);
 });
 
 test('whatever somebody does is sent as his, where there is more than one, and as whoever is named', () => {

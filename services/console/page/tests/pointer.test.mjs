@@ -45,7 +45,7 @@ function over(thing) {
     },
   };
   new Pointer({
-    element, camera, world, cells: { get: () => thing }, hand, view: () => 'free', eyes: () => 1,
+    element, camera, world, store: { get: () => thing }, hand, view: () => 'free', eyes: () => 1,
     seat: () => ({ eyes: [0, -2, 1], looks_at: [0, 0, 0] }), sit: (seat) => done.push(['sit', seat.eyes]), select() {}, hover() {}, movable: () => true, zoom() {},
     ask: async (what, content) => asked.push([what, content]),
   });

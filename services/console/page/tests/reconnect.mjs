@@ -8,15 +8,15 @@
 import { ready, visit } from './browser.mjs';
 
 await visit({}, async (page, until) => {
-  const served = () => page.evaluate(() => window.leo.cells.get('process/console'));
-  const now = () => page.evaluate(() => window.leo.cells.get('now').t);
+  const served = () => page.evaluate(() => window.leo.store.get('process/console'));
+  const now = () => page.evaluate(() => window.leo.store.get('now').t);
   /** Number of lost connections since the last call; polling the state could miss a short one. */
   const lost = () => page.evaluate(() => window.states.splice(0).filter((state) => state === 'lost').length);
 
   await page.goto(process.argv[2]);
   await ready(page);
   await until('it is connected to a console that runs', () => document.body.dataset.connection === 'connected'
-    && window.leo.cells.get('process/console')?.pid > 0 && window.leo.cells.get('now') !== undefined);
+    && window.leo.store.get('process/console')?.pid > 0 && window.leo.store.get('now') !== undefined);
   await page.evaluate(() => {
     window.states = [];
     new MutationObserver(() => window.states.push(document.body.dataset.connection))
@@ -27,19 +27,19 @@ await visit({}, async (page, until) => {
   const then = await now();
   process.kill(pid, 'SIGKILL');
   await until('it is connected to the next console', (before) => document.body.dataset.connection === 'connected'
-    && window.leo.cells.get('process/console')?.restarts > before, restarts);
-  await until('time goes on', (before) => window.leo.cells.get('now')?.t > before, then);
+    && window.leo.store.get('process/console')?.restarts > before, restarts);
+  await until('time goes on', (before) => window.leo.store.get('now')?.t > before, then);
   if (await lost() === 0) throw new Error('the page did not say that Leo was lost');
 
   const { pid: second } = await served();
   console.log('restart');
   await until('it is connected to the next robot', (before) => document.body.dataset.connection === 'connected'
-    && window.leo.cells.get('process/console')?.restarts === 0 && window.leo.cells.get('process/console').pid !== before
-    && window.leo.cells.get('workspace')?.simulated, second);
+    && window.leo.store.get('process/console')?.restarts === 0 && window.leo.store.get('process/console').pid !== before
+    && window.leo.store.get('workspace')?.simulated, second);
   if (await lost() === 0) throw new Error('the page did not say that Leo was lost');
 
   await page.click('#clear');
-  await until('the table is empty', () => window.leo.cells.get('workspace').mode === 'set-up'
+  await until('the table is empty', () => window.leo.store.get('workspace').mode === 'set-up'
     && Object.values(window.leo.under('thing/')).every((thing) => thing.kind === 'person'));
   await page.click('[data-add="red square"]');
   await until('a block lies there', () => window.leo.screen('red square') !== null && window.leo.thing('red square').held === null);

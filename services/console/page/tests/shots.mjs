@@ -112,7 +112,7 @@ const sights = () => laptop.evaluate(() => Object.values(window.leo.under('line/
 /** Lays a table of the lesson, which ends the script. @param {number} table */
 async function lay(table) {
   await laptop.selectOption('#lay', String(table));
-  await until(`table ${table} lies there`, (n) => window.leo.cells.get('workspace').table === n && window.leo.cells.get('workspace').mode === 'set-up', table);
+  await until(`table ${table} lies there`, (n) => window.leo.store.get('workspace').table === n && window.leo.store.get('workspace').mode === 'set-up', table);
   await until('Leo knows of all that lies there', () => {
     const objects = Object.values(window.leo.under('thing/')).filter((thing) => thing.kind === 'object');
     return objects.length > 0 && objects.every((thing) => thing.belief !== null);
@@ -138,16 +138,16 @@ async function fill(holes) {
 }
 
 async function done() {
-  const before = await laptop.evaluate(() => window.leo.cells.get('task/task 1')?.examples ?? 0);
+  const before = await laptop.evaluate(() => window.leo.store.get('task/task 1')?.examples ?? 0);
   await say('Task 1 is done');
-  await until('Leo has an example more', (n) => (window.leo.cells.get('task/task 1')?.examples ?? 0) > n, before);
+  await until('Leo has an example more', (n) => (window.leo.store.get('task/task 1')?.examples ?? 0) > n, before);
 }
 
 /** Task 1 was demonstrated once, and half a second time: Leo knows of a block that the teacher does not see. */
 async function halfway() {
   for (const table of [0, 1]) {
     await lay(table);
-    await until('the teacher does not know of the blue square', () => [...document.querySelectorAll('#divides li[data-kind="unknown"]')].some((item) => item.textContent.includes('blue')));
+    await until('the teacher does not know of the blue square', () => [...document.querySelectorAll('#divergences li[data-kind="unknown"]')].some((item) => item.textContent.includes('blue')));
     await say('Leo, I can teach you to do task 1');
     await fill(table === 0 ? 4 : 2);
     if (table === 0) await done();
@@ -158,16 +158,16 @@ async function halfway() {
 async function performed() {
   await fill(4);
   await done();
-  await lay(await laptop.evaluate(() => window.leo.cells.get('workspace').tables - 1));
-  const before = await laptop.evaluate(() => window.leo.cells.get('task/task 1').performances.filter((each) => each.result).length);
+  await lay(await laptop.evaluate(() => window.leo.store.get('workspace').tables - 1));
+  const before = await laptop.evaluate(() => window.leo.store.get('task/task 1').performances.filter((each) => each.result).length);
   await say('Leo, do task 1');
-  await until('Leo has performed', (n) => window.leo.cells.get('task/task 1').performances.filter((each) => each.result).length > n, before);
+  await until('Leo has performed', (n) => window.leo.store.get('task/task 1').performances.filter((each) => each.result).length > n, before);
 }
 
 /** A table during set-up: a few things from the palette, one of them selected. */
 async function setUp() {
   await laptop.click('#clear');
-  await until('the table is empty', () => window.leo.cells.get('workspace').mode === 'set-up'
+  await until('the table is empty', () => window.leo.store.get('workspace').mode === 'set-up'
     && Object.values(window.leo.under('thing/')).every((thing) => thing.kind === 'person'));
   for (const item of ['screen', 'red square', 'blue square', 'wood peg']) {
     const before = await laptop.evaluate(() => Object.keys(window.leo.under('thing/')).length);
@@ -180,7 +180,7 @@ async function setUp() {
 try {
   await halfway();
   await onEach(async (page, shown) => {
-    await shown('all that is half filled', () => window.leo.thing('green') !== undefined && document.querySelectorAll('#divides li').length > 0);
+    await shown('all that is half filled', () => window.leo.thing('green') !== undefined && document.querySelectorAll('#divergences li').length > 0);
     await select(page, 'green', () => document.querySelector('#timeline svg') !== null);
   });
   await shoot('page', { whole: true });

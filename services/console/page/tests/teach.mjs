@@ -51,7 +51,7 @@ const until = patient(page);
 
 const objects = () => page.evaluate(() => Object.values(window.leo.under('thing/')).filter((thing) => thing.kind !== 'person').length);
 const saw = () => page.evaluate(() => Object.values(window.leo.under('line/')).filter((line) => line.kind === 'saw').length);
-const examples = (task) => page.evaluate((name) => window.leo.cells.get(`task/${name}`)?.examples ?? 0, task);
+const examples = (task) => page.evaluate((name) => window.leo.store.get(`task/${name}`)?.examples ?? 0, task);
 
 async function drag(from, to) {
   await page.mouse.move(from.x, from.y);
@@ -78,7 +78,7 @@ async function add(item, x, y) {
 
 async function clear() {
   await page.click('#clear');
-  await until('the table is empty', () => window.leo.cells.get('workspace').mode === 'set-up'
+  await until('the table is empty', () => window.leo.store.get('workspace').mode === 'set-up'
     && Object.values(window.leo.under('thing/')).every((thing) => thing.kind === 'person'));
 }
 
@@ -154,8 +154,8 @@ async function demonstrate({ blocks, screen, pegs }) {
   await page.keyboard.press('Control+z');
   await until('the last peg is taken back', (n) => Object.values(window.leo.under('thing/')).filter((thing) => thing.kind !== 'person').length === n, lying);
   await until('Leo knows of all things', (n) => Object.keys(window.leo.under('belief/0/')).length >= n, blocks.length + pegs.length);
-  await until('the teacher does not know of the blue square', () => [...document.querySelectorAll('#divides li[data-kind="unknown"]')].some((item) => item.textContent.includes('blue')));
-  const shown = await page.$eval('#divides', (list) => list.textContent);
+  await until('the teacher does not know of the blue square', () => [...document.querySelectorAll('#divergences li[data-kind="unknown"]')].some((item) => item.textContent.includes('blue')));
+  const shown = await page.$eval('#divergences', (list) => list.textContent);
   await say(`Leo, I can teach you to do ${TASK}`);
   const fills = blocks.filter(([colour]) => colour !== 'blue').map(([colour]) => names[colour]);
   const hands = ['mouse', 'finger', 'keyboard'];
@@ -167,7 +167,7 @@ async function demonstrate({ blocks, screen, pegs }) {
 async function done(task) {
   const before = await examples(task);
   await say(`${task} is done`);
-  await until('Leo has an example more', ([name, n]) => (window.leo.cells.get(`task/${name}`)?.examples ?? 0) > n, [task, before]);
+  await until('Leo has an example more', ([name, n]) => (window.leo.store.get(`task/${name}`)?.examples ?? 0) > n, [task, before]);
 }
 
 /** Two demonstrations that no rule explains both: rules that fit one of them tie, or rank lower. */
@@ -188,10 +188,10 @@ async function perform() {
   for (const [colour, x, y] of NOVEL.blocks) await add(`${colour} square`, x, y);
   for (const x of NOVEL.pegs) await add('wood peg', x, NOVEL_PEGS_Y);
   await until('Leo knows of all things', (n) => Object.keys(window.leo.under('belief/0/')).length >= n, NOVEL.blocks.length + NOVEL.pegs.length);
-  const before = await page.evaluate((name) => window.leo.cells.get(`task/${name}`).performances.filter((each) => each.result).length, TASK);
+  const before = await page.evaluate((name) => window.leo.store.get(`task/${name}`).performances.filter((each) => each.result).length, TASK);
   // In the format of speech recognisers.
   await say(`leo do ${TASK}`, speak);
-  await until('Leo has performed', ([name, n]) => window.leo.cells.get(`task/${name}`).performances.filter((each) => each.result).length > n, [TASK, before]);
+  await until('Leo has performed', ([name, n]) => window.leo.store.get(`task/${name}`).performances.filter((each) => each.result).length > n, [TASK, before]);
 }
 
 /** What the page shows of the tasks, read from its document. */
@@ -227,15 +227,15 @@ const account = () => page.evaluate(() => [...document.querySelectorAll('.task')
 try {
   await page.goto(base ?? own.address);
   await ready(page);
-  const divides = [];
-  for (const table of TABLES) divides.push(await demonstrate(table));
+  const divergences = [];
+  for (const table of TABLES) divergences.push(await demonstrate(table));
   await perform();
   await cannotHear();
   await leaveOpen();
   const tasks = await account();
   const said = await page.$eval('#log', (log) => log.textContent);
   if (troubles.length > 0) throw new Error(`the page failed: ${troubles.join('; ')}`);
-  console.log(JSON.stringify({ tasks, said, divides }, null, 2));
+  console.log(JSON.stringify({ tasks, said, divergences }, null, 2));
 } catch (error) {
   if (process.env.PICTURE) await page.screenshot({ path: process.env.PICTURE });
   const toasts = await page.$$eval('.toast span', (all) => all.map((each) => each.textContent)).catch(() => []);

@@ -1,6 +1,6 @@
 import assert from 'node:assert/strict';
 import { test } from 'node:test';
-import { Cells } from '../src/cells.js';
+import { Store } from '../src/store.js';
 
 /** A minimal DOM for the timeline. */
 function element() {
@@ -20,7 +20,7 @@ globalThis.ResizeObserver = class { observe() {} };
 const { Timeline } = await import('../src/timeline.js');
 
 test('a thing that is selected again is told again', () => {
-  const cells = new Cells();
+  const cells = new Store();
   const timeline = new Timeline(cells);
   const tracks = [{ perspective: 0, points: [{ t: 0, known: true, seen: true, states: {}, p: null }] }];
   const told = () => found.get('timeline-words').children.map(({ textContent }) => textContent);

@@ -78,7 +78,7 @@ try {
   await foreign.evaluate((address) => fetch(address, { method: 'POST', mode: 'no-cors', credentials: 'include' }), `${clean}stop`);
   const [answered] = await Promise.all([foreign.waitForNavigation(), foreign.evaluate(() => document.querySelector('#form').submit())]);
   must(answered.status() === 403, 'that a page of another site cannot stop the robot');
-  must(await page.evaluate(() => window.leo.cells.get('arming')?.stopped === false), 'that the robot was not stopped');
+  must(await page.evaluate(() => window.leo.store.get('arming')?.stopped === false), 'that the robot was not stopped');
 
   // A link on another site still opens the page.
   const led = await (await browser.newContext()).newPage();

@@ -14,5 +14,5 @@ await visit({ browser: { more: ['--disable-3d-apis'] }, page: { viewport: { widt
   const { error } = await page.evaluate(() => window.leo.connection.ask('undo'));
   if (!/leo run/.test(error)) throw new Error(`the page commanded the robot: ${error}`);
   await page.click('#stop-button');
-  await until('the robot is stopped', () => window.leo.cells.get('arming')?.stopped === true);
+  await until('the robot is stopped', () => window.leo.store.get('arming')?.stopped === true);
 });

@@ -1,12 +1,12 @@
-use message::{Joints, LicenceGroup, Licences};
+use message::{ArmingGroup, ArmingSummary, Joints};
 use serde_json::{Value, json};
 
 use crate::state_store::StateStore;
 
 /// Publishes how many joints may move, and why the others may not.
 pub(crate) fn arming(state_store: &mut StateStore, names: &[String], joints: &Joints, is_stopped: bool) {
-    let licences = Licences::of(joints.all());
-    let groups = |groups: &[LicenceGroup]| -> Value {
+    let summary = ArmingSummary::of(joints.all());
+    let groups = |groups: &[ArmingGroup]| -> Value {
         groups
             .iter()
             .map(|group| {
@@ -25,9 +25,9 @@ pub(crate) fn arming(state_store: &mut StateStore, names: &[String], joints: &Jo
         "arming",
         &json!({
             "joints": joints.all().len(),
-            "armed": licences.armed,
-            "disarmed": groups(&licences.disarmed),
-            "locked": groups(&licences.locked),
+            "armed": summary.armed,
+            "disarmed": groups(&summary.disarmed),
+            "locked": groups(&summary.locked),
             "locks": joints.locks,
             "stopped": is_stopped,
             "limited": joints.limited,
@@ -39,7 +39,7 @@ pub(crate) fn arming(state_store: &mut StateStore, names: &[String], joints: &Jo
 #[cfg(test)]
 mod tests {
     use message::{
-        JointCause, JointLicence, JointLink, JointMachines, JointMode, JointMotion, JointPower, JointState,
+        JointArming, JointCause, JointLink, JointMachines, JointMode, JointMotion, JointPower, JointState,
     };
 
     use super::*;
@@ -49,14 +49,14 @@ mod tests {
         let machines = JointMachines {
             link: JointLink::Answering,
             power: JointPower::Off,
-            licence: JointLicence::Locked,
-            licence_cause: JointCause::Blocked,
+            arming: JointArming::Locked,
+            arming_cause: JointCause::Blocked,
             motion: JointMotion::Idle,
         };
         let state = |joint| JointState::unread(joint, JointMode::Limp, JointCause::Blocked);
         let armed = JointMachines {
-            licence: JointLicence::Armed,
-            licence_cause: JointCause::None,
+            arming: JointArming::Armed,
+            arming_cause: JointCause::None,
             motion: JointMotion::Track,
             ..machines
         };

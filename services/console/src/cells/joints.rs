@@ -20,8 +20,8 @@ pub(crate) fn joints(state_store: &mut StateStore, names: &[String], states: &[J
                 "cause": state.cause().map(JointCause::name),
                 "link": machines.map(|machines| machines.link.name()),
                 "power": machines.map(|machines| machines.power.name()),
-                "arming": machines.map(|machines| machines.licence.name()),
-                "arming_cause": machines.map(|machines| machines.licence_cause.name()),
+                "arming": machines.map(|machines| machines.arming.name()),
+                "arming_cause": machines.map(|machines| machines.arming_cause.name()),
                 "motion": machines.map(|machines| machines.motion.name()),
             }));
         }

@@ -20,9 +20,9 @@ impl Lines {
     /// Appends a line and removes the oldest surplus one.
     pub(crate) fn add(&mut self, state_store: &mut StateStore, t: f64, line: &Line) {
         self.last += 1;
-        let said =
+        let value =
             json!({ "t": rounded(t, 100.0), "who": line.who, "kind": line.kind.word(), "text": line.text });
-        state_store.put(&key(self.last), &said);
+        state_store.put(&key(self.last), &value);
         self.shown.push_back(self.last);
         if self.shown.len() > MAX_LINES
             && let Some(oldest) = self.shown.pop_front()

@@ -1,4 +1,4 @@
-//! Arming from the page: shows the joints' licences and forwards the arming order.
+//! Arming from the page: shows the joints' summary and forwards the arming order.
 
 use std::path::{Path, PathBuf};
 
@@ -18,7 +18,7 @@ const READ_INTERVAL: Duration = Duration::from_millis(200);
 /// Time-out of an arming order. The motor process normally takes one within a few cycles.
 const ORDER_TIMEOUT: Duration = Duration::from_secs(3);
 
-/// Publishes the licences of the joints and tracks the pages waiting for the result of an arming order.
+/// Publishes the summary of the joints and tracks the pages waiting for the result of an arming order.
 pub(crate) struct Arming {
     domain: PathBuf,
     joint_names: Vec<String>,
@@ -46,7 +46,7 @@ impl Arming {
         }
     }
 
-    /// Publishes the licences every [`READ_INTERVAL`]. The lock count comes from the same reading as the licences,
+    /// Publishes the summary every [`READ_INTERVAL`]. The lock count comes from the same reading as the summary,
     /// so a page cannot acknowledge a lock that it has not shown.
     pub(crate) fn show(&mut self, now: Instant, member: &ProcessNode, state_store: &mut StateStore) {
         if self.read_at.is_some_and(|then| now.since(then) < READ_INTERVAL) {

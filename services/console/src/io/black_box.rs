@@ -126,9 +126,9 @@ impl BlackBox {
         self.looked_at = Some(now);
         self.waiting.requesters.extend(black_box::asked(&self.domain).map(Requester::Program));
         self.check_failures(now, node, quarantined);
-        let told = self.written();
+        let lines = self.written();
         self.write(now);
-        told
+        lines
     }
 
     fn check_failures(&mut self, now: Instant, node: &Node, quarantined: &[u32]) {
@@ -182,12 +182,12 @@ impl BlackBox {
             // The next dump must not wait for a thread that is gone.
             outcome => outcome.unwrap_or_else(|_| Err(NO_RESULT.to_owned())),
         };
-        let said = outcome.as_ref().map(|written| written.file.as_str()).map_err(String::as_str);
+        let result = outcome.as_ref().map(|written| written.file.as_str()).map_err(String::as_str);
         for requester in &writing.wanted.requesters {
             match requester {
-                Requester::Page(answer, id) => reply(answer, *id, said.map(|file| Some(("file", file)))),
+                Requester::Page(answer, id) => reply(answer, *id, result.map(|file| Some(("file", file)))),
                 Requester::Program(word) => {
-                    if let Err(error) = black_box::answer(&self.domain, word, said) {
+                    if let Err(error) = black_box::answer(&self.domain, word, result) {
                         tracing::warn!(%error, "cannot answer the request for the last minutes");
                     }
                 }
@@ -203,10 +203,10 @@ impl BlackBox {
     pub(crate) fn end(self) -> impl FnOnce() -> Vec<String> + Send {
         let Self { kept, waiting, writing, .. } = self;
         move || {
-            let mut told = Vec::new();
+            let mut lines = Vec::new();
             if let Some(Writing { wanted, outcome }) = writing {
                 let outcome = outcome.recv().unwrap_or_else(|_| Err(NO_RESULT.to_owned()));
-                told.push(dump_message(&wanted, &outcome));
+                lines.push(dump_message(&wanted, &outcome));
             }
             if let Ok(kept) = &kept
                 && !waiting.failed.is_empty()
@@ -214,9 +214,9 @@ impl BlackBox {
                 let written = kept
                     .last()
                     .and_then(|last| write(&last.newest(FINAL_DUMP_SPAN), &kept.files, &waiting.word()));
-                told.push(dump_message(&waiting, &written));
+                lines.push(dump_message(&waiting, &written));
             }
-            told
+            lines
         }
     }
 }

@@ -140,12 +140,12 @@ impl Waiting {
 }
 
 /// Answers a page. The answer is dropped if the page's queue is full.
-pub(crate) fn reply(to: &Sender<String>, id: Option<u64>, said: Result<Option<(&str, &str)>, &str>) {
+pub(crate) fn reply(to: &Sender<String>, id: Option<u64>, result: Result<Option<(&str, &str)>, &str>) {
     let Some(id) = id else { return };
     let mut answer = json!({ "answer": id });
     let fields = answer.as_object_mut();
     if let Some(fields) = fields {
-        match said {
+        match result {
             Ok(extra) => {
                 fields.insert("ok".to_owned(), true.into());
                 if let Some((name, value)) = extra {

@@ -135,7 +135,7 @@ impl TopicPoller {
 
     /// The overflow message, once, if some perspective or one of its inputs overflowed.
     pub(crate) fn crowded(&mut self) -> Option<&'static str> {
-        let leaves_out = |head: &BeliefHead| head.overflowed > 0 || head.header.left_out > 0;
+        let leaves_out = |head: &BeliefHead| head.overflowed > 0 || head.header.over_capacity > 0;
         let is_crowded = self.perspectives.iter().any(|perspective| leaves_out(&perspective.head));
         (is_crowded && !std::mem::replace(&mut self.crowded, is_crowded)).then_some(OVERFLOW_MESSAGE)
     }

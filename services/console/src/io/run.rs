@@ -53,15 +53,15 @@ pub fn run(launch: &Launch, robot: &Robot, lesson: &Lesson) -> Result<(), Failur
         let _taken = writeln!(out, "the page is at {}{everywhere}", web.url);
     }
     while let Some(now) = member.next_cycle()? {
-        let mut told = event_reader.hear()?;
+        let mut lines = event_reader.hear()?;
         let notes = page_services.black_box.step(now, member.node(), &look.quarantined);
-        told.extend(notes.iter().map(|words| event_reader.narrator.note(now.as_nanos(), words)));
+        lines.extend(notes.iter().map(|words| event_reader.narrator.note(now.as_nanos(), words)));
         {
             let mut shared = page_services.web.as_ref().map(|web| web.shared.state_store());
             let state_store = shared.as_deref_mut().unwrap_or(&mut unseen);
-            look.look(state_store, |at_ns, words| told.push(event_reader.narrator.divide(at_ns, words)))?;
-            told.extend(look.crowded().map(|words| event_reader.narrator.note(now.as_nanos(), words)));
-            for line in &told {
+            look.look(state_store, |at_ns, words| lines.push(event_reader.narrator.divide(at_ns, words)))?;
+            lines.extend(look.crowded().map(|words| event_reader.narrator.note(now.as_nanos(), words)));
+            for line in &lines {
                 let t = look.seconds(line.at_ns);
                 event_reader.lines.add(state_store, t, line);
             }
@@ -69,7 +69,7 @@ pub fn run(launch: &Launch, robot: &Robot, lesson: &Lesson) -> Result<(), Failur
                 tasks(state_store, &event_reader.account);
             }
         }
-        let text: String = told.iter().map(|line| transcript.text(line)).collect();
+        let text: String = lines.iter().map(|line| transcript.text(line)).collect();
         if !text.is_empty() {
             let _taken = out.write_all(text.as_bytes());
         }
@@ -116,7 +116,7 @@ struct EventReader {
     account: Account,
     lines: Lines,
     /// Number of utterances received.
-    said: u32,
+    sentences_said: u32,
     /// Whether the account changed since it was last published.
     has_news: bool,
 }
@@ -129,17 +129,17 @@ impl EventReader {
             narrator: Narrator::new(&robot.leo.belief.names),
             account: Account::newest(),
             lines: Lines::default(),
-            said: 0,
+            sentences_said: 0,
             has_news: true,
         })
     }
 
     fn hear(&mut self) -> Result<Vec<Line>, Failure> {
-        let mut told = Vec::new();
+        let mut lines = Vec::new();
         while let Some(frame) = self.utterances.receive()? {
             for utterance in frame.entries() {
-                self.said += 1;
-                told.push(self.narrator.utterance(frame.head().valid_at_ns, utterance));
+                self.sentences_said += 1;
+                lines.push(self.narrator.utterance(frame.head().valid_at_ns, utterance));
             }
         }
         while let Some(frame) = self.events.receive()? {
@@ -148,12 +148,12 @@ impl EventReader {
                 let is_known = event.kind() == Some(EventKind::Remembered)
                     && self.account.examples(event.task.as_str()) == Some(event.examples);
                 let line = self.narrator.event(frame.head().valid_at_ns, event);
-                told.extend(line.filter(|_| !is_known));
+                lines.extend(line.filter(|_| !is_known));
                 self.account.note(event);
                 self.has_news = true;
             }
         }
-        Ok(told)
+        Ok(lines)
     }
 }
 
@@ -301,7 +301,7 @@ impl End {
         } else {
             is_played
         };
-        let is_over = event_reader.said >= self.sentences && has_performed;
+        let is_over = event_reader.sentences_said >= self.sentences && has_performed;
         if is_watched || self.stays || !is_over {
             self.over_since = None;
             return false;

@@ -95,8 +95,8 @@ struct Requester {
 }
 
 impl Requester {
-    fn tell(&self, said: Result<Option<&Path>, &str>) {
-        let file = said.map(|file| file.map(|file| file.display().to_string()));
+    fn tell(&self, result: Result<Option<&Path>, &str>) {
+        let file = result.map(|file| file.map(|file| file.display().to_string()));
         reply(
             &self.answer,
             self.id,

@@ -80,7 +80,7 @@ pub(crate) struct Shared {
     metrics: Mutex<Bytes>,
     urdf: Bytes,
     pending_requests: Sender<QueuedRequest>,
-    lock: guard::AccessPolicy,
+    policy: guard::AccessPolicy,
     stop: stop::Stop,
     connections: Arc<connections::Table>,
     /// The teacher who acts if a page names none.
@@ -95,7 +95,7 @@ impl Shared {
     fn new(
         urdf: String,
         first: u16,
-        lock: guard::AccessPolicy,
+        policy: guard::AccessPolicy,
         stop: stop::Stop,
         timeouts: Timeouts,
     ) -> (Arc<Self>, Receiver<QueuedRequest>) {
@@ -106,7 +106,7 @@ impl Shared {
             metrics: Mutex::default(),
             urdf: urdf.into(),
             pending_requests,
-            lock,
+            policy,
             stop,
             connections: Arc::default(),
             first,
@@ -148,8 +148,8 @@ struct PageSlot {
 impl PageSlot {
     /// Takes a slot, if one is free. Pages without the token cannot use up the slots of those with it.
     fn take(shared: &Arc<Shared>, access: Access) -> Option<Self> {
-        let take = |places: &AtomicU64, most: u64| {
-            let further = |open: u64| (open < most).then_some(open + 1);
+        let take = |places: &AtomicU64, max: u64| {
+            let further = |open: u64| (open < max).then_some(open + 1);
             places.fetch_update(Ordering::Relaxed, Ordering::Relaxed, further).is_ok()
         };
         if access == Access::Read && !take(&shared.counts.readers, MAX_READERS) {
@@ -229,8 +229,8 @@ impl Web {
         let token = before.token.map_or_else(Token::new, Ok)?;
         let server_identity = ServerIdentity { port: Some(at.port()), token: Some(token.clone()) };
         let query = format!("?token={}", token.as_str());
-        let lock = guard::AccessPolicy { token, port: at.port(), open };
-        let (shared, asked) = Shared::new(urdf, first, lock, stop::Stop::new(domain, moves_here), timeouts);
+        let policy = guard::AccessPolicy { token, port: at.port(), open };
+        let (shared, asked) = Shared::new(urdf, first, policy, stop::Stop::new(domain, moves_here), timeouts);
         let (stop, stopped) = tokio::sync::oneshot::channel();
         let state = Arc::clone(&shared);
         thread::Builder::new().name("web".to_owned()).spawn(move || {
@@ -262,8 +262,8 @@ impl Web {
     /// Number of refused or malformed messages, refused requests and evicted connections.
     pub(crate) fn refused(&self) -> u64 {
         let counts = &self.shared.counts;
-        let said = counts.malformed.load(Ordering::Relaxed) + counts.refused.load(Ordering::Relaxed);
-        said + self.shared.connections.evicted()
+        let refused = counts.malformed.load(Ordering::Relaxed) + counts.refused.load(Ordering::Relaxed);
+        refused + self.shared.connections.evicted()
     }
 
     /// Number of open pages.

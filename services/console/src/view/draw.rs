@@ -1,6 +1,6 @@
 //! Draws the screen, for a terminal of 80 columns.
 
-use message::{JointCause, JointState, Licences, Process};
+use message::{ArmingSummary, JointCause, JointState, Process};
 use ratatui::Frame;
 use ratatui::layout::{Constraint, Layout, Rect};
 use ratatui::style::{Modifier, Style};
@@ -10,7 +10,7 @@ use ratatui::widgets::{Cell, Paragraph, Row, Table, TableState};
 use super::histogram;
 use super::rows::BusRow;
 use super::screen::{Screen, View};
-use super::table::{rare_events, said, warnings};
+use super::table::{nonzero_counts, rare_events, warnings};
 
 const KEYS: &str = "q quit  s sort  r reverse  space freeze  h histogram  b buses  j joints  ? help";
 
@@ -64,8 +64,8 @@ fn title(screen: &Screen) -> String {
     };
     let frozen = if screen.is_frozen { "   FROZEN" } else { "" };
     let gone = if screen.is_running { "" } else { "   THE ROBOT HAS ENDED" };
-    // The licences are shown above every view.
-    let line = Licences::of(&screen.readings.joints).line();
+    // The summary is shown above every view.
+    let line = ArmingSummary::of(&screen.readings.joints).line();
     let joints = if line.is_empty() { line } else { format!("   {line}") };
     format!(" leo top   {about}{frozen}{gone}{joints}")
 }
@@ -128,8 +128,9 @@ fn histograms(frame: &mut Frame<'_>, area: Rect, screen: &Screen) {
     let health = process.and_then(|process| screen.readings.processes.get(&process));
     let Some(health) = health else { return };
     let sides: [Rect; 3] = Layout::horizontal([Constraint::Ratio(1, 3); 3]).areas(area);
-    let told = [("wake-up", &health.wakeup), ("execution", &health.execution), ("age", &health.latency)];
-    for (side, (what, distribution)) in sides.into_iter().zip(told) {
+    let distributions =
+        [("wake-up", &health.wakeup), ("execution", &health.execution), ("age", &health.latency)];
+    for (side, (what, distribution)) in sides.into_iter().zip(distributions) {
         let mut lines = vec![Line::from(format!("{what}: {} cycles", distribution.count()))];
         lines.extend(histogram::lines(distribution).into_iter().map(Line::from));
         frame.render_widget(Paragraph::new(lines), side);
@@ -143,11 +144,11 @@ fn buses(frame: &mut Frame<'_>, area: Rect, screen: &Screen) {
         return frame.render_widget(Paragraph::new("the motor process has reported no bus yet"), area);
     }
     let head =
-        ["bus", "state", "requests", "p50", "p99", "quar", "skip", "missed", "broken", "stale", "late"];
-    let widths = [12, 5, 9, 6, 6, 5, 5, 6, 6, 5, 5].map(Constraint::Length);
+        ["bus", "state", "requests", "p50", "p99", "quar", "skip", "missed", "corrupt", "stale", "late"];
+    let widths = [12, 4, 9, 6, 6, 5, 5, 6, 7, 5, 5].map(Constraint::Length);
     // Rare events are listed below the table, one line for each affected bus.
     let befallen = buses.iter().filter_map(|bus| {
-        let what = said(&rare_events(bus));
+        let what = nonzero_counts(&rare_events(bus));
         (!what.is_empty()).then(|| Line::from(format!("{:<12}{what}", bus.name)))
     });
     let below = Paragraph::new(befallen.collect::<Vec<_>>());
@@ -159,7 +160,7 @@ fn buses(frame: &mut Frame<'_>, area: Rect, screen: &Screen) {
             bus.quarantined.to_string(),
             bus.skipped.to_string(),
             bus.missed.to_string(),
-            bus.broken.to_string(),
+            bus.corrupt.to_string(),
             bus.stale.to_string(),
             bus.late_bytes.to_string(),
         ];
@@ -178,7 +179,7 @@ fn joints(frame: &mut Frame<'_>, area: Rect, screen: &Screen) {
     if troubled.is_empty() {
         let text = match all.len() {
             0 => "the motor process has reported no joint yet".to_owned(),
-            count => format!("none of {count} joints is in trouble: {}", Licences::of(all).line()),
+            count => format!("none of {count} joints is in trouble: {}", ArmingSummary::of(all).line()),
         };
         return frame.render_widget(Paragraph::new(text), area);
     }
@@ -205,13 +206,13 @@ fn machines(joint: &JointState, now_ns: u64) -> String {
         .reading_age_s(now_ns)
         .map_or_else(|| "never read".to_owned(), |age_s| format!("read {age_s:.1} s ago"));
     let Some(machines) = joint.machines() else { return format!("  states unknown; {age}") };
-    let cause = Some(machines.licence_cause).filter(|cause| *cause != JointCause::None);
+    let cause = Some(machines.arming_cause).filter(|cause| *cause != JointCause::None);
     let cause = cause.map_or_else(String::new, |cause| format!(": {}", cause.name()));
     format!(
         "  link {}, power {}, {}{cause}, {}; {age}",
         machines.link.name(),
         machines.power.name(),
-        machines.licence.name(),
+        machines.arming.name(),
         machines.motion.name(),
     )
 }

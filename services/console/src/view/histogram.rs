@@ -11,8 +11,8 @@ const BAR: f64 = 9.0;
 /// One line per octave between the smallest and the largest value; empty if nothing was counted.
 pub(super) fn lines(histogram: &Histogram) -> Vec<String> {
     let mut octaves: Vec<(u32, u64)> = Vec::new();
-    for (most, count) in histogram.buckets() {
-        let octave = most.max(1).ilog2();
+    for (max, count) in histogram.buckets() {
+        let octave = max.max(1).ilog2();
         if let Some((last, _)) = octaves.last().copied() {
             // Show empty octaves too, so that gaps in the distribution are visible.
             octaves.extend((last + 1..octave).map(|empty| (empty, 0)));
@@ -22,16 +22,16 @@ pub(super) fn lines(histogram: &Histogram) -> Vec<String> {
             Some(_) | None => octaves.push((octave, u64::from(count))),
         }
     }
-    let most = octaves.iter().map(|(_, count)| *count).max().unwrap_or(0);
+    let max = octaves.iter().map(|(_, count)| *count).max().unwrap_or(0);
     let line = |(octave, count): (u32, u64)| {
         let bound = Duration::from_nanos(1_u64.checked_shl(octave + 1).unwrap_or(u64::MAX));
-        let full = floor_usize((BAR * float(count) / float(most.max(1))).ceil());
-        format!("< {:>8} {:<9} {count}", said(bound), "█".repeat(full))
+        let full = floor_usize((BAR * float(count) / float(max.max(1))).ceil());
+        format!("< {:>8} {:<9} {count}", duration_text(bound), "█".repeat(full))
     };
     octaves.into_iter().map(line).collect()
 }
 
-fn said(time: Duration) -> String {
+fn duration_text(time: Duration) -> String {
     let micros = time.as_secs_f64() * 1e6;
     if micros < 10.0 {
         format!("{micros:.1} µs")

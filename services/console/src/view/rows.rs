@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::time::Duration;
 
 use message::{
-    BusHealth, Health, JointState, Licences, LinkHealth, Loss, PerspectiveHealth, Process, ProcessState,
+    ArmingSummary, BusHealth, Health, JointState, LinkHealth, Loss, PerspectiveHealth, Process, ProcessState,
     SourceHealth,
 };
 use metrics::{Quantiles, Readings};
@@ -101,7 +101,7 @@ pub struct JointsRow {
     pub goals_refused: u64,
     /// Joints that need attention.
     pub trouble: Vec<JointRow>,
-    /// Licences and causes in one line.
+    /// Arming states and causes in one line.
     #[serde(skip)]
     pub line: String,
 }
@@ -120,9 +120,9 @@ row! {
         /// State of its servo's torque.
         power: Option<&'static str> = joint.machines().map(|machines| machines.power.name()),
         /// Its arming state.
-        arming: Option<&'static str> = joint.machines().map(|machines| machines.licence.name()),
+        arming: Option<&'static str> = joint.machines().map(|machines| machines.arming.name()),
         /// Why it is not armed.
-        arming_cause: Option<&'static str> = joint.machines().map(|machines| machines.licence_cause.name()),
+        arming_cause: Option<&'static str> = joint.machines().map(|machines| machines.arming_cause.name()),
         /// State of its motion.
         motion: Option<&'static str> = joint.machines().map(|machines| machines.motion.name()),
         /// Time since its servo was last read.
@@ -134,7 +134,7 @@ row! {
     /// The link to the other machine, since the link process's incarnation began.
     LinkRow(link: &LinkHealth) {
         /// Whether the other machine is currently reachable.
-        up: bool = link.is_heard != 0,
+        up: bool = link.is_up != 0,
         /// The newest round-trip time, in microseconds.
         round_trip_us: f64 = micros(link.round_trip_ns),
         /// Maximum error of the clock offset, in microseconds.
@@ -192,7 +192,7 @@ row! {
         /// Missing replies.
         missed: u64 = bus.missed,
         /// Corrupt replies.
-        broken: u64 = bus.broken,
+        corrupt: u64 = bus.corrupt,
         /// Replies dropped because they belong to an earlier cycle.
         stale: u64 = bus.stale,
         /// Bytes that arrived too late.
@@ -263,20 +263,20 @@ fn joints_row(readings: &Readings) -> Option<JointsRow> {
     if readings.joints.is_empty() {
         return None;
     }
-    let licences = Licences::of(&readings.joints);
-    let counts = |groups: &[message::LicenceGroup]| {
+    let summary = ArmingSummary::of(&readings.joints);
+    let counts = |groups: &[message::ArmingGroup]| {
         groups.iter().map(|group| (group.cause.name(), group.joints.len())).collect()
     };
     let troubled = readings.joints.iter().filter(|joint| joint.is_in_trouble());
     Some(JointsRow {
-        armed: licences.armed,
-        disarmed: counts(&licences.disarmed),
-        locked: counts(&licences.locked),
+        armed: summary.armed,
+        disarmed: counts(&summary.disarmed),
+        locked: counts(&summary.locked),
         locks: readings.joint_locks,
         goals_limited: readings.goals_limited,
         goals_refused: readings.goals_refused,
         trouble: troubled.map(|joint| JointRow::of(readings, joint)).collect(),
-        line: licences.line(),
+        line: summary.line(),
     })
 }
 

@@ -99,11 +99,11 @@ fn in_trouble(bus: &BusRow) -> String {
     let answers = [
         (bus.skipped, "skipped"),
         (bus.missed, "missed"),
-        (bus.broken, "broken"),
+        (bus.corrupt, "corrupt"),
         (bus.stale, "stale"),
         (bus.late_bytes, "late bytes"),
     ];
-    said(&[answers.as_slice(), &rare_events(bus)].concat())
+    nonzero_counts(&[answers.as_slice(), &rare_events(bus)].concat())
 }
 
 /// The counters of rare events of a bus and its servos.
@@ -119,13 +119,13 @@ pub(super) const fn rare_events(bus: &BusRow) -> [(u64, &'static str); 6] {
 }
 
 /// Counters as text, without zeros.
-pub(super) fn said(counts: &[(u64, &str)]) -> String {
-    let said: Vec<_> = counts
+pub(super) fn nonzero_counts(counts: &[(u64, &str)]) -> String {
+    let parts: Vec<_> = counts
         .iter()
         .filter(|(count, _)| *count > 0)
         .map(|(count, what)| format!("{count} {what}"))
         .collect();
-    if said.is_empty() { String::new() } else { format!("   {}", said.join(", ")) }
+    if parts.is_empty() { String::new() } else { format!("   {}", parts.join(", ")) }
 }
 
 #[cfg(test)]

@@ -40,7 +40,7 @@ impl Memory {
 
     /// Marks the losses as reported.
     pub(crate) fn said(&mut self) -> Result<(), WriteError> {
-        self.0.told()
+        self.0.mark_losses_reported()
     }
 
     /// All tasks, sorted by key.

@@ -102,15 +102,15 @@ impl Plan for RulePlan {
     }
 
     fn missing(&self, own: &Snapshot) -> Option<String> {
-        let told = self.rules.iter().filter(|rule| rule.lacks_objects(own)).map(|rule| {
+        let parts = self.rules.iter().filter(|rule| rule.lacks_objects(own)).map(|rule| {
             let few = match saturating_u32(rule.members(own).len()) {
                 0 => "nothing".to_owned(),
                 few => format!("only {}", counted(few, "thing")),
             };
             format!("I see {few} that \"{}\" is about", with_expectation(rule))
         });
-        let told: Vec<String> = told.collect();
-        (!told.is_empty()).then(|| listed(&told))
+        let parts: Vec<String> = parts.collect();
+        (!parts.is_empty()).then(|| listed(&parts))
     }
 
     fn skill(&self, vocabulary: &Vocabulary, step: &Step, own: &Snapshot) -> Result<Skill, String> {
@@ -213,9 +213,9 @@ mod tests {
     #[test]
     fn fewer_things_than_the_number_are_told() {
         let missing = |selection, squares: usize| work(selection).missing(&row(&vec![true; squares]));
-        let told = "I see only 2 things that \"some of them filled\" is about";
-        assert_eq!(missing(Selection::Exactly(3), 2).as_deref(), Some(told));
-        assert_eq!(missing(Selection::AllBut(2), 2).as_deref(), Some(told));
+        let parts = "I see only 2 things that \"some of them filled\" is about";
+        assert_eq!(missing(Selection::Exactly(3), 2).as_deref(), Some(parts));
+        assert_eq!(missing(Selection::AllBut(2), 2).as_deref(), Some(parts));
         assert_eq!(missing(Selection::Exactly(3), 3), None);
         assert_eq!(missing(Selection::AllBut(2), 3), None);
         assert_eq!(missing(Selection::All, 1), None);

@@ -217,9 +217,9 @@ impl LinkRuntime {
     /// Updates whether the peer is connected and logs changes.
     fn listen(&mut self, now: Instant) {
         self.session.listen(now);
-        let is_heard = self.session.is_heard();
-        let was_heard = self.health.is_heard != 0;
-        self.health.is_heard = u64::from(is_heard);
+        let is_up = self.session.is_up();
+        let was_up = self.health.is_up != 0;
+        self.health.is_up = u64::from(is_up);
         if self.session.has_second_peer() && !std::mem::replace(&mut self.has_second_peer, true) {
             tracing::warn!(
                 "a second machine claims to be the other side of this robot's link. Its messages are refused while the \
@@ -227,10 +227,10 @@ impl LinkRuntime {
                  machine"
             );
         }
-        if is_heard && !was_heard {
+        if is_up && !was_up {
             self.refusing = None;
             tracing::info!("connected to the other machine");
-        } else if was_heard && !is_heard {
+        } else if was_up && !is_up {
             tracing::warn!("the connection to the other machine is lost; the link keeps trying");
         }
     }
@@ -255,11 +255,11 @@ impl LinkRuntime {
 
     fn link_health(&self, now: Instant) -> LinkHealth {
         LinkHealth {
-            hearings: self.session.hearings,
+            sessions: self.session.established,
             round_trip_ns: clock::nanos(self.session.round_trip),
             clock_error_ns: self.session.offset.error(now).map_or(0, clock::nanos),
             overtaken: self.session.outbox.overtaken,
-            given_up: self.session.outbox.given_up,
+            expired: self.session.outbox.expired,
             lost: self.session.inbox.lost,
             refused: self.refused(),
             ..self.health

@@ -102,7 +102,7 @@ proptest! {
     #[test]
     fn messages_arrive_once_and_in_order(
         lost_of_100 in 0_u32..40,
-        most_ms in 1_u64..300,
+        max_ms in 1_u64..300,
         cut in 0_u64..6_000,
         seed: u64,
     ) {
@@ -124,11 +124,11 @@ proptest! {
             let is_cut = (cut..cut + 10_000).contains(&ms);
             world.cycle(ms, || {
                 let is_lost = is_cut || (ms < 20_000 && random() % 100 < u64::from(lost_of_100));
-                (!is_lost).then(|| random() % most_ms)
+                (!is_lost).then(|| random() % max_ms)
             });
         }
         prop_assert_eq!(world.heard.said, (0..said).collect::<Vec<_>>());
-        prop_assert!(world.robot.hearings <= 2 + 40 && world.robot.is_heard());
+        prop_assert!(world.robot.established <= 2 + 40 && world.robot.is_up());
     }
 }
 
@@ -182,15 +182,15 @@ fn the_connected_peer_stays_the_peer_until_it_is_silent() {
         assert!(robot.receive_batch(clock_of(ms + 20, 0), bundle).is_none());
         robot.listen(clock_of(ms + 30, 0));
     }
-    assert_eq!((robot.hearings, robot.foreign_messages), (1, 160));
-    assert!(robot.has_second_peer() && robot.is_heard());
+    assert_eq!((robot.established, robot.foreign_messages), (1, 160));
+    assert!(robot.has_second_peer() && robot.is_up());
     // The first peer stops, the second one continues.
     for ms in (4_000..6_000).step_by(50) {
         robot.receive_heartbeat(clock_of(ms, 0), &pulse_of(33));
         robot.listen(clock_of(ms + 30, 0));
     }
-    assert_eq!(robot.hearings, 2);
-    assert!(robot.foreign_messages < 160 + 40 && robot.is_heard());
+    assert_eq!(robot.established, 2);
+    assert!(robot.foreign_messages < 160 + 40 && robot.is_up());
 }
 
 #[test]
@@ -202,9 +202,9 @@ fn a_peer_claiming_a_delay_of_hours_times_out_in_seconds() {
     robot.receive_heartbeat(heard_at, &Heartbeat { asked_ns: 1, heard_ns: 1, ..pulse_of(22) });
     assert!(robot.round_trip > Duration::from_secs(3000), "{:?}", robot.round_trip);
     robot.listen(heard_at + MAX_PEER_TIMEOUT);
-    assert!(robot.is_heard());
+    assert!(robot.is_up());
     robot.listen(heard_at + MAX_PEER_TIMEOUT + Duration::from_millis(1));
-    assert!(!robot.is_heard());
+    assert!(!robot.is_up());
 }
 
 #[test]
@@ -215,8 +215,8 @@ fn a_restarted_link_of_the_peer_is_no_second_peer() {
         robot.listen(clock_of(ms, 0));
         robot.receive_heartbeat(clock_of(ms, 0), &pulse_of(44));
     }
-    assert_eq!(robot.hearings, 2);
-    assert!(!robot.has_second_peer() && robot.is_heard());
+    assert_eq!(robot.established, 2);
+    assert!(!robot.has_second_peer() && robot.is_up());
 }
 
 #[test]

@@ -31,7 +31,7 @@ fn an_address_has_some_slots_and_takes_none_of_another() {
     let mut table = SlotTable::default();
     let mut taken: Vec<u64> =
         (0..99).map_while(|_| table.take(at(0), numbered(1))).map(|slot| slot.number).collect();
-    assert_eq!(taken.len(), MAX_OPEN_PER_ADDRESS);
+    assert_eq!(taken.len(), MAX_IN_PROGRESS_PER_ADDRESS);
     // The same address as a dual-stack socket reports it.
     assert_eq!([numbered(1), address("::ffff:192.0.2.1")].map(|of| table.take(at(249), of)), [None; 2]);
     let other = table.take(at(249), numbered(2)).unwrap();
@@ -40,14 +40,14 @@ fn an_address_has_some_slots_and_takes_none_of_another() {
     assert_eq!(taken.len(), MAX_PER_ADDRESS);
     table.free(taken.pop().unwrap());
     assert!(table.take(at(999_000), numbered(1)).is_some());
-    assert!(table.slots.get(&other.number).is_some_and(|slot| slot.is_open));
+    assert!(table.slots.get(&other.number).is_some_and(|slot| slot.is_in_progress));
 }
 
 #[test]
 fn the_addresses_of_one_host_are_one() {
     let mut table = SlotTable::default();
     let mut of_host = |host: usize| table.take(at(0), address(&format!("2001:db8:0:1::{host:x}")));
-    assert!((0..MAX_OPEN_PER_ADDRESS).all(|host| of_host(host).is_some()) && of_host(99).is_none());
+    assert!((0..MAX_IN_PROGRESS_PER_ADDRESS).all(|host| of_host(host).is_some()) && of_host(99).is_none());
     assert!(table.take(at(0), address("2001:db8:0:2::1")).is_some());
     table.reserve(address("2001:db8:0:1::1"));
     assert!(table.is_reserved(address("2001:db8:0:1::2")) && !table.is_reserved(address("2001:db8:0:2::1")));
@@ -58,7 +58,7 @@ fn a_new_address_evicts_the_oldest_handshake_of_any_other() {
     let mut table = SlotTable::default();
     let mut addresses = (0..=255).map(numbered);
     let first = table.take(at(0), addresses.next().unwrap()).unwrap().number;
-    for _ in 1..MAX_OPEN_UNRESERVED {
+    for _ in 1..MAX_IN_PROGRESS_UNRESERVED {
         table.take(at(1), addresses.next().unwrap()).unwrap();
     }
     let new = addresses.next().unwrap();
@@ -140,8 +140,8 @@ fn event() -> impl Strategy<Value = Event> {
 /// Takes a slot and checks the result.
 fn take(table: &mut SlotTable, now_ms: u64, of: IpAddr) -> Result<(), TestCaseError> {
     let its: Vec<Slot> = table.slots.values().filter(|slot| slot.address == of).copied().collect();
-    let oldest = its.iter().find(|slot| slot.is_open).map(|slot| slot.since);
-    let is_crowded = its.iter().filter(|slot| slot.is_open).count() >= MAX_OPEN_PER_ADDRESS;
+    let oldest = its.iter().find(|slot| slot.is_in_progress).map(|slot| slot.since);
+    let is_crowded = its.iter().filter(|slot| slot.is_in_progress).count() >= MAX_IN_PROGRESS_PER_ADDRESS;
     let has_had_its_time = oldest.is_some_and(|since| at(now_ms).since(since) >= UNDISTURBED);
     let is_within = its.len() < MAX_PER_ADDRESS && (!is_crowded || has_had_its_time);
     let is_reserved = table.is_reserved(of);
@@ -153,7 +153,9 @@ fn take(table: &mut SlotTable, now_ms: u64, of: IpAddr) -> Result<(), TestCaseEr
         prop_assert!(taken.is_none() || is_within, "an address without one");
     }
     if let Some(evicted) = taken.and_then(|taken| taken.evicted).and_then(|number| before.get(&number)) {
-        prop_assert!(evicted.is_open && (evicted.address == of || !(is_reserved || evicted.is_reserved)));
+        prop_assert!(
+            evicted.is_in_progress && (evicted.address == of || !(is_reserved || evicted.is_reserved))
+        );
     }
     Ok(())
 }
@@ -176,7 +178,7 @@ proptest! {
                     .try_for_each(|number| take(&mut table, now_ms, numbered(from.wrapping_add(number))))?,
                 Event::Reserve(number) => table.reserve(numbered(number)),
                 Event::Close { place, count } => {
-                    some(place, count, &table).into_iter().for_each(|number| table.close(number));
+                    some(place, count, &table).into_iter().for_each(|number| table.finish(number));
                 }
                 Event::Free { place, count } => {
                     some(place, count, &table).into_iter().for_each(|number| table.free(number));
@@ -185,7 +187,7 @@ proptest! {
             }
             let reserved = table.count(|slot| slot.is_reserved);
             prop_assert!(table.slots.len() - reserved <= MAX_UNRESERVED && reserved <= MAX_RESERVED);
-            prop_assert!(table.count(|slot| slot.is_open && !slot.is_reserved) <= MAX_OPEN_UNRESERVED);
+            prop_assert!(table.count(|slot| slot.is_in_progress && !slot.is_reserved) <= MAX_IN_PROGRESS_UNRESERVED);
             prop_assert!(table.reservations.len() <= MAX_RESERVATIONS);
         }
     }

@@ -59,7 +59,7 @@ impl<'a> Bytes<'a> {
         loop {
             let (code, number) = (u32::from(self.byte() % 10), u32::from(self.byte() % 4));
             let number = if matches!(code, 1 | 2) { number } else { 0 };
-            if let Some(topic) = TopicId::of_code(code, number) {
+            if let Some(topic) = TopicId::of_link_code(code, number) {
                 return topic;
             }
         }
@@ -267,7 +267,7 @@ impl End {
             let instants = TimestampFields::of(frame.topic);
             instants.shift(&mut bytes, ahead_ns);
             assert_eq!(bytes.len(), frame.bytes.len());
-            let [head, entry] = frame.topic.kinds();
+            let [head, entry] = frame.topic.frame_kinds();
             let rest = bytes.len().checked_sub(head.size());
             let rest = rest.filter(|rest| rest.is_multiple_of(entry.size()));
             assert_eq!(instants.entries(bytes.len()), rest.map(|rest| rest / entry.size()));
@@ -277,7 +277,7 @@ impl End {
     /// Runs a cycle of this end and checks that its messages can be decoded.
     fn cycle(&mut self) {
         self.session.listen(self.now);
-        assert!(!self.session.is_heard() || self.now.since(self.heard_at) <= MAX_SILENCE, "nothing is heard");
+        assert!(!self.session.is_up() || self.now.since(self.heard_at) <= MAX_SILENCE, "nothing is heard");
         if let Some(pulse) = self.session.pulse(self.now) {
             assert_eq!(Heartbeat::decode(&pulse.to_bytes(self.compatibility), self.compatibility), Ok(pulse));
             assert_eq!(pulse.epoch, LIFE);
@@ -288,7 +288,7 @@ impl End {
             self.told = (pulse.newest, pulse.wanted);
         }
         if let Some(bundle) = self.session.bundle(self.now) {
-            assert!(self.session.is_heard(), "nothing is sent to nobody");
+            assert!(self.session.is_up(), "nothing is sent to nobody");
             self.seen.sent += 1;
             self.sent += 1;
             assert!(bundle.number == self.sent && bundle.frames.len() <= MAX_FRAMES);

@@ -49,10 +49,10 @@ struct Cost {
     /// Number of servos read in at least 95 % of the cycles, and in all cycles. The former ignores short stalls of
     /// the machine, which are no fault of the servo.
     kept: usize,
-    least: usize,
+    min: usize,
     /// Median and maximum duration of a cycle.
     p50: Duration,
-    most: Duration,
+    max: Duration,
 }
 
 impl Cost {
@@ -60,8 +60,8 @@ impl Cost {
         kept.sort_unstable();
         times.sort_unstable();
         let at = |place: usize| kept.get(place).copied().unwrap_or(0);
-        let (p50, most) = (quantile(&times, 0.5), quantile(&times, 1.0));
-        Self { kept: at(kept.len() / 20), least: at(0), p50, most }
+        let (p50, max) = (quantile(&times, 0.5), quantile(&times, 1.0));
+        Self { kept: at(kept.len() / 20), min: at(0), p50, max }
     }
 }
 
@@ -118,18 +118,17 @@ fn rustypot_with_a_bad_servo(way: Way, fault: &str) -> Cost {
 /// Whether Leo loses at most one servo with every fault.
 pub(crate) fn measure() -> bool {
     println!(
-        "\none of {SERVOS} servos is bad; kept in 19 of 20 cycles in which it was asked, at least in all of them, and a \
-         cycle's time in us; lost: how much longer than without a fault, in turns, each of which is an answer's time \
-         and the driver's patience at its least"
+        "\none of {SERVOS} servos is faulty. Leo: valid replies in 95 % of the cycles that read it; min: in all of them; p50, max: duration of a \
+         cycle, us; lost: additional duration, in units of one reply plus the minimum reply timeout"
     );
     let mut costs_one = true;
     for (way, what, faults) in [
-        (Way::FastRead, "fast sync read, all in one chain", IN_A_CHAIN),
-        (Way::PlainRead, "sync read, each for itself: firmware 44", BY_ITSELF),
+        (Way::FastRead, "fast sync read: one chained reply", IN_A_CHAIN),
+        (Way::PlainRead, "sync read: one reply per servo (firmware 44)", BY_ITSELF),
     ] {
         println!(
             "{what}\n{:<20} | {:>6} {:>6} {:>8} {:>8} {:>6} | {:>8} {:>8} {:>8}",
-            "fault", "Leo", "least", "p50", "max", "lost", "rustypot", "p50", "max"
+            "fault", "Leo", "min", "p50", "max", "lost", "rustypot", "p50", "max"
         );
         costs_one &= table(way, faults);
     }
@@ -142,19 +141,19 @@ fn table(way: Way, faults: [&str; 9]) -> bool {
     let turn = micros(answer + REPLY_TIMEOUT);
     let (mut well, mut costs_one) = (None, true);
     for fault in [WELL].into_iter().chain(faults) {
-        let Cost { kept, least, p50, most } = with_a_bad_servo(way, fault);
+        let Cost { kept, min, p50, max } = with_a_bad_servo(way, fault);
         let others = rustypot_with_a_bad_servo(way, fault);
         let name = if fault == WELL { "none" } else { fault };
         let well = *well.get_or_insert(p50);
         costs_one &= kept + 1 >= usize::from(SERVOS);
         println!(
-            "{name:<20} | {kept:>6} {least:>6} {:>8.0} {:>8.0} {:>6.2} | {:>8} {:>8.0} {:>8.0}",
+            "{name:<20} | {kept:>6} {min:>6} {:>8.0} {:>8.0} {:>6.2} | {:>8} {:>8.0} {:>8.0}",
             micros(p50),
-            micros(most),
+            micros(max),
             (micros(p50) - micros(well)) / turn,
             others.kept,
             micros(others.p50),
-            micros(others.most),
+            micros(others.max),
         );
     }
     costs_one

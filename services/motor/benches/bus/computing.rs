@@ -82,13 +82,13 @@ pub(crate) fn measure() {
             wholes.push(core + lines);
         }
     }
-    println!("\n{} joints, the driver's own time in a cycle, without the kernel's, us", goals.len());
+    println!("\n{} joints, computing time of the driver per cycle, without the kernel's, us", goals.len());
     println!("{:<40} {:>8} {:>8} {:>8} {:>8}", "", "p50", "p99", "p99.9", "max");
     for (what, mut times) in
-        [("goals, commands, requests, replies", cores), ("and parser, check sums, fast replies", wholes)]
+        [("goals, commands, requests, replies", cores), ("with parser, check sums, fast replies", wholes)]
     {
         times.sort_unstable();
-        let [p50, p99, p999, most] = [0.5, 0.99, 0.999, 1.0].map(|share| micros(quantile(&times, share)));
-        println!("{what:<40} {p50:>8.1} {p99:>8.1} {p999:>8.1} {most:>8.1}");
+        let [p50, p99, p999, max] = [0.5, 0.99, 0.999, 1.0].map(|share| micros(quantile(&times, share)));
+        println!("{what:<40} {p50:>8.1} {p99:>8.1} {p999:>8.1} {max:>8.1}");
     }
 }

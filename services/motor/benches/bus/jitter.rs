@@ -42,24 +42,24 @@ pub(crate) fn measure() {
     }
     let after = (cpu::of_this_thread(), cpu::of_threads("bus "));
     let (joints, buses) = (body.robot.motor.joints.len(), body.robot.motor.buses.len());
-    println!("\n{joints} joints on {buses} buses, 250 cycles/s: after the point of the grid, us");
+    println!("\n{joints} joints on {buses} buses, 250 cycles/s: time after the release, us");
     println!("{:<24} {:>8} {:>8} {:>8} {:>8}", "", "p50", "p99", "p99.9", "max");
     let slept = bare.join().expect("sleeps");
     for (what, mut times) in
-        [("a bare thread woke", slept), ("the cycle woke", woke), ("requests went out", sent)]
+        [("wake-up of a bare thread", slept), ("wake-up of the cycle", woke), ("requests sent", sent)]
     {
         times.sort_unstable();
-        let [p50, p99, p999, most] = [0.5, 0.99, 0.999, 1.0].map(|share| micros(quantile(&times, share)));
-        println!("{what:<24} {p50:>8.1} {p99:>8.1} {p999:>8.1} {most:>8.1}");
+        let [p50, p99, p999, max] = [0.5, 0.99, 0.999, 1.0].map(|share| micros(quantile(&times, share)));
+        println!("{what:<24} {p50:>8.1} {p99:>8.1} {p999:>8.1} {max:>8.1}");
     }
     let spent = |before: Option<Duration>, after: Option<Duration>| {
         Some(micros(after?.saturating_sub(before?)) / f64::from(JITTER_CYCLES))
     };
     match (spent(before.0, after.0), spent(before.1, after.1)) {
         (Some(cycle), Some(lines)) => println!(
-            "the processor's time in a cycle, the kernel's part of it too, us: the cycle's thread {cycle:.1}, the \
-             {buses} threads of the buses {lines:.1}"
+            "processor time per cycle, with the kernel's part, us: thread of the cycle {cycle:.1}, {buses} threads \
+             of the buses {lines:.1}"
         ),
-        (_, _) => println!("the kernel does not say what threads the processor had"),
+        (_, _) => println!("the kernel does not report the processor time of threads"),
     }
 }

@@ -61,7 +61,7 @@ fn main() -> ExitCode {
         is_well &= !is_wanted(part) || measure();
     }
     if is_wanted("bad_servo") && !bad_servo::measure() {
-        println!("\none bad servo costs more than itself");
+        println!("\na faulty servo affects the other servos");
         is_well = false;
     }
     if is_well { ExitCode::SUCCESS } else { ExitCode::FAILURE }

@@ -15,7 +15,7 @@ const RATE_S: u64 = 6;
 const WINDOW: Duration = Duration::from_millis(500);
 
 /// Share of the wire's limit that the driver must reach.
-const LEAST: f64 = 0.95;
+const MIN_SHARE: f64 = 0.95;
 /// Number of cycles within which one has only goals and positions.
 const PLAIN_WITHIN: u32 = 10_000;
 /// Reply timeout of the bare loop.
@@ -32,14 +32,13 @@ fn bytes_of(request: &Request) -> usize {
     request.parts().map(|(part, sent)| sent.len() + part.bytes_of_answers()).sum()
 }
 
-/// Whether every rate is at least [`LEAST`] of the wire's limit.
+/// Whether every rate is at least [`MIN_SHARE`] of the wire's limit.
 pub(crate) fn measure() -> bool {
     let mut is_fast = true;
     println!(
-        "\n{BUSES} buses of {SERVOS} servos, cycles back to back, the slowest bus: in its median half second, which a \
-         machine that stands still now and then does not spoil, and in all {RATE_S} s; busy: the share of the time in \
-         which its wire carries bytes; bare: the share of what the wire allows that a loop reaches which sends the same \
-         bytes through the crate serialport, and waits for as many as come back"
+        "\n{BUSES} buses of {SERVOS} servos, cycles back to back, the slowest bus. cycles/s: median of half seconds; share: of the wire's limit; all: share \
+         over all {RATE_S} s; busy: share of the time in which the wire carries bytes; bare: share that a loop with \
+         the crate serialport and the same bytes reaches"
     );
     println!(
         "{:>8} | {:>9} {:>9} {:>7} | {:>7} {:>7} {:>7} | {:>8} {:>8} {:>8}",
@@ -50,17 +49,17 @@ pub(crate) fn measure() -> bool {
         let wire = f64::from(baud) / (10.0 * float_of_count(bytes_of_a_cycle(usize::from(SERVOS))));
         let bare = slowest(|| bare(baud)).usual / wire;
         let share = usual / wire;
-        is_fast &= share >= LEAST;
-        let [p50, p99, most] = times.map(micros);
+        is_fast &= share >= MIN_SHARE;
+        let [p50, p99, max] = times.map(micros);
         println!(
             "{baud:>8} | {usual:>9.0} {wire:>9.0} {share:>7.3} | {:>7.3} {busy:>7.3} {bare:>7.3} | {p50:>8.0} {p99:>8.0} \
-             {most:>8.0}",
+             {max:>8.0}",
             all / wire
         );
     }
     if !is_fast {
         println!(
-            "the driver makes less than {LEAST} of what the wire allows; where the bare loop does too, this machine does"
+            "the driver reaches less than {MIN_SHARE} of the wire's limit; if the bare loop does too, the machine is the cause"
         );
     }
     is_fast
@@ -126,23 +125,23 @@ fn driven(baud: u32) -> Ran {
 /// Measures a loop that sends the bytes of a cycle with only goals and positions, and reads the answers.
 fn bare(baud: u32) -> Ran {
     let mut rig = Rig::new(baud);
-    let least = bytes_of_a_cycle(usize::from(SERVOS));
+    let min = bytes_of_a_cycle(usize::from(SERVOS));
     let is_plain = (0..PLAIN_WITHIN).any(|_| {
         rig.cycle();
-        bytes_of(&rig.request) == least
+        bytes_of(&rig.request) == min
     });
-    assert!(is_plain, "no cycle has goals and positions alone");
+    assert!(is_plain, "no cycle has only goals and positions");
     let sent: Vec<u8> = rig.request.parts().flat_map(|(_, bytes)| bytes.to_vec()).collect();
     let Rig { ptys: _ptys, folder, line, .. } = rig;
     drop(line);
     let path = folder.path().join("bus-only");
     let open = serialport::new(path.to_str().expect("letters"), baud).timeout(BARE_PATIENCE).open();
     let mut port = open.expect("opens");
-    let mut answer = vec![0; least - sent.len()];
+    let mut answer = vec![0; min - sent.len()];
     counted(baud, || {
         let begun = clock::now();
         port.write_all(&sent).expect("is sent");
         port.read_exact(&mut answer).expect("is answered");
-        (least, Some(clock::now().since(begun)))
+        (min, Some(clock::now().since(begun)))
     })
 }

@@ -55,7 +55,7 @@ pub(crate) struct Rig {
 pub(crate) fn put_up(robot: &config::motor::Motor, folder: &std::path::Path) -> MockBuses {
     let leo = Robot::load(None).expect("built in").leo;
     for refusal in realtime::apply(&leo.mock_bus.realtime).refusals() {
-        println!("without its rights: {refusal}");
+        println!("without real-time rights: {refusal}");
     }
     let ptys = MockBuses::open(robot, folder, false).expect("pseudo-terminals");
     let _the_same_are_missing = realtime::apply(&leo.motor.realtime);
@@ -96,7 +96,7 @@ impl Rig {
     pub(crate) fn come_up(&mut self) {
         let give_up = clock::now() + Duration::from_secs(20);
         while !self.states().all(|state| state.mode() == Some(JointMode::Following)) {
-            assert!(clock::now() < give_up, "joints do not come up: {:?}", self.states().collect::<Vec<_>>());
+            assert!(clock::now() < give_up, "joints do not follow: {:?}", self.states().collect::<Vec<_>>());
             clock::sleep_until(clock::now() + PERIOD);
             self.cycle();
         }

@@ -178,9 +178,9 @@ impl Port for Bare {
 }
 
 /// Read of the measurements of some servos: fast sync read, or sync read.
-fn measurements_of(topic: PartKind, ids: &[u8]) -> Instruction<'_> {
+fn measurements_of(kind: PartKind, ids: &[u8]) -> Instruction<'_> {
     let (address, length) = (Reading::ITEM.address, Reading::ITEM.length);
-    if topic == PartKind::FastRead {
+    if kind == PartKind::FastRead {
         Instruction::FastSyncRead { address, length, ids }
     } else {
         Instruction::SyncRead { address, length, ids }
@@ -191,12 +191,12 @@ fn measurements_of(topic: PartKind, ids: &[u8]) -> Instruction<'_> {
 fn one_bad_servo_costs_one_servo_and_one_turn() {
     const BAUD: u32 = 4_000_000;
     let ids: Vec<u8> = (1..=13).collect();
-    let who = || ids.iter().filter_map(|id| Id::new(*id));
+    let asked_ids = || ids.iter().filter_map(|id| Id::new(*id));
     let length = Reading::ITEM.length;
-    for topic in [PartKind::FastRead, PartKind::PlainRead] {
-        let question = measurements_of(topic, &ids);
-        let answer = Part::new(PartKind::Reread, 0, usize::from(length), who()).time_to_answer(BAUD);
-        let look = Part::new(PartKind::ReadCondition, 0, Job::ReadCondition.answer_length(), who())
+    for kind in [PartKind::FastRead, PartKind::PlainRead] {
+        let question = measurements_of(kind, &ids);
+        let answer = Part::new(PartKind::Reread, 0, usize::from(length), asked_ids()).time_to_answer(BAUD);
+        let look = Part::new(PartKind::ReadCondition, 0, Job::ReadCondition.answer_length(), asked_ids())
             .time_to_answer(BAUD);
         for fault in [
             "drop",
@@ -212,14 +212,14 @@ fn one_bad_servo_costs_one_servo_and_one_turn() {
         ] {
             for (bad, seed) in [1, 5, 13].into_iter().flat_map(|bad| (0..50).map(move |seed| (bad, seed))) {
                 let mut line = Line::new(
-                    who().map(|id| Servo::new(Model::Xm430W350, id, 0.0, Instant::EPOCH)).collect(),
+                    asked_ids().map(|id| Servo::new(Model::Xm430W350, id, 0.0, Instant::EPOCH)).collect(),
                 )
                 .with_injector(Injector::new("only", seed));
                 line.inject(Instant::EPOCH, &[format!("{fault} id={bad}").parse().unwrap()]);
                 let mut port = Bare { line, now: Instant::EPOCH, there: Vec::new() };
                 let (mut request, mut replies) = (Request::default(), Replies::default());
                 let encode = |out: &mut [u8]| question.encode(Address::All, out).unwrap();
-                request.add(topic, who(), usize::from(length), encode);
+                request.add(kind, asked_ids(), usize::from(length), encode);
                 let bad_one = Id::new(bad).unwrap();
                 let encode = |out: &mut [u8]| Job::ReadCondition.encode(bad_one, out);
                 request.add(PartKind::ReadCondition, [bad_one], Job::ReadCondition.answer_length(), encode);
@@ -227,7 +227,7 @@ fn one_bad_servo_costs_one_servo_and_one_turn() {
 
                 let told = |id: u8| replies.all().iter().any(|answer| answer.status().id.get() == id);
                 let lost: Vec<u8> = ids.iter().copied().filter(|id| !told(*id)).collect();
-                let context = format!("{topic:?}, {fault} of servo {bad}, seed {seed}: lost {lost:?}");
+                let context = format!("{kind:?}, {fault} of servo {bad}, seed {seed}: lost {lost:?}");
                 assert!(lost.iter().all(|id| *id == bad), "{context}");
                 // One reply timeout, and some silence after each read.
                 let waited = port.now.since(Instant::EPOCH);
@@ -244,25 +244,25 @@ fn one_bad_servo_costs_one_servo_and_one_turn() {
 #[test]
 fn what_an_adapter_gives_back_is_not_taken_for_late() {
     let ids: Vec<u8> = (1..=3).collect();
-    let who = || ids.iter().filter_map(|id| Id::new(*id));
+    let asked_ids = || ids.iter().filter_map(|id| Id::new(*id));
     let length = Reading::ITEM.length;
     let goals = Instruction::SyncWrite { address: 116, length: 4, records: &[1, 0, 8, 0, 0, 2, 0, 8, 0, 0] };
-    for topic in [PartKind::FastRead, PartKind::PlainRead] {
-        let question = measurements_of(topic, &ids);
+    for kind in [PartKind::FastRead, PartKind::PlainRead] {
+        let question = measurements_of(kind, &ids);
         let mut request = Request::default();
-        request.add(topic, who(), usize::from(length), |out| {
+        request.add(kind, asked_ids(), usize::from(length), |out| {
             let end = goals.encode(Address::All, out).unwrap();
             end + question.encode(Address::All, &mut out[end..]).unwrap()
         });
-        let servos = who().map(|id| Servo::new(Model::Xm430W350, id, 0.0, Instant::EPOCH)).collect();
+        let servos = asked_ids().map(|id| Servo::new(Model::Xm430W350, id, 0.0, Instant::EPOCH)).collect();
         let mut line = Line::new(servos).with_injector(Injector::new("only", 1));
         line.inject(Instant::EPOCH, &["echo".parse().unwrap()]);
         let mut port = Bare { line, now: Instant::EPOCH, there: Vec::new() };
         let mut replies = Replies::default();
         Master::new(4_000_000, REPLY_TIMEOUT).exchange(&mut port, &request, &mut replies);
-        assert_eq!(replies.about(topic).count(), 3);
-        assert!(replies.heard(topic) > 3 * usize::from(length) + request.parts().next().unwrap().1.len());
-        assert_eq!((replies.late, replies.noisy, replies.corrupt_replies(topic)), (0, false, 0), "{topic:?}");
+        assert_eq!(replies.about(kind).count(), 3);
+        assert!(replies.heard(kind) > 3 * usize::from(length) + request.parts().next().unwrap().1.len());
+        assert_eq!((replies.late, replies.noisy, replies.corrupt_replies(kind)), (0, false, 0), "{kind:?}");
     }
 }
 

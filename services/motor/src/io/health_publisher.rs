@@ -60,7 +60,7 @@ impl HealthPublisher {
             bus.exchanges = counts.exchanges;
             bus.skipped = skipped;
             bus.missed = counts.missed;
-            bus.broken = counts.broken;
+            bus.corrupt = counts.corrupt;
             bus.stale = counts.stale;
             bus.late_bytes = counts.late_bytes;
             bus.alerts = counts.fault_counters.alerts;

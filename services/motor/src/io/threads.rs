@@ -176,7 +176,7 @@ impl BusThreads {
         self.workers.iter().map(|end| {
             let exchange = end.exchange.as_ref()?;
             let (first, _) = exchange.request.parts().next()?;
-            Some(exchange.replies.asked_at(first.topic))
+            Some(exchange.replies.asked_at(first.kind))
         })
     }
 

@@ -21,7 +21,7 @@ const MAX_MISSES: u32 = 3;
 const MAX_REJECTED: u32 = 25;
 pub(super) const TRUST_DELAY: Duration = Duration::from_secs(15);
 /// Consecutive refused goals before the cause is taken to be the configuration.
-const AIMS_MOST: u32 = 3;
+const MAX_REFUSED_GOALS: u32 = 3;
 /// Longest waiting time between two attempts to reach a silent servo.
 const MAX_WAIT: Duration = Duration::from_secs(5);
 /// How long after an alert a servo is rebooted if configured, and how often at most.
@@ -114,7 +114,7 @@ impl Joint {
                 self.power = Power::Found { watchdog: Watchdog::Tripped, stay };
             }
             (Power::Rising { is_on, .. }, Job::ArmWatchdog { .. } | Job::WriteGoal(_))
-                if self.refused_goals < AIMS_MOST =>
+                if self.refused_goals < MAX_REFUSED_GOALS =>
             {
                 self.refused_goals += u32::from(matches!(job, Job::WriteGoal(_)));
                 self.power = Power::Rising { step: PowerUpStep::ArmWatchdog, is_on, is_tripped: true };
@@ -165,7 +165,7 @@ impl Joint {
         }
         if contact.corrupt >= MAX_MISSES
             && !matches!(power, Power::Cutting { .. })
-            && !self.licence.is_locked()
+            && !self.arming.is_locked()
         {
             self.fall_silent(JointCause::Silent);
             self.link = Link::Corrupt(DuplicateIdCheck::default());
@@ -219,7 +219,7 @@ impl Joint {
         let may_be_on = self.power.may_be_on() && !matches!(self.power, Power::Cutting { .. });
         // A locked joint keeps its lock. If it still has torque, the alert decides about the torque.
         let is_locked =
-            matches!(self.licence, ArmingState::Locked { cause, .. } if cause != JointCause::Alert);
+            matches!(self.arming, ArmingState::Locked { cause, .. } if cause != JointCause::Alert);
         if self.let_go.is_some() || (is_locked && !may_be_on) {
             return;
         }
@@ -255,14 +255,14 @@ impl Joint {
         let Power::On { goal_rad, .. } = self.power else { return };
         // The alert itself was known before its kind.
         let may_be_lowered = matches!(
-            self.licence,
+            self.arming,
             ArmingState::Disarmed { .. } | ArmingState::Locked { cause: JointCause::Alert, .. }
         );
         if may_be_lowered && self.motion == Motion::Idle && matches!(self.link, Link::Answering) {
-            let (_, cause) = self.licence.published();
+            let (_, cause) = self.arming.published();
             self.cut_at = None;
             let ending = Some(Disarming { cause: JointCause::Alert, locks: true });
-            self.licence = ArmingState::Armed { after: cause, lapses_at: None, ending };
+            self.arming = ArmingState::Armed { after: cause, lapses_at: None, ending };
             self.motion = Motion::Hold { at: servo::Motion::at(goal_rad), since: now };
         }
     }
@@ -272,7 +272,7 @@ impl Joint {
         if self.let_go.is_some() {
             return;
         }
-        if self.licence.is_locked() {
+        if self.arming.is_locked() {
             // The first lock stays. A joint that still has torque loses it.
             if self.power.may_be_on() && !matches!(self.power, Power::Cutting { .. }) {
                 self.switch_torque_off(now);
@@ -337,13 +337,13 @@ impl Joint {
         match self.power {
             Power::On { .. } if !condition.has_torque => self.has_restarted(),
             // Another program may have switched it on or off.
-            Power::Off if condition.has_torque && self.licence.is_locked() => {
+            Power::Off if condition.has_torque && self.arming.is_locked() => {
                 self.power = Power::Cutting { tell_at: now };
             }
             Power::Off if condition.has_torque => {
                 self.power = Power::Found { watchdog: condition.watchdog, stay: None };
             }
-            Power::Found { .. } if !condition.has_torque && self.licence.is_armed() => self.has_restarted(),
+            Power::Found { .. } if !condition.has_torque && self.arming.is_armed() => self.has_restarted(),
             Power::Found { .. } if !condition.has_torque => self.power = Power::Off,
             Power::Found { stay, .. } => self.power = Power::Found { watchdog: condition.watchdog, stay },
             Power::Unknown { .. }
@@ -379,7 +379,7 @@ impl Joint {
         }
         self.motion = Motion::Idle;
         let was_on = self.power.is_on() || matches!(self.power, Power::Unknown { was_on: true });
-        if self.licence.is_armed() {
+        if self.arming.is_armed() {
             self.disarm(cause);
         }
         self.power = Power::Unknown { was_on };

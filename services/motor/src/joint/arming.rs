@@ -13,17 +13,17 @@ impl Joint {
     /// Arms the joint by an operator's order, which lapses at `lapses_at` unless torque is on by then. An order arms
     /// a joint once, and again if the joint had to wait for others.
     pub(crate) fn arm(&mut self, order: u64, lapses_at: Instant) {
-        if self.licence.is_given() {
+        if self.arming.is_given() {
             // Whatever disarms the joint now also ends this order for it.
             self.order = order;
         }
-        if let ArmingState::Disarmed { cause } = self.licence
+        if let ArmingState::Disarmed { cause } = self.arming
             && self.missed_order != order
             && self.may_be_armed()
             && (self.order != order || matches!(cause, JointCause::GroupStopped | JointCause::BodyStopped))
         {
             self.order = order;
-            self.licence = ArmingState::Armed { after: cause, lapses_at: Some(lapses_at), ending: None };
+            self.arming = ArmingState::Armed { after: cause, lapses_at: Some(lapses_at), ending: None };
         }
     }
 
@@ -39,7 +39,7 @@ impl Joint {
 
     /// Gives a new lock its number, `locks + 1`. Returns whether there was a new lock.
     pub(crate) fn count_lock(&mut self, locks: u64) -> bool {
-        match &mut self.licence {
+        match &mut self.arming {
             ArmingState::Locked { number: number @ None, .. } => {
                 *number = Some(locks + 1);
                 true
@@ -54,7 +54,7 @@ impl Joint {
     /// An order stays valid for some seconds, so that torque which is still going off can go off. But a joint beyond
     /// its limits is unlocked only by a new order (`is_new`), because a person may have their hands on it.
     pub(crate) fn acknowledge(&mut self, now: Instant, locks: u64, is_new: bool) {
-        let ArmingState::Locked { cause, number: Some(number) } = self.licence else { return };
+        let ArmingState::Locked { cause, number: Some(number) } = self.arming else { return };
         let is_off = matches!(self.power, Power::Off);
         if number > locks || self.let_go.is_some() || self.link.is_quarantined() {
             return;
@@ -78,7 +78,7 @@ impl Joint {
             self.begin_anew();
         }
         (self.trouble, self.reaction) = (None, None);
-        self.licence = ArmingState::Disarmed { cause };
+        self.arming = ArmingState::Disarmed { cause };
     }
 
     /// Disarms the joint for an emergency stop that lets it come to rest first.
@@ -89,10 +89,10 @@ impl Joint {
             self.motion = Motion::Halt { at };
             self.reaction = Some(AlertReaction::Hold);
         }
-        if self.licence.is_given() {
+        if self.arming.is_given() {
             self.begin_disarm(ending);
-        } else if let ArmingState::Disarmed { .. } = self.licence {
-            self.licence = ending.licence();
+        } else if let ArmingState::Disarmed { .. } = self.arming {
+            self.arming = ending.state();
         }
     }
 
@@ -120,20 +120,20 @@ impl Joint {
     pub(super) fn switch_torque_off(&mut self, now: Instant) {
         self.power = Power::Cutting { tell_at: now };
         (self.motion, self.goal, self.cut_at, self.behind_since) = (Motion::Idle, None, None, None);
-        if let Some(ending) = self.licence.ending() {
-            self.licence = ending.licence();
+        if let Some(ending) = self.arming.ending() {
+            self.arming = ending.state();
         }
     }
 
     /// Disarms the joint at once. A lock stays.
     pub(super) fn disarm(&mut self, cause: JointCause) {
-        match self.licence {
+        match self.arming {
             ArmingState::Locked { .. } => {}
             ArmingState::Armed { ending: Some(ending @ Disarming { locks: true, .. }), .. } => {
-                self.licence = ending.licence();
+                self.arming = ending.state();
             }
             ArmingState::Armed { .. } | ArmingState::Disarmed { .. } => {
-                self.licence = ArmingState::Disarmed { cause }
+                self.arming = ArmingState::Disarmed { cause }
             }
         }
         (self.motion, self.goal) = (Motion::Idle, None);
@@ -142,9 +142,9 @@ impl Joint {
 
     /// Disarms or locks the joint once it has stopped; at once if it does not move.
     pub(super) fn begin_disarm(&mut self, ending: Disarming) {
-        let ArmingState::Armed { after, lapses_at, ending: before } = self.licence else {
-            if ending.locks && !self.licence.is_locked() {
-                self.licence = ending.licence();
+        let ArmingState::Armed { after, lapses_at, ending: before } = self.arming else {
+            if ending.locks && !self.arming.is_locked() {
+                self.arming = ending.state();
             }
             return;
         };
@@ -152,10 +152,10 @@ impl Joint {
         let ending = before.filter(|before| before.locks || !ending.locks).unwrap_or(ending);
         if self.motion == Motion::Idle {
             self.abort_power_up();
-            self.licence = ending.licence();
+            self.arming = ending.state();
         } else {
             self.goal = None;
-            self.licence = ArmingState::Armed { after, lapses_at, ending: Some(ending) };
+            self.arming = ArmingState::Armed { after, lapses_at, ending: Some(ending) };
             self.halt();
         }
     }
@@ -179,7 +179,7 @@ impl Joint {
             self.abort_power_up();
         }
         self.lock_beyond_limits(now);
-        match (self.licence, halt) {
+        match (self.arming, halt) {
             // Torque may come on while others are stopped; then the joint waits for them.
             (ArmingState::Armed { .. }, Some(cause)) if self.power.is_on() => {
                 self.begin_disarm(Disarming { cause, locks: false });
@@ -192,13 +192,13 @@ impl Joint {
             (ArmingState::Armed { after, ending: Some(ending), lapses_at }, _) => {
                 // The reason of the stop is gone, and the configuration allows automatic arming after it.
                 if !ending.locks && live && halt.is_none() && self.policy.arms_after(ending.cause) {
-                    self.licence = ArmingState::Armed { after, lapses_at, ending: None };
+                    self.arming = ArmingState::Armed { after, lapses_at, ending: None };
                 }
             }
             (ArmingState::Disarmed { cause }, _)
                 if live && self.may_be_armed() && self.policy.arms_after(cause) =>
             {
-                self.licence = ArmingState::Armed { after: cause, lapses_at: None, ending: None };
+                self.arming = ArmingState::Armed { after: cause, lapses_at: None, ending: None };
             }
             (ArmingState::Armed { .. } | ArmingState::Disarmed { .. } | ArmingState::Locked { .. }, _) => {}
         }
@@ -217,7 +217,7 @@ impl Joint {
 
     /// Locks the joint if it was found too far beyond its limits.
     pub(super) fn lock_beyond_limits(&mut self, now: Instant) {
-        let is_at_rest = self.motion == Motion::Idle && !self.licence.is_locked();
+        let is_at_rest = self.motion == Motion::Idle && !self.arming.is_locked();
         let Some(rad) = self.beyond_rad(now).filter(|_| is_at_rest && matches!(self.link, Link::Answering))
         else {
             return;
@@ -225,7 +225,7 @@ impl Joint {
         if rad > self.policy.max_beyond_limits_rad {
             self.trouble = Some(JointFault::BeyondLimits { by_mrad: quantity::number::round_i64(rad * 1e3) });
             self.abort_power_up();
-            self.licence = ArmingState::Locked { cause: JointCause::BeyondLimits, number: None };
+            self.arming = ArmingState::Locked { cause: JointCause::BeyondLimits, number: None };
             self.goal = None;
         }
     }

@@ -18,7 +18,7 @@ pub(crate) enum Motion {
     /// present position the goal.
     Stay {
         /// When it acknowledged that, and its position then, in radians of the joint.
-        told: Option<(Instant, f64)>,
+        ordered: Option<(Instant, f64)>,
     },
     /// Follows goals, no faster than the soft start.
     Soft {

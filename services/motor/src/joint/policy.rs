@@ -3,7 +3,7 @@ use config::leo::{AlertReaction, AlertReactions, ArmingCause, Motor, OnAlert};
 use message::JointCause;
 use servo::HardwareErrors;
 
-use super::licence::arming_cause;
+use super::arming_state::arming_cause;
 
 /// All causes after which the configuration may allow automatic arming.
 const ARMING_CAUSES: [ArmingCause; 9] = [
@@ -82,12 +82,12 @@ impl Policy {
     }
 
     /// Reaction to these hardware errors: that of the error that asks to switch torque off earliest, in the order limp,
-    /// hold, lower. `most` is the limit of the joint's group. As long as the errors are unknown, the joint holds.
-    pub(crate) fn reaction(&self, errors: HardwareErrors, most: AlertReaction) -> AlertReaction {
+    /// hold, lower. `max` is the limit of the joint's group. As long as the errors are unknown, the joint holds.
+    pub(crate) fn reaction(&self, errors: HardwareErrors, max: AlertReaction) -> AlertReaction {
         let asked =
             self.reactions.iter().filter(|(bit, _)| errors.0 & bit != 0).map(|(_, reaction)| *reaction);
         let known = self.reactions.iter().fold(0, |bits, (bit, _)| bits | bit);
         let unknown = (errors.0 & !known != 0).then_some(AlertReaction::Limp);
-        asked.chain(unknown).min().unwrap_or(AlertReaction::Hold).min(most)
+        asked.chain(unknown).min().unwrap_or(AlertReaction::Hold).min(max)
     }
 }

@@ -40,7 +40,7 @@ impl Joint {
         }
         match self.link {
             // A servo of another model, for example, is left alone until an operator has acknowledged that.
-            Link::Unknown if self.licence.is_locked() && matches!(self.power, Power::Off) => None,
+            Link::Unknown if self.arming.is_locked() && matches!(self.power, Power::Off) => None,
             Link::Unknown => Some(Job::Ping),
             Link::Identified(Setup::Inspect) => Some(Job::Inspect),
             // The operator is informed about an overwritten item before it is written.
@@ -57,7 +57,7 @@ impl Joint {
 
     /// Next job for a servo that is set up.
     fn power_job(&mut self, now: Instant, may_arm: bool) -> Option<Job> {
-        if may_arm && self.licence.is_given() && !self.is_unproven() {
+        if may_arm && self.arming.is_given() && !self.is_unproven() {
             self.begin_power_up();
         }
         match self.power {
@@ -120,7 +120,7 @@ impl Joint {
         }
         self.refused_pwm = RefusedPwm::No;
         match self.motion {
-            Motion::Stay { told } => self.stay_job(now, told, true),
+            Motion::Stay { ordered } => self.stay_job(now, ordered, true),
             Motion::Soft { until, .. } if now >= until && !self.has_full_acceleration() => {
                 Some(Job::Profile([
                     acceleration(self.settings.max_acceleration_rad_s2 * ACCELERATION_MARGIN),
@@ -158,13 +158,13 @@ impl Joint {
     }
 
     /// Tells a servo to stay where it is, and repeats that if the servo does not stand in time.
-    fn stay_job(&self, now: Instant, told: Option<(Instant, f64)>, shall_stay: bool) -> Option<Job> {
-        let goes_on = |(told_at, _)| now >= told_at + STANDS_AFTER && !self.stays();
-        told.map_or(shall_stay, goes_on).then_some(Job::Stay)
+    fn stay_job(&self, now: Instant, ordered: Option<(Instant, f64)>, shall_stay: bool) -> Option<Job> {
+        let goes_on = |(ordered_at, _)| now >= ordered_at + STANDS_AFTER && !self.stays();
+        ordered.map_or(shall_stay, goes_on).then_some(Job::Stay)
     }
 
     /// Since when a condition read has been due, if it is.
-    pub(crate) fn look_due(&self, now: Instant) -> Option<Instant> {
+    pub(crate) fn condition_read_due_since(&self, now: Instant) -> Option<Instant> {
         (self.is_read() && now >= self.condition_due_at).then_some(self.condition_due_at)
     }
 
@@ -213,7 +213,7 @@ impl Joint {
             (_, Power::On { goal_rad, is_pwm_limited, .. }, Job::Profile(_)) => {
                 self.power = Power::On { goal_rad, has_full_acceleration: true, is_pwm_limited };
                 // The job has written another velocity.
-                self.told = None;
+                self.sent_velocity = None;
             }
             (_, Power::On { goal_rad, has_full_acceleration, .. }, Job::GoalPwm(pwm)) => {
                 let is_pwm_limited = self.bounds.is_some_and(|bounds| pwm < bounds.pwm);
@@ -221,7 +221,7 @@ impl Joint {
                 self.refused_pwm = RefusedPwm::No;
             }
             (_, Power::On { .. }, Job::Stay) if matches!(self.motion, Motion::Stay { .. }) => {
-                self.motion = Motion::Stay { told: self.stood(now) };
+                self.motion = Motion::Stay { ordered: self.stood(now) };
             }
             (_, _, Job::ReadCondition) => self.process_condition(now, answer),
             // The answer belongs to a state that has passed.
@@ -309,7 +309,7 @@ impl Joint {
         if let Some(trouble) = job::powerless(setup) {
             return self.fail(now, JointCause::Refused, trouble);
         }
-        if !job::is_configured(setup, min, max) && !self.licence.is_locked() {
+        if !job::is_configured(setup, min, max) && !self.arming.is_locked() {
             self.link = Link::Identified(Setup::Unlock);
         }
     }
@@ -353,9 +353,9 @@ impl Joint {
         self.power = Power::On { goal_rad, has_full_acceleration: false, is_pwm_limited };
         self.refused_goals = 0;
         self.motion = Motion::Idle;
-        if self.licence.is_given() && self.is_far_from(goal_rad) {
+        if self.arming.is_given() && self.is_far_from(goal_rad) {
             self.motion = Motion::Align { to_rad: goal_rad };
-        } else if self.licence.is_given() {
+        } else if self.arming.is_given() {
             self.begin_soft(now, Setpoint::at(goal_rad));
         }
     }
@@ -365,7 +365,7 @@ impl Joint {
     fn reboot(&mut self, now: Instant) -> Job {
         self.reboots += 1;
         (self.trouble, self.reaction, self.reboot_at) = (None, None, None);
-        self.licence = ArmingState::Disarmed { cause: JointCause::Alert };
+        self.arming = ArmingState::Disarmed { cause: JointCause::Alert };
         self.power = Power::Unknown { was_on: false };
         self.motion = Motion::Idle;
         self.clock.forget();

@@ -1,6 +1,6 @@
 //! The published state of a joint.
 
-use message::{JointCause, JointLicence, JointMachines, JointMode, JointState};
+use message::{JointArming, JointCause, JointMachines, JointMode, JointState};
 use servo::Reading;
 
 use super::motion::published;
@@ -10,18 +10,18 @@ impl Joint {
     /// The published state of the joint.
     pub(crate) fn state(&self) -> JointState {
         let (mode, cause) = self.mode();
-        let (licence, licence_cause) = match self.licence.published() {
+        let (arming, arming_cause) = match self.arming.published() {
             // It cannot be armed before the emergency stop is released.
-            (JointLicence::Disarmed, _) if self.orders.is_emergency => {
-                (JointLicence::Locked, JointCause::Emergency)
+            (JointArming::Disarmed, _) if self.orders.is_emergency => {
+                (JointArming::Locked, JointCause::Emergency)
             }
             published => published,
         };
         let mut state = JointState::unread(self.index, mode, cause).with_machines(JointMachines {
             link: self.link.published(),
             power: self.power.published(),
-            licence,
-            licence_cause,
+            arming,
+            arming_cause,
             motion: published(self.motion, self.stays()),
         });
         if let Some((at, reading)) = self.reading {
@@ -41,7 +41,7 @@ impl Joint {
 
     /// Summarises the four state machines in one mode and its cause.
     fn mode(&self) -> (JointMode, JointCause) {
-        let cause = self.let_go.unwrap_or_else(|| self.licence_cause());
+        let cause = self.let_go.unwrap_or_else(|| self.arming_cause());
         if let Power::Cutting { .. } = self.power {
             return (JointMode::Releasing, cause);
         }
@@ -52,9 +52,9 @@ impl Joint {
             (Link::Silent { cause, .. }, _) => (JointMode::Quarantined, cause),
             (Link::Corrupt(_), _) => (JointMode::Quarantined, JointCause::Silent),
             _ if self.is_unproven() => (JointMode::Quarantined, JointCause::Stale),
-            (_, Power::Off) if !self.licence.is_armed() => (JointMode::Limp, cause),
-            (Link::Unknown | Link::Identified(_), _) if self.licence.is_locked() => (JointMode::Limp, cause),
-            (_, Power::Found { .. }) => match self.licence {
+            (_, Power::Off) if !self.arming.is_armed() => (JointMode::Limp, cause),
+            (Link::Unknown | Link::Identified(_), _) if self.arming.is_locked() => (JointMode::Limp, cause),
+            (_, Power::Found { .. }) => match self.arming {
                 ArmingState::Locked { cause, .. } => (JointMode::Holding, cause),
                 ArmingState::Disarmed { .. } | ArmingState::Armed { .. } if !self.orders.live => {
                     (self.pace(), JointCause::CommandTimeout)
@@ -76,14 +76,14 @@ impl Joint {
     }
 
     fn mode_of_motion(&self, cause: JointCause) -> (JointMode, JointCause) {
-        let ends_by = self.licence.ending().map(|ending| ending.cause).or(self.orders.halt);
+        let ends_by = self.arming.ending().map(|ending| ending.cause).or(self.orders.halt);
         let stops_by = ends_by.unwrap_or(JointCause::CommandTimeout);
         match self.motion {
-            Motion::Idle if self.licence.is_given() => (JointMode::Starting, cause),
+            Motion::Idle if self.arming.is_given() => (JointMode::Starting, cause),
             Motion::Idle => (JointMode::Holding, cause),
             Motion::Align { .. } => (JointMode::Aligning, JointCause::NotStarted),
             Motion::Stay { .. }
-                if self.licence.is_given() && self.orders.live && self.orders.halt.is_none() =>
+                if self.arming.is_given() && self.orders.live && self.orders.halt.is_none() =>
             {
                 (JointMode::Starting, cause)
             }
@@ -106,8 +106,8 @@ impl Joint {
     }
 
     /// Why it is not armed, or was not before.
-    const fn licence_cause(&self) -> JointCause {
-        match self.licence {
+    const fn arming_cause(&self) -> JointCause {
+        match self.arming {
             ArmingState::Locked { cause, .. } | ArmingState::Disarmed { cause } => cause,
             ArmingState::Armed { after, ending: None, .. } => after,
             ArmingState::Armed { ending: Some(ending), .. } => ending.cause,

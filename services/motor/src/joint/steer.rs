@@ -46,7 +46,7 @@ pub(crate) struct Command {
 impl Joint {
     /// Changes the state of motion by the current conditions.
     pub(super) fn conduct(&mut self, now: Instant) {
-        let goes_on = self.licence.is_given() && self.orders.live && self.orders.halt.is_none();
+        let goes_on = self.arming.is_given() && self.orders.live && self.orders.halt.is_none();
         match self.motion {
             Motion::Idle if self.may_move() && goes_on => self.set_out(now),
             Motion::Align { to_rad } => {
@@ -56,7 +56,7 @@ impl Joint {
                     self.begin_soft(now, Setpoint::at(to_rad));
                 }
             }
-            Motion::Stay { told } if self.stays() => self.after_stay(now, told, goes_on),
+            Motion::Stay { ordered } if self.stays() => self.after_stay(now, ordered, goes_on),
             Motion::Soft { .. } | Motion::Track { .. } if !goes_on => self.halt(),
             Motion::Soft { at, until } if now >= until && self.has_full_acceleration() => {
                 self.motion = Motion::Track { at }
@@ -104,7 +104,7 @@ impl Joint {
     pub(super) fn halt(&mut self) {
         self.motion = match self.motion {
             Motion::Soft { at, .. } | Motion::Track { at } => Motion::Halt { at },
-            Motion::Align { .. } => Motion::Stay { told: None },
+            Motion::Align { .. } => Motion::Stay { ordered: None },
             still @ (Motion::Idle
             | Motion::Stay { .. }
             | Motion::Halt { .. }
@@ -114,16 +114,16 @@ impl Joint {
     }
 
     /// Its servo stands where it was told to stay.
-    fn after_stay(&mut self, now: Instant, told: Option<(Instant, f64)>, goes_on: bool) {
+    fn after_stay(&mut self, now: Instant, ordered: Option<(Instant, f64)>, goes_on: bool) {
         if goes_on {
             self.motion = Motion::Idle;
             self.power = Power::Rising { step: PowerUpStep::WriteGoal, is_on: true, is_tripped: false };
-        } else if let Some(ending) = self.licence.ending() {
+        } else if let Some(ending) = self.arming.ending() {
             // The servo holds a goal of its own beyond the joint's limits, which no setpoint can express. So it is
             // monitored, and told to stay again if it moves.
-            self.power = Power::Found { watchdog: Watchdog::Armed, stay: told };
+            self.power = Power::Found { watchdog: Watchdog::Armed, stay: ordered };
             self.motion = Motion::Idle;
-            self.licence = ending.licence();
+            self.arming = ending.state();
             if ending.cause == JointCause::Alert {
                 // A servo beyond its limits is not lowered, because it accepts no goal there.
                 self.cut_at = Some(now + self.policy.hold);
@@ -133,7 +133,7 @@ impl Joint {
 
     /// The joint holds and is being disarmed. After an alert it is lowered, or its torque goes off.
     fn after_hold(&mut self, now: Instant, at: Setpoint, since: Instant) {
-        let Some(ending) = self.licence.ending() else { return };
+        let Some(ending) = self.arming.ending() else { return };
         if ending.cause == JointCause::Alert {
             if now < since + self.policy.hold {
                 return;
@@ -155,7 +155,7 @@ impl Joint {
         if let Power::On { has_full_acceleration, is_pwm_limited, .. } = self.power {
             self.power = Power::On { goal_rad: at.position_rad, has_full_acceleration, is_pwm_limited };
         }
-        self.licence = ending.licence();
+        self.arming = ending.state();
     }
 
     /// Whether its servo has the acceleration of normal operation.
@@ -253,7 +253,7 @@ impl Joint {
             return;
         }
         self.behind_since = None;
-        if self.licence.ending().is_some_and(|ending| ending.locks) {
+        if self.arming.ending().is_some_and(|ending| ending.locks) {
             // It is being stopped already, and must not press against the obstacle any longer.
             return self.switch_torque_off(now);
         }
@@ -287,22 +287,22 @@ impl Joint {
     /// periodically. No servo acknowledges it, and it takes as much time on the wire as the goal position.
     pub(crate) fn command(&mut self, now: Instant) -> Option<Command> {
         let Some([velocity, position]) = self.command_counts(now) else {
-            self.told = None;
+            self.sent_velocity = None;
             return None;
         };
         let is_at_rest = self.motion.setpoint().is_some_and(|at| at.velocity_rad_s.abs() <= 0.0);
-        let is_known = self.told.is_some_and(|(told, told_at)| {
+        let is_known = self.sent_velocity.is_some_and(|(sent, sent_at)| {
             // At rest the profile only has to be fast enough. In motion a faster servo would run ahead of its
             // setpoint.
             let is_same = if is_at_rest {
-                (velocity..=velocity + CLOSE_COUNTS).contains(&told)
+                (velocity..=velocity + CLOSE_COUNTS).contains(&sent)
             } else {
-                told == velocity
+                sent == velocity
             };
-            is_same && now < told_at + REWRITE_PERIOD
+            is_same && now < sent_at + REWRITE_PERIOD
         });
         if !is_known {
-            self.told = Some((velocity, now));
+            self.sent_velocity = Some((velocity, now));
         }
         Some(Command { position, velocity: (!is_known).then_some(velocity) })
     }

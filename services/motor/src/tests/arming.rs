@@ -2,7 +2,7 @@
 
 use super::*;
 
-use message::{JointLicence, JointLink, JointMachines, JointMotion, JointPower};
+use message::{JointArming, JointLink, JointMachines, JointMotion, JointPower};
 use servo::mock::HardwareError;
 use servo::table::{BUS_WATCHDOG, MAX_POSITION_LIMIT, PWM_LIMIT};
 
@@ -34,8 +34,8 @@ impl Rig {
         self.state(joint).machines().unwrap()
     }
 
-    fn licences(&self) -> Vec<JointLicence> {
-        (0..3).map(|joint| self.machines(joint).licence).collect()
+    fn arming_states(&self) -> Vec<JointArming> {
+        (0..3).map(|joint| self.machines(joint).arming).collect()
     }
 
     /// Cycles with a commander in which nothing may move, although the goals are elsewhere.
@@ -57,14 +57,14 @@ fn on_hardware_no_torque_comes_on_before_the_joints_are_armed() {
     rig.commanded(500, 0.0, rig.now);
     assert_eq!((rig.modes(), rig.causes()), (vec![Limp; 3], vec![JointCause::NotStarted; 3]));
     assert_eq!([rig.torque(0, 0), rig.torque(0, 1), rig.torque(1, 0)], [0; 3]);
-    assert_eq!(rig.licences(), [JointLicence::Disarmed; 3]);
+    assert_eq!(rig.arming_states(), [JointArming::Disarmed; 3]);
     rig.motor.arm(rig.now, None);
     rig.until(200, 0.0, |rig| rig.modes() == [Following; 3]);
     let all = JointMachines {
         link: JointLink::Answering,
         power: JointPower::On,
-        licence: JointLicence::Armed,
-        licence_cause: JointCause::None,
+        arming: JointArming::Armed,
+        arming_cause: JointCause::None,
         motion: JointMotion::SoftStart,
     };
     assert_eq!(rig.machines(2), all);
@@ -87,7 +87,7 @@ fn after_a_released_emergency_stop_nothing_moves_before_it_is_armed_again() {
         let mut rig = if is_simulated { following() } else { Rig::armed_hardware() };
         rig.motor.emergency_stop(rig.now);
         rig.commanded(20, 0.3, rig.now);
-        assert_eq!(rig.licences(), [JointLicence::Locked; 3]);
+        assert_eq!(rig.arming_states(), [JointArming::Locked; 3]);
         // An order during the emergency stop does not release it.
         rig.motor.arm(rig.now, Some(u64::MAX));
         rig.commanded(20, 0.3, rig.now);
@@ -126,7 +126,7 @@ fn after_a_lost_line_returns_nothing_moves_before_arming() {
     rig.commanded(100, 0.3, rig.now);
     rig.lost = None;
     rig.commanded(100, 0.3, rig.now);
-    assert_eq!(rig.licences(), [JointLicence::Disarmed; 3]);
+    assert_eq!(rig.arming_states(), [JointArming::Disarmed; 3]);
     rig.still(500);
     rig.motor.arm(rig.now, None);
     rig.until(300, -0.6, |rig| rig.modes() == [Following; 3]);
@@ -258,15 +258,15 @@ fn a_lock_is_acknowledged_only_by_an_order_that_names_it() {
     rig.servo(0, 1).fail(HardwareError::Overheating);
     rig.commanded(50, 0.3, rig.now);
     assert_eq!(
-        (rig.machines(1).licence, rig.machines(1).licence_cause),
-        (JointLicence::Locked, JointCause::Alert)
+        (rig.machines(1).arming, rig.machines(1).arming_cause),
+        (JointArming::Locked, JointCause::Alert)
     );
     assert_eq!(rig.motor.counts().locks, 1);
     // The operator saw no lock, and this one came meanwhile.
     for acknowledged in [None, Some(0)] {
         rig.motor.arm(rig.now, acknowledged);
         rig.commanded(300, 0.3, rig.now);
-        assert_eq!(rig.machines(1).licence, JointLicence::Locked, "{acknowledged:?}");
+        assert_eq!(rig.machines(1).arming, JointArming::Locked, "{acknowledged:?}");
     }
     // Acknowledging reboots the servo, which clears its shutdown.
     rig.motor.arm(rig.now, Some(1));

@@ -101,8 +101,7 @@ pub(crate) fn is_back(
 /// Whether a joint waits for an operator: its identifier is duplicate, or it had an alert and has been rebooted too
 /// often. All other joints recover without help.
 pub(crate) fn waits(state: &JointState) -> bool {
-    let is_locked =
-        state.machines().is_some_and(|machines| machines.licence == message::JointLicence::Locked);
+    let is_locked = state.machines().is_some_and(|machines| machines.arming == message::JointArming::Locked);
     is_locked && matches!(state.cause(), Some(JointCause::Alert | JointCause::DuplicateId))
 }
 

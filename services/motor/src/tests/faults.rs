@@ -258,12 +258,12 @@ fn answers_to_an_earlier_question_are_never_taken_whatever_their_length() {
 }
 
 /// Hands one answer of servo 1 on bus 1 to the motor, in place of all others of a cycle.
-fn answer_alone(rig: &mut Rig, topic: PartKind, fault: Option<servo::Fault>, params: &[u8]) {
+fn answer_alone(rig: &mut Rig, kind: PartKind, fault: Option<servo::Fault>, params: &[u8]) {
     rig.now += PERIOD;
     rig.motor.step(rig.now);
     rig.motor.request(1, rig.now, &mut rig.request);
     rig.replies.clear();
-    rig.replies.add(topic, &Status { id: Id::new(1).unwrap(), alert: false, fault, params });
+    rig.replies.add(kind, &Status { id: Id::new(1).unwrap(), alert: false, fault, params });
     rig.motor.replies(1, rig.now, &rig.replies);
 }
 
@@ -288,9 +288,9 @@ fn an_error_in_place_of_torque_enable_confirms_nothing() {
 #[test]
 fn an_answer_longer_than_any_expected_one_counts_as_noise() {
     let mut rig = following();
-    let broken = rig.motor.bus_counts(1).broken;
+    let broken = rig.motor.bus_counts(1).corrupt;
     answer_alone(&mut rig, PartKind::FastRead, None, &[0; 200]);
-    assert_eq!(rig.motor.bus_counts(1).broken, broken + 1);
+    assert_eq!(rig.motor.bus_counts(1).corrupt, broken + 1);
 }
 
 #[test]
@@ -428,7 +428,7 @@ fn a_servo_of_older_firmware_is_read_separately() {
         let asked = rig
             .request
             .parts()
-            .filter(|(part, _)| matches!(part.topic, PartKind::FastRead | PartKind::PlainRead));
+            .filter(|(part, _)| matches!(part.kind, PartKind::FastRead | PartKind::PlainRead));
         assert_eq!(asked.count(), questions, "{versions:?}");
         rig.commanded(200, -0.4, rig.now);
         assert!((rig.position(0) - -0.4).abs() < 0.003 && (rig.position(1) - -0.4).abs() < 0.003);

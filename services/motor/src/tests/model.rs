@@ -35,7 +35,7 @@ use super::state_table::{
 };
 use super::*;
 
-use message::{JointLicence, JointMotion, JointPower};
+use message::{JointArming, JointMotion, JointPower};
 use servo::mock::HardwareError;
 use servo::table::{BUS_WATCHDOG, TORQUE_ENABLE};
 use stateright::{Checker, HasDiscoveries, Model as Checked, Property};
@@ -88,7 +88,7 @@ struct World {
     now: Instant,
     has_commander: bool,
     wrong: ExchangeFault,
-    licence: JointLicence,
+    arming: JointArming,
     /// End of the validity of an order that has not armed anything yet.
     order_until: Option<Instant>,
     /// Set after a reset: from then on, when the reset has been detected, nothing may start before an operator's
@@ -132,7 +132,7 @@ impl World {
             now: Instant::from_nanos(1_000_000_000),
             has_commander: true,
             wrong: ExchangeFault::Nothing,
-            licence: JointLicence::Disarmed,
+            arming: JointArming::Disarmed,
             order_until: None,
             reset_at: None,
             broken: None,
@@ -232,7 +232,7 @@ impl World {
         // Torque off and on again: a servo that restarted undetected holds its position.
         let is_stay = request.parts().any(|(part, bytes)| {
             let says = |words: &[u8]| bytes.windows(words.len()).any(|window| window == words);
-            part.topic == PartKind::Job && says(&[0x83, 64, 0, 1, 0, 1, 0]) && says(&[3, 64, 0, 1])
+            part.kind == PartKind::Job && says(&[0x83, 64, 0, 1, 0, 1, 0]) && says(&[3, 64, 0, 1])
         });
         exchange(&mut self.line, now, self.wrong, &request, &mut replies);
         if mutation == Mutation::NoWatchdog && self.has_torque() && !had_torque {
@@ -243,7 +243,7 @@ impl World {
         }
         self.motor.replies(0, now, &replies);
         self.check();
-        if is_sent && (before.motion == JointMotion::Idle || before.licence != JointLicence::Armed) {
+        if is_sent && (before.motion == JointMotion::Idle || before.arming != JointArming::Armed) {
             self.fail("(a) a goal was sent without the guard");
         }
         // Nothing disables this servo's watchdog. A tripped watchdog makes the servo ignore goals.
@@ -253,8 +253,8 @@ impl World {
         if self.has_torque() && !had_torque {
             if is_stay && item(&self.line, BUS_WATCHDOG) != 10 {
                 self.fail("(a) a servo was told to stay, and has torque without a watchdog");
-            } else if !is_stay && before.licence != JointLicence::Armed {
-                self.fail("(b) torque came on without a licence");
+            } else if !is_stay && before.arming != JointArming::Armed {
+                self.fail("(b) torque came on without arming");
             } else if !is_stay && self.is_reset() {
                 self.fail("(c) torque came on after a reset");
             }
@@ -270,8 +270,8 @@ impl World {
         if self.motor.counts().violations > 0 {
             self.fail("(a) a motion was not allowed, and was stopped");
         }
-        let is_armed = machines.licence == JointLicence::Armed;
-        let was_armed = self.licence == JointLicence::Armed;
+        let is_armed = machines.arming == JointArming::Armed;
+        let was_armed = self.arming == JointArming::Armed;
         if is_armed && !was_armed {
             let has_order = self.order_until.is_some_and(|until| self.now <= until);
             if self.is_reset() {
@@ -281,11 +281,11 @@ impl World {
             }
         }
         // An order arms a joint once, and again if it had to wait for others.
-        let waited = matches!(machines.licence_cause, JointCause::GroupStopped | JointCause::BodyStopped);
+        let waited = matches!(machines.arming_cause, JointCause::GroupStopped | JointCause::BodyStopped);
         if was_armed && !is_armed && !waited {
             self.order_until = None;
         }
-        self.licence = machines.licence;
+        self.arming = machines.arming;
         // A joint that is decelerating may continue to.
         let starts =
             matches!(machines.motion, JointMotion::Align | JointMotion::SoftStart | JointMotion::Track);
@@ -309,10 +309,10 @@ impl World {
         let has_order = self.order_until.is_some_and(|until| self.now <= until);
         // Only what makes a difference in this state counts; for example, a commander matters only to a joint that is
         // armed or has torque.
-        let (power, licence) = (field(&text, "power"), field(&text, "licence"));
+        let (power, arming) = (field(&text, "power"), field(&text, "arming"));
         let has_power = ["Found", "On", "Rising"].iter().any(|kind| power.starts_with(kind));
-        let has_commander = self.has_commander || !(has_power || licence.starts_with("Armed"));
-        let has_alert = servo.has_alert() && !licence.contains("Alert");
+        let has_commander = self.has_commander || !(has_power || arming.starts_with("Armed"));
+        let has_alert = servo.has_alert() && !arming.contains("Alert");
         let rest = (torque, watchdog, has_alert, place, body, has_order, self.reset_at.is_some());
         let given = (has_commander, self.wrong, &self.broken);
         self.key = format!("{} {rest:?} {given:?}", joint_key(&text));
@@ -324,9 +324,9 @@ impl World {
         let mut world = self.clone();
         end(&mut world);
         let has_ended = |world: &Self| world.motor.letting_go().is_some() && world.motor.unconfirmed() == 0;
-        let run = |world: &mut Self, most: u32| {
+        let run = |world: &mut Self, max: u32| {
             let mut since = 0;
-            for _ in 0..most {
+            for _ in 0..max {
                 world.cycle(mutation);
                 since += u32::from(world.motor.letting_go().is_some());
                 // A servo that does not answer after some cycles does not answer later.
@@ -498,7 +498,7 @@ fn a_restarted_servo_that_was_found_with_torque_waits_for_an_order() {
     let restarted = [Commander(false), mute, ARM, Restart, PushedTo(0.2), well, PushedTo(1.4)];
     let back = [Commander(true), StandsStill, PushedTo(0.2), Cycles(25), Cycles(25)];
     let world = after(1, &[&stopped[..], &restarted, &back].concat());
-    assert_ne!(world.licence, JointLicence::Armed);
+    assert_ne!(world.arming, JointArming::Armed);
 }
 
 #[test]
@@ -511,5 +511,5 @@ fn an_order_to_an_armed_joint_is_void_after_a_failure() {
     let failed = [Restart, mute, Alert(HardwareError::InputVoltage), Restart, well, Restart, mute, ARM];
     let back = [lost, Commander(true), well, StandsStill, Cycles(25), Cycles(25)];
     let world = after(0, &[&held[..], &failed, &back].concat());
-    assert_ne!(world.licence, JointLicence::Armed);
+    assert_ne!(world.arming, JointArming::Armed);
 }

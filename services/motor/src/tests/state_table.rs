@@ -15,7 +15,7 @@ use std::slice::from_mut;
 use super::*;
 
 use config::leo::AlertReaction;
-use message::{JointLicence, JointLink, JointMotion, JointPower};
+use message::{JointArming, JointLink, JointMotion, JointPower};
 use servo::mock::HardwareError;
 use servo::table::{BUS_WATCHDOG, TORQUE_ENABLE};
 use servo::{Fault, Parser, Status};
@@ -103,8 +103,8 @@ pub(super) fn exchange(
     let mut has_alert = false;
     for (part, bytes) in request.parts() {
         let id = Id::new(1).unwrap();
-        let is_job = matches!(part.topic, PartKind::Job | PartKind::ReadCondition);
-        let is_unasked = part.topic == PartKind::ReadCondition && !replies.has_from(id.get());
+        let is_job = matches!(part.kind, PartKind::Job | PartKind::ReadCondition);
+        let is_unasked = part.kind == PartKind::ReadCondition && !replies.has_from(id.get());
         if wrong == ExchangeFault::Deaf || is_unasked || (is_job && wrong == ExchangeFault::JobUnheard) {
             continue;
         }
@@ -114,7 +114,7 @@ pub(super) fn exchange(
             _ => None,
         };
         if fault.is_some() {
-            replies.add(part.topic, &Status { id, alert: false, fault, params: &[] });
+            replies.add(part.kind, &Status { id, alert: false, fault, params: &[] });
             continue;
         }
         let second =
@@ -130,13 +130,13 @@ pub(super) fn exchange(
             ExchangeFault::Mute => true,
             ExchangeFault::JobUnanswered | ExchangeFault::JobBroken => is_job,
             ExchangeFault::ReadingUnanswered | ExchangeFault::ReadingBroken => {
-                part.topic == PartKind::PlainRead
+                part.kind == PartKind::PlainRead
             }
             _ => false,
         };
         if is_lost {
             replies.record_corrupt(
-                part.topic,
+                part.kind,
                 u32::from(matches!(wrong, ExchangeFault::JobBroken | ExchangeFault::ReadingBroken)),
             );
             continue;
@@ -146,14 +146,14 @@ pub(super) fn exchange(
         while let Some(frame) = parser.next_frame() {
             let Some(status) = Status::parse(&frame) else { continue };
             let mut params = status.params.to_vec();
-            if wrong == ExchangeFault::ReadingStale && part.topic == PartKind::PlainRead {
+            if wrong == ExchangeFault::ReadingStale && part.kind == PartKind::PlainRead {
                 let tick = u16::from_le_bytes([params[0], params[1]]);
                 let old = (tick + 32_768 - 300) % 32_768;
                 params[..2].copy_from_slice(&old.to_le_bytes());
             }
             has_alert |= status.alert;
-            replies.hear(part.topic, heard.len());
-            replies.add(part.topic, &Status { params: &params, ..status });
+            replies.hear(part.kind, heard.len());
+            replies.add(part.kind, &Status { params: &params, ..status });
         }
     }
     if has_alert {
@@ -209,7 +209,7 @@ fn normalised(text: &str) -> String {
 
 /// Class of the state machines of a joint, from its `Debug` text.
 pub(super) fn joint_key(text: &str) -> String {
-    let fields = ["link", "power", "licence", "motion", "cut_at", "reboot_at"].map(|name| field(text, name));
+    let fields = ["link", "power", "arming", "motion", "cut_at", "reboot_at"].map(|name| field(text, name));
     let key = normalised(&fields.join(" "));
     // Only causes after which a joint behaves differently count.
     let mut words: Vec<&str> = key.split(' ').collect();
@@ -232,7 +232,7 @@ pub(super) fn check_published(state: &JointState) -> Result<(), String> {
         JointMode::Limp => {
             // A servo of another model is not read.
             motion == JointMotion::Idle
-                && (power == JointPower::Off || machines.licence == JointLicence::Locked)
+                && (power == JointPower::Off || machines.arming == JointArming::Locked)
         }
         JointMode::Starting | JointMode::Quarantined => {
             is_still || mode == JointMode::Starting && motion == JointMotion::Decelerate
@@ -246,7 +246,7 @@ pub(super) fn check_published(state: &JointState) -> Result<(), String> {
     };
     let is_guarded = machines.link == JointLink::Answering
         && power == JointPower::On
-        && machines.licence == JointLicence::Armed;
+        && machines.arming == JointArming::Armed;
     if motion != JointMotion::Idle && !is_guarded {
         return Err(format!("moves without the guard: {machines:?}"));
     }
@@ -533,7 +533,7 @@ impl Bench {
     /// Class of this state.
     fn key(&self, text: &str) -> String {
         let is_unproven = field(text, "trusted_at") != "None";
-        let (power, is_armed) = (field(text, "power"), field(text, "licence").starts_with("Armed"));
+        let (power, is_armed) = (field(text, "power"), field(text, "arming").starts_with("Armed"));
         let (torque, watchdog) = (item(&self.line, TORQUE_ENABLE), item(&self.line, BUS_WATCHDOG));
         let servo = &self.line.servos()[0];
         let beyond_rad = (servo.position_rad().abs() - 1.0).max(0.0);
@@ -546,7 +546,7 @@ impl Bench {
         let reaction = Some(field(text, "reaction")).filter(|_| is_armed || has_power);
         let place = [0.1, 1.0].map(|bound_rad| beyond_rad > bound_rad);
         let place = (torque == 1 || text.contains("link: Answering")).then_some(place);
-        let alert = servo.has_alert() && !field(text, "licence").contains("Alert");
+        let alert = servo.has_alert() && !field(text, "arming").contains("Alert");
         let lets_go = self.letting_go.is_some();
         let rest = (torque, watchdog, orders, is_limp, reaction, place, alert, lets_go, is_unproven);
         format!("{} {rest:?}", joint_key(text))
@@ -560,11 +560,11 @@ impl Bench {
             value[..end].to_lowercase()
         };
         let let_go = if kind("let_go") == "none" { "" } else { " let-go" };
-        format!("{} {} {} {}{let_go}", kind("link"), kind("power"), kind("licence"), kind("motion"))
+        format!("{} {} {} {}{let_go}", kind("link"), kind("power"), kind("arming"), kind("motion"))
     }
 }
 
-/// Every combination of the four state machines that is reached: link, power, licence, motion, and whether torque
+/// Every combination of the four state machines that is reached: link, power, arming, motion, and whether torque
 /// goes off for the whole body. A developer reviews a new one before adding it.
 const PRODUCTS: [&str; 66] = [
     "answering cutting armed idle",
@@ -725,7 +725,7 @@ fn an_alert_switches_torque_off_on_a_locked_joint() {
     for error in [HardwareError::Overheating, HardwareError::InputVoltage] {
         let bench = after(&[&held[..], &[cycles(25), Event::Alert(error), cycles(145)]].concat());
         let machines = bench.joint.state().machines().unwrap();
-        assert_eq!((machines.power, machines.licence_cause), (JointPower::Off, JointCause::BeyondLimits));
+        assert_eq!((machines.power, machines.arming_cause), (JointPower::Off, JointCause::BeyondLimits));
         assert_eq!(item(&bench.line, TORQUE_ENABLE), 0);
     }
 }

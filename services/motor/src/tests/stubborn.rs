@@ -135,7 +135,7 @@ fn servos_are_looked_at_while_another_has_a_job_in_every_cycle() {
         let now = rig.now + cycle * PERIOD;
         bus.plan(now, &mut joints, Purpose::Drive { arm_up_to: None }, &mut request);
         for (part, bytes) in
-            request.parts().filter(|(part, _)| matches!(part.topic, PartKind::Job | PartKind::ReadCondition))
+            request.parts().filter(|(part, _)| matches!(part.kind, PartKind::Job | PartKind::ReadCondition))
         {
             *asked.entry((part.ids()[0], bytes[7])).or_insert(0) += 1;
         }

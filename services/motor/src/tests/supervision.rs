@@ -2,7 +2,7 @@
 
 use super::*;
 
-use message::{JointLicence, JointMotion};
+use message::{JointArming, JointMotion};
 use servo::mock::HardwareError;
 
 use JointMode::{Aligning, Decelerating, Following, Holding, Limp, Lowering, Quarantined, Releasing};
@@ -47,7 +47,7 @@ fn a_command_is_bounded_and_a_blocked_joint_stops_pressing() {
         rig.commanded(1, -0.9, rig.now);
     }
     assert_eq!((rig.modes()[0], rig.causes()[0], rig.torque(0, 0)), (Holding, JointCause::Blocked, 1));
-    assert_eq!(rig.state(0).machines().unwrap().licence, JointLicence::Locked);
+    assert_eq!(rig.state(0).machines().unwrap().arming, JointArming::Locked);
     // Once released it stays: the servo's goal is its position.
     let at_rad = rig.position(0);
     rig.commanded(300, -0.9, rig.now);

@@ -126,8 +126,8 @@ pub(crate) fn play(script: &[u8]) -> u64 {
             }
             if let (Some(command), Some(before)) = (command, *before) {
                 let step: f64 = command - before;
-                let most = joint.max_velocity_rad_s * PERIOD.as_secs_f64() + 1e-9;
-                assert!(step.abs() <= most, "{} jumps by {step}", joint.name);
+                let max = joint.max_velocity_rad_s * PERIOD.as_secs_f64() + 1e-9;
+                assert!(step.abs() <= max, "{} jumps by {step}", joint.name);
             }
             *before = command;
         }

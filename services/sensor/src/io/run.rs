@@ -27,7 +27,7 @@ pub fn run(launch: &Launch, robot: &Robot) -> Result<(), Failure> {
     let capacity = leo.buffers.max_objects.get();
     let mut member = ProcessNode::join(launch, Process::Sensor, &leo.buffers, &leo.sensor.realtime)?;
     // Limits the frames read in one cycle, so that a fast source cannot delay it.
-    let frames_most = process::queues(&leo.buffers, member.is_lockstep()).frames;
+    let max_frames = process::queues(&leo.buffers, member.is_lockstep()).frames;
     let mut sources = leo.sensor.source.clone();
     let mut inlets: Vec<(usize, FrameSubscriber<Observations>)> = Vec::new();
     for (number, source) in sources.iter_mut().enumerate() {
@@ -55,7 +55,7 @@ pub fn run(launch: &Launch, robot: &Robot) -> Result<(), Failure> {
     while let Some(now) = member.next_cycle()? {
         sensor.begin(now);
         for (source, subscriber) in &mut inlets {
-            if let Some(frame) = newest(&mut sensor, *source, subscriber, frames_most) {
+            if let Some(frame) = newest(&mut sensor, *source, subscriber, max_frames) {
                 sensor.take(*source, frame.head(), frame.entries());
             }
         }
@@ -117,10 +117,10 @@ fn newest(
     sensor: &mut Sensor,
     source: usize,
     subscriber: &mut FrameSubscriber<Observations>,
-    frames_most: usize,
+    max_frames: usize,
 ) -> Option<Frame<Observations>> {
     let mut newest = None;
-    for _frame in 0..frames_most {
+    for _frame in 0..max_frames {
         match subscriber.receive() {
             Ok(Some(frame)) => newest = sensor.record_header(source, frame.head()).then_some(frame),
             Ok(None) => break,

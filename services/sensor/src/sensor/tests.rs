@@ -183,29 +183,29 @@ fn the_noise_of_a_source_takes_from_its_confidence() {
 #[test]
 fn frames_of_all_sources_become_one_frame_of_the_newest_instant() {
     let mut sensor = sensor(&["", "", ""]);
-    let old = Header { left_out: 3, ..header(1, 5) };
-    let new = Header { left_out: 4, ..header(1, 8) };
+    let old = Header { over_capacity: 3, ..header(1, 5) };
+    let new = Header { over_capacity: 4, ..header(1, 8) };
     let merged = cycle(&mut sensor, 10, &[(0, old, &[seen(5)]), (2, new, &[seen(8)])]);
     let head = merged.header;
     assert_eq!((head.valid_at_ns, head.hop_time(Hop::Observed)), (8 * MILLI, Some(8 * MILLI + 1)));
-    assert_eq!((head.left_out, sensor.len()), (7, 2));
+    assert_eq!((head.over_capacity, sensor.len()), (7, 2));
     // Without a frame of any source, time still advances.
     let merged = cycle(&mut sensor, 15, &[]);
     let head = merged.header;
     assert_eq!((head.valid_at_ns, head.hop_time(Hop::Observed)), (15 * MILLI, None));
-    assert_eq!((head.left_out, sensor.len()), (0, 0));
-    assert_eq!(merged.looked(), SourceSet::EMPTY);
+    assert_eq!((head.over_capacity, sensor.len()), (0, 0));
+    assert_eq!(merged.active_sources(), SourceSet::EMPTY);
     // An empty frame counts as a look, a refused one does not.
     let frames = [(0, header(2, 17), &[seen(17)][..]), (1, header(1, 18), &[]), (2, header(2, 7), &[])];
-    assert_eq!(cycle(&mut sensor, 20, &frames).looked(), SourceSet::of(0).union(SourceSet::of(1)));
+    assert_eq!(cycle(&mut sensor, 20, &frames).active_sources(), SourceSet::of(0).union(SourceSet::of(1)));
 }
 
 #[test]
 fn a_false_count_of_dropped_observations_does_not_overflow() {
     let mut sensor = sensor(&["", ""]);
-    let lie = Header { left_out: u64::MAX, ..header(1, 8) };
+    let lie = Header { over_capacity: u64::MAX, ..header(1, 8) };
     let merged = cycle(&mut sensor, 10, &[(0, lie, &[seen(8); 9]), (1, lie, &[seen(8); 9])]);
-    assert_eq!(merged.header.left_out, u64::MAX);
+    assert_eq!(merged.header.over_capacity, u64::MAX);
 }
 
 #[test]
@@ -296,9 +296,9 @@ fn a_burst_crowds_out_nobodys_share() {
     );
     let of = |number| reported(&sensor).iter().filter(|observation| observation.source == number).count();
     assert_eq!([of(0), of(1), of(2)], [2, 2, 2]);
-    assert_eq!((merged.header.left_out, lost(&sensor)), (58, vec![(Loss::OverCapacity, 58)]));
+    assert_eq!((merged.header.over_capacity, lost(&sensor)), (58, vec![(Loss::OverCapacity, 58)]));
     // A source with left-out observations did not look.
-    assert_eq!(merged.looked(), [1, 2].map(SourceSet::of).into_iter().collect());
+    assert_eq!(merged.active_sources(), [1, 2].map(SourceSet::of).into_iter().collect());
     // Unused capacity goes to the sources that need it.
     let merged = cycle(
         &mut sensor,
@@ -307,19 +307,19 @@ fn a_burst_crowds_out_nobodys_share() {
     );
     let of = |number| reported(&sensor).iter().filter(|observation| observation.source == number).count();
     assert_eq!([of(0), of(1), of(2)], [0, 5, 1]);
-    assert_eq!(merged.header.left_out, 55);
-    assert_eq!(merged.looked(), SourceSet::of(2));
+    assert_eq!(merged.header.over_capacity, 55);
+    assert_eq!(merged.active_sources(), SourceSet::of(2));
 }
 
 #[test]
 fn a_source_that_dropped_observations_counts_as_not_looking() {
     let mut sensor = sensor(&["", ""]);
-    let cut = Header { left_out: 1, ..header(1, 5) };
+    let cut = Header { over_capacity: 1, ..header(1, 5) };
     let merged = cycle(&mut sensor, 10, &[(0, cut, &[seen(5)]), (1, header(1, 6), &[seen(6)])]);
-    assert_eq!(merged.looked(), SourceSet::of(1));
-    let cut = Header { left_out: 1, ..header(2, 12) };
+    assert_eq!(merged.active_sources(), SourceSet::of(1));
+    let cut = Header { over_capacity: 1, ..header(2, 12) };
     let merged = cycle(&mut sensor, 15, &[(0, cut, &[seen(12)]), (0, header(3, 13), &[seen(13)])]);
-    assert_eq!((merged.looked(), merged.header.left_out), (SourceSet::EMPTY, 1));
+    assert_eq!((merged.active_sources(), merged.header.over_capacity), (SourceSet::EMPTY, 1));
 }
 
 /// The reported changes of the second of two sources, with the silent sources at that time. Its rate is 20
@@ -372,9 +372,9 @@ fn each_source_is_shown_with_what_became_of_its_own_reports() {
     let sources = sensor.sources();
     let [first, second] = sources.all() else { panic!("{sources:?}") };
     assert_eq!((first.name.as_str(), first.frames, first.observations), ("0", 2, 2));
-    assert_eq!((first.heard_at_ns, first.losses), (15 * MILLI, [0; LOSSES]));
+    assert_eq!((first.last_frame_at_ns, first.losses), (15 * MILLI, [0; LOSSES]));
     assert_eq!((second.name.as_str(), second.frames, second.observations), ("1", 1, 2));
-    assert_eq!((second.heard_at_ns, second.lost(Loss::Position)), (10 * MILLI, 1));
+    assert_eq!((second.last_frame_at_ns, second.lost(Loss::Position)), (10 * MILLI, 1));
 }
 
 #[test]

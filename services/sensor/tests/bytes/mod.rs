@@ -117,7 +117,7 @@ impl Bytes<'_> {
             0..=215 => {}
             216..=219 => header.sequence = self.long(),
             220..=231 => header.incarnation = self.long(),
-            232..=239 => header.left_out = self.long(),
+            232..=239 => header.over_capacity = self.long(),
             240.. => header.hops_ns = std::array::from_fn(|_| self.long()),
         }
         header
@@ -197,8 +197,11 @@ pub(crate) fn play(bytes: &[u8]) -> Seen {
         assert!(fits(header.valid_at_ns) && header.hop_time(Hop::Observed).is_none_or(fits), "{header:?}");
         assert_eq!(header.hop_time(Hop::Observed).is_some(), taken > 0);
         // A source with left-out observations did not look.
-        let looked = head.looked() != SourceSet::EMPTY;
-        assert!(if header.left_out == 0 { looked == (taken > 0) } else { !looked || taken > 1 }, "{head:?}");
+        let is_active = head.active_sources() != SourceSet::EMPTY;
+        assert!(
+            if header.over_capacity == 0 { is_active == (taken > 0) } else { !is_active || taken > 1 },
+            "{head:?}"
+        );
         let mut latest = newest.clone();
         let mut count = 0;
         for perceived in sensor.perceived() {

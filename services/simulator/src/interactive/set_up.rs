@@ -17,7 +17,7 @@ use crate::world::{HeldThing, State, Undo, follow};
 /// Default half extents of an occluder, in metres.
 const SCREEN_M: [f64; 3] = [0.15, 0.01, 0.12];
 /// Maximum length of a name, in bytes.
-const NAME_MOST: usize = 60;
+const MAX_NAME_BYTES: usize = 60;
 
 impl World {
     pub(super) fn add(&mut self, act: &TeacherAct, room: usize) -> Result<Done, Refusal> {
@@ -122,11 +122,11 @@ impl World {
         }
         self.is_setting_up("nothing new can come")?;
         self.has_room(room)?;
-        if name.trim().is_empty() || name.len() > NAME_MOST || name.chars().any(char::is_control) {
-            return refuse(format!("an occluder needs a name of at most {NAME_MOST} bytes"));
+        if name.trim().is_empty() || name.len() > MAX_NAME_BYTES || name.chars().any(char::is_control) {
+            return refuse(format!("an occluder needs a name of at most {MAX_NAME_BYTES} bytes"));
         }
-        let is_told = act.also_m.iter().any(|half_m| *half_m != 0.0);
-        let half_extents_m = if is_told { act.also_m } else { SCREEN_M };
+        let is_told = act.second_vector_m.iter().any(|half_m| *half_m != 0.0);
+        let half_extents_m = if is_told { act.second_vector_m } else { SCREEN_M };
         if !half_extents_m.iter().all(|half_m| *half_m >= 0.001 && *half_m <= 10.0) {
             return refuse("half the extents of an occluder are from 0.001 to 10 m");
         }

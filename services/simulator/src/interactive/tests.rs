@@ -194,7 +194,9 @@ fn an_interrupted_script_is_part_of_the_recorded_lesson() {
     bench.wait(2_000);
     assert_eq!(bench.mode(), Some(SceneMode::Script));
     // A sentence, or another seat: the script continues.
-    bench.act(Kind::Seat, |act| (act.position_m, act.also_m) = ([0.3, 1.4, 0.6], [0.0, 0.7, 0.0])).unwrap();
+    bench
+        .act(Kind::Seat, |act| (act.position_m, act.second_vector_m) = ([0.3, 1.4, 0.6], [0.0, 0.7, 0.0]))
+        .unwrap();
     assert_eq!(bench.mode(), Some(SceneMode::Script));
     bench.bring("peg 7", [-0.35, 1.0]).unwrap();
     assert_eq!(bench.mode(), Some(SceneMode::Teaching));
@@ -511,10 +513,16 @@ fn any_act() -> impl Strategy<Value = TeacherAct> {
         (0..names.len(), prop_oneof![Just("red"), Just("wood"), Just("")]),
     )
         .prop_map(
-            move |((kind, teacher, hand, table), position_m, also_m, heading_rad, (name, colour))| {
+            move |(
+                (kind, teacher, hand, table),
+                position_m,
+                second_vector_m,
+                heading_rad,
+                (name, colour),
+            )| {
                 TeacherAct {
                     position_m,
-                    also_m,
+                    second_vector_m,
                     heading_rad,
                     kind,
                     hand,

@@ -101,10 +101,10 @@ impl LessonController {
             let folder = self.folder.clone().unwrap_or_default();
             Lesson::named(name.as_str(), &folder).map_err(|error| Refusal(error.to_string()))?
         };
-        if most(&lesson) > self.room {
+        if max_objects(&lesson) > self.room {
             return Err(Refusal(format!(
                 "the lesson has {} things and people, but `buffers.max_objects` in leo.toml has room for {}",
-                most(&lesson),
+                max_objects(&lesson),
                 self.room
             )));
         }
@@ -132,9 +132,9 @@ impl LessonController {
 }
 
 /// The maximum number of things, people and occluders of a table.
-fn most(lesson: &Lesson) -> usize {
-    let most = lesson.tables().map(|table| table.objects.len() + table.occluders.len()).max().unwrap_or(0);
-    most + lesson.teachers.len()
+fn max_objects(lesson: &Lesson) -> usize {
+    let max = lesson.tables().map(|table| table.objects.len() + table.occluders.len()).max().unwrap_or(0);
+    max + lesson.teachers.len()
 }
 
 #[cfg(test)]

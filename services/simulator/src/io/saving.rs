@@ -12,7 +12,7 @@ use folder::Folder;
 use crate::interactive::Refusal;
 
 /// Maximum length of a title, in bytes.
-const TITLE_MOST: usize = 100;
+const MAX_TITLE_BYTES: usize = 100;
 
 /// The extension of a lesson that is being written.
 const PARTIAL_EXTENSION: &str = "half";
@@ -130,9 +130,9 @@ fn name_of(title: &str) -> Result<String, Refusal> {
         }
     }
     let name = name.trim_end_matches('_');
-    if name.is_empty() || title.len() > TITLE_MOST {
+    if name.is_empty() || title.len() > MAX_TITLE_BYTES {
         return Err(Refusal(format!(
-            "a lesson's title has letters or digits, and at most {TITLE_MOST} bytes"
+            "a lesson's title has letters or digits, and at most {MAX_TITLE_BYTES} bytes"
         )));
     }
     Ok(name.to_owned())

@@ -51,7 +51,7 @@ pub(crate) struct Guard {
     writer: PipeWriter,
     child: Option<Child>,
     /// The last message.
-    told: String,
+    last_word: String,
     replace_at: Instant,
 }
 
@@ -64,8 +64,8 @@ impl Guard {
         }
         let started = io::pipe().and_then(|(reader, writer)| {
             let child = Some(spawn(&reader, launch)?);
-            let (launch, told) = (launch.clone(), ENDED.to_owned());
-            Ok(Self { launch, reader, writer, child, told, replace_at: clock::now() + RESTART_INTERVAL })
+            let (launch, last_word) = (launch.clone(), ENDED.to_owned());
+            Ok(Self { launch, reader, writer, child, last_word, replace_at: clock::now() + RESTART_INTERVAL })
         });
         started.inspect_err(log_guard_error).ok()
     }
@@ -84,12 +84,12 @@ impl Guard {
     }
 
     fn tell(&mut self, word: String) {
-        self.told = word;
+        self.last_word = word;
         self.repeat();
     }
 
     fn repeat(&mut self) {
-        if let Err(error) = writeln!(self.writer, "{}", self.told) {
+        if let Err(error) = writeln!(self.writer, "{}", self.last_word) {
             log_guard_error(&error);
         }
     }
@@ -201,7 +201,7 @@ fn watch(launch: &Launch) -> io::Result<TorqueState> {
             }
             while let Some(end) = heard.iter().position(|byte| *byte == b'\n') {
                 let line: Vec<u8> = heard.drain(..=end).collect();
-                torque_state = torque_state.told(String::from_utf8_lossy(&line).trim_end());
+                torque_state = torque_state.after(String::from_utf8_lossy(&line).trim_end());
             }
         }
         if launch.parent.is_some_and(|parent| !realtime::is_parent(parent)) {
@@ -224,7 +224,7 @@ fn is_readable(pipe: &File) -> io::Result<bool> {
 }
 
 impl TorqueState {
-    fn told(self, word: &str) -> Self {
+    fn after(self, word: &str) -> Self {
         if word == ENDED {
             return Self::Ended;
         }
@@ -251,15 +251,15 @@ mod tests {
     #[test]
     fn the_last_message_counts_and_an_ended_motor_process_is_not_killed() {
         let begun = |torque_state: &TorqueState| matches!(torque_state, TorqueState::Begun { .. });
-        let torque_state = TorqueState::Ended.told(STARTING);
+        let torque_state = TorqueState::Ended.after(STARTING);
         assert!(begun(&torque_state));
-        let torque_state = torque_state.told(&format!("{MOTOR}{}", i32::MAX));
+        let torque_state = torque_state.after(&format!("{MOTOR}{}", i32::MAX));
         assert!(begun(&torque_state));
         let torque_state = torque_state.kill_hanging_motor();
         assert!(matches!(torque_state, TorqueState::Begun { motor: None }));
-        let torque_state = torque_state.told(ENDED);
+        let torque_state = torque_state.after(ENDED);
         assert!(matches!(torque_state, TorqueState::Ended));
-        assert!(begun(&torque_state.told("")), "what is not understood is no end");
+        assert!(begun(&torque_state.after("")), "what is not understood is no end");
     }
 
     #[test]

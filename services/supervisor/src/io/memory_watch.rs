@@ -19,7 +19,7 @@ pub(crate) struct MemoryWatch {
     files: Vec<(PathBuf, Option<File>)>,
     segment: Option<Segment>,
     /// The last reported reason why the segment cannot be repaired.
-    told: Option<String>,
+    reported: Option<String>,
     look_at: Instant,
 }
 
@@ -46,7 +46,7 @@ impl MemoryWatch {
         if segment.is_none() {
             tracing::warn!("the middleware's management segment was not found and is not watched");
         }
-        Self { files: files.collect(), segment, told: None, look_at: Instant::EPOCH }
+        Self { files: files.collect(), segment, reported: None, look_at: Instant::EPOCH }
     }
 
     /// Checks the files and the segment at intervals, or at once with `now_for_sure`; returns a new fault.
@@ -60,14 +60,14 @@ impl MemoryWatch {
         }
         match self.segment.as_ref()?.repair() {
             Ok(replaced) => {
-                self.told = None;
+                self.reported = None;
                 replaced.map(MemoryFault::Repaired)
             }
             Err(error) => {
                 let error = error.to_string();
-                let is_told = self.told.as_ref() == Some(&error);
-                self.told = Some(error.clone());
-                (!is_told).then_some(MemoryFault::Damaged(error))
+                let is_reported = self.reported.as_ref() == Some(&error);
+                self.reported = Some(error.clone());
+                (!is_reported).then_some(MemoryFault::Damaged(error))
             }
         }
     }

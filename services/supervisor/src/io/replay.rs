@@ -121,7 +121,7 @@ pub enum ReplayError {
     #[error(transparent)]
     Receive(#[from] ReceiveError),
     /// A frame has more entries than the configuration allows.
-    #[error("frame {sequence} of `{channel}` has {entries} entries, and its configuration allows {most}")]
+    #[error("frame {sequence} of `{channel}` has {entries} entries, and its configuration allows {max}")]
     TooLong {
         /// The channel.
         channel: Channel,
@@ -130,7 +130,7 @@ pub enum ReplayError {
         /// Its number of entries.
         entries: usize,
         /// The maximum number of entries.
-        most: usize,
+        max: usize,
     },
 }
 
@@ -272,8 +272,8 @@ fn send<T: Topic>(publisher: &mut FramePublisher<T>, frame: &Frame) -> Result<()
     let Some((head, entries)) = read else { return Ok(()) };
     if entries.len() > publisher.capacity() {
         let (channel, sequence) = (Channel(frame.topic), frame.sequence);
-        let (entries, most) = (entries.len(), publisher.capacity());
-        return Err(ReplayError::TooLong { channel, sequence, entries, most });
+        let (entries, max) = (entries.len(), publisher.capacity());
+        return Err(ReplayError::TooLong { channel, sequence, entries, max });
     }
     publisher.send_all(head, &entries, |sent| *sent.header_mut() = *head.header())?;
     Ok(())

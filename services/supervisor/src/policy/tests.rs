@@ -6,7 +6,7 @@ use settings::number::Milliseconds;
 
 use super::*;
 
-const DEATHS_MOST: u32 = 5;
+const MAX_DEATHS: u32 = 5;
 
 static SETTINGS: LazyLock<Supervisor> = LazyLock::new(|| {
     let ms = |value: f64| Milliseconds::try_from(value).unwrap();
@@ -16,7 +16,7 @@ static SETTINGS: LazyLock<Supervisor> = LazyLock::new(|| {
         heartbeat_timeout_others_ms: ms(500.0),
         initial_backoff_ms: ms(20.0),
         max_backoff_ms: ms(100.0),
-        max_deaths: DEATHS_MOST,
+        max_deaths: MAX_DEATHS,
         deaths_window_ms: ms(10_000.0),
         stop_timeout_ms: ms(200.0),
         ..Robot::load(None).unwrap().leo.supervisor
@@ -334,7 +334,7 @@ fn an_elapsed_run_time_does_not_hurry_the_end() {
 fn a_failing_run_ends_the_same_when_it_is_stopped_meanwhile() {
     for (ended, outcome, deaths) in [
         (ExitKind::Refused, Outcome::Refused(Process::Motor), 1),
-        (ExitKind::Failed, Outcome::GaveUp(Process::Motor), DEATHS_MOST),
+        (ExitKind::Failed, Outcome::GaveUp(Process::Motor), MAX_DEATHS),
     ] {
         let mut policy = running();
         let mut actions = Vec::new();

@@ -89,11 +89,11 @@ pub(super) fn plan(hot: &[HotProcess], machine: &[u16]) -> Finding {
     let used = chosen(hot);
     // One core stays free for everything else: the adapters' interrupts, the other processes.
     let free: Vec<u16> = machine.iter().copied().filter(|core| !used.contains(core)).skip(1).collect();
-    let told = |crowd: &BTreeSet<u16>| {
+    let text = |crowd: &BTreeSet<u16>| {
         let cores: Vec<u16> = crowd.iter().copied().collect();
         format!("{} on {cores:?}", names(&within(crowd, &pinned)))
     };
-    let shared: Vec<String> = overloaded_core_sets.iter().map(told).collect();
+    let shared: Vec<String> = overloaded_core_sets.iter().map(text).collect();
     let shared = shared.join("; ");
     match within(first, &pinned).split_last() {
         Some((last, others)) if !free.is_empty() => Finding::slower(

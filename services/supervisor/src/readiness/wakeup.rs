@@ -29,14 +29,14 @@ pub fn judge(wakeup: &Wakeup) -> Finding {
     let about = format!("wake-up of {process}");
     let at = |quantile| Duration::from_nanos(late.quantile_ns(quantile));
     let micros = |time: Duration| time.as_micros();
-    let most = Duration::from_nanos(late.max_ns());
+    let max = Duration::from_nanos(late.max_ns());
     let text = format!(
         "{:.0} Hz: p50 {}, p99 {}, p99.9 {}, max {} µs of a period of {}, in {} releases",
         1.0 / period.as_secs_f64(),
         micros(at(0.5)),
         micros(at(0.99)),
         micros(at(0.999)),
-        micros(most),
+        micros(max),
         micros(*period),
         late.count(),
     );
@@ -47,7 +47,7 @@ pub fn judge(wakeup: &Wakeup) -> Finding {
             "leo check --seconds 10",
         );
     }
-    if at(0.999) <= *period / P999_DIVISOR && most <= *period / MAX_DIVISOR {
+    if at(0.999) <= *period / P999_DIVISOR && max <= *period / MAX_DIVISOR {
         Finding::good(&about, text)
     } else {
         let mend = "the lines above that are not good; then look for other programs: `ps -eLo rtprio,psr,pcpu,comm \

@@ -211,7 +211,7 @@ impl Grouping {
             }
             let Some(diameter_bound) = problem.diameter_bound(&self.scratch) else { return false };
             let others = self.scratch.iter().skip(1);
-            let radius_m = others.fold(0.0, |most: f64, &slot| most.max(distance_m(problem, oldest, slot)));
+            let radius_m = others.fold(0.0, |max: f64, &slot| max.max(distance_m(problem, oldest, slot)));
             if let Some(group) = self.groups.get_mut(oldest as usize) {
                 (group.radius_m, group.diameter_bound) = (radius_m + ROUNDING_M, diameter_bound);
             }
@@ -223,15 +223,15 @@ impl Grouping {
     fn is_equivalent_to_loop(&self, spatial_hash: &SpatialHash, problem: &impl AssociationProblem) -> bool {
         let group = |slot: u32| self.groups.get(slot as usize).copied().unwrap_or(EMPTY_GROUP);
         let groups = || self.oldest.iter().map(|&slot| (slot, group(slot)));
-        let most = groups().fold(EMPTY_GROUP, |most, (_, group)| Group {
-            radius_m: most.radius_m.max(group.radius_m),
-            diameter_bound: most.diameter_bound.max(group.diameter_bound),
-            ..most
+        let max = groups().fold(EMPTY_GROUP, |max, (_, group)| Group {
+            radius_m: max.radius_m.max(group.radius_m),
+            diameter_bound: max.diameter_bound.max(group.diameter_bound),
+            ..max
         });
         let gap_m = |a: u32, b: u32| distance_m(problem, a, b) - group(a).radius_m - group(b).radius_m;
         let crowded = groups().filter(|(_, group)| group.first != NO_SLOT).any(|(slot, of)| {
             let around_m =
-                of.radius_m + most.radius_m + problem.gate_radius_m(most.diameter_bound) + ROUNDING_M;
+                of.radius_m + max.radius_m + problem.gate_radius_m(max.diameter_bound) + ROUNDING_M;
             // A member may lack a gate key of its oldest, so the search ignores gate keys.
             spatial_hash.any_within_ignoring_keys(slot, around_m, |other| {
                 let farthest_m = problem.gate_radius_m(of.diameter_bound.max(group(other).diameter_bound));
@@ -249,7 +249,7 @@ impl Grouping {
         let seen = self.oldest.iter().copied().filter(|&slot| group(slot).frames & most_frequent_frame == 0);
         !unseen.chain(seen).any(|slot| {
             let frames = group(slot).frames;
-            let around_m = spatial_hash.gate_radius_m() + 2.0 * most.radius_m;
+            let around_m = spatial_hash.gate_radius_m() + 2.0 * max.radius_m;
             spatial_hash.any_within(slot, around_m, |other| {
                 let of_other = group(other).frames;
                 frames | of_other != 0 && frames & of_other == 0 && !problem.remains_cannot_link(slot, other)

@@ -12,7 +12,7 @@ pub fn cluster(problem: &mut impl AssociationProblem) -> u64 {
         for (index, &a) in live.iter().enumerate() {
             for &b in live.iter().skip(index + 1) {
                 if let Some(distance) = problem.distance(a, b)
-                    && minimal.is_none_or(|(least, ..)| distance < least)
+                    && minimal.is_none_or(|(min, ..)| distance < min)
                 {
                     minimal = Some((distance, a, b));
                 }

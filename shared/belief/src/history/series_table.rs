@@ -47,13 +47,13 @@ impl<T: CellFormat> SeriesTable<T> {
                 None => interleaved.push(InterleaveGroup { series: vec![index], cells: *cells }),
             }
         }
-        let most = series.iter().map(|(samples, _)| *samples).max().unwrap_or(0);
+        let max = series.iter().map(|(samples, _)| *samples).max().unwrap_or(0);
         let all = Self {
             series: Table::new(views.len(), rows),
             interleaved: interleaved.into_boxed_slice(),
             cells: Table::new(cells, blocks(rows)),
-            scratch: BoundedVec::with_bound(2 * most),
-            others_samples: BoundedVec::with_bound(most),
+            scratch: BoundedVec::with_bound(2 * max),
+            others_samples: BoundedVec::with_bound(max),
         };
         let layout = |(index, (view, thinning))| SeriesLayout { index, view, thinning };
         (all, views.into_iter().enumerate().map(layout).collect())

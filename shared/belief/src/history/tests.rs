@@ -181,13 +181,13 @@ fn a_static_pose_is_remembered_exactly_and_turns_have_norm_one() {
 fn a_log_timescale_of_64_holds_half_a_day_at_20_hz() {
     let period = 50_000_000;
     let mut history = grown(&log_timescale(64), &[]);
-    let mut most = 0;
+    let mut max = 0;
     for frame in 1..=12 * 3_600 * 20 {
         history.0.take(history.1, 0, sample(frame * period, Feature::None), 0);
-        most = most.max(history.len());
+        max = max.max(history.len());
     }
     assert_eq!(history.at(Instant::from_nanos(period), DECAY).unwrap().at.as_nanos(), period);
-    assert!(most <= 50, "there is room for what comes in months: {most}");
+    assert!(max <= 50, "there is room for what comes in months: {max}");
 }
 
 /// Otherwise all beliefs of a table that was seen at once would be thinned in the same step.
@@ -228,7 +228,7 @@ fn a_billion_samples_pass_through_a_log_timescale_in_constant_memory() {
     assert!(history.instants().len() <= 64);
 }
 
-fn samples(most: usize) -> impl Strategy<Value = Vec<Sample>> {
+fn samples(max: usize) -> impl Strategy<Value = Vec<Sample>> {
     let x = || (0..4_u8).prop_map(f32::from);
     // Histories of some percepts do not store vectors.
     let feature = prop_oneof![
@@ -237,7 +237,7 @@ fn samples(most: usize) -> impl Strategy<Value = Vec<Sample>> {
     ];
     let one = (1..60_u64, feature, prop::sample::select(vec![0.6_f32, 0.8]));
     let one = one.prop_map(|(at, feature, confidence)| Sample { confidence, ..sample(at, feature) });
-    prop::collection::vec(one, 0..most)
+    prop::collection::vec(one, 0..max)
 }
 
 fn generators() -> impl Strategy<Value = percepts::History> {

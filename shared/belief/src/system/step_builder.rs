@@ -49,9 +49,14 @@ impl StepBuilder<'_> {
         }
     }
 
-    /// Finishes the step: merges and culls. `perceived` holds all things that were added; `looked` and `in_view` are as
+    /// Finishes the step: merges and culls. `perceived` holds all things that were added; `active_sources` and `in_view` are as
     /// for [`BeliefSystem::step`].
-    pub fn finish(self, perceived: &[Perceived], looked: SourceSet, in_view: impl Fn([f32; 3]) -> bool) {
+    pub fn finish(
+        self,
+        perceived: &[Perceived],
+        active_sources: SourceSet,
+        in_view: impl Fn([f32; 3]) -> bool,
+    ) {
         let Self { system, first_new } = self;
         let is_clustered = std::mem::replace(&mut system.is_clustered, true);
         // Two things of one frame cannot be linked, and neither can beliefs that merged with them.
@@ -70,7 +75,7 @@ impl StepBuilder<'_> {
         for remaining in system.len() - remaining..system.len() {
             system.place(remaining);
         }
-        system.cull(looked, in_view);
+        system.cull(active_sources, in_view);
         system.evict();
         system.number(first_new);
     }

@@ -178,7 +178,7 @@ impl RemoteProcess {
 
 /// The first error in the link as a whole: the key and the reason.
 pub(crate) fn fault(link: &Link) -> Option<(&'static str, String)> {
-    let rows = TopicId::each(0).map(TopicId::row);
+    let rows = TopicId::one_of_each(0).map(TopicId::row);
     let linked = rows.iter().filter(|row| row.delivery != Delivery::Local).map(|row| row.name);
     if let Some(unknown) =
         link.topics.iter().find(|name| linked.clone().all(|linked| linked != name.as_str()))

@@ -23,16 +23,16 @@ impl Needs {
     pub fn lacking(&self, leo: &Leo) -> Option<String> {
         let (belief, learner) = (&leo.belief, &leo.learner);
         let lacking: Vec<String> = [
-            self.partners.filter(|least| belief.partners < *least).map(|least| format!("partners = {least}")),
+            self.partners.filter(|min| belief.partners < *min).map(|min| format!("partners = {min}")),
             self.depth
-                .filter(|least| belief.depth.get() < least.get())
-                .map(|least| format!("depth = {}", least.get())),
+                .filter(|min| belief.depth.get() < min.get())
+                .map(|min| format!("depth = {}", min.get())),
             self.language
                 .filter(|language| learner.language != *language)
                 .map(|language| format!("language = \"{}\"", language.word())),
             self.noise
-                .filter(|least| learner.noise.get() < least.get())
-                .map(|least| format!("noise = {}", least.get())),
+                .filter(|min| learner.noise.get() < min.get())
+                .map(|min| format!("noise = {}", min.get())),
         ]
         .into_iter()
         .flatten()

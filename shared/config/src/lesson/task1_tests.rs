@@ -128,8 +128,8 @@ fn the_novel_set_is_within_the_robots_reach_and_not_crowded() {
         assert!(underside_m.abs() < 1e-12, "{} does not stand on the table", object.name);
         for other in &novel.objects[..index] {
             let [ox, oy, _] = other.place.position_m;
-            let least = if object.kind.hole && other.kind.hole { 0.11 } else { 0.07 };
-            assert!((x - ox).hypot(y - oy) >= least, "{} crowds {}", object.name, other.name);
+            let min = if object.kind.hole && other.kind.hole { 0.11 } else { 0.07 };
+            assert!((x - ox).hypot(y - oy) >= min, "{} crowds {}", object.name, other.name);
         }
     }
 }

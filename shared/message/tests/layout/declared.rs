@@ -6,8 +6,8 @@ use std::mem::{align_of, offset_of, size_of};
 use std::path;
 
 use message::{
-    ActAnswer, Aspect, Belief, BeliefHead, BusHealth, Buses, DEPTH_MOST, Difference, DivergenceHead, Done,
-    Event, Header, Health, Histogram, JointGoal, JointState, Joints, LOSSES, Life, LinkHealth, MAX_BUSES,
+    ActAnswer, Aspect, Belief, BeliefHead, BusHealth, Buses, Difference, DivergenceHead, Done, Event, Header,
+    Health, Histogram, JointGoal, JointState, Joints, LOSSES, Life, LinkHealth, MAX_BUSES, MAX_DEPTH,
     MAX_JOINTS, MAX_PERCEPTS, MAX_PERSPECTIVES, MAX_SOURCES, Observation, Path, Perceived, PerceptHead,
     PerceptValue, PerspectiveHealth, Perspectives, Remembered, Roster, STATES, SceneHead, SceneObject,
     Snapshot, SourceHealth, Sources, TEXT_CAPACITY, TeacherAct, Text, Turn, Utterance,
@@ -43,7 +43,7 @@ pub(crate) fn compiled() -> Vec<Compiled> {
             path
         }
         BusHealth {
-            name, joints, quarantined, lost, exchanges, skipped, missed, broken, stale, late_bytes, alerts, restarts,
+            name, joints, quarantined, lost, exchanges, skipped, missed, corrupt, stale, late_bytes, alerts, restarts,
             watchdogs, refusals, duplicates, hang_ups, exchange
         }
         Buses { count, buses }
@@ -53,7 +53,7 @@ pub(crate) fn compiled() -> Vec<Compiled> {
         Event {
             posterior, kind, perspective, rank, tally, examples, high_likelihood, succeeded, task, text
         }
-        Header { valid_at_ns, sequence, incarnation, hops_ns, left_out }
+        Header { valid_at_ns, sequence, incarnation, hops_ns, over_capacity }
         Health {
             pid, incarnation, beat, beat_at_ns, started_at_ns, period_ns, cycles, overruns, skipped, drops,
             undelivered, refused, unlisted_frames, unlisted_pid, broken_invariants, page_faults, missing_rights, wakeup, execution, latency
@@ -64,7 +64,7 @@ pub(crate) fn compiled() -> Vec<Compiled> {
         Joints { count, locks, limited, refused, states }
         Life { incarnation, began_at_ns, ended_at_ns, pid }
         LinkHealth {
-            is_heard, hearings, round_trip_ns, clock_error_ns, sent, overtaken, given_up, received, lost,
+            is_up, sessions, round_trip_ns, clock_error_ns, sent, overtaken, expired, received, lost,
             refused, late, bytes_sent, bytes_received, delay
         }
         Observation {
@@ -73,9 +73,9 @@ pub(crate) fn compiled() -> Vec<Compiled> {
         }
         Path {}
         Perceived { observation, snapshot }
-        PerceptHead { header, looked }
+        PerceptHead { header, active_sources }
         PerceptValue { percept, matching, confidence }
-        PerspectiveHealth { path, steps, beliefs, left_out, refused }
+        PerspectiveHealth { path, steps, beliefs, over_capacity, refused }
         Perspectives { count, perspectives }
         Remembered { sampled_at_ns, percept, matching, confidence }
         Roster {}
@@ -87,10 +87,10 @@ pub(crate) fn compiled() -> Vec<Compiled> {
             role, name
         }
         Snapshot {}
-        SourceHealth { name, frames, observations, heard_at_ns, silent, losses }
+        SourceHealth { name, frames, observations, last_frame_at_ns, silent, losses }
         Sources { count, sources }
         TeacherAct {
-            serial, position_m, also_m, heading_rad, kind, teacher, hand, reserved, table, text, colour
+            serial, position_m, second_vector_m, heading_rad, kind, teacher, hand, reserved, table, text, colour
         }
         Text {}
         Turn { kind, reserved, round }
@@ -166,7 +166,7 @@ fn fields<'a>(body: impl Iterator<Item = &'a str>) -> Vec<Field> {
 /// Length of an array as written in the source.
 pub(crate) fn length(count: &str) -> usize {
     match count {
-        "DEPTH_MOST" => DEPTH_MOST,
+        "MAX_DEPTH" => MAX_DEPTH,
         "MAX_PERCEPTS" => MAX_PERCEPTS,
         "LOSSES" => LOSSES,
         "MAX_BUSES" => MAX_BUSES,
@@ -208,16 +208,16 @@ pub(crate) fn extent(kind: &str, compiled: &[Compiled]) -> (usize, usize) {
 
 /// Offset and size of each field, then size and alignment of the type, by the rules of C.
 pub(crate) fn laid_out(declared: &Declared, compiled: &[Compiled]) -> (Vec<(usize, usize)>, usize, usize) {
-    let (mut end, mut align_most) = (0_usize, 1);
+    let (mut end, mut max_align) = (0_usize, 1);
     let mut places = Vec::new();
     for field in &declared.fields {
         let (size, align) = extent(&field.kind, compiled);
         let offset = end.next_multiple_of(align);
         places.push((offset, size));
         end = offset + size;
-        align_most = align_most.max(align);
+        max_align = max_align.max(align);
     }
-    (places, end.next_multiple_of(align_most), align_most)
+    (places, end.next_multiple_of(max_align), max_align)
 }
 
 /// Compares the part of a Markdown file between `<!-- NAME: ... -->` and `<!-- end -->` with its expected content, as

@@ -49,7 +49,7 @@ fn topics() -> String {
     let mut out = "| topic | writer | readers | head | entry | bytes | max. entries | rate |\n\
                    |---|---|---|---|---|---|---|---|\n"
         .to_owned();
-    for topic in TopicId::each(0) {
+    for topic in TopicId::one_of_each(0) {
         let (row, types) = (topic.row(), types(topic));
         let writer = match row.writer {
             Writer::Is(process) => process.name(),
@@ -71,7 +71,7 @@ fn topics() -> String {
         )
         .expect("a string");
     }
-    let mut heads: Vec<(usize, &str)> = TopicId::each(0)
+    let mut heads: Vec<(usize, &str)> = TopicId::one_of_each(0)
         .map(|topic| {
             let (head, bytes) = types(topic).head;
             (bytes, head)
@@ -87,7 +87,7 @@ fn topics() -> String {
 fn uses() -> String {
     let mut out =
         "| topic | over the link | code | in recordings | command |\n|---|---|---|---|---|\n".to_owned();
-    for topic in TopicId::each(0) {
+    for topic in TopicId::one_of_each(0) {
         let row = topic.row();
         let delivery = match row.delivery {
             Delivery::Local => "no",
@@ -122,7 +122,7 @@ fn the_pages_name_what_the_link_carries_and_recordings_hold() {
         fs::read_to_string(file).expect("a page")
     };
     let (link, recording) = (page("more_than_one_machine.md"), page("recording.md"));
-    for topic in TopicId::each(0) {
+    for topic in TopicId::one_of_each(0) {
         let name = topic.row().name;
         let is_carried = topic.row().delivery != Delivery::Local;
         let is_told = [format!("`{name}`"), format!("`{name}/*`")].iter().any(|told| link.contains(told));
@@ -134,26 +134,26 @@ fn the_pages_name_what_the_link_carries_and_recordings_hold() {
 
 #[test]
 fn names_and_codes_are_unique_and_lead_back_to_the_topic() {
-    for topic in TopicId::each(3) {
-        let (code, number) = topic.code();
-        assert_eq!(TopicId::of_code(code, number), Some(topic));
+    for topic in TopicId::one_of_each(3) {
+        let (code, number) = topic.link_code();
+        assert_eq!(TopicId::of_link_code(code, number), Some(topic));
         assert_eq!(TopicId::of_name(topic.row().name, topic.number()), Some(topic));
         // A number where there is none, and none where there is one.
         let other = if topic.number().is_some() { None } else { Some(3) };
         assert_eq!(TopicId::of_name(topic.row().name, other), None, "{topic}");
     }
-    let names: BTreeSet<&str> = TopicId::each(0).iter().map(|topic| topic.row().name).collect();
-    let codes: BTreeSet<u32> = TopicId::each(0).iter().map(|topic| topic.row().code).collect();
+    let names: BTreeSet<&str> = TopicId::one_of_each(0).iter().map(|topic| topic.row().name).collect();
+    let codes: BTreeSet<u32> = TopicId::one_of_each(0).iter().map(|topic| topic.row().code).collect();
     assert_eq!((names.len(), codes.len()), (13, 13));
     assert_eq!(
-        (TopicId::of_code(13, 0), TopicId::of_code(3, 1), TopicId::of_name("", None)),
+        (TopicId::of_link_code(13, 0), TopicId::of_link_code(3, 1), TopicId::of_name("", None)),
         (None, None, None)
     );
 }
 
 #[test]
 fn rows_are_consistent() {
-    for topic in TopicId::each(0) {
+    for topic in TopicId::one_of_each(0) {
         let row = topic.row();
         // The link publishes for a process only. Heartbeats count the subscribers of one latched topic.
         assert!(row.delivery == Delivery::Local || matches!(row.writer, Writer::Is(_)), "{topic}");
@@ -164,7 +164,8 @@ fn rows_are_consistent() {
         assert!(by_process || !row.readers.is_empty(), "{topic} has readers");
         assert!(by_process || row.writer != Writer::Numbered, "{topic} has a writer");
     }
-    let latched = TopicId::each(0).into_iter().filter(|topic| topic.row().delivery == Delivery::Latched);
+    let latched =
+        TopicId::one_of_each(0).into_iter().filter(|topic| topic.row().delivery == Delivery::Latched);
     assert_eq!(latched.count(), 1);
 }
 
@@ -206,7 +207,7 @@ fn the_readers_of_a_topic_are_those_that_subscribe_to_it() {
         let folder = name.replace('-', "_");
         let mut found = Vec::new();
         sources(&services.join(&folder).join("src"), &mut found);
-        for topic in TopicId::each(0) {
+        for topic in TopicId::one_of_each(0) {
             let marker = types(topic).marker;
             let port = [format!("FrameSubscriber<{marker}>"), format!("subscriber::<{marker}>")];
             let is_reader = found.iter().any(|(_, text)| port.iter().any(|port| text.contains(port)));

@@ -171,11 +171,11 @@ impl<L: Fn(&Thing) -> bool, G: Fn(&Thing) -> u64, C: Fn(&Thing, &Thing) -> Optio
             |index: &usize| others.get(*index).is_some_and(|other| order(&self.group, other, thing).is_lt());
         let (before, after) = open.split_at(open.partition_point(is_before));
         let mut best: Option<(Closeness, usize)> = None;
-        let mut looked = 0;
+        let mut examined = 0;
         // Scan to each side along the line, nearest first.
-        self.look(thing, before.iter().rev(), others, &mut best, &mut looked);
-        self.look(thing, after.iter(), others, &mut best, &mut looked);
-        (best.map(|(_, index)| index), looked)
+        self.look(thing, before.iter().rev(), others, &mut best, &mut examined);
+        self.look(thing, after.iter(), others, &mut best, &mut examined);
+        (best.map(|(_, index)| index), examined)
     }
 
     fn look<'a>(
@@ -184,14 +184,14 @@ impl<L: Fn(&Thing) -> bool, G: Fn(&Thing) -> u64, C: Fn(&Thing, &Thing) -> Optio
         candidates: impl Iterator<Item = &'a usize>,
         others: &[Thing],
         best: &mut Option<(Closeness, usize)>,
-        looked: &mut usize,
+        examined: &mut usize,
     ) {
         for &index in candidates.take(MAX_CANDIDATES_PER_SIDE) {
             let Some(other) = others.get(index) else { continue };
-            *looked += 1;
+            *examined += 1;
             let at_least = self.per_m * (along(thing, other) - ROUNDING_M);
-            let most = best.map_or(self.below, |(closeness, _)| closeness.first);
-            if (self.group)(other) != (self.group)(thing) || at_least > most {
+            let max = best.map_or(self.below, |(closeness, _)| closeness.first);
+            if (self.group)(other) != (self.group)(thing) || at_least > max {
                 return;
             }
             if (self.looks)(other)
@@ -285,11 +285,11 @@ impl Pairing {
         }
         self.one.sort(one, &possible.group);
         self.other.sort(other, &possible.group);
-        let most = looking.saturating_mul(CANDIDATE_BUDGET_PER_THING).saturating_add(CANDIDATE_BUDGET);
-        let mut looked = 0;
-        while looked < most {
-            looked += find(possible, &mut self.one, one, &self.other, other);
-            looked += find(possible, &mut self.other, other, &self.one, one);
+        let max = looking.saturating_mul(CANDIDATE_BUDGET_PER_THING).saturating_add(CANDIDATE_BUDGET);
+        let mut examined = 0;
+        while examined < max {
+            examined += find(possible, &mut self.one, one, &self.other, other);
+            examined += find(possible, &mut self.other, other, &self.one, one);
             let mut found = false;
             for &i in &self.one.open {
                 let Some(j) = self.one.closest(i) else { continue };
@@ -328,7 +328,7 @@ fn find(
     others: &[Thing],
 ) -> usize {
     let Search { open, closest } = who;
-    let mut looked = 0;
+    let mut examined = 0;
     for &index in open.iter() {
         let (Some(thing), Some(slot)) = (things.get(index), closest.get_mut(index)) else { continue };
         if slot.and_then(|closest| others.get(closest)).is_some_and(&possible.looks) {
@@ -336,9 +336,9 @@ fn find(
         }
         let (found, looks) = possible.closest(thing, &whom.open, others);
         *slot = found;
-        looked += looks;
+        examined += looks;
     }
-    looked
+    examined
 }
 
 /// Pairs two things by observation and dissolves the pairs that either had before.

@@ -195,7 +195,7 @@ proptest! {
                     let mut mirrored = Difference::new(difference.other(), difference.one());
                     for aspect in difference.aspects() {
                         let (one, other) = (aspect.other(), aspect.one());
-                        assert!(mirrored.push(Aspect::new(aspect.percept, one, other, aspect.apart())));
+                        assert!(mirrored.push(Aspect::new(aspect.percept, one, other, aspect.distance())));
                     }
                     mirrored
                 })
@@ -240,7 +240,7 @@ proptest! {
             prop_assert_eq!(told(found), told(&expected));
             for (found, expected) in found.iter().zip(&expected) {
                 for (found, expected) in found.aspects().iter().zip(expected.aspects()) {
-                    let near = found.apart().zip(expected.apart()).is_none_or(|(a, b)| (a - b).abs() < 1e-5);
+                    let near = found.distance().zip(expected.distance()).is_none_or(|(a, b)| (a - b).abs() < 1e-5);
                     prop_assert!(near, "{found:?} {expected:?}");
                 }
             }
@@ -257,7 +257,7 @@ fn an_unseen_move_is_one_object_at_two_places() {
     let differences = compare(&mut divergence, 9, &[red(here, 5, 9)], &[red(there, 5, 5)]);
     assert_eq!(told(&differences), [(Some(1), Some(101), vec![position()])]);
     let [aspect] = differences[0].aspects() else { panic!("{differences:?}") };
-    assert!(aspect.apart().is_some_and(|apart| (apart - 0.3).abs() < 1e-6));
+    assert!(aspect.distance().is_some_and(|distance| (distance - 0.3).abs() < 1e-6));
     assert_eq!(aspect.one(), Some(Feature::Vector(here.map(single))));
     let Some(Feature::Vector([x, y, _])) = aspect.other() else { panic!("{aspect:?}") };
     assert!((x - 0.6).abs() < 1e-6 && y.abs() < 1e-6, "not in the base frame: {aspect:?}");
@@ -332,7 +332,7 @@ fn what_only_one_has_seen_of_a_thing_is_a_difference_too() {
     let [difference] = divergence.compare(robot.side(), partner.side()) else { panic!("nothing differs") };
     let [aspect] = difference.aspects() else { panic!("{difference:?}") };
     let expected = (on, Some(Feature::Number(0.0)), None, None);
-    assert_eq!((aspect.percept, aspect.one(), aspect.other(), aspect.apart()), expected);
+    assert_eq!((aspect.percept, aspect.one(), aspect.other(), aspect.distance()), expected);
 }
 
 #[test]

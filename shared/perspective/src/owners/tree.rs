@@ -58,12 +58,12 @@ impl Tree {
         (self.reached, self.is_grown) = (Vec3::ZERO, false);
     }
 
-    /// Adds at most `most` links; returns whether the tree is complete.
-    pub(super) fn grow(&mut self, most: usize) -> bool {
+    /// Adds at most `max` links; returns whether the tree is complete.
+    pub(super) fn grow(&mut self, max: usize) -> bool {
         if self.is_grown {
             return true;
         }
-        for _ in 0..most {
+        for _ in 0..max {
             let Some((link, place)) = self.outside.reach(self.reached) else { break };
             // Thing 0 is the root.
             self.links.push(Link { to: link.to + 1, ..link });
@@ -220,16 +220,16 @@ impl Outside {
     /// Returns its link and position.
     fn reach(&mut self, place: Vec3) -> Option<(Link, Vec3)> {
         let [x, y, z] = place.to_array().map(Vec4::splat);
-        let (mut least, mut of_four, mut number) = (Vec4::INFINITY, Vec4::ZERO, Vec4::ZERO);
+        let (mut min, mut of_four, mut number) = (Vec4::INFINITY, Vec4::ZERO, Vec4::ZERO);
         for four in &mut self.fours {
             let (u, v, w) = (x - four.x, y - four.y, z - four.z);
             four.length_m2 = four.length_m2.min(u * u + v * v + w * w);
-            of_four = Vec4::select(four.length_m2.cmplt(least), number, of_four);
-            least = least.min(four.length_m2);
+            of_four = Vec4::select(four.length_m2.cmplt(min), number, of_four);
+            min = min.min(four.length_m2);
             number += Vec4::ONE;
         }
-        let nearest_m2 = least.min_element();
-        let is_nearest = least.cmpeq(Vec4::splat(nearest_m2)).bitmask();
+        let nearest_m2 = min.min_element();
+        let is_nearest = min.cmpeq(Vec4::splat(nearest_m2)).bitmask();
         let lane = usize::try_from(is_nearest.trailing_zeros()).ok().filter(|lane| *lane < Four::LANES)?;
         if nearest_m2.is_infinite() {
             // All remaining lengths overflow single precision.

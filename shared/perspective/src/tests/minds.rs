@@ -48,16 +48,20 @@ impl Minds {
         Self { percepts, perception, robot, all, now: Instant::from_nanos(1_000_000_000) }
     }
 
-    /// Runs a step in which `looked` delivered these observations; returns the percepts.
-    pub(super) fn step_looking(&mut self, looked: SourceSet, things: &[Observation]) -> Vec<Perceived> {
-        self.step_after(STEP, looked, things)
+    /// Runs a step in which `active_sources` delivered these observations; returns the percepts.
+    pub(super) fn step_looking(
+        &mut self,
+        active_sources: SourceSet,
+        things: &[Observation],
+    ) -> Vec<Perceived> {
+        self.step_after(STEP, active_sources, things)
     }
 
     /// As [`Self::step_looking`], with another step length.
     pub(super) fn step_after(
         &mut self,
         time: Duration,
-        looked: SourceSet,
+        active_sources: SourceSet,
         things: &[Observation],
     ) -> Vec<Perceived> {
         self.now += time;
@@ -69,7 +73,7 @@ impl Minds {
                 Perceived { observation, snapshot }
             })
             .collect();
-        self.robot.step(self.now, looked, &entries);
+        self.robot.step(self.now, active_sources, &entries);
         for index in 0..self.all.len() {
             let (earlier, rest) = self.all.split_at_mut(index);
             let (nested, partner) = &mut rest[0];

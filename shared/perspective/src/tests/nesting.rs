@@ -187,7 +187,7 @@ struct Moment {
     mine: Option<[f64; 2]>,
     blocks: Vec<([f32; 2], [f32; 2])>,
     walls: Vec<[f32; 2]>,
-    looked: SourceSet,
+    active_sources: SourceSet,
     steps: u8,
     step: Duration,
 }
@@ -198,16 +198,16 @@ fn moment() -> impl Strategy<Value = Moment> {
     let blocks = prop::collection::vec((place(), prop::array::uniform2(-0.02..0.02_f32)), 0..5);
     let walls = prop::collection::vec(place(), 0..3);
     // Mostly one or two sources deliver a frame, sometimes none.
-    let looked = prop::collection::vec((0..2_u16).prop_map(SourceSet::of), 0..4);
+    let active_sources = prop::collection::vec((0..2_u16).prop_map(SourceSet::of), 0..4);
     // Long enough to reach culling, the absence timeout and the removal of a wall.
     let time = prop::sample::select(vec![5, 100, 350]).prop_map(Duration::from_millis);
-    (gaze(), gaze(), blocks, walls, looked, 1..4_u8, time).prop_map(
-        |(his, mine, blocks, walls, looked, steps, step)| Moment {
+    (gaze(), gaze(), blocks, walls, active_sources, 1..4_u8, time).prop_map(
+        |(his, mine, blocks, walls, active_sources, steps, step)| Moment {
             his,
             mine,
             blocks,
             walls,
-            looked: looked.into_iter().collect(),
+            active_sources: active_sources.into_iter().collect(),
             steps,
             step,
         },
@@ -269,7 +269,7 @@ proptest! {
         let mut compared = 0;
         for moment in &moments {
             for step in 0..moment.steps {
-                let entries = minds.step_after(moment.step, moment.looked, &moment.things(step));
+                let entries = minds.step_after(moment.step, moment.active_sources, &moment.things(step));
                 for (path, perceptual_context, partner) in &mut alone {
                     let parent = minds.perceptual_context(&path[..path.len() - 1]);
                     let grandparent = minds.perceptual_context(&path[..path.len() - 2]);
@@ -278,7 +278,7 @@ proptest! {
                         Some(eye) => {
                             let kept = entries.iter().zip(parent.perceives()).filter(|(_, kept)| **kept);
                             let kept: Vec<_> = kept.map(|(entry, _)| *entry).collect();
-                            perceptual_context.record_frame(minds.now, moment.looked, &kept, kept.iter().map(|_| true));
+                            perceptual_context.record_frame(minds.now, moment.active_sources, &kept, kept.iter().map(|_| true));
                             perceptual_context.set_own_eye(eye);
                             let sight = Sight::new(eye, cone, grandparent.occluders());
                             for (agent, other) in grandparent.eyes(minds.now) {

@@ -7,7 +7,7 @@ use proptest::test_runner::RngSeed;
 
 use super::workspace::{EYES, TABLE, Workspace, block, person, wall};
 use crate::settings::{Ownership, OwnershipRule, Perspective};
-use crate::{OwnershipClaim, OwnershipEstimator, TERRITORY_MOST};
+use crate::{MAX_TERRITORY_BELIEFS, OwnershipClaim, OwnershipEstimator};
 
 const ROBOT: [f64; 2] = [0.0, 0.0];
 const TEACHER: [f64; 2] = [1.5, 0.0];
@@ -227,8 +227,8 @@ fn however_many_they_are_it_takes_eight_steps_more_at_most() {
 
 #[test]
 fn too_many_objects_have_no_owners() {
-    let mut owners = OwnershipEstimator::new(&ownership(OwnershipRule::Territory), 2 * TERRITORY_MOST);
-    for (count, expected) in [(TERRITORY_MOST, [0, 1]), (TERRITORY_MOST + 1, [NOBODY; 2])] {
+    let mut owners = OwnershipEstimator::new(&ownership(OwnershipRule::Territory), 2 * MAX_TERRITORY_BELIEFS);
+    for (count, expected) in [(MAX_TERRITORY_BELIEFS, [0, 1]), (MAX_TERRITORY_BELIEFS + 1, [NOBODY; 2])] {
         let places: Vec<_> =
             (0..count).map(|index| if index < 128 { [0.2, 0.0] } else { [1.3, 0.0] }).collect();
         owners.update(claims(&places), agents([ROBOT, TEACHER]));

@@ -66,13 +66,13 @@ impl Workspace {
         self.step_looking(SourceSet::EMPTY, &[]);
     }
 
-    /// Runs a step in which `looked` delivered these observations.
-    pub(super) fn step_looking(&mut self, looked: SourceSet, things: &[Observation]) {
-        self.step_after(STEP, looked, things);
+    /// Runs a step in which `active_sources` delivered these observations.
+    pub(super) fn step_looking(&mut self, active_sources: SourceSet, things: &[Observation]) {
+        self.step_after(STEP, active_sources, things);
     }
 
     /// As [`Self::step_looking`], with another step length.
-    pub(super) fn step_after(&mut self, time: Duration, looked: SourceSet, things: &[Observation]) {
+    pub(super) fn step_after(&mut self, time: Duration, active_sources: SourceSet, things: &[Observation]) {
         self.now += time;
         let entries: Vec<_> = things
             .iter()
@@ -83,7 +83,7 @@ impl Workspace {
                 Perceived { observation, snapshot }
             })
             .collect();
-        self.robot.step(self.now, looked, &entries);
+        self.robot.step(self.now, active_sources, &entries);
         let robot = &self.robot;
         self.partner
             .step(self.now, &entries, robot.perceptual_context(), |place| robot.is_fully_in_view(place));

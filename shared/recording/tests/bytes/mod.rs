@@ -92,7 +92,7 @@ fn read(file: &[u8], requires_check_sums: bool) -> Seen {
         match frame {
             Ok(frame) => {
                 assert!(!requires_check_sums || reader.unchecked().is_none(), "it was not checked");
-                let [head, entry] = frame.topic.kinds().map(|kind| kind.size());
+                let [head, entry] = frame.topic.frame_kinds().map(|kind| kind.size());
                 assert_eq!((frame.bytes.len() - head) % entry, 0, "{}", frame.topic);
                 seen.frames += 1;
             }

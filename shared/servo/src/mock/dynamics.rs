@@ -201,7 +201,7 @@ impl Dynamics {
     pub(super) fn advance(&mut self, memory: &Memory, by: Duration) {
         let torque = memory.get(TORQUE_ENABLE) == 1;
         let limits = self.profile.unwrap_or_else(|| Self::limits(memory));
-        let most_a = OVERLOAD * float_of_signed(memory.get(CURRENT_LIMIT)) * self.model.amperes_per_count();
+        let max_a = OVERLOAD * float_of_signed(memory.get(CURRENT_LIMIT)) * self.model.amperes_per_count();
         let mut left = by;
         let mut steps = 0;
         while !left.is_zero() {
@@ -222,7 +222,7 @@ impl Dynamics {
             let cooling = COOLING_PER_S * (self.temperature_c - AMBIENT_C);
             let heating = HEATING_C_PER_A2_S * self.current_a * self.current_a - cooling;
             self.temperature_c += heating * dt_s.min(1.0);
-            let overloaded = most_a > 0.0 && self.current_a.abs() > most_a;
+            let overloaded = max_a > 0.0 && self.current_a.abs() > max_a;
             self.overloaded_s = if overloaded { self.overloaded_s + dt_s } else { 0.0 };
             left -= step;
             steps += 1;
@@ -271,31 +271,31 @@ impl Dynamics {
         if !torque {
             return led;
         }
-        let most_rad_s = duty(memory) * self.full_rad_s();
+        let max_rad_s = duty(memory) * self.full_rad_s();
         let asked_rad_s = if self.going && !memory.mode().has_position() {
             led.velocity_rad_s
         } else {
             (led.position_rad - before.position_rad) / dt_s
         };
-        if before == self.trajectory && led.velocity_rad_s.abs() <= most_rad_s * ROUNDING
-            || asked_rad_s.abs() <= most_rad_s
+        if before == self.trajectory && led.velocity_rad_s.abs() <= max_rad_s * ROUNDING
+            || asked_rad_s.abs() <= max_rad_s
         {
             return led;
         }
         // Released, or with too little duty, the shaft catches up as fast as its duty permits.
         let step = MAX_ACCELERATION_RAD_S2 * dt_s;
-        let change = asked_rad_s.clamp(-most_rad_s, most_rad_s) - before.velocity_rad_s;
+        let change = asked_rad_s.clamp(-max_rad_s, max_rad_s) - before.velocity_rad_s;
         let velocity_rad_s = before.velocity_rad_s + change.clamp(-step, step);
         Motion { position_rad: before.position_rad + velocity_rad_s * dt_s, velocity_rad_s }
     }
 
     /// The duty with which the shaft pushes against an obstacle that keeps it from its trajectory.
     fn push(&self, memory: &Memory) -> f64 {
-        let most = duty(memory);
+        let max = duty(memory);
         if !self.is_blocked() {
             0.0
         } else if self.going && !memory.mode().has_position() {
-            most * self.trajectory.velocity_rad_s.partial_cmp(&0.0).map_or(0.0, |order| match order {
+            max * self.trajectory.velocity_rad_s.partial_cmp(&0.0).map_or(0.0, |order| match order {
                 std::cmp::Ordering::Less => -1.0,
                 std::cmp::Ordering::Equal => 0.0,
                 std::cmp::Ordering::Greater => 1.0,
@@ -303,7 +303,7 @@ impl Dynamics {
         } else {
             let error_rad = self.trajectory.position_rad - self.motion.position_rad;
             let counts = error_rad * 4096.0 / std::f64::consts::TAU;
-            (counts * DUTY_PER_COUNT).clamp(-most, most)
+            (counts * DUTY_PER_COUNT).clamp(-max, max)
         }
     }
 
@@ -331,9 +331,9 @@ impl Dynamics {
         let moves = friction + A_PER_RAD_S * velocity + A_PER_RAD_S2 * acceleration;
         let asked = self.load_a + moves + self.push * limit_a;
         let bounded = memory.mode() == Mode::CurrentBasedPosition;
-        let most = if bounded { GOAL_CURRENT } else { CURRENT_LIMIT };
-        let most_a = float_of_signed(memory.get(most).abs()) * self.model.amperes_per_count();
-        asked.max(-most_a).min(most_a)
+        let max = if bounded { GOAL_CURRENT } else { CURRENT_LIMIT };
+        let max_a = float_of_signed(memory.get(max).abs()) * self.model.amperes_per_count();
+        asked.max(-max_a).min(max_a)
     }
 
     fn volts(&self) -> f64 {
@@ -371,12 +371,12 @@ impl Dynamics {
 
     /// The profile limits: the velocity limit and a high acceleration where the profile sets none.
     fn limits(memory: &Memory) -> Limits {
-        let most = memory.get(VELOCITY_LIMIT).max(1);
+        let max = memory.get(VELOCITY_LIMIT).max(1);
         let timed = memory.get(DRIVE_MODE) & TIME_BASED != 0;
         let velocity = match memory.get(PROFILE_VELOCITY) {
-            0 => most,
-            _ if timed => most,
-            profile => profile.min(most),
+            0 => max,
+            _ if timed => max,
+            profile => profile.min(max),
         };
         let acceleration_rad_s2 = match memory.get(PROFILE_ACCELERATION) {
             0 => MAX_ACCELERATION_RAD_S2,
@@ -415,6 +415,6 @@ fn direction(memory: &Memory) -> f64 {
 /// Maximum duty: the PWM limit, and also the goal PWM unless it is the controlled value.
 fn duty(memory: &Memory) -> f64 {
     let limit = memory.get(PWM_LIMIT);
-    let most = if memory.mode() == Mode::Pwm { limit } else { limit.min(memory.get(GOAL_PWM).abs()) };
-    float_of_signed(most) / FULL_DUTY
+    let max = if memory.mode() == Mode::Pwm { limit } else { limit.min(memory.get(GOAL_PWM).abs()) };
+    float_of_signed(max) / FULL_DUTY
 }

@@ -76,13 +76,17 @@ impl Exchange<'_> {
         match Instruction::parse(frame) {
             Ok(Instruction::SyncRead { address, length, ids }) => {
                 for &id in ids {
-                    self.each(id, |line, place| line.say(place, id, ReplyContent::Table { address, length }));
+                    self.for_each_servo(id, |line, place| {
+                        line.say(place, id, ReplyContent::Table { address, length })
+                    });
                 }
             }
             Ok(Instruction::BulkRead { records }) => {
                 for Span { id, address, length } in spans(records) {
                     let id = id.get();
-                    self.each(id, |line, place| line.say(place, id, ReplyContent::Table { address, length }));
+                    self.for_each_servo(id, |line, place| {
+                        line.say(place, id, ReplyContent::Table { address, length })
+                    });
                 }
             }
             Ok(Instruction::FastSyncRead { address, length, ids }) => {
@@ -107,7 +111,7 @@ impl Exchange<'_> {
     }
 
     fn one(&mut self, to: Id, instruction: Result<Instruction<'_>, Fault>) {
-        self.each(to.get(), |line, place| line.obey(place, instruction));
+        self.for_each_servo(to.get(), |line, place| line.obey(place, instruction));
         // A servo obeys its secondary ID without a status packet.
         let answers = self.answers.get().len();
         for place in 0..self.count() {
@@ -128,7 +132,7 @@ impl Exchange<'_> {
         let answers = self.answers.get().len();
         // Servos reply in the order of their IDs.
         for id in 0..=u8::MAX {
-            self.each(id, |line, place| line.obey(place, instruction));
+            self.for_each_servo(id, |line, place| line.obey(place, instruction));
         }
         // The only broadcast with replies is a ping.
         if instruction != Ok(Instruction::Ping) {
@@ -154,7 +158,7 @@ impl Exchange<'_> {
     }
 
     /// Calls `does` for every servo with this ID that is listening; there is more than one only with a duplicate ID.
-    fn each(&mut self, id: u8, mut does: impl FnMut(&mut Self, usize)) {
+    fn for_each_servo(&mut self, id: u8, mut does: impl FnMut(&mut Self, usize)) {
         for place in 0..self.count() {
             if self.servo(place).is_some_and(|servo| servo.id() == id) && self.hears(place) {
                 does(self, place);
@@ -167,7 +171,7 @@ impl Exchange<'_> {
     }
 
     fn write(&mut self, id: u8, address: u16, data: &[u8]) {
-        self.each(id, |line, place| {
+        self.for_each_servo(id, |line, place| {
             if let Some(servo) = line.servo(place) {
                 // No servo replies to this instruction, so the error is not reported.
                 let _refused = servo.write(address, data);
@@ -183,7 +187,7 @@ impl Exchange<'_> {
         let mut first = true;
         for span in asked {
             let (mut tells, mut tells_too) = (None, None);
-            self.each(span.id.get(), |_, place| {
+            self.for_each_servo(span.id.get(), |_, place| {
                 (tells, tells_too) = (tells.or(Some(place)), tells.and(Some(place)));
             });
             if self.injector.triggers(FaultKind::Drop, self.now, span.id.get()).is_some() {

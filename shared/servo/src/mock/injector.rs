@@ -183,10 +183,10 @@ pub(super) struct Strike {
 }
 
 impl Strike {
-    /// A pseudo-random number below `most`, which is above zero; it changes with each call.
-    pub(super) fn below(&mut self, most: usize) -> usize {
-        let most = u64::try_from(most.max(1)).unwrap_or(u64::MAX);
-        let number = self.random % most;
+    /// A pseudo-random number below `max`, which is above zero; it changes with each call.
+    pub(super) fn below(&mut self, max: usize) -> usize {
+        let max = u64::try_from(max.max(1)).unwrap_or(u64::MAX);
+        let number = self.random % max;
         self.random = self.random.rotate_right(17).wrapping_mul(0x9E37_79B9_7F4A_7C15);
         usize::try_from(number).unwrap_or(0)
     }

@@ -208,7 +208,7 @@ fn losses_are_counted_and_kept_until_reported() {
     assert!(store.findings().is_empty());
     assert_eq!(store.losses(), ["at least 1 of the examples, or changes of tasks, is lost"]);
     assert_eq!(store.load::<String, String>().unwrap(), expected);
-    store.told().unwrap();
+    store.mark_losses_reported().unwrap();
     drop(store);
     assert!(Store::open(&path).unwrap().losses().is_empty());
 }

@@ -212,7 +212,7 @@ fn a_damaged_or_empty_database_is_set_aside_and_reported() {
         let mut store = Store::open(&path).unwrap();
         assert!(store.findings().is_empty(), "it is told once");
         assert_eq!(store.losses().len(), 1, "until somebody has said it");
-        store.told().unwrap();
+        store.mark_losses_reported().unwrap();
         drop(store);
         assert!(Store::open(&path).unwrap().losses().is_empty());
     }

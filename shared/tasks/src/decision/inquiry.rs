@@ -55,11 +55,11 @@ impl Weighed<'_> {
     }
 }
 
-/// Greedily selects the most informative objects, at most `most`; `None` if no object is informative.
+/// Greedily selects the most informative objects, at most `max`; `None` if no object is informative.
 ///
 /// Hypotheses about numbers and relations make no prediction for a single object. The gain is computed over the other
 /// hypotheses and scaled by their share of the posterior.
-pub(crate) fn inquire(asking: &QueryContext<'_>, scored: &Scored, most: usize) -> Option<Inquiry> {
+pub(crate) fn inquire(asking: &QueryContext<'_>, scored: &Scored, max: usize) -> Option<Inquiry> {
     let best = scored.hypotheses.iter().map(|one| one.log_score).fold(f64::NEG_INFINITY, f64::max);
     let all: f64 = scored.hypotheses.iter().map(|one| (one.log_score - best).exp()).sum();
     let about_all = scored.hypotheses.iter().filter(|one| one.selection == Selection::All);
@@ -80,7 +80,7 @@ pub(crate) fn inquire(asking: &QueryContext<'_>, scored: &Scored, most: usize) -
     // For each hypothesis, a bit mask of the chosen objects that it applies to.
     let mut labels = vec![0_usize; weighed.len()];
     let mut bits = 0.0;
-    while chosen.len() < most.min(MAX_OBJECTS) {
+    while chosen.len() < max.min(MAX_OBJECTS) {
         let bit = 1_usize << chosen.len();
         let with = |key: Key| -> Vec<usize> {
             let label = |(one, label): (&Weighed<'_>, &usize)| label | if one.covers(key) { bit } else { 0 };
@@ -90,7 +90,7 @@ pub(crate) fn inquire(asking: &QueryContext<'_>, scored: &Scored, most: usize) -
         for &key in kinds.iter().filter(|key| !chosen.contains(key)) {
             let gain = gain(&weighed, &with(key), bit << 1, asking.noise);
             // Among equal gains the first one wins, independent of rounding.
-            if found.is_none_or(|(most, _)| gain > most + MIN_GAIN_BITS) {
+            if found.is_none_or(|(max, _)| gain > max + MIN_GAIN_BITS) {
                 found = Some((gain, key));
             }
         }
@@ -170,8 +170,8 @@ fn features(lexicon: &Lexicon, key: Key) -> BTreeMap<String, String> {
 
 fn text(asking: &QueryContext<'_>, weighed: &[Weighed<'_>], chosen: &[Key]) -> String {
     // The name contains only features that a plausible hypothesis tests.
-    let most = weighed.iter().map(|one| one.weight).fold(0.0, f64::max);
-    let heavy = weighed.iter().filter(|one| one.weight >= most * 0.05);
+    let max = weighed.iter().map(|one| one.weight).fold(0.0, f64::max);
+    let heavy = weighed.iter().filter(|one| one.weight >= max * 0.05);
     let mask = heavy
         .map(|one| reduce(one.hypothesis.mask, one.hypothesis.classes.clone(), asking.seen).0)
         .fold(0, |mask, more| mask | more);

@@ -27,7 +27,7 @@ pub struct Act {
 ///
 /// It ignores noise: an object has to move by more than the language's `moved_m`, and a state change has to
 /// pass its hysteresis and persist. An object held still is not put down, so a pause does not end an act. Acts
-/// that overlap in time are merged. [`crate::deeds`] classifies an act from the beliefs before and after it.
+/// that overlap in time are merged. [`crate::action_effects`] classifies an act from the beliefs before and after it.
 #[derive(Clone, Debug, Default)]
 pub struct ActionParser {
     things: BTreeMap<u64, ObjectTracker>,

@@ -67,7 +67,7 @@ pub struct ActContext<'a> {
 /// - An object that changed a state of its own (an inserted peg) is not placed, and is handed over only into a hand.
 ///
 /// ```
-/// use tasks::{ActContext, ActionEffect, Object, Snapshot, changes, deeds};
+/// use tasks::{ActContext, ActionEffect, Object, Snapshot, changes, action_effects};
 ///
 /// let block = |id, [x, z]: [f64; 2]| Object {
 ///     id,
@@ -78,11 +78,11 @@ pub struct ActContext<'a> {
 /// let before = Snapshot { objects: vec![block(1, [0.0, 0.03]), block(2, [0.3, 0.03])], ..Snapshot::default() };
 /// let after = Snapshot { objects: vec![block(1, [0.3, 0.09]), block(2, [0.3, 0.03])], ..Snapshot::default() };
 /// let course = ActContext { at_start: &before, before: &before, after: &after };
-/// let deeds = deeds(1, &course, &changes(&before, &after, 0.03), 0.03);
-/// assert!(deeds[&1].contains(&ActionEffect::PlacedOn { support: 2 }));
+/// let action_effects = action_effects(1, &course, &changes(&before, &after, 0.03), 0.03);
+/// assert!(action_effects[&1].contains(&ActionEffect::PlacedOn { support: 2 }));
 /// ```
 #[must_use]
-pub fn deeds(
+pub fn action_effects(
     actor: u16,
     course: &ActContext<'_>,
     changes: &BTreeMap<u64, Change>,
@@ -92,7 +92,7 @@ pub fn deeds(
     let mut all = BTreeMap::new();
     for (&id, change) in changes.iter().filter(|(_, change)| change.displaced) {
         let (then, Some(now)) = (before.object(id), after.object(id)) else { continue };
-        let mut deeds = BTreeSet::new();
+        let mut action_effects = BTreeSet::new();
         if now.held_by.is_none() && is_only_moved(change) {
             let supports = supports(now, after).into_iter().filter(|support| {
                 let earlier = then.zip(before.object(support.id));
@@ -100,14 +100,14 @@ pub fn deeds(
                     have_same_displacement((then, now), (below, support), moved_m)
                 })
             });
-            deeds.extend(supports.map(|support| ActionEffect::PlacedOn { support: support.id }));
+            action_effects.extend(supports.map(|support| ActionEffect::PlacedOn { support: support.id }));
         }
         let receiver = then.and_then(|then| receiver(actor, at_start, then, now));
         // A hand is observed; ownership by place is only inferred.
         let receiver = receiver.filter(|_| now.held_by.is_some() || is_only_moved(change));
-        deeds.extend(receiver.map(|to| ActionEffect::Handed { to }));
-        if !deeds.is_empty() {
-            all.insert(id, deeds);
+        action_effects.extend(receiver.map(|to| ActionEffect::Handed { to }));
+        if !action_effects.is_empty() {
+            all.insert(id, action_effects);
         }
     }
     all

@@ -121,6 +121,6 @@ pub struct Executable {
     /// Its changes in this perspective, by object identity.
     pub changes: BTreeMap<u64, Change>,
     /// Its effects in relation to other objects and agents (placed on, handed over), by object identity.
-    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
-    pub deeds: BTreeMap<u64, BTreeSet<ActionEffect>>,
+    #[serde(rename = "deeds", default, skip_serializing_if = "BTreeMap::is_empty")]
+    pub action_effects: BTreeMap<u64, BTreeSet<ActionEffect>>,
 }

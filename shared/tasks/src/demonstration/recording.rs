@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use super::action_effect::{ActContext, deeds};
+use super::action_effect::{ActContext, action_effects};
 use super::change::changes;
 use super::example::{Example, Executable, View};
 use super::snapshot::Snapshot;
@@ -74,8 +74,9 @@ impl Recording {
             let now = snapshots.get(&under.view.perspective);
             let changes = now.map(|now| changes(&under.last, now, moved_m)).unwrap_or_default();
             let course = |after| ActContext { at_start: &under.view.before, before: &under.last, after };
-            let deeds = now.map(|now| deeds(actor, &course(now), &changes, moved_m)).unwrap_or_default();
-            Executable { actor, task: task.map(str::to_owned), changes, deeds }
+            let action_effects =
+                now.map(|now| action_effects(actor, &course(now), &changes, moved_m)).unwrap_or_default();
+            Executable { actor, task: task.map(str::to_owned), changes, action_effects }
         };
         let executables: Vec<Executable> = self.views.iter().map(executable).collect();
         if executables.iter().all(|executable| executable.changes.is_empty()) {

@@ -90,18 +90,18 @@ impl EnumeratedDnf {
                 if tallies.len() <= one.size {
                     tallies.resize(one.size + 1, (0, 0));
                 }
-                if let Some((sum, most)) = tallies.get_mut(one.size) {
+                if let Some((sum, max)) = tallies.get_mut(one.size) {
                     *sum += one.tally;
-                    *most = one.tally.max(*most);
+                    *max = one.tally.max(*max);
                 }
             }
-            for (size, &(sum, most)) in tallies.iter().enumerate().filter(|(_, (sum, _))| *sum > 0) {
+            for (size, &(sum, max)) in tallies.iter().enumerate().filter(|(_, (sum, _))| *sum > 0) {
                 let log = weight.log(size, node.features) - log_of(logs, episodes.len());
                 if log == f64::NEG_INFINITY {
                     continue;
                 }
                 total.add(quantity::number::float_of_count(sum).ln() + log);
-                best.take(log_of(logs, most) + log, most);
+                best.take(log_of(logs, max) + log, max);
             }
             // If every object has every feature, an extension has at least as many classes.
             let bound = weight.bound(node.fewest_classes, node.features, seen.values().len());
@@ -116,14 +116,14 @@ impl EnumeratedDnf {
     }
 
     /// The hypotheses at most `within` nats below the best one, or below the best one of the highest tally. They cover
-    /// the best `most` meanings by tally, and at least as many by score.
+    /// the best `max` meanings by tally, and at least as many by score.
     pub(crate) fn hypotheses(
         &mut self,
         episodes: &[Episode],
         seen: &SeenKinds,
         weight: &Weight,
         within: f64,
-        most: usize,
+        max: usize,
     ) -> Scored {
         let (asked, best, log_total) = self.take(episodes, seen, weight, within);
         let mut admitted: Vec<Admitted> = Vec::new();
@@ -139,7 +139,7 @@ impl EnumeratedDnf {
             }
         }
         // Equivalent hypotheses have the same tally, and a template contains at most one of them.
-        keep_best(&mut admitted, most.saturating_mul(self.templates.len()));
+        keep_best(&mut admitted, max.saturating_mul(self.templates.len()));
         let hypothesis = |one: Admitted| {
             let node = template(&self.templates, one.template)?;
             let chosen = numbers(&node.row(one.number)).into_iter();
@@ -207,12 +207,12 @@ struct Admitted {
     score: f64,
 }
 
-/// Keeps the best `most` by either measure, and those that tie with the last of them.
-fn keep_best(admitted: &mut Vec<Admitted>, most: usize) {
-    let Some(last) = most.checked_sub(1).filter(|last| *last < admitted.len()) else { return };
-    let least_tally = admitted.select_nth_unstable_by(last, |a, b| b.tally.cmp(&a.tally)).1.tally;
-    let least_score = admitted.select_nth_unstable_by(last, |a, b| b.score.total_cmp(&a.score)).1.score;
-    admitted.retain(|one| one.tally >= least_tally || one.score >= least_score);
+/// Keeps the best `max` by either measure, and those that tie with the last of them.
+fn keep_best(admitted: &mut Vec<Admitted>, max: usize) {
+    let Some(last) = max.checked_sub(1).filter(|last| *last < admitted.len()) else { return };
+    let min_tally = admitted.select_nth_unstable_by(last, |a, b| b.tally.cmp(&a.tally)).1.tally;
+    let min_score = admitted.select_nth_unstable_by(last, |a, b| b.score.total_cmp(&a.score)).1.score;
+    admitted.retain(|one| one.tally >= min_tally || one.score >= min_score);
     // Restores the order, so that the result does not depend on the selection algorithm.
     admitted.sort_unstable_by_key(|one| (one.template, one.number));
 }

@@ -182,11 +182,11 @@ impl Extended {
         let best_of = |of: &dyn Fn(&&Score) -> bool| {
             scores.iter().filter(of).map(|score| score.log).fold(f64::NEG_INFINITY, f64::max)
         };
-        let most_tally = scores.iter().map(|score| score.tally).max().unwrap_or(0);
+        let max_tally = scores.iter().map(|score| score.tally).max().unwrap_or(0);
         let best = best_of(&|_| true);
-        let best_of_most = best_of(&|score| score.tally == most_tally);
+        let best_of_max_tally = best_of(&|score| score.tally == max_tally);
         let is_within = |log: f64, tally: usize, nats: f64| {
-            log >= best - nats || (tally == most_tally && log >= best_of_most - nats)
+            log >= best - nats || (tally == max_tally && log >= best_of_max_tally - nats)
         };
         let mut total = LogSum::default();
         // Most hypotheses have the selection `All`; they are indexed by number instead of a hash.

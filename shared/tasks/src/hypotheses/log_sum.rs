@@ -6,27 +6,27 @@ pub(crate) const ROUNDING_NATS: f64 = 40.0;
 /// Log-sum-exp accumulator: adds numbers given by their logarithms.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct LogSum {
-    most: f64,
+    max: f64,
     scaled: f64,
 }
 
 impl Default for LogSum {
     fn default() -> Self {
-        Self { most: f64::NEG_INFINITY, scaled: 0.0 }
+        Self { max: f64::NEG_INFINITY, scaled: 0.0 }
     }
 }
 
 impl LogSum {
     pub(crate) fn add(&mut self, log: f64) {
-        if log > self.most {
-            self.scaled = self.scaled.mul_add((self.most - log).exp(), 1.0);
-            self.most = log;
+        if log > self.max {
+            self.scaled = self.scaled.mul_add((self.max - log).exp(), 1.0);
+            self.max = log;
         } else if log > f64::NEG_INFINITY {
-            self.scaled += (log - self.most).exp();
+            self.scaled += (log - self.max).exp();
         }
     }
 
     pub(crate) fn value(&self) -> f64 {
-        if self.scaled > 0.0 { self.most + self.scaled.ln() } else { f64::NEG_INFINITY }
+        if self.scaled > 0.0 { self.max + self.scaled.ln() } else { f64::NEG_INFINITY }
     }
 }

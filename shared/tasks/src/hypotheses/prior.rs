@@ -56,13 +56,13 @@ impl Weight {
     }
 
     /// Upper bound on log P(h) for at least `classes` classes under a template with at least `features` and at
-    /// most `most` features.
-    pub(crate) fn bound(&self, classes: usize, features: usize, most: usize) -> f64 {
+    /// most `max` features.
+    pub(crate) fn bound(&self, classes: usize, features: usize, max: usize) -> f64 {
         match self {
             // With λ < 0 more classes have a higher prior, so there is no bound.
             Self::Prior { prior, .. } if prior.lambda < 0.0 => f64::INFINITY,
             Self::Prior { prior, expected } => {
-                prior.log(classes, features + expected).max(prior.log(classes, most + expected))
+                prior.log(classes, features + expected).max(prior.log(classes, max + expected))
             }
             Self::Length { .. } => -float_of_count(classes.saturating_mul(features)),
         }

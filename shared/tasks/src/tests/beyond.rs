@@ -99,11 +99,11 @@ fn one_slip_in_three_demonstrations_does_not_destroy_the_rule() {
     let views = red_with_a_slip();
     let views: Vec<&View> = views.iter().collect();
     let noise = Noise::try_from(0.05).unwrap();
-    for (settings, least) in [(slipping(0.05), 0.9), (Settings { noise, ..extended() }, 0.15)] {
+    for (settings, min) in [(slipping(0.05), 0.9), (Settings { noise, ..extended() }, 0.15)] {
         let learned = learn_with(&language(), &views, &settings);
         let (name, posterior) = winner(&learned);
         assert_eq!(name, "all red");
-        assert!(posterior > least, "{posterior}");
+        assert!(posterior > min, "{posterior}");
         assert_eq!(learned.primary().next().unwrap().standing.tally, 2, "the tally still counts the slip");
     }
 }

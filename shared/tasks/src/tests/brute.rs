@@ -221,19 +221,19 @@ fn choices(meant: &Meant, things: &[Thing]) -> Vec<Vec<bool>> {
         Selection::Standing(relation) => {
             let left = |index: &usize| things[*index].place[1];
             let away = |index: &usize| things[*index].place[0].hypot(things[*index].place[1]);
-            let least = |of: &dyn Fn(&usize) -> f64| inside.iter().map(of).fold(f64::INFINITY, f64::min);
-            let most = |of: &dyn Fn(&usize) -> f64| inside.iter().map(of).fold(f64::NEG_INFINITY, f64::max);
-            let middle = f64::midpoint(least(&away), most(&away));
+            let min = |of: &dyn Fn(&usize) -> f64| inside.iter().map(of).fold(f64::INFINITY, f64::min);
+            let max = |of: &dyn Fn(&usize) -> f64| inside.iter().map(of).fold(f64::NEG_INFINITY, f64::max);
+            let middle = f64::midpoint(min(&away), max(&away));
             let stands = |index: usize| match relation {
-                Relation::Leftmost => left(&index) > most(&left) - 1e-6,
-                Relation::Rightmost => left(&index) < least(&left) + 1e-6,
-                Relation::Nearest => away(&index) < least(&away) + 1e-6,
-                Relation::Farthest => away(&index) > most(&away) - 1e-6,
+                Relation::Leftmost => left(&index) > max(&left) - 1e-6,
+                Relation::Rightmost => left(&index) < min(&left) + 1e-6,
+                Relation::Nearest => away(&index) < min(&away) + 1e-6,
+                Relation::Farthest => away(&index) > max(&away) - 1e-6,
                 Relation::Left => left(&index) > 1e-6,
                 Relation::Right => left(&index) < -1e-6,
                 Relation::Near => away(&index) < middle - 1e-6,
                 Relation::Far => away(&index) > middle + 1e-6,
-                Relation::Between => left(&index) < most(&left) - 1e-6 && left(&index) > least(&left) + 1e-6,
+                Relation::Between => left(&index) < max(&left) - 1e-6 && left(&index) > min(&left) + 1e-6,
             };
             vec![(0..things.len()).map(|index| member[index] && stands(index)).collect()]
         }
@@ -298,7 +298,7 @@ fn posterior(world: &[Vec<Thing>], settings: &Settings) -> BTreeMap<(Selection, 
         .collect()
 }
 
-fn things(most: usize) -> impl Strategy<Value = Vec<Thing>> {
+fn things(max: usize) -> impl Strategy<Value = Vec<Thing>> {
     let place = (1..5_i32, -3..4_i32).prop_map(|(x, y)| [f64::from(x) * 0.1, f64::from(y) * 0.1]);
     let thing = (0..3_usize, 0..3_usize, place, prop::bool::weighted(0.1), any::<bool>());
     let thing = thing.prop_map(|(colour, shape, place, was, is)| Thing {
@@ -307,7 +307,7 @@ fn things(most: usize) -> impl Strategy<Value = Vec<Thing>> {
         was,
         is: was || is,
     });
-    prop::collection::vec(thing, 1..most)
+    prop::collection::vec(thing, 1..max)
 }
 
 fn worlds() -> impl Strategy<Value = Vec<Vec<Thing>>> {

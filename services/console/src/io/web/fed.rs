@@ -51,12 +51,12 @@ impl FedPage {
     /// The async runtime cannot be created.
     pub fn new() -> std::io::Result<Self> {
         let token = Token::read(TOKEN).ok_or(std::io::ErrorKind::InvalidInput)?;
-        let lock = AccessPolicy { token, port: 7780, open: ReadWithoutToken::Nothing };
+        let policy = AccessPolicy { token, port: 7780, open: ReadWithoutToken::Nothing };
         // There is no motor process, so a stop has no effect.
         let stop = Stop::new(PathBuf::new(), false);
         // A short heartbeat closes silent pages soon.
         let timeouts = Timeouts { beat: Duration::from_millis(50), ..Timeouts::default() };
-        let (shared, pending_requests) = Shared::new(SECRET.to_owned(), 1, lock, stop, timeouts);
+        let (shared, pending_requests) = Shared::new(SECRET.to_owned(), 1, policy, stop, timeouts);
         shared.set_metrics(SECRET.to_owned());
         shared.state_store().put("secret", &SECRET);
         let runtime =

@@ -46,8 +46,8 @@ impl Token {
     }
 
     /// Constant-time comparison.
-    fn is(&self, said: &str) -> bool {
-        self.0.as_bytes().ct_eq(said.as_bytes()).into()
+    fn is(&self, presented: &str) -> bool {
+        self.0.as_bytes().ct_eq(presented.as_bytes()).into()
     }
 
     /// The value of the cookie: HMAC-SHA-256 with the token as key. The token cannot be computed from it.
@@ -57,8 +57,8 @@ impl Token {
     }
 
     /// Constant-time comparison with the cookie.
-    fn is_cookie(&self, said: &str) -> bool {
-        self.cookie().as_bytes().ct_eq(said.as_bytes()).into()
+    fn is_cookie(&self, presented: &str) -> bool {
+        self.cookie().as_bytes().ct_eq(presented.as_bytes()).into()
     }
 }
 
@@ -126,7 +126,7 @@ impl Refusal {
 /// Middleware: passes permitted requests on with their [`Access`] and refuses all others.
 pub(super) async fn guard(State(shared): State<Arc<Shared>>, mut request: Request, next: Next) -> Response {
     let asks = AccessRequest { method: request.method(), headers: request.headers(), uri: request.uri() };
-    let judged = asks.access(&shared.lock);
+    let judged = asks.access(&shared.policy);
     let connection = request.extensions().get::<Arc<Connection>>();
     match judged {
         Ok(access) => {
@@ -137,7 +137,7 @@ pub(super) async fn guard(State(shared): State<Arc<Shared>>, mut request: Reques
                     connection.set_class(Class::Stopping);
                 }
             }
-            let cookie = asks.is_login().then(|| shared.lock.set_cookie());
+            let cookie = asks.is_login().then(|| shared.policy.set_cookie());
             request.extensions_mut().insert(access);
             let mut response = next.run(request).await;
             if let Some(Ok(cookie)) = cookie.map(HeaderValue::try_from) {
@@ -185,10 +185,11 @@ struct AccessRequest<'a> {
 }
 
 impl AccessRequest<'_> {
-    fn access(&self, lock: &AccessPolicy) -> Result<Access, Refusal> {
-        let said = self.token();
-        let is_known = said.is_some_and(|said| lock.token.is(said));
-        let has_cookie = self.cookie(&lock.cookie_name()).is_some_and(|said| lock.token.is_cookie(said));
+    fn access(&self, policy: &AccessPolicy) -> Result<Access, Refusal> {
+        let presented = self.token();
+        let is_known = presented.is_some_and(|presented| policy.token.is(presented));
+        let has_cookie =
+            self.cookie(&policy.cookie_name()).is_some_and(|presented| policy.token.is_cookie(presented));
         let host = host(self.headers, self.uri).ok_or(Refusal::NoHost)?;
         // DNS rebinding: a foreign site whose name resolves to this machine would count as same-origin.
         // Such a request has neither the token nor the cookie.
@@ -209,18 +210,18 @@ impl AccessRequest<'_> {
         if is_known {
             return Ok(Access::Command);
         }
-        let is_page_open = lock.open == ReadWithoutToken::Page;
+        let is_page_open = policy.open == ReadWithoutToken::Page;
         let is_open = match self.uri.path() {
             // The notice shown without a token uses the page's style sheet.
             "/page.css" | STOP => true,
-            "/metrics" => lock.open != ReadWithoutToken::Nothing,
+            "/metrics" => policy.open != ReadWithoutToken::Nothing,
             // The script would store a wrong token of the address.
             "/" => (has_cookie || is_page_open) && self.token_of_address().is_none(),
             "/page.js" => has_cookie || is_page_open,
             "/leo.urdf" | "/live" => is_page_open,
             _ => false,
         };
-        match (is_open, said) {
+        match (is_open, presented) {
             (true, _) => Ok(Access::Read),
             (false, None) => Err(Refusal::NoToken),
             (false, Some(_)) => Err(Refusal::WrongToken),

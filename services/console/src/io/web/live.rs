@@ -15,13 +15,13 @@ use serde_json::json;
 use tokio::sync::mpsc;
 use tokio::time::{MissedTickBehavior, interval, timeout};
 
-use super::pace::{RateLimit, SECOND_MOST, Verdict};
+use super::pace::{MAX_MESSAGES_PER_SECOND, RateLimit, Verdict};
 use super::{Access, MAX_PAGES, MAX_READERS, PageSlot, QueuedRequest, Shared};
 use crate::requests::{Malformed, PageRequest, number, parse};
 use crate::state_store::StateStore;
 
 /// Maximum size of a page's message, in bytes.
-const MESSAGE_MOST: usize = 4096;
+const MAX_MESSAGE_BYTES: usize = 4096;
 /// The first message to a page without the token.
 const READ_ACCESS: &str = r#"{"access":"read"}"#;
 /// The answer to a command of a page without the token.
@@ -76,14 +76,14 @@ pub(super) async fn live(
 ) -> Response {
     // The slot is taken before the next request is handled, and is freed whenever the session ends.
     let Some(place) = PageSlot::take(&shared, access) else {
-        let (most, which) = match access {
+        let (max, which) = match access {
             Access::Command => (MAX_PAGES, ""),
             Access::Read => (MAX_READERS, " without the token"),
         };
-        let why = format!("{most} pages{which} are open, which is the maximum\n");
+        let why = format!("{max} pages{which} are open, which is the maximum\n");
         return (StatusCode::SERVICE_UNAVAILABLE, why).into_response();
     };
-    let upgrade = upgrade.max_message_size(MESSAGE_MOST).max_frame_size(MESSAGE_MOST);
+    let upgrade = upgrade.max_message_size(MAX_MESSAGE_BYTES).max_frame_size(MAX_MESSAGE_BYTES);
     upgrade.on_upgrade(move |socket| async move {
         let shared = &place.shared;
         let number = shared.pages.fetch_add(1, Ordering::Relaxed);
@@ -155,16 +155,16 @@ impl Page<'_> {
         beats.reset();
         beats.set_missed_tick_behavior(MissedTickBehavior::Delay);
         loop {
-            let said = tokio::select! {
+            let text = tokio::select! {
                 message = self.socket.recv() => self.hear(message)?,
                 answer = answers.recv() => answer,
                 _ = shows.tick() => self.shown(),
                 _ = beats.tick() => self.beat().await?,
             };
             // A slow reader delays only this task. Updates are deltas to the newest state, so no backlog builds up.
-            if let Some(said) = said {
+            if let Some(text) = text {
                 self.is_quiet = false;
-                self.send(Message::text(said)).await?;
+                self.send(Message::text(text)).await?;
             }
         }
     }
@@ -210,7 +210,7 @@ impl Page<'_> {
         }
         let too_many = |id| Malformed {
             id,
-            reason: format!("more than {SECOND_MOST} messages in a second: send fewer"),
+            reason: format!("more than {MAX_MESSAGES_PER_SECOND} messages in a second: send fewer"),
         };
         match message {
             Message::Text(text) if taken == Verdict::TooMany => {
@@ -252,7 +252,7 @@ impl Page<'_> {
         use tungstenite::error::ProtocolError::ResetWithoutClosingHandshake;
         let Ok(error) = error.into_inner().downcast::<tungstenite::Error>() else { return End::Left };
         let (code, reason) = if matches!(*error, tungstenite::Error::Capacity(_)) {
-            (close_code::SIZE, format!("a message has at most {MESSAGE_MOST} bytes"))
+            (close_code::SIZE, format!("a message has at most {MAX_MESSAGE_BYTES} bytes"))
         } else if matches!(*error, tungstenite::Error::Utf8(_)) {
             (close_code::INVALID, "a message is JSON text".to_owned())
         } else if matches!(&*error, tungstenite::Error::Protocol(what) if *what != ResetWithoutClosingHandshake)

@@ -3,9 +3,9 @@
 use clock::{Duration, Instant};
 
 /// Maximum number of messages accepted from a page per second.
-pub(super) const SECOND_MOST: u32 = 60;
+pub(super) const MAX_MESSAGES_PER_SECOND: u32 = 60;
 /// A page that sends more messages per second than this is closed.
-const FLOOD: u32 = 10 * SECOND_MOST;
+const FLOOD: u32 = 10 * MAX_MESSAGES_PER_SECOND;
 
 /// The verdict on a message.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -32,7 +32,7 @@ impl RateLimit {
             (self.second, self.heard) = (now, 0);
         }
         self.heard = self.heard.saturating_add(1);
-        if self.heard <= SECOND_MOST {
+        if self.heard <= MAX_MESSAGES_PER_SECOND {
             Verdict::Accepted
         } else if self.heard <= FLOOD {
             Verdict::TooMany

@@ -79,8 +79,8 @@ impl HandshakeSlot {
     }
 
     /// Marks the handshake as finished while its connection is still in memory.
-    pub(crate) fn close(&self) {
-        self.slots.0.borrow_mut().table.close(self.number);
+    pub(crate) fn finish(&self) {
+        self.slots.0.borrow_mut().table.finish(self.number);
     }
 }
 
@@ -112,7 +112,7 @@ mod tests {
         open.push(slots.take(at_ms(250), MACHINE, 0).unwrap());
         let oldest = open.remove(0);
         oldest.evicted().await;
-        oldest.close();
+        oldest.finish();
         drop(oldest);
         assert_eq!(open.len(), before);
         open.push(slots.take(at_ms(250), MACHINE, 0).unwrap());

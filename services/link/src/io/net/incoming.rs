@@ -122,7 +122,7 @@ impl Peers {
         }
         // QUIC keeps a failed connection for this long to answer late packets. The slot stays reserved until
         // then.
-        slot.close();
+        slot.finish();
         sleep(CLOSING).await;
         drop(slot);
     }

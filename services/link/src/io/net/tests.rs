@@ -156,7 +156,7 @@ fn before_compatibility_is_known_only_pulses_are_accepted() {
         let at = (Ipv4Addr::LOCALHOST, pair.port).into();
         let connection = endpoint.connect(at, "localhost").unwrap().await.unwrap();
         let say = |bytes: Vec<u8>| connection.send_datagram(bytes.into()).unwrap();
-        let is_heard = |bytes: &[u8]| std::iter::from_fn(|| robot.receive()).any(|came| came.bytes == bytes);
+        let is_up = |bytes: &[u8]| std::iter::from_fn(|| robot.receive()).any(|came| came.bytes == bytes);
         let strange = {
             let other = Compatibility { layouts: !compatibility().layouts, ..compatibility() };
             let numbers = pulse(1).len();
@@ -167,7 +167,7 @@ fn before_compatibility_is_known_only_pulses_are_accepted() {
         };
         let mut stream = Box::pin(connection.open_uni());
         for word in [b"hello".to_vec(), strange] {
-            while !is_heard(&word) {
+            while !is_up(&word) {
                 say(word.clone());
                 let opened = timeout(Duration::from_millis(20), &mut stream).await;
                 assert!(opened.is_err(), "a stream is open before that");
@@ -182,7 +182,7 @@ fn before_compatibility_is_known_only_pulses_are_accepted() {
         let bundle = b"more";
         let mut stream = opened.unwrap();
         stream.write_all(&[&4_u32.to_le_bytes()[..], bundle].concat()).await.unwrap();
-        while !is_heard(bundle) {
+        while !is_up(bundle) {
             tokio::time::sleep(Duration::from_millis(2)).await;
         }
         // A second stream is refused.

@@ -62,7 +62,7 @@ fn machines_with_different_layouts_refuse_each_other_and_log_it_once() {
     assert_eq!(other.said, [IncompatiblePeer::Meaning { here: there, there: here }]);
     for end in &ends {
         assert!(end.carrier.refused() > 1, "each of their words is refused");
-        assert_eq!((end.carrier.session.is_heard(), end.carrier.health.received), (false, 0));
+        assert_eq!((end.carrier.session.is_up(), end.carrier.health.received), (false, 0));
     }
 }
 
@@ -71,6 +71,6 @@ fn two_machines_that_mean_the_same_hear_each_other() {
     let mut ends = [1, 2].map(|epoch| End::new(epoch, compatibility()));
     session(&mut ends);
     for end in &ends {
-        assert!(end.carrier.session.is_heard() && end.said.is_empty() && end.carrier.refused() == 0);
+        assert!(end.carrier.session.is_up() && end.said.is_empty() && end.carrier.refused() == 0);
     }
 }

@@ -47,7 +47,7 @@ pub(crate) fn check_servo(servo: &Servo, joint: &Joint) -> bool {
     let [one, other] = [joint.min_rad, joint.max_rad].map(|rad| position_count(joint.servo_rad(rad)));
     let velocity = velocity_count(joint.max_velocity_rad_s * VELOCITY_MARGIN);
     let acceleration = acceleration_count(joint.max_acceleration_rad_s2 * ACCELERATION_MARGIN);
-    for (item, least, most) in [
+    for (item, min, max) in [
         (GOAL_POSITION, one.min(other), one.max(other)),
         // Zero would mean unlimited.
         (PROFILE_VELOCITY, 1, velocity),
@@ -55,7 +55,7 @@ pub(crate) fn check_servo(servo: &Servo, joint: &Joint) -> bool {
     ] {
         let told = value(servo, item);
         let (name, address) = (&joint.name, item.address);
-        assert!((least..=most).contains(&told), "{name}: item {address} is {told}, not {least} to {most}");
+        assert!((min..=max).contains(&told), "{name}: item {address} is {told}, not {min} to {max}");
     }
     true
 }
@@ -99,14 +99,14 @@ impl Commands {
             assert!((joint.min_rad..=joint.max_rad).contains(&position_rad), "{name}: {position_rad} rad");
             let velocity_rad_s = before.map(|before| (position_rad - before.position_rad) / dt_s);
             if let Some(velocity) = velocity_rad_s {
-                let most = joint.max_velocity_rad_s;
-                assert!(velocity.abs() <= most + SLIGHT / dt_s, "{name}: {velocity} rad/s, {most} at most");
+                let max = joint.max_velocity_rad_s;
+                assert!(velocity.abs() <= max + SLIGHT / dt_s, "{name}: {velocity} rad/s, {max} at most");
             }
             if let Some((now, then)) = velocity_rad_s.zip(before.and_then(|before| before.velocity_rad_s)) {
                 // From the middle of the previous cycle to the middle of this one.
-                let most = joint.max_acceleration_rad_s2 * f64::midpoint(self.before_s, dt_s);
+                let max = joint.max_acceleration_rad_s2 * f64::midpoint(self.before_s, dt_s);
                 let by = now - then;
-                assert!(by.abs() <= most + SLIGHT / dt_s, "{name}: {by} rad/s more, {most} at most");
+                assert!(by.abs() <= max + SLIGHT / dt_s, "{name}: {by} rad/s more, {max} at most");
                 self.compared += 1;
             }
             *before = Some(Command { position_rad, velocity_rad_s });

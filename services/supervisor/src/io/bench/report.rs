@@ -157,10 +157,10 @@ fn draw(out: &mut fmt::Formatter<'_>, buckets: &[(u64, u32)]) -> fmt::Result {
             _ => octaves.push((octave, u64::from(count))),
         }
     }
-    let most = octaves.iter().map(|(_, count)| *count).max().unwrap_or(1).max(1);
+    let highest = octaves.iter().map(|(_, count)| *count).max().unwrap_or(1).max(1);
     for (octave, count) in octaves {
         let below_us = Duration::from_nanos(1 << (octave + 1)).as_secs_f64() * 1e6;
-        let width = usize::try_from(count * 50 / most).unwrap_or(50);
+        let width = usize::try_from(count * 50 / highest).unwrap_or(50);
         writeln!(out, "  < {below_us:>8.1} us {count:>7} {}", "#".repeat(width.max(1)))?;
     }
     Ok(())

@@ -6,9 +6,9 @@ use super::*;
 /// the thing's position.
 type Glances = Vec<Option<(bool, [i8; 3])>>;
 
-fn can_associate_by_summary(most_mm: i8) -> impl Strategy<Value = Glances> {
+fn can_associate_by_summary(max_mm: i8) -> impl Strategy<Value = Glances> {
     prop::sample::select(vec![0.95, 0.95, 0.9, 0.3]).prop_flat_map(move |seen| {
-        let beside = prop::array::uniform3(prop_oneof![Just(0), -most_mm..=most_mm]);
+        let beside = prop::array::uniform3(prop_oneof![Just(0), -max_mm..=max_mm]);
         prop::collection::vec(prop::option::weighted(seen, (prop::bool::weighted(0.9), beside)), 12)
     })
 }
@@ -17,8 +17,8 @@ fn can_associate_by_summary(most_mm: i8) -> impl Strategy<Value = Glances> {
 fn several_at_once() -> impl Strategy<Value = Vec<(Vec<Glances>, u64, bool)>> {
     let late = prop::sample::select(vec![0_u64, 0, 0, 4, 30, 50, 80]);
     let how = (prop::sample::select(vec![2_i8, 2, 8, 40]), prop::sample::select(vec![2_usize, 2, 3, 10]));
-    how.prop_flat_map(move |(most_mm, sources)| {
-        let sources = prop::collection::vec(can_associate_by_summary(most_mm), 1..=sources);
+    how.prop_flat_map(move |(max_mm, sources)| {
+        let sources = prop::collection::vec(can_associate_by_summary(max_mm), 1..=sources);
         prop::collection::vec((sources, late.clone(), prop::bool::weighted(0.95)), 2..14)
     })
 }

@@ -137,14 +137,14 @@ proptest! {
                 things.iter().map(perceived).filter(may_enter).collect::<Vec<_>>()
             };
             let perceived: Vec<_> = sights.iter().flat_map(of_sight).collect();
-            let looked: SourceSet = sights.iter().map(|(source, ..)| SourceSet::of(*source)).collect();
+            let active_sources: SourceSet = sights.iter().map(|(source, ..)| SourceSet::of(*source)).collect();
             for (system, defers_creation) in [(&mut noting, true), (&mut creating, false)] {
                 let mut step_builder = system.begin(now);
                 step_builder.system.defers_creation &= defers_creation;
                 for (index, perceived) in perceived.iter().enumerate() {
                     step_builder.add_observation(index, perceived);
                 }
-                step_builder.finish(&perceived, looked, |_| in_view);
+                step_builder.finish(&perceived, active_sources, |_| in_view);
             }
             prop_assert_eq!(contents(&noting), contents(&creating));
             prop_assert_eq!(noting.counts(), creating.counts());

@@ -227,9 +227,8 @@ fn act(raw: &raw::Step, span: Range<usize>, lying: &TableContents<'_>) -> Result
 fn said(text: &Spanned<String>) -> Result<Act, SpannedError> {
     let length = text.get_ref().len();
     if text.get_ref().trim().is_empty() || length > message::TEXT_CAPACITY {
-        let most = message::TEXT_CAPACITY;
-        let reason =
-            format!("a sentence has 1 to {most} bytes, and this one has {length}: say it in several");
+        let max = message::TEXT_CAPACITY;
+        let reason = format!("a sentence has 1 to {max} bytes, and this one has {length}: say it in several");
         return Err(SpannedError::at(text.span(), reason));
     }
     Ok(Act::Say(text.get_ref().clone()))

@@ -1,7 +1,7 @@
 use std::fmt::Write as _;
 
 use message::{
-    DEPTH_MOST, LOSSES, MAX_BUSES, MAX_JOINTS, MAX_PERCEPTS, MAX_PERSPECTIVES, MAX_SOURCES, NOBODY, STATES,
+    LOSSES, MAX_BUSES, MAX_DEPTH, MAX_JOINTS, MAX_PERCEPTS, MAX_PERSPECTIVES, MAX_SOURCES, NOBODY, STATES,
     TEXT_CAPACITY, TopicId,
 };
 
@@ -74,7 +74,7 @@ fn comment(out: &mut String, indent: &str, doc: &[String]) {
 /// The names of the topics, and the types of their frames.
 fn topics(out: &mut String) {
     out.push_str("\n/* Topics. A frame is the head and a slice of entries. */\n");
-    for topic in TopicId::each(0) {
+    for topic in TopicId::one_of_each(0) {
         let (types, name) = (types(topic), topic.row().name);
         let (head, entry) = (kind(types.head.0), kind(types.entry.0));
         writeln!(out, "/* `{}`: {head}, {entry} */", pattern(topic)).expect("a string");
@@ -96,7 +96,7 @@ pub(crate) fn header(declared: &[(&str, &Declared)], numbers: &[Numbered], compi
         ("LEO_MAX_SOURCES", MAX_SOURCES),
         ("LEO_LOSSES", LOSSES),
         ("LEO_TEXT_CAPACITY", TEXT_CAPACITY),
-        ("LEO_DEPTH_MOST", DEPTH_MOST),
+        ("LEO_MAX_DEPTH", MAX_DEPTH),
     ] {
         write!(out, "\n#define {name} {value}").expect("a string");
     }

@@ -2,25 +2,25 @@ use std::fs;
 use std::path::Path;
 
 use message::{
-    EventKind, Hop, JointCause, JointLicence, JointLink, JointMode, JointMotion, JointPower, Loss, Modality,
+    EventKind, Hop, JointArming, JointCause, JointLink, JointMode, JointMotion, JointPower, Loss, Modality,
     ObservationKind, Process, ProcessState, SceneMode, State, TeacherActKind, ThingRole, TurnKind,
 };
 
-/// A `numbered!` type: its name and values.
+/// A `wire_enum!` type: its name and values.
 pub(crate) struct Numbered {
     pub(crate) name: String,
     pub(crate) doc: Vec<String>,
     pub(crate) values: Vec<Value>,
 }
 
-/// A value of a `numbered!` type.
+/// A value of a `wire_enum!` type.
 pub(crate) struct Value {
     pub(crate) name: String,
     pub(crate) number: u32,
     pub(crate) doc: String,
 }
 
-/// The compiler's values of every `numbered!` type.
+/// The compiler's values of every `wire_enum!` type.
 fn compiled() -> Vec<(&'static str, Vec<(String, u32)>)> {
     macro_rules! compiled {
         ($($name:ident)+) => {
@@ -31,19 +31,19 @@ fn compiled() -> Vec<(&'static str, Vec<(String, u32)>)> {
         };
     }
     compiled!(
-        EventKind Hop JointCause JointLicence JointLink JointMode JointMotion JointPower Loss Modality
+        EventKind Hop JointArming JointCause JointLink JointMode JointMotion JointPower Loss Modality
         ObservationKind Process ProcessState SceneMode State TeacherActKind ThingRole TurnKind
     )
 }
 
-/// All `numbered!` types of the crate, sorted by name.
+/// All `wire_enum!` types of the crate, sorted by name.
 pub(crate) fn numbers() -> Vec<Numbered> {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("src");
     let mut found = Vec::new();
     for entry in fs::read_dir(folder).expect("the crate has sources") {
         let source = fs::read_to_string(entry.expect("readable").path()).expect("sources are text");
         let mut lines = source.lines();
-        while lines.by_ref().any(|line| line == "numbered! {") {
+        while lines.by_ref().any(|line| line == "wire_enum! {") {
             found.push(numbered(lines.by_ref().take_while(|line| *line != "}")));
         }
     }
@@ -52,7 +52,7 @@ pub(crate) fn numbers() -> Vec<Numbered> {
         numbered.values.iter().map(|value| (value.name.clone(), value.number)).collect::<Vec<_>>()
     };
     let read: Vec<_> = found.iter().map(|numbered| (numbered.name.as_str(), values(numbered))).collect();
-    assert_eq!(read, compiled(), "a `numbered!` type is not listed here, or was read wrongly");
+    assert_eq!(read, compiled(), "a `wire_enum!` type is not listed here, or was read wrongly");
     found
 }
 

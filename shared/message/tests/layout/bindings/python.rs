@@ -1,7 +1,7 @@
 use std::fmt::Write as _;
 
 use message::{
-    DEPTH_MOST, LOSSES, MAX_BUSES, MAX_JOINTS, MAX_PERCEPTS, MAX_PERSPECTIVES, MAX_SOURCES, NOBODY, STATES,
+    LOSSES, MAX_BUSES, MAX_DEPTH, MAX_JOINTS, MAX_PERCEPTS, MAX_PERSPECTIVES, MAX_SOURCES, NOBODY, STATES,
     TEXT_CAPACITY, TopicId,
 };
 
@@ -70,7 +70,7 @@ pub(crate) fn module(declared: &[(&str, &Declared)], numbers: &[Numbered], compi
         ("MAX_SOURCES", MAX_SOURCES),
         ("LOSSES", LOSSES),
         ("TEXT_CAPACITY", TEXT_CAPACITY),
-        ("DEPTH_MOST", DEPTH_MOST),
+        ("MAX_DEPTH", MAX_DEPTH),
     ] {
         write!(out, "\n{name} = {value}").expect("a string");
     }
@@ -88,7 +88,7 @@ pub(crate) fn module(declared: &[(&str, &Declared)], numbers: &[Numbered], compi
         structure(&mut out, name, declared);
     }
     out.push_str("\n\n# Topics: the head and the entries of a frame.\nTOPICS = {\n");
-    for topic in TopicId::each(0) {
+    for topic in TopicId::one_of_each(0) {
         let (head, entry) = (types(topic).head.0, types(topic).entry.0);
         writeln!(out, "    \"{}\": ({head}, {entry}),", pattern(topic)).expect("a string");
     }

@@ -2,7 +2,7 @@ use std::ops::RangeInclusive;
 
 use clock::Duration;
 
-macro_rules! kinds {
+macro_rules! fault_kinds {
     ($($(#[$doc:meta])* $kind:ident = $name:literal,)+) => {
         /// A kind of fault.
         #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -21,7 +21,7 @@ macro_rules! kinds {
     };
 }
 
-kinds! {
+fault_kinds! {
     /// A reply is lost.
     Drop = "drop",
     /// A bit of a reply flips.

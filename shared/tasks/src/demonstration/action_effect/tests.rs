@@ -25,19 +25,22 @@ fn peg(object: Object, inserted: bool) -> Object {
     Object { states: BTreeMap::from([("inserted".to_owned(), inserted)]), ..object }
 }
 
-/// The deeds of partner 1 between two snapshots; checks that each is achieved afterwards.
+/// The action_effects of partner 1 between two snapshots; checks that each is achieved afterwards.
 fn done(before: &[Object], after: &[Object]) -> BTreeMap<u64, BTreeSet<ActionEffect>> {
     let snapshot = |objects: &[Object]| Snapshot { objects: objects.to_vec(), ..Snapshot::default() };
     let (before, after) = (snapshot(before), snapshot(after));
     let course = ActContext { at_start: &before, before: &before, after: &after };
-    let deeds = deeds(1, &course, &changes(&before, &after, MOVED_M), MOVED_M);
-    for (id, deeds) in &deeds {
-        assert!(deeds.iter().all(|action_effect| action_effect.is_achieved(*id, &after)), "{deeds:?}");
+    let action_effects = action_effects(1, &course, &changes(&before, &after, MOVED_M), MOVED_M);
+    for (id, action_effects) in &action_effects {
+        assert!(
+            action_effects.iter().all(|action_effect| action_effect.is_achieved(*id, &after)),
+            "{action_effects:?}"
+        );
     }
-    deeds
+    action_effects
 }
 
-/// The deeds for object 1, which must be the only ones.
+/// The action_effects for object 1, which must be the only ones.
 fn of_1(before: &[Object], after: &[Object]) -> Vec<ActionEffect> {
     let done = done(before, after);
     assert!(done.keys().all(|id| *id == 1), "{done:?}");
@@ -145,7 +148,7 @@ fn territory_that_appears_in_a_demonstration_receives_nothing() {
     let put = owned(block(1, [0.07, 0.75, 0.03]), 0);
     let after = Snapshot { objects: vec![put, tower], ..Snapshot::default() };
     let course = ActContext { at_start: &at_start, before: &before, after: &after };
-    assert!(deeds(1, &course, &changes(&before, &after, MOVED_M), MOVED_M).is_empty());
+    assert!(action_effects(1, &course, &changes(&before, &after, MOVED_M), MOVED_M).is_empty());
 }
 
 #[test]

@@ -20,7 +20,7 @@ pub(super) struct PriorScale {
     /// log P(D) of the empty rule, which covers no class.
     log_nothing: f64,
     /// Upper bound on ln Π (1 + g) + κ n, where n is the number of classes with a changed object.
-    log_most: f64,
+    log_gain_bound: f64,
     /// κ; 0 if a template with more features can have fewer classes.
     kappa: f64,
     /// ln g and ln(1 + g) for p - q from -[`MAX_TABULATED`] to [`MAX_TABULATED`]: there are many classes but few distinct
@@ -50,14 +50,14 @@ impl PriorScale {
             features,
             evidence: log_correct - log_error,
             log_nothing: float(changed).mul_add(log_error, float(left_out) * log_correct),
-            log_most: 0.0,
+            log_gain_bound: 0.0,
             kappa: 0.0,
             gains: Vec::new(),
         };
         scale.gains = (-MAX_TABULATED..=MAX_TABULATED).map(|net| scale.compute(net)).collect();
         let of_none_changed: f64 =
             counts.values().filter(|(p, _)| *p == 0).map(|count| scale.gain(net(*count)).1).sum();
-        scale.log_most = float(changed).mul_add(scale.evidence, of_none_changed);
+        scale.log_gain_bound = float(changed).mul_add(scale.evidence, of_none_changed);
         let is_complete = counts.keys().all(|key| present(*key).count_ones() as usize == features);
         if is_complete && scale.evidence > 0.0 {
             scale.kappa = (scale.evidence - scale.gain(1).1).max(0.0);
@@ -69,7 +69,7 @@ impl PriorScale {
     pub(super) fn bound(&self, mask: Mask, total: &ClassTotals<'_>) -> f64 {
         let all = (1 << self.features) - 1;
         let log_empty = self.log_empty(mask).max(self.log_empty(all));
-        self.kappa.mul_add(-float(total.with_changed), log_empty + self.log_most)
+        self.kappa.mul_add(-float(total.with_changed), log_empty + self.log_gain_bound)
     }
 
     fn compute(&self, net: i64) -> (f64, f64) {
@@ -100,7 +100,7 @@ pub(super) struct ClassTotals<'a> {
     /// Σ ln g over the classes with ln g > 0.
     above: f64,
     /// The largest ln g.
-    most: f64,
+    max: f64,
     /// Number of classes with a changed object.
     with_changed: u64,
 }
@@ -112,7 +112,7 @@ impl ClassSum for ClassTotals<'_> {
         Self {
             softplus: self.softplus + softplus,
             above: self.above + gain.max(0.0),
-            most: self.most.max(gain),
+            max: self.max.max(gain),
             with_changed: self.with_changed + u64::from(class.is_changed),
             ..self
         }
@@ -121,18 +121,18 @@ impl ClassSum for ClassTotals<'_> {
 
 impl<'a> ClassTotals<'a> {
     pub(super) const fn nothing(scale: &'a PriorScale) -> Self {
-        Self { scale, softplus: 0.0, above: 0.0, most: f64::NEG_INFINITY, with_changed: 0 }
+        Self { scale, softplus: 0.0, above: 0.0, max: f64::NEG_INFINITY, with_changed: 0 }
     }
 
     /// The log weight of the best nonempty disjunction, relative to the empty one. If no class has a positive
     /// ln g, it is the class with the largest ln g.
     pub(super) fn log_best(&self) -> f64 {
-        if self.most > 0.0 { self.above } else { self.most }
+        if self.max > 0.0 { self.above } else { self.max }
     }
 
     /// The logarithm of the sum over the nonempty disjunctions, relative to the weight of the empty one.
     pub(super) fn log_sum(&self) -> f64 {
-        let has_classes = self.most > f64::NEG_INFINITY;
+        let has_classes = self.max > f64::NEG_INFINITY;
         if has_classes { self.softplus + (-(-self.softplus).exp()).ln_1p() } else { f64::NEG_INFINITY }
     }
 }

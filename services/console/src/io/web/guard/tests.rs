@@ -1,12 +1,12 @@
 use super::*;
 
-fn lock(open: ReadWithoutToken) -> AccessPolicy {
+fn access_policy(open: ReadWithoutToken) -> AccessPolicy {
     AccessPolicy { token: Token::new().unwrap(), port: 7780, open }
 }
 
 /// The access of a request with additional header fields.
 fn asked(
-    lock: &AccessPolicy,
+    policy: &AccessPolicy,
     method: &Method,
     host: &str,
     path: &str,
@@ -17,26 +17,26 @@ fn asked(
     for (name, value) in more {
         headers.append(*name, value.parse().unwrap());
     }
-    AccessRequest { method, headers: &headers, uri: &path.parse().unwrap() }.access(lock)
+    AccessRequest { method, headers: &headers, uri: &path.parse().unwrap() }.access(policy)
 }
 
-fn got(lock: &AccessPolicy, path: &str, more: &[(&'static str, String)]) -> Result<Access, Refusal> {
-    asked(lock, &Method::GET, "127.0.0.1:7780", path, more)
+fn got(policy: &AccessPolicy, path: &str, more: &[(&'static str, String)]) -> Result<Access, Refusal> {
+    asked(policy, &Method::GET, "127.0.0.1:7780", path, more)
 }
 
-/// The cookie of the lock's page, as a header field.
-fn cookie(lock: &AccessPolicy) -> (&'static str, String) {
-    ("cookie", format!("leo_7780={}", lock.token.cookie()))
+/// The cookie of the page of the policy, as a header field.
+fn cookie(policy: &AccessPolicy) -> (&'static str, String) {
+    ("cookie", format!("leo_7780={}", policy.token.cookie()))
 }
 
 #[test]
 fn the_token_comes_from_the_address_or_the_header_only() {
-    let lock = lock(ReadWithoutToken::Nothing);
-    let token = lock.token.as_str();
+    let policy = access_policy(ReadWithoutToken::Nothing);
+    let token = policy.token.as_str();
     for path in ["/", "/live", "/metrics", "/leo.urdf"] {
-        assert_eq!(got(&lock, path, &[]), Err(Refusal::NoToken), "{path}");
-        assert_eq!(got(&lock, &format!("{path}?token={token}"), &[]), Ok(Access::Command), "{path}");
-        assert_eq!(got(&lock, &format!("{path}?token={token}0"), &[]), Err(Refusal::WrongToken), "{path}");
+        assert_eq!(got(&policy, path, &[]), Err(Refusal::NoToken), "{path}");
+        assert_eq!(got(&policy, &format!("{path}?token={token}"), &[]), Ok(Access::Command), "{path}");
+        assert_eq!(got(&policy, &format!("{path}?token={token}0"), &[]), Err(Refusal::WrongToken), "{path}");
         for (name, value, access) in [
             ("authorization", format!("Bearer {token}"), Ok(Access::Command)),
             ("authorization", format!("bearer {token}"), Ok(Access::Command)),
@@ -44,18 +44,18 @@ fn the_token_comes_from_the_address_or_the_header_only() {
             ("authorization", format!("Basic {token}"), Err(Refusal::NoToken)),
             ("cookie", format!("leo_7780={token}"), Err(Refusal::NoToken)),
         ] {
-            assert_eq!(got(&lock, path, &[(name, value.clone())]), access, "{path} {name}: {value}");
+            assert_eq!(got(&policy, path, &[(name, value.clone())]), access, "{path} {name}: {value}");
         }
     }
-    assert_eq!(got(&lock, "/page.css", &[]), Ok(Access::Read));
+    assert_eq!(got(&policy, "/page.css", &[]), Ok(Access::Read));
     assert_ne!(token, Token::new().unwrap().as_str());
-    assert_eq!(format!("{:?}", lock.token), "Token(..)");
+    assert_eq!(format!("{:?}", policy.token), "Token(..)");
 }
 
 #[test]
 fn the_cookie_opens_the_pages_files_and_nothing_else() {
-    let lock = lock(ReadWithoutToken::Nothing);
-    let value = lock.token.cookie();
+    let policy = access_policy(ReadWithoutToken::Nothing);
+    let value = policy.token.cookie();
     for path in ["/", "/page.js"] {
         for (cookie, access) in [
             (format!("a=b; leo_7780={value}; c=d"), Ok(Access::Read)),
@@ -63,26 +63,26 @@ fn the_cookie_opens_the_pages_files_and_nothing_else() {
             (format!("leo_7780={}", &value[1..]), Err(Refusal::NoToken)),
             ("leo_7780=".to_owned(), Err(Refusal::NoToken)),
         ] {
-            assert_eq!(got(&lock, path, &[("cookie", cookie.clone())]), access, "{path} {cookie}");
+            assert_eq!(got(&policy, path, &[("cookie", cookie.clone())]), access, "{path} {cookie}");
         }
     }
     for path in ["/live", "/metrics", "/leo.urdf", "/other"] {
-        assert_eq!(got(&lock, path, &[cookie(&lock)]), Err(Refusal::NoToken), "{path}");
+        assert_eq!(got(&policy, path, &[cookie(&policy)]), Err(Refusal::NoToken), "{path}");
         let as_token = format!("{path}?token={value}");
-        assert_eq!(got(&lock, &as_token, &[cookie(&lock)]), Err(Refusal::WrongToken), "{path}");
+        assert_eq!(got(&policy, &as_token, &[cookie(&policy)]), Err(Refusal::WrongToken), "{path}");
     }
     // A proxy may serve the page under a public name: the stop button works there without the script.
-    let stop = |more: &[_]| asked(&lock, &Method::POST, "leo.example", STOP, more);
+    let stop = |more: &[_]| asked(&policy, &Method::POST, "leo.example", STOP, more);
     assert_eq!(stop(&[]), Err(Refusal::OtherHost));
-    assert_eq!(stop(&[cookie(&lock)]), Ok(Access::Read));
+    assert_eq!(stop(&[cookie(&policy)]), Ok(Access::Read));
 }
 
 #[test]
 fn a_page_with_a_wrong_token_is_refused_where_reading_is_open() {
-    let lock = lock(ReadWithoutToken::Page);
-    assert_eq!(got(&lock, "/?token=0", &[cookie(&lock)]), Err(Refusal::WrongToken));
+    let policy = access_policy(ReadWithoutToken::Page);
+    assert_eq!(got(&policy, "/?token=0", &[cookie(&policy)]), Err(Refusal::WrongToken));
     // A page that stored an old token still reads.
-    assert_eq!(got(&lock, "/live?token=0", &[cookie(&lock)]), Ok(Access::Read));
+    assert_eq!(got(&policy, "/live?token=0", &[cookie(&policy)]), Ok(Access::Read));
 }
 
 #[test]
@@ -92,19 +92,19 @@ fn only_configured_resources_are_readable_without_the_token() {
         (ReadWithoutToken::Metrics, &["/metrics"][..]),
         (ReadWithoutToken::Page, &["/metrics", "/", "/page.js", "/live", "/leo.urdf"][..]),
     ] {
-        let lock = lock(open);
+        let policy = access_policy(open);
         for path in ["/metrics", "/", "/page.js", "/live", "/leo.urdf", "/other"] {
             let access = if without.contains(&path) { Ok(Access::Read) } else { Err(Refusal::NoToken) };
-            assert_eq!(got(&lock, path, &[]), access, "{open:?} {path}");
+            assert_eq!(got(&policy, path, &[]), access, "{open:?} {path}");
         }
     }
 }
 
 #[test]
 fn only_this_machines_own_pages_may_ask_without_the_token() {
-    let lock = lock(ReadWithoutToken::Page);
+    let policy = access_policy(ReadWithoutToken::Page);
     let origin = |origin: &str| ("origin", origin.to_owned());
-    let live = |host, more: &[_]| asked(&lock, &Method::GET, host, "/live", more);
+    let live = |host, more: &[_]| asked(&policy, &Method::GET, host, "/live", more);
     for host in
         ["127.0.0.1:7780", "localhost:7780", "[::1]:7780", "localhost", "[::1]", "leo.local", "leo:80"]
     {
@@ -121,17 +121,17 @@ fn only_this_machines_own_pages_may_ask_without_the_token() {
 
 #[test]
 fn a_page_of_another_origin_commands_nothing_despite_the_cookie() {
-    let lock = lock(ReadWithoutToken::Nothing);
+    let policy = access_policy(ReadWithoutToken::Nothing);
     let site = |site: &str| ("sec-fetch-site", site.to_owned());
     let other = ("origin", "http://127.0.0.1:9999".to_owned());
     // Even a page that has the token is refused.
-    let known = ("authorization", format!("Bearer {}", lock.token.as_str()));
+    let known = ("authorization", format!("Bearer {}", policy.token.as_str()));
     for (method, path) in [(Method::GET, "/live"), (Method::POST, STOP)] {
-        let asked = |more: &[_]| asked(&lock, &method, "127.0.0.1:7780", path, more);
+        let asked = |more: &[_]| asked(&policy, &method, "127.0.0.1:7780", path, more);
         for from in ["same-origin", "none"] {
             assert_eq!(asked(&[known.clone(), site(from)]), Ok(Access::Command), "{path} {from}");
         }
-        for has in [known.clone(), cookie(&lock)] {
+        for has in [known.clone(), cookie(&policy)] {
             for from in ["cross-site", "same-site"] {
                 assert_eq!(asked(&[has.clone(), site(from)]), Err(Refusal::OtherOrigin), "{path} {from}");
             }
@@ -142,8 +142,8 @@ fn a_page_of_another_origin_commands_nothing_despite_the_cookie() {
 
 #[test]
 fn every_client_may_stop_the_robot_except_pages_of_another_origin() {
-    let lock = lock(ReadWithoutToken::Nothing);
-    let stop = |host, more: &[_]| asked(&lock, &Method::POST, host, "/stop", more);
+    let policy = access_policy(ReadWithoutToken::Nothing);
+    let stop = |host, more: &[_]| asked(&policy, &Method::POST, host, "/stop", more);
     let origin = |origin: &str| ("origin", origin.to_owned());
     assert_eq!(stop("127.0.0.1:7780", &[]), Ok(Access::Read));
     assert_eq!(stop("127.0.0.1:7780", &[origin("http://127.0.0.1:7780")]), Ok(Access::Read));

@@ -72,7 +72,7 @@ fn taken_up(alone: Duration) {
     let killed_at = rig.now;
     rig.motor = Motor::new(&rig.robot.motor, &rig.robot.leo.motor).unwrap();
     rig.now += alone;
-    let (soft_start, most_rad_s) =
+    let (soft_start, max_rad_s) =
         (rig.robot.leo.motor.soft_start_ms.duration(), rig.robot.leo.motor.soft_start_rad_s.get());
     assert!(soft_start >= Duration::from_secs(1));
     // Since when each joint follows, and its last setpoint.
@@ -112,15 +112,15 @@ fn taken_up(alone: Duration) {
                 assert!(told <= 8, "{} is sent {told} counts away", settings.name);
             }
             let speed_rad_s = (command_rad - before_rad).abs() / PERIOD.as_secs_f64();
-            assert!(speed_rad_s <= most_rad_s * (1.0 + 1e-9), "{}: {speed_rad_s} rad/s", settings.name);
+            assert!(speed_rad_s <= max_rad_s * (1.0 + 1e-9), "{}: {speed_rad_s} rad/s", settings.name);
             let is_rad_s = f64::from(says(&rig, joint, PRESENT_VELOCITY)).abs() * COUNT_RAD_S;
-            assert!(is_rad_s <= most_rad_s + COUNT_RAD_S, "{} is at {is_rad_s} rad/s", settings.name);
+            assert!(is_rad_s <= max_rad_s + COUNT_RAD_S, "{} is at {is_rad_s} rad/s", settings.name);
             fastest_rad_s = fastest_rad_s.max(speed_rad_s);
             steps += 1;
         }
     }
     assert_eq!(steps, 65 * 250);
-    assert!(fastest_rad_s > 0.9 * most_rad_s, "nobody went on");
+    assert!(fastest_rad_s > 0.9 * max_rad_s, "nobody went on");
     let is_well = rig.motor.states().all(|state| follows(&state));
     assert!(is_well);
 }

@@ -152,8 +152,8 @@ fn a_goal_or_a_profile_that_changes_on_the_way_stops_nothing() {
             servo.advance(at(ms));
             slowest = slowest.min(get(&servo, PRESENT_VELOCITY));
         }
-        let least = if change == GOAL_POSITION { before } else { i64::from(crate::velocity_count(1.0)) };
-        assert!(slowest >= least - 1, "{change:?}: {slowest} of {before}");
+        let min = if change == GOAL_POSITION { before } else { i64::from(crate::velocity_count(1.0)) };
+        assert!(slowest >= min - 1, "{change:?}: {slowest} of {before}");
     }
 }
 

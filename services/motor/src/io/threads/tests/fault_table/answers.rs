@@ -6,7 +6,7 @@ use crate::JointFault;
 /// Number of faults counted on the bus of a joint.
 fn noticed(rig: &Rig, joint: usize) -> u64 {
     let counts = rig.motor.bus_counts(rig.robot.motor.joints[joint].bus);
-    counts.broken + counts.missed + counts.stale + counts.late_bytes
+    counts.corrupt + counts.missed + counts.stale + counts.late_bytes
 }
 
 /// How often a fault occurred on the bus of each joint, and how many faults were counted.
@@ -60,8 +60,8 @@ fn broken_answers(rig: &mut Rig, is_chain: bool) {
             others_go_on(rig, &[])
         });
         // In a chain only the first servo of each bus sends a length.
-        let least = if kind == FaultKind::Length && is_chain { 5 } else { 60 };
-        assert!(seen.get() >= least, "{kind:?} happened {} times", seen.get());
+        let min = if kind == FaultKind::Length && is_chain { 5 } else { 60 };
+        assert!(seen.get() >= min, "{kind:?} happened {} times", seen.get());
     }
 }
 

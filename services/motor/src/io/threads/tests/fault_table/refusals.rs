@@ -56,7 +56,7 @@ fn refused(rig: &mut Rig, struck: &[usize], fault: Fault) -> Verdict {
         for &joint in struck {
             let settings = &rig.robot.motor.joints[joint];
             let exchange = rig.threads.workers[settings.bus].exchange.as_ref().unwrap();
-            let mut jobs = exchange.request.parts().filter(|(part, _)| part.topic == PartKind::Job);
+            let mut jobs = exchange.request.parts().filter(|(part, _)| part.kind == PartKind::Job);
             let told = jobs.any(|(part, _)| part.ids().contains(&settings.id));
             expect(!told, || "it is told again".to_owned())?;
         }

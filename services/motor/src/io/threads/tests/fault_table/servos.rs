@@ -203,12 +203,12 @@ fn spared(worsen: impl Fn(&mut servo::mock::Servo), mend: impl Fn(&mut servo::mo
             rig.cycle();
             for &joint in &poor {
                 let command = rig.state(joint).command_position_rad();
-                let most = 0.6 * rig.robot.motor.joints[joint].max_velocity_rad_s * PERIOD.as_secs_f64();
+                let max = 0.6 * rig.robot.motor.joints[joint].max_velocity_rad_s * PERIOD.as_secs_f64();
                 if let (Some(command), Some(before)) = (command, before[joint])
                     && cycle > 2 * look
                 {
                     let step: f64 = command - before;
-                    assert!(step.abs() <= most, "{joint}: {step} of {most}");
+                    assert!(step.abs() <= max, "{joint}: {step} of {max}");
                 }
                 before[joint] = command;
             }
@@ -228,11 +228,11 @@ fn a_hot_servo_is_slowed_down_before_it_trips() {
 
 #[test]
 fn a_servo_with_low_voltage_is_slowed_down_before_it_trips() {
-    let least =
+    let min =
         |servo: &servo::mock::Servo| f64::from(servo.read(MIN_VOLTAGE_LIMIT.address, 1).unwrap()[0]) / 10.0;
     let nominal = |servo: &servo::mock::Servo| servo.model().nominal_volts();
     spared(
-        |servo| servo.supply(least(servo) + 0.2 * (nominal(servo) - least(servo))),
+        |servo| servo.supply(min(servo) + 0.2 * (nominal(servo) - min(servo))),
         |servo| servo.supply(nominal(servo)),
     );
 }

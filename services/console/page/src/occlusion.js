@@ -5,7 +5,7 @@ import { themed } from './paint.js';
 import { heading } from './pose.js';
 import { TABLE } from './room.js';
 
-export class Veil extends Mesh {
+export class Occlusion extends Mesh {
   constructor() {
     super(new BufferGeometry(), new MeshBasicMaterial({ transparent: true, opacity: 0.16, depthWrite: false }));
     this.position.z = 0.0012;

@@ -5,9 +5,9 @@ import { describe } from './words.js';
 
 const at = new Vector3();
 
-export class Marks {
+export class HitTargets {
   #list;
-  #cells;
+  #store;
   #world;
   #camera;
   /** @type {Map<string, HTMLButtonElement>} */
@@ -18,24 +18,24 @@ export class Marks {
 
   /**
    * @param {HTMLElement} list
-   * @param {import('./cells.js').Cells} cells
+   * @param {import('./store.js').Store} store
    * @param {import('./world.js').World} world
    * @param {import('three').PerspectiveCamera} camera
    */
-  constructor(list, cells, world, camera) {
+  constructor(list, store, world, camera) {
     this.#list = list;
-    this.#cells = cells;
+    this.#store = store;
     this.#world = world;
     this.#camera = camera;
     list.append(this.#caption);
-    cells.on('thing/', (changes) => {
+    store.on('thing/', (changes) => {
       for (const key of changes.keys()) this.#update(key);
     });
   }
 
   /** Updates all buttons after the eyes of the seat have changed. */
   refresh() {
-    for (const [key] of this.#cells.under('thing/')) this.#update(key);
+    for (const [key] of this.#store.under('thing/')) this.#update(key);
   }
 
   /**
@@ -52,7 +52,7 @@ export class Marks {
 
   /** Moves the buttons over their things, after a picture. */
   place() {
-    const names = this.#cells.get('robot')?.agents ?? {};
+    const names = this.#store.get('robot')?.agents ?? {};
     const marked = this.#world.hovered ?? this.#world.selected;
     let captioned = false;
     for (const [key, button] of this.#buttons) {
@@ -66,7 +66,7 @@ export class Marks {
         button.style.transform = place;
       }
       if (key !== marked || pose === null) continue;
-      const thing = this.#cells.get(key);
+      const thing = this.#store.get(key);
       const top = this.project([pose.p[0], pose.p[1], pose.p[2] + (thing.half?.[2] ?? 0.1) + 0.015]) ?? spot;
       write(this.#caption, describe(thing, names));
       this.#caption.style.transform = `translate(${top.x.toFixed(1)}px, ${top.y.toFixed(1)}px) translate(-50%, -100%)`;
@@ -82,14 +82,14 @@ export class Marks {
 
   /** @param {string} key */
   #update(key) {
-    const thing = this.#cells.get(key);
+    const thing = this.#store.get(key);
     const old = this.#buttons.get(key);
     if (thing === undefined || (thing.kind === 'person' && thing.agent === this.#world.eyes)) {
       old?.remove();
       this.#buttons.delete(key);
       return;
     }
-    const names = this.#cells.get('robot')?.agents ?? {};
+    const names = this.#store.get('robot')?.agents ?? {};
     const button = old ?? make('button', { type: 'button', class: 'mark', data: { key } });
     const words = describe(thing, names);
     if (button.ariaLabel !== words) button.ariaLabel = words;

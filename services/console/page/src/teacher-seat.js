@@ -1,6 +1,6 @@
 // The seat of the teacher of this page: follows the state, and overrides it while it is moved here.
 import { looksAt } from './pose.js';
-import { Teller } from './teller.js';
+import { Throttle } from './throttle.js';
 
 /** @typedef {import('./seat.js').Seat} Seat */
 
@@ -10,11 +10,11 @@ const LEADS_MS = 600;
 /** The first teacher's seat, opposite Leo. @type {Seat} */
 export const FIRST_SEAT = { eyes: [0, 1.5, 0.55], looks_at: [0, 0.75, 0] };
 
-export class Chair {
-  #cells;
+export class TeacherSeat {
+  #store;
   #changed;
   #led = -Infinity;
-  #teller;
+  #throttle;
   /** The teacher whose seat it is. */
   agent = 1;
   /** @type {Seat} */
@@ -24,14 +24,14 @@ export class Chair {
 
   /**
    * @param {{ask: (what: string, content?: any) => Promise<any>}} leo
-   * @param {import('./cells.js').Cells} cells
+   * @param {import('./store.js').Store} store
    * @param {() => void} changed
    */
-  constructor(leo, cells, changed) {
-    this.#cells = cells;
+  constructor(leo, store, changed) {
+    this.#store = store;
     this.#changed = changed;
-    this.#teller = new Teller(() => leo.ask('seat', { teacher: this.agent, eyes: this.seat.eyes, looks_at: this.seat.looks_at }));
-    cells.on('thing/', (changes) => {
+    this.#throttle = new Throttle(() => leo.ask('seat', { teacher: this.agent, eyes: this.seat.eyes, looks_at: this.seat.looks_at }));
+    store.on('thing/', (changes) => {
       for (const thing of changes.values()) {
         if (thing?.agent !== this.agent || performance.now() - this.#led < LEADS_MS) continue;
         this.#follow(thing);
@@ -45,7 +45,7 @@ export class Chair {
     this.agent = agent;
     this.#led = -Infinity;
     this.home = FIRST_SEAT;
-    const [, person] = this.#cells.under('thing/').find(([, thing]) => thing.kind === 'person' && thing.agent === agent) ?? [];
+    const [, person] = this.#store.under('thing/').find(([, thing]) => thing.kind === 'person' && thing.agent === agent) ?? [];
     this.#follow(person);
     if (agent !== 1) this.home = this.seat;
     this.#changed();
@@ -63,6 +63,6 @@ export class Chair {
     this.seat = seat;
     this.#led = performance.now();
     this.#changed();
-    this.#teller.tell();
+    this.#throttle.report();
   }
 }

@@ -5,16 +5,16 @@ import { toYou } from './words.js';
 /**
  * Updates a list. Unchanged items keep their elements, and with them the focus; they are not read aloud again.
  * @param {HTMLElement} list
- * @param {import('./cells.js').Cells} cells
+ * @param {import('./store.js').Store} store
  * @param {number} perspective
  * @param {(robot: number | null) => void} select
  */
-export function listDivides(list, cells, perspective, select) {
-  const names = cells.get('robot')?.agents ?? {};
-  const divides = perspective === 0 ? [] : cells.under(`divide/${perspective}/`);
+export function listDivergences(list, store, perspective, select) {
+  const names = store.get('robot')?.agents ?? {};
+  const divergences = perspective === 0 ? [] : store.under(`divide/${perspective}/`);
   const there = new Map([...list.children].map((item) => [/** @type {HTMLElement} */ (item).dataset.divide, /** @type {HTMLElement} */ (item)]));
-  for (const [at, [key, divide]] of divides.entries()) {
-    const item = there.get(key) ?? make('li', { data: { divide: key } }, make('button', { type: 'button', onclick: () => select(cells.get(key)?.robot ?? null) }));
+  for (const [at, [key, divide]] of divergences.entries()) {
+    const item = there.get(key) ?? make('li', { data: { divide: key } }, make('button', { type: 'button', onclick: () => select(store.get(key)?.robot ?? null) }));
     there.delete(key);
     const words = toYou(divide.words, names[1] ?? 'the teacher');
     const aspects = (divide.aspects ?? []).map(aspectWords).join('; ');

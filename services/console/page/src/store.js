@@ -2,7 +2,7 @@
 
 /** @typedef {Map<string, any>} Changes the changed values by key; `undefined` for a removed key */
 
-export class Cells {
+export class Store {
   /** @type {Map<string, any>} */
   #values = new Map();
   /** @type {{prefix: string, hear: (changes: Changes) => void}[]} */

@@ -1,6 +1,6 @@
 use clock::Instant;
 use config::leo::ArmingCause;
-use message::{JointCause, JointLicence};
+use message::{JointArming, JointCause};
 
 /// Arming state of a joint: whether it may move. A reset permits motion and does not start it (ISO 13850, 4.1.4;
 /// 2006/42/EC, annex I, 1.2.4.3). Whatever disarmed the joint, an operator arms it again, or the configuration for
@@ -41,7 +41,7 @@ pub(crate) struct Disarming {
 
 impl Disarming {
     /// The resulting arming state.
-    pub(crate) const fn licence(self) -> ArmingState {
+    pub(crate) const fn state(self) -> ArmingState {
         if self.locks {
             ArmingState::Locked { cause: self.cause, number: None }
         } else {
@@ -52,11 +52,11 @@ impl Disarming {
 
 impl ArmingState {
     /// The published arming state and its cause.
-    pub(crate) const fn published(self) -> (JointLicence, JointCause) {
+    pub(crate) const fn published(self) -> (JointArming, JointCause) {
         match self {
-            Self::Locked { cause, .. } => (JointLicence::Locked, cause),
-            Self::Disarmed { cause } => (JointLicence::Disarmed, cause),
-            Self::Armed { .. } => (JointLicence::Armed, JointCause::None),
+            Self::Locked { cause, .. } => (JointArming::Locked, cause),
+            Self::Disarmed { cause } => (JointArming::Disarmed, cause),
+            Self::Armed { .. } => (JointArming::Armed, JointCause::None),
         }
     }
 

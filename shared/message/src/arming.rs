@@ -1,10 +1,10 @@
 //! Groups joints by arming state and cause, and describes the causes and their remedies.
 
-use crate::{JointCause, JointLicence, JointLink, JointState};
+use crate::{JointArming, JointCause, JointLink, JointState};
 
 /// Joints with the same arming state and cause.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct LicenceGroup {
+pub struct ArmingGroup {
     /// The cause.
     pub cause: JointCause,
     /// The joints: their indices in the robot's configuration.
@@ -13,43 +13,43 @@ pub struct LicenceGroup {
 
 /// The joints of a robot by arming state, and within it by cause.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
-pub struct Licences {
+pub struct ArmingSummary {
     /// Number of armed joints.
     pub armed: usize,
     /// The disarmed joints. A joint with an invalid state counts as disarmed.
-    pub disarmed: Vec<LicenceGroup>,
+    pub disarmed: Vec<ArmingGroup>,
     /// The locked joints.
-    pub locked: Vec<LicenceGroup>,
+    pub locked: Vec<ArmingGroup>,
 }
 
-impl Licences {
+impl ArmingSummary {
     /// Groups joints by arming state and cause.
     #[must_use]
     pub fn of(states: &[JointState]) -> Self {
-        let mut licences = Self::default();
+        let mut summary = Self::default();
         for state in states {
-            let (licence, cause) =
-                state.machines().map_or((JointLicence::Disarmed, JointCause::NotStarted), |machines| {
-                    (machines.licence, machines.licence_cause)
+            let (arming, cause) =
+                state.machines().map_or((JointArming::Disarmed, JointCause::NotStarted), |machines| {
+                    (machines.arming, machines.arming_cause)
                 });
-            let groups = match licence {
-                JointLicence::Armed => {
-                    licences.armed += 1;
+            let groups = match arming {
+                JointArming::Armed => {
+                    summary.armed += 1;
                     continue;
                 }
-                JointLicence::Disarmed => &mut licences.disarmed,
-                JointLicence::Locked => &mut licences.locked,
+                JointArming::Disarmed => &mut summary.disarmed,
+                JointArming::Locked => &mut summary.locked,
             };
             match groups.iter_mut().find(|group| group.cause == cause) {
                 Some(group) => group.joints.push(state.joint),
-                None => groups.push(LicenceGroup { cause, joints: vec![state.joint] }),
+                None => groups.push(ArmingGroup { cause, joints: vec![state.joint] }),
             }
         }
         // The most frequent cause first.
-        for groups in [&mut licences.disarmed, &mut licences.locked] {
+        for groups in [&mut summary.disarmed, &mut summary.locked] {
             groups.sort_by_key(|group| (usize::MAX - group.joints.len(), group.cause));
         }
-        licences
+        summary
     }
 
     /// Number of disarmed joints.
@@ -73,7 +73,7 @@ impl Licences {
     /// One-line summary: `3 locked: blocked; 62 armed`. Empty if there are no joints.
     #[must_use]
     pub fn line(&self) -> String {
-        let causes = |groups: &[LicenceGroup]| {
+        let causes = |groups: &[ArmingGroup]| {
             groups.iter().map(|group| group.cause.name()).collect::<Vec<_>>().join(", ")
         };
         let mut parts = Vec::new();
@@ -170,7 +170,7 @@ impl JointState {
     pub fn is_in_trouble(&self) -> bool {
         let is_waiting = matches!(self.cause(), Some(JointCause::None | JointCause::NotStarted));
         let is_failing = self.machines().is_none_or(|machines| {
-            machines.licence == JointLicence::Locked
+            machines.arming == JointArming::Locked
                 || matches!(machines.link, JointLink::Silent | JointLink::Corrupt)
         });
         !is_waiting || is_failing
@@ -191,31 +191,31 @@ mod tests {
     use super::*;
     use crate::{JointMachines, JointMode, JointMotion, JointPower};
 
-    fn joint(index: u32, licence: JointLicence, licence_cause: JointCause) -> JointState {
+    fn joint(index: u32, arming: JointArming, arming_cause: JointCause) -> JointState {
         JointState::unread(index, JointMode::Limp, JointCause::NotStarted).with_machines(JointMachines {
             link: JointLink::Answering,
             power: JointPower::Off,
-            licence,
-            licence_cause,
+            arming,
+            arming_cause,
             motion: JointMotion::Idle,
         })
     }
 
     #[test]
-    fn joints_are_grouped_by_licence_with_the_most_frequent_cause_first() {
+    fn joints_are_grouped_by_arming_state_and_sorted_by_frequency() {
         let states = [
-            joint(0, JointLicence::Armed, JointCause::None),
-            joint(1, JointLicence::Disarmed, JointCause::Silent),
-            joint(2, JointLicence::Disarmed, JointCause::NotStarted),
-            joint(3, JointLicence::Disarmed, JointCause::NotStarted),
-            joint(4, JointLicence::Locked, JointCause::Blocked),
+            joint(0, JointArming::Armed, JointCause::None),
+            joint(1, JointArming::Disarmed, JointCause::Silent),
+            joint(2, JointArming::Disarmed, JointCause::NotStarted),
+            joint(3, JointArming::Disarmed, JointCause::NotStarted),
+            joint(4, JointArming::Locked, JointCause::Blocked),
         ];
-        let licences = Licences::of(&states);
-        assert_eq!(licences.line(), "1 locked: blocked; 3 disarmed: not-started, silent; 1 armed");
-        assert_eq!(licences.disarmed[0].joints, [2, 3]);
-        assert!(!licences.is_all_armed() && Licences::of(&states[..1]).is_all_armed());
-        assert!(!Licences::of(&[]).is_all_armed(), "no joint is armed where there is none");
-        assert_eq!(Licences::of(&[]).line(), "");
+        let summary = ArmingSummary::of(&states);
+        assert_eq!(summary.line(), "1 locked: blocked; 3 disarmed: not-started, silent; 1 armed");
+        assert_eq!(summary.disarmed[0].joints, [2, 3]);
+        assert!(!summary.is_all_armed() && ArmingSummary::of(&states[..1]).is_all_armed());
+        assert!(!ArmingSummary::of(&[]).is_all_armed(), "no joint is armed where there is none");
+        assert_eq!(ArmingSummary::of(&[]).line(), "");
     }
 
     #[test]
@@ -229,8 +229,8 @@ mod tests {
 
     #[test]
     fn a_joint_that_only_waits_for_being_armed_is_in_no_trouble() {
-        assert!(!joint(0, JointLicence::Disarmed, JointCause::NotStarted).is_in_trouble());
-        assert!(joint(0, JointLicence::Locked, JointCause::Blocked).is_in_trouble());
+        assert!(!joint(0, JointArming::Disarmed, JointCause::NotStarted).is_in_trouble());
+        assert!(joint(0, JointArming::Locked, JointCause::Blocked).is_in_trouble());
         let silent = JointState::unread(0, JointMode::Quarantined, JointCause::Silent);
         assert!(silent.is_in_trouble());
     }
