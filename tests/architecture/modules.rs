@@ -1,4 +1,4 @@
-//! The modules of a crate: an import only goes to a lower layer, and no files import each other in a circle.
+//! The modules of a crate: no files import each other in a circle, and an import of a crate with layers goes down.
 
 use std::collections::BTreeSet;
 
@@ -111,6 +111,48 @@ fn an_import_between_modules_only_goes_down() {
         }
         assert!(arrows.len() > 50, "only {} imports were seen in {folder}", arrows.len());
     }
+}
+
+/// A circle of the imports between the files of a crate. A module and the modules inside it count as one.
+fn circle_of_files(arrows: &BTreeSet<Arrow>) -> Option<String> {
+    let is_inside = |inner: &str, outer: &str| {
+        outer.is_empty() || inner.strip_prefix(outer).is_some_and(|rest| rest.starts_with("::"))
+    };
+    let is_across = |(from, to): &&Arrow| !is_inside(from, to) && !is_inside(to, from);
+    let across = arrows.iter().filter(is_across).map(|(from, to)| (from.as_str(), to.as_str()));
+    Some(format!("a circle: `{}`", circle(across.collect())?.join("` -> `")))
+}
+
+#[test]
+fn no_files_of_a_crate_import_each_other() {
+    let all: Vec<Source> = ["services", "shared"].into_iter().flat_map(sources).collect();
+    let folder = |source: &Source| Some(format!("{}/src", source.path.split_once("/src/")?.0));
+    let folders: BTreeSet<String> = all.iter().filter_map(folder).collect();
+    let mut seen = 0;
+    let mut wrong = Vec::new();
+    for folder in &folders {
+        let arrows = arrows(&all, folder);
+        seen += arrows.len();
+        wrong.extend(circle_of_files(&arrows).map(|circle| format!("in {folder} {circle}")));
+    }
+    assert!(wrong.is_empty(), "{}", wrong.join("\n"));
+    assert!(folders.len() > 30 && seen > 1000, "only {seen} imports of {} crates were seen", folders.len());
+}
+
+#[test]
+fn files_that_import_each_other_are_found() {
+    let found = |texts: [(&str, &str); 4]| {
+        let all = texts.map(|(path, text)| Source {
+            path: format!("a/src/{path}.rs"),
+            content: Content::parse(text).expect("Rust"),
+        });
+        circle_of_files(&arrows(&all, "a/src"))
+    };
+    let [lib, b] = [("lib", "mod a; mod b; use a::A;"), ("b", "use crate::a::A; pub struct B(A);")];
+    let inside = ("a/inner", "use super::A; pub struct C(A);");
+    assert_eq!(found([lib, b, inside, ("a", "mod inner; use inner::C; pub struct A(C);")]), None);
+    let around = found([lib, b, inside, ("a", "mod inner; pub struct A(crate::b::B);")]);
+    assert_eq!(around.as_deref(), Some("a circle: `a` -> `b` -> `a`"));
 }
 
 #[test]

@@ -4,6 +4,7 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use invariant::require;
 use message::{Event, EventKind};
+use quantity::number::saturating_u32;
 use tasks::{
     Decision, Explanation, Language, Learned, OnConflict, OpenQuestion, Rule, Selection, Settings, Task,
     View, decide_with, differ, explain, learn_with, listed,
@@ -249,4 +250,14 @@ pub(crate) fn perspectives(task: &Task) -> Vec<u16> {
     let views = task.examples.iter().flat_map(|example| &example.views);
     let perspectives: BTreeSet<u16> = views.map(|view| view.perspective).collect();
     perspectives.into_iter().collect()
+}
+
+/// Recreates the events about a stored task, as at the time of learning: the hypotheses of every perspective with
+/// examples, the chosen rule, and the explanation of a difference.
+#[must_use]
+pub fn replay_events(language: &Language, task: &Task, settings: &Settings) -> Vec<Event> {
+    let examples = saturating_u32(task.examples.len());
+    let remembered = Event { examples, ..Event::new(EventKind::Remembered, &task.name, &task.name) };
+    let evaluation = Evaluation::of(language, task, &perspectives(task), settings);
+    std::iter::once(remembered).chain(evaluation.events(language, task)).collect()
 }

@@ -9,10 +9,10 @@ use message::{Belief, BeliefHead, Event, EventKind, JointGoal, Utterance};
 use motion::{Face, Skill};
 use tasks::{Example, Language, Learned, Noise, OnConflict, Prior, Snapshot, Task, key};
 
-use crate::evaluation::Evaluation;
+use crate::evaluation::{Evaluation, replay_events};
 use crate::performance::{Performance, StepContext};
 use crate::question::Question;
-use crate::report::{describe_view, goal_phrase, replay_events};
+use crate::report::{describe_view, goal_phrase};
 use crate::teaching::Teaching;
 use crate::views::{Continuity, Views};
 use crate::{Body, Motion, Vocabulary, answers};

@@ -19,6 +19,7 @@ mod views;
 mod vocabulary;
 
 pub use body::{Body, Motion};
+pub use evaluation::replay_events;
 pub use io::memory::Memory;
 pub use io::run::{Access, check_memory, memory_version, run};
 pub use io::{MEMORY_VERSION, MemoryVersion, OpenError};
@@ -26,7 +27,6 @@ pub use learner::{Input, Kept, Learner, Output, Settings, learning};
 pub use leo_body::{LeoBody, LeoBodyError};
 pub use motion::Skill;
 pub use question::open_question;
-pub use report::replay_events;
 pub use vocabulary::{Vocabulary, VocabularyError};
 
 #[cfg(test)]

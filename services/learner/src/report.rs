@@ -7,25 +7,14 @@ use message::{Event, EventKind};
 use motion::PartnerMovement;
 use quantity::number::saturating_u32;
 use tasks::{
-    ActionEffect, Change, Executable, Language, Learned, Object, Rule, Settings, Snapshot, Standing, Task,
+    ActionEffect, Change, Executable, Language, Learned, Object, Rule, Snapshot, Standing, Task,
     describe_change, describe_object, listed,
 };
 
 use crate::Vocabulary;
-use crate::evaluation::{Evaluation, perspectives};
 
 /// Maximum number of reported rules per perspective and goal, apart from those of high likelihood.
 pub(crate) const MAX_REPORTED_RULES: usize = 8;
-
-/// Recreates the events about a stored task, as at the time of learning: the hypotheses of every perspective with
-/// examples, the chosen rule, and the explanation of a difference.
-#[must_use]
-pub fn replay_events(language: &Language, task: &Task, settings: &Settings) -> Vec<Event> {
-    let examples = saturating_u32(task.examples.len());
-    let remembered = Event { examples, ..Event::new(EventKind::Remembered, &task.name, &task.name) };
-    let evaluation = Evaluation::of(language, task, &perspectives(task), settings);
-    std::iter::once(remembered).chain(evaluation.events(language, task)).collect()
-}
 
 /// The learned goal in words: "all filled".
 pub(crate) fn goal_phrase(learned: &Learned) -> String {

@@ -5,7 +5,8 @@ use std::fmt;
 use config::Robot;
 use config::leo::RemoteProcess;
 
-use crate::wire::LANGUAGE;
+/// Version of the format after the first number of a message.
+pub(crate) const LANGUAGE: u64 = 2;
 
 /// What both machines must have in common for frames to mean the same. It is part of every message.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -9,12 +9,10 @@ use quantity::number::saturating_u64;
 
 use message::TopicId;
 
-use crate::compatibility::{Compatibility, IncompatiblePeer, NUMBERS};
+use crate::compatibility::{Compatibility, IncompatiblePeer, LANGUAGE, NUMBERS};
 use crate::offset::ClockExchange;
 use crate::order::is_carried;
 
-/// Version of the format after the first number of a message.
-pub(crate) const LANGUAGE: u64 = 2;
 /// The first number of a message: "LEOLINK" and the protocol version.
 const MAGIC: u64 = u64::from_be_bytes(*b"LEOLINK\0") | LANGUAGE;
 /// Maximum number of frames in a batch.

@@ -8,7 +8,6 @@ use servo::table::{
 };
 use servo::{Address, HardwareErrors, Id, Instruction, Model, Reading, velocity_count, velocity_rad_s};
 
-use crate::joint::Watchdog;
 use crate::notice::Notice;
 use crate::request::DATA;
 use crate::{JointFault, PartKind};
@@ -325,6 +324,17 @@ impl ServoLimits {
             goal_duty: word(GOAL_PWM)?,
         })
     }
+}
+
+/// State of a servo's own bus watchdog (item 98).
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Watchdog {
+    /// Disabled, or set to another time than ours.
+    Unset,
+    /// Tripped: goals are ignored until it is cleared.
+    Tripped,
+    /// Set.
+    Armed,
 }
 
 /// Condition of a servo.

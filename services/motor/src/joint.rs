@@ -22,12 +22,16 @@ pub(crate) use link::{Link, Setup};
 pub(crate) use motion::Motion;
 pub(crate) use policy::Policy;
 use power::RefusedPwm;
-pub(crate) use power::{Power, PowerUpStep, Watchdog};
+pub(crate) use power::{Power, PowerUpStep};
 pub(crate) use steer::Command;
 
+<<<<<<< main
 use crate::JointFault;
 use crate::counts::FaultCounters;
 use crate::job::{ServoLimits, Supply};
+=======
+use crate::job::{ServoLimits, Supply, Watchdog};
+>>>>>>> circles
 use crate::notice::Notices;
 use crate::servo_clock::ServoClock;
 

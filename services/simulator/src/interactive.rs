@@ -19,8 +19,7 @@ use crate::recorder::{PersonState, has_moved};
 use crate::script_event::{Event, ScriptEvent};
 use crate::settle;
 use crate::thing::{Motion, Seat};
-
-pub(crate) use undo::Undo;
+use crate::world::HeldThing;
 
 /// Time in which a thing moved by hand reaches the last commanded position of the hand.
 const FOLLOW_TIME: Duration = Duration::from_millis(60);
@@ -35,17 +34,6 @@ const FARTHEST_M: f64 = 100.0;
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("{0}")]
 pub struct Refusal(pub String);
-
-/// A thing in a person's hand.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct HeldThing {
-    hand: u16,
-    by: u16,
-    index: usize,
-    at: Instant,
-    from: Pose<geometry::World, Frame>,
-    pub(crate) seat: Option<Seat>,
-}
 
 impl World {
     /// Executes an act of a teacher at the instant of the next step or later. Returns the result, if the act has one:

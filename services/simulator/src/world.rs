@@ -7,14 +7,19 @@ use geometry::{Base, Pose};
 use message::{SceneMode, Utterance};
 
 use crate::gaussian::Gaussian;
+<<<<<<< main
 use crate::hand::{self, Grasp, Hand};
 use crate::interactive::{HeldThing, Undo};
+=======
+use crate::hand::{self, Change, Grasp, Hand};
+use crate::layout::TableLayout;
+>>>>>>> circles
 use crate::path::{Glide, MotionProfile, Path};
 use crate::recorder::DemonstrationRecorder;
 use crate::script_event::{Event, ScriptEvent, timeline};
 use crate::settle::{self, Rest, half_height_m};
 use crate::teacher::Teacher;
-use crate::thing::{Motion, SeatKind, Thing};
+use crate::thing::{Motion, Seat, SeatKind, Thing};
 
 /// The workspace: the table with its objects, the teachers, and Leo's hands.
 ///
@@ -67,6 +72,28 @@ pub(crate) struct State {
     pub(crate) outcome: Option<String>,
     /// The noise offset of each observation of this step, in their order, in metres.
     pub(crate) offsets_m: Vec<[f64; 3]>,
+}
+
+/// A thing in a person's hand.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct HeldThing {
+    pub(crate) hand: u16,
+    pub(crate) by: u16,
+    pub(crate) index: usize,
+    pub(crate) at: Instant,
+    pub(crate) from: Pose<geometry::World, geometry::Thing>,
+    pub(crate) seat: Option<Seat>,
+}
+
+/// How to undo an act.
+#[derive(Clone, Debug)]
+pub(crate) enum Undo {
+    /// During set-up: restores the table, with everything at rest.
+    TableLayout { layout: Arc<TableLayout>, things: Vec<Thing>, screens: Vec<Glide> },
+    /// During teaching: moves the thing back, visible to everyone.
+    Move { index: usize, to: Destination },
+    /// Pushes an occluder back: at once during set-up, and visibly during teaching.
+    Push { by: u16, occluder: usize, from_m: [f64; 3], until: Instant },
 }
 
 impl World {

@@ -17,7 +17,8 @@ mod reception;
 mod servo;
 
 pub use answer::{Replies, Reply};
+pub use exchange::FollowerBehaviour;
 pub use injection::{FaultKind, FaultSpec, FaultSpecError};
 pub use injector::{FaultCounts, Injector};
-pub use line::{FollowerBehaviour, Line};
+pub use line::Line;
 pub use servo::{HardwareError, Servo};

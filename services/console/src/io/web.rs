@@ -8,6 +8,7 @@ mod guard;
 mod live;
 mod notice;
 mod pace;
+mod page_headers;
 mod server_identity;
 mod stop;
 #[cfg(test)]
@@ -302,7 +303,7 @@ fn file(gzip: &'static [u8], kind: &'static str, asked: &HeaderMap) -> Response 
         (header::CONTENT_ENCODING, "gzip"),
         (header::CACHE_CONTROL, "no-cache"),
     ];
-    (headers, guard::page_headers(asked), gzip).into_response()
+    (headers, page_headers::page_headers(asked), gzip).into_response()
 }
 
 async fn urdf(State(shared): State<Arc<Shared>>) -> Response {

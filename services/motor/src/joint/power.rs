@@ -1,6 +1,8 @@
 use clock::Instant;
 use message::JointPower;
 
+use crate::job::Watchdog;
+
 /// Known torque state of a joint's servo.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Power {
@@ -42,17 +44,6 @@ pub(crate) enum Power {
         /// When it is told next.
         tell_at: Instant,
     },
-}
-
-/// State of a servo's own bus watchdog (item 98).
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Watchdog {
-    /// Disabled, or set to another time than ours.
-    Unset,
-    /// Tripped: goals are ignored until it is cleared.
-    Tripped,
-    /// Set.
-    Armed,
 }
 
 /// Steps of switching torque on. The bus watchdog is armed before any step that can cause motion.

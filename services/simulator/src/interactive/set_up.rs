@@ -6,12 +6,12 @@ use clock::Instant;
 use config::lesson::{Destination, Object, ObjectKind, Occluder, Table, UprightPose};
 use message::{SceneMode, TeacherAct};
 
-use super::{Done, FOLLOW_TIME, HeldThing, Refusal, Undo, heading, place, refuse};
+use super::{Done, FOLLOW_TIME, Refusal, heading, place, refuse};
 use crate::World;
 use crate::path::Glide;
 use crate::settle;
 use crate::thing::{Motion, Thing};
-use crate::world::{State, follow};
+use crate::world::{HeldThing, State, Undo, follow};
 
 /// Default half extents of an occluder, in metres.
 const SCREEN_M: [f64; 3] = [0.15, 0.01, 0.12];

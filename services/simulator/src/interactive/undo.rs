@@ -1,23 +1,22 @@
 //! Undo of the last act.
 
-use std::sync::Arc;
-
 use clock::{Duration, Instant};
 use config::lesson::{Act, Destination, Table, UprightPose};
 use message::SceneMode;
 
-use super::{Done, FOLLOW_TIME, HeldThing, Refusal, refuse};
+use super::{Done, FOLLOW_TIME, Refusal, refuse};
 use crate::World;
 use crate::path::Glide;
 use crate::recorder::{MERGE_TIME, has_moved};
 use crate::thing::{Motion, Seat, SeatKind, Thing};
-use crate::world::State;
+use crate::world::{HeldThing, State, Undo};
 
 /// Maximum number of acts that can be undone.
 const MAX_UNDO: usize = 64;
 /// Duration of moving a thing back.
 const UNDO_TIME: Duration = Duration::from_millis(800);
 
+<<<<<<< main
 /// How to undo an act.
 #[derive(Clone, Debug)]
 pub(crate) enum Undo {
@@ -29,6 +28,8 @@ pub(crate) enum Undo {
     Push { by: u16, occluder: usize, from_m: [f64; 3], until: Instant },
 }
 
+=======
+>>>>>>> circles
 impl World {
     /// Saves where a thing was taken before it is put down elsewhere. Putting it back where it was taken needs no undo.
     pub(super) fn remember(&mut self, taken: &HeldThing) {

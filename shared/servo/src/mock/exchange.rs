@@ -3,8 +3,7 @@ use clock::Instant;
 use crate::frame::{PREFIX, SUFFIX};
 use crate::mock::answer::Replies;
 use crate::mock::injection::FaultKind;
-use crate::mock::line::{FollowerBehaviour, apply_event};
-use crate::mock::{Injector, Servo};
+use crate::mock::{HardwareError, Injector, Servo};
 use crate::{Address, FastReplyWriter, Fault, Frame, Id, Instruction, Reset, Span, Status, spans, writes};
 
 /// Maximum length of a reply: a servo's whole table, stuffed.
@@ -16,6 +15,16 @@ const ERROR: u8 = 7;
 /// Number of byte offsets at which the replies of two servos with the same ID collide; the servos do not start at the
 /// same moment.
 const SHIFTS: usize = 3;
+
+/// The behaviour of servos in a fast reply after a silent one.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum FollowerBehaviour {
+    /// They are silent too.
+    #[default]
+    Silent,
+    /// They reply, with the CRC of the bytes on the wire.
+    Continue,
+}
 
 /// The processing of one instruction by the servos on a bus.
 pub(super) struct Exchange<'a> {
@@ -304,6 +313,19 @@ impl Exchange<'_> {
                 apply_event(servo, kind, self.now);
             }
         }
+    }
+}
+
+/// Applies an event to a servo.
+pub(super) fn apply_event(servo: &mut Servo, kind: FaultKind, until: Instant) {
+    if kind == FaultKind::Alert {
+        servo.fail(HardwareError::InputVoltage);
+    } else if kind == FaultKind::Overload {
+        servo.fail(HardwareError::Overload);
+    } else if kind == FaultKind::BrownOut {
+        servo.lose_power(until);
+    } else if kind == FaultKind::Reboot {
+        servo.reboot();
     }
 }
 

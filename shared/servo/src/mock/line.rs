@@ -4,10 +4,15 @@ use crate::Parser;
 use crate::frame::HEADER;
 use crate::mock::answer::{Replies, Reply};
 use crate::mock::corrupt::corrupt;
-use crate::mock::exchange::Exchange;
+use crate::mock::exchange::{Exchange, FollowerBehaviour, apply_event};
 use crate::mock::injection::FaultKind;
+<<<<<<< main
 use crate::mock::reception::{deliver, instructions};
 use crate::mock::{FaultSpec, HardwareError, Injector, Servo};
+=======
+use crate::mock::reception::{HOST, deliver, instructions};
+use crate::mock::{FaultCounts, FaultSpec, Injector, Servo};
+>>>>>>> circles
 
 /// Position offset of a duplicate servo, in radians.
 const DUPLICATE_OFFSET_RAD: f64 = 0.3;
@@ -15,19 +20,6 @@ const DUPLICATE_OFFSET_RAD: f64 = 0.3;
 /// Default supply voltage of a `sag` fault, as a share of the nominal voltage: below the minimum voltage of every
 /// model.
 const SAG: f64 = 0.65;
-
-/// The ID used for echoes: the broadcast ID, which no servo has.
-pub(super) const HOST: u8 = 0xFE;
-
-/// The behaviour of servos in a fast reply after a silent one.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum FollowerBehaviour {
-    /// They are silent too.
-    #[default]
-    Silent,
-    /// They reply, with the CRC of the bytes on the wire.
-    Continue,
-}
 
 /// Several servos on one bus.
 #[derive(Clone, Debug, Default)]
@@ -204,19 +196,6 @@ fn hold<T: Default + PartialEq>(
             injector.injected.add(kind);
         }
         *place(servo) = state;
-    }
-}
-
-/// Applies an event to a servo.
-pub(super) fn apply_event(servo: &mut Servo, kind: FaultKind, until: Instant) {
-    if kind == FaultKind::Alert {
-        servo.fail(HardwareError::InputVoltage);
-    } else if kind == FaultKind::Overload {
-        servo.fail(HardwareError::Overload);
-    } else if kind == FaultKind::BrownOut {
-        servo.lose_power(until);
-    } else if kind == FaultKind::Reboot {
-        servo.reboot();
     }
 }
 

@@ -14,6 +14,7 @@ use ring::hmac;
 use subtle::ConstantTimeEq as _;
 
 use super::connections::{Class, Connection};
+use super::page_headers::host;
 use super::{Shared, notice};
 
 /// Random bytes of a token.
@@ -249,36 +250,6 @@ impl AccessRequest<'_> {
 
 fn text(headers: &HeaderMap, name: header::HeaderName) -> Option<&str> {
     headers.get(name).and_then(|value| value.to_str().ok())
-}
-
-/// The host that a request is for.
-fn host<'a>(headers: &'a HeaderMap, uri: &'a Uri) -> Option<&'a str> {
-    let named = headers.get(header::HOST).and_then(|value| value.to_str().ok());
-    named.or_else(|| uri.authority().map(axum::http::uri::Authority::as_str))
-}
-
-/// The security headers of an HTML response.
-pub(super) fn page_headers(headers: &HeaderMap) -> [(header::HeaderName, String); 3] {
-    [
-        (header::CONTENT_SECURITY_POLICY, policy(headers, &Uri::from_static("/"))),
-        (header::X_CONTENT_TYPE_OPTIONS, "nosniff".to_owned()),
-        // With "no-referrer" a browser would send no origin with the stop button's POST.
-        (header::REFERRER_POLICY, "same-origin".to_owned()),
-    ]
-}
-
-/// The content security policy: the page may load from and connect to this server only.
-fn policy(headers: &HeaderMap, uri: &Uri) -> String {
-    // Some browsers do not count a WebSocket of the same server as 'self'. Host characters are checked so that a
-    // forged Host header cannot inject directives.
-    let is_host =
-        |host: &&str| host.bytes().all(|byte| byte.is_ascii_alphanumeric() || b".-_:[]".contains(&byte));
-    let live = host(headers, uri).filter(|host| !host.is_empty()).filter(is_host);
-    let live = live.map_or(String::new(), |host| format!(" ws://{host} wss://{host}"));
-    format!(
-        "default-src 'self'; connect-src 'self'{live}; img-src 'self' data: blob:; style-src 'self'; \
-         script-src 'self'; object-src 'none'; base-uri 'none'; frame-ancestors 'none'; form-action 'self'"
-    )
 }
 
 /// Whether a host cannot be a DNS name under foreign control: an IP address or a local name.

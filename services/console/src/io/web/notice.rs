@@ -3,7 +3,7 @@
 use axum::http::{HeaderMap, StatusCode, header};
 use axum::response::{Html, IntoResponse as _, Response};
 
-use super::guard;
+use super::page_headers::page_headers;
 
 const NOTICE: &str = include_str!("../../../page/notice.html");
 
@@ -12,7 +12,7 @@ pub(super) fn answer(headers: &HeaderMap, status: StatusCode, heading: &str, wor
     let accepted = headers.get(header::ACCEPT).and_then(|value| value.to_str().ok());
     let mut response = if accepted.is_some_and(|accepted| accepted.contains("text/html")) {
         let html = NOTICE.replace("{heading}", &escaped(heading)).replace("{words}", &escaped(words));
-        (status, guard::page_headers(headers), Html(html)).into_response()
+        (status, page_headers(headers), Html(html)).into_response()
     } else {
         (status, format!("{words}\n")).into_response()
     };

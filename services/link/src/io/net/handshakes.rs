@@ -4,12 +4,16 @@ use std::cell::RefCell;
 use std::collections::BTreeMap;
 use std::net::IpAddr;
 use std::rc::Rc;
+use std::time::Duration;
 
 use clock::Instant;
 use config::leo::Endpoint;
 use tokio::sync::Notify;
 
 use crate::slots::{MAX_RESERVED, MAX_UNRESERVED, SlotTable};
+
+/// Time-out of a handshake: some round trips, with losses.
+pub(super) const HANDSHAKE_TIMEOUT: Duration = Duration::from_secs(10);
 
 /// The slots of all endpoints of this process.
 #[derive(Clone, Debug, Default)]

@@ -8,8 +8,8 @@ use quinn::{Connecting, ConnectionError, Endpoint, Incoming, VarInt};
 use tokio::task::JoinSet;
 use tokio::time::{sleep, timeout};
 
-use super::handshakes::HandshakeSlot;
-use super::peers::{Failed, HANDSHAKE_TIMEOUT, MAX_RECONNECT_DELAY, Peers, found};
+use super::handshakes::{HANDSHAKE_TIMEOUT, HandshakeSlot};
+use super::peers::{Failed, MAX_RECONNECT_DELAY, Peers, found};
 use super::reports::Report;
 use super::verifier::RefusalRecord;
 

@@ -14,9 +14,9 @@ use tokio::sync::mpsc;
 use tokio::task::JoinSet;
 use tokio::time::{sleep, timeout};
 
-use super::handshakes::HandshakeSlots;
+use super::handshakes::{HANDSHAKE_TIMEOUT, HandshakeSlots};
 use super::keys::{Keys, accept_bundles, has_expired};
-use super::refusal::KeyFiles;
+use super::refusal::{EXPIRED, KeyFiles};
 use super::reports::{Report, Reports};
 use super::verifier::RefusalRecord;
 use super::{Message, MessageKind, OUTGOING};
@@ -33,14 +33,10 @@ const MAX_MESSAGE_BYTES: u32 = 16 * 1024 * 1024;
 const LOOK: Duration = Duration::from_secs(10);
 /// How long a leaving process waits until its peers have received the close.
 const LEAVE: Duration = Duration::from_millis(200);
-/// Time-out of a handshake: some round trips, with losses.
-pub(super) const HANDSHAKE_TIMEOUT: Duration = Duration::from_secs(10);
 /// Close code: no error.
 const WELL: VarInt = VarInt::from_u32(0);
 /// Close code: malformed message.
 const NONSENSE: VarInt = VarInt::from_u32(1);
-/// Close code: the peer's certificate has expired.
-pub(super) const EXPIRED: VarInt = VarInt::from_u32(2);
 
 pub(super) type Failed = Box<dyn std::error::Error>;
 

@@ -7,14 +7,15 @@
 use std::path::Path;
 
 use config::leo::Link;
-use quinn::ConnectionError;
+use quinn::{ConnectionError, VarInt};
 use rustls::{AlertDescription, CertificateError};
 use x509_parser::certificate::X509Certificate;
 use x509_parser::parse_x509_certificate;
 
-use super::peers::EXPIRED;
 use super::verifier::{RefusalRecord, RefusedCertificate};
 
+/// Close code: the peer's certificate has expired.
+pub(super) const EXPIRED: VarInt = VarInt::from_u32(2);
 /// Offset of TLS alerts among the QUIC error codes (RFC 9001, 4.8).
 const FIRST_ALERT: u64 = 0x100;
 const SIGN: &str = "Sign a new one with package/link_keys.sh";

@@ -7,7 +7,7 @@ use std::thread::JoinHandle;
 use clock::{Duration, Instant};
 use quinn::ConnectionError;
 
-use super::peers::HANDSHAKE_TIMEOUT;
+use super::handshakes::HANDSHAKE_TIMEOUT;
 use super::refusal::KeyFiles;
 use super::verifier::RefusalRecord;
 
