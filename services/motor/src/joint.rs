@@ -25,13 +25,9 @@ use power::RefusedPwm;
 pub(crate) use power::{Power, PowerUpStep};
 pub(crate) use steer::Command;
 
-<<<<<<< main
 use crate::JointFault;
 use crate::counts::FaultCounters;
-use crate::job::{ServoLimits, Supply};
-=======
 use crate::job::{ServoLimits, Supply, Watchdog};
->>>>>>> circles
 use crate::notice::Notices;
 use crate::servo_clock::ServoClock;
 

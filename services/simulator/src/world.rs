@@ -1,19 +1,12 @@
-use clock::{Duration, Instant};
 use std::sync::Arc;
 
+use clock::{Duration, Instant};
 use config::lesson::{Act, Destination, Lesson, Object, Table};
 use geometry::{Base, Pose};
-
 use message::{SceneMode, Utterance};
 
 use crate::gaussian::Gaussian;
-<<<<<<< main
 use crate::hand::{self, Grasp, Hand};
-use crate::interactive::{HeldThing, Undo};
-=======
-use crate::hand::{self, Change, Grasp, Hand};
-use crate::layout::TableLayout;
->>>>>>> circles
 use crate::path::{Glide, MotionProfile, Path};
 use crate::recorder::DemonstrationRecorder;
 use crate::script_event::{Event, ScriptEvent, timeline};
@@ -89,7 +82,7 @@ pub(crate) struct HeldThing {
 #[derive(Clone, Debug)]
 pub(crate) enum Undo {
     /// During set-up: restores the table, with everything at rest.
-    TableLayout { layout: Arc<TableLayout>, things: Vec<Thing>, screens: Vec<Glide> },
+    TableLayout { layout: Arc<Table>, things: Vec<Thing>, screens: Vec<Glide> },
     /// During teaching: moves the thing back, visible to everyone.
     Move { index: usize, to: Destination },
     /// Pushes an occluder back: at once during set-up, and visibly during teaching.

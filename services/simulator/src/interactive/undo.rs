@@ -1,7 +1,7 @@
 //! Undo of the last act.
 
 use clock::{Duration, Instant};
-use config::lesson::{Act, Destination, Table, UprightPose};
+use config::lesson::{Act, Destination, UprightPose};
 use message::SceneMode;
 
 use super::{Done, FOLLOW_TIME, Refusal, refuse};
@@ -16,20 +16,6 @@ const MAX_UNDO: usize = 64;
 /// Duration of moving a thing back.
 const UNDO_TIME: Duration = Duration::from_millis(800);
 
-<<<<<<< main
-/// How to undo an act.
-#[derive(Clone, Debug)]
-pub(crate) enum Undo {
-    /// During set-up: restores the table, with everything at rest.
-    TableLayout { layout: Arc<Table>, things: Vec<Thing>, screens: Vec<Glide> },
-    /// During teaching: moves the thing back, visible to everyone.
-    Move { index: usize, to: Destination },
-    /// Pushes an occluder back: at once during set-up, and visibly during teaching.
-    Push { by: u16, occluder: usize, from_m: [f64; 3], until: Instant },
-}
-
-=======
->>>>>>> circles
 impl World {
     /// Saves where a thing was taken before it is put down elsewhere. Putting it back where it was taken needs no undo.
     pub(super) fn remember(&mut self, taken: &HeldThing) {

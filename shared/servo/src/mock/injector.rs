@@ -5,8 +5,10 @@ use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{Rng as _, SeedableRng as _};
 
 use super::injection::FAULT_KINDS;
-use super::line::HOST;
 use super::{FaultKind, FaultSpec};
+
+/// The ID used for echoes: the broadcast ID, which no servo has.
+pub(super) const HOST: u8 = 0xFE;
 
 /// Counters of injected faults, per kind.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]

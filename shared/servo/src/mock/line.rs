@@ -6,13 +6,9 @@ use crate::mock::answer::{Replies, Reply};
 use crate::mock::corrupt::corrupt;
 use crate::mock::exchange::{Exchange, FollowerBehaviour, apply_event};
 use crate::mock::injection::FaultKind;
-<<<<<<< main
+use crate::mock::injector::HOST;
 use crate::mock::reception::{deliver, instructions};
-use crate::mock::{FaultSpec, HardwareError, Injector, Servo};
-=======
-use crate::mock::reception::{HOST, deliver, instructions};
-use crate::mock::{FaultCounts, FaultSpec, Injector, Servo};
->>>>>>> circles
+use crate::mock::{FaultSpec, Injector, Servo};
 
 /// Position offset of a duplicate servo, in radians.
 const DUPLICATE_OFFSET_RAD: f64 = 0.3;

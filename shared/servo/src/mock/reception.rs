@@ -8,9 +8,7 @@ use crate::frame::HEADER;
 
 use super::Injector;
 use super::injection::FaultKind;
-
-/// The ID used for echoes: the broadcast ID, which no servo has.
-pub(super) const HOST: u8 = 0xFE;
+use super::injector::HOST;
 
 /// Splits the host's bytes into instructions. Each header starts an instruction; bytes before the first header belong
 /// to an instruction that arrived in pieces.
