@@ -87,6 +87,7 @@ const WRAPPED: [(&str, &[&str]); 17] = [
             "recording",
             "serial",
             "supervisor-process",
+            "testkit",
             "transport",
         ],
     ),

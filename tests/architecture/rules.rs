@@ -58,8 +58,9 @@ const CLOCK_PATHS: [&str; 7] = [
 /// Folders that may hold unsafe code.
 const MAY_BE_UNSAFE: [&str; 3] = ["shared/prefetch/", "shared/realtime/", "shared/testkit/"];
 
-/// Crates without a core: reading the clock, files or the environment is what they are for.
-const READS_BY_PURPOSE: [&str; 4] = ["budget", "clock", "config", "skip"];
+/// Crates without a core: reading the clock, files or the environment is what they are for. `testkit` starts robots for
+/// tests.
+const READS_BY_PURPOSE: [&str; 5] = ["budget", "clock", "config", "skip", "testkit"];
 
 /// Whether a path is one of the forbidden ones, lies below one, or imports one by a glob.
 fn is_below(name: &str, forbidden: &str) -> bool {

@@ -6,6 +6,7 @@ pub(crate) mod hand;
 pub(crate) mod lessons;
 pub(crate) mod look;
 pub(crate) mod metrics_poller;
+pub(crate) mod requester;
 pub(crate) mod run;
 pub(crate) mod tape;
 pub mod top;

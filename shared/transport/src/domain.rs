@@ -4,11 +4,8 @@ use std::path::{Path, PathBuf};
 
 use folder::{Folder, FolderError};
 
-use crate::segment::Segment;
+use crate::segment::{PARENT, Segment};
 
-/// Parent directory of all domains, and the directory of the shared memory files. It is in memory, because creating ports is 20 to 70 times faster there than on
-/// disk.
-pub(crate) const PARENT: &str = "/dev/shm";
 /// Prefix of the names of all domains.
 pub(crate) const NAME: &str = "leo-";
 /// Maximum length of a root path in bytes. iceoryx2 creates Unix sockets below the root, whose paths are limited to

@@ -25,7 +25,7 @@ use std::path::{Path, PathBuf};
 use clock::{Duration, Instant};
 
 use crate::Domain;
-use crate::domain::PARENT;
+use crate::segment::PARENT;
 pub use claim::{Claim, ClaimError, claim, is_claimed};
 pub use wipe::sweep_stale;
 

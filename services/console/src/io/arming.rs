@@ -9,7 +9,7 @@ use process::{ProcessNode, emergency};
 use transport::{CurrentBoard, Domain};
 
 use crate::cells;
-use crate::io::hand::Requester;
+use crate::io::requester::Requester;
 use crate::state_store::StateStore;
 
 /// Interval between two reads of the joints' health board.

@@ -17,7 +17,7 @@ use process::{Launch, black_box, emergency};
 use recording::{Recorder, RingSnapshot, Subject, Time, robot_pose};
 use transport::{CurrentBoard, Domain, Node};
 
-use crate::io::hand;
+use crate::io::requester;
 use crate::io::tape::PROGRAM;
 use failures::{FailureDetector, FailureEvent};
 use files::{FINISHED, Files, REQUESTED, UNFINISHED};
@@ -41,7 +41,7 @@ const MAX_REQUESTERS: usize = 256;
 #[derive(Debug)]
 pub(crate) enum Requester {
     /// A page.
-    Page(hand::Requester),
+    Page(requester::Requester),
     /// Another program, with the request word that it gave.
     Program(String),
 }

@@ -17,7 +17,7 @@ use recording::{Recorder, Subject, Time, robot_pose};
 use serde_json::json;
 use transport::Domain;
 
-use crate::io::hand::Requester;
+use crate::io::requester::Requester;
 use crate::state_store::StateStore;
 
 /// The program's name and version, as written into recordings.

@@ -30,8 +30,7 @@ use config::leo::ReadWithoutToken;
 use crossbeam::channel::{Receiver, Sender, unbounded};
 use tokio::net::{TcpListener, TcpSocket};
 
-use crate::io::hand::Requester;
-use crate::requests::PageRequest;
+use crate::io::requester::QueuedRequest;
 use crate::state_store::StateStore;
 pub(crate) use guard::{Access, Token};
 pub(crate) use live::Timeouts;
@@ -50,15 +49,6 @@ const MAX_READERS: u64 = 16;
 const INDEX: &[u8] = include_bytes!("../../page/built/index.html.gz");
 const SCRIPT: &[u8] = include_bytes!("../../page/built/page.js.gz");
 const STYLE: &[u8] = include_bytes!("../../page/built/page.css.gz");
-
-/// A queued request of a page.
-#[derive(Debug)]
-pub(crate) struct QueuedRequest {
-    /// The page's number, which identifies its hand in the workspace.
-    pub(crate) page: u16,
-    pub(crate) page_request: PageRequest,
-    pub(crate) requester: Requester,
-}
 
 /// Counters of the pages.
 #[derive(Debug, Default)]

@@ -7,7 +7,8 @@ use rustix::process::geteuid;
 use super::claim::{CLAIM_FILE, Claim, take_over_stale_claim};
 use super::entries;
 use crate::Domain;
-use crate::domain::{NAME, PARENT};
+use crate::domain::NAME;
+use crate::segment::PARENT;
 
 /// Removes the shared memory of a domain, then its files, then the claim and the directory. If this process is killed
 /// meanwhile, the claim remains for the next sweep.

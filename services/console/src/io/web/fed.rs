@@ -13,7 +13,8 @@ use tokio::time::timeout;
 
 use super::guard::AccessPolicy;
 use super::stop::Stop;
-use super::{QueuedRequest, Shared, Timeouts, Token, connections, routes};
+use super::{Shared, Timeouts, Token, connections, routes};
+use crate::io::requester::QueuedRequest;
 
 /// The token of the test server.
 const TOKEN: &str = "00112233445566778899aabbccddeeff";

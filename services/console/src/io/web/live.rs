@@ -16,8 +16,8 @@ use tokio::sync::mpsc;
 use tokio::time::{MissedTickBehavior, interval, timeout};
 
 use super::pace::{MAX_MESSAGES_PER_SECOND, RateLimit, Verdict};
-use super::{Access, MAX_PAGES, MAX_READERS, PageSlot, QueuedRequest, Shared};
-use crate::io::hand::Requester;
+use super::{Access, MAX_PAGES, MAX_READERS, PageSlot, Shared};
+use crate::io::requester::{QueuedRequest, Requester};
 use crate::requests::{Malformed, PageRequest, number, parse};
 use crate::state_store::StateStore;
 
