@@ -91,12 +91,11 @@ impl BareSubscriber {
     }
 }
 
+/// The topic of an exchange's bytes, and that of its notifications.
+type Services = (publish_subscribe::PortFactory<Service, [u8], ()>, event::PortFactory<Service>);
+
 /// Opens the bytes and the notifications of an exchange.
-fn services(
-    node: &Node,
-    name: &str,
-    purpose: &'static str,
-) -> Result<(publish_subscribe::PortFactory<Service, [u8], ()>, event::PortFactory<Service>), PortError> {
+fn services(node: &Node, name: &str, purpose: &'static str) -> Result<Services, PortError> {
     let service = service_name(name, purpose)?;
     let builder = || node.raw().service_builder(&service);
     let bytes = builder().publish_subscribe::<[u8]>().open_or_create();

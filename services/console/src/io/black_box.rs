@@ -307,7 +307,7 @@ mod tests {
     fn an_aborted_writer_does_not_block_the_next_dump() {
         let (page, mut answers) = tokio::sync::mpsc::channel(1);
         let wanted = Waiting {
-            requesters: vec![Requester::Page(hand::Requester { page, id: Some(7) })],
+            requesters: vec![Requester::Page(requester::Requester { page, id: Some(7) })],
             ..Waiting::default()
         };
         let (to, outcome) = bounded(1);

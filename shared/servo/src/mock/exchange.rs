@@ -77,7 +77,7 @@ impl Exchange<'_> {
             Ok(Instruction::SyncRead { address, length, ids }) => {
                 for &id in ids {
                     self.for_each_servo(id, |line, place| {
-                        line.say(place, id, ReplyContent::Table { address, length })
+                        line.say(place, id, ReplyContent::Table { address, length });
                     });
                 }
             }
@@ -85,7 +85,7 @@ impl Exchange<'_> {
                 for Span { id, address, length } in spans(records) {
                     let id = id.get();
                     self.for_each_servo(id, |line, place| {
-                        line.say(place, id, ReplyContent::Table { address, length })
+                        line.say(place, id, ReplyContent::Table { address, length });
                     });
                 }
             }

@@ -10,6 +10,8 @@ use tungstenite::protocol::frame::coding::CloseCode;
 use tungstenite::{Message, WebSocket};
 
 use super::*;
+use crate::io::requester::Requester;
+use crate::requests::PageRequest;
 
 /// Time-out of these tests, generous for a loaded machine.
 const LONG: Duration = Duration::from_secs(60);
