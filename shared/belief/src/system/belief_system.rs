@@ -120,7 +120,7 @@ impl BeliefSystem {
         })
     }
 
-    /// Skips validation. The caller guarantees that all inputs are [sound](Perceived::is_sound); invalid input is
+    /// Skips validation. The caller guarantees that all inputs are [sound](message::Perceived::is_sound); invalid input is
     /// stored as it is.
     #[must_use]
     pub fn assume_validated(mut self) -> Self {
