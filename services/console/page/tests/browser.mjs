@@ -40,7 +40,7 @@ export const patient = (page) => (what, isTrue, argument) => page.waitForFunctio
 
 /** Whether Leo's world is shown on the page. */
 export function ready(page) {
-  return page.waitForFunction(() => window.leo?.cells.get('workspace') !== undefined && window.leo.pictures() > 1);
+  return page.waitForFunction(() => window.leo?.store.get('workspace') !== undefined && window.leo.pictures() > 1);
 }
 
 /**

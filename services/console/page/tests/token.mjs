@@ -35,7 +35,7 @@ const isPressable = (page) => page.evaluate(() => {
 
 /** Waits until a page has access and shows the robot; without drawing. */
 const ready = (page) => page.waitForFunction(() => document.body.dataset.connection === 'connected'
-  && window.leo?.cells.get('arming') !== undefined);
+  && window.leo?.store.get('arming') !== undefined);
 
 try {
   const visitor = await (await browser.newContext({ viewport: { width: 390, height: 844 } })).newPage();

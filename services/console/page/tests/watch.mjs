@@ -9,7 +9,7 @@ import { visit } from './browser.mjs';
 const { origin } = new URL(process.argv[2]);
 await visit({ browser: { more: ['--disable-3d-apis'] }, page: { viewport: { width: 390, height: 844 } } }, async (page, until) => {
   await page.goto(origin);
-  await until('it shows the robot', () => window.leo?.cells.get('arming')?.stopped === false);
+  await until('it shows the robot', () => window.leo?.store.get('arming')?.stopped === false);
   await until('it says how to command the robot', () => !document.querySelector('#locked').hidden && /may only watch.*leo run prints/.test(document.querySelector('#locked').textContent));
   const { error } = await page.evaluate(() => window.leo.connection.ask('undo'));
   if (!/leo run/.test(error)) throw new Error(`the page commanded the robot: ${error}`);
