@@ -52,8 +52,7 @@ as_leo leo check --config /etc/leo/leo.toml --seconds 0 | sed 's/^/   /'
 as_leo leo run --config /etc/leo/leo.toml --domain /dev/shm/leo-try --for 12 >"$copy/told"
 grep -q 'What Leo learned' "$copy/told"
 as_leo leo tasks list | sed 's/^/   /'
-# Older versions use a database.
-expect 'test -s /var/lib/leo/learned.store -o -s /var/lib/leo/learned.redb'
+expect 'test -s /var/lib/leo/learned.store'
 
 say "upgrade, with a changed file"
 inside sh -c 'echo "# of this robot" >>/etc/leo/leo.toml'

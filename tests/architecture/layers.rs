@@ -65,7 +65,7 @@ const PEERS: [(&str, &[&str]); 10] = [
 ];
 
 /// What others made that only some of our crates may know.
-const WRAPPED: [(&str, &[&str]); 17] = [
+const WRAPPED: [(&str, &[&str]); 16] = [
     ("iceoryx2", &["transport"]),
     ("iceoryx2-bb-derive-macros", &["leo-message"]),
     ("iceoryx2-bb-elementary-traits", &["leo-message"]),
@@ -73,7 +73,6 @@ const WRAPPED: [(&str, &[&str]); 17] = [
     ("clap_mangen", &["commands"]),
     ("parry3d", &["leo-scene"]),
     ("ratatui", &["console-process"]),
-    ("redb", &["store"]),
     ("mcap", &["recording", "records", "trace"]),
     ("libc", &["realtime"]),
     ("signal-hook", &["process", "supervisor-process"]),

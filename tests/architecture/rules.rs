@@ -6,7 +6,7 @@ use crate::layers::{LAYERS, dependencies};
 use crate::source::{Source, sources};
 
 /// Crates and modules that do input or output, read a clock, or wait: a core names none of them.
-const IO_PATHS: [&str; 27] = [
+const IO_PATHS: [&str; 26] = [
     "axum",
     "clock::now",
     "clock::sleep_until",
@@ -20,7 +20,6 @@ const IO_PATHS: [&str; 27] = [
     "ratatui::init",
     "realtime",
     "recording",
-    "redb",
     "rustix",
     "rustls",
     "serial",

@@ -3,8 +3,8 @@ use std::os::unix::fs::MetadataExt as _;
 use std::path::Path;
 use std::process::{Command, Stdio};
 
-use crate::assert_refused;
 use crate::harness::{CommandOutput, Leo, leo, read, redacted, run_leo, write};
+use crate::{VERSION_5, assert_refused};
 
 /// Runs `leo check` without measurements.
 fn check(arguments: &[&str]) -> CommandOutput {
@@ -49,9 +49,11 @@ fn a_check_names_remedies_applies_and_reverts_them() {
     let again = check(&[&at[..], &["--revert"]].concat());
     assert_refused(&again, 1, &["/run/leo-check.json"]);
     insta::assert_snapshot!([late, applied, at_once, reverted, again.err].join("\n"));
-    for (usage, word) in
-        [(["check", "--apply", "--json"], "--json"), (["check", "--seconds", "-1"], "seconds")]
-    {
+    for (usage, word) in [
+        (["check", "--apply", "--json"], "--json"),
+        (["check", "--seconds", "-1"], "seconds"),
+        (["check", "--seconds=0", "--migrate"], "--config"),
+    ] {
         let output = run_leo(&usage);
         assert!(output.status == Some(2) && output.out.is_empty() && output.err.contains(word), "{output:?}");
     }
@@ -97,22 +99,12 @@ fn an_old_configuration_is_brought_forward_once_and_kept_as_it_was() {
     assert_refused(&backup, 2, &["leo.toml.old"]);
     assert_eq!(read(&config), old);
     let all = [missing.err, migrated, unchanged, backup.err].join("\n");
-    insta::assert_snapshot!(state_redacted(&files, &all));
+    insta::assert_snapshot!(files_redacted(&files, &all));
 }
 
-/// The output of a check, without the state directory and the folder of a test.
-///
-/// Each command has a state directory of its own, beside its output.
-fn state_redacted(files: &tempfile::TempDir, text: &str) -> String {
-    let ours = redacted(text, &[(&files.path().display().to_string(), "[files]")]);
-    let root = std::env::temp_dir().display().to_string();
-    let root = format!("{root}/");
-    let mut parts = ours.split(&root);
-    let first = parts.next().unwrap_or_default().to_owned();
-    parts.fold(first, |text, part| {
-        let (_, rest) = part.split_once('/').unwrap_or_default();
-        format!("{text}[state]/{rest}")
-    })
+/// Text without the folder of a test.
+fn files_redacted(files: &tempfile::TempDir, text: &str) -> String {
+    redacted(text, &[(&files.path().display().to_string(), "[files]")])
 }
 
 #[test]
@@ -129,45 +121,6 @@ fn an_older_configuration_gets_the_arming_settings() {
         assert!(output.out.contains(step), "{step}: {output:?}");
     }
     assert_eq!(check(&["--config", &config]).status, Some(0));
-}
-
-#[test]
-fn learned_tasks_are_migrated_in_place_unless_a_robot_uses_them() {
-    let files = tempfile::tempdir().expect("a folder");
-    let nowhere = files.path().join("nowhere");
-    let migrate = |state: &Path| check(&["--migrate", "--state", state.to_str().expect("letters")]);
-    let output = migrate(&nowhere);
-    let none = changes(&output);
-    assert!(output.status == Some(0) && none.contains(&nowhere.display().to_string()), "{output:?}");
-    assert!(!nowhere.exists(), "a look makes nothing");
-
-    let state = files.path().join("state");
-    let file = process::state::learned(&state);
-    let memory = learner_process::Memory::open(&file).expect("is made");
-    let in_use = migrate(&state);
-    assert_refused(&in_use, 1, &["learned.store"]);
-    drop(memory);
-    let output = migrate(&state);
-    let this = changes(&output);
-    assert!(output.status == Some(0) && this.contains(&state.display().to_string()), "{output:?}");
-    assert!(!state.join("learned.v1.redb").exists());
-
-    let state = files.path().join("old");
-    fs::create_dir(&state).expect("makes");
-    fs::copy("shared/store/tests/version_1.redb", state.join("learned.redb")).expect("copies");
-    let output = migrate(&state);
-    let migrated = changes(&output);
-    assert!(
-        output.status == Some(0)
-            && output.out.contains("old/learned.v1.redb")
-            && state.join("learned.v1.redb").exists(),
-        "{output:?}"
-    );
-    fs::write(state.join("learned.copy.store"), "nonsense").expect("writes");
-    let output = migrate(&state);
-    assert!(output.status == Some(0) && output.err.contains("learned.copy.damaged.store"), "{output:?}");
-    let all = [none, in_use.err, this, migrated, output.err].join("\n");
-    insta::assert_snapshot!(state_redacted(&files, &all));
 }
 
 #[test]
@@ -276,35 +229,34 @@ fn a_check_reports_the_store_version_and_changes_nothing() {
     let (status, this) = learned();
     assert!(status == Some(0) && this.starts_with("good ") && this.contains("version, 4"), "{this}");
 
-    let old = fs::read(Path::new(env!("CARGO_MANIFEST_DIR")).join("shared/store/tests/version_1.redb"));
-    let old = old.expect("the file of version 1");
-    let database = file.with_extension("redb");
-    fs::write(&database, &old).expect("writes");
-    let (status, older) = learned();
-    assert!(status == Some(0) && older.starts_with("slower "), "{older}");
-    assert!(older.contains("version 1,") && older.contains("version 4"), "{older}");
-    assert!(older.contains("mend: leo check --migrate --state "), "{older}");
-    assert_eq!(fs::read(&database).expect("reads"), old, "a check changes nothing");
+    let whole = fs::read(&file).expect("reads");
+    fs::write(&file, VERSION_5).expect("writes");
+    let (status, newer) = learned();
+    assert!(status == Some(1) && newer.starts_with("broken "), "{newer}");
+    for word in ["learned.store", "version 5", "version 4", "use the Leo that wrote them"] {
+        assert!(newer.contains(word), "{word}: {newer}");
+    }
+    assert_eq!(fs::read_to_string(&file).expect("reads"), VERSION_5, "a check changes nothing");
+    fs::write(&file, whole).expect("writes");
 
-    fs::write(&database, "nonsense").expect("writes");
-    let (status, broken) = learned();
-    assert!(status == Some(1) && broken.starts_with("broken "), "{broken}");
-    assert!(broken.contains("learned.redb"), "{broken}");
+    let database = file.with_extension("redb");
+    fs::write(&database, "a database").expect("writes");
+    let (status, refused) = learned();
+    assert!(status == Some(1) && refused.starts_with("broken "), "{refused}");
+    assert!(refused.contains("learned.redb") && refused.contains("move the file away"), "{refused}");
+    assert_eq!(fs::read_to_string(&database).expect("reads"), "a database", "a check changes nothing");
     fs::remove_file(&database).expect("is there");
-    let mut all = vec![none, in_use, this, older, broken];
+    let mut all = vec![none, in_use, this, newer, refused];
 
     for damaged in ["", "nonsense"] {
         fs::write(&file, damaged).expect("writes");
         let (status, broken) = learned();
         assert!(status == Some(1) && broken.starts_with("broken "), "{broken}");
-        assert!(
-            broken.contains("learned.store") && broken.contains("leo check --migrate --state "),
-            "{broken}"
-        );
+        assert!(broken.contains("learned.store") && broken.contains("leo tasks list --state "), "{broken}");
         assert_eq!(fs::read_to_string(&file).expect("reads"), damaged, "a check changes nothing");
         all.push(broken);
     }
-    insta::assert_snapshot!(state_redacted(&files, &all.join("")));
+    insta::assert_snapshot!(files_redacted(&files, &all.join("")));
 }
 
 #[test]

@@ -34,6 +34,8 @@ use harness::{CommandOutput, Leo, leo, public_executable, read, run_leo, short_l
 const TASK_1: &str = "config/lessons/task1.toml";
 /// An ordinary user without special groups: `nobody`.
 const NOBODY: u32 = 65534;
+/// A sound line of a store of version 5: its check sum, the version and an empty record.
+const VERSION_5: &str = "aa8002c50ba25c46 5 {}\n";
 
 /// Checks an error: one line on standard error, nothing on standard output.
 fn assert_refused(output: &CommandOutput, status: i32, words: &[&str]) {
@@ -277,31 +279,37 @@ fn an_unavailable_memory_is_refused_before_anything_starts() {
     let no_folder = write(&files, "no-folder", "");
     blocked.env("XDG_STATE_HOME", &no_folder);
     assert_refused(&Leo::start(blocked, files).end(), 2, &["no-folder", "XDG_STATE_HOME"]);
+
+    for (name, bytes, word) in
+        [("learned.redb", "a database", "before 0.1"), ("learned.store", VERSION_5, "version 5")]
+    {
+        let (mut other, files) = leo(&["run", "--for", "1"]);
+        let folder = files.path().join("leo");
+        fs::create_dir(&folder).expect("makes");
+        fs::write(folder.join(name), bytes).expect("writes");
+        other.env("XDG_STATE_HOME", files.path());
+        assert_refused(&Leo::start(other, files).end(), 2, &[name, word]);
+    }
 }
 
 #[test]
 fn a_robot_whose_memory_is_damaged_starts_and_says_what_it_lost() {
-    for (name, bytes) in
-        [("learned.redb", &b""[..]), ("learned.redb", b"these are not the bytes"), ("learned.store", b"")]
-    {
-        let state = tempfile::tempdir().expect("a folder");
-        let folder = state.path().join("leo");
-        fs::create_dir(&folder).expect("makes");
-        fs::write(folder.join(name), bytes).expect("writes");
-        let (mut damaged, files) = leo(&["run", "--for", "1"]);
-        damaged.env("XDG_STATE_HOME", state.path());
-        let output = Leo::start(damaged, files).end();
-        let aside = name.replace("learned.", "learned.damaged.");
-        assert_eq!(fs::read(folder.join(&aside)).expect("is kept"), bytes);
-        assert_eq!(output.status, Some(0), "{output:?}");
-        for word in [
-            name,
-            &aside,
-            "nothing of what was learned can be read",
-            "My memory was damaged: all of it is lost",
-        ] {
-            assert!(output.err.contains(word) || output.out.contains(word), "{word}: {output:?}");
-        }
+    let state = tempfile::tempdir().expect("a folder");
+    let folder = state.path().join("leo");
+    fs::create_dir(&folder).expect("makes");
+    fs::write(folder.join("learned.store"), "").expect("writes");
+    let (mut damaged, files) = leo(&["run", "--for", "1"]);
+    damaged.env("XDG_STATE_HOME", state.path());
+    let output = Leo::start(damaged, files).end();
+    assert_eq!(fs::read(folder.join("learned.damaged.store")).expect("is kept"), b"");
+    assert_eq!(output.status, Some(0), "{output:?}");
+    for word in [
+        "learned.store",
+        "learned.damaged.store",
+        "nothing of what was learned can be read",
+        "My memory was damaged: all of it is lost",
+    ] {
+        assert!(output.err.contains(word) || output.out.contains(word), "{word}: {output:?}");
     }
 }
 

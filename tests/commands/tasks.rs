@@ -4,8 +4,8 @@ use std::fs;
 
 use serde_json::{Value, json};
 
-use crate::assert_refused;
 use crate::harness::{redacted, run_leo, write};
+use crate::{VERSION_5, assert_refused};
 
 /// A task with one example: of two squares the red one was filled.
 fn exported() -> Value {
@@ -104,27 +104,6 @@ fn a_file_that_is_no_export_changes_nothing() {
     assert_eq!(run_leo(&["tasks", "list", "--json", "--state", &state]).out.trim(), "[]");
 }
 
-#[test]
-fn a_store_of_an_older_version_is_migrated_and_its_file_kept() {
-    let files = tempfile::tempdir().expect("a folder");
-    let state = files.path().join("state");
-    fs::create_dir(&state).expect("makes");
-    fs::copy("shared/store/tests/version_1.redb", state.join("learned.redb")).expect("copies");
-    let ask = |what: &str| run_leo(&["tasks", what, "--state", &state.display().to_string()]);
-    let list = ask("list").out;
-    assert!(list.contains("Task 1 ") && list.contains("2 examples"), "{list}");
-    insta::assert_snapshot!(list);
-    let out: Value = serde_json::from_str(&ask("export").out).expect("is JSON");
-    let example = exported()["tasks"][0]["examples"][0].clone();
-    for part in ["/teacher", "/views/0/before/objects/0/features", "/views/0/after/objects/0/states"] {
-        for index in 0..2 {
-            let kept = out.pointer(&format!("/tasks/1/examples/{index}{part}"));
-            assert_eq!(kept, example.pointer(part), "{part}");
-        }
-    }
-    assert!(state.join("learned.v1.redb").exists());
-}
-
 /// Whether the words appear in this order.
 fn says(text: &str, words: &[&str]) -> bool {
     let mut rest = text;
@@ -187,7 +166,7 @@ fn a_damaged_store_reports_losses_and_serves_the_rest() {
 }
 
 #[test]
-fn a_locked_or_newer_store_is_refused_with_a_remedy() {
+fn a_locked_or_other_store_is_refused_with_a_remedy() {
     let files = tempfile::tempdir().expect("a folder");
     let state = files.path().join("state");
     let list = || run_leo(&["tasks", "list", "--state", state.to_str().expect("letters")]);
@@ -195,10 +174,19 @@ fn a_locked_or_newer_store_is_refused_with_a_remedy() {
     let in_use = list();
     assert_refused(&in_use, 1, &["learned.store"]);
     drop(memory);
+    let database = state.join("learned.redb");
+    fs::write(&database, "a database").expect("writes");
+    let before_0_1 = list();
+    assert_refused(&before_0_1, 2, &["learned.redb", "before 0.1", "move the file away"]);
+    assert_eq!(fs::read_to_string(&database).expect("reads"), "a database");
+    fs::remove_file(database).expect("is there");
+    fs::write(state.join("learned.store"), VERSION_5).expect("writes");
+    let newer = list();
+    assert_refused(&newer, 2, &["learned.store", "version 5", "version 4"]);
     fs::remove_dir_all(&state).expect("is there");
     std::os::unix::fs::symlink(files.path(), &state).expect("links");
     let link = list();
     assert_refused(&link, 2, &[&state.display().to_string()]);
     let hidden = [(&*files.path().display().to_string(), "[files]")];
-    insta::assert_snapshot!(redacted(&(in_use.err + &link.err), &hidden));
+    insta::assert_snapshot!(redacted(&(in_use.err + &before_0_1.err + &newer.err + &link.err), &hidden));
 }

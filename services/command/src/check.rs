@@ -31,8 +31,8 @@ pub(crate) struct Check {
     /// Revert the changes of --apply; as root
     #[arg(long, conflicts_with_all = ["json", "apply"])]
     revert: bool,
-    /// First migrate --config and the learned tasks to this version, and keep a copy of each original
-    #[arg(long, conflicts_with = "json")]
+    /// First migrate --config and the files beside it to this version, and keep a copy of each original
+    #[arg(long, conflicts_with = "json", requires = "config")]
     migrate: bool,
     /// The state directory; /var/lib/leo for the service [default: $XDG_STATE_HOME/leo or ~/.local/state/leo]
     #[arg(long, value_name = "DIRECTORY")]
@@ -47,8 +47,8 @@ pub(crate) struct Check {
 
 impl Check {
     pub(crate) fn run(self) -> Result<ExitCode, CommandError> {
-        if self.migrate {
-            migrate::migrate(self.config.as_deref(), self.state.as_deref())?;
+        if let (Some(leo), true) = (&self.config, self.migrate) {
+            migrate::migrate(leo)?;
         }
         let robot = Robot::load(self.config.as_deref()).map_err(CommandError::usage)?;
         check_can_start(&robot, self.config.as_deref())?;

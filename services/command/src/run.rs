@@ -54,7 +54,7 @@ impl Run {
         process::state::prepare(&state).map_err(CommandError::usage)?;
         // Report a broken memory here as one clear error; the learner would only die of it repeatedly. A memory that is
         // locked by another robot is accepted: the learner then runs without one.
-        let _access = learner_process::check_memory(&state).map_err(CommandError::usage)?;
+        learner_process::check_memory(&state).map_err(CommandError::usage)?;
         // On a real robot there is no simulator process.
         let plays = robot.leo.sensor.simulator().is_some();
         let orders = RunOptions {

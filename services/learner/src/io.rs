@@ -4,4 +4,4 @@ pub(crate) mod memory;
 pub(crate) mod persister;
 pub(crate) mod run;
 
-pub use store::{OpenError, VERSION as MEMORY_VERSION, Version as MemoryVersion};
+pub use store::{OpenError, StoreState as MemoryState, VERSION as MEMORY_VERSION};

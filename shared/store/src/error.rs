@@ -13,7 +13,7 @@ pub enum OpenError {
         /// The file.
         path: PathBuf,
     },
-    /// It has another version, which this code cannot migrate.
+    /// It has another version.
     #[error("{}: the learned tasks have schema version {found}, this Leo knows version {known}: use the Leo that wrote \
              them, or another state directory", path.display())]
     Version {
@@ -24,16 +24,12 @@ pub enum OpenError {
         /// The current version of this code.
         known: u64,
     },
-    /// It has an older version and the migration failed. It is unchanged.
-    #[error("{}: the learned tasks of version {from} cannot be migrated: {source}: use the Leo that wrote them, or \
-             another state directory", path.display())]
-    Migration {
-        /// The file.
+    /// The database of Leo before 0.1 is beside it.
+    #[error("{}: tasks learned by a version of Leo before 0.1 cannot be read: move the file away, or use another state \
+             directory", path.display())]
+    Database {
+        /// The database.
         path: PathBuf,
-        /// The version at which the migration failed.
-        from: u64,
-        /// The reason.
-        source: MigrationError,
     },
     /// Its directory could not be created, or is accessible to other users.
     #[error("the folder for the learned tasks cannot be made or opened: {source}")]
@@ -74,16 +70,6 @@ fn advice(error: &io::Error) -> &'static str {
         return "allow this user to read and write it, or use another state directory";
     }
     "check its disk for faults, or use another state directory"
-}
-
-/// The error when an entry of an older version cannot be migrated.
-#[derive(Debug, thiserror::Error)]
-#[error("the entry {key:?}: {reason}")]
-pub struct MigrationError {
-    /// The entry's key.
-    pub key: String,
-    /// The reason.
-    pub reason: String,
 }
 
 /// The error when a store cannot be read.

@@ -26,8 +26,6 @@ pub(crate) trait Files: Debug + Send {
     fn rename(&mut self, name: &str, to: &str) -> io::Result<()>;
     /// Creates a hard link, whose name must be free.
     fn link(&mut self, name: &str, second: &str) -> io::Result<()>;
-    /// Removes a name of a file.
-    fn remove(&mut self, name: &str) -> io::Result<()>;
     /// Makes all names durable (fsync of the directory).
     fn sync(&mut self) -> io::Result<()>;
 }
@@ -158,10 +156,6 @@ impl Files for Disk {
 
     fn link(&mut self, name: &str, second: &str) -> io::Result<()> {
         self.folder.link(name, second)
-    }
-
-    fn remove(&mut self, name: &str) -> io::Result<()> {
-        self.folder.remove(name)
     }
 
     fn sync(&mut self) -> io::Result<()> {

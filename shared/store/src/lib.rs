@@ -9,16 +9,13 @@
 //! Opening verifies the store. Damaged files are set aside under the names in [`Findings`]. The valid records of either
 //! copy are kept, and both copies are then rewritten atomically, one after the other.
 //!
-//! A database of version 3 or older is migrated on opening, and its file is kept. A store of a newer version is refused
-//! and left unchanged.
+//! A store of another version is refused and left unchanged. So is the database of Leo before 0.1 (`learned.redb`).
 
 mod contents;
-mod database;
 mod error;
 mod files;
 mod findings;
-mod look;
-mod migration;
+mod inspect;
 mod names;
 mod record;
 mod repair;
@@ -26,10 +23,10 @@ mod scan;
 mod store;
 mod survey;
 
-pub use error::{MigrationError, OpenError, ReadError, WriteError};
+pub use error::{OpenError, ReadError, WriteError};
 pub use findings::{Damage, Findings};
-pub use look::Version;
-pub use migration::VERSION;
+pub use inspect::StoreState;
+pub use record::VERSION;
 pub use store::Store;
 pub use survey::Lost;
 

@@ -40,15 +40,15 @@ impl Names {
         format!("{}.lock", self.stem)
     }
 
-    /// The database of version 3 and older.
+    /// The database of Leo before 0.1.
     pub(crate) fn database(&self) -> String {
         format!("{}.redb", self.stem)
     }
 
-    /// The n-th name for setting a file aside: `learned.damaged.store`, `learned.v3.redb`.
-    pub(crate) fn aside(name: &str, why: &str, number: u32) -> String {
+    /// The n-th name for setting a damaged file aside: `learned.damaged.store`, `learned.damaged.2.store`.
+    pub(crate) fn aside(name: &str, number: u32) -> String {
         let (stem, ending) = name.rsplit_once('.').unwrap_or((name, ""));
         let number = if number == 1 { String::new() } else { format!(".{number}") };
-        format!("{stem}.{why}{number}.{ending}")
+        format!("{stem}.damaged{number}.{ending}")
     }
 }

@@ -2,7 +2,8 @@ use serde::{Deserialize, Serialize};
 use serde_json::value::RawValue;
 use twox_hash::XxHash3_64;
 
-use crate::VERSION;
+/// The schema version that this code reads and writes.
+pub const VERSION: u64 = 4;
 
 /// A change of the contents. A record is a line: check sum, format version, and the change as JSON. So damage
 /// invalidates only the lines that it touches.

@@ -1,10 +1,8 @@
-//! Opening a store: sets damaged files aside, migrates an older version, and completes both copies.
+//! Opening a store: sets damaged files aside and completes both copies.
 
 use std::io;
 
 use crate::contents::Contents;
-use crate::database::{self, DatabaseState};
-use crate::migration::Migration;
 use crate::names::Names;
 use crate::record::{Change, encode_all};
 use crate::store::{JournalEnd, size};
@@ -19,17 +17,9 @@ const MAX_ASIDE_FILES: u32 = 1000;
 /// The bytes of both copies; `None` if a file is missing.
 type Copies = [Option<Vec<u8>>; 2];
 
-/// The database of an older version, if any.
-enum OlderStore {
-    Nothing,
-    Older { version: u64, contents: Contents, bytes: Vec<u8> },
-    Damaged { what: String, bytes: Vec<u8> },
-}
-
 impl Store {
-    /// Reads both copies and the database of an older version. If the copies are incomplete, sets damaged files aside
-    /// and rewrites both copies.
-    pub(crate) fn repair(&mut self, migrations: &[Migration]) -> Result<(), OpenError> {
+    /// Reads both copies. If they are incomplete, sets damaged files aside and rewrites both copies.
+    pub(crate) fn repair(&mut self) -> Result<(), OpenError> {
         self.end = JournalEnd::default();
         let (copies, survey) = self.survey().map_err(|error| match error {
             ReadError::Version { path, found } => OpenError::Version { path, found, known: VERSION },
@@ -38,40 +28,22 @@ impl Store {
                 OpenError::Unreadable { path, source: io::Error::other(source) }
             }
         })?;
-        let CopyComparison { mut contents, losses, generation, next, copies: standings, lost } = survey;
-        let left = self.left(migrations)?;
+        let CopyComparison { contents, losses, generation, next, copies: standings, lost } = survey;
         self.losses = losses;
         self.findings = Findings { lost, ..Findings::default() };
         self.end = JournalEnd { generation, number: next, ..JournalEnd::default() };
         let are_whole = standings.iter().all(|standing| *standing == CopyState::Whole);
         let is_overgrown = next > MAX_EXCESS_OBSOLETE + 2 * contents.size();
-        if are_whole && !is_overgrown && matches!(left, OlderStore::Nothing) {
+        if are_whole && !is_overgrown {
             let length = copies.iter().flatten().map(size).next().unwrap_or(0);
             self.end = JournalEnd { length, is_whole: true, ..self.end };
             return Ok(());
         }
         self.set_aside(standings, &copies).map_err(|source| self.unwritable(source))?;
-        let left = match left {
-            OlderStore::Nothing => None,
-            OlderStore::Older { version, contents: older, bytes } => {
-                contents.merge(older);
-                Some((format!("v{version}"), bytes))
-            }
-            OlderStore::Damaged { what, bytes } => {
-                let file = self.names.path(&self.names.database());
-                self.findings.damaged.push(Damage { file, what, aside: None });
-                self.findings.lost = Lost::Everything;
-                Some(("damaged".to_owned(), bytes))
-            }
-        };
         if self.findings.lost != Lost::Nothing {
             self.losses.push(self.findings.lost.in_short());
         }
-        self.rewrite_copies(&contents)?;
-        if let Some((why, bytes)) = left {
-            self.set_database_aside(&why, &bytes).map_err(|source| self.unwritable(source))?;
-        }
-        Ok(())
+        self.rewrite_copies(&contents)
     }
 
     /// Reads and compares both copies.
@@ -89,39 +61,11 @@ impl Store {
         Ok((copies, survey))
     }
 
-    /// Reads the database of an older version and migrates it.
-    fn left(&mut self, migrations: &[Migration]) -> Result<OlderStore, OpenError> {
-        let name = self.names.database();
-        let path = self.names.path(&name);
-        let unreadable = |source| OpenError::Unreadable { path: path.clone(), source };
-        // A running older version may be writing, so its lock is respected.
-        if !self.files.lock(&name, false).map_err(unreadable)? {
-            return Err(OpenError::InUse { path });
-        }
-        let Some(bytes) = self.files.read(&name).map_err(unreadable)? else { return Ok(OlderStore::Nothing) };
-        let (version, mut contents) = match database::read(&bytes) {
-            DatabaseState::Damaged(what) => return Ok(OlderStore::Damaged { what, bytes }),
-            DatabaseState::Sound { version, contents } => (version.unwrap_or(VERSION - 1), contents),
-        };
-        if !migrations.iter().any(|migration| migration.from == version) {
-            return Err(OpenError::Version { path, found: version, known: VERSION });
-        }
-        for migration in migrations.iter().filter(|migration| migration.from >= version) {
-            let migrated = (migration.apply)(contents);
-            contents = migrated.map_err(|source| OpenError::Migration {
-                path: path.clone(),
-                from: migration.from,
-                source,
-            })?;
-        }
-        Ok(OlderStore::Older { version, contents, bytes })
-    }
-
     fn set_aside(&mut self, standings: [CopyState; 2], copies: &Copies) -> io::Result<()> {
         for ((name, standing), bytes) in self.names.copies().into_iter().zip(standings).zip(copies) {
             if let CopyState::Damaged(what) = standing {
                 let aside = match bytes {
-                    Some(bytes) => Some(self.aside(&name, "damaged", bytes)?),
+                    Some(bytes) => Some(self.aside(&name, bytes)?),
                     None => None,
                 };
                 let aside = aside.map(|aside| self.names.path(&aside));
@@ -131,23 +75,11 @@ impl Store {
         Ok(())
     }
 
-    fn set_database_aside(&mut self, why: &str, bytes: &[u8]) -> io::Result<()> {
-        let name = self.names.database();
-        let aside = self.aside(&name, why, bytes)?;
-        self.files.remove(&name)?;
-        self.files.sync()?;
-        let file = self.names.path(&name);
-        if let Some(damage) = self.findings.damaged.iter_mut().find(|damage| damage.file == file) {
-            damage.aside = Some(self.names.path(&aside));
-        }
-        Ok(())
-    }
-
     /// Hard-links a file to a free name that is never changed again. An existing file with the same bytes is reused: it
     /// was set aside before a crash.
-    fn aside(&mut self, name: &str, why: &str, bytes: &[u8]) -> io::Result<String> {
+    fn aside(&mut self, name: &str, bytes: &[u8]) -> io::Result<String> {
         for number in 1..MAX_ASIDE_FILES {
-            let aside = Names::aside(name, why, number);
+            let aside = Names::aside(name, number);
             match self.files.read(&aside) {
                 Ok(Some(there)) if there == bytes => return Ok(aside),
                 Ok(None) => {
@@ -161,15 +93,14 @@ impl Store {
         }
         Err(io::Error::other(format!(
             "there are too many files like {}",
-            Names::aside(name, why, MAX_ASIDE_FILES)
+            Names::aside(name, MAX_ASIDE_FILES)
         )))
     }
 
     /// Rewrites both copies atomically, one after the other, so that one of them is complete at any time.
     fn rewrite_copies(&mut self, contents: &Contents) -> Result<(), OpenError> {
-        let refused = |source| OpenError::Migration { path: self.path.clone(), from: VERSION, source };
         let mut changes = vec![Change::Begin { losses: self.losses.clone() }];
-        changes.extend(contents.changes().map_err(refused)?);
+        changes.extend(contents.changes());
         let generation = self.end.generation + 1;
         let (lines, next) =
             encode_all(generation, 0, changes).map_err(|error| self.unwritable(io::Error::other(error)))?;

@@ -7,7 +7,6 @@ use serde_json::value::{RawValue, to_raw_value};
 use crate::contents::Contents;
 use crate::error::is_full;
 use crate::files::{Disk, Files};
-use crate::migration::{MIGRATIONS, Migration};
 use crate::names::Names;
 use crate::record::{Change, encode_all};
 use crate::{Entry, Findings, OpenError, ReadError, WriteError};
@@ -36,24 +35,19 @@ pub(crate) struct JournalEnd {
 
 impl Store {
     /// Opens the store whose first copy has this path, or creates an empty one, with missing parent directories.
-    /// Damaged files are set aside and repaired, see [`Store::findings`]. A store of an older version is migrated, and
-    /// its file is kept (`learned.v3.redb`).
+    /// Damaged files are set aside and repaired, see [`Store::findings`].
     ///
     /// # Errors
-    /// [`OpenError`] if another process has it open, it has a newer version, the migration fails, or it cannot be
-    /// read or created.
+    /// [`OpenError`] if another process has it open, it has another version, the database of Leo before 0.1 is beside
+    /// it, or it cannot be read or created.
     pub fn open(path: &Path) -> Result<Self, OpenError> {
         let names = Names::of(path);
         let disk = Disk::make(names.folder()).map_err(|source| OpenError::Folder { source })?;
-        Self::open_on(Box::new(disk), path, &MIGRATIONS)
+        Self::open_on(Box::new(disk), path)
     }
 
-    /// As [`Self::open`], with these files and migrations.
-    pub(crate) fn open_on(
-        files: Box<dyn Files>,
-        path: &Path,
-        migrations: &[Migration],
-    ) -> Result<Self, OpenError> {
+    /// As [`Self::open`], with these files.
+    pub(crate) fn open_on(files: Box<dyn Files>, path: &Path) -> Result<Self, OpenError> {
         let names = Names::of(path);
         let mut store = Self {
             files,
@@ -68,7 +62,8 @@ impl Store {
         if !is_locked {
             return Err(OpenError::InUse { path: store.path });
         }
-        match store.repair(migrations) {
+        refuse_database(store.files.as_mut(), &store.names)?;
+        match store.repair() {
             // A full disk prevents the repair but not reading.
             Err(OpenError::Unwritable { source, .. }) if is_full(&source) && store.end.generation > 0 => {
                 store.findings.repair_error = Some(format!("{source}: make room on its disk"));
@@ -106,10 +101,10 @@ impl Store {
     /// [`ReadError`] if the store cannot be read or an entry does not have the expected type.
     pub fn load<H: DeserializeOwned, I: DeserializeOwned>(&mut self) -> Result<Vec<Entry<H, I>>, ReadError> {
         let Contents { heads, mut items } = self.contents()?;
-        let read = |(key, head): (String, Vec<u8>)| {
+        let read = |(key, head): (String, Box<RawValue>)| {
             let items = items.remove(&key).unwrap_or_default();
-            let head = serde_json::from_slice(&head);
-            let items = items.values().map(|item| serde_json::from_slice(item)).collect();
+            let head = serde_json::from_str(head.get());
+            let items = items.values().map(|item| serde_json::from_str(item.get())).collect();
             match (head, items) {
                 (Ok(head), Ok(items)) => Ok(Entry { key, head, items }),
                 (Err(source), _) | (_, Err(source)) => {
@@ -174,7 +169,7 @@ impl Store {
             return Ok(());
         }
         if !self.end.is_whole {
-            self.repair(&MIGRATIONS).map_err(Box::new)?;
+            self.repair().map_err(Box::new)?;
         }
         let JournalEnd { generation, number, length, .. } = self.end;
         let (lines, next) = encode_all(generation, number, changes)
@@ -196,6 +191,16 @@ impl Store {
     /// The current contents.
     fn contents(&mut self) -> Result<Contents, ReadError> {
         Ok(self.survey()?.1.contents)
+    }
+}
+
+/// Refuses the database of Leo before 0.1: its tasks must not be ignored in silence.
+pub(crate) fn refuse_database(files: &mut dyn Files, names: &Names) -> Result<(), OpenError> {
+    let path = names.path(&names.database());
+    match files.read(&names.database()) {
+        Ok(None) => Ok(()),
+        Ok(Some(_)) => Err(OpenError::Database { path }),
+        Err(source) => Err(OpenError::Unreadable { path, source }),
     }
 }
 

@@ -1,7 +1,6 @@
 mod damage;
 mod drive;
 mod failing;
-mod old;
 mod power;
 
 use std::collections::BTreeMap;
@@ -110,6 +109,58 @@ fn a_store_of_a_newer_version_is_refused_unchanged() {
 }
 
 #[test]
+fn a_database_of_leo_before_0_1_is_refused_and_not_ignored() {
+    let database = "these are not the bytes of a store";
+    for is_store_there in [false, true] {
+        let (_folder, path) = file();
+        let mut store = Store::open(&path).unwrap();
+        store.put("task 1", &"TASK 1", 0, &1).unwrap();
+        drop(store);
+        if !is_store_there {
+            Names::of(&path)
+                .copies()
+                .iter()
+                .for_each(|name| fs::remove_file(path.with_file_name(name)).unwrap());
+        }
+        let at = path.with_extension("redb");
+        fs::write(&at, database).unwrap();
+        let before = beside(&path);
+        for refused in [Store::open(&path).map(drop), StoreState::of(&path).map(drop)] {
+            let refused = refused.unwrap_err();
+            assert!(matches!(&refused, OpenError::Database { path } if *path == at), "{refused}");
+            assert_eq!(beside(&path), before, "nothing is changed");
+        }
+        fs::rename(&at, path.with_file_name("elsewhere")).unwrap();
+        let expected = if is_store_there { vec![entry("task 1", &[1])] } else { Vec::new() };
+        assert_eq!(all(&mut Store::open(&path).unwrap()), expected);
+    }
+}
+
+#[test]
+fn an_inspected_store_reports_its_state_and_is_unchanged() {
+    let (_folder, path) = file();
+    assert_eq!(StoreState::of(&path).unwrap(), StoreState::NoFile);
+    assert!(!path.parent().unwrap().exists(), "a look makes nothing");
+    drop(Store::open(&path).unwrap());
+    assert_eq!(StoreState::of(&path).unwrap(), StoreState::Sound);
+    let whole = fs::read(&path).unwrap();
+    fs::write(&path, line(&format!("{} {{}}", VERSION + 1))).unwrap();
+    let refused = StoreState::of(&path).unwrap_err();
+    let is_newer =
+        matches!(refused, OpenError::Version { found, known: VERSION, .. } if found == VERSION + 1);
+    assert!(is_newer, "{refused}");
+    for damaged in ["", "nonsense"] {
+        fs::write(&path, damaged).unwrap();
+        let StoreState::Damaged(what) = StoreState::of(&path).unwrap() else { panic!("it is damaged") };
+        assert!(what.contains("tasks.store is "), "{what}");
+        assert_eq!(fs::read_to_string(&path).unwrap(), damaged);
+    }
+    fs::write(&path, whole).unwrap();
+    let _open = Store::open(&path).unwrap();
+    assert_eq!(StoreState::of(&path).unwrap(), StoreState::InUse);
+}
+
+#[test]
 fn a_file_in_use_is_refused_by_name() {
     let (_folder, path) = file();
     let _store = Store::open(&path).unwrap();
@@ -134,7 +185,6 @@ fn errors_are_worded() {
     let path = || PathBuf::from("learned.store");
     let source = ErrorKind::StorageFull;
     let folder = || FolderError::Link { path: "/home/a/leo".into() };
-    let migration = MigrationError { key: "task 1".to_owned(), reason: "its list has no items".to_owned() };
     let json = || serde_json::from_str::<u32>("true").unwrap_err();
     let unreadable =
         |kind: ErrorKind| OpenError::Unreadable { path: path(), source: kind.into() }.to_string();
@@ -142,7 +192,7 @@ fn errors_are_worded() {
         [
             OpenError::InUse { path: path() }.to_string(),
             OpenError::Version { path: path(), found: 5, known: 4 }.to_string(),
-            OpenError::Migration { path: path(), from: 1, source: migration }.to_string(),
+            OpenError::Database { path: "learned.redb".into() }.to_string(),
             OpenError::Folder { source: folder() }.to_string(),
             unreadable(ErrorKind::StorageFull),
             unreadable(ErrorKind::PermissionDenied),
@@ -180,7 +230,7 @@ fn is_about_a_link(refused: &OpenError) -> bool {
         OpenError::Unreadable { source, .. } | OpenError::Unwritable { source, .. } => {
             source.to_string().contains("symbolic link")
         }
-        OpenError::InUse { .. } | OpenError::Version { .. } | OpenError::Migration { .. } => false,
+        OpenError::InUse { .. } | OpenError::Version { .. } | OpenError::Database { .. } => false,
     }
 }
 

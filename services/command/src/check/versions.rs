@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use learner_process::{MEMORY_VERSION, MemoryVersion};
+use learner_process::{MEMORY_VERSION, MemoryState};
 use supervisor_process::readiness::{Finding, Verdict};
 use transport::Domain;
 use transport::janitor::is_claimed;
@@ -22,52 +22,25 @@ fn learned(state: Option<&Path>) -> Finding {
         Ok(state) => state,
         Err(error) => return Finding::slower(about, error.text, "name it with --state"),
     };
-    let version = match learner_process::memory_version(&state) {
-        Ok(version) => version,
+    let found = match learner_process::memory_state(&state) {
+        Ok(found) => found,
         // The error includes its remedy.
         Err(error) => return Finding::new(Verdict::Broken, about, error.to_string()),
     };
-    let (file, state) = (process::state::learned(&state), state.display());
-    let at = file.display();
-    let migrate = format!("leo check --migrate --state {state} --seconds 0");
+    let file = process::state::learned(&state);
+    let (at, state) = (file.display(), state.display());
     let good = |text| Finding::new(Verdict::Good, about, text);
-    match version {
-        MemoryVersion::NoFile => good(format!("no learned tasks in {state} yet")),
-        MemoryVersion::This => good(format!("{at} is of this version, {MEMORY_VERSION}")),
-        MemoryVersion::InUse => {
+    match found {
+        MemoryState::NoFile => good(format!("no learned tasks in {state} yet")),
+        MemoryState::Sound => good(format!("{at} is of this version, {MEMORY_VERSION}")),
+        MemoryState::InUse => {
             good(format!("{at} is in use by a running robot of the same version, and was not checked"))
         }
-        MemoryVersion::Damaged(what) => Finding::broken(
+        MemoryState::Damaged(what) => Finding::broken(
             about,
             format!("{what}: the next start sets it aside, keeps all valid data, and reports the losses"),
-            migrate,
+            format!("leo tasks list --state {state}"),
         ),
-        MemoryVersion::Older(version) => Finding::slower(
-            about,
-            format!(
-                "{at} is of version {version}, and this Leo writes version {MEMORY_VERSION}: the next start migrates \
-                 it, and keeps a copy"
-            ),
-            migrate,
-        ),
-        MemoryVersion::Unknown(version) => Finding::broken(
-            about,
-            format!("{at} is of version {version}, and this Leo knows versions up to {MEMORY_VERSION}"),
-            downgrade_advice(&file, &at.to_string()),
-        ),
-    }
-}
-
-/// The remedy for a store of a newer version: the newer program kept a copy of this version when it converted it.
-fn downgrade_advice(file: &Path, at: &str) -> String {
-    let (of_this, second) = (format!("v{MEMORY_VERSION}.store"), file.with_extension("copy.store"));
-    let away = |file: &Path| format!("mv {} {}.new", file.display(), file.display());
-    let both_away = if second.exists() { format!("{} && {}", away(file), away(&second)) } else { away(file) };
-    let kept = file.with_extension(of_this);
-    if kept.exists() {
-        format!("{both_away} && cp -p {} {at}", kept.display())
-    } else {
-        format!("install the Leo that wrote it, or start afresh: {both_away}")
     }
 }
 

@@ -17,8 +17,7 @@ struct Head {
 }
 
 impl Memory {
-    /// Opens the store, or creates an empty one. A store of an older version is migrated. Repaired damage and losses
-    /// are logged.
+    /// Opens the store, or creates an empty one. Repaired damage and losses are logged.
     ///
     /// # Errors
     /// As [`Store::open`].

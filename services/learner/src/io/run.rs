@@ -8,7 +8,7 @@ use message::{
     Utterance, Utterances,
 };
 use process::{Failure, Launch, ProcessNode, Progress, state};
-use store::OpenError;
+use store::{OpenError, StoreState};
 use tasks::Task;
 use transport::{Frame, FramePublisher, FrameSubscriber};
 
@@ -273,36 +273,27 @@ impl BeliefSubscribers {
     }
 }
 
-/// Result of [`check_memory`]: whether the store can be opened.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Access {
-    /// The store is available, of the current version, and was read.
-    Free,
-    /// Another process has it open; its version is unknown.
-    InUse,
-}
-
-/// Checks whether the store in a state directory can be read and written. Creates the directory if it is missing and
-/// migrates an older store.
+/// Checks whether the store in a state directory can be read and written. Creates the directory if it is missing. A
+/// store that another process has open is not checked.
 ///
 /// # Errors
 ///
 /// The store cannot be read or written; it is unchanged.
-pub fn check_memory(state: &Path) -> Result<Access, Failure> {
+pub fn check_memory(state: &Path) -> Result<(), Failure> {
     match Memory::open(&state::learned(state)) {
-        Ok(mut memory) => memory.tasks().map(|_| Access::Free).map_err(Failure::own),
-        Err(OpenError::InUse { .. }) => Ok(Access::InUse),
+        Ok(mut memory) => memory.tasks().map(drop).map_err(Failure::own),
+        Err(OpenError::InUse { .. }) => Ok(()),
         Err(error) => Err(Failure::own(error)),
     }
 }
 
-/// The version of the store in a state directory. Creates, migrates and repairs nothing.
+/// The state of the store in a state directory. Creates and repairs nothing.
 ///
 /// # Errors
 ///
-/// The store cannot be read.
-pub fn memory_version(state: &Path) -> Result<store::Version, Failure> {
-    store::Version::of(&state::learned(state)).map_err(Failure::own)
+/// The store has another version, or cannot be read.
+pub fn memory_state(state: &Path) -> Result<StoreState, Failure> {
+    StoreState::of(&state::learned(state)).map_err(Failure::own)
 }
 
 /// Loads the store of a state directory. Returns where to store examples, the known tasks, and the losses to report.

@@ -246,13 +246,6 @@ impl Files for SimulatedDisk {
         Ok(())
     }
 
-    fn remove(&mut self, name: &str) -> io::Result<()> {
-        let mut state = self.state();
-        state.call()?;
-        state.write(Write::Names(vec![(name.to_owned(), None)]));
-        Ok(())
-    }
-
     fn sync(&mut self) -> io::Result<()> {
         let mut state = self.state();
         state.call()?;

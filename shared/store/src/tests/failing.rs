@@ -4,7 +4,6 @@ use super::drive::SimulatedDisk;
 use super::power::{changes, open, states};
 use super::*;
 use crate::files::{Disk, Files};
-use crate::migration::MIGRATIONS;
 
 const KINDS: [ErrorKind; 3] = [ErrorKind::StorageFull, ErrorKind::Other, ErrorKind::PermissionDenied];
 
@@ -83,7 +82,7 @@ fn tasks_are_readable_on_a_full_disk_and_repaired_with_room() {
     drop(store);
     fs::write(&path, "").unwrap();
     let disk = Disk::make(path.parent().unwrap()).unwrap();
-    let mut store = Store::open_on(Box::new(Full(disk, 3)), &path, &MIGRATIONS).unwrap();
+    let mut store = Store::open_on(Box::new(Full(disk, 3)), &path).unwrap();
     let Findings { damaged, lost, repair_error } = store.findings();
     assert!(damaged.iter().any(|damage| damage.file == path && damage.aside.is_some()), "{damaged:?}");
     assert!(*lost == Lost::Nothing && repair_error.is_some(), "{lost:?} {repair_error:?}");
@@ -131,9 +130,6 @@ impl Files for Full {
     }
     fn link(&mut self, name: &str, second: &str) -> io::Result<()> {
         self.0.link(name, second)
-    }
-    fn remove(&mut self, name: &str) -> io::Result<()> {
-        self.0.remove(name)
     }
     fn sync(&mut self) -> io::Result<()> {
         self.0.sync()

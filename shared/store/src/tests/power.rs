@@ -2,7 +2,6 @@
 
 use super::drive::{Moment, SimulatedDisk, survivors};
 use super::*;
-use crate::migration::MIGRATIONS;
 
 type Held = Vec<Entry<String, String>>;
 type Change = Box<dyn Fn(&mut Store) -> Result<(), WriteError>>;
@@ -12,7 +11,7 @@ fn path() -> &'static Path {
 }
 
 pub(super) fn open(drive: &SimulatedDisk) -> Result<Store, OpenError> {
-    Store::open_on(Box::new(drive.clone()), path(), &MIGRATIONS)
+    Store::open_on(Box::new(drive.clone()), path())
 }
 
 fn item(key: &str, place: u64) -> String {

@@ -6,8 +6,6 @@ use std::sync::OnceLock;
 
 use store::{Entry, Lost, Store};
 
-/// A database of version 3.
-const DATABASE: &[u8] = include_bytes!("../version_3.redb");
 /// Script bytes per damage: the file, the kind, the place and the amount.
 const DAMAGE: usize = 8;
 
@@ -55,45 +53,38 @@ fn damage(bytes: &mut Vec<u8>, kind: u8, place: usize, amount: usize, with: u8) 
     }
 }
 
-/// Plays a script. Its first byte says whether there is also a database of an older version, and whether the rest of
-/// the script replaces the files.
+/// Plays a script. Its first byte says whether the rest of the script replaces the files, or damages them.
 pub(crate) fn play(script: &[u8]) {
     let Some((first, script)) = script.split_first() else { return };
     let sound = sound();
-    let [one, two] = sound.copies.clone();
-    let mut files = [one, two, DATABASE.to_vec()];
-    if first & 1 == 0 {
-        files[2].clear();
-    }
-    let is_raw = first & 2 != 0;
+    let mut files = sound.copies.clone();
+    let is_raw = first & 1 != 0;
     if is_raw {
-        let half = script.len() / 2;
-        files = [script[..half].to_vec(), script[half..].to_vec(), script.to_vec()];
+        let (one, two) = script.split_at(script.len() / 2);
+        files = [one.to_vec(), two.to_vec()];
     } else {
         for order in script.chunks_exact(DAMAGE) {
             let number = |at: usize| usize::from(order[at]) | (usize::from(order[at + 1]) << 8);
-            let file = &mut files[usize::from(order[0] % 3)];
+            let file = &mut files[usize::from(order[0] % 2)];
             damage(file, order[1], number(2) | (usize::from(order[7] & 1) << 16), number(4), order[6]);
         }
     }
     let folder = tempfile::tempdir_in("/dev/shm").expect("a folder");
     let path = folder.path().join("learned.store");
-    for (name, bytes) in ["learned.store", "learned.copy.store", "learned.redb"].iter().zip(&files) {
-        if *name != "learned.redb" || first & 1 != 0 {
-            fs::write(folder.path().join(name), bytes).expect("room");
-        }
+    for (name, bytes) in ["learned.store", "learned.copy.store"].iter().zip(&files) {
+        fs::write(folder.path().join(name), bytes).expect("room");
     }
-    look(&path, sound, first & 1 != 0 || is_raw);
+    look(&path, sound, is_raw);
 }
 
-fn look(path: &Path, sound: &Sound, has_database: bool) {
+fn look(path: &Path, sound: &Sound, is_raw: bool) {
     let mut store = match Store::open(path) {
         Ok(store) => store,
         // A valid line of another version cannot arise by chance, because of the check sum.
         Err(error) => panic!("{error}"),
     };
     let lost = store.findings().lost;
-    if has_database {
+    if is_raw {
         let _loaded = store.load::<serde_json::Value, serde_json::Value>().expect("what is stored is JSON");
     } else {
         let found: Vec<Entry<String, String>> = store.load().expect("what is stored is JSON");

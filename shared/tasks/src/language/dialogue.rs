@@ -110,7 +110,7 @@ impl Sentence {
 /// The normalised name of a task, equal for all its spellings. Number words up to twenty become digits: "task one"
 /// is "Task 1".
 ///
-/// Stored tasks are keyed by it: a change here needs a migration of the files.
+/// Stored tasks are keyed by it: a change here needs another version of the store.
 #[must_use]
 pub fn key(name: &str) -> String {
     let in_digits = |word: &str| {
