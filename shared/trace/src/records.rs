@@ -92,9 +92,10 @@ impl<R: Read> Records<R> {
             let place = Place::Message(self.messages);
             if data.len() > MAX_LENGTH {
                 let reason = format!("longer than {} MiB: put one frame in a message", MAX_LENGTH >> 20);
-                return Err(json::JsonError::Invalid(String::new(), reason).at(name, place));
+                let (name, field) = (name.to_owned(), String::new());
+                return Err(TraceError::Invalid { name, place, field, reason });
             }
-            return json::read_frame(&data).map(Some).map_err(|unread| unread.at(name, place));
+            return json::read_frame(&data).map(Some).map_err(|error| error.at(&data, name, place));
         }
         Ok(None)
     }
