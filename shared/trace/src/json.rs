@@ -65,11 +65,6 @@ pub(crate) fn read_frame(text: &[u8]) -> Result<Frame, JsonError> {
     frame.map_err(|(field, reason)| JsonError { field, reason, kind: Category::Data })
 }
 
-/// Serialises a frame as a single line without a line end.
-pub(crate) fn write_frame(frame: &Frame) -> Result<Vec<u8>, serde_json::Error> {
-    serde_json::to_vec(&SerializedFrame::from(frame))
-}
-
 /// Whether the text contains NaN or Infinity as Python writes them.
 fn has_nan(bytes: &[u8]) -> bool {
     [&b"NaN"[..], b"Infinity"].iter().any(|word| bytes.windows(word.len()).any(|window| window == *word))

@@ -6,8 +6,8 @@ use serde_json::Value;
 use crate::json::{self, MAX_LENGTH};
 use crate::{Frame, Place, TraceError};
 
-/// The trace version that this crate reads and writes.
-pub(crate) const VERSION: u64 = 1;
+/// The trace version that this crate reads.
+const VERSION: u64 = 1;
 
 /// The header, the first line.
 #[derive(Deserialize)]

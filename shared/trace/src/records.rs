@@ -8,13 +8,13 @@ use crate::json::{self, MAX_LENGTH};
 use crate::{Frame, Place, TraceError};
 
 /// The profile in the MCAP header of a trace of the known version.
-pub(crate) const PROFILE: &str = "leo_trace/1";
+const PROFILE: &str = "leo_trace/1";
 /// The prefix of the profile in all versions.
 const PROFILES: &str = "leo_trace/";
 /// The prefix of observation topics; the source number follows.
-pub(crate) const TOPIC: &str = "observations/";
+const TOPIC: &str = "observations/";
 /// The message encoding of observation topics.
-pub(crate) const ENCODING: &str = "json";
+const ENCODING: &str = "json";
 
 /// The records of an MCAP file.
 pub(crate) struct Records<R> {
