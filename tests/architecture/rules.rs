@@ -55,11 +55,10 @@ const CLOCK_PATHS: [&str; 7] = [
 ];
 
 /// Folders that may hold unsafe code.
-const MAY_BE_UNSAFE: [&str; 3] = ["shared/prefetch/", "shared/realtime/", "shared/testkit/"];
+const MAY_BE_UNSAFE: [&str; 3] = ["shared/prefetch/", "shared/realtime/", "tests/support/testkit/"];
 
-/// Crates without a core: reading the clock, files or the environment is what they are for. `testkit` starts robots for
-/// tests.
-const READS_BY_PURPOSE: [&str; 5] = ["budget", "clock", "config", "skip", "testkit"];
+/// Crates without a core: reading the clock, files or the environment is what they are for.
+const READS_BY_PURPOSE: [&str; 3] = ["budget", "clock", "config"];
 
 /// Whether a path is one of the forbidden ones, lies below one, or imports one by a glob.
 fn is_below(name: &str, forbidden: &str) -> bool {
@@ -100,7 +99,7 @@ fn library(package: &str) -> String {
 }
 
 fn all() -> Vec<Source> {
-    sources("services").into_iter().chain(sources("shared")).collect()
+    ["services", "shared", "tests/support"].into_iter().flat_map(sources).collect()
 }
 
 #[test]

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 use std::fs;
-use std::io::{Read as _, Write as _};
+use std::io::{Cursor, Read as _, Write as _};
 use std::path::Path;
 use std::process::{Command, Stdio};
 
@@ -125,26 +125,24 @@ fn the_same_trace_gives_the_same_bytes_and_telling_less_changes_nothing() {
 
 #[test]
 fn an_mcap_trace_gives_the_same_beliefs_and_may_be_truncated() {
-    let mut writer = trace::Writer::mcap(Vec::new()).expect("writes");
     // The story is repeated, so that the file has several chunks.
-    let frames: Vec<trace::Frame> = (0..40_u64)
-        .flat_map(|time| {
-            let again = trace::Reader::open(Path::new(MOVED)).expect("opens");
-            again.map(move |frame| {
-                let frame = frame.expect("is right");
-                let at_ns = frame.at_ns + time * 10_000_000_000;
-                let mut observations = frame.observations;
-                observations.iter_mut().for_each(|observation| observation.observed_at_ns = at_ns);
-                trace::Frame { at_ns, observations, ..frame }
-            })
-        })
-        .collect();
-    let mut lines = trace::Writer::json_lines(Vec::new()).expect("writes");
-    for frame in &frames {
-        writer.write(frame).expect("writes");
-        lines.write(frame).expect("writes");
+    let options = mcap::WriteOptions::new().profile("leo_trace/1").chunk_size(Some(128 << 10));
+    let mut mcap = options.create(Cursor::new(Vec::new())).expect("writes");
+    let channel_id = mcap.add_channel(0, "observations/0", "json", &BTreeMap::new()).expect("writes");
+    let mut lines = format!("{HEADER}\n");
+    let moved = read(MOVED);
+    for (time, line) in (0..40_u64).flat_map(|time| moved.lines().skip(1).map(move |line| (time, line))) {
+        let mut frame: Value = serde_json::from_str(line).expect("is JSON");
+        let at_ns = number(&frame, "/at_ns").expect("a number") + time * 10_000_000_000;
+        frame["at_ns"] = at_ns.into();
+        let frame = frame.to_string();
+        let header =
+            mcap::records::MessageHeader { channel_id, sequence: 0, log_time: at_ns, publish_time: at_ns };
+        mcap.write_to_known_channel(&header, frame.as_bytes()).expect("writes");
+        lines += &format!("{frame}\n");
     }
-    let (mcap, lines) = (writer.finish().expect("ends"), lines.finish().expect("ends"));
+    mcap.finish().expect("ends");
+    let mcap = mcap.into_inner().into_inner();
     let (from_mcap, from_lines) = (believe(&[], &mcap), believe(&[], &lines));
     assert_eq!((from_mcap.status, &from_mcap.err), (Some(0), &String::new()));
     assert!(from_mcap.out.contains("1160 frames, 3480 observations\n"), "{}", from_mcap.out);

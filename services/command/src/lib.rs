@@ -12,7 +12,6 @@ mod domain;
 mod emergency_stop;
 mod failure;
 mod journal;
-mod launch;
 mod learn;
 mod manual;
 mod mock_bus;

@@ -7,10 +7,10 @@ use std::process::ExitCode;
 use clap::Args;
 use config::Robot;
 use mock_bus_process::{Faults, StandaloneError, StandaloneOptions, parse};
+use process::Launch;
 use servo::mock::FollowerBehaviour;
 
 use crate::failure::CommandError;
-use crate::launch::LaunchArgs;
 use folder::Folder;
 
 mod folder;
@@ -27,7 +27,7 @@ pub(crate) struct MockBus {
     #[arg(long, hide = true)]
     domain: Option<PathBuf>,
     #[command(flatten)]
-    life: LaunchArgs,
+    life: Launch,
     /// The robot's leo.toml, for the buses and servos in the motor.toml beside it [default: built in]
     #[arg(long, value_name = "FILE")]
     config: Option<PathBuf>,
@@ -49,7 +49,7 @@ impl MockBus {
     /// Serves every mock bus until stopped.
     pub(super) fn run(&self) -> Result<ExitCode, CommandError> {
         if let Some(domain) = &self.domain {
-            let launch = self.life.launch(domain.clone(), self.config.clone());
+            let launch = Launch { domain: domain.clone(), config: self.config.clone(), ..self.life.clone() };
             let robot = launch.files().and_then(|files| Robot::of(&files)).map_err(CommandError::usage)?;
             mock_bus_process::run(&launch, &robot).map_err(CommandError::runtime)?;
             return Ok(ExitCode::SUCCESS);

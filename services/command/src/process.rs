@@ -9,7 +9,6 @@ use config::lesson::Lesson;
 use process::Launch;
 
 use crate::failure::CommandError;
-use crate::launch::LaunchArgs;
 use crate::mock_bus::MockBus;
 
 /// A process of the robot. People start the whole with `leo run`; these are for its supervisor.
@@ -49,7 +48,7 @@ pub(crate) struct ProcessArgs {
     #[arg(long)]
     domain: PathBuf,
     #[command(flatten)]
-    life: LaunchArgs,
+    life: Launch,
     #[arg(long)]
     config: Option<PathBuf>,
 }
@@ -70,7 +69,8 @@ impl Process {
                 return mock_bus.run();
             }
         };
-        let launch = arguments.life.launch(arguments.domain.clone(), arguments.config.clone());
+        let ProcessArgs { domain, life, config } = arguments.clone();
+        let launch = Launch { domain, config, ..life };
         let robot = launch.files().and_then(|files| Robot::of(&files)).map_err(CommandError::usage)?;
         match self {
             Self::Simulator(_) => simulator_process::run(&launch, &robot, &lesson(&launch)?),

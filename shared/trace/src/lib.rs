@@ -20,12 +20,11 @@ mod rejection;
 mod serialized;
 #[cfg(test)]
 mod tests;
-mod writer;
 
 pub use error::{Place, TraceError};
 pub use frame::Frame;
 pub use instants::FramesByInstant;
+pub use json::{JsonError, read_json};
 pub use playback::{Playback, PlaybackError};
 pub use reader::Reader;
 pub use rejection::{Rejections, TraceRejectReason};
-pub use writer::Writer;

@@ -3,11 +3,11 @@ use std::io::BufRead;
 use serde::Deserialize;
 use serde_json::Value;
 
-use crate::json::{self, JsonError, MAX_LENGTH};
+use crate::json::{self, MAX_LENGTH};
 use crate::{Frame, Place, TraceError};
 
-/// The trace version that this crate reads and writes.
-pub(crate) const VERSION: u64 = 1;
+/// The trace version that this crate reads.
+const VERSION: u64 = 1;
 
 /// The header, the first line.
 #[derive(Deserialize)]
@@ -32,7 +32,7 @@ impl<R: BufRead> Lines<R> {
         if !lines.advance(name)? {
             return Err(TraceError::NotATrace { name: name.to_owned(), found: "it is empty".to_owned() });
         }
-        let found = match json::read::<Value>(lines.lines.line()) {
+        let found = match json::read_json::<Value>(lines.lines.line()) {
             Ok(header) => header.get("leo_trace").map(Value::to_string),
             Err(_) => None,
         };
@@ -44,8 +44,8 @@ impl<R: BufRead> Lines<R> {
                 return Err(TraceError::NotATrace { name: name.to_owned(), found });
             }
         }
-        let header: Result<Header, JsonError> = json::read(lines.lines.line());
-        header.map_err(|unread| unread.at(name, lines.place()))?;
+        let text = lines.lines.line();
+        json::read_json::<Header>(text).map_err(|error| error.at(text, name, lines.place()))?;
         Ok(lines)
     }
 
@@ -54,13 +54,14 @@ impl<R: BufRead> Lines<R> {
         if !self.advance(name)? {
             return Ok(None);
         }
-        match json::read_frame(self.lines.line()) {
+        let text = self.lines.line();
+        match json::read_frame(text) {
             Ok(frame) => Ok(Some(frame)),
-            Err(JsonError::Cut(_)) if !self.lines.line().ends_with(b"\n") => {
+            Err(error) if error.is_cut() && !text.ends_with(b"\n") => {
                 *cut = true;
                 Ok(None)
             }
-            Err(unread) => Err(unread.at(name, self.place())),
+            Err(error) => Err(error.at(text, name, self.place())),
         }
     }
 

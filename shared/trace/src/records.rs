@@ -8,13 +8,13 @@ use crate::json::{self, MAX_LENGTH};
 use crate::{Frame, Place, TraceError};
 
 /// The profile in the MCAP header of a trace of the known version.
-pub(crate) const PROFILE: &str = "leo_trace/1";
+const PROFILE: &str = "leo_trace/1";
 /// The prefix of the profile in all versions.
 const PROFILES: &str = "leo_trace/";
 /// The prefix of observation topics; the source number follows.
-pub(crate) const TOPIC: &str = "observations/";
+const TOPIC: &str = "observations/";
 /// The message encoding of observation topics.
-pub(crate) const ENCODING: &str = "json";
+const ENCODING: &str = "json";
 
 /// The records of an MCAP file.
 pub(crate) struct Records<R> {
@@ -92,9 +92,10 @@ impl<R: Read> Records<R> {
             let place = Place::Message(self.messages);
             if data.len() > MAX_LENGTH {
                 let reason = format!("longer than {} MiB: put one frame in a message", MAX_LENGTH >> 20);
-                return Err(json::JsonError::Invalid(String::new(), reason).at(name, place));
+                let (name, field) = (name.to_owned(), String::new());
+                return Err(TraceError::Invalid { name, place, field, reason });
             }
-            return json::read_frame(&data).map(Some).map_err(|unread| unread.at(name, place));
+            return json::read_frame(&data).map(Some).map_err(|error| error.at(&data, name, place));
         }
         Ok(None)
     }

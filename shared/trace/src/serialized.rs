@@ -3,12 +3,12 @@
 use message::{Modality, NOBODY, Observation, ObservationKind, STATES, State};
 use quantity::number::single;
 use serde::de::{Error as _, SeqAccess, Visitor};
-use serde::{Deserialize, Deserializer, Serialize, Serializer};
+use serde::{Deserialize, Deserializer};
 
 use crate::Frame;
 
 /// A frame. `schema.json` describes it to viewers.
-#[derive(Deserialize, Serialize)]
+#[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct SerializedFrame {
     pub(crate) at_ns: u64,
@@ -21,12 +21,11 @@ pub(crate) struct SerializedFrame {
 /// Maximum number of observations per frame: each takes several times as many bytes in memory as in the file.
 const MAX_OBSERVATIONS: usize = 1 << 16;
 
-#[derive(Deserialize, Serialize)]
+#[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 struct SerializedObservation {
     #[serde(default = "object", with = "Kind")]
     kind: ObservationKind,
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     partner: Option<u16>,
     position_m: Reals<3>,
     #[serde(default = "upright")]
@@ -37,19 +36,17 @@ struct SerializedObservation {
     colour_rgb: Reals<3>,
     #[serde(default)]
     shape: Reals<4>,
-    #[serde(default, skip_serializing_if = "States::is_empty")]
+    #[serde(default)]
     states: States,
     #[serde(default = "sure")]
     confidence: Real,
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     held_by: Option<u16>,
     #[serde(default = "vision", with = "Sense")]
     modality: Modality,
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     observed_at_ns: Option<u64>,
 }
 
-#[derive(Deserialize, Serialize)]
+#[derive(Deserialize)]
 #[serde(remote = "ObservationKind", rename_all = "snake_case")]
 enum Kind {
     Object,
@@ -57,7 +54,7 @@ enum Kind {
     Occluder,
 }
 
-#[derive(Deserialize, Serialize)]
+#[derive(Deserialize)]
 #[serde(remote = "Modality", rename_all = "snake_case")]
 enum Sense {
     Vision,
@@ -65,21 +62,16 @@ enum Sense {
     Touch,
 }
 
-#[derive(Default, Deserialize, Serialize)]
+#[derive(Default, Deserialize)]
 #[serde(deny_unknown_fields)]
 struct States {
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     filled: Option<Real>,
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     marked: Option<Real>,
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     inserted: Option<Real>,
-    #[serde(default, skip_serializing_if = "Option::is_none")]
     on: Option<Real>,
 }
 
 /// A number; NaN is written as `null`, because JSON has no NaN.
-#[derive(Clone, Copy)]
 struct Real(f32);
 
 /// Exactly N numbers.
@@ -145,19 +137,6 @@ impl SerializedFrame {
     }
 }
 
-impl From<&Frame> for SerializedFrame {
-    fn from(frame: &Frame) -> Self {
-        let observations = frame.observations.iter();
-        Self {
-            at_ns: frame.at_ns,
-            source: frame.source,
-            observations: observations
-                .map(|observation| SerializedObservation::new(observation, frame.at_ns))
-                .collect(),
-        }
-    }
-}
-
 impl SerializedObservation {
     fn read(self, source: u16, at_ns: u64) -> Result<Observation, &'static str> {
         if self.kind == ObservationKind::Person && self.partner.is_none() {
@@ -189,47 +168,6 @@ impl SerializedObservation {
         }
         Ok(observation)
     }
-
-    /// Undefined values, such as an unknown kind, are written as the default.
-    fn new(observation: &Observation, at_ns: u64) -> Self {
-        let agent = |number: u16| (number != NOBODY).then_some(number);
-        let state = |state: State| {
-            let degree = observation.states.get(usize::from(state.raw())).copied();
-            degree.filter(|degree| !degree.is_nan()).map(Real)
-        };
-        Self {
-            kind: observation.kind().unwrap_or(object()),
-            partner: agent(observation.partner),
-            position_m: Reals(observation.position_m),
-            orientation_xyzw: Reals(observation.orientation_xyzw),
-            half_extents_m: Reals(observation.half_extents_m),
-            colour_rgb: Reals(observation.colour_rgb),
-            shape: Reals(observation.shape),
-            states: States {
-                filled: state(State::Filled),
-                marked: state(State::Marked),
-                inserted: state(State::Inserted),
-                on: state(State::On),
-            },
-            confidence: Real(observation.confidence),
-            held_by: agent(observation.held_by),
-            modality: observation.modality().unwrap_or(vision()),
-            observed_at_ns: (observation.observed_at_ns != at_ns).then_some(observation.observed_at_ns),
-        }
-    }
-}
-
-impl States {
-    fn is_empty(&self) -> bool {
-        let Self { filled, marked, inserted, on } = self;
-        [filled, marked, inserted, on].iter().all(|state| state.is_none())
-    }
-}
-
-impl Serialize for Real {
-    fn serialize<S: Serializer>(&self, to: S) -> Result<S::Ok, S::Error> {
-        to.serialize_f32(self.0)
-    }
 }
 
 impl<'de> Deserialize<'de> for Real {
@@ -241,12 +179,6 @@ impl<'de> Deserialize<'de> for Real {
 impl<const N: usize> Default for Reals<N> {
     fn default() -> Self {
         Self([0.0; N])
-    }
-}
-
-impl<const N: usize> Serialize for Reals<N> {
-    fn serialize<S: Serializer>(&self, to: S) -> Result<S::Ok, S::Error> {
-        to.collect_seq(&self.0)
     }
 }
 

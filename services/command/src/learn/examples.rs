@@ -7,6 +7,7 @@ use budget::{Budget, BudgetError, Lines};
 use serde::Deserialize;
 use serde::de::DeserializeOwned;
 use tasks::{Language, Object, Snapshot, View};
+use trace::JsonError;
 
 use super::vocabulary::Vocabulary;
 
@@ -193,19 +194,8 @@ fn read_header(bytes: &[u8]) -> Result<WrittenHeader, FieldError> {
 }
 
 /// Parses exactly one JSON value.
-fn read_json<T: DeserializeOwned>(bytes: &[u8]) -> Result<T, FieldError> {
-    let mut json = serde_json::Deserializer::from_slice(bytes);
-    let wrong = |path: &str, error: &serde_json::Error| {
-        let said = error.to_string();
-        // Remove the parser's line number: it is always 1.
-        let said = said.rsplit_once(" at line ").map_or(said.as_str(), |(said, _)| said);
-        let path = if path == "." || path == "?" { String::new() } else { format!("{path}: ") };
-        FieldError::new(format!("column {}, {path}", error.column()), config::suggest(said))
-    };
-    let value: T = serde_path_to_error::deserialize(&mut json)
-        .map_err(|error| wrong(&error.path().to_string(), error.inner()))?;
-    json.end().map_err(|error| wrong(".", &error))?;
-    Ok(value)
+fn read_json<T: DeserializeOwned>(text: &[u8]) -> Result<T, FieldError> {
+    trace::read_json(text).map_err(|JsonError { field, reason, .. }| FieldError { field, reason })
 }
 
 fn example(

@@ -3,6 +3,7 @@
 
 mod connections;
 #[cfg(any(test, feature = "fed"))]
+#[path = "../../tests/support/fed.rs"]
 pub mod fed;
 mod guard;
 mod live;

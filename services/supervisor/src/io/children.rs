@@ -264,35 +264,23 @@ impl Drop for Children {
 
 /// The command line arguments that encode `launch`.
 pub(crate) fn arguments(launch: &Launch) -> Vec<OsString> {
-    let mut arguments: Vec<OsString> = Vec::new();
-    let mut say = |key: &str, value: OsString| arguments.extend([key.into(), value]);
-    say("--domain", launch.domain.clone().into());
-    say("--incarnation", launch.incarnation.to_string().into());
-    for (key, path) in [
-        ("--config", &launch.config),
-        ("--kept", &launch.kept),
-        ("--lesson", &launch.lesson),
-        ("--state", &launch.state),
-        ("--campaign", &launch.campaign),
-    ] {
-        if let Some(path) = path {
-            say(key, path.into());
-        }
-    }
-    if let Some(parent) = launch.parent {
-        say("--parent", parent.to_string().into());
-    }
-    for (key, number) in [("--synthetic", launch.synthetic), ("--partners", launch.partners)] {
-        if let Some(number) = number {
-            arguments.extend([key.into(), number.to_string().into()]);
-        }
-    }
-    for (key, is_so) in [("--stay", launch.stay), ("--lockstep", launch.lockstep)] {
-        if is_so {
-            arguments.push(key.into());
-        }
-    }
-    arguments
+    let path = |path: &Option<PathBuf>| path.clone().map(OsString::from);
+    let values = [
+        ("--domain", Some(launch.domain.clone().into())),
+        ("--incarnation", Some(launch.incarnation.to_string().into())),
+        ("--config", path(&launch.config)),
+        ("--kept", path(&launch.kept)),
+        ("--lesson", path(&launch.lesson)),
+        ("--state", path(&launch.state)),
+        ("--campaign", path(&launch.campaign)),
+        ("--parent", launch.parent.map(|pid| pid.to_string().into())),
+        ("--synthetic", launch.synthetic.map(|objects| objects.to_string().into())),
+        ("--partners", launch.partners.map(|partners| partners.to_string().into())),
+    ];
+    let values = values.into_iter().filter_map(|(key, value)| Some([key.into(), value?])).flatten();
+    let flags = [("--stay", launch.stay), ("--lockstep", launch.lockstep)];
+    let flags = flags.into_iter().filter(|(_, is_given)| *is_given).map(|(key, _)| key.into());
+    values.chain(flags).collect()
 }
 
 #[cfg(test)]

@@ -7,12 +7,12 @@ use std::process::ExitStatus;
 use std::time::Duration;
 
 use config::leo::{Leo, Supervisor};
-use message::{Process, ProcessState};
+use message::{Health, Process, ProcessState};
 use process::Launch;
 use realtime::IdleStateGuard;
 use recording::{Channel, ReadError, RecordError};
 use transport::janitor::{Janitor, claim, sweep_stale};
-use transport::{Domain, HealthReader, Node, PortError, ReceiveError, SendError};
+use transport::{CurrentBoard, Domain, Node, PortError, ReceiveError, SendError};
 
 use crate::io::check::check_shared_memory;
 use crate::io::conductor::{Conductor, ProcessMonitor, TurnError};
@@ -162,13 +162,10 @@ impl LockstepProcesses {
 
     fn await_ready(&mut self, node: &Node, process: Process, within: Duration) -> Result<(), LockstepError> {
         let give_up = clock::now() + within;
-        let mut board = None;
+        let mut board = CurrentBoard::<Health>::default();
         loop {
-            if board.is_none() {
-                board = HealthReader::open(node, process, 1).ok();
-            }
-            let state = board.as_ref().and_then(|board: &HealthReader| board.read().state());
-            if state == Some(ProcessState::Running) {
+            let health = board.read(node, process, 1);
+            if health.and_then(|health| health.state()) == Some(ProcessState::Running) {
                 return Ok(());
             }
             if let Some(how) = self.ended(process) {
