@@ -167,12 +167,6 @@ impl Partner {
         self.senses.frame.agent
     }
 
-    /// Whether the partner was present at the last step.
-    #[must_use]
-    pub fn is_present(&self) -> bool {
-        self.present
-    }
-
     /// Whether the partner, as they look now, would notice a missing thing at a place.
     #[must_use]
     pub fn is_fully_in_view(&self, place: &Position<Base>) -> bool {
