@@ -10,6 +10,8 @@
 //! let wrong = x_world_base * x_world_base;
 //! ```
 //!
+//! A frame is a type that derives `Clone`, `Copy` and `PartialEq`.
+//!
 //! Lengths are in metres, angles in radians, quaternions `[x, y, z, w]`. Frames are right-handed with z up; for a
 //! body, x is forward and y left (REP 103).
 
@@ -42,12 +44,14 @@ pub enum Source {}
 pub enum Thing {}
 
 /// A point in frame `A`, in metres.
+#[derive(Clone, Copy, PartialEq)]
 pub struct Position<A> {
     point: Point3<f64>,
     frame: PhantomData<fn() -> A>,
 }
 
 /// The pose of frame `B` in frame `A`.
+#[derive(Clone, Copy, PartialEq)]
 pub struct Pose<A, B> {
     isometry: Isometry3<f64>,
     frames: PhantomData<fn() -> (A, B)>,
@@ -203,32 +207,9 @@ impl<A, B> Mul<Position<B>> for Pose<A, B> {
     }
 }
 
-// Derived implementations would require the same traits of the frame types.
-impl<A> Clone for Position<A> {
-    fn clone(&self) -> Self {
-        *self
-    }
-}
-impl<A> Copy for Position<A> {}
-impl<A> PartialEq for Position<A> {
-    fn eq(&self, other: &Self) -> bool {
-        self.point == other.point
-    }
-}
 impl<A> fmt::Debug for Position<A> {
     fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(out, "Position{:?}", self.to_array())
-    }
-}
-impl<A, B> Clone for Pose<A, B> {
-    fn clone(&self) -> Self {
-        *self
-    }
-}
-impl<A, B> Copy for Pose<A, B> {}
-impl<A, B> PartialEq for Pose<A, B> {
-    fn eq(&self, other: &Self) -> bool {
-        self.isometry == other.isometry
     }
 }
 impl<A, B> fmt::Debug for Pose<A, B> {

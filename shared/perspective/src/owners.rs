@@ -139,7 +139,7 @@ impl OwnershipEstimator {
 
     /// Updates the owners of a system's beliefs, whose frame is `x_base_frame`, if an update is due or in
     /// progress. Until it is complete, the previous owners are returned.
-    pub(crate) fn update_from_beliefs<F>(
+    pub(crate) fn update_from_beliefs<F: Copy>(
         &mut self,
         system: &BeliefSystem,
         at: Instant,

@@ -168,25 +168,29 @@ impl SpatialHash {
         let [x, y] = self.numbers(here);
         for x in [x.wrapping_sub(1), x, x.wrapping_add(1)] {
             for y in [y.wrapping_sub(1), y, y.wrapping_add(1)] {
-                let mut next = self.first.get(self.hash([x, y]) as usize).copied().unwrap_or(NONE);
-                while let Some(node) = self.nodes.get(next as usize) {
+                for (other, node) in self.members(self.hash([x, y])) {
                     if squared(node.place_m, here) <= self.near_m2
                         && !node.gate_keys.mismatches(gate_keys)
-                        && next != slot
+                        && other != slot
                     {
-                        visit(next);
+                        visit(other);
                     }
-                    next = node.next;
                 }
             }
         }
-        let mut next = self.first.get(self.unplaced_cell as usize).copied().unwrap_or(NONE);
-        while let Some(node) = self.nodes.get(next as usize) {
-            if next != slot {
-                visit(next);
-            }
-            next = node.next;
-        }
+        self.members(self.unplaced_cell)
+            .filter(|(other, _)| *other != slot)
+            .for_each(|(other, _)| visit(other));
+    }
+
+    /// The members of a cell's list, with their slots.
+    #[inline(always)]
+    fn members(&self, cell: u32) -> impl Iterator<Item = (u32, &Node)> {
+        let mut next = self.first.get(cell as usize).copied().unwrap_or(NONE);
+        std::iter::from_fn(move || {
+            let node = self.nodes.get(next as usize)?;
+            Some((std::mem::replace(&mut next, node.next), node))
+        })
     }
 
     /// Whether the grid decides neighbourhood: there is a gate radius, and every inserted member has a position.
@@ -217,15 +221,13 @@ impl SpatialHash {
         });
         let mut near_m2 = self.near_m2;
         let mut visit_cell = |cell: [i64; 2], near_m2: &mut f32| {
-            let mut next = self.first.get(self.hash(cell) as usize).copied().unwrap_or(NONE);
-            while let Some(node) = self.nodes.get(next as usize) {
+            for (slot, node) in self.members(self.hash(cell)) {
                 if squared(node.place_m, here) <= *near_m2
                     && !node.gate_keys.mismatches(gate_keys)
-                    && let Some(within_m) = visit(next, &node.summary())
+                    && let Some(within_m) = visit(slot, &node.summary())
                 {
                     *near_m2 = near_m2.min(single((within_m * ROUNDING).powi(2)));
                 }
-                next = node.next;
             }
         };
         visit_cell([x, y], &mut near_m2);
@@ -288,18 +290,12 @@ impl SpatialHash {
             return true;
         }
         across_x.flat_map(|x| across_y.clone().map(move |y| [x, y])).any(|cell| {
-            let mut next = self.first.get(self.hash(cell) as usize).copied().unwrap_or(NONE);
-            while let Some(node) = self.nodes.get(next as usize) {
-                if squared(node.place_m, here) <= near_m2
-                    && next != slot
+            self.members(self.hash(cell)).any(|(other, node)| {
+                squared(node.place_m, here) <= near_m2
+                    && other != slot
                     && !node.gate_keys.mismatches(gate_keys)
-                    && is(next)
-                {
-                    return true;
-                }
-                next = node.next;
-            }
-            false
+                    && is(other)
+            })
         })
     }
 

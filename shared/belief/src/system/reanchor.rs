@@ -15,7 +15,7 @@ impl BeliefSystem {
     ///
     /// Regions, and ranges of a position, depend on the frame. Their histories restart with one evaluation of the
     /// remembered position. Vectors of plug-in percepts are not transformed.
-    pub fn reanchor<New, Old>(&mut self, x_new_old: &Pose<New, Old>) {
+    pub fn reanchor<New: Copy, Old: Copy>(&mut self, x_new_old: &Pose<New, Old>) {
         // Rounding may have brought two beliefs closer than they were.
         self.is_clustered = false;
         for index in 0..self.len() {
@@ -97,13 +97,13 @@ fn range_anew(range: &Range, read: Option<Sample>, threshold: f64) -> Option<Sam
     passes.then_some(Sample { matching, feature: Feature::Number(degree), ..read })
 }
 
-fn moved<New, Old>(x_new_old: &Pose<New, Old>, feature: Feature) -> Feature {
+fn moved<New: Copy, Old: Copy>(x_new_old: &Pose<New, Old>, feature: Feature) -> Feature {
     let Feature::Vector([x, y, z]) = feature else { return feature };
     let p_old = Position::<Old>::new(f64::from(x), f64::from(y), f64::from(z));
     Feature::Vector((*x_new_old * p_old).to_array().map(single))
 }
 
-fn turned<New, Old>(x_new_old: &Pose<New, Old>, feature: Feature) -> Feature {
+fn turned<New: Copy, Old: Copy>(x_new_old: &Pose<New, Old>, feature: Feature) -> Feature {
     let Feature::Orientation(xyzw) = feature else { return feature };
     match Pose::<Old, geometry::Thing>::from_parts([0.0; 3], xyzw.map(f64::from)) {
         Some(x_old_thing) => Feature::Orientation((*x_new_old * x_old_thing).orientation_xyzw().map(single)),

@@ -2,9 +2,10 @@ use std::cmp::Ordering;
 
 use belief::percepts;
 use clock::Duration;
+use quantity::distance;
 
 use super::Meaning;
-use super::thing::{ComparedPercepts, Thing, apart, distance};
+use super::thing::{ComparedPercepts, Thing, apart};
 
 /// The belief distance D (Eq. 4) over the frame-independent terms.
 #[derive(Clone, Debug)]
@@ -202,6 +203,61 @@ impl<L: Fn(&Thing) -> bool, G: Fn(&Thing) -> u64, C: Fn(&Thing, &Thing) -> Optio
             }
         }
     }
+
+    /// Finds the closest of `whom` for each of `who` whose candidate is missing or already paired. Returns the number of
+    /// candidates examined.
+    fn find(&self, who: &mut Search, things: &[Thing], whom: &Search, others: &[Thing]) -> usize {
+        let Search { open, closest } = who;
+        let mut examined = 0;
+        for &index in open.iter() {
+            let (Some(thing), Some(slot)) = (things.get(index), closest.get_mut(index)) else { continue };
+            if slot.and_then(|closest| others.get(closest)).is_some_and(&self.looks) {
+                continue;
+            }
+            let (found, looks) = self.closest(thing, &whom.open, others);
+            *slot = found;
+            examined += looks;
+        }
+        examined
+    }
+
+    /// Pairs the things of two sides, round by round.
+    fn run(&self, pairing: &mut Pairing, one: &mut [Thing], other: &mut [Thing]) {
+        let Pairing { one: of_one, other: of_other } = pairing;
+        of_one.begin(one, &self.looks);
+        of_other.begin(other, &self.looks);
+        let looking = of_one.open.len() + of_other.open.len();
+        if of_one.open.is_empty() || of_other.open.is_empty() {
+            return;
+        }
+        of_one.sort(one, &self.group);
+        of_other.sort(other, &self.group);
+        let max = looking.saturating_mul(CANDIDATE_BUDGET_PER_THING).saturating_add(CANDIDATE_BUDGET);
+        let mut examined = 0;
+        while examined < max {
+            examined += self.find(of_one, one, of_other, other);
+            examined += self.find(of_other, other, of_one, one);
+            let mut found = false;
+            for &i in &of_one.open {
+                let Some(j) = of_one.closest(i) else { continue };
+                if of_other.closest(j) == Some(i) {
+                    pair(one, i, j, other);
+                    pair(other, j, i, one);
+                    found = true;
+                }
+            }
+            if !found {
+                return;
+            }
+            // A thing without a candidate in this round will have none in later rounds.
+            for (Search { open, closest }, things) in [(&mut *of_one, &*one), (&mut *of_other, &*other)] {
+                open.retain(|&index| {
+                    let has = closest.get(index).is_some_and(Option::is_some);
+                    has && things.get(index).is_some_and(&self.looks)
+                });
+            }
+        }
+    }
 }
 
 /// Distance of two things along the line; 0 if neither has a position.
@@ -232,7 +288,7 @@ impl Pairing {
             per_m: measure.per_m,
             below: measure.threshold,
         };
-        self.run(&possible, one, other);
+        possible.run(self, one, other);
     }
 
     /// Pairs similar things that could not have been observed together, or that were perceived within
@@ -264,96 +320,16 @@ impl Pairing {
             per_m: 1.0,
             below: f64::INFINITY,
         };
-        self.run(&possible, one, other);
-    }
-
-    fn run(
-        &mut self,
-        possible: &PairingRule<
-            impl Fn(&Thing) -> bool,
-            impl Fn(&Thing) -> u64,
-            impl Fn(&Thing, &Thing) -> Option<Closeness>,
-        >,
-        one: &mut [Thing],
-        other: &mut [Thing],
-    ) {
-        self.one.begin(one, &possible.looks);
-        self.other.begin(other, &possible.looks);
-        let looking = self.one.open.len() + self.other.open.len();
-        if self.one.open.is_empty() || self.other.open.is_empty() {
-            return;
-        }
-        self.one.sort(one, &possible.group);
-        self.other.sort(other, &possible.group);
-        let max = looking.saturating_mul(CANDIDATE_BUDGET_PER_THING).saturating_add(CANDIDATE_BUDGET);
-        let mut examined = 0;
-        while examined < max {
-            examined += find(possible, &mut self.one, one, &self.other, other);
-            examined += find(possible, &mut self.other, other, &self.one, one);
-            let mut found = false;
-            for &i in &self.one.open {
-                let Some(j) = self.one.closest(i) else { continue };
-                if self.other.closest(j) == Some(i) {
-                    pair_up(i, j, one, other);
-                    found = true;
-                }
-            }
-            if !found {
-                return;
-            }
-            // A thing without a candidate in this round will have none in later rounds.
-            let waits = |things: &[Thing], closest: &[Option<usize>], index: usize| {
-                let has = closest.get(index).is_some_and(Option::is_some);
-                has && things.get(index).is_some_and(&possible.looks)
-            };
-            let Search { open, closest } = &mut self.one;
-            open.retain(|index| waits(one, closest, *index));
-            let Search { open, closest } = &mut self.other;
-            open.retain(|index| waits(other, closest, *index));
-        }
+        possible.run(self, one, other);
     }
 }
 
-/// Finds the closest of `whom` for each of `who` whose candidate is missing or already paired. Returns the
-/// number of candidates examined.
-fn find(
-    possible: &PairingRule<
-        impl Fn(&Thing) -> bool,
-        impl Fn(&Thing) -> u64,
-        impl Fn(&Thing, &Thing) -> Option<Closeness>,
-    >,
-    who: &mut Search,
-    things: &[Thing],
-    whom: &Search,
-    others: &[Thing],
-) -> usize {
-    let Search { open, closest } = who;
-    let mut examined = 0;
-    for &index in open.iter() {
-        let (Some(thing), Some(slot)) = (things.get(index), closest.get_mut(index)) else { continue };
-        if slot.and_then(|closest| others.get(closest)).is_some_and(&possible.looks) {
-            continue;
-        }
-        let (found, looks) = possible.closest(thing, &whom.open, others);
-        *slot = found;
-        examined += looks;
-    }
-    examined
-}
-
-/// Pairs two things by observation and dissolves the pairs that either had before.
-fn pair_up(i: usize, j: usize, one: &mut [Thing], other: &mut [Thing]) {
-    let left = one.get(i).and_then(|thing| thing.pair).filter(|left| *left != j);
-    if let Some(thing) = left.and_then(|left| other.get_mut(left)) {
+/// Pairs a thing with one of the other side, and dissolves the pair that it had before.
+fn pair(things: &mut [Thing], index: usize, pair: usize, others: &mut [Thing]) {
+    let Some(thing) = things.get_mut(index) else { return };
+    thing.is_sure = true;
+    let left = thing.pair.replace(pair).filter(|left| *left != pair);
+    if let Some(thing) = left.and_then(|left| others.get_mut(left)) {
         thing.pair = None;
-    }
-    let left = other.get(j).and_then(|thing| thing.pair).filter(|left| *left != i);
-    if let Some(thing) = left.and_then(|left| one.get_mut(left)) {
-        thing.pair = None;
-    }
-    for (things, index, pair) in [(one, i, j), (other, j, i)] {
-        if let Some(thing) = things.get_mut(index) {
-            (thing.pair, thing.is_sure) = (Some(pair), true);
-        }
     }
 }

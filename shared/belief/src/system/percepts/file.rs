@@ -1,18 +1,14 @@
 //! Reads the file: its raw form, and how its names are resolved.
 
-use std::ops;
 use std::path::Path;
 use std::time::Duration;
 
 use message::MAX_PERCEPTS;
 use serde::Deserialize;
 use settings::number::{Milliseconds, NotNegative, UnitInterval};
-use settings::{SettingsError, Spanned};
+use settings::{SettingsError, Spanned, SpannedError};
 
 use super::{Belief, Cull, Distance, History, Kernel, Measure, NoTermApplies, Percept, Percepts, Role};
-
-/// The error's position in the text, and its reason.
-type SpannedError = (ops::Range<usize>, String);
 
 pub(super) const BUILTIN: &str = include_str!("../../../percepts.toml");
 
@@ -24,9 +20,7 @@ impl Percepts {
     /// As [`settings::parse`]; also a duplicate or unknown name, a history or measure that does not fit the percept's
     /// feature, or a range of a number that its parent does not derive.
     pub fn parse(text: &str, file: &Path) -> Result<Self, SettingsError> {
-        settings::parse::<File>(text, file)?
-            .resolve()
-            .map_err(|(span, reason)| settings::error_at(text, file, span, reason))
+        settings::parse::<File>(text, file)?.resolve().map_err(|error| error.of(text, file))
     }
 
     /// The built-in percepts, `config/percepts.toml` at compile time.
@@ -99,14 +93,13 @@ enum When {
 
 impl File {
     fn resolve(self) -> Result<Percepts, SpannedError> {
-        let span = self.percept.span();
-        let written = self.percept.into_inner();
-        if written.len() > MAX_PERCEPTS {
-            let reason = format!("{} percepts: a snapshot holds at most {MAX_PERCEPTS}", written.len());
-            return Err((span, reason));
+        let count = self.percept.get_ref().len();
+        if count > MAX_PERCEPTS {
+            let reason = format!("{count} percepts: a snapshot holds at most {MAX_PERCEPTS}");
+            return Err(SpannedError::at(&self.percept, reason));
         }
-        let mut percepts = Vec::with_capacity(written.len());
-        for percept in written {
+        let mut percepts = Vec::with_capacity(count);
+        for percept in self.percept.into_inner() {
             let percept = percept.resolve(&percepts)?;
             percepts.push(percept);
         }
@@ -118,28 +111,27 @@ impl File {
 impl RawPercept {
     fn resolve(self, earlier: &[Percept]) -> Result<Percept, SpannedError> {
         if earlier.iter().any(|percept| percept.name == *self.name.get_ref()) {
-            return Err((self.name.span(), format!("a second percept named `{}`", self.name.get_ref())));
+            let reason = format!("a second percept named `{}`", self.name.get_ref());
+            return Err(SpannedError::at(&self.name, reason));
         }
         let parent = self.parent.map(|parent| number(&parent, earlier)).transpose()?;
-        let kernel_span = self.kernel.span();
-        let kernel = self.kernel.into_inner();
+        let kernel = self.kernel.get_ref();
         let above = parent.and_then(|parent| earlier.get(usize::from(parent)));
         let above = above.map(|above| (above.name.as_str(), &above.kernel));
-        kernel.check(above).map_err(|reason| (kernel_span, reason))?;
-        check_role(*self.role.get_ref(), &kernel).map_err(|reason| (self.role.span(), reason))?;
-        let history = self.history.get_ref().clone();
-        if matches!(kernel, Kernel::Nearest(_) | Kernel::Source) && matches!(history, History::LowPass { .. })
-        {
-            let reason = "symbols cannot be filtered: use lossless or log_timescale".to_owned();
-            return Err((self.history.span(), reason));
+        kernel.check(above).map_err(|reason| SpannedError::at(&self.kernel, reason))?;
+        check_role(&self.role, kernel)?;
+        let is_filtered = matches!(self.history.get_ref(), History::LowPass { .. });
+        if is_filtered && matches!(kernel, Kernel::Nearest(_) | Kernel::Source) {
+            let reason = "symbols cannot be filtered: use lossless or log_timescale";
+            return Err(SpannedError::at(&self.history, reason));
         }
         Ok(Percept {
             name: self.name.into_inner(),
             parent,
             role: self.role.into_inner(),
             decay_per_s: self.decay_per_s.get(),
-            history,
-            kernel,
+            history: self.history.into_inner(),
+            kernel: self.kernel.into_inner(),
         })
     }
 }
@@ -157,7 +149,7 @@ impl RawBelief {
                      for orientations, difference for states, regions and ranges, differs for symbols",
                     term.percept.get_ref()
                 );
-                return Err((term.measure.span(), reason));
+                return Err(SpannedError::at(&term.measure, reason));
             }
             distance.push(Distance { percept, measure, weight: term.weight.get() });
         }
@@ -190,7 +182,7 @@ fn number(name: &Spanned<String>, percepts: &[Percept]) -> Result<u16, SpannedEr
         let known: Vec<_> = percepts.iter().map(|percept| percept.name.as_str()).collect();
         let reason =
             format!("no percept above is named `{}`; there are {}", name.get_ref(), known.join(", "));
-        (name.span(), reason)
+        SpannedError::at(name, reason)
     })
 }
 
@@ -209,8 +201,8 @@ fn fits(measure: &Measure, kernel: &Kernel) -> bool {
 }
 
 /// Rejects a role that goal beliefs cannot use; otherwise the percept would never be learned, without any error.
-fn check_role(role: Role, kernel: &Kernel) -> Result<(), String> {
-    let (is_read, reason) = match role {
+fn check_role(role: &Spanned<Role>, kernel: &Kernel) -> Result<(), SpannedError> {
+    let (is_read, reason) = match role.get_ref() {
         Role::Neither => return Ok(()),
         Role::Criteria => (
             matches!(kernel, Kernel::Nearest(_)),
@@ -221,5 +213,5 @@ fn check_role(role: Role, kernel: &Kernel) -> Result<(), String> {
             "only states, positions and orientations can be an expectation: make the role \"neither\"",
         ),
     };
-    if is_read { Ok(()) } else { Err(reason.to_owned()) }
+    if is_read { Ok(()) } else { Err(SpannedError::at(role, reason)) }
 }
