@@ -6,5 +6,6 @@ mod rows;
 pub(crate) mod screen;
 mod table;
 
+pub(crate) use rows::JointStateRow;
 pub use rows::{Row, rows};
 pub use table::table;
