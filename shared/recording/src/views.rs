@@ -248,17 +248,12 @@ impl Views {
 
 impl Shown {
     fn among(percepts: &Percepts) -> Self {
-        let find = |is: fn(&Kernel) -> bool| {
-            let index = percepts.percepts.iter().position(|percept| is(&percept.kernel))?;
-            u16::try_from(index).ok()
-        };
+        let first = |kernel: &Kernel| percepts.with_kernel(|its| its == kernel).next();
         Self {
-            position: find(|kernel| matches!(kernel, Kernel::Position)),
-            orientation: find(|kernel| matches!(kernel, Kernel::Orientation)),
-            extents: find(|kernel| matches!(kernel, Kernel::Extents)),
-            colour: find(
-                |kernel| matches!(kernel, Kernel::Nearest(nearest) if nearest.space == Space::Colour),
-            ),
+            position: first(&Kernel::Position),
+            orientation: first(&Kernel::Orientation),
+            extents: first(&Kernel::Extents),
+            colour: percepts.nearest_in(Space::Colour).next(),
         }
     }
 }

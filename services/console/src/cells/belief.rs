@@ -1,6 +1,6 @@
 use std::collections::{BTreeMap, BTreeSet};
 
-use belief::percepts::{Kernel, Space};
+use belief::percepts::{Kernel, Percepts, Space};
 use config::Robot;
 use geometry::{Base, Person, Pose, Position, World};
 use message::{Belief, BeliefHead, Difference, Feature, NOBODY};
@@ -52,40 +52,13 @@ pub(crate) struct Seen {
 impl BeliefRenderer {
     pub(crate) fn new(robot: &Robot) -> Self {
         let percepts = &robot.percepts;
-        let (mut colour, mut shape, mut orientation, mut extents) = (None, None, None, None);
-        for (number, percept) in (0_u16..).zip(&percepts.percepts) {
-            match &percept.kernel {
-                Kernel::Nearest(nearest) => {
-                    let prototypes = (0_u16..).zip(&nearest.prototypes);
-                    match nearest.space {
-                        Space::Colour => {
-                            let of = prototypes.filter_map(|(symbol, it)| Some((symbol, exactly(&it.at)?)));
-                            colour = Some((number, of.collect()));
-                        }
-                        Space::Shape => {
-                            let of = prototypes.filter_map(|(symbol, it)| Some((symbol, exactly(&it.at)?)));
-                            shape = Some((number, of.collect()));
-                        }
-                        Space::EdgeM => {}
-                    }
-                }
-                Kernel::Orientation => orientation = Some(number),
-                Kernel::Extents => extents = Some(number),
-                Kernel::Position
-                | Kernel::Source
-                | Kernel::Region(_)
-                | Kernel::Range(_)
-                | Kernel::State(_)
-                | Kernel::Plugin(_) => {}
-            }
-        }
-        let words = PerceptPhrases::of(percepts);
+        let last = |kernel: &Kernel| percepts.with_kernel(|its| its == kernel).last();
         Self {
-            words,
-            colour,
-            shape,
-            orientation,
-            extents,
+            words: PerceptPhrases::of(percepts),
+            colour: prototypes(percepts, Space::Colour),
+            shape: prototypes(percepts, Space::Shape),
+            orientation: last(&Kernel::Orientation),
+            extents: last(&Kernel::Extents),
             x_world_base: Pose::identity(),
             shown_m: BTreeMap::new(),
         }
@@ -269,6 +242,11 @@ pub(crate) fn belief_in(thing: &Thing, robots: &[Seen]) -> Option<u64> {
     near.min_by(|a, b| a.0.total_cmp(&b.0)).map(|(_, id)| id)
 }
 
-fn exactly<const N: usize>(values: &[f64]) -> Option<[f64; N]> {
-    values.try_into().ok()
+/// The percept that finds the nearest prototype in a space, and the coordinates of its prototypes by symbol.
+fn prototypes<const N: usize>(percepts: &Percepts, space: Space) -> Option<(u16, BTreeMap<u16, [f64; N]>)> {
+    let percept = percepts.nearest_in(space).last()?;
+    let Kernel::Nearest(nearest) = &percepts.get(percept)?.kernel else { return None };
+    let prototypes = (0..).zip(&nearest.prototypes);
+    let placed = prototypes.filter_map(|(symbol, it)| Some((symbol, it.at.as_slice().try_into().ok()?)));
+    Some((percept, placed.collect()))
 }
