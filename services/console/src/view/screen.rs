@@ -2,36 +2,10 @@
 
 use std::cmp::Ordering;
 
+use ratatui::crossterm::event::KeyCode;
 use reports::metrics::Readings;
 
 use super::rows::Row;
-
-/// The function of a key.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Key {
-    /// End the program.
-    Quit,
-    /// Back to the table.
-    Back,
-    /// Sort by the next column.
-    Sort,
-    /// Reverse the order.
-    Reverse,
-    /// Freeze or resume.
-    Freeze,
-    /// Histograms of the selected process.
-    Histogram,
-    /// The servo buses.
-    Buses,
-    /// The joints in trouble.
-    Joints,
-    /// The key bindings.
-    Help,
-    /// Select the row above.
-    Up,
-    /// Select the row below.
-    Down,
-}
 
 /// The current view.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -137,19 +111,21 @@ impl Screen {
     }
 
     /// Handles a key. Returns whether to continue.
-    pub(crate) fn press(&mut self, key: Key) -> bool {
+    pub(crate) fn press(&mut self, key: KeyCode) -> bool {
+        #[expect(clippy::wildcard_enum_match_arm, reason = "other keys have no function")]
         match key {
-            Key::Quit => return false,
-            Key::Back => self.view = View::Processes,
-            Key::Sort => self.column = self.column.next(),
-            Key::Reverse => self.is_reversed = !self.is_reversed,
-            Key::Freeze => self.is_frozen = !self.is_frozen,
-            Key::Histogram => self.switch_to(View::Histogram),
-            Key::Buses => self.switch_to(View::Buses),
-            Key::Joints => self.switch_to(View::Joints),
-            Key::Help => self.switch_to(View::Help),
-            Key::Up => self.move_by(|place| place.checked_sub(1)),
-            Key::Down => self.move_by(|place| place.checked_add(1)),
+            KeyCode::Char('q') => return false,
+            KeyCode::Char('s') => self.column = self.column.next(),
+            KeyCode::Char('r') => self.is_reversed = !self.is_reversed,
+            KeyCode::Char(' ') => self.is_frozen = !self.is_frozen,
+            KeyCode::Char('h') | KeyCode::Enter => self.switch_to(View::Histogram),
+            KeyCode::Char('b') => self.switch_to(View::Buses),
+            KeyCode::Char('j') => self.switch_to(View::Joints),
+            KeyCode::Char('?') => self.switch_to(View::Help),
+            KeyCode::Esc => self.view = View::Processes,
+            KeyCode::Up => self.move_by(|place| place.checked_sub(1)),
+            KeyCode::Down => self.move_by(|place| place.checked_add(1)),
+            _ => {}
         }
         true
     }

@@ -5,11 +5,11 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
 
 use ratatui::DefaultTerminal;
-use ratatui::crossterm::event::{self, Event, KeyCode, KeyEvent, KeyEventKind, KeyModifiers};
+use ratatui::crossterm::event::{self, Event, KeyCode, KeyEvent, KeyModifiers};
 
 use super::Top;
 use crate::view::draw::draw;
-use crate::view::screen::{Key, Screen};
+use crate::view::screen::Screen;
 
 /// Polling interval.
 const POLL_INTERVAL: Duration = Duration::from_secs(1);
@@ -39,8 +39,8 @@ fn watch(top: &mut Top, terminal: &mut DefaultTerminal, stop: &AtomicBool) -> io
         terminal.draw(|frame| draw(frame, &screen))?;
         if event::poll(next.since(clock::now()))?
             && let Event::Key(event) = event::read()?
-            && let Some(key) = key(event)
-            && !screen.press(key)
+            && !event.is_release()
+            && (is_interrupt(event) || !screen.press(event.code))
         {
             return Ok(());
         }
@@ -48,26 +48,7 @@ fn watch(top: &mut Top, terminal: &mut DefaultTerminal, stop: &AtomicBool) -> io
     Ok(())
 }
 
-fn key(event: KeyEvent) -> Option<Key> {
-    if event.kind == KeyEventKind::Release {
-        return None;
-    }
-    if event.code == KeyCode::Char('c') && event.modifiers.contains(KeyModifiers::CONTROL) {
-        return Some(Key::Quit);
-    }
-    #[expect(clippy::wildcard_enum_match_arm, reason = "other keys have no function")]
-    match event.code {
-        KeyCode::Char('q') => Some(Key::Quit),
-        KeyCode::Char('s') => Some(Key::Sort),
-        KeyCode::Char('r') => Some(Key::Reverse),
-        KeyCode::Char(' ') => Some(Key::Freeze),
-        KeyCode::Char('h') | KeyCode::Enter => Some(Key::Histogram),
-        KeyCode::Char('b') => Some(Key::Buses),
-        KeyCode::Char('j') => Some(Key::Joints),
-        KeyCode::Char('?') => Some(Key::Help),
-        KeyCode::Esc => Some(Key::Back),
-        KeyCode::Up => Some(Key::Up),
-        KeyCode::Down => Some(Key::Down),
-        _ => None,
-    }
+/// Ctrl-C, which the terminal hands over as a key.
+fn is_interrupt(event: KeyEvent) -> bool {
+    event.code == KeyCode::Char('c') && event.modifiers.contains(KeyModifiers::CONTROL)
 }
