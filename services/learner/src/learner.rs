@@ -140,8 +140,8 @@ impl<B: Body> Learner<B> {
     }
 
     /// Whether a task is being performed.
-    #[must_use]
-    pub fn is_performing(&self) -> bool {
+    #[cfg(test)]
+    pub(crate) fn is_performing(&self) -> bool {
         self.performance.is_some()
     }
 
