@@ -18,12 +18,6 @@ pub use crate::view::{Row, rows, table};
 /// Why nothing can be shown.
 #[derive(Debug, thiserror::Error)]
 pub enum TopError {
-    /// No robot that this user can see runs on this machine.
-    #[error("no robot runs here: start one with `leo run`")]
-    NoRobot,
-    /// Several robots run; one must be named.
-    #[error("{} robots run here: name one with --domain {}", .0.len(), .0.join(" or --domain "))]
-    SeveralRobots(Vec<String>),
     /// The domain could not be joined.
     #[error(transparent)]
     Join(#[from] JoinError),
@@ -70,16 +64,12 @@ pub struct Top {
 }
 
 impl Top {
-    /// Opens the only domain on this machine, or the one named.
+    /// Opens a robot's domain.
     ///
     /// # Errors
     ///
-    /// No robot runs, or several do and none is named.
-    pub fn open(domain: Option<Domain>, about: About) -> Result<Self, TopError> {
-        let domain = match domain {
-            Some(domain) => domain,
-            None => only(Domain::all().into_iter().filter(is_claimed).collect())?,
-        };
+    /// The robot is starting, stopping or dead.
+    pub fn open(domain: Domain, about: About) -> Result<Self, TopError> {
         let queues = Queues { frames: 1, overflow_policy: OverflowPolicy::DropOldest };
         let node = Node::join(&domain, "top", 1, queues)?;
         let boards = Boards::open(&node).map_err(TopError::NoRoster)?;
@@ -105,29 +95,12 @@ impl Top {
     }
 }
 
-fn only(mut domains: Vec<Domain>) -> Result<Domain, TopError> {
-    match (domains.pop(), domains.is_empty()) {
-        (None, _) => Err(TopError::NoRobot),
-        (Some(domain), true) => Ok(domain),
-        (Some(last), false) => {
-            domains.push(last);
-            let names = domains.iter().map(|domain| domain.root().display().to_string()).collect();
-            Err(TopError::SeveralRobots(names))
-        }
-    }
-}
-
 /// Shows the counters once, or live until the user quits.
 ///
 /// # Errors
 ///
 /// As [`Top::open`]; or the output cannot be written, or the terminal cannot be used.
-pub fn show(
-    domain: Option<Domain>,
-    about: About,
-    form: Form,
-    out: &mut impl std::io::Write,
-) -> Result<(), TopError> {
+pub fn show(domain: Domain, about: About, form: Form, out: &mut impl std::io::Write) -> Result<(), TopError> {
     let mut top = Top::open(domain, about)?;
     if form == Form::Live {
         return live::show(&mut top).map_err(TopError::Terminal);
@@ -140,19 +113,4 @@ pub fn show(
     };
     out.write_all(text.as_bytes())?;
     Ok(out.flush()?)
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn several_robots_must_be_told_apart() {
-        let domains = ["a", "b"].map(|name| Domain::named(name).unwrap());
-        let several = only(domains.to_vec()).unwrap_err();
-        let TopError::SeveralRobots(roots) = &several else { panic!("{several:?}") };
-        assert_eq!(*roots, ["/dev/shm/leo-a", "/dev/shm/leo-b"]);
-        assert!(matches!(only(Vec::new()), Err(TopError::NoRobot)));
-        insta::assert_snapshot!(format!("{several}\n{}", TopError::NoRobot));
-    }
 }
