@@ -6,6 +6,6 @@ mod rows;
 pub(crate) mod screen;
 mod table;
 
-pub(crate) use rows::JointStateRow;
-pub use rows::{Row, rows};
+pub use rows::Row;
+pub(crate) use rows::{JointStateRow, rows};
 pub use table::table;

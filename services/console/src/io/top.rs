@@ -3,17 +3,13 @@
 mod boards;
 mod live;
 
-use std::collections::BTreeMap;
-use std::path::PathBuf;
-
-use message::{Health, Process};
 use transport::janitor::is_claimed;
 use transport::{Domain, JoinError, Node, OverflowPolicy, PortError, Queues};
 
-pub use boards::Boards;
+pub use boards::{About, Boards};
 pub use reports::metrics::Readings;
 
-pub use crate::view::{Row, rows, table};
+pub use crate::view::{Row, table};
 
 /// Why nothing can be shown.
 #[derive(Debug, thiserror::Error)]
@@ -45,22 +41,11 @@ pub enum Form {
     OpenMetrics,
 }
 
-/// Facts about a robot that its health boards do not contain.
-#[derive(Clone, Debug, Default)]
-pub struct About {
-    /// The names of the joints by their index, from the configuration.
-    pub joint_names: Vec<String>,
-    /// The file of the learner's memory.
-    pub store: Option<PathBuf>,
-}
-
 /// Reads the health of the processes of one domain.
 pub struct Top {
     domain: Domain,
     node: Node,
     boards: Boards,
-    about: About,
-    earlier: BTreeMap<Process, Health>,
 }
 
 impl Top {
@@ -72,20 +57,13 @@ impl Top {
     pub fn open(domain: Domain, about: About) -> Result<Self, TopError> {
         let queues = Queues { frames: 1, overflow_policy: OverflowPolicy::DropOldest };
         let node = Node::join(&domain, "top", 1, queues)?;
-        let boards = Boards::open(&node).map_err(TopError::NoRoster)?;
-        Ok(Self { domain, node, boards, about, earlier: BTreeMap::new() })
+        let boards = Boards::open(&node, about).map_err(TopError::NoRoster)?;
+        Ok(Self { domain, node, boards })
     }
 
-    /// The current readings, and a row per process over the time since the previous call. The first call covers the
-    /// whole life of each process.
+    /// As [`Boards::look`].
     pub fn look(&mut self) -> (Readings, Vec<Row>) {
-        let mut readings = self.boards.read(&self.node);
-        readings.joint_names.clone_from(&self.about.joint_names);
-        let store = self.about.store.as_deref().and_then(|file| std::fs::metadata(file).ok());
-        readings.store_bytes = store.map(|store| store.len());
-        let rows = rows(&readings, &self.earlier);
-        self.earlier.clone_from(&readings.processes);
-        (readings, rows)
+        self.boards.look(&self.node)
     }
 
     /// Whether the robot still runs.

@@ -235,8 +235,7 @@ fn micros(nanos: u64) -> f64 {
 
 /// One row per process, over the time since `earlier`. Covers the whole incarnation if `earlier` is of another
 /// one, or is missing.
-#[must_use]
-pub fn rows(readings: &Readings, earlier: &BTreeMap<Process, Health>) -> Vec<Row> {
+pub(crate) fn rows(readings: &Readings, earlier: &BTreeMap<Process, Health>) -> Vec<Row> {
     let each = readings.processes.iter();
     each.map(|(&process, health)| {
         let earlier = earlier.get(&process).filter(|then| then.pid == health.pid);
