@@ -90,7 +90,7 @@ pub struct Output {
 }
 
 /// The learner's core, independent of clock, files and shared memory.
-#[derive(Clone, Debug)]
+#[derive(Debug)]
 pub struct Learner<B> {
     settings: Settings,
     vocabulary: Vocabulary,
