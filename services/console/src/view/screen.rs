@@ -2,10 +2,12 @@
 
 use std::cmp::Ordering;
 
-use ratatui::crossterm::event::KeyCode;
 use reports::metrics::Readings;
 
 use super::rows::Row;
+
+/// The key Esc.
+pub(crate) const ESCAPE: char = '\x1b';
 
 /// The current view.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -110,21 +112,20 @@ impl Screen {
         }
     }
 
-    /// Handles a key. Returns whether to continue.
-    pub(crate) fn press(&mut self, key: KeyCode) -> bool {
-        #[expect(clippy::wildcard_enum_match_arm, reason = "other keys have no function")]
+    /// Handles a key, given as a character. Returns whether to continue.
+    pub(crate) fn press(&mut self, key: char) -> bool {
         match key {
-            KeyCode::Char('q') => return false,
-            KeyCode::Char('s') => self.column = self.column.next(),
-            KeyCode::Char('r') => self.is_reversed = !self.is_reversed,
-            KeyCode::Char(' ') => self.is_frozen = !self.is_frozen,
-            KeyCode::Char('h') | KeyCode::Enter => self.switch_to(View::Histogram),
-            KeyCode::Char('b') => self.switch_to(View::Buses),
-            KeyCode::Char('j') => self.switch_to(View::Joints),
-            KeyCode::Char('?') => self.switch_to(View::Help),
-            KeyCode::Esc => self.view = View::Processes,
-            KeyCode::Up => self.move_by(|place| place.checked_sub(1)),
-            KeyCode::Down => self.move_by(|place| place.checked_add(1)),
+            'q' => return false,
+            's' => self.column = self.column.next(),
+            'r' => self.is_reversed = !self.is_reversed,
+            ' ' => self.is_frozen = !self.is_frozen,
+            'h' => self.switch_to(View::Histogram),
+            'b' => self.switch_to(View::Buses),
+            'j' => self.switch_to(View::Joints),
+            '?' => self.switch_to(View::Help),
+            ESCAPE => self.view = View::Processes,
+            '↑' => self.move_by(|place| place.checked_sub(1)),
+            '↓' => self.move_by(|place| place.checked_add(1)),
             _ => {}
         }
         true

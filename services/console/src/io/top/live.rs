@@ -9,7 +9,7 @@ use ratatui::crossterm::event::{self, Event, KeyCode, KeyEvent, KeyModifiers};
 
 use super::Top;
 use crate::view::draw::draw;
-use crate::view::screen::Screen;
+use crate::view::screen::{ESCAPE, Screen};
 
 /// Polling interval.
 const POLL_INTERVAL: Duration = Duration::from_secs(1);
@@ -39,8 +39,8 @@ fn watch(top: &mut Top, terminal: &mut DefaultTerminal, stop: &AtomicBool) -> io
         terminal.draw(|frame| draw(frame, &screen))?;
         if event::poll(next.since(clock::now()))?
             && let Event::Key(event) = event::read()?
-            && !event.is_release()
-            && (is_interrupt(event) || !screen.press(event.code))
+            && let Some(key) = key(event)
+            && !screen.press(key)
         {
             return Ok(());
         }
@@ -48,7 +48,17 @@ fn watch(top: &mut Top, terminal: &mut DefaultTerminal, stop: &AtomicBool) -> io
     Ok(())
 }
 
-/// Ctrl-C, which the terminal hands over as a key.
-fn is_interrupt(event: KeyEvent) -> bool {
-    event.code == KeyCode::Char('c') && event.modifiers.contains(KeyModifiers::CONTROL)
+/// A key as a character.
+fn key(event: KeyEvent) -> Option<char> {
+    #[expect(clippy::wildcard_enum_match_arm, reason = "other keys have no function")]
+    match event.code {
+        _ if event.is_release() => None,
+        KeyCode::Char('c') if event.modifiers.contains(KeyModifiers::CONTROL) => Some('q'),
+        KeyCode::Char(key) => Some(key),
+        KeyCode::Enter => Some('h'),
+        KeyCode::Esc => Some(ESCAPE),
+        KeyCode::Up => Some('↑'),
+        KeyCode::Down => Some('↓'),
+        _ => None,
+    }
 }
