@@ -105,8 +105,9 @@ impl Entries {
     fn to_evict(&self, class: Class, address: IpAddr) -> Option<u64> {
         let (max, max_of_address) = class.max();
         let of_class = || self.open.iter().filter(move |(_, entry)| entry.class == class);
-        let oldest_of =
-            |address| of_class().find(|(_, entry)| entry.address == address).map(|(number, _)| *number);
+        let oldest_of = |address: IpAddr| {
+            of_class().find(|(_, entry)| entry.address == address).map(|(number, _)| *number)
+        };
         if of_class().filter(|(_, entry)| entry.address == address).count() >= max_of_address {
             return oldest_of(address);
         }
