@@ -117,7 +117,7 @@ fn connections_without_a_certificate_are_bounded_and_released() {
         let (told, during) = flooded.flood("stall", &[addresses, each], || ());
         println!("{addresses} addresses: {told}; memory: {before} kB before, {during} kB at most");
         let count = |key| number(&told, key).expect("a count");
-        let seconds = quantity::number::floor_u64(told["seconds"].as_f64().expect("a time"));
+        let seconds = quantity::number::floor_i64(told["seconds"].as_f64().expect("a time")).cast_unsigned();
         // A slot is freed one second after its handshake ended. Half of all slots are for connections that close.
         let max_of_address = MAX_PER_ADDRESS * (1 + seconds);
         let max = MAX_CONNECTIONS + MAX_CONNECTIONS / 2 * (1 + seconds);

@@ -267,11 +267,10 @@ impl Perception {
     /// Like [`Self::perceive`], for an observation whose snapshot for another perspective is known, with the same
     /// percepts. P of Eq. 9 changes the position and orientation of a thing. It does not change the perceived extents,
     /// shape, colour and states. So only the percepts that depend on the frame (position, orientation, regions,
-    /// plug-ins) and their children, such as a range of a position, are re-evaluated. The others are copied from
-    /// `known`.
+    /// plug-ins) and their children, such as a range of a position, are re-evaluated, in place.
     ///
-    /// `known` is untrusted: values that a valid snapshot, as returned by [`Self::perceive`], could not contain are
-    /// omitted.
+    /// The caller guarantees that `snapshot` is the result of [`Self::perceive`] for the other perspective, and that the
+    /// observation is sound. Neither is validated.
     ///
     /// ```
     /// use message::Observation;
@@ -285,24 +284,14 @@ impl Perception {
     /// let known = perception.perceive(&mine, &Frame { agent: 0 });
     /// // The same thing in the frame of partner 1, who stands opposite.
     /// let his = Observation { position_m: [1.0, -0.2, 0.0], ..mine };
-    /// let again = perception.reperceive(&his, &known, &Frame { agent: 1 });
+    /// let mut again = known;
+    /// perception.reperceive(&his, &Frame { agent: 1 }, &mut again);
     /// assert_eq!(again, perception.perceive(&his, &Frame { agent: 1 }));
     /// assert_ne!(again, known);
     /// # Ok::<(), perception::PerceptionError>(())
     /// ```
-    #[must_use]
-    pub fn reperceive(&self, observation: &Observation, known: &Snapshot, frame: &Frame) -> Snapshot {
-        let mut snapshot = Snapshot::default();
-        if observation.is_sound() {
-            self.rebuild(&ClassifierInput::new(observation, *frame), known.values(), &mut snapshot);
-        }
-        snapshot
-    }
-
-    /// Like [`Self::reperceive`], in place. The caller guarantees that `snapshot` is the result of
-    /// [`Self::perceive`] for another perspective, and that the observation is sound. Neither is validated.
     #[inline]
-    pub fn reperceive_in_place(&self, observation: &Observation, frame: &Frame, snapshot: &mut Snapshot) {
+    pub fn reperceive(&self, observation: &Observation, frame: &Frame, snapshot: &mut Snapshot) {
         let input = ClassifierInput::new(observation, *frame);
         // Usually the same percepts pass.
         if !self.reevaluate(&input, snapshot) {
@@ -344,7 +333,8 @@ impl Perception {
         replace_value(percept, self.evaluate(percept, input, snapshot), snapshot)
     }
 
-    /// Builds a snapshot from the re-evaluated percepts and from those values of `known` that are valid.
+    /// Builds a snapshot from the re-evaluated percepts and from those values of `known` that are valid. Values that a
+    /// snapshot of [`Self::perceive`] could not contain are omitted.
     #[inline(never)]
     fn rebuild(&self, input: &ClassifierInput<'_>, known: &[PerceptValue], snapshot: &mut Snapshot) {
         let mut rest = known;

@@ -17,7 +17,7 @@ use geometry::{Base, Eye, Person, Pose, Position};
 use message::{Observation, ObservationKind, Perceived, SourceSet, State};
 use perception::{Frame, Perception};
 use perspective::settings::Perspective;
-use perspective::{Partner, Robot, observed_from, place_of_thing};
+use perspective::{Partner, Robot, observe_from, place_of_thing};
 use quantity::number::{float, single};
 use scene::{Cone, Occluders, Samples, Sight};
 
@@ -137,9 +137,11 @@ impl Share {
         for Perceived { observation, snapshot } in entries {
             let Some((place, half)) = place_of_thing(observation) else { continue };
             if self.sight.visible_share(&place, half, Samples::Corners) > 0.5 {
-                let observation = observed_from(&self.x_person_base, &place, observation);
-                let snapshot = perception.reperceive(&observation, snapshot, &Frame { agent: 1 });
-                self.perceived.push(Perceived { observation, snapshot });
+                let mut perceived = Perceived { observation: *observation, snapshot: *snapshot };
+                let Perceived { observation, snapshot } = &mut perceived;
+                observe_from(&self.x_person_base, &place, observation);
+                perception.reperceive(observation, &Frame { agent: 1 }, snapshot);
+                self.perceived.push(perceived);
             }
         }
         black_box(&self.perceived);

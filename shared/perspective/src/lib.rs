@@ -109,7 +109,7 @@ pub use owners::{MAX_TERRITORY_BELIEFS, OwnershipClaim, OwnershipEstimator};
 pub use partner::Partner;
 pub use perceptual_context::PerceptualContext;
 pub use robot::Robot;
-pub use transform::{observed_from, place_of, place_of_thing};
+pub use transform::{observe_from, place_of, place_of_thing};
 
 #[cfg(test)]
 mod tests;

@@ -8,7 +8,7 @@ use quantity::number::saturating_u32;
 use scene::{Cone, Occluders, Sight};
 
 use crate::field::{is_fully_in_view, is_partly_visible};
-use crate::robot::is_object;
+use crate::robot::{head_with_counts, is_object};
 use crate::senses::Senses;
 use crate::settings::Perspective;
 use crate::transform::place_in_base;
@@ -167,12 +167,6 @@ impl Partner {
         self.senses.frame.agent
     }
 
-    /// Whether the partner was present at the last step.
-    #[must_use]
-    pub fn is_present(&self) -> bool {
-        self.present
-    }
-
     /// Whether the partner, as they look now, would notice a missing thing at a place.
     #[must_use]
     pub fn is_fully_in_view(&self, place: &Position<Base>) -> bool {
@@ -195,8 +189,7 @@ impl Partner {
     /// `hidden` count observations of objects.
     #[must_use]
     pub fn head(&self, header: Header) -> BeliefHead {
-        let counts = self.system.counts();
-        let mut head = BeliefHead::of(u32::from(self.senses.frame.agent), header);
+        let mut head = head_with_counts(&self.system, self.senses.frame.agent, header);
         if let Some(x_base_person) = self.anchor.frame() {
             head.frame_position_m = x_base_person.position_m();
             head.frame_orientation_xyzw = x_base_person.orientation_xyzw();
@@ -208,12 +201,8 @@ impl Partner {
         head.present = u32::from(self.present);
         head.perceivable = saturating_u32(self.senses.perceived.len());
         head.hidden = saturating_u32(self.senses.hidden);
-        head.refused = self.senses.refused.saturating_add(counts.refused());
-        head.created = counts.created;
-        head.merged = counts.merged;
-        head.culled = counts.culled;
-        head.overflowed =
-            counts.overflowed + self.perceptual_context.as_ref().map_or(0, PerceptualContext::left_out);
+        head.refused = head.refused.saturating_add(self.senses.refused);
+        head.overflowed += self.perceptual_context.as_ref().map_or(0, PerceptualContext::left_out);
         head
     }
 

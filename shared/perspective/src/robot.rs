@@ -1,5 +1,5 @@
 use belief::percepts::Percepts;
-use belief::{BeliefPlugins, BeliefSystem};
+use belief::{BeliefPlugins, BeliefSystem, Counts};
 use clock::Instant;
 use geometry::{Base, Eye, Pose, Position};
 use message::{Belief, BeliefHead, Header, ObservationKind, Perceived, SourceSet};
@@ -168,18 +168,14 @@ impl Robot {
     /// The head of the robot's belief topic.
     #[must_use]
     pub fn head(&self, header: Header) -> BeliefHead {
-        let counts = self.system.counts();
-        let mut head = BeliefHead::of(0, header);
+        let mut head = head_with_counts(&self.system, 0, header);
         let x_base_eye = self.perceptual_context.eye(0, self.at).unwrap_or(self.x_base_rest);
         head.eye_position_m = x_base_eye.position_m();
         head.eye_orientation_xyzw = x_base_eye.orientation_xyzw();
         head.present = 1;
         head.perceivable = saturating_u32(self.perceivable);
-        head.refused = self.refused.saturating_add(counts.refused());
-        head.created = counts.created;
-        head.merged = counts.merged;
-        head.culled = counts.culled;
-        head.overflowed = self.left_out + self.perceptual_context.left_out() + counts.overflowed;
+        head.refused = head.refused.saturating_add(self.refused);
+        head.overflowed += self.left_out + self.perceptual_context.left_out();
         head
     }
 
@@ -190,6 +186,14 @@ impl Robot {
         belief.owner = self.owners.owner_of(index, belief.id);
         Some(belief)
     }
+}
+
+/// The head of an agent's belief topic, with the counters of the belief system.
+pub(crate) fn head_with_counts(system: &BeliefSystem, agent: u16, header: Header) -> BeliefHead {
+    let counts = system.counts();
+    let Counts { created, merged, culled, overflowed, .. } = counts;
+    let head = BeliefHead::of(u32::from(agent), header);
+    BeliefHead { refused: counts.refused(), created, merged, culled, overflowed, ..head }
 }
 
 pub(crate) fn is_object(entry: &Perceived) -> bool {

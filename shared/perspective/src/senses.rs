@@ -56,7 +56,7 @@ impl Senses {
             }
             let perceived = self.perceived.get_mut(first..).unwrap_or(&mut []);
             for Perceived { observation, snapshot } in &mut *perceived {
-                self.perception.reperceive_in_place(observation, &self.frame, snapshot);
+                self.perception.reperceive(observation, &self.frame, snapshot);
             }
             (first..).zip(perceived).for_each(|(index, perceived)| tell(index, perceived));
         }

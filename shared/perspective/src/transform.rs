@@ -14,7 +14,7 @@ pub fn place_of_thing(observation: &Observation) -> Option<(Pose<Base, Thing>, [
     Some((place_of(observation)?, observation.half_extents_m.map(f64::from)))
 }
 
-/// P (Eq. 9): an observation in a person's frame.
+/// P (Eq. 9): brings an observation into a person's frame.
 ///
 /// Only the pose changes. Other indexical content (left, near, mine) is not part of an observation: it is
 /// perceived again in the new frame.
@@ -28,7 +28,7 @@ pub fn place_of_thing(observation: &Observation) -> Option<(Pose<Base, Thing>, [
 /// use geometry::{Base, Person, Pose, Thing};
 /// use message::Observation;
 /// use perception::{Frame, Perception};
-/// use perspective::{observed_from, place_of};
+/// use perspective::{observe_from, place_of};
 ///
 /// let half = std::f32::consts::FRAC_1_SQRT_2;
 /// let mine = Observation {
@@ -38,7 +38,8 @@ pub fn place_of_thing(observation: &Observation) -> Option<(Pose<Base, Thing>, [
 /// };
 /// let x_base_person = Pose::<Base, Person>::upright(1.5, 0.0, 0.0, std::f64::consts::PI);
 /// let x_base_thing: Pose<Base, Thing> = place_of(&mine).unwrap();
-/// let his = observed_from(&x_base_person.inverse(), &x_base_thing, &mine);
+/// let mut his = mine;
+/// observe_from(&x_base_person.inverse(), &x_base_thing, &mut his);
 /// assert_eq!(his.position_m, [1.0, -0.25, 0.05]);
 /// let turned: Pose<Base, Thing> = place_of(&his).unwrap();
 /// assert!((turned.heading_rad() + std::f64::consts::FRAC_PI_2).abs() < 1e-6);
@@ -47,26 +48,15 @@ pub fn place_of_thing(observation: &Observation) -> Option<(Pose<Base, Thing>, [
 /// let left = percepts.index("left").unwrap();
 /// let perception = Perception::new(&percepts)?;
 /// let known = perception.perceive(&mine, &Frame { agent: 0 });
-/// let again = perception.reperceive(&his, &known, &Frame { agent: 1 });
+/// let mut again = known;
+/// perception.reperceive(&his, &Frame { agent: 1 }, &mut again);
 /// let degree = |snapshot: &message::Snapshot| snapshot.value(left).unwrap().feature();
 /// assert_eq!(degree(&known), Some(message::Feature::Number(1.0)));
 /// assert_eq!(degree(&again), Some(message::Feature::Number(0.0)));
 /// # Ok::<(), perception::PerceptionError>(())
 /// ```
-#[must_use]
-pub fn observed_from(
-    x_person_base: &Pose<Person, Base>,
-    x_base_thing: &Pose<Base, Thing>,
-    observation: &Observation,
-) -> Observation {
-    let mut his = *observation;
-    observe_from(x_person_base, x_base_thing, &mut his);
-    his
-}
-
-/// [`observed_from`] in place.
 #[inline]
-pub(crate) fn observe_from(
+pub fn observe_from(
     x_person_base: &Pose<Person, Base>,
     x_base_thing: &Pose<Base, Thing>,
     observation: &mut Observation,

@@ -35,12 +35,6 @@ pub const fn single(value: f64) -> f32 {
 
 /// Rounds towards zero and saturates; zero for NaN and for negative numbers.
 #[must_use]
-pub const fn floor_u64(value: f64) -> u64 {
-    value as u64
-}
-
-/// Rounds towards zero and saturates; zero for NaN and for negative numbers.
-#[must_use]
 pub const fn floor_usize(value: f64) -> usize {
     value as usize
 }

@@ -81,10 +81,4 @@ impl Cone {
             BallInCone::Undecided
         }
     }
-
-    /// The range of the eye, in metres.
-    #[must_use]
-    pub fn range_m(&self) -> f64 {
-        self.range_m
-    }
 }

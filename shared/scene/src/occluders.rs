@@ -92,16 +92,6 @@ impl Occluders {
         Ok(())
     }
 
-    /// Whether a box lies between an eye and a point. An eye or a point inside a box is occluded; a point on its
-    /// surface is not.
-    #[must_use]
-    pub fn occluded(&self, eye: &Position<Base>, point: &Position<Base>) -> bool {
-        self.boxes.iter().any(|occluder| {
-            let x_box_base = occluder.x_box_base;
-            occluder.hides(&(x_box_base * *eye), &(x_box_base * *point))
-        })
-    }
-
     /// The capacity of the set.
     pub(crate) fn capacity(&self) -> usize {
         self.capacity
@@ -133,7 +123,8 @@ impl Occluder {
         self.half_extents_m
     }
 
-    /// Whether the box lies between an eye and a point, both in its frame.
+    /// Whether the box lies between an eye and a point, both in its frame. It does if one of them is inside the box, and
+    /// not if the point is on its surface.
     pub(crate) fn hides(&self, eye: &Position<Thing>, point: &Position<Thing>) -> bool {
         let distance = eye.distance(point);
         let reach = single(1.0 - (CONTACT_MARGIN_M / distance.max(CONTACT_MARGIN_M)));

@@ -1,4 +1,4 @@
-use invariant::{invariant, require};
+use invariant::require;
 use message::{Feature, MAX_PERCEPTS, PerceptValue, Snapshot};
 
 use super::gate_keys::GateKeys;
@@ -160,17 +160,19 @@ impl Features {
         prevalidated: bool,
         store: &impl FeatureStore,
     ) {
+        self.update(slot, |percept, feature| *feature = feature_in(snapshot, percept, prevalidated, store));
+    }
+
+    /// Changes the features of a belief, and with them its gate keys. `change` gets the percept and the feature of each
+    /// term.
+    #[inline(always)]
+    fn update(&mut self, slot: u32, change: impl Fn(u16, &mut Option<Feature>)) {
         let terms = self.terms.len();
-        let features = slot as usize * terms..(slot as usize + 1) * terms;
-        let (Some(features), Some(gate_keys)) =
-            (self.features.get_mut(features), self.gate_keys.get_mut(slot as usize))
-        else {
-            invariant!(false, "slot {slot} exists");
-            return;
-        };
+        let features = self.features.get_mut(slot as usize * terms..(slot as usize + 1) * terms);
+        let row = features.zip(self.gate_keys.get_mut(slot as usize));
+        let Some((features, gate_keys)) = require!(row, "slot {slot} exists") else { return };
         for (feature, percept) in features.iter_mut().zip(&self.terms) {
-            let value = evaluation(snapshot, *percept, prevalidated);
-            *feature = value.map(|value| store.representable(*percept, value.sound_feature()));
+            change(*percept, feature);
         }
         *gate_keys = self.metric.gate_keys_of(features);
     }
@@ -227,32 +229,16 @@ impl Features {
     /// Like [`Self::predict`], for every compared feature.
     #[inline(never)]
     fn predict_all(&mut self, slot: u32, snapshot: &Snapshot, prevalidated: bool, store: &impl FeatureStore) {
-        let terms = self.terms.len();
-        let features = slot as usize * terms..(slot as usize + 1) * terms;
-        let (Some(features), Some(gate_keys)) =
-            (self.features.get_mut(features), self.gate_keys.get_mut(slot as usize))
-        else {
-            invariant!(false, "slot {slot} exists");
-            return;
-        };
-        for (feature, percept) in features.iter_mut().zip(&self.terms) {
-            if let Some(value) = evaluation(snapshot, *percept, prevalidated) {
-                store.predict_feature(*percept, feature, value);
+        self.update(slot, |percept, feature| {
+            if let Some(value) = evaluation(snapshot, percept, prevalidated) {
+                store.predict_feature(percept, feature, value);
             }
-        }
-        *gate_keys = self.metric.gate_keys_of(features);
+        });
     }
 
     /// Recomputes the features and symbols of a belief from its row in the storage.
     pub(crate) fn refresh(&mut self, slot: u32, row: u32, store: &impl FeatureStore) {
-        let features = self.features.iter_mut().skip(slot as usize * self.terms.len());
-        for (feature, percept) in features.zip(&self.terms) {
-            *feature = store.newest_feature(row, *percept);
-        }
-        let gate_keys = self.metric.gate_keys_of(self.of(slot));
-        if let Some(held) = self.gate_keys.get_mut(slot as usize) {
-            *held = gate_keys;
-        }
+        self.update(slot, |percept, feature| *feature = store.newest_feature(row, percept));
     }
 
     /// Position and gate keys of a snapshot.

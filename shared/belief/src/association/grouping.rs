@@ -275,7 +275,5 @@ fn nearest_pair(problem: &impl AssociationProblem, members: &[u32]) -> Option<(u
 
 /// Distance of two members, in metres; 0 if one has no position.
 fn distance_m(problem: &impl AssociationProblem, a: u32, b: u32) -> f64 {
-    let (Some(a), Some(b)) = (problem.place(a), problem.place(b)) else { return 0.0 };
-    let squared = a.iter().zip(&b).map(|(a, b)| (f64::from(*a) - f64::from(*b)).powi(2));
-    squared.sum::<f64>().sqrt()
+    problem.place(a).zip(problem.place(b)).map_or(0.0, |(a, b)| quantity::distance(&a, &b))
 }

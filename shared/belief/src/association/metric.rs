@@ -4,6 +4,7 @@ mod tests;
 use std::sync::Arc;
 
 use message::Feature;
+use quantity::distance;
 
 use super::distance::Distance;
 use super::gate_keys::{GateKeys, KeyPositions};
@@ -171,7 +172,7 @@ impl Metric {
     /// threshold.
     #[inline]
     pub(crate) fn below_threshold_of(&self, weight: f64, a: [f32; 3], b: [f32; 3]) -> Option<f64> {
-        let distance = weight * metres(&a, &b);
+        let distance = weight * distance(&a, &b);
         if distance < self.threshold { Some(distance) } else { None }
     }
 
@@ -221,7 +222,7 @@ impl Metric {
 #[inline]
 fn measure(measure: &MeasureFn, a: &Feature, b: &Feature) -> Option<f64> {
     match (measure, a, b) {
-        (MeasureFn::Metres, Feature::Vector(a), Feature::Vector(b)) => Some(metres(a, b)),
+        (MeasureFn::Metres, Feature::Vector(a), Feature::Vector(b)) => Some(distance(a, b)),
         (MeasureFn::AngleRad, Feature::Orientation(a), Feature::Orientation(b)) => {
             let dot: f64 = a.iter().zip(b).map(|(a, b)| f64::from(*a) * f64::from(*b)).sum();
             Some(2.0 * dot.abs().min(1.0).acos())
@@ -233,12 +234,6 @@ fn measure(measure: &MeasureFn, a: &Feature, b: &Feature) -> Option<f64> {
         (MeasureFn::Own(plugin), a, b) => plugin_distance(&**plugin, a, b),
         (MeasureFn::Metres | MeasureFn::AngleRad | MeasureFn::Difference | MeasureFn::Differs, _, _) => None,
     }
-}
-
-#[inline]
-fn metres(a: &[f32; 3], b: &[f32; 3]) -> f64 {
-    let squared = a.iter().zip(b).map(|(a, b)| (f64::from(*a) - f64::from(*b)).powi(2));
-    squared.sum::<f64>().sqrt()
 }
 
 /// Upper bound on d between two features or any interpolations of them, rounding included; `None` if there is none.

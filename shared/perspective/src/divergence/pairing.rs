@@ -2,9 +2,10 @@ use std::cmp::Ordering;
 
 use belief::percepts;
 use clock::Duration;
+use quantity::distance;
 
 use super::Meaning;
-use super::thing::{ComparedPercepts, Thing, apart, distance};
+use super::thing::{ComparedPercepts, Thing, apart};
 
 /// The belief distance D (Eq. 4) over the frame-independent terms.
 #[derive(Clone, Debug)]

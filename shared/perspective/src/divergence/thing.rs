@@ -1,6 +1,7 @@
 use belief::percepts::Percepts;
 use geometry::{Base, Person, Pose, Position};
 use message::{Aspect, Belief, Feature, MAX_PERCEPTS};
+use quantity::distance;
 use quantity::number::single;
 
 use super::Meaning;
@@ -97,9 +98,7 @@ impl ComparedPercepts {
 /// Distance of two features by the metric of D (Eq. 4); `None` if they are not comparable.
 pub(super) fn apart(one: &Feature, other: &Feature) -> Option<f64> {
     match (one, other) {
-        (Feature::Vector(one), Feature::Vector(other)) => {
-            Some(distance(&one.map(f64::from), &other.map(f64::from)))
-        }
+        (Feature::Vector(one), Feature::Vector(other)) => Some(distance(one, other)),
         (Feature::Orientation(one), Feature::Orientation(other)) => {
             let dot: f64 = one.iter().zip(other).map(|(a, b)| f64::from(*a) * f64::from(*b)).sum();
             Some(2.0 * dot.abs().min(1.0).acos())
@@ -115,10 +114,6 @@ pub(super) fn apart(one: &Feature, other: &Feature) -> Option<f64> {
             _,
         ) => None,
     }
-}
-
-pub(super) fn distance(one: &[f64; 3], other: &[f64; 3]) -> f64 {
-    one.iter().zip(other).map(|(a, b)| (a - b).powi(2)).sum::<f64>().sqrt()
 }
 
 /// Transforms a feature into the base frame; `None` if the frame or the orientation is invalid.

@@ -138,6 +138,11 @@ impl Workspace {
     }
 }
 
+/// Whether a partner was present at the last step.
+pub(super) fn is_present(partner: &Partner) -> bool {
+    partner.head(Header::default()).present == 1
+}
+
 /// A red cube.
 pub(super) fn block(position_m: [f32; 3]) -> Observation {
     Observation {

@@ -452,8 +452,7 @@ fn the_posterior_is_calibrated_under_its_own_model() {
             // Without a change there is no goal to ask about.
             let Some(probability) = answers[0] else { continue };
             let choices = choices(&meant, &asked).into_iter().map(|choice| (1.0, choice)).collect();
-            let tenth =
-                &mut tenths[usize::try_from(quantity::number::floor_u64(probability * 9.999)).unwrap()];
+            let tenth = &mut tenths[quantity::number::floor_usize(probability * 9.999)];
             tenth.0 += 1;
             tenth.1 += probability;
             tenth.2 += if drawn(choices, &mut runner)[0] { 1.0 } else { 0.0 };

@@ -313,7 +313,8 @@ fn keeps_octaves(
     (wait, share): (u64, f64),
 ) -> Result<(), TestCaseError> {
     let (first, now) = (drawn[0].at, drawn[drawn.len() - 1].at.as_nanos() + wait);
-    let age = quantity::number::floor_u64(share * quantity::number::float(now - first.as_nanos()));
+    let age =
+        quantity::number::floor_i64(share * quantity::number::float(now - first.as_nanos())).cast_unsigned();
     let asked = Instant::from_nanos(now - age);
     let exact = drawn.iter().rev().find(|sample| sample.at <= asked).unwrap();
     let answered = histories.at(row, 0, asked, 0.0).unwrap();
