@@ -4,10 +4,11 @@ use belief::percepts::{Kernel, Percepts, Space};
 use config::Robot;
 use geometry::{Base, Person, Pose, Position, World};
 use message::{Belief, BeliefHead, Difference, Feature, NOBODY};
+use quantity::distance;
 use reports::beliefs::PerceptPhrases;
 use serde_json::json;
 
-use super::{Thing, distance, numbers, rounded};
+use super::{Thing, numbers, rounded};
 use crate::state_store::StateStore;
 
 /// Maximum distance between an object and a belief of the robot about it, in metres.
@@ -133,7 +134,7 @@ impl BeliefRenderer {
     /// The displayed position of a belief: the previous one, unless the belief moved by more than [`MIN_MOVE_M`].
     fn place(&mut self, perspective: u32, id: u64, position_m: [f64; 3]) -> [f64; 3] {
         let shown_m = self.shown_m.entry((perspective, id)).or_insert(position_m);
-        if distance(*shown_m, position_m) > MIN_MOVE_M {
+        if distance(shown_m, &position_m) > MIN_MOVE_M {
             *shown_m = position_m;
         }
         *shown_m
@@ -224,7 +225,7 @@ pub(crate) fn counterpart(seen: &Seen, robots: &[Seen], differing: &[Difference]
     }
     let here = seen.position_m?;
     let near = robots.iter().filter(|robots| robots.words == seen.words).filter_map(|robots| {
-        let apart_m = distance(here, robots.position_m?);
+        let apart_m = distance(&here, &robots.position_m?);
         (apart_m <= MAX_MATCH_DISTANCE_M).then_some((apart_m, robots.id))
     });
     near.min_by(|a, b| a.0.total_cmp(&b.0)).map(|(_, id)| id)
@@ -233,10 +234,10 @@ pub(crate) fn counterpart(seen: &Seen, robots: &[Seen], differing: &[Difference]
 /// The robot's belief about an object of the workspace.
 pub(crate) fn belief_in(thing: &Thing, robots: &[Seen]) -> Option<u64> {
     let near = robots.iter().filter_map(|seen| {
-        let apart_m = distance(thing.position_m, seen.position_m?);
+        let apart_m = distance(&thing.position_m, &seen.position_m?);
         let is_like = |one: Option<f64>| one.is_some_and(|distance| distance < 0.3);
-        let colour = seen.colour_rgb.map(|rgb| distance(rgb, thing.colour_rgb));
-        let shape = seen.shape.map(|shape| distance(shape, thing.shape));
+        let colour = seen.colour_rgb.map(|rgb| distance(&rgb, &thing.colour_rgb));
+        let shape = seen.shape.map(|shape| distance(&shape, &thing.shape));
         (apart_m <= MAX_MATCH_DISTANCE_M && is_like(colour) && is_like(shape)).then_some((apart_m, seen.id))
     });
     near.min_by(|a, b| a.0.total_cmp(&b.0)).map(|(_, id)| id)

@@ -4,6 +4,7 @@ use std::fmt::Write as _;
 use belief::percepts::Percepts;
 use clock::{Duration, Instant};
 use message::{Belief, NOBODY};
+use quantity::distance;
 
 use super::BeliefReport;
 use super::perspective_record::PerspectiveRecord;
@@ -225,8 +226,7 @@ impl ReportedBelief {
     /// The position where it has come to rest, if that differs from the reported one.
     fn moved(&mut self, at: Instant, place_m: Option<[f64; 3]>) -> Option<[f64; 3]> {
         let place_m = place_m?;
-        let far =
-            |from: &[f64; 3]| from.iter().zip(&place_m).map(|(a, b)| (a - b).powi(2)).sum::<f64>().sqrt();
+        let far = |from: &[f64; 3]| distance(from, &place_m);
         let since = match self.recent_place {
             Some((place, since)) if far(&place) <= MAX_REST_MOTION_M => since,
             _ => {
