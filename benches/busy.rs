@@ -80,7 +80,7 @@ fn measure(turn: usize, seconds: u64) {
     let mut robot = Robot::start(domain, folder.path(), &[]);
     let came = wait_until(Duration::from_secs(60), || robot.is_back(&[]));
     assert!(came.is_some(), "the robot does not start: {}", robot.said());
-    let mut top = Top::open(Some(Domain::at(domain).expect("a domain")), About::default()).expect("a robot");
+    let mut top = Top::open(Domain::at(domain).expect("a domain"), About::default()).expect("a robot");
     let mut look = || top.look().0.buses;
     // By then the servos are armed and the initial requests are done.
     pause(Duration::from_secs(5));

@@ -84,7 +84,7 @@ fn measure(has_blocks: bool, mut numbers: impl Iterator<Item = u64>) {
     let came = wait_until(Duration::from_secs(60), || robot.is_back(&[]) && robot.page().is_some());
     assert!(came.is_some(), "the robot does not start: {}", robot.said());
     let (host, token) = robot.page().expect("it has a page");
-    let mut top = Top::open(Some(Domain::at(domain).expect("a domain")), About::default()).expect("a robot");
+    let mut top = Top::open(Domain::at(domain).expect("a domain"), About::default()).expect("a robot");
     let wait = |seconds| clock::sleep_until(clock::now() + Duration::from_secs(seconds));
     wait(5);
     let table = if has_blocks { "a hundred blocks" } else { "Task 1" };

@@ -8,7 +8,7 @@ use std::time::Duration;
 use clap::Args;
 use clock::Instant;
 use config::Robot;
-use console_process::top::{Boards, Readings};
+use console_process::top::{About, Boards, Readings};
 use message::{ArmingGroup, ArmingSummary, Process};
 use process::arming::{self, ArmOrder};
 use process::emergency;
@@ -101,7 +101,7 @@ impl Board {
     fn open(domain: &Domain) -> Result<Self, CommandError> {
         let queues = Queues { frames: 1, overflow_policy: OverflowPolicy::DropOldest };
         let node = Node::join(domain, "arm", 0, queues).map_err(CommandError::runtime)?;
-        let boards = Boards::open(&node).map_err(|error| {
+        let boards = Boards::open(&node, About::default()).map_err(|error| {
             CommandError::runtime(format!("the robot in this domain is starting, stopping or dead: {error}"))
         })?;
         Ok(Self { node, boards })

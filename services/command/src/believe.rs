@@ -12,7 +12,7 @@ use clap::Args;
 use clock::Instant;
 use config::Robot;
 use message::{Observation, ObservationKind};
-use reports::beliefs::{JsonLines, PerspectiveRecord, Refusal, Summary, Timeline};
+use reports::beliefs::{BeliefReport, JsonLines, Refusal, Summary, Timeline};
 use trace::{FramesByInstant, Reader};
 
 use crate::failure::CommandError;
@@ -53,22 +53,23 @@ impl Believe {
         let partners = self.partners.unwrap_or(robot.leo.belief.partners);
         let minds = BeliefPipeline::new(&robot, partners).map_err(CommandError::usage)?;
         let reader = open(&self.trace).map_err(CommandError::usage)?;
-        let teller = if self.json {
-            OutputWriter::Json(JsonLines::new(&robot.percepts))
+        let teller: Box<dyn BeliefReport> = if self.json {
+            Box::new(JsonLines::new(&robot.percepts))
         } else {
-            OutputWriter::Text(Timeline::new(&robot.percepts))
+            Box::new(Timeline::new(&robot.percepts))
         };
         let mut out = Out { out: BufWriter::new(stdout().lock()), text: String::new() };
         if !self.json {
             out.text.extend(literal.iter().map(|setting| format!("literal: {setting}\n")));
         }
         match self.tell(minds, FramesByInstant::new(reader), teller, literal, &mut out) {
-            Err(OutputError::Unread(error)) => Err(CommandError::usage(error)),
+            Ok(()) => Ok(ExitCode::SUCCESS),
+            Err(error @ OutputError::Unread(_)) => Err(CommandError::usage(error)),
             // A closed pipe means that the reader has seen enough.
-            Err(OutputError::Unwritten(error)) if error.kind() != ErrorKind::BrokenPipe => {
-                Err(CommandError::runtime(format!("cannot write to standard output: {error}")))
+            Err(OutputError::Unwritten(error)) if error.kind() == ErrorKind::BrokenPipe => {
+                Ok(ExitCode::SUCCESS)
             }
-            Ok(()) | Err(OutputError::Unwritten(_)) => Ok(ExitCode::SUCCESS),
+            Err(error @ OutputError::Unwritten(_)) => Err(CommandError::runtime(error)),
         }
     }
 
@@ -76,7 +77,7 @@ impl Believe {
         &self,
         mut minds: BeliefPipeline,
         mut trace: FramesByInstant<Box<dyn Read>>,
-        mut teller: OutputWriter,
+        mut teller: Box<dyn BeliefReport>,
         literal: Vec<String>,
         out: &mut Out<'_>,
     ) -> Result<(), OutputError> {
@@ -97,7 +98,7 @@ impl Believe {
             }
             if self.every.is_none_or(|every| shown_at.is_none_or(|shown_at| at.since(shown_at) >= every)) {
                 shown_at = Some(at);
-                teller.append(at, &minds.all(), &mut out.text);
+                teller.append(at.as_nanos(), &minds.all(), &mut out.text);
                 out.write()?;
             }
         }
@@ -139,44 +140,13 @@ fn refusal(refused: &trace::Rejections) -> Refusal {
     }
 }
 
-/// The output format.
-enum OutputWriter {
-    Text(Timeline),
-    Json(JsonLines),
-}
-
-impl OutputWriter {
-    fn append(&mut self, at: Instant, minds: &[PerspectiveRecord<'_>], out: &mut String) {
-        match self {
-            Self::Text(timeline) => timeline.append(at.as_nanos(), minds, out),
-            Self::Json(lines) => lines.append(at.as_nanos(), minds, out),
-        }
-    }
-
-    fn finish(&self, minds: &[PerspectiveRecord<'_>], summary: &Summary, out: &mut String) {
-        match self {
-            Self::Text(timeline) => timeline.finish(minds, summary, out),
-            Self::Json(lines) => lines.finish(minds, summary, out),
-        }
-    }
-}
-
 /// Why the output ended early.
+#[derive(Debug, thiserror::Error)]
 enum OutputError {
-    Unread(trace::TraceError),
-    Unwritten(std::io::Error),
-}
-
-impl From<trace::TraceError> for OutputError {
-    fn from(error: trace::TraceError) -> Self {
-        Self::Unread(error)
-    }
-}
-
-impl From<std::io::Error> for OutputError {
-    fn from(error: std::io::Error) -> Self {
-        Self::Unwritten(error)
-    }
+    #[error(transparent)]
+    Unread(#[from] trace::TraceError),
+    #[error("cannot write to standard output: {0}")]
+    Unwritten(#[from] std::io::Error),
 }
 
 /// Standard output, and the text to be written to it.

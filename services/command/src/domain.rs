@@ -5,7 +5,6 @@ use std::os::unix::fs::MetadataExt as _;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
-use console_process::top::TopError;
 use process::emergency;
 use supervisor_process::RunError;
 use supervisor_process::policy::Outcome;
@@ -50,17 +49,23 @@ fn name_of(root: &Path) -> Option<&str> {
 
 /// The requested robot, or the only one that runs on this machine.
 pub(crate) fn running(root: Option<&Path>) -> Result<Domain, CommandError> {
-    if let Some(root) = root {
-        return Domain::at(root).map_err(CommandError::usage);
+    match root {
+        Some(root) => Domain::at(root).map_err(CommandError::usage),
+        None => only(&Domain::all().into_iter().filter(is_claimed).collect::<Vec<_>>()),
     }
-    let mut robots: Vec<Domain> = Domain::all().into_iter().filter(is_claimed).collect();
-    match (robots.pop(), robots.is_empty()) {
-        (None, _) => Err(CommandError::runtime(TopError::NoRobot)),
-        (Some(robot), true) => Ok(robot),
-        (Some(last), false) => {
-            robots.push(last);
-            let names = robots.iter().map(|robot| robot.root().display().to_string()).collect();
-            Err(CommandError::runtime(TopError::SeveralRobots(names)))
+}
+
+fn only(robots: &[Domain]) -> Result<Domain, CommandError> {
+    match robots {
+        [] => Err(CommandError::runtime("no robot runs here: start one with `leo run`")),
+        [robot] => Ok(robot.clone()),
+        several => {
+            let roots: Vec<_> = several.iter().map(|robot| robot.root().display().to_string()).collect();
+            Err(CommandError::runtime(format!(
+                "{} robots run here: name one with --domain {}",
+                roots.len(),
+                roots.join(" or --domain ")
+            )))
         }
     }
 }
@@ -87,5 +92,18 @@ pub(crate) fn outcome(outcome: Result<Outcome, RunError>) -> Result<ExitCode, Co
         Outcome::Refused(process) => Err(CommandError::usage(format!(
             "the process `{process}` refused its configuration; its error is logged above"
         ))),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn several_robots_must_be_told_apart() {
+        let domains = ["a", "b"].map(|name| Domain::named(name).unwrap());
+        assert_eq!(only(&domains[..1]).unwrap().root(), domains[0].root());
+        let errors = [&domains[..], &[]].map(|robots| only(robots).unwrap_err().text);
+        insta::assert_snapshot!(errors.join("\n"));
     }
 }

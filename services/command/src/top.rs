@@ -7,9 +7,8 @@ use std::process::ExitCode;
 use clap::Args;
 use config::Robot;
 use console_process::top::{About, Form, show};
-use transport::Domain;
 
-use crate::domain::state_directory;
+use crate::domain::{running, state_directory};
 use crate::failure::CommandError;
 
 #[derive(Args, Clone, Debug)]
@@ -32,7 +31,7 @@ pub(crate) struct Top {
 impl Top {
     pub(crate) fn run(&self) -> Result<ExitCode, CommandError> {
         let robot = Robot::load(self.config.as_deref()).map_err(CommandError::usage)?;
-        let domain = self.domain.as_deref().map(Domain::at).transpose().map_err(CommandError::usage)?;
+        let domain = running(self.domain.as_deref())?;
         let about = About {
             joint_names: robot.motor.joints.into_iter().map(|joint| joint.name).collect(),
             // Without a state directory there is no memory file to report on.

@@ -25,11 +25,6 @@ pub(crate) fn rounded(value: f64, parts: f64) -> Option<f64> {
     value.is_finite().then(|| (value * parts).round() / parts + 0.0)
 }
 
-/// Euclidean distance of two points.
-fn distance<const N: usize>(one: [f64; N], other: [f64; N]) -> f64 {
-    one.iter().zip(other).map(|(one, other)| (one - other).powi(2)).sum::<f64>().sqrt()
-}
-
 /// Rounds each number to 1e-4.
 pub(crate) fn numbers<const N: usize>(values: [f64; N]) -> [Option<f64>; N] {
     values.map(|value| rounded(value, POSITION_PARTS))

@@ -1,6 +1,7 @@
 //! All input and output of this process: shared memory, files, devices, the clock and other processes.
 
 pub(crate) mod arming;
+mod background;
 pub(crate) mod black_box;
 pub(crate) mod hand;
 pub(crate) mod lessons;

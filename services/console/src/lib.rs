@@ -13,5 +13,5 @@ pub use io::run::run;
 pub use io::top;
 #[cfg(any(test, feature = "fed"))]
 pub use io::web::fed;
-pub use narrator::{Line, LineKind, Narrator, Transcript};
+pub use narrator::{Line, Narrator, Transcript};
 pub use state_store::StateStore;

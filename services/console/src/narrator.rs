@@ -1,56 +1,6 @@
 use config::Names;
 use message::{Event, EventKind, NOBODY, Utterance};
-use quantity::number::counted;
-
-/// The category of a line.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum LineKind {
-    /// An utterance.
-    Said,
-    /// An event of a task, or a note about the robot.
-    Note,
-    /// What a perspective sees.
-    Sees,
-    /// A recognised action.
-    Saw,
-    /// A hypothesis.
-    Thinks,
-    /// The rule that was chosen.
-    Rule,
-    /// An explanation.
-    Why,
-    /// A step begins.
-    Does,
-    /// A step succeeded.
-    Done,
-    /// A step failed.
-    Failed,
-    /// The outcome of a performance.
-    Result,
-    /// A difference between the beliefs of a partner and Leo.
-    Knows,
-}
-
-impl LineKind {
-    /// The serialised name.
-    #[must_use]
-    pub const fn word(self) -> &'static str {
-        match self {
-            Self::Said => "said",
-            Self::Note => "note",
-            Self::Sees => "sees",
-            Self::Saw => "saw",
-            Self::Thinks => "thinks",
-            Self::Rule => "rule",
-            Self::Why => "why",
-            Self::Does => "does",
-            Self::Done => "done",
-            Self::Failed => "failed",
-            Self::Result => "result",
-            Self::Knows => "knows",
-        }
-    }
-}
+use reports::events::{LineKind, event_text};
 
 /// An event as text.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -91,49 +41,15 @@ impl Narrator {
     /// A line about an event of the learner at `at_ns`. `None` if the event is malformed or not shown to people.
     #[must_use]
     pub fn event(&mut self, at_ns: u64, event: &Event) -> Option<Line> {
-        let text = event.text.as_str();
-        let task = event.task.as_str();
-        let whose = match event.perspective {
-            0 => "Leo's own view".to_owned(),
-            partner => format!("{}'s view", self.names.of(partner)),
-        };
         let kind = event.kind()?;
         let is_verdict = matches!(kind, EventKind::Hypothesis | EventKind::RuleChosen | EventKind::Explained);
         self.recalls = kind == EventKind::Remembered || self.recalls && is_verdict;
-        if self.recalls && is_verdict {
+        let is_unlikely = kind == EventKind::Hypothesis && event.high_likelihood == 0;
+        if self.recalls && is_verdict || is_unlikely || kind == EventKind::Declined {
             return None;
         }
-        let mut who = None;
-        let (kind, text) = match kind {
-            EventKind::Said => {
-                who = Some(self.names.of(0));
-                (LineKind::Said, text.to_owned())
-            }
-            EventKind::TeachingStarted => (LineKind::Note, format!("watches how to do {task}")),
-            EventKind::Seen => (LineKind::Sees, format!("{text} ({whose})")),
-            EventKind::MovementSeen => (LineKind::Sees, text.to_owned()),
-            EventKind::ActionSeen => (LineKind::Saw, text.to_owned()),
-            EventKind::DemonstrationEnded | EventKind::Answered => {
-                (LineKind::Note, format!("{} of {task} so far", counted(event.examples, "example")))
-            }
-            EventKind::Hypothesis if event.high_likelihood != 0 => {
-                let Event { posterior, tally, examples, .. } = event;
-                let sure = format!("posterior {posterior:.4}, tally {tally}/{examples}");
-                (LineKind::Thinks, format!("{text:<28} in {whose}: {sure}"))
-            }
-            EventKind::RuleChosen => (LineKind::Rule, format!("{} ({whose})", text.to_uppercase())),
-            EventKind::Explained => (LineKind::Why, text.to_owned()),
-            EventKind::PerformanceStarted => (LineKind::Note, format!("performs {task}")),
-            EventKind::StepStarted => (LineKind::Does, text.to_owned()),
-            EventKind::StepDone => (LineKind::Done, text.to_owned()),
-            EventKind::StepFailed => (LineKind::Failed, text.to_owned()),
-            EventKind::PerformanceEnded => (LineKind::Result, text.to_owned()),
-            EventKind::ContinuityBroken => (LineKind::Note, text.to_owned()),
-            EventKind::Remembered => {
-                (LineKind::Note, format!("remembers {task}: {}", counted(event.examples, "example")))
-            }
-            EventKind::Hypothesis | EventKind::Declined => return None,
-        };
+        let who = (kind == EventKind::Said).then(|| self.names.of(0));
+        let (kind, text) = event_text(&self.names, event)?;
         Some(Line { at_ns, who, kind, text })
     }
 

@@ -6,5 +6,6 @@ mod rows;
 pub(crate) mod screen;
 mod table;
 
-pub use rows::{Row, rows};
+pub use rows::Row;
+pub(crate) use rows::{JointStateRow, rows};
 pub use table::table;

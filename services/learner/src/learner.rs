@@ -90,7 +90,7 @@ pub struct Output {
 }
 
 /// The learner's core, independent of clock, files and shared memory.
-#[derive(Clone, Debug)]
+#[derive(Debug)]
 pub struct Learner<B> {
     settings: Settings,
     vocabulary: Vocabulary,
@@ -140,8 +140,8 @@ impl<B: Body> Learner<B> {
     }
 
     /// Whether a task is being performed.
-    #[must_use]
-    pub fn is_performing(&self) -> bool {
+    #[cfg(test)]
+    pub(crate) fn is_performing(&self) -> bool {
         self.performance.is_some()
     }
 

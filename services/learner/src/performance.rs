@@ -5,6 +5,7 @@ mod free_space;
 mod rule_plan;
 
 use std::collections::BTreeMap;
+use std::fmt::Debug;
 
 use clock::{Duration, Instant};
 use message::{Event, EventKind};
@@ -29,7 +30,7 @@ const PEG_HALF_HEIGHT_M: f64 = 0.025;
 const MARKER_HALF_HEIGHT_M: f64 = 0.005;
 
 /// The plan of a performance, step by step.
-trait Plan {
+trait Plan: Debug + Send {
     /// The goal state in words: "filled".
     fn wanted(&self) -> String;
 
@@ -61,31 +62,13 @@ trait Plan {
 
 /// The performance of a task. It selects a step, executes it, and waits until the robot's beliefs confirm it. A failed
 /// step is retried, then given up with a reason.
-#[derive(Clone, Debug)]
+#[derive(Debug)]
 pub(crate) struct Performance {
     pub(crate) task: String,
-    work: PlanKind,
+    plan: Box<dyn Plan>,
     phase: Phase,
     done: u32,
     failed: u32,
-}
-
-/// The kind of goal of a task.
-#[derive(Clone, Debug)]
-enum PlanKind {
-    /// States of objects.
-    RulePlan(RulePlan),
-    /// A spatial configuration.
-    ArrangementPlan(ArrangementPlan),
-}
-
-impl PlanKind {
-    fn work(&mut self) -> &mut dyn Plan {
-        match self {
-            Self::RulePlan(work) => work,
-            Self::ArrangementPlan(work) => work,
-        }
-    }
 }
 
 #[derive(Clone, Debug)]
@@ -121,11 +104,11 @@ pub(crate) struct StepContext<'a, B> {
 
 impl Performance {
     pub(crate) fn new(task: &str, learned: &Learned) -> Self {
-        let work = match learned.arrangements.first() {
-            Some(rule) => PlanKind::ArrangementPlan(ArrangementPlan::new(&rule.arrangement)),
-            None => PlanKind::RulePlan(RulePlan::new(learned)),
+        let plan: Box<dyn Plan> = match learned.arrangements.first() {
+            Some(rule) => Box::new(ArrangementPlan::new(&rule.arrangement)),
+            None => Box::new(RulePlan::new(learned)),
         };
-        Self { task: task.to_owned(), work, phase: Phase::Choosing, done: 0, failed: 0 }
+        Self { task: task.to_owned(), plan, phase: Phase::Choosing, done: 0, failed: 0 }
     }
 
     /// Advances the performance; returns `None` when it has ended.
@@ -136,14 +119,14 @@ impl Performance {
     ) -> Option<Self> {
         let Some(own) = context.own else { return Some(self) };
         self.phase = match self.phase.clone() {
-            Phase::Choosing => match self.work.work().choose(context.vocabulary, own) {
+            Phase::Choosing => match self.plan.choose(context.vocabulary, own) {
                 Ok(Some(step)) => {
                     let text = format!("{}, to be {}", step.name, step.wanted);
                     events.push(self.event(EventKind::StepStarted, &text));
                     self.attempt(step, own, context, events)
                 }
                 Ok(None) => {
-                    let missing = self.work.work().missing(own);
+                    let missing = self.plan.missing(own);
                     events.push(self.ended(missing.as_deref()));
                     return self.end(missing.is_none(), context);
                 }
@@ -160,10 +143,10 @@ impl Performance {
                 Motion::Failed { why } => self.retry(step, &why, context, events),
             },
             Phase::Confirming(step, until) => {
-                let is_done = self.work.work().is_done(&step, own);
+                let is_done = self.plan.is_done(&step, own);
                 if is_done == Some(true) {
                     self.done += 1;
-                    self.work.work().done();
+                    self.plan.done();
                     let text = format!("{} {}", step.name, step.wanted);
                     events.push(self.event(EventKind::StepDone, &text));
                     Phase::Choosing
@@ -192,15 +175,15 @@ impl Performance {
             Phase::Acting(step) | Phase::Confirming(step, _) | Phase::Recovering(step) => step.clone(),
         };
         self.failed += 1;
-        self.work.work().give_up(&step);
+        self.plan.give_up(&step);
         self.phase = Phase::Choosing;
         let event = self.event(EventKind::StepFailed, &format!("{}: not that one", step.name));
         Some((step.name, event))
     }
 
     /// The event for a performance that was stopped.
-    pub(crate) fn stopped(&mut self) -> Event {
-        let text = format!("stopped: {} {}", self.work.work().wanted(), self.done);
+    pub(crate) fn stopped(&self) -> Event {
+        let text = format!("stopped: {} {}", self.plan.wanted(), self.done);
         self.event(EventKind::PerformanceEnded, &text)
     }
 
@@ -218,7 +201,7 @@ impl Performance {
         context: &mut StepContext<'_, B>,
         events: &mut Vec<Event>,
     ) -> Phase {
-        match self.work.work().skill(context.vocabulary, &step, own) {
+        match self.plan.skill(context.vocabulary, &step, own) {
             Ok(skill) => {
                 context.body.begin(context.now, skill, context.present_rad);
                 Phase::Acting(step)
@@ -245,13 +228,13 @@ impl Performance {
 
     fn give_up(&mut self, step: &Step, why: &str, events: &mut Vec<Event>) -> Phase {
         self.failed += 1;
-        self.work.work().give_up(step);
+        self.plan.give_up(step);
         events.push(self.event(EventKind::StepFailed, &format!("{}: {why}", step.name)));
         Phase::Choosing
     }
 
-    fn ended(&mut self, missing: Option<&str>) -> Event {
-        let wanted = self.work.work().wanted();
+    fn ended(&self, missing: Option<&str>) -> Event {
+        let wanted = self.plan.wanted();
         let all = self.done + self.failed;
         // Without any matching object "everything is filled" would be vacuous, so the missing objects are named.
         let text = match (all, missing) {

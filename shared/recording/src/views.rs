@@ -5,11 +5,11 @@ use config::Robot;
 use geometry::{Base, Pose, World};
 use kinematics::{Body, BodyError};
 use message::{
-    Belief, BeliefHead, Beliefs, Event, EventKind, Events, Feature, JointStates, Path, Scene, SceneObject,
-    TopicId, Utterances,
+    Belief, BeliefHead, Beliefs, Events, Feature, JointStates, Path, Scene, SceneObject, TopicId, Utterances,
 };
 use nalgebra::Isometry3;
-use quantity::number::{counted, single};
+use quantity::number::single;
+use reports::events::event_text;
 
 use crate::Frame;
 use crate::cdr::Cdr;
@@ -239,8 +239,8 @@ impl Views {
         let Some((_, events)) = frame.read::<Events>() else { return };
         let names = &self.robot.leo.belief.names;
         for event in &events {
-            if let Some(words) = words(event, &names.of(event.perspective)) {
-                views.push(log(frame.at_ns, &names.of(0), &words));
+            if let Some((kind, text)) = event_text(names, event) {
+                views.push(log(frame.at_ns, &names.of(0), &format!("{}: {text}", kind.word())));
             }
         }
     }
@@ -248,17 +248,12 @@ impl Views {
 
 impl Shown {
     fn among(percepts: &Percepts) -> Self {
-        let find = |is: fn(&Kernel) -> bool| {
-            let index = percepts.percepts.iter().position(|percept| is(&percept.kernel))?;
-            u16::try_from(index).ok()
-        };
+        let first = |kernel: &Kernel| percepts.with_kernel(|its| its == kernel).next();
         Self {
-            position: find(|kernel| matches!(kernel, Kernel::Position)),
-            orientation: find(|kernel| matches!(kernel, Kernel::Orientation)),
-            extents: find(|kernel| matches!(kernel, Kernel::Extents)),
-            colour: find(
-                |kernel| matches!(kernel, Kernel::Nearest(nearest) if nearest.space == Space::Colour),
-            ),
+            position: first(&Kernel::Position),
+            orientation: first(&Kernel::Orientation),
+            extents: first(&Kernel::Extents),
+            colour: percepts.nearest_in(Space::Colour).next(),
         }
     }
 }
@@ -319,33 +314,4 @@ fn log(at_ns: u64, who: &str, words: &str) -> View {
     cdr.string("");
     cdr.u32(0);
     view("/log", LOG, cdr.finish())
-}
-
-/// An event as text; `None` if it is malformed.
-fn words(event: &Event, whose: &str) -> Option<String> {
-    let (text, task) = (event.text.as_str(), event.task.as_str());
-    Some(match event.kind()? {
-        EventKind::Said => format!("says \"{text}\""),
-        EventKind::TeachingStarted => format!("watches how to do {task}"),
-        EventKind::Seen => format!("sees {text} (as {whose} does)"),
-        EventKind::ActionSeen => format!("saw {text}"),
-        EventKind::MovementSeen => format!("sees {text}"),
-        EventKind::DemonstrationEnded | EventKind::Answered => {
-            format!("{} of {task} so far", counted(event.examples, "example"))
-        }
-        EventKind::Hypothesis => format!(
-            "hypothesis {text} as {whose} saw it: posterior {:.4}, tally {}/{}, rank {}",
-            event.posterior, event.tally, event.examples, event.rank
-        ),
-        EventKind::RuleChosen => format!("rule {text} (as {whose} saw it)"),
-        EventKind::Explained => format!("why: {text}"),
-        EventKind::PerformanceStarted => format!("performs {task}"),
-        EventKind::StepStarted => format!("does {text}"),
-        EventKind::StepDone => format!("done: {text}"),
-        EventKind::StepFailed => format!("failed: {text}"),
-        EventKind::PerformanceEnded => format!("result: {text}"),
-        EventKind::ContinuityBroken => format!("note: {text}"),
-        EventKind::Declined => format!("declines: {text}"),
-        EventKind::Remembered => format!("remembers {task}: {}", counted(event.examples, "example")),
-    })
 }

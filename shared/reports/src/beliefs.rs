@@ -20,3 +20,12 @@ pub use perspective_record::PerspectiveRecord;
 pub use phrases::{PerceptPhrases, perspective_name};
 pub use summary::{Refusal, Summary};
 pub use timeline::Timeline;
+
+/// A report of the beliefs over time, which grows instant by instant.
+pub trait BeliefReport {
+    /// Appends what is to be reported of an instant to `out`.
+    fn append(&mut self, at_ns: u64, minds: &[PerspectiveRecord<'_>], out: &mut String);
+
+    /// Appends the end of the report to `out`.
+    fn finish(&self, minds: &[PerspectiveRecord<'_>], summary: &Summary, out: &mut String);
+}

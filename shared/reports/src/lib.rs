@@ -2,6 +2,7 @@
 //!
 //! | module | reports | formats |
 //! |---|---|---|
+//! | [`events`] | an event of the learner | text |
 //! | [`lesson`] | what Leo learned and did in a lesson, from the learner's events | text, JSON |
 //! | [`beliefs`] | what each perspective believes over time, and where perspectives diverge | text, JSON lines |
 //! | [`metrics`] | the health of processes, buses, joints and link | OpenMetrics |
@@ -10,5 +11,6 @@
 //! Only `metrics` uses another module: it counts the tasks of a lesson's report.
 
 pub mod beliefs;
+pub mod events;
 pub mod lesson;
 pub mod metrics;

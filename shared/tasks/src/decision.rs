@@ -18,5 +18,5 @@ pub use conflict::{Decision, OpenQuestion, decide, decide_with, differ};
 pub use explanation::{Explanation, explain};
 pub use inquiry::{Inquiry, ask_about};
 pub use learned::{Learned, Means};
-pub use learning::{Learning, learn, learn_with};
+pub use learning::{Learning, learn_with};
 pub use rule::{Rule, Standing};

@@ -11,7 +11,7 @@
 //!    (placed on, handed over) of each object describe what the act did.
 //! 3. A [`Recording`] keeps the acts and their goals for every perspective. It makes an [`Example`] of the
 //!    snapshots before and after the demonstration.
-//! 4. [`learn`] expands hypotheses from the examples of one perspective and ranks them. [`Learning`] does the same
+//! 4. [`learn_with`] expands hypotheses from the examples of one perspective and ranks them. [`Learning`] does the same
 //!    incrementally, predicts, and selects queries. If only positions changed, the goal is a spatial
 //!    configuration: a [`Arrangement`].
 //! 5. [`decide`] picks the perspective whose rule is followed; [`decide_with`] also applies the conflict policy.
@@ -38,7 +38,7 @@ mod language;
 
 pub use decision::{
     Arrangement, ArrangementPart, ArrangementRule, Decision, Explanation, Inquiry, Learned, Learning, Means,
-    OpenQuestion, Rule, Standing, ask_about, decide, decide_with, differ, explain, learn, learn_with,
+    OpenQuestion, Rule, Standing, ask_about, decide, decide_with, differ, explain, learn_with,
     part_positions,
 };
 pub use demonstration::{

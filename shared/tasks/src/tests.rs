@@ -9,7 +9,7 @@ mod properties;
 use std::collections::BTreeMap;
 
 use crate::{
-    Example, FeatureWords, Language, Learned, Object, Prior, Snapshot, StateWords, Task, View, learn,
+    Example, FeatureWords, Language, Learned, Object, Settings, Snapshot, StateWords, Task, View, learn_with,
 };
 
 /// The minimum posterior of a high-likelihood rule, relative to the best posterior.
@@ -56,8 +56,12 @@ fn view(perspective: u16, before: Vec<Object>, after: Vec<Object>) -> View {
 
 fn learned(task: &Task, perspective: u16) -> Learned {
     let views: Vec<View> = task.views(perspective).map(|view| view.attended(0.03)).collect();
-    let views: Vec<&View> = views.iter().collect();
-    learn(&language(), &views, &Prior::default(), SHARE)
+    learn(&views.iter().collect::<Vec<_>>())
+}
+
+/// Learns as in the paper.
+fn learn(views: &[&View]) -> Learned {
+    learn_with(&language(), views, &Settings { high_likelihood: SHARE, ..Settings::default() })
 }
 
 fn task(examples: Vec<Vec<View>>) -> Task {

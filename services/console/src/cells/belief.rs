@@ -1,13 +1,14 @@
 use std::collections::{BTreeMap, BTreeSet};
 
-use belief::percepts::{Kernel, Space};
+use belief::percepts::{Kernel, Percepts, Space};
 use config::Robot;
 use geometry::{Base, Person, Pose, Position, World};
 use message::{Belief, BeliefHead, Difference, Feature, NOBODY};
+use quantity::distance;
 use reports::beliefs::PerceptPhrases;
 use serde_json::json;
 
-use super::{Thing, distance, numbers, rounded};
+use super::{Thing, numbers, rounded};
 use crate::state_store::StateStore;
 
 /// Maximum distance between an object and a belief of the robot about it, in metres.
@@ -52,40 +53,13 @@ pub(crate) struct Seen {
 impl BeliefRenderer {
     pub(crate) fn new(robot: &Robot) -> Self {
         let percepts = &robot.percepts;
-        let (mut colour, mut shape, mut orientation, mut extents) = (None, None, None, None);
-        for (number, percept) in (0_u16..).zip(&percepts.percepts) {
-            match &percept.kernel {
-                Kernel::Nearest(nearest) => {
-                    let prototypes = (0_u16..).zip(&nearest.prototypes);
-                    match nearest.space {
-                        Space::Colour => {
-                            let of = prototypes.filter_map(|(symbol, it)| Some((symbol, exactly(&it.at)?)));
-                            colour = Some((number, of.collect()));
-                        }
-                        Space::Shape => {
-                            let of = prototypes.filter_map(|(symbol, it)| Some((symbol, exactly(&it.at)?)));
-                            shape = Some((number, of.collect()));
-                        }
-                        Space::EdgeM => {}
-                    }
-                }
-                Kernel::Orientation => orientation = Some(number),
-                Kernel::Extents => extents = Some(number),
-                Kernel::Position
-                | Kernel::Source
-                | Kernel::Region(_)
-                | Kernel::Range(_)
-                | Kernel::State(_)
-                | Kernel::Plugin(_) => {}
-            }
-        }
-        let words = PerceptPhrases::of(percepts);
+        let last = |kernel: &Kernel| percepts.with_kernel(|its| its == kernel).last();
         Self {
-            words,
-            colour,
-            shape,
-            orientation,
-            extents,
+            words: PerceptPhrases::of(percepts),
+            colour: prototypes(percepts, Space::Colour),
+            shape: prototypes(percepts, Space::Shape),
+            orientation: last(&Kernel::Orientation),
+            extents: last(&Kernel::Extents),
             x_world_base: Pose::identity(),
             shown_m: BTreeMap::new(),
         }
@@ -160,7 +134,7 @@ impl BeliefRenderer {
     /// The displayed position of a belief: the previous one, unless the belief moved by more than [`MIN_MOVE_M`].
     fn place(&mut self, perspective: u32, id: u64, position_m: [f64; 3]) -> [f64; 3] {
         let shown_m = self.shown_m.entry((perspective, id)).or_insert(position_m);
-        if distance(*shown_m, position_m) > MIN_MOVE_M {
+        if distance(shown_m, &position_m) > MIN_MOVE_M {
             *shown_m = position_m;
         }
         *shown_m
@@ -251,7 +225,7 @@ pub(crate) fn counterpart(seen: &Seen, robots: &[Seen], differing: &[Difference]
     }
     let here = seen.position_m?;
     let near = robots.iter().filter(|robots| robots.words == seen.words).filter_map(|robots| {
-        let apart_m = distance(here, robots.position_m?);
+        let apart_m = distance(&here, &robots.position_m?);
         (apart_m <= MAX_MATCH_DISTANCE_M).then_some((apart_m, robots.id))
     });
     near.min_by(|a, b| a.0.total_cmp(&b.0)).map(|(_, id)| id)
@@ -260,15 +234,20 @@ pub(crate) fn counterpart(seen: &Seen, robots: &[Seen], differing: &[Difference]
 /// The robot's belief about an object of the workspace.
 pub(crate) fn belief_in(thing: &Thing, robots: &[Seen]) -> Option<u64> {
     let near = robots.iter().filter_map(|seen| {
-        let apart_m = distance(thing.position_m, seen.position_m?);
+        let apart_m = distance(&thing.position_m, &seen.position_m?);
         let is_like = |one: Option<f64>| one.is_some_and(|distance| distance < 0.3);
-        let colour = seen.colour_rgb.map(|rgb| distance(rgb, thing.colour_rgb));
-        let shape = seen.shape.map(|shape| distance(shape, thing.shape));
+        let colour = seen.colour_rgb.map(|rgb| distance(&rgb, &thing.colour_rgb));
+        let shape = seen.shape.map(|shape| distance(&shape, &thing.shape));
         (apart_m <= MAX_MATCH_DISTANCE_M && is_like(colour) && is_like(shape)).then_some((apart_m, seen.id))
     });
     near.min_by(|a, b| a.0.total_cmp(&b.0)).map(|(_, id)| id)
 }
 
-fn exactly<const N: usize>(values: &[f64]) -> Option<[f64; N]> {
-    values.try_into().ok()
+/// The percept that finds the nearest prototype in a space, and the coordinates of its prototypes by symbol.
+fn prototypes<const N: usize>(percepts: &Percepts, space: Space) -> Option<(u16, BTreeMap<u16, [f64; N]>)> {
+    let percept = percepts.nearest_in(space).last()?;
+    let Kernel::Nearest(nearest) = &percepts.get(percept)?.kernel else { return None };
+    let prototypes = (0..).zip(&nearest.prototypes);
+    let placed = prototypes.filter_map(|(symbol, it)| Some((symbol, it.at.as_slice().try_into().ok()?)));
+    Some((percept, placed.collect()))
 }

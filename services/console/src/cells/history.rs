@@ -3,9 +3,10 @@
 
 use std::collections::{BTreeMap, VecDeque};
 
+use quantity::distance;
 use serde_json::{Value, json};
 
-use super::{Seen, distance, numbers, rounded};
+use super::{Seen, numbers, rounded};
 use crate::state_store::StateStore;
 
 /// Maximum number of changes kept per track.
@@ -86,7 +87,7 @@ impl Point {
     fn differs_from(&self, other: &Self) -> bool {
         self.is_seen != other.is_seen
             || match (&self.known, &other.known) {
-                (Some((here, is)), Some((there, was))) => is != was || distance(*here, *there) > MIN_MOVE_M,
+                (Some((here, is)), Some((there, was))) => is != was || distance(here, there) > MIN_MOVE_M,
                 (None, None) => false,
                 (Some(_), None) | (None, Some(_)) => true,
             }

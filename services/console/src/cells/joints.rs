@@ -1,8 +1,8 @@
-use message::{JointCause, JointMode, JointState};
-use serde_json::json;
+use message::JointState;
 
 use super::rounded;
 use crate::state_store::StateStore;
+use crate::view::JointStateRow;
 
 /// Publishes the joint positions, and the state machines of the joints in trouble.
 pub(crate) fn joints(state_store: &mut StateStore, names: &[String], states: &[JointState]) {
@@ -13,17 +13,7 @@ pub(crate) fn joints(state_store: &mut StateStore, names: &[String], states: &[J
         let (Some(slot), Some(name)) = (positions.get_mut(joint), names.get(joint)) else { continue };
         *slot = state.present_position_rad().and_then(|position_rad| rounded(position_rad, 1e3));
         if state.is_in_trouble() {
-            let machines = state.machines();
-            trouble.push(json!({
-                "joint": name,
-                "mode": state.mode().map(JointMode::name),
-                "cause": state.cause().map(JointCause::name),
-                "link": machines.map(|machines| machines.link.name()),
-                "power": machines.map(|machines| machines.power.name()),
-                "arming": machines.map(|machines| machines.arming.name()),
-                "arming_cause": machines.map(|machines| machines.arming_cause.name()),
-                "motion": machines.map(|machines| machines.motion.name()),
-            }));
+            trouble.push(JointStateRow::of(name.clone(), state));
         }
     }
     state_store.put("joints", &positions);

@@ -5,18 +5,17 @@ mod files;
 
 use std::path::PathBuf;
 use std::sync::Arc;
-use std::thread;
 
 use clock::{Duration, Instant};
 use config::Robot;
 use config::lesson::Lesson;
-use crossbeam::channel::{Receiver, TryRecvError, bounded};
 use folder::Output;
 use message::{Process, Roster};
 use process::{Launch, black_box, emergency};
 use recording::{Recorder, RingSnapshot, Subject, Time, robot_pose};
 use transport::{CurrentBoard, Domain, Node};
 
+use crate::io::background::Background;
 use crate::io::requester;
 use crate::io::tape::PROGRAM;
 use failures::{FailureDetector, FailureEvent};
@@ -30,9 +29,6 @@ const AFTERMATH: Duration = Duration::from_secs(3);
 const MIN_DUMP_INTERVAL: Duration = Duration::from_secs(30);
 /// Time span of the dump written when the robot ends with a failure; there is no time for a full one.
 const FINAL_DUMP_SPAN: Duration = Duration::from_secs(20);
-
-/// The result of a dump whose thread has ended without one.
-const NO_RESULT: &str = "the thread that writes it was aborted";
 
 /// Maximum number of requesters waiting for the next file.
 const MAX_REQUESTERS: usize = 256;
@@ -78,7 +74,7 @@ struct Waiting {
 /// A file that is being written.
 struct Writing {
     wanted: Waiting,
-    outcome: Receiver<Result<Written, String>>,
+    outcome: Background<Written>,
 }
 
 /// A file that was written.
@@ -149,34 +145,21 @@ impl BlackBox {
         if !wanted.failed.is_empty() {
             self.wrote_at = Some(now);
         }
-        let (to, outcome) = bounded(1);
-        let begun = self.kept.clone().and_then(|kept| {
-            let (to, word) = (to.clone(), wanted.word());
-            // On a loaded machine reading the ring takes a while; a thread does it so that the loop does not block.
-            let write = move || {
-                let written = kept.last().and_then(|last| write(&last, &kept.files, &word));
-                // The receiver may be gone already.
-                let _heard = to.send(written);
-            };
-            let begun = thread::Builder::new().name("black-box".to_owned()).spawn(write);
-            begun.map(drop).map_err(|error| format!("cannot start the writing thread: {error}"))
+        let (kept, word) = (self.kept.clone(), wanted.word());
+        // On a loaded machine reading the ring takes a while.
+        let outcome = Background::start("black-box", move || {
+            let kept = kept?;
+            write(&kept.last()?, &kept.files, &word)
         });
-        if let Err(why) = begun {
-            let _heard = to.send(Err(why));
-        }
         self.writing = Some(Writing { wanted, outcome });
     }
 
     /// Reports a finished dump to its requesters.
     fn written(&mut self) -> Vec<String> {
         let Some(writing) = self.writing.take() else { return Vec::new() };
-        let outcome = match writing.outcome.try_recv() {
-            Err(TryRecvError::Empty) => {
-                self.writing = Some(writing);
-                return Vec::new();
-            }
-            // The next dump must not wait for a thread that is gone.
-            outcome => outcome.unwrap_or_else(|_| Err(NO_RESULT.to_owned())),
+        let Some(outcome) = writing.outcome.poll() else {
+            self.writing = Some(writing);
+            return Vec::new();
         };
         let result = outcome.as_ref().map(|written| written.file.as_str()).map_err(String::as_str);
         for requester in &writing.wanted.requesters {
@@ -201,8 +184,7 @@ impl BlackBox {
         move || {
             let mut lines = Vec::new();
             if let Some(Writing { wanted, outcome }) = writing {
-                let outcome = outcome.recv().unwrap_or_else(|_| Err(NO_RESULT.to_owned()));
-                lines.push(dump_message(&wanted, &outcome));
+                lines.push(dump_message(&wanted, &outcome.wait()));
             }
             if let Ok(kept) = &kept
                 && !waiting.failed.is_empty()
@@ -301,7 +283,10 @@ fn write(last: &RingSnapshot, files: &Files, word: &str) -> Result<Written, Stri
 
 #[cfg(test)]
 mod tests {
+    use crossbeam::channel::bounded;
+
     use super::*;
+    use crate::io::background::NO_RESULT;
 
     #[test]
     fn an_aborted_writer_does_not_block_the_next_dump() {
@@ -320,7 +305,7 @@ mod tests {
             looked_at: None,
             waiting: Waiting::default(),
             wrote_at: None,
-            writing: Some(Writing { wanted, outcome }),
+            writing: Some(Writing { wanted, outcome: Background(outcome) }),
         };
         assert!(black_box.written().is_empty() && black_box.writing.is_some());
         drop(to);

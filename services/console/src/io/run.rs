@@ -206,7 +206,7 @@ impl PageServices {
             tape: Tape::new(launch, lesson, Domain::at(&launch.domain)?),
             black_box: BlackBox::open(launch, robot, lesson),
             arming: Arming::new(&launch.domain, &joints),
-            metrics_poller: MetricsPoller::new(&joints, launch.state.clone()),
+            metrics_poller: MetricsPoller::new(&joints, launch.state.as_deref()),
             agents: [0, 1].into_iter().chain(people).map(|agent| (agent, names.of(agent))).collect(),
             cone_rad: robot.perspective.sight.cone_half_angle_deg.radians(),
             web,

@@ -6,17 +6,16 @@ mod tests;
 use std::collections::VecDeque;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
-use std::thread;
 
 use clock::{Duration, Instant};
 use config::lesson::Lesson;
-use crossbeam::channel::{Receiver, TryRecvError, bounded};
 use folder::{Folder, Output};
 use process::Launch;
 use recording::{Recorder, Subject, Time, robot_pose};
 use serde_json::json;
 use transport::Domain;
 
+use crate::io::background::Background;
 use crate::io::requester::Requester;
 use crate::state_store::StateStore;
 
@@ -70,9 +69,9 @@ impl Recording for Recorder {
 
 enum State {
     Idle,
-    Beginning { begun: Receiver<Result<Running, String>>, requester: Requester },
+    Beginning { begun: Background<Running>, requester: Requester },
     Running(Running),
-    Ending { file: PathBuf, ended: Receiver<Result<u64, String>>, requester: Option<Requester> },
+    Ending { file: PathBuf, ended: Background<u64>, requester: Option<Requester> },
 }
 
 struct Running {
@@ -135,24 +134,23 @@ impl Tape {
     /// Polls the running thread. Returns whether it finished.
     fn settle(&mut self) -> bool {
         match std::mem::replace(&mut self.state, State::Idle) {
-            State::Beginning { begun, requester } => match begun.try_recv() {
-                Err(TryRecvError::Empty) => self.state = State::Beginning { begun, requester },
-                begun => {
-                    match begun.unwrap_or_else(|_| Err(NO_RESULT.to_owned())) {
-                        Ok(running) => {
-                            tell(&requester, Ok(Some(&running.file)));
-                            self.error = None;
-                            self.state = State::Running(running);
-                        }
-                        Err(error) => tell(&requester, Err(&error)),
-                    }
+            State::Beginning { begun, requester } => match begun.poll() {
+                None => self.state = State::Beginning { begun, requester },
+                Some(Ok(running)) => {
+                    tell(&requester, Ok(Some(&running.file)));
+                    self.error = None;
+                    self.state = State::Running(running);
+                    return true;
+                }
+                Some(Err(error)) => {
+                    tell(&requester, Err(&error));
                     return true;
                 }
             },
-            State::Ending { file, ended, requester } => match ended.try_recv() {
-                Err(TryRecvError::Empty) => self.state = State::Ending { file, ended, requester },
-                ended => {
-                    self.ended(file, ended.unwrap_or_else(|_| Err(NO_RESULT.to_owned())), requester.as_ref());
+            State::Ending { file, ended, requester } => match ended.poll() {
+                None => self.state = State::Ending { file, ended, requester },
+                Some(ended) => {
+                    self.ended(file, ended, requester.as_ref());
                     return true;
                 }
             },
@@ -185,19 +183,14 @@ impl Tape {
             return;
         };
         let start = Arc::clone(&self.start);
-        match run_in_thread(move || begin(&folder, &start, now)) {
-            Ok(begun) => self.state = State::Beginning { begun, requester },
-            Err(error) => tell(&requester, Err(&error)),
-        }
+        let begun = Background::start("tape", move || begin(&folder, &start, now));
+        self.state = State::Beginning { begun, requester };
     }
 
     fn end(&mut self, running: Running, requester: Option<Requester>) {
         let Running { recording, file, .. } = running;
-        match run_in_thread(move || recording.stop()) {
-            Ok(ended) => self.state = State::Ending { file, ended, requester },
-            // The thread could not start, so its closure was dropped, and with it the recording.
-            Err(error) => self.ended(file, Err(error), requester.as_ref()),
-        }
+        let ended = Background::start("tape", move || recording.stop());
+        self.state = State::Ending { file, ended, requester };
     }
 
     fn ended(&mut self, file: PathBuf, ended: Result<u64, String>, requester: Option<&Requester>) {
@@ -213,14 +206,11 @@ impl Tape {
     /// Blocks until no recording runs and all data is written.
     pub(crate) fn finish(mut self) -> Result<(), String> {
         if let State::Beginning { begun, .. } = self.state {
-            let begun = begun.recv().unwrap_or_else(|_| Err(NO_RESULT.to_owned()));
-            self.state = State::Running(begun?);
+            self.state = State::Running(begun.wait()?);
         }
         match self.state {
             State::Running(running) => running.recording.stop().map(drop),
-            State::Ending { ended, .. } => {
-                ended.recv().unwrap_or_else(|_| Err(NO_RESULT.to_owned())).map(drop)
-            }
+            State::Ending { ended, .. } => ended.wait().map(drop),
             State::Idle | State::Beginning { .. } => Ok(()),
         }
     }
@@ -242,22 +232,6 @@ impl Tape {
         };
         state_store.put("recording", &cell);
     }
-}
-
-/// The error for a thread that ended without a result.
-const NO_RESULT: &str = "the recording was aborted";
-
-/// Runs a closure in a thread.
-fn run_in_thread<T: Send + 'static>(
-    work: impl FnOnce() -> T + Send + 'static,
-) -> Result<Receiver<T>, String> {
-    let (to, outcome) = bounded(1);
-    let work = move || {
-        // The receiver may be gone already.
-        let _heard = to.send(work());
-    };
-    let begun = thread::Builder::new().name("tape".to_owned()).spawn(work);
-    begun.map(|_running| outcome).map_err(|error| format!("cannot start the recording thread: {error}"))
 }
 
 /// Starts a recording into the next free file name.

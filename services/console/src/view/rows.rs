@@ -4,8 +4,8 @@ use std::collections::BTreeMap;
 use std::time::Duration;
 
 use message::{
-    ArmingSummary, BusHealth, Health, JointState, LinkHealth, Loss, PerspectiveHealth, Process, ProcessState,
-    SourceHealth,
+    ArmingSummary, BusHealth, Health, JointCause, JointMode, JointState, LinkHealth, Loss, PerspectiveHealth,
+    Process, ProcessState, SourceHealth,
 };
 use reports::metrics::{Quantiles, Readings};
 use serde::Serialize;
@@ -20,7 +20,7 @@ macro_rules! row {
         pub struct $row { $($(#[$field_doc])* pub $field: $kind,)+ }
 
         impl $row {
-            fn of($($source: $type),+) -> Self {
+            pub(crate) fn of($($source: $type),+) -> Self {
                 Self { $($field: $value,)+ }
             }
         }
@@ -103,12 +103,23 @@ pub struct JointsRow {
 row! {
     /// A joint that needs attention.
     JointRow(readings: &Readings, joint: &JointState) {
+        /// Its state.
+        #[serde(flatten)]
+        state: JointStateRow = JointStateRow::of(readings.joint_name(joint.joint), joint),
+        /// Time since its servo was last read.
+        reading_age_s: Option<f64> = joint.reading_age_s(readings.read_at_ns),
+    }
+}
+
+row! {
+    /// The state of a joint, in words.
+    JointStateRow(name: String, joint: &JointState) {
         /// Its name.
-        joint: String = readings.joint_name(joint.joint),
+        joint: String = name,
         /// The mode in which the motor process drives it.
-        mode: Option<&'static str> = joint.mode().map(message::JointMode::name),
+        mode: Option<&'static str> = joint.mode().map(JointMode::name),
         /// The cause of the mode.
-        cause: Option<&'static str> = joint.cause().map(message::JointCause::name),
+        cause: Option<&'static str> = joint.cause().map(JointCause::name),
         /// State of the connection to its servo.
         link: Option<&'static str> = joint.machines().map(|machines| machines.link.name()),
         /// State of its servo's torque.
@@ -119,8 +130,6 @@ row! {
         arming_cause: Option<&'static str> = joint.machines().map(|machines| machines.arming_cause.name()),
         /// State of its motion.
         motion: Option<&'static str> = joint.machines().map(|machines| machines.motion.name()),
-        /// Time since its servo was last read.
-        reading_age_s: Option<f64> = joint.reading_age_s(readings.read_at_ns),
     }
 }
 
@@ -226,8 +235,7 @@ fn micros(nanos: u64) -> f64 {
 
 /// One row per process, over the time since `earlier`. Covers the whole incarnation if `earlier` is of another
 /// one, or is missing.
-#[must_use]
-pub fn rows(readings: &Readings, earlier: &BTreeMap<Process, Health>) -> Vec<Row> {
+pub(crate) fn rows(readings: &Readings, earlier: &BTreeMap<Process, Health>) -> Vec<Row> {
     let each = readings.processes.iter();
     each.map(|(&process, health)| {
         let earlier = earlier.get(&process).filter(|then| then.pid == health.pid);

@@ -6,32 +6,8 @@ use reports::metrics::Readings;
 
 use super::rows::Row;
 
-/// The function of a key.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Key {
-    /// End the program.
-    Quit,
-    /// Back to the table.
-    Back,
-    /// Sort by the next column.
-    Sort,
-    /// Reverse the order.
-    Reverse,
-    /// Freeze or resume.
-    Freeze,
-    /// Histograms of the selected process.
-    Histogram,
-    /// The servo buses.
-    Buses,
-    /// The joints in trouble.
-    Joints,
-    /// The key bindings.
-    Help,
-    /// Select the row above.
-    Up,
-    /// Select the row below.
-    Down,
-}
+/// The key Esc.
+pub(crate) const ESCAPE: char = '\x1b';
 
 /// The current view.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -136,20 +112,21 @@ impl Screen {
         }
     }
 
-    /// Handles a key. Returns whether to continue.
-    pub(crate) fn press(&mut self, key: Key) -> bool {
+    /// Handles a key, given as a character. Returns whether to continue.
+    pub(crate) fn press(&mut self, key: char) -> bool {
         match key {
-            Key::Quit => return false,
-            Key::Back => self.view = View::Processes,
-            Key::Sort => self.column = self.column.next(),
-            Key::Reverse => self.is_reversed = !self.is_reversed,
-            Key::Freeze => self.is_frozen = !self.is_frozen,
-            Key::Histogram => self.switch_to(View::Histogram),
-            Key::Buses => self.switch_to(View::Buses),
-            Key::Joints => self.switch_to(View::Joints),
-            Key::Help => self.switch_to(View::Help),
-            Key::Up => self.move_by(|place| place.checked_sub(1)),
-            Key::Down => self.move_by(|place| place.checked_add(1)),
+            'q' => return false,
+            's' => self.column = self.column.next(),
+            'r' => self.is_reversed = !self.is_reversed,
+            ' ' => self.is_frozen = !self.is_frozen,
+            'h' => self.switch_to(View::Histogram),
+            'b' => self.switch_to(View::Buses),
+            'j' => self.switch_to(View::Joints),
+            '?' => self.switch_to(View::Help),
+            ESCAPE => self.view = View::Processes,
+            '↑' => self.move_by(|place| place.checked_sub(1)),
+            '↓' => self.move_by(|place| place.checked_add(1)),
+            _ => {}
         }
         true
     }

@@ -129,7 +129,7 @@ impl<B: Body> Learner<B> {
         self.question = None;
         self.body.begin(now, Skill::Hold, present_rad);
         match self.performance.take() {
-            Some(mut performance) => {
+            Some(performance) => {
                 output.events.push(performance.stopped());
                 say(output, &performance.task, "I stopped");
                 self.note_performed(&performance.task);

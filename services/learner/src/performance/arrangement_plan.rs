@@ -17,7 +17,7 @@ const BELOW_M: f64 = 0.03;
 const HALF_HEIGHT_M: f64 = 0.03;
 
 /// Builds a spatial configuration from objects that match its parts, bottom up.
-#[derive(Clone, Debug)]
+#[derive(Debug)]
 pub(super) struct ArrangementPlan {
     arrangement: Arrangement,
     /// The assignment of objects to places; computed at the first step.

@@ -12,7 +12,7 @@ use crate::report::{expectation, with_expectation};
 use crate::vocabulary::{Insertion, Vocabulary, no_skill};
 
 /// Works through the objects that violate the rules, nearest first.
-#[derive(Clone, Debug)]
+#[derive(Debug)]
 pub(super) struct RulePlan {
     rules: Vec<Rule>,
     /// The class features of the pegs and markers that the teachers used.

@@ -109,8 +109,18 @@ impl Percepts {
     /// The number of the position percept, if there is one.
     #[must_use]
     pub fn place(&self) -> Option<u16> {
-        let index = self.percepts.iter().position(|percept| percept.kernel == Kernel::Position)?;
-        u16::try_from(index).ok()
+        self.with_kernel(|kernel| *kernel == Kernel::Position).next()
+    }
+
+    /// The numbers of the percepts with such a kernel, in ascending order.
+    pub fn with_kernel(&self, is_such: impl Fn(&Kernel) -> bool) -> impl Iterator<Item = u16> {
+        let such = (0..).zip(&self.percepts).filter(move |(_, percept)| is_such(&percept.kernel));
+        such.map(|(number, _)| number)
+    }
+
+    /// The numbers of the percepts that find the nearest prototype in a space, in ascending order.
+    pub fn nearest_in(&self, space: Space) -> impl Iterator<Item = u16> {
+        self.with_kernel(move |kernel| matches!(kernel, Kernel::Nearest(nearest) if nearest.space == space))
     }
 
     /// Association distance: how far apart two otherwise equal observations may be and still be of one object, in

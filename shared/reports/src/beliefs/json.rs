@@ -3,6 +3,7 @@ use message::{Aspect, Belief, BeliefHead, Difference, Feature, NOBODY};
 use serde::ser::SerializeMap as _;
 use serde::{Serialize, Serializer};
 
+use super::BeliefReport;
 use super::perspective_record::PerspectiveRecord;
 use super::phrases::PerceptPhrases;
 use super::summary::Summary;
@@ -138,9 +139,11 @@ impl JsonLines {
     pub fn new(percepts: &Percepts) -> Self {
         Self { words: PerceptPhrases::of(percepts) }
     }
+}
 
-    /// Appends the beliefs at an instant to `out`.
-    pub fn append(&self, at_ns: u64, minds: &[PerspectiveRecord<'_>], out: &mut String) {
+impl BeliefReport for JsonLines {
+    /// Appends the beliefs at the instant.
+    fn append(&mut self, at_ns: u64, minds: &[PerspectiveRecord<'_>], out: &mut String) {
         for mind in minds {
             line(&PerspectiveLine::new("perspective", at_ns, mind.head, mind.beliefs.len()), out);
             for belief in mind.beliefs {
@@ -153,8 +156,8 @@ impl JsonLines {
         }
     }
 
-    /// Appends the summary to `out`.
-    pub fn finish(&self, minds: &[PerspectiveRecord<'_>], summary: &Summary, out: &mut String) {
+    /// Appends the summary.
+    fn finish(&self, minds: &[PerspectiveRecord<'_>], summary: &Summary, out: &mut String) {
         let perspectives = minds.iter().map(End::of).collect();
         line(&SummaryLine { record: "summary", summary, perspectives }, out);
     }

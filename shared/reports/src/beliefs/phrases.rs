@@ -24,30 +24,18 @@ impl PerceptPhrases {
     /// The names of a robot's percepts.
     #[must_use]
     pub fn of(percepts: &Percepts) -> Self {
-        let (mut class, mut nouns, mut states, mut position) = (Vec::new(), Vec::new(), Vec::new(), None);
-        for (number, percept) in (0_u16..).zip(&percepts.percepts) {
-            match &percept.kernel {
-                Kernel::Position => position = position.or(Some(number)),
-                Kernel::Nearest(nearest) => match nearest.space {
-                    Space::Shape => nouns.push(number),
-                    Space::Colour => class.push(number),
-                    Space::EdgeM => {}
-                },
-                Kernel::State(_) => states.push(number),
-                Kernel::Orientation
-                | Kernel::Extents
-                | Kernel::Source
-                | Kernel::Region(_)
-                | Kernel::Range(_)
-                | Kernel::Plugin(_) => {}
-            }
-        }
-        class.append(&mut nouns);
-        let percepts = percepts.percepts.iter().map(|percept| Word {
+        let class = percepts.nearest_in(Space::Colour).chain(percepts.nearest_in(Space::Shape));
+        let states = percepts.with_kernel(|kernel| matches!(kernel, Kernel::State(_)));
+        let words = percepts.percepts.iter().map(|percept| Word {
             name: percept.name.clone(),
             symbols: percept.symbols().map(str::to_owned).collect(),
         });
-        Self { percepts: percepts.collect(), position, class, states }
+        Self {
+            percepts: words.collect(),
+            position: percepts.place(),
+            class: class.collect(),
+            states: states.collect(),
+        }
     }
 
     /// The name of a percept.

@@ -2,7 +2,7 @@ use belief::percepts::Percepts;
 use message::{Belief, BeliefHead, Difference, Feature, Header, NOBODY, Remembered};
 use perspective::{Divergence, PerspectiveBeliefs};
 
-use super::{JsonLines, PerspectiveRecord, Refusal, Summary, Timeline};
+use super::{BeliefReport as _, JsonLines, PerspectiveRecord, Refusal, Summary, Timeline};
 
 /// Builds the perspectives of a test, instant by instant.
 struct Story {

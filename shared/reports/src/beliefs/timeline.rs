@@ -4,7 +4,9 @@ use std::fmt::Write as _;
 use belief::percepts::Percepts;
 use clock::{Duration, Instant};
 use message::{Belief, NOBODY};
+use quantity::distance;
 
+use super::BeliefReport;
 use super::perspective_record::PerspectiveRecord;
 use super::phrases::{PerceptPhrases, agent_name, place};
 use super::summary::Summary;
@@ -54,9 +56,11 @@ impl Timeline {
     pub fn new(percepts: &Percepts) -> Self {
         Self { words: PerceptPhrases::of(percepts), first: None, minds: BTreeMap::new() }
     }
+}
 
-    /// Processes an instant and appends the new events to `out`.
-    pub fn append(&mut self, at_ns: u64, minds: &[PerspectiveRecord<'_>], out: &mut String) {
+impl BeliefReport for Timeline {
+    /// Appends the new events.
+    fn append(&mut self, at_ns: u64, minds: &[PerspectiveRecord<'_>], out: &mut String) {
         let at = Instant::from_nanos(at_ns);
         let first = *self.first.get_or_insert(at);
         let mut lines = Lines { since: at.since(first), out };
@@ -68,8 +72,8 @@ impl Timeline {
         }
     }
 
-    /// Appends the final beliefs and the summary to `out`.
-    pub fn finish(&self, minds: &[PerspectiveRecord<'_>], summary: &Summary, out: &mut String) {
+    /// Appends the final beliefs and the summary.
+    fn finish(&self, minds: &[PerspectiveRecord<'_>], summary: &Summary, out: &mut String) {
         // Writing to a string cannot fail.
         let _ = table::write(&self.words, minds, summary, out);
     }
@@ -222,8 +226,7 @@ impl ReportedBelief {
     /// The position where it has come to rest, if that differs from the reported one.
     fn moved(&mut self, at: Instant, place_m: Option<[f64; 3]>) -> Option<[f64; 3]> {
         let place_m = place_m?;
-        let far =
-            |from: &[f64; 3]| from.iter().zip(&place_m).map(|(a, b)| (a - b).powi(2)).sum::<f64>().sqrt();
+        let far = |from: &[f64; 3]| distance(from, &place_m);
         let since = match self.recent_place {
             Some((place, since)) if far(&place) <= MAX_REST_MOTION_M => since,
             _ => {

@@ -25,6 +25,11 @@ const COUNTS: [Field<PerspectiveHealth>; 4] = [
     ),
 ];
 
+const SOURCE_COUNTS: [Field<SourceHealth>; 2] = [
+    ("leo_source_frames", "Frames read from the source.", |source| source.frames),
+    ("leo_source_observations", "Observations that became percepts.", |source| source.observations),
+];
+
 pub(crate) fn write(readings: &Readings, page: &mut MetricsText) {
     sources(&readings.sources, page);
     let paths = readings.perspectives.iter().map(|perspective| perspective.path.agents().unwrap_or_default());
@@ -41,10 +46,7 @@ fn sources(sources: &[SourceHealth], page: &mut MetricsText) {
         "source",
         silent,
     );
-    let frames = sources.iter().map(|source| (source.name.as_str(), source.frames));
-    page.counts("leo_source_frames", "Frames read from the source.", "source", frames);
-    let observations = sources.iter().map(|source| (source.name.as_str(), source.observations));
-    page.counts("leo_source_observations", "Observations that became percepts.", "source", observations);
+    page.counters(&SOURCE_COUNTS, "source", sources.iter().map(|source| (source.name.as_str(), source)));
     page.family("leo_source_losses", Kind::Counter, "Frames or observations lost or refused, by the reason.");
     for source in sources {
         for loss in Loss::ALL {

@@ -103,20 +103,6 @@ impl MetricsText {
         }
     }
 
-    /// A family of counters with one label.
-    pub(crate) fn counts(
-        &mut self,
-        name: &str,
-        help: &str,
-        label: &str,
-        rows: impl IntoIterator<Item = (impl AsRef<str>, u64)>,
-    ) {
-        self.family(name, Kind::Counter, help);
-        for (text, value) in rows {
-            self.count(&[(label, text.as_ref())], value);
-        }
-    }
-
     /// A family of counters for each field, with a sample per row; rows are named by the label.
     pub(crate) fn counters<'a, T: 'a>(
         &mut self,
@@ -126,7 +112,10 @@ impl MetricsText {
     ) {
         let rows: Vec<_> = rows.into_iter().collect();
         for (name, help, of) in fields {
-            self.counts(name, help, label, rows.iter().map(|(text, row)| (text, of(row))));
+            self.family(name, Kind::Counter, help);
+            for (text, row) in &rows {
+                self.count(&[(label, text.as_ref())], of(row));
+            }
         }
     }
 

@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
 use geometry::{Base, Person, Pose, Position};
+use quantity::distance;
 use quantity::number::float_of_count;
 use serde::{Deserialize, Serialize};
 
@@ -113,8 +114,7 @@ impl ArrangementPart {
     }
 
     fn distance_m(&self, other: &Self) -> f64 {
-        let squares = self.offset_m.iter().zip(&other.offset_m).map(|(a, b)| (a - b) * (a - b));
-        squares.sum::<f64>().sqrt()
+        distance(&self.offset_m, &other.offset_m)
     }
 
     fn looks_like(&self, other: &Self) -> bool {

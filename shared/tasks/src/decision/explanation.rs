@@ -29,8 +29,8 @@ pub struct Explanation {
 
 impl Explanation {
     /// Whether there is a contradiction and every one is explained by what the partner could not know.
-    #[must_use]
-    pub fn is_complete(&self) -> bool {
+    #[cfg(test)]
+    pub(crate) fn is_complete(&self) -> bool {
         let explained = [&self.unseen, &self.mistaken, &self.foreign];
         self.unexplained.is_empty() && explained.iter().any(|objects| !objects.is_empty())
     }

@@ -9,7 +9,7 @@ use super::rank::{RankingContext, rank};
 use super::rule::Rule;
 use crate::demonstration::{Effect, Object, Signature, Snapshot, View, changes, has_percepts};
 use crate::hypotheses::{
-    DemonstratedObject, Demonstration, Goal, Lexicon, Place, Prior, ROUNDING_NATS, Settings, frame_of,
+    DemonstratedObject, Demonstration, Goal, Lexicon, Place, ROUNDING_NATS, Settings, frame_of,
 };
 use crate::language::Language;
 
@@ -17,15 +17,6 @@ use crate::language::Language;
 const MAX_RULES: usize = 512;
 /// Hypotheses this many nats below the best are ignored when a query is selected.
 const QUERY_WITHIN_NATS: f64 = 10.0;
-
-/// Expands and ranks the hypotheses of one perspective over all its examples, as in the paper.
-///
-/// `share` is the minimum posterior of a high-likelihood rule, relative to the best posterior. See [`Learning`].
-#[must_use]
-pub fn learn(language: &Language, views: &[&View], prior: &Prior, share: f64) -> Learned {
-    let settings = Settings { prior: *prior, high_likelihood: share, ..Settings::default() };
-    learn_with(language, views, &settings)
-}
 
 /// Expands and ranks the hypotheses of one perspective over all its examples. See [`Learning`].
 #[must_use]

@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 
 use clock::{Duration, Instant};
 use message::{Belief, Feature, NOBODY, Remembered};
+use quantity::distance;
 
 use super::belief_copy::{is_on, position};
 use crate::language::Language;
@@ -130,7 +131,7 @@ impl ObjectTracker {
     /// Tracks the position; `true` if the object has just come to rest in another place.
     fn moved(&mut self, now: Instant, place_m: [f64; 3], held_by: u16, moved_m: f64) -> bool {
         let Some(moving) = &mut self.moving else {
-            if distance(self.rest_m, place_m) > moved_m {
+            if distance(&self.rest_m, &place_m) > moved_m {
                 let window = PositionMean::begin(now, place_m);
                 self.moving = Some(Moving { window, was_m: None, holder: None, receiver: None });
             }
@@ -144,11 +145,11 @@ impl ObjectTracker {
         let Some(mean_m) = moving.window.add(now, place_m) else { return false };
         moving.window = PositionMean::begin(now, place_m);
         let was_m = moving.was_m.replace(mean_m);
-        if was_m.is_none_or(|was_m| distance(was_m, mean_m) > MAX_REST_DRIFT_M) {
+        if was_m.is_none_or(|was_m| distance(&was_m, &mean_m) > MAX_REST_DRIFT_M) {
             return false;
         }
         self.moving = None;
-        let moved = distance(self.rest_m, mean_m) > moved_m;
+        let moved = distance(&self.rest_m, &mean_m) > moved_m;
         self.rest_m = mean_m;
         moved
     }
@@ -191,10 +192,6 @@ impl PositionMean {
         self.count += 1;
         (now.since(self.since) >= MEAN_WINDOW).then(|| self.sum_m.map(|sum| sum / f64::from(self.count)))
     }
-}
-
-fn distance(a: [f64; 3], b: [f64; 3]) -> f64 {
-    a.iter().zip(&b).map(|(a, b)| (a - b) * (a - b)).sum::<f64>().sqrt()
 }
 
 #[cfg(test)]

@@ -177,9 +177,9 @@ impl Goal {
         asked: &[(Key, Option<Place>)],
     ) -> Vec<f64> {
         let label_errors = settings.noise.logs();
+        let keys: Vec<Key> = asked.iter().map(|(key, _)| *key).collect();
         match &mut self.engine {
             Engine::PaperWithNoise(all) => {
-                let keys: Vec<Key> = asked.iter().map(|(key, _)| *key).collect();
                 let label_errors = label_errors.unwrap_or_default();
                 all.probabilities(&self.episodes, lexicon.features(), &settings.prior, label_errors, &keys)
             }
@@ -191,7 +191,6 @@ impl Goal {
                     return answers;
                 }
                 let weight = Weight::Length { beyond: short.longest() };
-                let keys: Vec<Key> = asked.iter().map(|(key, _)| *key).collect();
                 let (log_long, long) = long.probabilities(&self.episodes, &self.seen, &weight, &keys);
                 let mut total = LogSum::default();
                 total.add(log_total);
@@ -202,7 +201,6 @@ impl Goal {
             }
             Engine::Paper(all) => {
                 let weight = Weight::Prior { prior: settings.prior, expected: self.signature.len() };
-                let keys: Vec<Key> = asked.iter().map(|(key, _)| *key).collect();
                 let (_, about) = all.probabilities(&self.episodes, &self.seen, &weight, &keys);
                 about.into_iter().map(|share| share.clamp(0.0, 1.0)).collect()
             }

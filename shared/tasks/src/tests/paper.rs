@@ -153,7 +153,7 @@ fn each_example_is_explained_by_its_own_teachers_view() {
         let views = vec![own, View { perspective: teacher, ..his }, other];
         *example = crate::Example { teacher, views };
     }
-    let of = |views: Vec<&View>| crate::learn(&language(), &views, &crate::Prior::default(), super::SHARE);
+    let of = |views: Vec<&View>| super::learn(&views);
     let taught = of(task.taught(&[0, 1, 2]).collect());
     assert_eq!(high_likelihood(&taught), ["all"]);
     assert_ne!(high_likelihood(&of(task.views(2).collect())), ["all"], "the first showing was not his");

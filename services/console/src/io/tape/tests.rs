@@ -1,5 +1,6 @@
 use std::fs;
 
+use crossbeam::channel::{Receiver, bounded};
 use serde_json::Value;
 use tokio::sync::mpsc::{self, Receiver as Answers};
 

@@ -7,8 +7,22 @@ use message::{Buses, Health, Joints, LinkHealth, Perspectives, Process, ProcessS
 use reports::metrics::Readings;
 use transport::{CurrentBoard, Node, PortError, RosterReader};
 
+use crate::view::{Row, rows};
+
+/// Facts about a robot that its health boards do not contain.
+#[derive(Clone, Debug, Default)]
+pub struct About {
+    /// The names of the joints by their index, from the configuration.
+    pub joint_names: Vec<String>,
+    /// The file of the learner's memory.
+    pub store: Option<PathBuf>,
+}
+
 /// Reads the health boards of one domain. A missing board is looked for again at each read.
 pub struct Boards {
+    about: About,
+    /// The health at the previous look.
+    earlier: BTreeMap<Process, Health>,
     roster: RosterReader,
     health: BTreeMap<Process, CurrentBoard<Health>>,
     sources: CurrentBoard<Sources>,
@@ -24,8 +38,10 @@ impl Boards {
     /// # Errors
     ///
     /// The board does not exist: the robot is starting, stopping or dead.
-    pub fn open(node: &Node) -> Result<Self, PortError> {
+    pub fn open(node: &Node, about: About) -> Result<Self, PortError> {
         Ok(Self {
+            about,
+            earlier: BTreeMap::new(),
             roster: RosterReader::open(node, Process::Supervisor, 1)?,
             health: BTreeMap::new(),
             sources: CurrentBoard::default(),
@@ -36,10 +52,26 @@ impl Boards {
         })
     }
 
-    /// Reads all boards. Tasks, the memory file and joint names are on no board and stay empty.
+    /// The current readings, and a row per process over the time since the previous call. The first call covers the
+    /// whole life of each process.
+    pub fn look(&mut self, node: &Node) -> (Readings, Vec<Row>) {
+        let readings = self.read(node);
+        let rows = rows(&readings, &self.earlier);
+        self.earlier.clone_from(&readings.processes);
+        (readings, rows)
+    }
+
+    /// Reads all boards. Tasks are on no board and stay empty.
     pub fn read(&mut self, node: &Node) -> Readings {
         let roster = self.roster.read();
-        let mut readings = Readings { read_at_ns: clock::now().as_nanos(), ..Readings::default() };
+        let About { joint_names, store } = &self.about;
+        let store = store.as_deref().and_then(|file| std::fs::metadata(file).ok());
+        let mut readings = Readings {
+            read_at_ns: clock::now().as_nanos(),
+            joint_names: joint_names.clone(),
+            store_bytes: store.map(|store| store.len()),
+            ..Readings::default()
+        };
         for &process in Process::ALL {
             let Some(life) = roster.incarnation(process) else { continue };
             readings.processes.insert(process, self.health(node, process, life));
@@ -125,7 +157,7 @@ mod tests {
             board.write(&health);
             board
         });
-        let readings = Boards::open(&node).unwrap().read(&node);
+        let readings = Boards::open(&node, About::default()).unwrap().read(&node);
         Janitor::new(&domain).wipe(claim);
         let told: Vec<_> = readings
             .processes

@@ -5,11 +5,11 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
 
 use ratatui::DefaultTerminal;
-use ratatui::crossterm::event::{self, Event, KeyCode, KeyEvent, KeyEventKind, KeyModifiers};
+use ratatui::crossterm::event::{self, Event, KeyCode, KeyEvent, KeyModifiers};
 
 use super::Top;
 use crate::view::draw::draw;
-use crate::view::screen::{Key, Screen};
+use crate::view::screen::{ESCAPE, Screen};
 
 /// Polling interval.
 const POLL_INTERVAL: Duration = Duration::from_secs(1);
@@ -48,26 +48,17 @@ fn watch(top: &mut Top, terminal: &mut DefaultTerminal, stop: &AtomicBool) -> io
     Ok(())
 }
 
-fn key(event: KeyEvent) -> Option<Key> {
-    if event.kind == KeyEventKind::Release {
-        return None;
-    }
-    if event.code == KeyCode::Char('c') && event.modifiers.contains(KeyModifiers::CONTROL) {
-        return Some(Key::Quit);
-    }
+/// A key as a character.
+fn key(event: KeyEvent) -> Option<char> {
     #[expect(clippy::wildcard_enum_match_arm, reason = "other keys have no function")]
     match event.code {
-        KeyCode::Char('q') => Some(Key::Quit),
-        KeyCode::Char('s') => Some(Key::Sort),
-        KeyCode::Char('r') => Some(Key::Reverse),
-        KeyCode::Char(' ') => Some(Key::Freeze),
-        KeyCode::Char('h') | KeyCode::Enter => Some(Key::Histogram),
-        KeyCode::Char('b') => Some(Key::Buses),
-        KeyCode::Char('j') => Some(Key::Joints),
-        KeyCode::Char('?') => Some(Key::Help),
-        KeyCode::Esc => Some(Key::Back),
-        KeyCode::Up => Some(Key::Up),
-        KeyCode::Down => Some(Key::Down),
+        _ if event.is_release() => None,
+        KeyCode::Char('c') if event.modifiers.contains(KeyModifiers::CONTROL) => Some('q'),
+        KeyCode::Char(key) => Some(key),
+        KeyCode::Enter => Some('h'),
+        KeyCode::Esc => Some(ESCAPE),
+        KeyCode::Up => Some('↑'),
+        KeyCode::Down => Some('↓'),
         _ => None,
     }
 }

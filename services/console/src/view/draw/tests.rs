@@ -6,7 +6,7 @@ use ratatui::backend::TestBackend;
 use reports::metrics::Readings;
 
 use super::super::rows::rows;
-use super::super::screen::Key;
+use super::super::screen::ESCAPE;
 use super::*;
 
 /// A robot of two processes, a bus, and a joint in trouble.
@@ -37,7 +37,7 @@ fn readings() -> Readings {
 }
 
 /// The screen on a terminal of 80 columns after some keys.
-fn shown(screen: &mut Screen, keys: &[Key]) -> Vec<String> {
+fn shown(screen: &mut Screen, keys: &[char]) -> Vec<String> {
     for key in keys {
         assert!(screen.press(*key));
     }
@@ -71,23 +71,23 @@ fn the_table_fits_and_sorts_by_the_worst() {
     );
     assert_eq!(order(&lines), ["sensor", "motor"]);
     assert!(lines[23].starts_with("q quit") && lines[23].ends_with("help"), "{lines:?}");
-    assert_eq!(order(&shown(&mut screen, &[Key::Sort])), ["sensor", "motor"], "by wake-up");
-    let lines = shown(&mut screen, &[Key::Sort, Key::Sort]);
+    assert_eq!(order(&shown(&mut screen, &['s'])), ["sensor", "motor"], "by wake-up");
+    let lines = shown(&mut screen, &['s', 's']);
     assert!(lines[0].contains("age p99") && lines[2].contains(" 180 "), "{lines:?}");
     assert_eq!(order(&lines), ["sensor", "motor"]);
-    let lines = shown(&mut screen, &[Key::Sort]);
+    let lines = shown(&mut screen, &['s']);
     assert!(lines[0].contains("overruns"), "{lines:?}");
     assert_eq!(order(&lines), ["motor", "sensor"]);
-    assert_eq!(order(&shown(&mut screen, &[Key::Reverse])), ["sensor", "motor"]);
+    assert_eq!(order(&shown(&mut screen, &['r'])), ["sensor", "motor"]);
 }
 
 #[test]
 fn a_frozen_screen_stands_still() {
     let mut screen = seen();
-    assert!(shown(&mut screen, &[Key::Freeze])[0].contains("FROZEN"));
+    assert!(shown(&mut screen, &[' '])[0].contains("FROZEN"));
     screen.update(Readings::default(), Vec::new());
     assert_eq!(order(&shown(&mut screen, &[])), ["sensor", "motor"]);
-    shown(&mut screen, &[Key::Freeze]);
+    shown(&mut screen, &[' ']);
     screen.update(Readings::default(), Vec::new());
     assert!(order(&shown(&mut screen, &[])).is_empty());
 }
@@ -95,38 +95,38 @@ fn a_frozen_screen_stands_still() {
 #[test]
 fn the_selected_process_has_its_histogram_wherever_it_is_sorted() {
     let mut screen = seen();
-    let lines = shown(&mut screen, &[Key::Down, Key::Down, Key::Histogram]);
+    let lines = shown(&mut screen, &['↓', '↓', 'h']);
     assert!(
         lines[0].contains("motor: wake-up, execution and age") && lines[1].starts_with("wake-up: 1 cycles"),
         "{lines:?}"
     );
     assert!(lines[1].contains("execution: 0 cycles") && lines[1].contains("age: 1 cycles"), "{lines:?}");
     assert!(lines[2].starts_with("<    66 µs █████████ 1"), "{lines:?}");
-    let lines = shown(&mut screen, &[Key::Sort, Key::Sort, Key::Sort, Key::Sort]);
+    let lines = shown(&mut screen, &['s', 's', 's', 's']);
     assert!(lines[0].contains("motor:"), "{lines:?}");
-    let lines = shown(&mut screen, &[Key::Histogram, Key::Up, Key::Down, Key::Histogram]);
+    let lines = shown(&mut screen, &['h', '↑', '↓', 'h']);
     assert!(lines[0].contains("sensor:"), "{lines:?}");
 }
 
 #[test]
 fn buses_and_joints_in_trouble_have_pages_of_their_own() {
     let mut screen = seen();
-    let lines = shown(&mut screen, &[Key::Buses]);
+    let lines = shown(&mut screen, &['b']);
     assert!(
         lines[2].starts_with("torso") && lines[2].contains("LOST") && lines[2].contains(" 9 "),
         "{lines:?}"
     );
     assert_eq!(lines[3].split_whitespace().collect::<Vec<_>>().join(" "), "torso 2 alerts, 3 hang-ups");
-    let lines = shown(&mut screen, &[Key::Joints]);
+    let lines = shown(&mut screen, &['j']);
     let words: Vec<&str> = lines[2].split_whitespace().collect();
     assert_eq!(words, ["torso_yaw_joint", "quarantined", "silent", "41.0", "11.5"]);
     let should = "  link unknown, power unknown, disarmed: not-started, idle; never read";
     assert_eq!((lines[3].as_str(), lines[4].as_str()), (should, ""), "only those in trouble");
     assert!(lines[0].ends_with("joints in trouble   2 disarmed: not-started"), "{lines:?}");
-    let lines = shown(&mut screen, &[Key::Help]);
+    let lines = shown(&mut screen, &['?']);
     assert!(lines[1].starts_with("q, Ctrl-C"), "{lines:?}");
-    assert_eq!(order(&shown(&mut screen, &[Key::Back])), ["sensor", "motor"]);
-    assert!(!screen.press(Key::Quit));
+    assert_eq!(order(&shown(&mut screen, &[ESCAPE])), ["sensor", "motor"]);
+    assert!(!screen.press('q'));
 }
 
 #[test]
@@ -134,7 +134,7 @@ fn an_ended_robot_and_an_unknown_one_are_drawn() {
     let mut screen = Screen::default();
     screen.is_running = false;
     assert!(shown(&mut screen, &[])[0].contains("ENDED"));
-    for key in [Key::Up, Key::Down, Key::Histogram, Key::Buses, Key::Joints] {
+    for key in ['↑', '↓', 'h', 'b', 'j'] {
         shown(&mut screen, &[key]);
     }
 }

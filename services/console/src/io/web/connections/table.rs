@@ -5,7 +5,6 @@ use std::collections::BTreeMap;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use clock::{Duration, Instant};
-use invariant::require;
 use tokio::task::AbortHandle;
 
 /// Minimum age of an evicted connection. It gives a slow browser time for its request head. It also bounds the rate
@@ -15,7 +14,7 @@ const MIN_AGE: Duration = Duration::from_millis(100);
 const NETWORK_BITS: u32 = 64;
 
 /// The use of a connection so far. Each class has its own limits and is evicted separately.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Class {
     /// No request with the token yet.
     Unknown,
@@ -44,15 +43,14 @@ pub(crate) struct Table(Mutex<Entries>);
 struct Entries {
     last: u64,
     evicted: u64,
-    /// Class and address of every connection.
-    places: BTreeMap<u64, (Class, IpAddr)>,
-    /// Connections per class and address, in order of arrival.
-    by_address: BTreeMap<(Class, IpAddr), BTreeMap<u64, Entry>>,
-    counts: BTreeMap<Class, usize>,
+    /// By number: older connections have lower numbers.
+    open: BTreeMap<u64, Entry>,
 }
 
 #[derive(Debug)]
 struct Entry {
+    class: Class,
+    address: IpAddr,
     since: Instant,
     served: Option<AbortHandle>,
 }
@@ -73,9 +71,8 @@ impl Table {
     /// How long a new connection of an address must wait until one is old enough to be evicted; `None` if it need not.
     pub(super) fn wait_for_room(&self, address: IpAddr, now: Instant) -> Option<Duration> {
         let entries = self.entries();
-        let address = entries.address_to_evict(Class::Unknown, network(address))?;
-        let (_, oldest) = entries.by_address.get(&(Class::Unknown, address))?.first_key_value()?;
-        let age = now.since(oldest.since);
+        let oldest = entries.to_evict(Class::Unknown, network(address))?;
+        let age = now.since(entries.open.get(&oldest)?.since);
         (age < MIN_AGE).then(|| MIN_AGE - age)
     }
 
@@ -87,7 +84,7 @@ impl Table {
         entries.evict_one(Class::Unknown, address);
         entries.last += 1;
         let number = entries.last;
-        entries.insert(number, Class::Unknown, address, Entry { since: now, served: None });
+        entries.open.insert(number, Entry { class: Class::Unknown, address, since: now, served: None });
         Arc::new(Connection { table: Arc::clone(self), number, address })
     }
 
@@ -104,51 +101,28 @@ impl Table {
 }
 
 impl Entries {
-    fn insert(&mut self, number: u64, class: Class, address: IpAddr, entry: Entry) {
-        self.places.insert(number, (class, address));
-        self.by_address.entry((class, address)).or_default().insert(number, entry);
-        *self.counts.entry(class).or_default() += 1;
-    }
-
-    fn remove(&mut self, number: u64) -> Option<Entry> {
-        let place = self.places.remove(&number)?;
-        if let Some(count) = require!(self.counts.get_mut(&place.0), "connections are counted by class") {
-            *count -= 1;
-        }
-        let of_address = require!(self.by_address.get_mut(&place), "connection {number} has an address")?;
-        let entry = require!(of_address.remove(&number), "connection {number} is one of its address");
-        if of_address.is_empty() {
-            self.by_address.remove(&place);
-        }
-        entry
-    }
-
-    fn get_mut(&mut self, number: u64) -> Option<&mut Entry> {
-        self.by_address.get_mut(self.places.get(&number)?)?.get_mut(&number)
-    }
-
-    /// The address whose oldest connection must be evicted for a further one of this class and address, if any.
-    fn address_to_evict(&self, class: Class, address: IpAddr) -> Option<IpAddr> {
+    /// The connection that must be evicted for a further one of this class and address, if any.
+    fn to_evict(&self, class: Class, address: IpAddr) -> Option<u64> {
         let (max, max_of_address) = class.max();
-        if self.by_address.get(&(class, address)).is_some_and(|some| some.len() >= max_of_address) {
-            return Some(address);
+        let of_class = || self.open.iter().filter(move |(_, entry)| entry.class == class);
+        let oldest_of = |address: IpAddr| {
+            of_class().find(|(_, entry)| entry.address == address).map(|(number, _)| *number)
+        };
+        if of_class().filter(|(_, entry)| entry.address == address).count() >= max_of_address {
+            return oldest_of(address);
         }
-        if self.counts.get(&class).is_none_or(|count| *count < max) {
+        if of_class().count() < max {
             return None;
         }
-        let of_class = self.by_address.iter().filter(|((its, _), _)| *its == class);
-        of_class.max_by_key(|(_, some)| some.len()).map(|((_, address), _)| *address)
+        let mut counts = BTreeMap::<IpAddr, usize>::new();
+        of_class().for_each(|(_, entry)| *counts.entry(entry.address).or_default() += 1);
+        oldest_of(counts.into_iter().max_by_key(|(_, count)| *count)?.0)
     }
 
     fn evict_one(&mut self, class: Class, address: IpAddr) {
-        while let Some(address) = self.address_to_evict(class, address) {
-            let of_address = self.by_address.get(&(class, address));
-            let oldest = of_address.and_then(|some| some.keys().next().copied());
-            let Some(oldest) = require!(oldest, "an address with a connection to evict has one") else {
-                return;
-            };
+        while let Some(number) = self.to_evict(class, address) {
             self.evicted += 1;
-            if let Some(served) = self.remove(oldest).and_then(|entry| entry.served) {
+            if let Some(served) = self.open.remove(&number).and_then(|entry| entry.served) {
                 served.abort();
             }
         }
@@ -158,7 +132,7 @@ impl Entries {
 impl Connection {
     /// Sets the task that serves the connection; eviction aborts it.
     pub(super) fn ends_with(&self, served: AbortHandle) {
-        match self.table.entries().get_mut(self.number) {
+        match self.table.entries().open.get_mut(&self.number) {
             Some(entry) => entry.served = Some(served),
             None => served.abort(),
         }
@@ -166,7 +140,7 @@ impl Connection {
 
     /// Marks the time from which the connection is served.
     pub(super) fn begins(&self, now: Instant) {
-        if let Some(entry) = self.table.entries().get_mut(self.number) {
+        if let Some(entry) = self.table.entries().open.get_mut(&self.number) {
             entry.since = now;
         }
     }
@@ -174,24 +148,21 @@ impl Connection {
     /// Changes the class of the connection.
     pub(crate) fn set_class(&self, class: Class) {
         let mut entries = self.table.entries();
+        let known = entries.open.get(&self.number).map(|entry| entry.class);
         // A connection that used the token stays authorised.
-        if entries
-            .places
-            .get(&self.number)
-            .is_none_or(|(known, _)| [class, Class::Authorised].contains(known))
-        {
+        if known.is_none_or(|known| [class, Class::Authorised].contains(&known)) {
             return;
         }
         entries.evict_one(class, self.address);
-        if let Some(entry) = entries.remove(self.number) {
-            entries.insert(self.number, class, self.address, entry);
+        if let Some(entry) = entries.open.get_mut(&self.number) {
+            entry.class = class;
         }
     }
 }
 
 impl Drop for Connection {
     fn drop(&mut self) {
-        let _gone = self.table.entries().remove(self.number);
+        let _gone = self.table.entries().open.remove(&self.number);
     }
 }
 
@@ -221,10 +192,8 @@ mod tests {
     /// The numbers of the connections of a class.
     fn of(table: &Table, class: Class) -> Vec<u64> {
         let entries = table.entries();
-        let of_class = entries.places.iter().filter(|(_, (its, _))| *its == class);
-        let numbers: Vec<u64> = of_class.map(|(number, _)| *number).collect();
-        assert_eq!(entries.counts.get(&class).copied().unwrap_or(0), numbers.len());
-        numbers
+        let of_class = entries.open.iter().filter(|(_, entry)| entry.class == class);
+        of_class.map(|(number, _)| *number).collect()
     }
 
     #[test]
