@@ -162,21 +162,11 @@ impl OutputWriter {
 }
 
 /// Why the output ended early.
+#[derive(Debug, thiserror::Error)]
+#[error(transparent)]
 enum OutputError {
-    Unread(trace::TraceError),
-    Unwritten(std::io::Error),
-}
-
-impl From<trace::TraceError> for OutputError {
-    fn from(error: trace::TraceError) -> Self {
-        Self::Unread(error)
-    }
-}
-
-impl From<std::io::Error> for OutputError {
-    fn from(error: std::io::Error) -> Self {
-        Self::Unwritten(error)
-    }
+    Unread(#[from] trace::TraceError),
+    Unwritten(#[from] std::io::Error),
 }
 
 /// Standard output, and the text to be written to it.
