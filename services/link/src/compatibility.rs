@@ -133,11 +133,8 @@ fn hash(texts: impl Iterator<Item = String>) -> u64 {
 
 /// Packs the three numbers of a version; any suffix is ignored.
 fn packed(version: &str) -> u64 {
-    let number = |part: &str| {
-        let digits = part.split(|letter: char| !letter.is_ascii_digit()).next();
-        digits.and_then(|digits| digits.parse::<u16>().ok()).unwrap_or(0)
-    };
-    version.splitn(3, '.').fold(0, |all, part| all << 16 | u64::from(number(part)))
+    let numbers = version.split(['.', '-', '+']).take(3);
+    numbers.fold(0, |all, number| all << 16 | number.parse::<u16>().map_or(0, u64::from))
 }
 
 fn unpacked(version: u64) -> String {

@@ -7,7 +7,7 @@ use std::sync::Arc;
 
 use quantity::number::saturating_u64;
 
-use message::TopicId;
+use message::{Bytes, TopicId};
 
 use crate::compatibility::{Compatibility, IncompatiblePeer, LANGUAGE, NUMBERS};
 use crate::offset::ClockExchange;
@@ -94,26 +94,14 @@ pub enum DecodeError {
 struct Numbers<'a>(&'a [u8]);
 
 impl<'a> Numbers<'a> {
-    fn next(&mut self) -> Result<u64, DecodeError> {
-        let (number, rest) = self.0.split_first_chunk::<8>().ok_or(DecodeError::Malformed)?;
-        self.0 = rest;
-        Ok(u64::from_le_bytes(*number))
-    }
-
     fn next_array<const N: usize>(&mut self) -> Result<[u64; N], DecodeError> {
-        let mut numbers = [0; N];
-        for number in &mut numbers {
-            *number = self.next()?;
-        }
-        Ok(numbers)
+        self.bytes(8 * N).map(Bytes::get)
     }
 
-    fn next_small(&mut self) -> Result<u32, DecodeError> {
-        u32::try_from(self.next()?).map_err(|_| DecodeError::Malformed)
-    }
-
-    fn next_size(&mut self) -> Result<usize, DecodeError> {
-        usize::try_from(self.next()?).map_err(|_| DecodeError::Malformed)
+    /// The next number; it is malformed if its type cannot hold it.
+    fn next<T: TryFrom<u64>>(&mut self) -> Result<T, DecodeError> {
+        let [number] = self.next_array()?;
+        T::try_from(number).map_err(|_| DecodeError::Malformed)
     }
 
     fn bytes(&mut self, length: usize) -> Result<&'a [u8], DecodeError> {
@@ -123,7 +111,7 @@ impl<'a> Numbers<'a> {
     }
 
     fn begin(&mut self, compatibility: Compatibility) -> Result<(), DecodeError> {
-        let first = self.next()?;
+        let first: u64 = self.next()?;
         if first != MAGIC {
             let there = first ^ (MAGIC ^ LANGUAGE);
             let is_other = there <= u64::from(u8::MAX);
@@ -143,15 +131,11 @@ impl<'a> Numbers<'a> {
     }
 }
 
-fn put(numbers: &[u64], out: &mut Vec<u8>) {
-    numbers.iter().for_each(|number| out.extend_from_slice(&number.to_le_bytes()));
-}
-
 /// The first part of every message.
 fn begun(compatibility: Compatibility, size: usize) -> Vec<u8> {
     let mut bytes = Vec::with_capacity(8 * (1 + NUMBERS) + size);
-    put(&[MAGIC], &mut bytes);
-    put(&compatibility.numbers(), &mut bytes);
+    MAGIC.put(&mut bytes);
+    compatibility.numbers().put(&mut bytes);
     bytes
 }
 
@@ -162,10 +146,8 @@ impl Heartbeat {
         let Self { epoch, sent_ns, asked_ns, heard_ns, acked_epoch, newest, wanted, latched_subscribers } =
             *self;
         let mut bytes = begun(compatibility, 64);
-        put(
-            &[epoch, sent_ns, asked_ns, heard_ns, acked_epoch, newest, wanted, latched_subscribers],
-            &mut bytes,
-        );
+        [epoch, sent_ns, asked_ns, heard_ns, acked_epoch, newest, wanted, latched_subscribers]
+            .put(&mut bytes);
         bytes
     }
 
@@ -191,13 +173,11 @@ impl Batch {
         let Self { epoch, number, sent_ns, oldest, first, numbered, ref frames } = *self;
         let size: usize = frames.iter().map(|frame| frame.bytes.len() + 24).sum();
         let mut bytes = begun(compatibility, size + 56);
-        put(
-            &[epoch, number, sent_ns, oldest, first, saturating_u64(numbered), saturating_u64(frames.len())],
-            &mut bytes,
-        );
+        [epoch, number, sent_ns, oldest, first, saturating_u64(numbered), saturating_u64(frames.len())]
+            .put(&mut bytes);
         for frame in frames {
             let (code, of) = frame.topic.link_code();
-            put(&[u64::from(code), u64::from(of), saturating_u64(frame.bytes.len())], &mut bytes);
+            [u64::from(code), u64::from(of), saturating_u64(frame.bytes.len())].put(&mut bytes);
             bytes.extend_from_slice(&frame.bytes);
         }
         bytes
@@ -212,15 +192,15 @@ impl Batch {
         let mut numbers = Numbers(bytes);
         numbers.begin(compatibility)?;
         let [epoch, number, sent_ns, oldest, first] = numbers.next_array()?;
-        let numbered = numbers.next_size()?;
+        let numbered = numbers.next()?;
         let mut bundle = Self { epoch, number, sent_ns, oldest, first, numbered, frames: Vec::new() };
-        let frames = numbers.next_size()?;
+        let frames: usize = numbers.next()?;
         let is_counted = bundle.first.checked_add(saturating_u64(bundle.numbered)).is_some();
         if frames > MAX_FRAMES || bundle.numbered > frames || bundle.first < bundle.oldest || !is_counted {
             return Err(DecodeError::Malformed);
         }
         for _frame in 0..frames {
-            let (code, of, length) = (numbers.next_small()?, numbers.next_small()?, numbers.next_size()?);
+            let (code, of, length) = (numbers.next()?, numbers.next()?, numbers.next()?);
             let topic = TopicId::of_link_code(code, of).filter(|topic| is_carried(*topic));
             let topic = topic.ok_or(DecodeError::Malformed)?;
             bundle.frames.push(Frame { topic, bytes: numbers.bytes(length)?.into() });

@@ -10,8 +10,8 @@ mod pacer;
 mod servos;
 
 pub use faults::{Faults, parse};
-pub use io::end::PtyError;
-pub use io::ptys::{MockBuses, MockBusesError, Progress};
+pub use io::end::{PtyError, Servos};
+pub use io::ptys::{MockBuses, MockBusesError};
 pub use io::run::run;
 pub use io::run_standalone::{StandaloneError, StandaloneOptions, run_standalone};
 pub use pacer::Pacer;

@@ -41,29 +41,6 @@ pub enum Notice {
 /// The notices of one inspection.
 pub(crate) type Notices = ArrayVec<Notice, MAX_NOTICES>;
 
-/// Displays an item by the manual's name and its address.
-struct Named(Item);
-
-impl fmt::Display for Named {
-    fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Self(Item { address, .. }) = self;
-        let name = match address {
-            9 => "return delay",
-            10 => "drive mode",
-            11 => "operating mode",
-            36 => "PWM limit",
-            38 => "current limit",
-            44 => "velocity limit",
-            48 => "highest position limit",
-            52 => "lowest position limit",
-            108 => "profile acceleration",
-            112 => "profile velocity",
-            _ => return write!(out, "item {address}"),
-        };
-        write!(out, "{name} (item {address})")
-    }
-}
-
 impl fmt::Display for Notice {
     fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
         match *self {
@@ -72,22 +49,15 @@ impl fmt::Display for Notice {
                     (10, 1) => "; it turned the other way, which belongs in `sign` in motor.toml",
                     _ => "",
                 };
-                write!(out, "EEPROM: {} was {old}, and is set to {new}{what}", Named(item))
+                write!(out, "EEPROM: {item} was {old}, and is set to {new}{what}")
             }
-            Self::Tighter { item, found, needed } => {
-                write!(
-                    out,
-                    "the servo's {} is {found}, and the joint needs {needed} for its whole range and speed; it stays \
-                     as it is",
-                    Named(item)
-                )
-            }
+            Self::Tighter { item, found, needed } => write!(
+                out,
+                "the servo's {item} is {found}, and the joint needs {needed} for its whole range and speed; it stays as \
+                 it is"
+            ),
             Self::LeftOver { item, found } => {
-                write!(
-                    out,
-                    "another program set {} to {found}; it is overwritten before torque comes on",
-                    Named(item)
-                )
+                write!(out, "another program set {item} to {found}; it is overwritten before torque comes on")
             }
         }
     }

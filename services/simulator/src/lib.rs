@@ -12,7 +12,6 @@ mod output;
 mod path;
 mod recorder;
 mod script_event;
-mod send_queue;
 mod settle;
 mod teacher;
 #[cfg(test)]

@@ -29,11 +29,10 @@ impl Side {
         }
     }
 
-    const fn index(self) -> usize {
-        match self {
-            Self::Left => 0,
-            Self::Right => 1,
-        }
+    /// The one of a pair that belongs to this side.
+    #[must_use]
+    pub fn of<T>(self, [left, right]: [T; 2]) -> T {
+        if self == Self::Left { left } else { right }
     }
 }
 
@@ -257,20 +256,17 @@ impl Body {
     /// ```
     #[must_use]
     pub fn hand(&self, side: Side, positions_rad: &[f64]) -> Pose<Base, Hand> {
-        let [left, right] = self.hands;
-        self.pose(if side == Side::Left { left } else { right }, positions_rad)
+        self.pose(side.of(self.hands), positions_rad)
     }
 
     /// The pose of an eye: x along the line of sight.
     #[must_use]
     pub fn eye(&self, side: Side, positions_rad: &[f64]) -> Pose<Base, Eye> {
-        let [left, right] = self.eyes;
-        self.pose(if side == Side::Left { left } else { right }, positions_rad)
+        self.pose(side.of(self.eyes), positions_rad)
     }
 
     pub(crate) fn arm(&self, side: Side) -> &Arm {
-        let [left, right] = &self.arms;
-        if side.index() == 0 { left } else { right }
+        side.of(self.arms.each_ref())
     }
 }
 

@@ -2,7 +2,7 @@ use geometry::{Base, Position};
 use kinematics::Side;
 
 use crate::model::Model;
-use crate::parts::{of_side, set};
+use crate::parts::set;
 
 /// Share of a yaw of the gaze that the neck takes; the eyes take the rest.
 const NECK_YAW: f64 = 0.8;
@@ -22,7 +22,7 @@ pub(crate) fn look(model: &Model, at: &mut [f64], target: &Position<Base>) {
     set(at, parts.head_pitch, model.limited(parts.head_pitch, NECK_PITCH * pitch));
     for side in Side::BOTH {
         let (yaw, pitch) = direction(model, side, at, target);
-        let eye = of_side(side, parts.eyes);
+        let eye = side.of(parts.eyes);
         set(at, eye.yaw, model.limited(eye.yaw, yaw));
         set(at, eye.pitch, model.limited(eye.pitch, pitch));
     }

@@ -117,11 +117,6 @@ impl Parts {
     }
 }
 
-/// The one of a pair that belongs to a side.
-pub(crate) fn of_side<T>(side: Side, [left, right]: [T; 2]) -> T {
-    if side == Side::Left { left } else { right }
-}
-
 /// Sets the position of a joint in a configuration.
 pub(crate) fn set(positions_rad: &mut [f64], joint: usize, position_rad: f64) {
     if let Some(position) = require!(positions_rad.get_mut(joint), "joint {joint} exists") {

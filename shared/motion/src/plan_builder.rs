@@ -5,7 +5,7 @@ use nalgebra::{Isometry3, UnitQuaternion, Vector3};
 
 use crate::gaze::look;
 use crate::model::Model;
-use crate::parts::{of_side, set};
+use crate::parts::set;
 use crate::plan::{Plan, WaitFor};
 use crate::{Phase, SkillError};
 
@@ -61,7 +61,7 @@ impl PlanBuilder<'_> {
     }
 
     fn bend(&mut self, side: Side, fingers_rad: f64, thumb_rad: f64) {
-        let fingers = of_side(side, self.model.parts.fingers);
+        let fingers = side.of(self.model.parts.fingers);
         for joint in fingers.pitch {
             set(self.at, joint, fingers_rad);
         }

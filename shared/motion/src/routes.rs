@@ -5,7 +5,7 @@ use invariant::require;
 use kinematics::Side;
 
 use crate::model::Stance;
-use crate::parts::{of_side, set};
+use crate::parts::set;
 use crate::plan::WaitFor;
 use crate::plan_builder::PlanBuilder;
 use crate::{Face, Phase, Skill, SkillError, Turn};
@@ -130,7 +130,7 @@ impl PlanBuilder<'_> {
         self.raise_low_hands()?;
         self.rest_arms();
         stance.stand(&self.model.parts, self.at);
-        let ready = of_side(side, stance.ready).ok_or(SkillError::NotReady { side })?;
+        let ready = side.of(stance.ready).ok_or(SkillError::NotReady { side })?;
         self.set_arm(side, ready);
         self.open(side);
         self.look(thing);

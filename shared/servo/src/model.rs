@@ -11,11 +11,12 @@ const RAD_S2_PER_COUNT: f64 = 214.577 * TAU / 3600.0;
 
 /// A servo model.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
-#[serde(try_from = "String")]
 pub enum Model {
     /// ROBOTIS XM430-W350: 12 V, for the body.
+    #[serde(rename = "XM430-W350")]
     Xm430W350,
     /// ROBOTIS XL330-M288: 5 V, small, for the face and the fingers.
+    #[serde(rename = "XL330-M288")]
     Xl330M288,
 }
 
@@ -95,68 +96,6 @@ impl Model {
         match self {
             Self::Xm430W350 => 12.0,
             Self::Xl330M288 => 5.0,
-        }
-    }
-}
-
-/// Other Dynamixel models with Protocol 2.0; their control tables and limits are not implemented.
-const UNSUPPORTED: [&str; 42] = [
-    "XL330-M077",
-    "XC330-M181",
-    "XC330-M288",
-    "XC330-T181",
-    "XC330-T288",
-    "XL430-W250",
-    "2XL430-W250",
-    "XC430-W150",
-    "XC430-W240",
-    "2XC430-W250",
-    "XC430-T150BB",
-    "XC430-T240BB",
-    "XM335-T323",
-    "XM430-W210",
-    "XM540-W150",
-    "XM540-W270",
-    "XD430-T210",
-    "XD430-T350",
-    "XD540-T150",
-    "XD540-T270",
-    "XH430-W210",
-    "XH430-W350",
-    "XH430-V210",
-    "XH430-V350",
-    "XH540-W150",
-    "XH540-W270",
-    "XH540-V150",
-    "XH540-V270",
-    "XW430-T200",
-    "XW430-T333",
-    "XW540-T140",
-    "XW540-T260",
-    "XL-320",
-    "MX-28",
-    "MX-64",
-    "MX-106",
-    "PH42-020-S300-R",
-    "PH54-100-S500-R",
-    "PH54-200-S500-R",
-    "PM42-010-S260-R",
-    "PM54-040-S250-R",
-    "PM54-060-S250-R",
-];
-
-impl TryFrom<String> for Model {
-    type Error = String;
-
-    fn try_from(name: String) -> Result<Self, String> {
-        let [body, face] = Self::ALL.map(Self::name);
-        if let Some(model) = Self::ALL.into_iter().find(|model| model.name() == name) {
-            Ok(model)
-        } else if UNSUPPORTED.iter().any(|other| other.eq_ignore_ascii_case(&name)) {
-            Err(format!("{name} is not supported yet: Leo drives {body} and {face}"))
-        } else {
-            // This wording makes the parser suggest the closest model.
-            Err(format!("unknown variant `{name}`, expected `{body}` or `{face}`"))
         }
     }
 }

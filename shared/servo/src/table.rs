@@ -3,6 +3,8 @@
 
 mod entry;
 
+use std::fmt;
+
 use crate::Model;
 
 pub use entry::{Access, Area, Entry, Unit};
@@ -14,6 +16,16 @@ pub struct Item {
     pub address: u16,
     /// Length in bytes.
     pub length: u16,
+}
+
+/// Displays the manual's name and the address: `pwm_limit (item 36)`.
+impl fmt::Display for Item {
+    fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
+        if let Some(row) = ROWS.iter().find(|row| row.item == *self) {
+            write!(out, "{} ", row.name)?;
+        }
+        write!(out, "(item {})", self.address)
+    }
 }
 
 /// End of the EEPROM area: items below this address persist without power and are writable only with torque off.

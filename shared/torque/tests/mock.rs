@@ -25,10 +25,8 @@ fn rig(faults: &[&str]) -> Rig {
     let faults = Faults { injections, ..Faults::default() };
     let ptys = MockBuses::with_faults(&robot.motor, folder.path(), false, &faults).unwrap();
     for bus in &robot.motor.buses {
-        ptys.with_servos(&bus.name, |servos| {
-            servos.iter_mut().for_each(|servo| servo.write(64, &[1]).unwrap());
-        })
-        .unwrap();
+        let servos = ptys.servos(&bus.name).unwrap();
+        servos.lock().unwrap().line.servos.iter_mut().for_each(|servo| servo.write(64, &[1]).unwrap());
     }
     Rig { robot, folder, ptys }
 }
@@ -39,10 +37,12 @@ impl Rig {
     }
 
     fn with_torque(&self) -> usize {
-        let of = |servos: &mut [servo::mock::Servo]| {
-            servos.iter().filter(|servo| servo.read(64, 1).unwrap() != [0]).count()
+        let on_bus = |bus: &config::motor::Bus| {
+            let servos = self.ptys.servos(&bus.name).unwrap();
+            let servos = servos.lock().unwrap();
+            servos.line.servos.iter().filter(|servo| servo.read(64, 1).unwrap() != [0]).count()
         };
-        self.robot.motor.buses.iter().map(|bus| self.ptys.with_servos(&bus.name, of).unwrap()).sum()
+        self.robot.motor.buses.iter().map(on_bus).sum()
     }
 }
 

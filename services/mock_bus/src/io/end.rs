@@ -24,14 +24,15 @@ const COALESCE_WINDOW: Duration = Duration::from_micros(1500);
 
 /// The servos of one bus, and their time.
 #[derive(Debug)]
-pub(crate) struct Servos {
-    pub(crate) line: Line,
+pub struct Servos {
+    /// The servos on their line.
+    pub line: Line,
     /// The simulated time; `None` in real time.
-    pub(crate) simulated: Option<Instant>,
+    pub simulated: Option<Instant>,
     /// Bytes received and processed since the pseudo-terminal was opened.
-    pub(crate) heard: usize,
+    pub heard: usize,
     /// Bytes of replies written, or about to be written, since then.
-    pub(crate) said: usize,
+    pub said: usize,
 }
 
 /// One bus: its servos and its pseudo-terminal.

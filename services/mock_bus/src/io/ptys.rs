@@ -5,7 +5,7 @@ use std::thread::JoinHandle;
 
 use clock::Instant;
 use config::motor::{Device, Motor};
-use servo::mock::{FaultCounts, FaultSpec, Injector, Servo};
+use servo::mock::{FaultCounts, FaultSpec, Injector};
 
 use crate::io::end::{BusServer, PtyError, Servos};
 use crate::{Faults, line};
@@ -119,47 +119,17 @@ impl MockBuses {
         }
     }
 
-    /// Lockstep: the progress of a bus. `None` if the bus is unknown.
+    /// The servos of a bus, to inspect or manipulate. While they are locked, the bus neither reads nor replies. `None`
+    /// if the bus is unknown.
     #[must_use]
-    pub fn progress(&self, bus: &str) -> Option<Progress> {
+    pub fn servos(&self, bus: &str) -> Option<Arc<Mutex<Servos>>> {
         let bus = self.buses.iter().find(|each| each.name == bus)?;
-        Some(Progress { end: Arc::clone(&bus.end) })
-    }
-
-    /// Inspects or manipulates the servos of a bus between instructions. `None` if the bus is unknown.
-    pub fn with_servos<T>(&self, bus: &str, with: impl FnOnce(&mut [Servo]) -> T) -> Option<T> {
-        let bus = self.buses.iter().find(|each| each.name == bus)?;
-        Some(with(&mut bus.end.servos().line.servos))
-    }
-
-    /// Copies of the servos of a bus that share an ID with another servo now. `None` if the bus is unknown.
-    #[must_use]
-    pub fn duplicate_servos(&self, bus: &str) -> Option<Vec<Servo>> {
-        let bus = self.buses.iter().find(|each| each.name == bus)?;
-        Some(bus.end.servos().line.duplicate_servos.clone())
+        Some(Arc::clone(&bus.end.servos))
     }
 
     /// The faults injected so far, per bus.
     pub fn injected(&self) -> impl Iterator<Item = (&str, FaultCounts)> {
         self.buses.iter().map(|bus| (bus.name.as_str(), bus.end.servos().line.injector.injected))
-    }
-}
-
-/// The progress of a bus in simulated time. A host uses it to know that no reply will come, instead of waiting for a
-/// timeout that suits a slow machine.
-#[derive(Clone, Debug)]
-pub struct Progress {
-    end: Arc<BusServer>,
-}
-
-impl Progress {
-    /// Whether the servos have processed all `sent` bytes since the pseudo-terminal was opened, and the host has
-    /// received all replies, `received` bytes.
-    #[must_use]
-    pub fn is_done(&self, sent: usize, received: usize) -> bool {
-        let servos = self.end.servos();
-        let is_due = servos.line.arrives_at().zip(servos.simulated).is_some_and(|(at, now)| at <= now);
-        !is_due && (servos.heard, servos.said) == (sent, received)
     }
 }
 

@@ -72,10 +72,10 @@ impl Rig {
         let folder = tempfile::tempdir().expect("a folder");
         let ptys = put_up(&robot, folder.path());
         if way == Way::PlainRead {
-            ptys.with_servos("only", |servos| {
-                servos.iter_mut().for_each(|servo| *servo = servo.clone().with_firmware(OLD_FIRMWARE));
-            })
-            .expect("a bus");
+            let servos = ptys.servos("only").expect("a bus");
+            for servo in &mut servos.lock().expect("no panic").line.servos {
+                *servo = servo.clone().with_firmware(OLD_FIRMWARE);
+            }
         }
         let settings = Robot::load(None).expect("built in").leo.motor;
         let goal = |joint| JointGoal { joint, reserved: 0, goal_position_rad: 0.2, arrive_at_ns: 0 };

@@ -353,7 +353,7 @@ fn the_eeprom_of_a_servo_is_overwritten_only_after_a_notice() {
     rig.takes_notices = true;
     rig.commanded(60, 0.3, rig.now);
     assert_eq!(limits(&rig), 2700_u32.to_le_bytes());
-    let told = (0, "EEPROM: highest position limit (item 48) was 4095, and is set to 2700".to_owned());
+    let told = (0, "EEPROM: max_position_limit (item 48) was 4095, and is set to 2700".to_owned());
     assert!(rig.notices.contains(&told), "{:?}", rig.notices);
 }
 
@@ -368,12 +368,12 @@ fn overwritten_settings_are_logged_and_tighter_limits_stay() {
     rig.commanded(60, 0.3, rig.now);
     let told: Vec<_> = rig.notices.iter().filter(|(joint, _)| *joint == 0).map(|(_, told)| told).collect();
     for wanted in [
-        "EEPROM: highest position limit (item 48) was 3000, and is set to 2700",
-        "EEPROM: drive mode (item 10) was 1, and is set to 0; it turned the other way, which belongs in `sign` in \
+        "EEPROM: max_position_limit (item 48) was 3000, and is set to 2700",
+        "EEPROM: drive_mode (item 10) was 1, and is set to 0; it turned the other way, which belongs in `sign` in \
          motor.toml",
-        "the servo's PWM limit (item 36) is 400, and the joint needs 885",
-        "the servo's velocity limit (item 44) is 20, and the joint needs 83",
-        "another program set profile velocity (item 112) to 1",
+        "the servo's pwm_limit (item 36) is 400, and the joint needs 885",
+        "the servo's velocity_limit (item 44) is 20, and the joint needs 83",
+        "another program set profile_velocity (item 112) to 1",
     ] {
         let times = told.iter().filter(|line| line.starts_with(wanted)).count();
         assert_eq!(times, 1, "{wanted}: {told:#?}");

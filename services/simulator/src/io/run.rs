@@ -12,7 +12,6 @@ use process::{Failure, Launch, ProcessNode, Progress};
 use crate::World;
 use crate::hand_kinematics::HandKinematics;
 use crate::io::lesson_controller::LessonController;
-use crate::send_queue::next_frame;
 
 /// Maximum number of utterances in a frame; further ones go into the next frames.
 const SENTENCES: usize = Utterances::ROW.capacity.entries(0, 0);
@@ -73,13 +72,13 @@ pub fn run(launch: &Launch, robot: &Robot, lesson: &Lesson) -> Result<(), Failur
         let nothing = SceneObject::default();
         scene.send(head, world.scene().count(), |_| truths.next().unwrap_or(nothing), |_| {})?;
         answer_queue.extend(lesson_controller.answers());
-        let mut answers = next_frame(&mut answer_queue, ANSWERS);
+        let mut answers = answer_queue.drain(..answer_queue.len().min(ANSWERS));
         if answers.len() > 0 {
             let none = ActAnswer { serial: 0, refused: 0, text: Text::default() };
             answered.send(header, answers.len(), |_| answers.next().unwrap_or(none), |_| {})?;
         }
         utterance_queue.extend(world.utterances());
-        let mut sentences = next_frame(&mut utterance_queue, SENTENCES);
+        let mut sentences = utterance_queue.drain(..utterance_queue.len().min(SENTENCES));
         if sentences.len() > 0 {
             let silence = Utterance { speaker: 0, text: Text::default() };
             utterances.send(header, sentences.len(), |_| sentences.next().unwrap_or(silence), |_| {})?;

@@ -1,5 +1,7 @@
+use std::sync::{Arc, Mutex};
+
 use clock::{Duration, Instant};
-use mock_bus_process::Progress;
+use mock_bus_process::Servos;
 use serial::LineLostError;
 
 use crate::{Line, Port, Received, Sent};
@@ -12,14 +14,22 @@ const LOOK: Duration = Duration::from_micros(100);
 /// waiting.
 pub(super) struct ProgressPort {
     line: Line,
-    servos: Progress,
+    servos: Arc<Mutex<Servos>>,
     sent: usize,
     received: usize,
 }
 
 impl ProgressPort {
-    pub(super) const fn new(line: Line, servos: Progress) -> Self {
+    pub(super) const fn new(line: Line, servos: Arc<Mutex<Servos>>) -> Self {
         Self { line, servos, sent: 0, received: 0 }
+    }
+
+    /// Whether the servos have processed all bytes sent since the pseudo-terminal was opened, and all their replies were
+    /// received.
+    fn is_done(&self) -> bool {
+        let servos = self.servos.lock().unwrap();
+        let is_due = servos.line.arrives_at().zip(servos.simulated).is_some_and(|(at, now)| at <= now);
+        !is_due && (servos.heard, servos.said) == (self.sent, self.received)
     }
 
     fn note<T>(&mut self, result: Result<T, LineLostError>) -> Result<T, LineLostError> {
@@ -36,7 +46,7 @@ impl Port for ProgressPort {
         let mut late = 0;
         let give_up = clock::now() + within;
         // Bytes due meanwhile arrive before the request, or never.
-        while !self.servos.is_done(self.sent, self.received) && clock::now() < give_up {
+        while !self.is_done() && clock::now() < give_up {
             let mut bin = [0; 512];
             let received = self.line.receive(&mut bin, LOOK, give_up);
             let count = self.note(received)?.count;
@@ -58,7 +68,7 @@ impl Port for ProgressPort {
     ) -> Result<Received, LineLostError> {
         let until = until.min(clock::now() + within);
         loop {
-            let is_over = self.servos.is_done(self.sent, self.received) || clock::now() >= until;
+            let is_over = self.is_done() || clock::now() >= until;
             let received = self.line.receive(into, if is_over { Duration::ZERO } else { LOOK }, until);
             let received = self.note(received)?;
             self.received += received.count;

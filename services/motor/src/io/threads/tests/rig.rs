@@ -65,7 +65,7 @@ impl Rig {
             Time::Lockstep => {
                 let lines = BusThreads::lines(buses, folder.path(), until, false).unwrap();
                 let progress_port =
-                    |(bus, line): (&Bus, Line)| ProgressPort::new(line, ptys.progress(&bus.name).unwrap());
+                    |(bus, line): (&Bus, Line)| ProgressPort::new(line, ptys.servos(&bus.name).unwrap());
                 BusThreads::over(buses, buses.iter().zip(lines).map(progress_port), patience, emergency_flag)
             }
         };
@@ -169,11 +169,9 @@ impl Rig {
     /// Accesses the servo of a joint.
     pub(super) fn servo<T>(&self, joint: usize, with: impl FnOnce(&mut Servo) -> T) -> T {
         let id = self.robot.motor.joints[joint].id;
-        let ptys = self.ptys.as_ref().unwrap();
-        ptys.with_servos(self.bus_of(joint), |servos| {
-            with(servos.iter_mut().find(|servo| servo.id() == id).unwrap())
-        })
-        .unwrap()
+        let servos = self.ptys.as_ref().unwrap().servos(self.bus_of(joint)).unwrap();
+        let mut servos = servos.lock().unwrap();
+        with(servos.line.servos.iter_mut().find(|servo| servo.id() == id).unwrap())
     }
 
     /// Whether the servo of a joint has its torque on.

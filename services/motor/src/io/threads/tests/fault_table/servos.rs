@@ -171,7 +171,8 @@ fn duplicated(rig: &mut Rig, struck: &[usize]) -> Verdict {
         let torque = on_bus.iter().find(|joint| rig.has_torque(**joint));
         expect(torque.is_none(), || format!("{torque:?} has torque"))?;
         for &joint in struck {
-            let duplicate_servos = rig.ptys.as_ref().unwrap().duplicate_servos(rig.bus_of(joint)).unwrap();
+            let servos = rig.ptys.as_ref().unwrap().servos(rig.bus_of(joint)).unwrap();
+            let duplicate_servos = servos.lock().unwrap().line.duplicate_servos.clone();
             let has_torque = |twin: &servo::mock::Servo| twin.read(TORQUE_ENABLE.address, 1) == Ok(&[1]);
             let limp = duplicate_servos.len() == 1 && !has_torque(&duplicate_servos[0]);
             expect(limp, || format!("the twin of {joint} has torque, of {} twins", duplicate_servos.len()))?;
