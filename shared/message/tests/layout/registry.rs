@@ -86,13 +86,13 @@ fn topics() -> String {
 
 fn uses() -> String {
     let mut out =
-        "| topic | over the link | code | in recordings | command |\n|---|---|---|---|---|\n".to_owned();
+        "| topic | over the link | link code | in recordings | command |\n|---|---|---|---|---|\n".to_owned();
     for topic in TopicId::one_of_each(0) {
         let row = topic.row();
         let delivery = match row.delivery {
             Delivery::Local => "no",
             Delivery::Newest => "the newest frame",
-            Delivery::Together => "the newest instant, all of its frames or none",
+            Delivery::Together => "only complete sets of frames of the newest instant",
             Delivery::Reliable => "every frame, in order",
             Delivery::Latched => "every frame, in order; replayed to new subscribers",
         };
