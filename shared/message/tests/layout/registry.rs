@@ -54,7 +54,7 @@ fn topics() -> String {
         let writer = match row.writer {
             Writer::Is(process) => process.name(),
             Writer::Numbered => "that process",
-            Writer::Source => "the source: the simulator, or any process of this machine",
+            Writer::Source => "the source: the simulator, or any process of this user",
         };
         let readers = if row.readers.is_empty() { "that process".to_owned() } else { processes(row.readers) };
         let entries = match row.capacity {
