@@ -2,6 +2,7 @@
 //! code may be.
 #![expect(clippy::expect_used, reason = "a test that cannot read the sources has failed")]
 
+mod glossary;
 mod language;
 mod layers;
 mod modules;

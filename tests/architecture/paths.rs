@@ -1,8 +1,8 @@
 //! The paths that a source names outside its tests, with the imports resolved.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
-use proc_macro2::{TokenStream, TokenTree};
+use proc_macro2::{Delimiter, TokenStream, TokenTree};
 use syn::spanned::Spanned as _;
 use syn::visit::{self, Visit};
 use syn::{Attribute, Item, UseTree};
@@ -24,6 +24,8 @@ pub(crate) struct Content {
     pub(crate) unsafe_lines: Vec<usize>,
     /// The modules without a body that are compiled for tests alone.
     pub(crate) test_modules: Vec<String>,
+    /// The types, traits and macros that it declares, and the fields of its structs as `Type::field`.
+    pub(crate) declared: BTreeSet<String>,
     /// The path that each imported name stands for.
     imports: BTreeMap<String, String>,
 }
@@ -87,6 +89,48 @@ impl Content {
             }
         }
         self.add_word(&mut path, line);
+    }
+
+    /// Notes what the arguments of a macro declare: `struct Name … { field: … }` and other items, and `Name: u16 { … }`
+    /// as in `wire_enum!`.
+    fn add_declarations(&mut self, tokens: TokenStream) {
+        let tokens: Vec<TokenTree> = tokens.into_iter().collect();
+        let mut item = None;
+        for (at, token) in tokens.iter().enumerate() {
+            let colon = matches!(tokens.get(at + 1), Some(TokenTree::Punct(mark)) if mark.as_char() == ':');
+            let body = matches!(tokens.get(at + 3), Some(TokenTree::Group(_)));
+            let after_keyword =
+                at.checked_sub(1).and_then(|before| tokens.get(before)).is_some_and(|before| {
+                    let keywords = ["enum", "struct", "trait", "type", "union"];
+                    matches!(before, TokenTree::Ident(word) if keywords.iter().any(|keyword| word == keyword))
+                });
+            match token {
+                TokenTree::Ident(name) if after_keyword || colon && body => {
+                    self.declared.insert(name.to_string());
+                    item = Some(name.to_string());
+                }
+                TokenTree::Group(body) if body.delimiter() == Delimiter::Brace => {
+                    if let Some(item) = item.take() {
+                        self.add_fields(&item, body.stream());
+                    }
+                }
+                TokenTree::Ident(_) | TokenTree::Punct(_) | TokenTree::Literal(_) | TokenTree::Group(_) => {}
+            }
+        }
+    }
+
+    /// Notes each word of a struct's body that a colon follows.
+    fn add_fields(&mut self, item: &str, body: TokenStream) {
+        let mut word = None;
+        for token in body {
+            match (&token, word.take()) {
+                (TokenTree::Ident(name), _) => word = Some(name.to_string()),
+                (TokenTree::Punct(mark), Some(name)) if mark.as_char() == ':' => {
+                    self.declared.insert(format!("{item}::{name}"));
+                }
+                (TokenTree::Punct(_) | TokenTree::Literal(_) | TokenTree::Group(_), _) => {}
+            }
+        }
     }
 
     fn add_word(&mut self, path: &mut String, line: usize) {
@@ -227,12 +271,38 @@ impl<'a> Visit<'a> for Content {
         visit::visit_signature(self, signature);
     }
 
+    fn visit_item_struct(&mut self, item: &'a syn::ItemStruct) {
+        let fields = item.fields.iter().filter_map(|field| field.ident.as_ref());
+        self.declared.extend(fields.map(|field| format!("{}::{field}", item.ident)));
+        self.declared.insert(item.ident.to_string());
+        visit::visit_item_struct(self, item);
+    }
+
+    fn visit_item_enum(&mut self, item: &'a syn::ItemEnum) {
+        self.declared.insert(item.ident.to_string());
+        visit::visit_item_enum(self, item);
+    }
+
+    fn visit_item_type(&mut self, item: &'a syn::ItemType) {
+        self.declared.insert(item.ident.to_string());
+        visit::visit_item_type(self, item);
+    }
+
+    fn visit_item_macro(&mut self, item: &'a syn::ItemMacro) {
+        match &item.ident {
+            Some(name) => drop(self.declared.insert(format!("{name}!"))),
+            None => self.add_declarations(item.mac.tokens.clone()),
+        }
+        visit::visit_item_macro(self, item);
+    }
+
     fn visit_item_impl(&mut self, item: &'a syn::ItemImpl) {
         self.unsafe_lines.extend(item.unsafety.iter().map(|word| word.span().start().line));
         visit::visit_item_impl(self, item);
     }
 
     fn visit_item_trait(&mut self, item: &'a syn::ItemTrait) {
+        self.declared.insert(item.ident.to_string());
         self.unsafe_lines.extend(item.unsafety.iter().map(|word| word.span().start().line));
         visit::visit_item_trait(self, item);
     }
@@ -280,6 +350,16 @@ mod tests {
         ] {
             assert!(found.iter().any(|(found, _)| found == name), "{name} in {found:?}");
         }
+    }
+
+    #[test]
+    fn declarations_are_seen_in_items_and_in_the_arguments_of_macros() {
+        let text = "struct A { b: u8 }\nenum C { D }\ntrait E {}\ntype F = A;\nmacro_rules! g { () => {} }\nmessage! { \
+                    #[derive(H)] pub struct I as \"i\" { pub j: [u8; 2], k: u8, } }\nwire_enum! { L: u16 { M = 1, } \
+                    }\n#[cfg(test)]\nstruct N;\n";
+        let declared = Content::parse(text).expect("Rust").declared;
+        let expected = ["A", "A::b", "C", "E", "F", "I", "I::j", "I::k", "L", "g!"];
+        assert_eq!(declared.into_iter().collect::<Vec<_>>(), expected);
     }
 
     #[test]

@@ -54,7 +54,7 @@ fn topics() -> String {
         let writer = match row.writer {
             Writer::Is(process) => process.name(),
             Writer::Numbered => "that process",
-            Writer::Source => "the source: the simulator, or any process of this machine",
+            Writer::Source => "the source: the simulator, or any process of this user",
         };
         let readers = if row.readers.is_empty() { "that process".to_owned() } else { processes(row.readers) };
         let entries = match row.capacity {
@@ -86,13 +86,13 @@ fn topics() -> String {
 
 fn uses() -> String {
     let mut out =
-        "| topic | over the link | code | in recordings | command |\n|---|---|---|---|---|\n".to_owned();
+        "| topic | over the link | link code | in recordings | command |\n|---|---|---|---|---|\n".to_owned();
     for topic in TopicId::one_of_each(0) {
         let row = topic.row();
         let delivery = match row.delivery {
             Delivery::Local => "no",
             Delivery::Newest => "the newest frame",
-            Delivery::Together => "the newest instant, all of its frames or none",
+            Delivery::Together => "only complete sets of frames of the newest instant",
             Delivery::Reliable => "every frame, in order",
             Delivery::Latched => "every frame, in order; replayed to new subscribers",
         };
