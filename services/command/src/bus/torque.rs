@@ -16,30 +16,30 @@ use crate::output::{self, confirm};
 const COUNT_RAD: f64 = 0.0016;
 
 pub(super) fn torque(
-    place: &BusSelection<'_>,
+    selection: &BusSelection<'_>,
     target: &Target,
     on: bool,
     care: &MotionSafety<'_>,
 ) -> Result<ExitCode, CommandError> {
     if on {
-        let (mut line, named) = place.one(target)?;
+        let (mut line, named) = selection.one(target)?;
         let (id, model) = (named.id, line.model(named.id)?);
         return torque_on(&mut Servo { line: &mut line, id, model }, &named, care);
     }
     if target.is_named() {
-        let (mut line, named) = place.one(target)?;
+        let (mut line, named) = selection.one(target)?;
         let ended = set(&mut line, named.id, "torque_enable", 0)?;
         tell_alert(&mut line, named.id)?;
         return Ok(ended);
     }
     // If no bus can be opened, report the error of the first one.
-    if let [first, ..] = place.buses()
-        && !place.buses().iter().any(BusAddress::is_placed)
+    if let [first, ..] = selection.buses()
+        && !selection.buses().iter().any(BusAddress::is_placed)
     {
         first.open()?;
     }
     // Send torque off on every bus before checking any result. An error on one bus does not affect the others.
-    let buses: Vec<_> = place
+    let buses: Vec<_> = selection
         .buses()
         .iter()
         .map(|bus| (bus, bus.open().and_then(|mut line| line.torque_off().map(|()| line))))
