@@ -72,13 +72,13 @@ fn token_file(state: &Path) -> io::Result<(Folder, String)> {
 
 /// The text of a token file. `None` if other users can read it, because such a token is no secret.
 fn text_of_token(folder: &Folder, name: &str) -> Option<String> {
-    let mode = folder.read(name).and_then(|file| file.metadata()).ok()?.permissions().mode();
+    let mode = folder.open_for_reading(name).and_then(|file| file.metadata()).ok()?.permissions().mode();
     if mode & OTHERS_MODE == 0 { text(folder, name) } else { None }
 }
 
 fn text(folder: &Folder, name: &str) -> Option<String> {
     let mut text = String::new();
-    folder.read(name).ok()?.take(MAX_FILE_BYTES).read_to_string(&mut text).ok()?;
+    folder.open_for_reading(name).ok()?.take(MAX_FILE_BYTES).read_to_string(&mut text).ok()?;
     Some(text)
 }
 
