@@ -31,7 +31,7 @@ pub(crate) struct LaunchArgs {
 }
 
 impl LaunchArgs {
-    pub(crate) fn launch(&self, domain: PathBuf, config: Option<PathBuf>) -> Launch {
+    pub(crate) fn in_domain(&self, domain: PathBuf, config: Option<PathBuf>) -> Launch {
         Launch {
             domain,
             incarnation: self.incarnation,

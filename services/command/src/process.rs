@@ -49,7 +49,7 @@ pub(crate) struct ProcessArgs {
     #[arg(long)]
     domain: PathBuf,
     #[command(flatten)]
-    life: LaunchArgs,
+    launch: LaunchArgs,
     #[arg(long)]
     config: Option<PathBuf>,
 }
@@ -70,7 +70,7 @@ impl Process {
                 return mock_bus.run();
             }
         };
-        let launch = arguments.life.launch(arguments.domain.clone(), arguments.config.clone());
+        let launch = arguments.launch.in_domain(arguments.domain.clone(), arguments.config.clone());
         let robot = launch.files().and_then(|files| Robot::of(&files)).map_err(CommandError::usage)?;
         match self {
             Self::Simulator(_) => simulator_process::run(&launch, &robot, &lesson(&launch)?),
