@@ -67,15 +67,19 @@ fn on_conflict_it_is_followed_or_asked_as_configured() {
     for (on_conflict, followed) in [("human", 1), ("own", 0), ("resolve", 1)] {
         let document = concluded(on_conflict, |_| {});
         assert_eq!(document["followed"]["perspective"], followed, "{on_conflict}");
-        assert_eq!(document["open"], Value::Null, "he could not know of the blue square: {on_conflict}");
+        assert_eq!(
+            document["open_question"],
+            Value::Null,
+            "he could not know of the blue square: {on_conflict}"
+        );
     }
     for (on_conflict, followed) in
         [("human", Value::from(1)), ("own", Value::from(0)), ("resolve", Value::Null)]
     {
         let document = concluded(on_conflict, leave_one_out);
         assert_eq!(document["followed"]["perspective"], followed, "{on_conflict}");
-        let is_open = document["open"].as_str().is_some_and(|asked| asked.contains("green square"));
-        assert_eq!(is_open, on_conflict == "resolve", "{on_conflict}: {}", document["open"]);
+        let is_open = document["open_question"].as_str().is_some_and(|asked| asked.contains("green square"));
+        assert_eq!(is_open, on_conflict == "resolve", "{on_conflict}: {}", document["open_question"]);
     }
 }
 

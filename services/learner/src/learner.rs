@@ -348,11 +348,11 @@ impl<B: Body> Learner<B> {
         let is_said = settings.on_conflict != OnConflict::Human;
         let explanation = is_said.then(|| evaluation.explanation(language, task)).flatten();
         let text = match evaluation.learned() {
-            _ if evaluation.doubt().is_some() => answers::unsure(task, explanation.as_deref()),
+            _ if evaluation.open_question().is_some() => answers::unsure(task, explanation.as_deref()),
             Some(learned) => {
                 let rule = goal_phrase(learned);
-                let doubt = doubt(learned, settings);
-                format!("I learned {name} from {}: {rule}{doubt}", counted(examples, "example"))
+                let contradictions = contradictions(learned, settings);
+                format!("I learned {name} from {}: {rule}{contradictions}", counted(examples, "example"))
             }
             None => {
                 format!("I saw what changed, but no rule that I know explains {name}; please show it again")
@@ -363,7 +363,7 @@ impl<B: Body> Learner<B> {
         if let Some(why) = evaluation.learned().and_then(|learned| self.vocabulary.missing_skill(learned)) {
             say(output, &name, &format!("{why}: I know what you mean, and cannot do it"));
         }
-        match (evaluation.doubt(), evaluation.learned(), explanation) {
+        match (evaluation.open_question(), evaluation.learned(), explanation) {
             (Some(_), Some(learned), _) => say(output, &name, &provisional_rule(learned)),
             (None, _, Some(why)) => say(output, &name, &why),
             _ => {}
@@ -382,7 +382,7 @@ impl<B: Body> Learner<B> {
             return;
         };
         let evaluation = Evaluation::of(language, task, &self.perspectives, settings);
-        if evaluation.doubt().is_some() {
+        if evaluation.open_question().is_some() {
             self.question = Question::about(language, key, task, &evaluation, settings);
             if let Some(question) = &self.question {
                 say(output, &task.name, &question.text);
@@ -404,9 +404,9 @@ impl<B: Body> Learner<B> {
         };
         let language: &Language = &self.vocabulary.language;
         let evaluation = Evaluation::of(language, task, &self.perspectives, &self.settings.learning);
-        let doubtful = evaluation.doubt().is_some();
+        let is_open = evaluation.open_question().is_some();
         let Some(learned) = evaluation.learned() else {
-            let text = if doubtful {
+            let text = if is_open {
                 answers::unsure(task, None)
             } else {
                 format!("I know no rule for {name}; please show it again")
@@ -416,7 +416,7 @@ impl<B: Body> Learner<B> {
             self.ask_again(output);
             return;
         };
-        if doubtful {
+        if is_open {
             say(output, &task.name, &provisional_rule(learned));
         }
         output.events.push(Event::new(EventKind::PerformanceStarted, &task.name, &task.name));
@@ -498,7 +498,7 @@ fn provisional_rule(learned: &Learned) -> String {
 }
 
 /// Says how many examples contradict what was learned, if any. With label noise, contradictions are expected.
-fn doubt(learned: &Learned, settings: &tasks::Settings) -> String {
+fn contradictions(learned: &Learned, settings: &tasks::Settings) -> String {
     let (tally, examples) = (learned.tally(), learned.examples);
     if tally >= examples {
         String::new()

@@ -179,7 +179,7 @@ fn extended(world: &[Vec<Thing>], settings: &Settings) -> Vec<Meant> {
         }
     }
     let numbers = (1..=7).map(Selection::Exactly).chain((1..=3).map(Selection::AllBut));
-    let selections: Vec<Selection> = numbers.chain(Relation::ALL.map(Selection::Standing)).collect();
+    let selections: Vec<Selection> = numbers.chain(Relation::ALL.map(Selection::Relation)).collect();
     let mut all = Vec::new();
     for (cost, set) in sets {
         let of = |kind: &Kind| set.iter().any(|term| term.iter().all(|&literal| holds(literal, *kind)));
@@ -218,7 +218,7 @@ fn choices(meant: &Meant, things: &[Thing]) -> Vec<Vec<bool>> {
         Selection::Exactly(count) if count <= inside.len() => any_of(count),
         Selection::AllBut(count) if count < inside.len() => any_of(inside.len() - count),
         Selection::Exactly(_) | Selection::AllBut(_) => Vec::new(),
-        Selection::Standing(relation) => {
+        Selection::Relation(relation) => {
             let left = |index: &usize| things[*index].place[1];
             let away = |index: &usize| things[*index].place[0].hypot(things[*index].place[1]);
             let min = |of: &dyn Fn(&usize) -> f64| inside.iter().map(of).fold(f64::INFINITY, f64::min);

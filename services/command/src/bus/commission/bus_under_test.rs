@@ -34,13 +34,13 @@ impl<'a> BusUnderTest<'a> {
         let off =
             self.line().and_then(|line| line.torque_off().and_then(|()| read_torque_states(line, address)));
         match off {
-            Ok(torque) if torque.doubtful.is_empty() => {
+            Ok(torque) if torque.unconfirmed.is_empty() => {
                 format!("torque is off, as {} servos say", torque.off)
             }
             Ok(torque) => {
                 format!(
                     "torque may still be on of {}: cut the power if anything moves",
-                    torque.doubtful.join(", ")
+                    torque.unconfirmed.join(", ")
                 )
             }
             Err(error) => format!("torque may still be on ({}): cut the power if anything moves", error.text),

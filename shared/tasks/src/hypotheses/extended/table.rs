@@ -119,7 +119,7 @@ impl ObjectBitSets {
         extent: &Extent,
         label_errors: Option<(f64, f64)>,
     ) -> (bool, f64) {
-        if let Selection::Standing(relation) = selection {
+        if let Selection::Relation(relation) = selection {
             let standing = self.standing(relation, members, extent);
             let wrong = self.label_errors(&standing);
             let log = label_errors.map_or(0.0, |(log_error, log_correct)| {
@@ -157,7 +157,7 @@ impl ObjectBitSets {
     ) {
         let standing;
         let kept = match selection {
-            Selection::Standing(relation) => {
+            Selection::Relation(relation) => {
                 standing = self.standing(relation, members, &self.extent(members));
                 &standing
             }
@@ -173,7 +173,7 @@ impl ObjectBitSets {
                 };
                 float_of_count(wanted) / float_of_count(all.max(1))
             }
-            Selection::All | Selection::Standing(_) => 1.0,
+            Selection::All | Selection::Relation(_) => 1.0,
         };
         for (index, _) in self.each(kept) {
             if let Some(sum) = about.get_mut(index) {

@@ -49,8 +49,8 @@ pub(super) fn all_off(bus: &mut BusUnderTest<'_>) -> Result<Measured, CommandErr
     line.torque_off()?;
     let torque = read_torque_states(line, address)?;
     measured.note(format!("{} servos say that their torque is off", torque.off));
-    for doubtful in torque.doubtful {
-        measured.wrong(format!("torque may still be on of {doubtful}"));
+    for unconfirmed in torque.unconfirmed {
+        measured.wrong(format!("torque may still be on of {unconfirmed}"));
     }
     Ok(measured)
 }
