@@ -2,11 +2,11 @@
 
 use message::EventKind;
 
-use super::table::Run;
+use super::harness::LearnerHarness;
 
 /// A demonstration after which either the red ones or the triangles may be meant.
-fn ambiguous() -> Run {
-    let mut run = Run::new(1, Vec::new());
+fn ambiguous() -> LearnerHarness {
+    let mut run = LearnerHarness::new(1, Vec::new());
     run.table.borrow_mut().lay(&["red", "blue"], None);
     run.table.borrow_mut().things[0].shape = "triangle";
     run.steps(10);

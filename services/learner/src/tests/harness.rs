@@ -129,8 +129,8 @@ impl Body for FakeBody {
     }
 }
 
-/// A learner at a table, with all its output.
-pub(super) struct Run {
+/// A learner at a table, with all its output. Perspective 0 is Leo's; each partner has one more.
+pub(super) struct LearnerHarness {
     pub(super) table: Rc<RefCell<Table>>,
     pub(super) learner: Learner<FakeBody>,
     pub(super) events: Vec<Event>,
@@ -150,7 +150,8 @@ pub(super) struct Run {
     percepts: Percepts,
 }
 
-impl Run {
+impl LearnerHarness {
+    /// With `partners` simulated partners, and `tasks` learned earlier.
     pub(super) fn new(partners: u16, tasks: Vec<Task>) -> Self {
         Self::with(partners, tasks, OnConflict::Human)
     }
