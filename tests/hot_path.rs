@@ -379,7 +379,7 @@ impl Drop for Running {
 }
 
 #[test]
-fn after_warm_up_no_cycle_meets_a_page_fault() {
+fn after_warm_up_no_cycle_has_a_page_fault() {
     let may_lock = getrlimit(Resource::Memlock).current.is_none()
         || capabilities(None).is_ok_and(|sets| sets.effective.contains(CapabilitySet::IPC_LOCK));
     if !may_lock {

@@ -149,7 +149,7 @@ fn an_arrow_only_goes_down() {
 }
 
 #[test]
-fn what_others_made_is_wrapped() {
+fn wrapped_dependencies_are_used_only_by_their_wrappers() {
     let dependencies = dependencies();
     for (foreign, may) in WRAPPED {
         let knows: Vec<&str> = dependencies

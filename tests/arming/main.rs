@@ -190,7 +190,7 @@ fn joints_arm_by_order_and_unlock_by_acknowledgement() {
 }
 
 #[test]
-fn where_no_robot_runs_nothing_is_armed() {
+fn arming_without_a_running_robot_is_refused() {
     let nowhere = Path::new("/dev/shm/leo-nowhere-to-arm");
     assert_refused(&arm(nowhere, &[]), 2, &["leo-nowhere-to-arm"]);
 }

@@ -63,7 +63,7 @@ fn leave_one_out(more: &mut Value) {
 }
 
 #[test]
-fn on_conflict_it_is_followed_or_asked_as_configured() {
+fn a_conflict_is_decided_or_asked_about_as_configured() {
     for (on_conflict, followed) in [("human", 1), ("own", 0), ("resolve", 1)] {
         let document = concluded(on_conflict, |_| {});
         assert_eq!(document["followed"]["perspective"], followed, "{on_conflict}");
@@ -97,7 +97,7 @@ fn a_question_gives_a_probability_for_each_perspective() {
 }
 
 #[test]
-fn every_run_says_the_same_and_people_are_told_what_was_learned() {
+fn every_run_of_learn_prints_the_same_text() {
     let [one, same]: [CommandOutput; 2] =
         [(); 2].map(|()| run_leo(&["learn", SQUARES, "--language", "extended"]));
     assert_eq!((one.status, &one.out), (Some(0), &same.out), "{one:?}");

@@ -248,7 +248,7 @@ fn a_wrong_lesson_is_one_error_that_names_the_place() {
 }
 
 #[test]
-fn bad_usage_is_told_with_what_to_do() {
+fn bad_usage_is_reported_with_a_remedy() {
     let cases: [(&[&str], i32, &str); 9] = [
         (&["run", "--for", "-3"], 2, "above 0"),
         (&["run", "--for", "NaN"], 2, "above 0"),
@@ -280,7 +280,7 @@ fn an_unavailable_memory_is_refused_before_anything_starts() {
 }
 
 #[test]
-fn a_robot_whose_memory_is_damaged_starts_and_says_what_it_lost() {
+fn a_robot_with_a_damaged_store_starts_and_reports_losses() {
     for (name, bytes) in
         [("learned.redb", &b""[..]), ("learned.redb", b"these are not the bytes"), ("learned.store", b"")]
     {
@@ -384,7 +384,7 @@ fn an_overflow_is_reported_once_and_the_robot_continues() {
 }
 
 #[test]
-fn control_c_ends_a_run_and_a_lesson_and_leaves_nothing() {
+fn ctrl_c_ends_a_run_and_a_lesson_and_removes_all_files() {
     let (command, files) = leo(&["run"]);
     let run = Leo::start(command, files);
     assert!(wait_until(|| run.said("out").contains("teacher:")), "{}", run.said("err"));

@@ -14,7 +14,7 @@ fn without_simulator() -> String {
 }
 
 #[test]
-fn a_source_from_outside_changes_nothing_in_simulated_time() {
+fn an_external_source_has_no_effect_in_simulated_time() {
     let files = tempfile::tempdir().expect("a folder");
     let lesson = write(&files, "lesson.toml", &short_lesson());
     let config = write(&files, "leo.toml", &with_camera());

@@ -22,7 +22,7 @@ fn exported() -> Value {
 }
 
 #[test]
-fn what_was_learned_is_listed_shown_exported_forgotten_and_imported() {
+fn learned_tasks_are_listed_shown_exported_forgotten_and_imported() {
     let files = tempfile::tempdir().expect("a folder");
     let state = files.path().join("state").display().to_string();
     let ask = |arguments: &[&str]| run_leo(&[&["tasks"], arguments, &["--state", &state]].concat());
@@ -76,7 +76,7 @@ fn an_ambiguous_example_is_shown_as_a_question() {
 }
 
 #[test]
-fn a_file_that_is_no_export_changes_nothing() {
+fn importing_an_invalid_file_changes_no_task() {
     let files = tempfile::tempdir().expect("a folder");
     let state = files.path().join("state").display().to_string();
     let import = |text: &str| {
@@ -105,7 +105,7 @@ fn a_file_that_is_no_export_changes_nothing() {
 }
 
 #[test]
-fn a_store_of_an_older_version_is_migrated_and_its_file_kept() {
+fn an_older_store_is_migrated_and_its_file_kept() {
     let files = tempfile::tempdir().expect("a folder");
     let state = files.path().join("state");
     fs::create_dir(&state).expect("makes");

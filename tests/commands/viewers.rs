@@ -14,7 +14,7 @@ use crate::recordings::{file, frames, recorded};
 use crate::venv;
 
 #[test]
-fn the_layout_for_viewers_shows_channels_that_there_are() {
+fn the_viewer_layout_shows_only_existing_channels() {
     let folder = tempfile::tempdir().expect("a folder");
     let lesson = write(&folder, "short.toml", &short_lesson());
     let to = file(&folder, "short.mcap");
@@ -140,7 +140,7 @@ json.dump({"counts": counts, "decoded": decoded, "beliefs": beliefs, "metadata":
 "#;
 
 #[test]
-fn readers_that_know_nothing_of_leo_open_a_recording() {
+fn generic_mcap_readers_open_a_recording() {
     let Some(python) = venv::interpreter("mcap-ros2-support==0.5.7", "mcap_ros2.decoder") else { return };
     let folder = tempfile::tempdir().expect("a folder");
     let script = write(&folder, "read.py", PYTHON);

@@ -19,7 +19,7 @@ fn said(report: &Value) -> Vec<&str> {
 }
 
 #[test]
-fn misunderstandings_are_answered_one_by_one() {
+fn each_misunderstood_sentence_gets_its_own_answer() {
     let report = report("config/lessons/misunderstandings.toml", "config/leo.toml");
     let said = said(&report);
     let contradiction = said.iter().find(|text| text.contains("2 examples: ")).expect("it was said");

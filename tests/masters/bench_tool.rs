@@ -50,7 +50,7 @@ fn without_devices(mock: &MockBus, text: &str) -> String {
 }
 
 #[test]
-fn servos_are_found_read_written_and_let_go() {
+fn servos_are_found_read_written_and_released() {
     let mock = MockBus::start(&[]);
     let said = well(&mock, &["scan"]);
     assert!(said.contains("7 servos") && said.contains("torso_yaw_joint"), "{said}");
@@ -100,7 +100,7 @@ fn torque_off_names_every_joint_that_does_not_confirm_it() {
 }
 
 #[test]
-fn a_fault_on_one_bus_keeps_torque_on_on_no_other() {
+fn torque_goes_off_on_every_bus_despite_a_fault_on_one() {
     let mock = MockBus::start(&[]);
     let hangs_up = serial::Pty::new(4_000_000).expect("there are pseudo-terminals");
     let dies_at = hangs_up.path().to_owned();

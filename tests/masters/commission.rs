@@ -302,7 +302,7 @@ fn a_person_cuts_the_power_holds_a_joint_and_unplugs_the_adapter() {
 }
 
 #[test]
-fn a_trial_is_skipped_only_when_the_person_says_so() {
+fn a_trial_is_skipped_only_on_the_answer_skip() {
     let mut mock = MockBus::start(&[]);
     let folder = tempfile::tempdir().expect("a folder");
     let (status, said) =

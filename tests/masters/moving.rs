@@ -121,7 +121,7 @@ fn moving_a_servo_past_its_limits_needs_confirmation() {
 }
 
 #[test]
-fn a_goal_that_a_tripped_watchdog_locks_says_so() {
+fn a_goal_refused_by_a_tripped_watchdog_is_reported_with_the_remedy() {
     let mock = MockBus::start(&[]);
     well(&mock, &["torque", "on", YAW]);
     assert!(trips(&mock));
@@ -158,7 +158,7 @@ fn ctrl_c_stops_a_joint_where_it_is() {
 }
 
 #[test]
-fn a_joint_that_something_holds_is_said_and_stopped() {
+fn a_blocked_joint_is_reported_and_stopped() {
     let mut mock = MockBus::start(&[]);
     well(&mock, &["torque", "on", YAW]);
     mock.tell("fault blocked bus=torso id=1");

@@ -64,7 +64,7 @@ fn copied(from: &Path, to: &Path) {
 }
 
 #[test]
-fn the_page_is_what_its_sources_build_and_its_parts_hold() {
+fn the_built_page_matches_its_sources_and_its_unit_tests_pass() {
     let Some(page) = prepared() else { return };
     for script in ["check", "types", "test"] {
         let ran = Command::new("npm").args(["run", script]).current_dir(&page).output().expect("npm runs");
@@ -196,7 +196,7 @@ fn the_printed_address_admits_a_browser_and_stopping_needs_no_token() {
 }
 
 #[test]
-fn without_the_token_a_page_only_watches_and_says_how_to_command() {
+fn without_the_token_a_page_is_read_only_and_explains_it() {
     let _alone = alone(&BROWSER);
     let robot = Robot::configured("watch", |leo| {
         let setting = "read_without_token = \"nothing\"";

@@ -44,7 +44,7 @@ fn answer(host: &str, request: &str) -> Vec<String> {
 }
 
 #[test]
-fn pages_of_elsewhere_are_refused() {
+fn pages_of_other_origins_are_refused() {
     let robot = Robot::start("origin");
     let host = &robot.host;
     assert!(opened(host, "http://evil.example").expect_err("refused").contains("403"));

@@ -451,7 +451,7 @@ fn root_stops_and_releases_another_users_robot_without_reading_it() {
 }
 
 #[test]
-fn any_user_stops_a_robot_and_does_nothing_else_to_it() {
+fn any_user_may_stop_a_robot_but_give_no_other_command() {
     if !is_root() {
         return;
     }

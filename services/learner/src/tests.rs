@@ -108,7 +108,7 @@ fn a_demonstration_begins_with_what_each_can_see() {
 }
 
 #[test]
-fn act_event_names_actor_and_change() {
+fn an_action_event_names_the_actor_and_the_change() {
     let mut run = LearnerHarness::new(1, Vec::new());
     run.demonstrate(&["red", "green", "blue"], |_| {});
     let acts = run.texts(EventKind::ActionSeen);
@@ -129,7 +129,7 @@ fn a_movement_like_leos_own_is_reported_before_its_act_completes() {
 }
 
 #[test]
-fn what_is_pushed_along_is_no_movement_of_leos() {
+fn pushing_an_object_is_not_reported_as_a_movement() {
     let mut run = LearnerHarness::new(1, Vec::new());
     run.table.borrow_mut().lay(&["red", "green"], None);
     run.steps(20);
@@ -149,7 +149,7 @@ fn what_is_pushed_along_is_no_movement_of_leos() {
 }
 
 #[test]
-fn learning_a_task_without_a_skill_reports_it() {
+fn learning_a_task_without_a_matching_skill_reports_the_missing_skill() {
     let mut run = LearnerHarness::new(1, Vec::new());
     run.table.borrow_mut().lay(&["red", "green"], None);
     run.table.borrow_mut().things.iter_mut().take(2).for_each(|thing| thing.shape = "cylinder");
@@ -217,7 +217,7 @@ fn a_task_without_matching_objects_is_declined() {
 }
 
 #[test]
-fn goals_are_a_sign_of_life_at_their_rate() {
+fn joint_goals_are_published_at_goal_rate_while_idle() {
     let mut run = LearnerHarness::new(1, Vec::new());
     run.steps(100);
     assert_eq!(run.goal_frames, 50);

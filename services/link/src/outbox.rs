@@ -181,7 +181,7 @@ mod tests {
     }
 
     #[test]
-    fn a_newer_frame_overtakes() {
+    fn a_newer_frame_replaces_a_waiting_older_one() {
         let mut outbox = Outbox::new(&[TopicId::Scene]);
         outbox.push(at(1), TopicId::Scene, (1, 1), bytes(1));
         outbox.push(at(1), TopicId::Scene, (1, 2), bytes(2));
@@ -190,7 +190,7 @@ mod tests {
     }
 
     #[test]
-    fn an_instant_is_sent_whole_or_not_at_all() {
+    fn all_frames_of_an_instant_are_sent_or_none() {
         let minds = [TopicId::Beliefs(0), TopicId::Beliefs(1), TopicId::Divergences(1)];
         let mut outbox = Outbox::new(&minds);
         for (value, number) in [(1, 1), (2, 2)] {
@@ -228,7 +228,7 @@ mod tests {
     }
 
     #[test]
-    fn no_frame_waits_for_ever() {
+    fn every_waiting_frame_is_sent_in_the_end() {
         let mut outbox = Outbox::new(&[TopicId::Events]);
         outbox.push(at(1), TopicId::Events, (1, 1), bytes(1));
         outbox.push(at(50), TopicId::Events, (1, 2), bytes(2));

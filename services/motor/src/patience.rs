@@ -83,7 +83,7 @@ mod tests {
     }
 
     #[test]
-    fn patience_stays_as_long_as_it_is_needed() {
+    fn the_reply_timeout_stays_long_while_replies_are_late() {
         let mut patience = grown();
         for (needed, left) in [(4 * MS, 5 * MS), (2 * MS, 5 * MS / 2), (4 * MS, 5 * MS / 2), (MS / 4, MS)] {
             note_all(&mut patience, needed);

@@ -153,7 +153,7 @@ mod tests {
     }
 
     #[test]
-    fn of_many_frames_in_one_cycle_the_newest_is_used() {
+    fn the_newest_of_many_recorded_frames_in_a_cycle_is_used() {
         const BURST: u64 = 5000;
         let folder = tempfile::tempdir().unwrap();
         let sources = [source(folder.path(), (0..BURST).chain([10_000_000_000]))];

@@ -13,7 +13,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn surplus_entries_go_into_the_next_frame() {
+    fn entries_beyond_the_capacity_are_published_in_the_next_frame() {
         let mut waiting = VecDeque::new();
         assert_eq!(next_frame(&mut waiting, 3).len(), 0);
         waiting.extend(0..7);

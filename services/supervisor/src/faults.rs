@@ -172,7 +172,7 @@ mod tests {
     }
 
     #[test]
-    fn a_process_that_there_is_not_is_refused() {
+    fn a_fault_on_an_unknown_process_is_refused() {
         let error = faults("[[processes]]\nkind = \"kill\"\nprocess = \"mind\"\nat_s = 1").unwrap_err();
         assert!(error.to_string().starts_with("`mind` "), "{error}");
         insta::assert_snapshot!(error);

@@ -377,7 +377,7 @@ mod tests {
     }
 
     #[test]
-    fn what_contradicts_itself_is_refused_with_its_line() {
+    fn a_contradictory_motor_file_is_refused_with_its_line() {
         let cases = [
             ("bus = \"torso\"", "bus = \"trunk\"", (16, 7), "trunk"),
             ("id = 1 ", "id = 253 ", (17, 6), "253"),

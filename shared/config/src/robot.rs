@@ -255,7 +255,7 @@ mod tests {
     }
 
     #[test]
-    fn sources_that_cannot_be_are_refused_with_their_line() {
+    fn contradictory_sources_are_refused_with_their_line() {
         let folder = tempfile::tempdir().unwrap();
         let file = folder.path().join("leo.toml");
         let lines = builtin::LEO.lines().count();
@@ -294,7 +294,7 @@ mod tests {
     }
 
     #[test]
-    fn a_neighbour_that_is_wrong_is_named() {
+    fn an_invalid_file_beside_leo_toml_is_named() {
         let folder = tempfile::tempdir().unwrap();
         let leo = folder.path().join("leo.toml");
         fs::write(&leo, builtin::LEO).unwrap();

@@ -162,7 +162,7 @@ mod tests {
     }
 
     #[test]
-    fn in_a_folder_of_its_own_nothing_is_written_over() {
+    fn an_output_in_a_folder_of_leo_replaces_no_file() {
         let folder = tempfile::tempdir().unwrap();
         let own = Arc::new(Folder::make(&folder.path().join("own")).unwrap());
         let output = Output::in_folder(&own, "a.mcap");

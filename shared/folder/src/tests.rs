@@ -28,7 +28,7 @@ fn a_folder_is_created_for_this_user_alone() {
 }
 
 #[test]
-fn a_link_is_not_followed_and_nothing_behind_it_is_touched() {
+fn a_link_is_not_followed_and_its_target_is_unchanged() {
     let parent = parent();
     let (precious, planted) = (parent.path().join("precious"), parent.path().join("leo-robot"));
     fs::create_dir(&precious).unwrap();
@@ -90,7 +90,7 @@ fn a_folder_or_file_writable_by_others_is_refused() {
 }
 
 #[test]
-fn a_folder_is_emptied_to_the_bottom_but_for_what_is_kept() {
+fn clearing_a_folder_removes_all_levels_except_kept_names() {
     let parent = parent();
     let folder = Folder::make(&parent.path().join("own")).unwrap();
     fs::create_dir_all(folder.path().join("a/b/c")).unwrap();
@@ -102,7 +102,7 @@ fn a_folder_is_emptied_to_the_bottom_but_for_what_is_kept() {
 }
 
 #[test]
-fn errors_are_worded() {
+fn error_messages_match_the_snapshot() {
     let path = || PathBuf::from("/dev/shm/leo-a");
     let errors = [
         FolderError::Link { path: path() },

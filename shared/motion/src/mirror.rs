@@ -204,7 +204,7 @@ mod tests {
     }
 
     #[test]
-    fn what_leo_itself_does_is_not_reported() {
+    fn movements_of_leo_itself_are_not_reported() {
         let pushed = through(&[TAKEN, [0.6, -0.2, 0.025], [0.6, -0.2, 0.01]], 0.004);
         assert_eq!(seen(&pushed, 1), []);
         let put_back = through(&[TAKEN, [0.5, 0.1, 0.16], TAKEN], 0.004);
@@ -238,14 +238,14 @@ mod tests {
     }
 
     #[test]
-    fn places_that_are_no_numbers_tell_nothing() {
+    fn objects_with_invalid_positions_are_not_reported_as_moved() {
         let nowhere = [TAKEN, [f64::NAN, 0.0, 0.2], [0.6, f64::INFINITY, 0.2], [f64::NAN; 3]];
         assert_eq!(seen(&nowhere, 1), []);
     }
 
     proptest! {
         #[test]
-        fn neither_noise_nor_where_one_sits_makes_a_difference(
+        fn position_noise_and_the_seat_do_not_change_the_reported_movement(
             turn in 0.0..std::f64::consts::TAU,
             noise in prop::collection::vec(prop::array::uniform3(-0.003..0.003), 256),
         ) {

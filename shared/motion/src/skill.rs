@@ -170,7 +170,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn of_turns_that_do_as_well_the_shortest_comes_first() {
+    fn equivalent_rotations_are_ordered_by_their_angle() {
         let degrees = |by: f64, period: f64| {
             let turn = Turn { by_rad: by.to_radians(), period_rad: period.to_radians() };
             turn.equivalents().map(|turn_rad| turn_rad.to_degrees().round()).collect::<Vec<_>>()

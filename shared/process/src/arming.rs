@@ -123,7 +123,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn an_order_is_taken_once_and_what_is_none_is_taken_away() {
+    fn an_order_is_taken_once_and_an_invalid_one_is_removed() {
         let domain = tempfile::tempdir().unwrap();
         let domain = domain.path();
         assert_eq!(take(domain).unwrap(), None);

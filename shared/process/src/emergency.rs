@@ -465,7 +465,7 @@ mod tests {
     }
 
     #[test]
-    fn a_stop_that_outlived_its_robot_is_released_with_its_folder() {
+    fn a_stop_without_a_running_robot_is_released_with_its_folder() {
         let parent = tempfile::tempdir().unwrap();
         let domain = parent.path().join("leo-robot");
         fs::create_dir(&domain).unwrap();

@@ -101,7 +101,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn errors_are_worded() {
+    fn error_messages_match_the_snapshot() {
         let error = StateError { state: "/home/a/leo".into(), reason: "it is no folder".to_owned() };
         insta::assert_snapshot!(error);
     }

@@ -73,7 +73,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn nan_is_within_no_limits() {
+    fn nan_is_outside_all_limits() {
         assert_eq!(Radians(f64::NAN).within(Radians(-1.0), Radians(1.0)), None);
         assert_eq!(Radians(0.0).within(Radians(f64::NAN), Radians(1.0)), None);
         assert_eq!(Radians(2.0).within(Radians(-1.0), Radians(1.0)), Some(Radians(1.0)));

@@ -60,7 +60,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn errors_are_worded() {
+    fn error_messages_match_the_snapshot() {
         let path = || PathBuf::from("/dev/ttyUSB0");
         let opening = [
             OpenError::Device { path: path(), source: Errno::NOENT },

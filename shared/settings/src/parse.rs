@@ -100,7 +100,7 @@ mod tests {
     }
 
     #[test]
-    fn errors_are_worded() {
+    fn error_messages_match_the_snapshot() {
         let texts = ["rate_hz = -3.0", "", "rate_khz = 1", "zeal = 1", "rate_hz = \"often\"", "rate_hz"];
         let worded = texts.map(|text| format!("{text}\n    {}\n", refusal(text)));
         let file = "/nowhere/leo.toml".into();

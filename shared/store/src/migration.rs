@@ -100,7 +100,7 @@ mod tests {
     }
 
     #[test]
-    fn what_was_taught_by_two_spellings_is_one_task_with_all_examples() {
+    fn two_spellings_of_a_task_are_migrated_to_one_task() {
         let item = |text: &str| text.as_bytes().to_vec();
         let listed = |items: &[(u64, &str)]| items.iter().map(|(place, text)| (*place, item(text))).collect();
         let of = |heads: &[(&str, &str)], items: &[(&str, &[(u64, &str)])]| Contents {
@@ -124,7 +124,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_no_task_is_named_and_not_migrated() {
+    fn an_entry_that_is_no_task_is_named_and_not_migrated() {
         for nonsense in [&b"{"[..], b"[1]", br#"{"name":"x"}"#, br#"{"name":"x","examples":3}"#] {
             let heads = BTreeMap::from([("task 1".to_owned(), nonsense.to_vec())]);
             let refused = split_items(Contents { heads, ..Contents::default() }).unwrap_err();

@@ -205,7 +205,7 @@ mod tests {
     }
 
     #[test]
-    fn the_papers_own_outcome_is_as_in_the_paper() {
+    fn the_results_of_the_paper_agree_with_the_paper() {
         let comparison = Comparison::of(CELLS.iter().map(|cell| Cell::of(*cell, &report(cell))).collect());
         assert!(comparison.holds(), "{comparison}");
         let text = comparison.to_string();

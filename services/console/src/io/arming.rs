@@ -136,7 +136,7 @@ mod tests {
     }
 
     #[test]
-    fn nothing_is_ordered_while_the_emergency_stop_is_raised() {
+    fn no_arm_order_is_given_while_the_emergency_stop_is_raised() {
         let folder = tempfile::tempdir().unwrap();
         emergency::raise(folder.path(), "a test").unwrap();
         let mut desk = Arming::new(folder.path(), &[]);

@@ -135,7 +135,7 @@ mod tests {
     const NEVER: Duration = Duration::from_secs(3600);
 
     #[test]
-    fn acknowledged_only_when_durable_without_blocking() {
+    fn an_example_is_acknowledged_once_durable_without_blocking_the_caller() {
         let (disk, turns) = unbounded::<Result<(), &str>>();
         let mut persister = Persister::start(move |_| turns.recv().unwrap(), NEVER).unwrap();
         // The disk blocks; the caller does not.
@@ -162,7 +162,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_owed_is_tried_again_by_itself() {
+    fn a_failed_write_of_an_example_is_retried_until_it_succeeds() {
         let (disk, turns) = unbounded::<Result<(), &str>>();
         for turn in [Err("full"), Err("full"), Err("full"), Ok(())] {
             disk.send(turn).unwrap();

@@ -171,7 +171,7 @@ fn objects_left_out_of_a_number_need_no_explanation() {
 }
 
 #[test]
-fn where_both_views_agree_no_policy_makes_a_difference() {
+fn every_conflict_policy_gives_one_result_if_both_views_agree() {
     let taught = |on_conflict| {
         let mut run = LearnerHarness::with(1, Vec::new(), on_conflict);
         run.hidden_from = Some(2);

@@ -7,7 +7,7 @@ use super::harness::LearnerHarness;
 use super::{kinds, last_high_likelihood};
 
 #[test]
-fn a_demonstration_is_saved_in_the_step_that_says_so() {
+fn each_demonstration_is_saved_as_one_more_example() {
     let mut run = LearnerHarness::new(1, Vec::new());
     run.teach();
     let examples: Vec<(String, usize)> =
@@ -16,7 +16,7 @@ fn a_demonstration_is_saved_in_the_step_that_says_so() {
 }
 
 #[test]
-fn a_learner_that_begins_anew_performs_what_was_saved() {
+fn a_restarted_learner_performs_a_saved_task() {
     let mut run = LearnerHarness::new(1, Vec::new());
     run.teach();
     let json = serde_json::to_string(&run.saved.last().unwrap().1).unwrap();
@@ -28,7 +28,7 @@ fn a_learner_that_begins_anew_performs_what_was_saved() {
 }
 
 #[test]
-fn a_demonstration_outlives_the_belief_process() {
+fn a_demonstration_survives_a_restart_of_the_belief_process() {
     let mut whole = LearnerHarness::new(1, Vec::new());
     whole.teach();
     let mut broken = LearnerHarness::new(1, Vec::new());
@@ -47,7 +47,7 @@ fn a_demonstration_outlives_the_belief_process() {
 }
 
 #[test]
-fn a_performance_outlives_the_belief_process() {
+fn a_performance_survives_restarts_of_the_belief_process() {
     let mut run = LearnerHarness::new(1, Vec::new());
     run.teach();
     run.perform_with(&[], |run| {

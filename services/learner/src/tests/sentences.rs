@@ -39,7 +39,7 @@ fn sentences_at_the_wrong_time_are_answered() {
 }
 
 #[test]
-fn questions_are_answered() {
+fn questions_about_tasks_and_views_are_answered() {
     let mut run = LearnerHarness::new(1, Vec::new());
     run.table.borrow_mut().lay(&["red", "blue"], Some(1));
     run.steps(5);
@@ -53,7 +53,7 @@ fn questions_are_answered() {
 }
 
 #[test]
-fn a_hidden_object_beside_a_similar_one_is_not_known() {
+fn a_hidden_object_beside_a_similar_one_is_described_as_another() {
     let mut run = LearnerHarness::new(1, Vec::new());
     run.table.borrow_mut().lay(&["blue", "blue"], Some(1));
     let [x, y, z] = run.table.borrow().things[0].place_m;
@@ -111,7 +111,7 @@ fn courtesy_words_do_not_prevent_ending_a_demonstration() {
 }
 
 #[test]
-fn what_is_not_meant_is_left_alone() {
+fn an_object_rejected_by_the_teacher_is_not_filled() {
     let mut run = LearnerHarness::new(1, Vec::new());
     run.teach();
     run.say("not that one");
@@ -124,7 +124,7 @@ fn what_is_not_meant_is_left_alone() {
 }
 
 #[test]
-fn a_correction_is_a_new_example() {
+fn a_correction_adds_an_example() {
     // Leo alone learns to leave the blue ones out; then it is shown that they are meant, too.
     let mut run = LearnerHarness::new(0, Vec::new());
     run.teach();

@@ -108,7 +108,7 @@ fn deeds_of(run: &LearnerHarness, task: &str) -> Vec<(u16, Option<String>, usize
 }
 
 #[test]
-fn acts_of_leo_before_a_stop_are_its_own() {
+fn actions_of_leo_before_a_stop_are_attributed_to_leo() {
     let leos = || (0, Some("task 1".to_owned()), 2);
     let mut run = a_task_in_a_task();
     run.say("Stop!");

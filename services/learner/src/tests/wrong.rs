@@ -124,7 +124,7 @@ fn a_demonstration_without_changes_keeps_what_was_learned() {
 }
 
 #[test]
-fn a_thousand_showings_are_learned_from() {
+fn a_rule_is_learned_from_a_thousand_demonstrations() {
     let mut shown = LearnerHarness::new(1, Vec::new());
     shown.teach();
     let taught = shown.task("task 1");

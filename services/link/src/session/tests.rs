@@ -133,7 +133,7 @@ proptest! {
 }
 
 #[test]
-fn a_way_is_measured_across_two_clocks() {
+fn the_transmission_delay_is_measured_across_two_clocks() {
     let mut world = World::new();
     for ms in (0..2_000).step_by(5) {
         world.robot.push(clock_of(ms, 0), TopicId::Scene, (1, ms), bytes(0));
@@ -149,7 +149,7 @@ fn a_way_is_measured_across_two_clocks() {
 }
 
 #[test]
-fn nothing_is_accepted_before_the_peers_clock_is_known() {
+fn no_frame_is_accepted_before_the_peers_clock_offset_is_known() {
     let mut away = Session::new(1, &[], clock_of(0, 0));
     let frames = vec![Frame { topic: TopicId::Events, bytes: bytes(1) }];
     let bundle = Batch { epoch: 5, number: 1, sent_ns: 9, oldest: 1, first: 1, numbered: 1, frames };
@@ -208,7 +208,7 @@ fn a_peer_claiming_a_delay_of_hours_times_out_in_seconds() {
 }
 
 #[test]
-fn a_restarted_link_of_the_peer_is_no_second_peer() {
+fn a_restarted_link_of_the_peer_is_recognised_as_the_same_peer() {
     let mut robot = Session::new(11, &[], clock_of(0, 0));
     robot.receive_heartbeat(clock_of(0, 0), &pulse_of(22));
     for ms in (50..3_000).step_by(50) {

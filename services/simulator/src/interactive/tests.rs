@@ -211,7 +211,7 @@ fn an_interrupted_script_is_part_of_the_recorded_lesson() {
 }
 
 #[test]
-fn an_impossible_act_is_refused_with_a_reason_and_changes_nothing() {
+fn an_impossible_act_is_refused_with_a_reason_without_effect() {
     let mut bench = taught();
     let refusals = [
         (Kind::Take, "nothing", "`nothing`"),
@@ -343,7 +343,7 @@ fn undo_of_a_pushed_screen_does_not_cross_tables() {
 }
 
 #[test]
-fn a_table_of_the_lesson_is_laid_to_go_on_by_hand() {
+fn a_table_of_the_lesson_can_be_continued_by_hand() {
     let mut bench = Bench::new();
     bench.act(Kind::Lay, |act| act.table = 2).unwrap();
     assert_eq!(bench.world.scene().filter(|thing| thing.kind == 1).count(), 0);
@@ -593,7 +593,7 @@ proptest! {
 
     /// After any sequence of acts all positions are finite, and the recorded lesson can be parsed.
     #[test]
-    fn the_world_stays_sound(acts in proptest::collection::vec((any_act(), 0_u64..400), 0..60)) {
+    fn any_sequence_of_acts_leaves_a_consistent_world(acts in proptest::collection::vec((any_act(), 0_u64..400), 0..60)) {
         let mut bench = Bench::new();
         for (act, wait) in acts {
             let _ = bench.world.act(bench.now(), &act, ROOM);

@@ -164,7 +164,7 @@ mod tests {
     }
 
     #[test]
-    fn a_lesson_takes_no_other_ones_place() {
+    fn a_saved_lesson_never_replaces_another() {
         let folder = tempfile::tempdir().unwrap();
         let folder = folder.path().join("lessons");
         let first = save(&folder, "By hand").unwrap();

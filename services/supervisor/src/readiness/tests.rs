@@ -73,13 +73,13 @@ fn bad(root: &TempDir, machine: &Machine) -> Vec<Finding> {
 }
 
 #[test]
-fn a_machine_as_it_should_be_has_nothing_to_mend() {
+fn a_correctly_configured_machine_has_no_finding() {
     let (root, machine) = good();
     assert_eq!(bad(&root, &machine), []);
 }
 
 #[test]
-fn a_machine_that_says_nothing_of_itself_is_judged_without_a_panic() {
+fn a_machine_without_readable_settings_is_checked_without_a_panic() {
     let root = tempfile::tempdir().unwrap();
     let findings = judge(&System::below(root.path()), &Machine::default());
     assert_eq!(findings.len(), 17);

@@ -228,7 +228,7 @@ mod tests {
     }
 
     #[test]
-    fn the_noisier_a_source_the_less_it_counts() {
+    fn confidence_decreases_with_the_noise_of_a_source() {
         let percepts = Percepts::builtin();
         let confidence =
             |sd_m: f64| source(&format!("position_sd_m = {sd_m:?}")).unwrap().confidence(&percepts);

@@ -45,7 +45,7 @@ fn is_hidden(object: &Object, table: &Table, eye: [f64; 3], margin_m: f64) -> [b
 }
 
 #[test]
-fn the_wall_hides_all_of_the_blue_block_and_nothing_else() {
+fn the_wall_hides_exactly_the_blue_block() {
     let lesson = Lesson::builtin();
     let eye = lesson.teachers[0].eyes_m;
     assert_eq!(lesson.demonstrations.len(), 2);
@@ -67,7 +67,7 @@ fn the_wall_hides_all_of_the_blue_block_and_nothing_else() {
 }
 
 #[test]
-fn everything_lies_within_the_teachers_field_of_view() {
+fn every_object_lies_within_the_teachers_field_of_view() {
     let lesson = Lesson::builtin();
     let teacher = lesson.teachers[0];
     let towards = |point: [f64; 3]| {

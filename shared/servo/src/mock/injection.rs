@@ -279,7 +279,7 @@ mod tests {
     }
 
     #[test]
-    fn a_fault_prints_as_it_was_written() {
+    fn a_parsed_fault_is_displayed_as_written() {
         for text in [
             "drop",
             "drop bus=torso id=5 p=0.01 from=2s for=10s",

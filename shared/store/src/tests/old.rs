@@ -135,7 +135,7 @@ fn a_database_of_version_3_is_taken_over_bit_by_bit() {
 }
 
 #[test]
-fn what_was_learned_in_an_older_version_after_going_back_is_added() {
+fn tasks_learned_after_a_downgrade_are_added_by_the_upgrade() {
     let (_folder, path) = file();
     write_database(&path, 3, &[("task 1", 0, "a"), ("task 1", 1, "b")]);
     let mut store = Store::open(&path).unwrap();
@@ -156,7 +156,7 @@ fn what_was_learned_in_an_older_version_after_going_back_is_added() {
 }
 
 #[test]
-fn a_copy_that_is_there_is_left_alone() {
+fn an_existing_backup_copy_is_kept() {
     let (_folder, path) = old_file(VERSION_1);
     let copy = path.with_file_name("tasks.v1.redb");
     fs::write(&copy, b"of another day").unwrap();
@@ -166,7 +166,7 @@ fn a_copy_that_is_there_is_left_alone() {
 }
 
 #[test]
-fn a_database_that_cannot_be_taken_over_is_left_as_it_is() {
+fn a_database_that_cannot_be_migrated_is_unchanged() {
     let (_folder, path) = old_file(VERSION_1);
     let refuse = Migration {
         from: 1,
@@ -277,7 +277,12 @@ fn a_process_killed_at_any_moment_of_taking_over_loses_nothing() {
     for moment in 0..10 {
         let (_folder, path) = old_file(VERSION_1);
         let mut child = Command::new(std::env::current_exe().unwrap())
-            .args(["tests::old::a_process_that_stops_in_the_middle", "--exact", "--ignored", "--nocapture"])
+            .args([
+                "tests::old::a_process_that_stops_during_the_migration",
+                "--exact",
+                "--ignored",
+                "--nocapture",
+            ])
             .env(FILE, &path)
             .env(STOPS, moment.to_string())
             .stdin(Stdio::piped())
@@ -304,7 +309,7 @@ fn a_process_killed_at_any_moment_of_taking_over_loses_nothing() {
 
 #[test]
 #[ignore = "it waits to be killed: the test above starts it"]
-fn a_process_that_stops_in_the_middle() {
+fn a_process_that_stops_during_the_migration() {
     let (Ok(path), Ok(stops)) = (std::env::var(FILE), std::env::var(STOPS)) else {
         return skip::skip("another test has to start it");
     };

@@ -79,7 +79,7 @@ fn hidden_object_explains_only_itself() {
 }
 
 #[test]
-fn where_the_views_agree_or_one_explains_nothing_there_is_no_conflict() {
+fn equal_views_or_one_without_a_rule_are_no_conflict() {
     let mut agreed = task_1();
     for example in &mut agreed.examples {
         let own = example.views[0].clone();

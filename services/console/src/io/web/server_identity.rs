@@ -87,7 +87,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_next_incarnation_finds_the_port_and_the_token() {
+    fn the_next_incarnation_reads_the_stored_port_and_token() {
         let domain = tempfile::tempdir().unwrap();
         assert_eq!(ServerIdentity::read(domain.path(), None).port, None);
         let token = Token::new().unwrap();
@@ -130,7 +130,7 @@ mod tests {
     }
 
     #[test]
-    fn the_next_robot_finds_the_token_and_not_the_port() {
+    fn the_next_robot_reads_the_token_but_not_the_port() {
         let [domain, next, folder] = [(); 3].map(|()| tempfile::tempdir().unwrap());
         let state = folder.path().join("leo");
         // Without a token, nothing is stored.

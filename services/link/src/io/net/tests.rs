@@ -142,7 +142,7 @@ fn a_restarted_peer_is_found() {
 }
 
 #[test]
-fn a_closing_peer_says_so() {
+fn a_closing_peer_announces_its_end() {
     let Some(pair) = Pair::or_skip() else { return };
     let robot = pair.robot();
     within(async {
@@ -204,7 +204,7 @@ fn before_compatibility_is_known_only_pulses_are_accepted() {
 }
 
 #[test]
-fn another_robot_and_another_of_the_same_side_are_not_talked_to() {
+fn another_robot_and_a_peer_of_the_same_side_are_refused() {
     let Some(pair) = Pair::or_skip() else { return };
     let robot = pair.robot();
     let other = pair.away(|link| link.robot = "other".to_owned().try_into().unwrap());

@@ -100,7 +100,7 @@ fn inserting_a_carried_peg_is_one_act_of_its_carrier() {
 }
 
 #[test]
-fn noise_is_no_act() {
+fn position_noise_is_not_an_action() {
     let frames = (0..1000_u16).map(|step| {
         let jitter = if step % 2 == 0 { 0.012 } else { -0.012 };
         let degree = if step % 3 == 0 { 0.42 } else { 0.58 };
@@ -111,7 +111,7 @@ fn noise_is_no_act() {
 }
 
 #[test]
-fn a_thing_lifted_and_put_back_is_no_act() {
+fn an_object_put_back_is_not_an_action() {
     let frames = (0..400_u16).map(|step| {
         let away = if (100..200).contains(&step) { 0.2 } else { 0.0 };
         vec![belief(1, [0.1 + away, 0.0, 0.0], None, if away > 0.0 { 1 } else { NOBODY })]
@@ -120,7 +120,7 @@ fn a_thing_lifted_and_put_back_is_no_act() {
 }
 
 #[test]
-fn a_thing_put_elsewhere_is_one_act_through_10_mm_of_noise() {
+fn a_moved_object_is_one_action_despite_10_mm_of_noise() {
     let script: Script = |frame| match frame {
         0..200 => (0.1, NOBODY),
         200..300 => (f64::from(frame - 200).mul_add(0.002, 0.1), 1),
@@ -132,7 +132,7 @@ fn a_thing_put_elsewhere_is_one_act_through_10_mm_of_noise() {
 }
 
 #[test]
-fn a_pause_on_the_way_is_no_end() {
+fn a_pause_in_a_movement_does_not_end_the_action() {
     // The actor pauses half way for a second and holds the object.
     let script: Script = |frame| match frame {
         0..200 => (0.1, NOBODY),
@@ -191,7 +191,7 @@ fn a_hand_over_is_an_act_of_the_giver_then_the_taker() {
 }
 
 #[test]
-fn a_hand_that_is_seen_for_a_moment_takes_nothing() {
+fn a_momentary_hand_does_not_take_an_object() {
     let script: Script = |frame| match frame {
         0..200 => (0.1, NOBODY),
         250..265 => (0.2, 2),

@@ -53,7 +53,7 @@ fn the_token_comes_from_the_address_or_the_header_only() {
 }
 
 #[test]
-fn the_cookie_opens_the_pages_files_and_nothing_else() {
+fn the_cookie_admits_only_to_the_files_of_the_page() {
     let policy = access_policy(ReadWithoutToken::Nothing);
     let value = policy.token.cookie();
     for path in ["/", "/page.js"] {
@@ -120,7 +120,7 @@ fn only_this_machines_own_pages_may_ask_without_the_token() {
 }
 
 #[test]
-fn a_page_of_another_origin_commands_nothing_despite_the_cookie() {
+fn commands_from_pages_of_another_origin_are_refused_despite_the_cookie() {
     let policy = access_policy(ReadWithoutToken::Nothing);
     let site = |site: &str| ("sec-fetch-site", site.to_owned());
     let other = ("origin", "http://127.0.0.1:9999".to_owned());
