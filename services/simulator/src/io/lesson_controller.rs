@@ -21,7 +21,7 @@ pub(crate) struct LessonController {
     pub(crate) name: Text,
     saving: LessonSaver,
     /// Incarnation of the console that the acts come from.
-    life: u64,
+    incarnation: u64,
     answers: Vec<ActAnswer>,
     /// Maximum number of things, people and occluders in an observation frame.
     room: usize,
@@ -39,15 +39,15 @@ impl LessonController {
             lesson: lesson.clone(),
             name: Text::default(),
             saving: LessonSaver::default(),
-            life: 0,
+            incarnation: 0,
             answers: Vec::new(),
             room,
         }
     }
 
     /// Sets the console's incarnation of the next acts. If it changed, everything held by the old one is put back.
-    pub(crate) fn listen(&mut self, world: &mut World, now: Instant, life: u64) {
-        if std::mem::replace(&mut self.life, life) != life {
+    pub(crate) fn listen(&mut self, world: &mut World, now: Instant, incarnation: u64) {
+        if std::mem::replace(&mut self.incarnation, incarnation) != incarnation {
             world.return_all(now);
         }
     }
