@@ -19,7 +19,7 @@ use config::lesson::Lesson;
 use message::{
     Beliefs, Head as _, Header, Hop, JointGoal, JointGoals, JointMode, JointStates, Percepts, Process, Roster,
 };
-use process::{Failure, Launch};
+use process::{Launch, ProcessError};
 use rustix::process::{Pid, Resource, Signal, getpid, getrlimit, kill_process};
 use rustix::thread::{CapabilitySet, capabilities, gettid};
 use transport::janitor::{Janitor, claim};
@@ -137,7 +137,7 @@ fn the_counter_counts_for_each_thread() {
 
 /// The processes as threads of this one, in their own domain; the test acts as the learner.
 struct Robots {
-    threads: Vec<(&'static str, JoinHandle<Result<(), Failure>>)>,
+    threads: Vec<(&'static str, JoinHandle<Result<(), ProcessError>>)>,
     percepts: Watch<Percepts>,
     beliefs: [Watch<Beliefs>; 2],
     states: Watch<JointStates>,
@@ -176,7 +176,7 @@ impl Robots {
             ..Launch::default()
         };
         let mut threads = Vec::new();
-        let mut spawn = |name: &'static str, run: fn(&Launch, &Robot) -> Result<(), Failure>| {
+        let mut spawn = |name: &'static str, run: fn(&Launch, &Robot) -> Result<(), ProcessError>| {
             let (launch, robot) = (launch.clone(), robot.clone());
             let thread = std::thread::Builder::new().name(name.to_owned());
             threads.push((name, thread.spawn(move || run(&launch, &robot)).expect("a thread")));

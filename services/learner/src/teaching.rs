@@ -4,7 +4,7 @@ use clock::Instant;
 use message::{Belief, Event, EventKind, NOBODY};
 use motion::{Handled, Mirror};
 use tasks::{
-    Act, ActionParser, Example, Language, NothingChanged, Object, Recording, Snapshot, describe_object,
+    Act, ActionParser, Example, Language, NothingChangedError, Object, Recording, Snapshot, describe_object,
     vanished,
 };
 
@@ -95,7 +95,7 @@ impl Teaching {
         mut self,
         vocabulary: &Vocabulary,
         snapshots: &BTreeMap<u16, Snapshot>,
-    ) -> (Option<Event>, Result<Example, NothingChanged>) {
+    ) -> (Option<Event>, Result<Example, NothingChangedError>) {
         let performed = self.record_performed(vocabulary, snapshots);
         let last = performed.or_else(|| self.record(vocabulary, NOBODY, snapshots));
         (last, self.recording.finish(snapshots, vocabulary.language.moved_m))

@@ -8,7 +8,7 @@ use servo::table::TORQUE_ENABLE;
 use servo::{Address, FastReply, Id, Instruction, Parser, Reading, Status};
 
 use crate::job::CONDITION;
-use crate::patience::ReplyTimeout;
+use crate::reply_timeout::ReplyTimeout;
 use crate::request::{Answer, MAX_SERVOS, Part, PartKind};
 use crate::{Replies, Request};
 

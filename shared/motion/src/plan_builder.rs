@@ -1,6 +1,6 @@
 use geometry::{Base, Pose, Position};
 use invariant::require;
-use kinematics::{ARM_JOINTS, HandGoal, Side, Unreachable};
+use kinematics::{ARM_JOINTS, HandGoal, Side, UnreachableError};
 use nalgebra::{Isometry3, UnitQuaternion, Vector3};
 
 use crate::gaze::look;
@@ -126,7 +126,7 @@ impl PlanBuilder<'_> {
         Ok(())
     }
 
-    fn near(&self, side: Side, arm_rad: [f64; ARM_JOINTS]) -> Result<[f64; ARM_JOINTS], Unreachable> {
+    fn near(&self, side: Side, arm_rad: [f64; ARM_JOINTS]) -> Result<[f64; ARM_JOINTS], UnreachableError> {
         let leap =
             self.model.body.arm_joints(side).into_iter().zip(arm_rad).fold(0.0_f64, |leap, (joint, to)| {
                 let from = require!(self.at.get(joint), "joint {joint} exists").copied().unwrap_or(0.0);
@@ -135,7 +135,7 @@ impl PlanBuilder<'_> {
         if leap <= MAX_JUMP_RAD {
             Ok(arm_rad)
         } else {
-            Err(Unreachable { side, distance_m: 0.0, angle_rad: leap })
+            Err(UnreachableError { side, distance_m: 0.0, angle_rad: leap })
         }
     }
 }

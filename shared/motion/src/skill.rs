@@ -1,7 +1,7 @@
 use std::f64::consts::{FRAC_PI_4, PI, TAU};
 
 use geometry::{Base, Position};
-use kinematics::{Side, Unreachable};
+use kinematics::{Side, UnreachableError};
 
 use crate::Face;
 
@@ -149,7 +149,7 @@ pub enum SkillError {
         /// Phase in which the first attempt failed.
         phase: Phase,
         /// Why it failed.
-        why: Unreachable,
+        why: UnreachableError,
     },
     /// The hand does not reach the ready pose in front of the chest, where every path begins.
     #[error("the {} hand cannot be held before the chest: check the limits of that arm's joints", side.name())]

@@ -22,5 +22,5 @@ pub use counterpart::counterparts;
 pub use describe::{describe_change, describe_object};
 pub use example::{Example, Executable, Task, View};
 pub use identity::{Identities, WriterState};
-pub use recording::{NothingChanged, Recording};
+pub use recording::{NothingChangedError, Recording};
 pub use snapshot::{Object, Snapshot};

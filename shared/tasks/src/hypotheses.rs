@@ -29,4 +29,4 @@ pub use prior::Prior;
 pub(crate) use seen_kinds::{SeenKinds, reduce};
 pub(crate) use selection::{Extent, Place, frame_of};
 pub use selection::{Relation, Selection};
-pub use settings::{HypothesisLanguage, Noise, NoiseOutOfRange, OnConflict, Settings};
+pub use settings::{HypothesisLanguage, Noise, NoiseOutOfRangeError, OnConflict, Settings};

@@ -6,7 +6,7 @@ use message::{
     Belief, BeliefHead, Beliefs, Difference, Divergences, JointMode, JointState, JointStates, Scene,
     SceneHead, SceneMode,
 };
-use process::{Failure, ProcessNode};
+use process::{ProcessError, ProcessNode};
 use reports::beliefs::{DivergenceReporter, perspective_name};
 use serde_json::json;
 use transport::FrameSubscriber;
@@ -58,7 +58,7 @@ struct Perspective {
 
 impl TopicPoller {
     /// Subscribes to the topics, including those of the partners' perspectives.
-    pub(crate) fn open(member: &ProcessNode, robot: &Robot, partners: u32) -> Result<Self, Failure> {
+    pub(crate) fn open(member: &ProcessNode, robot: &Robot, partners: u32) -> Result<Self, ProcessError> {
         let names = robot.leo.belief.names.clone();
         let count = robot.leo.belief.perspectives(partners);
         let open = |number: u32| {
@@ -80,7 +80,7 @@ impl TopicPoller {
             histories: TimeLines::default(),
             joint_states: member.subscriber(None)?,
             scene: member.subscriber(None)?,
-            perspectives: (0..count).map(open).collect::<Result<_, Failure>>()?,
+            perspectives: (0..count).map(open).collect::<Result<_, ProcessError>>()?,
             names,
             partners,
             looks: 0,
@@ -104,7 +104,7 @@ impl TopicPoller {
         &mut self,
         state_store: &mut StateStore,
         mut tell: impl FnMut(u64, &str),
-    ) -> Result<(), Failure> {
+    ) -> Result<(), ProcessError> {
         if let Some(frame) = self.joint_states.newest()? {
             joints(state_store, &self.joint_names, frame.entries());
             let is_quarantined = |state: &&JointState| state.mode() == Some(JointMode::Quarantined);
@@ -222,7 +222,7 @@ impl TopicPoller {
 }
 
 impl Perspective {
-    fn read(&mut self) -> Result<(), Failure> {
+    fn read(&mut self) -> Result<(), ProcessError> {
         if let Some(frame) = self.beliefs.newest()? {
             self.head = *frame.head();
             self.believed.clear();

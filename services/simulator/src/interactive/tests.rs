@@ -5,7 +5,7 @@ use config::lesson::{Act, Destination, Lesson, Teacher};
 use message::{SceneMode, SceneObject, State, TeacherAct, TeacherActKind as Kind, Text};
 use proptest::prelude::*;
 
-use crate::{Refusal, World};
+use crate::{RefusedActError, World};
 
 const ROOM: usize = 64;
 
@@ -57,7 +57,7 @@ impl Bench {
         }
     }
 
-    fn act(&mut self, kind: Kind, how: impl FnOnce(&mut TeacherAct)) -> Result<String, Refusal> {
+    fn act(&mut self, kind: Kind, how: impl FnOnce(&mut TeacherAct)) -> Result<String, RefusedActError> {
         let mut act = TeacherAct::new(kind, 1);
         how(&mut act);
         let outcome = self.world.act(self.now(), &act, ROOM);
@@ -65,7 +65,7 @@ impl Bench {
         outcome
     }
 
-    fn add(&mut self, kind: &str, colour: &str, at: [f64; 2]) -> Result<String, Refusal> {
+    fn add(&mut self, kind: &str, colour: &str, at: [f64; 2]) -> Result<String, RefusedActError> {
         self.act(Kind::Add, |act| {
             (act.text, act.colour) = (Text::new(kind), Text::new(colour));
             act.position_m = [at[0], at[1], 0.0];
@@ -73,7 +73,7 @@ impl Bench {
     }
 
     /// Takes a thing, carries it to a place and puts it down.
-    fn bring(&mut self, thing: &str, at: [f64; 2]) -> Result<(), Refusal> {
+    fn bring(&mut self, thing: &str, at: [f64; 2]) -> Result<(), RefusedActError> {
         self.act(Kind::Take, |act| act.text = Text::new(thing))?;
         for _ in 0..10 {
             self.act(Kind::Carry, |act| act.position_m = [at[0], at[1], 0.2])?;
@@ -85,11 +85,11 @@ impl Bench {
     }
 
     /// Takes a thing, with the hand of the page and person of this number.
-    fn take(&mut self, thing: &str, by: u16) -> Result<String, Refusal> {
+    fn take(&mut self, thing: &str, by: u16) -> Result<String, RefusedActError> {
         self.act(Kind::Take, |act| (act.text, act.hand, act.teacher) = (Text::new(thing), by, by))
     }
 
-    fn put(&mut self, at: [f64; 2], by: u16) -> Result<String, Refusal> {
+    fn put(&mut self, at: [f64; 2], by: u16) -> Result<String, RefusedActError> {
         self.act(Kind::Put, |act| {
             (act.position_m, act.hand, act.teacher) = ([at[0], at[1], 0.2], by, by);
         })
@@ -108,13 +108,13 @@ impl Bench {
     }
 
     /// Pushes a screen to a place, or adds it, as the person of this number.
-    fn screen(&mut self, name: &str, at: [f64; 2], by: u16) -> Result<String, Refusal> {
+    fn screen(&mut self, name: &str, at: [f64; 2], by: u16) -> Result<String, RefusedActError> {
         self.act(Kind::Screen, |act| {
             (act.text, act.position_m, act.teacher) = (Text::new(name), [at[0], at[1], 0.0], by);
         })
     }
 
-    fn say(&mut self, words: &str) -> Result<String, Refusal> {
+    fn say(&mut self, words: &str) -> Result<String, RefusedActError> {
         self.act(Kind::Say, |act| act.text = Text::new(words))
     }
 

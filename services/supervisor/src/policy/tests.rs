@@ -412,7 +412,7 @@ proptest! {
         let mut alive = [false; ORDER.len()];
         let mut hangs = [false; ORDER.len()];
         let mut cleaning = false;
-        let mut lives = [0; ORDER.len()];
+        let mut incarnations = [0; ORDER.len()];
         let (mut now, mut beat) = (0, 0);
         let mut ended = false;
         // Whether a motor process has started since torque was switched off.
@@ -451,9 +451,9 @@ proptest! {
                             let index = place(process);
                             prop_assert!(!alive[index] && !cleaning);
                             prop_assert!(turn < chances.len());
-                            lives[index] += 1;
+                            incarnations[index] += 1;
                             torque |= process == Process::Motor;
-                            prop_assert_eq!(incarnation, lives[index]);
+                            prop_assert_eq!(incarnation, incarnations[index]);
                             (alive[index], hangs[index]) = (true, false);
                         }
                         Action::Terminate(process) if hangs[place(process)] => {}

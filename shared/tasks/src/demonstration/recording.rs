@@ -10,7 +10,7 @@ use super::snapshot::Snapshot;
 /// The error for a demonstration without a change in any perspective; it is not an example.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("nothing changed from the beginning of the demonstration to its end: show it again")]
-pub struct NothingChanged;
+pub struct NothingChangedError;
 
 /// A demonstration in progress.
 #[derive(Clone, Debug)]
@@ -98,12 +98,12 @@ impl Recording {
     /// Makes the example from the final snapshots Snp(t_end, P) of all perspectives.
     ///
     /// # Errors
-    /// [`NothingChanged`] if nothing changed in any perspective.
+    /// [`NothingChangedError`] if nothing changed in any perspective.
     pub fn finish(
         &self,
         snapshots: &BTreeMap<u16, Snapshot>,
         moved_m: f64,
-    ) -> Result<Example, NothingChanged> {
+    ) -> Result<Example, NothingChangedError> {
         let mut changed = false;
         let mut views = Vec::new();
         for under in &self.views {
@@ -114,6 +114,6 @@ impl Recording {
             changed |= !changes(&view.before, &view.after, moved_m).is_empty();
             views.push(view);
         }
-        if changed { Ok(Example { teacher: self.teacher, views }) } else { Err(NothingChanged) }
+        if changed { Ok(Example { teacher: self.teacher, views }) } else { Err(NothingChangedError) }
     }
 }

@@ -15,7 +15,7 @@ use serde_json::json;
 use tokio::sync::mpsc;
 use tokio::time::{MissedTickBehavior, interval, timeout};
 
-use super::pace::{MAX_MESSAGES_PER_SECOND, RateLimit, Verdict};
+use super::rate_limit::{MAX_MESSAGES_PER_SECOND, RateLimit, Verdict};
 use super::{Access, MAX_PAGES, MAX_READERS, PageSlot, Shared};
 use crate::io::requester::{QueuedRequest, Requester};
 use crate::requests::{Malformed, PageRequest, number, parse};
@@ -97,7 +97,7 @@ pub(super) async fn live(
             hand: u16::try_from(number % u64::from(u16::MAX)).unwrap_or(0),
             version: 0,
             answer,
-            pace: RateLimit::default(),
+            rate_limit: RateLimit::default(),
             unanswered: 0,
             is_quiet: true,
         };
@@ -113,7 +113,7 @@ struct Page<'a> {
     /// The version of the state that the page has.
     version: u64,
     answer: mpsc::Sender<String>,
-    pace: RateLimit,
+    rate_limit: RateLimit,
     /// Pings since the last message of the page.
     unanswered: u32,
     /// Whether nothing was sent since the last ping.
@@ -129,7 +129,7 @@ impl Page<'_> {
         if let End::Shut(code, reason) = end {
             let close = Message::Close(Some(CloseFrame { code, reason: reason.into() }));
             // A failed close frame does not matter.
-            let _told = self.send(close).await;
+            let _sent = self.send(close).await;
         }
     }
 
@@ -204,7 +204,7 @@ impl Page<'_> {
             None => return Err(End::Left),
         };
         self.unanswered = 0;
-        let taken = self.pace.hear(clock::now());
+        let taken = self.rate_limit.hear(clock::now());
         if taken == Verdict::Flood {
             self.count();
             return Err(End::Shut(close_code::POLICY, "far too many messages in a second".to_owned()));
