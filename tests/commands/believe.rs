@@ -321,7 +321,7 @@ fn dropped_beliefs_are_reported_with_their_perspective() {
 fn an_invalid_trace_is_refused_in_one_line() {
     let files = tempfile::tempdir().expect("a folder");
     let file = |name: &str, text: &str| write(&files, name, text);
-    let mut worded = String::new();
+    let mut wording = String::new();
     for (file, words) in [
         ("/nowhere/trace.jsonl".to_owned(), ["/nowhere/trace.jsonl", "No such file"]),
         ("config".to_owned(), ["config", "directory"]),
@@ -335,12 +335,12 @@ fn an_invalid_trace_is_refused_in_one_line() {
     ] {
         let output = run_leo(&["believe", &file]);
         assert_refused(&output, 2, &words);
-        worded += &redacted(&output.err, &[(&files.path().display().to_string(), "[files]")]);
+        wording += &redacted(&output.err, &[(&files.path().display().to_string(), "[files]")]);
         assert_refused(&run_leo(&["believe", &file, "--json"]), 2, &words);
     }
     let output = believe(&[], "nothing of the kind");
     assert_refused(&output, 2, &["leo_trace"]);
-    insta::assert_snapshot!(worded + &output.err);
+    insta::assert_snapshot!(wording + &output.err);
     // Everything before the error is reported.
     let frame = r#"{"at_ns": 5, "observations": [{"position_m": [0, 0, 0]}]}"#;
     let output = believe(&["--json"], format!("{HEADER}\n{frame}\n{{}}\n"));

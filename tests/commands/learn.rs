@@ -144,14 +144,14 @@ fn an_invalid_line_is_named_with_its_field() {
         ),
         (format!("{HEADER}\n{good}\n{{\"perspectives\": "), &["line 3", "column"]),
     ];
-    let mut worded = String::new();
+    let mut wording = String::new();
     for (text, words) in cases {
         let file = write(&files, "examples.jsonl", &text);
         let output = run_leo(&["learn", &file, "--json"]);
         assert_refused(&output, 2, &[&["examples.jsonl"], words].concat());
-        worded += &redacted(&output.err, &[(&file, "examples.jsonl")]);
+        wording += &redacted(&output.err, &[(&file, "examples.jsonl")]);
     }
-    insta::assert_snapshot!(worded);
+    insta::assert_snapshot!(wording);
     assert_refused(&run_leo(&["learn", "/nowhere.jsonl"]), 2, &["/nowhere.jsonl"]);
 }
 

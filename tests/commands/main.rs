@@ -465,10 +465,10 @@ fn an_ordinary_user_gets_the_robot_and_one_warning_about_rights() {
     let taught = as_nobody(&["teach", &lesson]).end();
     assert_eq!((taught.status, taught.err.as_str()), (Some(0), ""), "{taught:?}");
     assert!(taught.out.contains("rule chosen"), "{taught:?}");
-    let ran = as_nobody(&["run", "--for", "3"]).end();
-    assert_eq!(ran.status, Some(0), "{ran:?}");
-    let warnings: Vec<&str> = ran.err.lines().filter(|line| line.contains("not granted")).collect();
-    let [warning] = warnings.as_slice() else { panic!("{ran:?}") };
+    let output = as_nobody(&["run", "--for", "3"]).end();
+    assert_eq!(output.status, Some(0), "{output:?}");
+    let warnings: Vec<&str> = output.err.lines().filter(|line| line.contains("not granted")).collect();
+    let [warning] = warnings.as_slice() else { panic!("{output:?}") };
     for word in ["rtprio", "LimitRTPRIO", "memlock", "LimitMEMLOCK"] {
         assert!(warning.contains(word), "{warning}");
     }

@@ -33,9 +33,9 @@ fn reports(folder: &Path) -> Vec<String> {
 
 /// Runs trials; returns exit status and output.
 fn run(mock: &MockBus, folder: &Path, arguments: &[&str]) -> (Option<i32>, String) {
-    let ran = commission(mock, folder, arguments).stdin(Stdio::null()).output().expect("runs");
+    let output = commission(mock, folder, arguments).stdin(Stdio::null()).output().expect("runs");
     let text = |bytes: &[u8]| String::from_utf8_lossy(bytes).into_owned();
-    (ran.status.code(), text(&ran.stdout) + &text(&ran.stderr))
+    (output.status.code(), text(&output.stdout) + &text(&output.stderr))
 }
 
 #[test]
@@ -318,7 +318,7 @@ fn a_trial_is_skipped_only_on_the_answer_skip() {
     );
     assert_eq!(status, Some(1), "{said}");
     assert!(said.contains("torso_yaw_joint") && said.contains("0 passed, 1 failed"), "{said}");
-    let mut worded = String::new();
+    let mut wording = String::new();
     for (arguments, word) in [
         (&["--only", "unplug"][..], "--yes"),
         (&["--only", "dance"], "`dance`"),
@@ -328,7 +328,7 @@ fn a_trial_is_skipped_only_on_the_answer_skip() {
         assert!(status == Some(2) && said.contains(word), "{arguments:?}: {said}");
         // The name of the report has its time.
         let lines = said.lines().filter(|line| !line.contains("/commission-"));
-        worded += &lines.map(|line| format!("{line}\n")).collect::<String>();
+        wording += &lines.map(|line| format!("{line}\n")).collect::<String>();
     }
-    insta::assert_snapshot!(worded);
+    insta::assert_snapshot!(wording);
 }

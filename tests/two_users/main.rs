@@ -43,9 +43,9 @@ fn other(script: &str) -> (bool, String) {
 
 /// Runs a shell script as a user; returns whether it succeeded, and its errors.
 fn by(user: u32, script: &str) -> (bool, String) {
-    let ran = Command::new("/bin/sh").args(["-c", script]).uid(user).gid(user).current_dir("/").output();
-    let ran = ran.expect("a shell");
-    (ran.status.success(), String::from_utf8_lossy(&ran.stderr).into_owned())
+    let output = Command::new("/bin/sh").args(["-c", script]).uid(user).gid(user).current_dir("/").output();
+    let output = output.expect("a shell");
+    (output.status.success(), String::from_utf8_lossy(&output.stderr).into_owned())
 }
 
 /// A robot's domain and its files.

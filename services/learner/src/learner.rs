@@ -72,7 +72,7 @@ pub struct Kept {
     /// The task's name.
     pub task: String,
     /// The index of the example in the task, from 0.
-    pub place: u64,
+    pub index: u64,
     /// The example.
     pub example: Example,
 }
@@ -170,7 +170,7 @@ impl<B: Body> Learner<B> {
         self.process_stops(now, input.present_rad, &mut output);
         if self.are_identities_valid(now, &mut output) && !self.views.is_settling(now) {
             self.record_performed(now, &mut output);
-            let is_due = |waiting: &PendingSentence| waiting.place != Timing::Pending;
+            let is_due = |waiting: &PendingSentence| waiting.timing != Timing::Pending;
             while self.pending_sentences.front().is_some_and(is_due)
                 && let Some(sentence) = self.pending_sentences.pop_front()
             {
@@ -256,7 +256,7 @@ impl<B: Body> Learner<B> {
         }
         // The spelling at the first demonstration stays the task's name.
         let name = self.tasks.get(&key(name)).map_or(name, |task| &task.name).to_owned();
-        if sentence.place == Timing::TooLate {
+        if sentence.timing == Timing::TooLate {
             say(output, &name, &format!("{NO_BELIEFS_THEN}: please begin again"));
             return;
         }
@@ -280,7 +280,7 @@ impl<B: Body> Learner<B> {
     }
 
     /// Ends the demonstration of the task with one of these names; the last one is the name without courtesy words.
-    fn end_teaching(&mut self, now: Instant, place: Timing, names: &[String], output: &mut Output) {
+    fn end_teaching(&mut self, now: Instant, timing: Timing, names: &[String], output: &mut Output) {
         let language = &self.vocabulary.language;
         let is_it = |teaching: &mut Teaching| {
             let shown = key(&teaching.recording.task);
@@ -300,7 +300,7 @@ impl<B: Body> Learner<B> {
             return;
         };
         let name = teaching.recording.task.clone();
-        if place == Timing::TooLate {
+        if timing == Timing::TooLate {
             let text =
                 format!("{NO_BELIEFS_THEN}: this showing of {name} does not count, please show it again");
             say(output, &name, &text);
@@ -335,9 +335,9 @@ impl<B: Body> Learner<B> {
         let Some(task) = require!(self.tasks.get(task_key), "`{task_key}` is a task") else { return };
         let name = task.name.clone();
         if let Some(example) = require!(task.examples.last(), "`{task_key}` has the new example") {
-            let place = u64::from(saturating_u32(task.examples.len() - 1));
+            let index = u64::from(saturating_u32(task.examples.len() - 1));
             let (key, task, example) = (task_key.to_owned(), name.clone(), example.clone());
-            output.save.push(Kept { key, task, place, example });
+            output.save.push(Kept { key, task, index, example });
         }
         self.current_task = Some(task_key.to_owned());
         let examples = saturating_u32(task.examples.len());

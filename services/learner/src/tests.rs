@@ -49,7 +49,7 @@ fn leo_learns_the_teachers_rule_explains_it_and_fills_every_hole() {
 
 #[test]
 fn each_demonstration_counts_in_its_own_teachers_view() {
-    let mut worded = Vec::new();
+    let mut wording = Vec::new();
     for teachers in [[1, 2], [2, 1]] {
         let mut run = LearnerHarness::new(2, Vec::new());
         let sets = [["red", "green", "yellow", "red", "blue"], ["green", "yellow", "red", "yellow", "blue"]];
@@ -65,12 +65,12 @@ fn each_demonstration_counts_in_its_own_teachers_view() {
         assert!(explained.iter().all(|text| text.contains("blue square")), "{explained:?}");
         // The last teacher is addressed as such.
         assert!(explained.len() == 2 && explained[0].contains("you ") && !explained[1].contains("you "));
-        worded.push(explained);
+        wording.push(explained);
         run.perform(&[]);
         assert_eq!(run.texts(EventKind::PerformanceEnded), ["filled 5 of 5"]);
     }
-    assert_eq!(worded[0], worded[1]);
-    insta::assert_snapshot!(worded[0].join("\n"));
+    assert_eq!(wording[0], wording[1]);
+    insta::assert_snapshot!(wording[0].join("\n"));
 }
 
 #[test]

@@ -112,7 +112,7 @@ fn error_messages_match_the_snapshot() {
         FolderError::System { path: path(), source: io::ErrorKind::NotFound.into() },
     ];
     let outputs = [OutputError::Link, OutputError::Exists, OutputError::Taken];
-    let worded: Vec<String> =
+    let wording: Vec<String> =
         errors.iter().map(ToString::to_string).chain(outputs.iter().map(ToString::to_string)).collect();
-    insta::assert_snapshot!(worded.join("\n"));
+    insta::assert_snapshot!(wording.join("\n"));
 }

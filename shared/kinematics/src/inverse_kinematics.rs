@@ -181,8 +181,8 @@ impl<'a> Problem<'a> {
                 (goal.point().coords, turn_down(&hand.rotation))
             }
         };
-        let way = goal - hand.translation.vector;
-        Vector6::new(way.x, way.y, way.z, turn.x, turn.y, turn.z)
+        let offset = goal - hand.translation.vector;
+        Vector6::new(offset.x, offset.y, offset.z, turn.x, turn.y, turn.z)
     }
 
     fn step(&self, at: &ArmVector, jacobian: &Jacobian, error: &Vector6<f64>) -> Option<ArmVector> {

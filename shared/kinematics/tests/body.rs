@@ -139,9 +139,9 @@ proptest! {
             before[joint] -= step;
             after[joint] += step;
             let (before, after) = (body.hand(side, &before), body.hand(side, &after));
-            let way = (after.isometry().translation.vector - before.isometry().translation.vector) / (2.0 * step);
+            let slope = (after.isometry().translation.vector - before.isometry().translation.vector) / (2.0 * step);
             let turn = (after.isometry().rotation * before.isometry().rotation.inverse()).scaled_axis() / (2.0 * step);
-            prop_assert!((jacobian.fixed_view::<3, 1>(0, column) - way).norm() < 1e-6);
+            prop_assert!((jacobian.fixed_view::<3, 1>(0, column) - slope).norm() < 1e-6);
             prop_assert!((jacobian.fixed_view::<3, 1>(3, column) - turn).norm() < 1e-6);
         }
     }
@@ -215,8 +215,8 @@ fn an_invalid_urdf_is_refused_with_the_reason() {
         BodyError::ShortArm { link: text("left_grasp"), found: 6 },
     ];
     let all = [unlisted, missing, crossed, ring, handless];
-    let worded: Vec<String> = all.iter().chain(&more).map(ToString::to_string).collect();
-    insta::assert_snapshot!(worded.join("\n"));
+    let wording: Vec<String> = all.iter().chain(&more).map(ToString::to_string).collect();
+    insta::assert_snapshot!(wording.join("\n"));
 }
 
 #[test]

@@ -92,10 +92,10 @@ impl PlanBuilder<'_> {
     /// Lifts a hand straight up to a height without rotating it, as far as the arm reaches.
     pub(crate) fn raise(&mut self, side: Side, height_m: f64) -> Result<(), SkillError> {
         let x_base_hand = self.model.body.hand(side, self.at);
-        let way = height_m - x_base_hand.origin().point().z;
-        let raised = self.points(side, Phase::Raise, steps_of(way, STEP_M), |share| {
+        let distance_m = height_m - x_base_hand.origin().point().z;
+        let raised = self.points(side, Phase::Raise, steps_of(distance_m, STEP_M), |share| {
             let mut isometry = *x_base_hand.isometry();
-            isometry.translation.z += way * share;
+            isometry.translation.z += distance_m * share;
             HandGoal::Pose(Pose::from_isometry(isometry))
         });
         match raised {
@@ -141,6 +141,6 @@ impl PlanBuilder<'_> {
 }
 
 /// Number of steps of at most `longest` along a path; at least one.
-fn steps_of(way: f64, longest: f64) -> u32 {
-    u32::try_from(quantity::number::round_i32((way / longest).ceil())).unwrap_or(0).max(1)
+fn steps_of(distance_m: f64, longest: f64) -> u32 {
+    u32::try_from(quantity::number::round_i32((distance_m / longest).ceil())).unwrap_or(0).max(1)
 }

@@ -238,7 +238,7 @@ fn accept(
 fn say(mut stream: UnixStream, answer: &StopAnswer) {
     let text = format!("{}\n{}", answer.status, answer.text);
     // A client need not wait for the answer, so ignore write errors.
-    let _told =
+    let _sent =
         stream.set_write_timeout(Some(WRITE_TIMEOUT)).and_then(|()| stream.write_all(text.as_bytes()));
 }
 

@@ -116,7 +116,7 @@ fn a_file_that_is_no_recording_is_refused() {
         assert!(matches!(&error, ReadError::Foreign { name, .. } if name == "x.mcap"), "{error:?}");
         error.to_string()
     };
-    let mut worded = vec![foreign(b""), foreign(b"[leo]\nrate = 5\nand more of this")];
+    let mut wording = vec![foreign(b""), foreign(b"[leo]\nrate = 5\nand more of this")];
 
     // An MCAP file of another program.
     let mut others = mcap::Writer::new(std::io::Cursor::new(Vec::new())).expect("begins");
@@ -125,8 +125,8 @@ fn a_file_that_is_no_recording_is_refused() {
     let header = MessageHeader { channel_id: channel, sequence: 1, log_time: 1, publish_time: 1 };
     others.write_to_known_channel(&header, b"{}").expect("writes");
     others.finish().expect("ends");
-    worded.push(foreign(&others.into_inner().into_inner()));
-    insta::assert_snapshot!(worded.join("\n"));
+    wording.push(foreign(&others.into_inner().into_inner()));
+    insta::assert_snapshot!(wording.join("\n"));
 }
 
 #[test]
@@ -144,9 +144,9 @@ fn error_messages_match_the_snapshot() {
         RecordError::Write { file: file(), source: full() },
         RecordError::DiskFull { file: file(), bytes: 2_500_000 },
     ];
-    let worded: Vec<String> =
+    let wording: Vec<String> =
         reading.iter().map(ToString::to_string).chain(writing.iter().map(ToString::to_string)).collect();
-    insta::assert_snapshot!(worded.join("\n"));
+    insta::assert_snapshot!(wording.join("\n"));
 }
 
 #[test]

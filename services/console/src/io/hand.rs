@@ -83,11 +83,11 @@ impl PendingActs {
     pub(crate) fn answer(&mut self, now: Instant) -> Result<(), ProcessError> {
         while let Some(frame) = self.answered.receive()? {
             for answer in frame.entries() {
-                let Some(place) = self.waiting.iter().position(|waiting| waiting.serial == answer.serial)
+                let Some(index) = self.waiting.iter().position(|waiting| waiting.serial == answer.serial)
                 else {
                     continue;
                 };
-                let waiting = self.waiting.swap_remove(place);
+                let waiting = self.waiting.swap_remove(index);
                 if waiting.kind == Some(TeacherActKind::Save) && answer.refused == 0 {
                     self.saved = Some(answer.text.as_str().to_owned());
                 }

@@ -40,9 +40,9 @@ pub fn run(launch: &Launch, robot: &Robot) -> Result<(), ProcessError> {
     let mut joint_states = member.subscriber::<JointStates>(None)?;
     let mut events = member.publisher::<Events>(None, MAX_EVENTS_PER_FRAME)?;
     let mut goals = member.publisher::<JointGoals>(None, robot.motor.joints.len())?;
-    let (place, known, losses) = remembered(launch.state.as_deref())?;
+    let (store, known, losses) = remembered(launch.state.as_deref())?;
     let mut persister =
-        Persister::start(place.into_writer(), STORE_RETRY_INTERVAL).map_err(ProcessError::own)?;
+        Persister::start(store.into_writer(), STORE_RETRY_INTERVAL).map_err(ProcessError::own)?;
     let mut reports = EventQueue::default();
     let mut late_joiner_replay = LateJoinerReplay::default();
     let vocabulary =
@@ -350,7 +350,7 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let looks = Memory::open(&state::learned(folder.path())).unwrap();
         let begun = std::thread::scope(|scope| {
-            let begun = scope.spawn(|| remembered(Some(folder.path())).map(|(place, ..)| place));
+            let begun = scope.spawn(|| remembered(Some(folder.path())).map(|(store, ..)| store));
             clock::sleep_until(clock::now() + Duration::from_millis(100));
             drop(looks);
             begun.join().unwrap()
@@ -362,11 +362,11 @@ mod tests {
     fn an_unsaved_example_is_not_reported_as_saved() {
         let folder = tempfile::tempdir().unwrap();
         let _another = Memory::open(&state::learned(folder.path())).unwrap();
-        let Ok((place, known, _)) = remembered(Some(folder.path())) else { panic!("it begins all the same") };
+        let Ok((store, known, _)) = remembered(Some(folder.path())) else { panic!("it begins all the same") };
         assert!(known.is_empty());
         let example = tasks::Example { teacher: 1, views: Vec::new() };
-        let kept = Kept { key: "task 1".into(), task: "task 1".into(), place: 0, example };
-        let refused = place.into_writer()(&kept).unwrap_err();
+        let kept = Kept { key: "task 1".into(), task: "task 1".into(), index: 0, example };
+        let refused = store.into_writer()(&kept).unwrap_err();
         let file = state::learned(folder.path());
         let in_use = OpenError::InUse { path: file }.to_string();
         assert!(refused.to_string().contains(&in_use), "{refused}");

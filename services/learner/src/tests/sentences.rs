@@ -63,7 +63,7 @@ fn a_hidden_object_beside_a_similar_one_is_described_as_another() {
     let said = run.texts(EventKind::Said);
     let [square] = said.as_slice() else { panic!("{said:?}") };
     assert!(square.contains("7 × peg") && square.ends_with("another square"), "{square}");
-    let mut worded = run.transcript();
+    let mut wording = run.transcript();
 
     let mut run = LearnerHarness::new(1, Vec::new());
     run.table.borrow_mut().lay(&["blue", "red", "red", "blue", "blue"], Some(1));
@@ -73,8 +73,8 @@ fn a_hidden_object_beside_a_similar_one_is_described_as_another() {
     let said = run.texts(EventKind::Said);
     let [squares] = said.as_slice() else { panic!("{said:?}") };
     assert!(squares.ends_with("another 2 × blue square and 2 × red square"), "{squares}");
-    worded += &run.transcript();
-    insta::assert_snapshot!(worded);
+    wording += &run.transcript();
+    insta::assert_snapshot!(wording);
 }
 
 #[test]

@@ -146,14 +146,14 @@ fn a_demonstration_counts_only_with_timely_start_and_end() {
     run.insert(0, 0);
     // The teacher lays the next objects meanwhile, so the current state is not what was demonstrated.
     run.say_late("Task 1 is done", late);
-    let mut worded = vec![last_said(&run)];
+    let mut wording = vec![last_said(&run)];
     assert!(run.saved.is_empty(), "nothing is learned of it");
 
     run.say_late("Leo, I can teach you to do task 1", late);
-    worded.push(last_said(&run));
+    wording.push(last_said(&run));
     run.say("Task 1 is done");
-    worded.push(last_said(&run));
-    insta::assert_snapshot!(worded.join("\n"));
+    wording.push(last_said(&run));
+    insta::assert_snapshot!(wording.join("\n"));
 
     run.say_late("Leo, I can teach you to do task 1", soon);
     run.insert(1, 1);

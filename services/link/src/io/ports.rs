@@ -9,10 +9,10 @@ use process::{ProcessError, ProcessNode};
 use transport::{FramePublisher, FrameSubscriber, TopicPorts};
 
 use crate::order::is_latched;
-use crate::outbox::Place;
+use crate::outbox::FrameNumber;
 
 /// Callback for a frame that was read.
-type Taker<'a> = &'a mut dyn FnMut(TopicId, Place, Arc<[u8]>);
+type Taker<'a> = &'a mut dyn FnMut(TopicId, FrameNumber, Arc<[u8]>);
 
 /// A subscribed topic.
 trait TopicReader {
@@ -28,7 +28,7 @@ struct Read<T: TopicPorts> {
     subscriber: FrameSubscriber<T>,
     bytes: Vec<u8>,
     /// The last frame read.
-    place: Option<Place>,
+    number: Option<FrameNumber>,
     /// Frames dropped by earlier subscribers.
     drops: u64,
 }
@@ -41,11 +41,11 @@ impl<T: TopicPorts> TopicReader for Read<T> {
     fn take(&mut self, to: Taker<'_>) -> Result<(), ProcessError> {
         while let Some(frame) = self.subscriber.receive()? {
             let header = frame.head().header();
-            let place = Some((header.incarnation, header.sequence));
-            if place <= self.place {
+            let number = Some((header.incarnation, header.sequence));
+            if number <= self.number {
                 continue;
             }
-            self.place = place;
+            self.number = number;
             self.bytes.clear();
             put_frame::<T>(frame.head(), frame.entries(), &mut self.bytes);
             to(self.topic, (header.incarnation, header.sequence), self.bytes.as_slice().into());
@@ -105,7 +105,7 @@ impl TopicReaders {
             topic: TopicId,
         ) -> Result<Box<dyn TopicReader>, ProcessError> {
             let subscriber = member.subscriber::<T>(topic.number())?;
-            Ok(Box::new(Read { topic, subscriber, bytes: Vec::new(), place: None, drops: 0 }))
+            Ok(Box::new(Read { topic, subscriber, bytes: Vec::new(), number: None, drops: 0 }))
         }
         let open = |&topic: &TopicId| with_topic!(topic, T => tap::<T>(member, topic));
         Ok(Self(topics.iter().map(open).collect::<Result<_, _>>()?))

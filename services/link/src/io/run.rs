@@ -145,7 +145,7 @@ impl LinkRuntime {
                 }
             };
             let Some(came) = came else { continue };
-            let Some((delay, ahead_ns)) = came.way else { continue };
+            let Some((delay, ahead_ns)) = came.transit else { continue };
             self.health.delay.record(clock::nanos(delay));
             self.pending_frames.extend(came.new.said.into_iter().map(|frame| (frame, ahead_ns)));
             for frame in came.new.newest {

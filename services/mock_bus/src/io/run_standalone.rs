@@ -90,10 +90,10 @@ pub fn run_standalone(
 
 /// A line about a bus: its name, its link, its baud rate, its servos and the seed.
 fn describe(robot: &Motor, bus: &str, link: &Path, seed: u64) -> String {
-    let place = robot.buses.iter().position(|each| each.name == bus);
+    let index = robot.buses.iter().position(|each| each.name == bus);
     let baud = robot.buses.iter().find(|each| each.name == bus).map_or(0, |bus| bus.baud);
     let mut models: BTreeMap<&str, Vec<u8>> = BTreeMap::new();
-    for joint in robot.joints.iter().filter(|joint| Some(joint.bus) == place) {
+    for joint in robot.joints.iter().filter(|joint| Some(joint.bus) == index) {
         models.entry(joint.model.name()).or_default().push(joint.id);
     }
     let servos: Vec<String> =

@@ -483,7 +483,7 @@ impl Bench {
         }
         exchange(&mut self.line, now, wrong, &wire.request, &mut wire.replies);
         self.bus.process_replies(now, from_mut(&mut self.joint), &wire.replies);
-        let _told = std::mem::take(&mut self.joint.notices);
+        let _notices = std::mem::take(&mut self.joint.notices);
         self.check()
     }
 

@@ -223,26 +223,26 @@ fn an_impossible_act_is_refused_with_a_reason_without_effect() {
         (Kind::Seat, "", "position"),
         (Kind::Open, "task2", "lesson"),
     ];
-    let mut worded = String::new();
+    let mut wording = String::new();
     for (kind, text, why) in refusals {
         let before: Vec<SceneObject> = bench.world.scene().collect();
         let refusal = bench.act(kind, |act| act.text = Text::new(text)).unwrap_err();
         assert!(refusal.0.contains(why), "{refusal}");
-        worded += &format!("{kind:?} {text:?}\n    {refusal}\n");
+        wording += &format!("{kind:?} {text:?}\n    {refusal}\n");
         assert_eq!(format!("{before:?}"), format!("{:?}", bench.world.scene().collect::<Vec<_>>()));
     }
     let refusal = bench.act(Kind::Lay, |act| act.table = 9).unwrap_err();
     assert!(refusal.0.contains("3 tables"), "{refusal}");
-    worded += &format!("{refusal}\n");
+    wording += &format!("{refusal}\n");
     let refusal = bench.bring("wood peg 2", [-0.2, 0.9]).unwrap_err();
     assert!(refusal.0.contains("`red square`"), "{refusal}");
-    worded += &format!("{refusal}\n");
+    wording += &format!("{refusal}\n");
     bench.wait(500);
     assert!((bench.thing("wood peg 2").position_m[0] - 0.1).abs() < 1e-9);
     let unknown = TeacherAct { teacher: 7, ..TeacherAct::new(Kind::Say, 7) };
     let refusal = bench.world.act(bench.now(), &unknown, ROOM).unwrap_err();
     assert!(refusal.0.contains("teacher 7"), "{refusal}");
-    insta::assert_snapshot!(worded + &refusal.0);
+    insta::assert_snapshot!(wording + &refusal.0);
 }
 
 #[test]

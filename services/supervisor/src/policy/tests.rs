@@ -359,20 +359,20 @@ fn a_failing_run_ends_the_same_when_it_is_stopped_meanwhile() {
 #[test]
 fn the_robot_state_is_good_while_every_heartbeat_advances() {
     let mut policy = Policy::new(SETTINGS.clone(), &ORDER, at(0));
-    let mut worded = vec![policy.robot_state().to_string()];
-    assert!(worded[0].contains("0 of 3"), "{worded:?}");
+    let mut wording = vec![policy.robot_state().to_string()];
+    assert!(wording[0].contains("0 of 3"), "{wording:?}");
     assert!(!policy.robot_state().is_well());
     policy = running();
     assert!(policy.robot_state().is_well());
-    worded.push(policy.robot_state().to_string());
+    wording.push(policy.robot_state().to_string());
     let mut beats = all_beat(2);
     beats[1] = heartbeat(Process::Belief, 1);
     policy.step(at(30), &[]);
     policy.step(at(60), &beats);
     policy.step(at(101), &beats);
     assert!(!policy.robot_state().is_well(), "it hangs, and its killed process was not buried yet");
-    worded.push(policy.robot_state().to_string());
-    assert!(worded[2].contains("2 of 3"), "{worded:?}");
+    wording.push(policy.robot_state().to_string());
+    assert!(wording[2].contains("2 of 3"), "{wording:?}");
     policy.step(at(110), &[Event::Died(Process::Belief, ExitKind::Failed)]);
     assert!(!policy.robot_state().is_well(), "it waits");
     policy.step(at(140), &[Event::CleanedUp]);
@@ -381,9 +381,9 @@ fn the_robot_state_is_good_while_every_heartbeat_advances() {
     assert!(policy.robot_state().is_well());
     policy.step(at(151), &[Event::Stop]);
     assert!(!policy.robot_state().is_well());
-    worded.push(policy.robot_state().to_string());
-    assert!(worded[3].contains("1 of 3"), "{worded:?}");
-    insta::assert_snapshot!(worded.join("\n"));
+    wording.push(policy.robot_state().to_string());
+    assert!(wording[3].contains("1 of 3"), "{wording:?}");
+    insta::assert_snapshot!(wording.join("\n"));
 }
 
 /// Random events: processes die, hang and get cleaned up.

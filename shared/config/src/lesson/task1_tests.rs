@@ -9,16 +9,16 @@ const MARGIN_M: f64 = 0.010;
 fn meets(wall: &Occluder, margin_m: f64, eye: [f64; 3], point: [f64; 3]) -> bool {
     let (mut enter, mut leave) = (0.0_f64, 1.0_f64);
     for axis in 0..3 {
-        let way = point[axis] - eye[axis];
+        let direction = point[axis] - eye[axis];
         let half = wall.half_extents_m[axis] + margin_m;
         let (low, high) = (wall.centre_m[axis] - half - eye[axis], wall.centre_m[axis] + half - eye[axis]);
-        if way.abs() < 1e-12 {
+        if direction.abs() < 1e-12 {
             if low > 0.0 || high < 0.0 {
                 return false;
             }
         } else {
-            enter = enter.max((low / way).min(high / way));
-            leave = leave.min((low / way).max(high / way));
+            enter = enter.max((low / direction).min(high / direction));
+            leave = leave.min((low / direction).max(high / direction));
         }
     }
     enter <= leave
@@ -71,9 +71,9 @@ fn every_object_lies_within_the_teachers_field_of_view() {
     let lesson = Lesson::builtin();
     let teacher = lesson.teachers[0];
     let towards = |point: [f64; 3]| {
-        let way = [0, 1, 2].map(|axis| point[axis] - teacher.eyes_m[axis]);
-        let length = way.iter().map(|part| part * part).sum::<f64>().sqrt();
-        way.map(|part| part / length)
+        let direction = [0, 1, 2].map(|axis| point[axis] - teacher.eyes_m[axis]);
+        let length = direction.iter().map(|part| part * part).sum::<f64>().sqrt();
+        direction.map(|part| part / length)
     };
     let gaze = towards(teacher.looks_at_m);
     let mut seen = 0;

@@ -135,14 +135,14 @@ fn faults_between_fields_are_named_where_they_stand() {
         (r#"say = "It is done""#, r#"say = " ""#, "1 to"),
         ("position_sd_m = 0.0", "position_sd_m = nan", "NaN"),
     ];
-    let mut worded = String::new();
+    let mut wording = String::new();
     for (from, to, word) in faults {
         let error = refusal(from, to);
         assert!(reason_of(&error).contains(word), "{error} does not name {word}");
-        worded += &format!("{to}\n    {error}\n");
+        wording += &format!("{to}\n    {error}\n");
     }
     assert_eq!(faults.len(), 27);
-    insta::assert_snapshot!(worded);
+    insta::assert_snapshot!(wording);
 }
 
 #[test]

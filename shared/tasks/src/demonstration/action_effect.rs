@@ -166,11 +166,11 @@ fn is_within(object: &Object, outline: &Object) -> bool {
 
 /// Whether two objects, each before and after, had the same displacement, within `moved_m`.
 fn have_same_displacement(one: (&Object, &Object), other: (&Object, &Object), moved_m: f64) -> bool {
-    let way = |(before, after): (&Object, &Object)| {
+    let displacement = |(before, after): (&Object, &Object)| {
         let (from, to) = (before.position_m?, after.position_m?);
         Some(from.into_iter().zip(to).map(|(from, to)| to - from))
     };
-    let (Some(one), Some(other)) = (way(one), way(other)) else { return false };
+    let (Some(one), Some(other)) = (displacement(one), displacement(other)) else { return false };
     one.zip(other).map(|(one, other)| (one - other) * (one - other)).sum::<f64>().sqrt() <= moved_m
 }
 

@@ -50,7 +50,7 @@ fn one_marked() -> View {
 
 #[test]
 fn the_next_question_splits_the_remaining_hypotheses_and_has_words() {
-    let mut worded = Vec::new();
+    let mut wording = Vec::new();
     for settings in [Settings::default(), extended(), slipping(0.05)] {
         let mut learning = Learning::new(&language(), &settings);
         learning.add(&one_marked());
@@ -61,12 +61,12 @@ fn the_next_question_splits_the_remaining_hypotheses_and_has_words() {
         };
         assert!(inquiry.objects.len() == 1 && kind("red", "square"), "{inquiry:?}");
         assert!(inquiry.bits > 0.5 && inquiry.bits <= 1.0, "{inquiry:?}");
-        let showing = learning.inquire(&goal, 2).unwrap();
-        assert_eq!(showing.objects.len(), 2, "{showing:?}");
-        worded.extend([inquiry.text.clone(), showing.text.clone()]);
-        assert!(showing.bits > inquiry.bits, "two objects tell more than one: {showing:?}");
+        let demonstration = learning.inquire(&goal, 2).unwrap();
+        assert_eq!(demonstration.objects.len(), 2, "{demonstration:?}");
+        wording.extend([inquiry.text.clone(), demonstration.text.clone()]);
+        assert!(demonstration.bits > inquiry.bits, "two objects tell more than one: {demonstration:?}");
     }
-    insta::assert_snapshot!(worded.join("\n"));
+    insta::assert_snapshot!(wording.join("\n"));
 }
 
 #[test]
@@ -92,8 +92,13 @@ fn red_with_a_slip() -> Vec<View> {
         (0..)
             .zip(words)
             .map(|(id, words)| {
-                let meant = words.contains("red") || (slipped && words == "large blue square");
-                object(id, words, [0.1, quantity::number::float(id) * 0.1, 0.0], &[("marked", done && meant)])
+                let is_selected = words.contains("red") || (slipped && words == "large blue square");
+                object(
+                    id,
+                    words,
+                    [0.1, quantity::number::float(id) * 0.1, 0.0],
+                    &[("marked", done && is_selected)],
+                )
             })
             .collect()
     };

@@ -76,7 +76,7 @@ pub(super) async fn live(
     upgrade: WebSocketUpgrade,
 ) -> Response {
     // The slot is taken before the next request is handled, and is freed whenever the session ends.
-    let Some(place) = PageSlot::take(&shared, access) else {
+    let Some(slot) = PageSlot::take(&shared, access) else {
         let (max, which) = match access {
             Access::Command => (MAX_PAGES, ""),
             Access::Read => (MAX_READERS, " without the token"),
@@ -86,7 +86,7 @@ pub(super) async fn live(
     };
     let upgrade = upgrade.max_message_size(MAX_MESSAGE_BYTES).max_frame_size(MAX_MESSAGE_BYTES);
     upgrade.on_upgrade(move |socket| async move {
-        let shared = &place.shared;
+        let shared = &slot.shared;
         let number = shared.pages.fetch_add(1, Ordering::Relaxed);
         let (answer, answers) = mpsc::channel(ANSWER_QUEUE_SIZE);
         let page = Page {

@@ -415,9 +415,9 @@ fn similar_near_objects_keep_their_identities_during_a_carry() {
                 let mut place = home(index);
                 if index == 0 {
                     // Up, over all others within a second, down beyond them, then at rest.
-                    let way = (f32::from(step) / 200.0).min(1.0);
-                    place[1] += way * 0.7;
-                    place[2] += 0.6 * way * (1.0 - way);
+                    let progress = (f32::from(step) / 200.0).min(1.0);
+                    place[1] += progress * 0.7;
+                    place[2] += 0.6 * progress * (1.0 - progress);
                 }
                 block(now, place.map(|part| part + wobble(&mut seed)), RED)
             })

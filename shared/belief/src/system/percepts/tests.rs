@@ -61,13 +61,13 @@ fn a_contradictory_percepts_file_is_refused_with_the_position() {
         ("max_m = [inf, inf, inf]", "max_m = [inf, nan, inf]", "region"),
         ("normalised = false", "normalized = false", "`normalised`?"),
     ];
-    let mut worded = String::new();
+    let mut wording = String::new();
     for (from, to, word) in cases {
         let (line, reason) = refusal(from, to);
         assert!(line > 1 && reason.contains(word), "{line}: {reason} does not name {word}");
-        worded += &format!("{to}\n    {reason}\n");
+        wording += &format!("{to}\n    {reason}\n");
     }
-    insta::assert_snapshot!(worded);
+    insta::assert_snapshot!(wording);
 }
 
 #[test]
@@ -80,7 +80,7 @@ fn a_role_that_goals_cannot_give_is_refused() {
         // At most a `parent` line stands between the name and the role; it is not needed here.
         Percepts::parse(&text, Path::new("p.toml")).map(drop).map_err(told)
     };
-    let mut worded = String::new();
+    let mut wording = String::new();
     for (name, role, word) in [
         ("marked", "criteria", "`nearest`"),
         ("position", "criteria", "`nearest`"),
@@ -89,9 +89,9 @@ fn a_role_that_goals_cannot_give_is_refused() {
     ] {
         let (line, reason) = of(name, role).unwrap_err();
         assert!(line > 1 && reason.contains(word), "{line}: {reason}");
-        worded += &format!("{name} is {role}\n    {reason}\n");
+        wording += &format!("{name} is {role}\n    {reason}\n");
     }
-    insta::assert_snapshot!(worded);
+    insta::assert_snapshot!(wording);
     for (name, role) in [("colour", "neither"), ("marked", "neither"), ("orientation", "expectation")] {
         assert_eq!(of(name, role), Ok(()), "{name}");
     }
@@ -120,7 +120,7 @@ fn a_source_is_a_nameless_symbol_that_distinguishes_objects() {
     );
     let term = Distance { percept: source, measure: Measure::Differs, weight: 0.15 };
     assert_eq!(percepts.belief.distance.last(), Some(&term));
-    let mut worded = String::new();
+    let mut wording = String::new();
     for (role, history, measure, word) in [
         ("neither", lossless, "difference", "`seen_by`"),
         ("neither", "low_pass = { alpha = 0.5 }", "differs", "symbols"),
@@ -128,9 +128,9 @@ fn a_source_is_a_nameless_symbol_that_distinguishes_objects() {
     ] {
         let (_, reason) = with_source(role, history, measure).unwrap_err();
         assert!(reason.contains(word), "{reason} does not name {word}");
-        worded += &format!("{role}, {history}, {measure}\n    {reason}\n");
+        wording += &format!("{role}, {history}, {measure}\n    {reason}\n");
     }
-    insta::assert_snapshot!(worded);
+    insta::assert_snapshot!(wording);
 }
 
 #[test]
@@ -239,7 +239,7 @@ fn a_range_may_have_a_single_limit() {
 fn a_range_of_an_underived_number_is_refused_at_its_place() {
     let (line, reason) = with_range(None, "component = \"z_m\", from = 0.1").unwrap_err();
     assert!(line > 1 && reason.contains("`z_m`"), "{line}: {reason}");
-    let mut worded = format!("no parent, z_m\n    {reason}\n");
+    let mut wording = format!("no parent, z_m\n    {reason}\n");
     for (parent, of) in [
         ("orientation", "z_m"),
         ("colour", "number"),
@@ -252,14 +252,14 @@ fn a_range_of_an_underived_number_is_refused_at_its_place() {
     ] {
         let (_, reason) = with_range(Some(parent), &format!("component = \"{of}\", from = 0.1")).unwrap_err();
         assert!(reason.contains(&format!("`{parent}`")) && reason.contains(&format!("`{of}`")), "{reason}");
-        worded += &format!("{parent}, {of}\n    {reason}\n");
+        wording += &format!("{parent}, {of}\n    {reason}\n");
     }
-    insta::assert_snapshot!(worded);
+    insta::assert_snapshot!(wording);
 }
 
 #[test]
 fn a_range_that_excludes_no_value_is_refused() {
-    let mut worded = String::new();
+    let mut wording = String::new();
     for (limits, word) in [
         ("", "limits"),
         (", softness = 0.1", "limits"),
@@ -274,11 +274,11 @@ fn a_range_that_excludes_no_value_is_refused() {
         let (line, reason) =
             with_range(Some("position"), &format!("component = \"z_m\"{limits}")).unwrap_err();
         assert!(line > 1 && reason.contains(word), "{limits}: {line}: {reason}");
-        worded += &format!("{limits}\n    {reason}\n");
+        wording += &format!("{limits}\n    {reason}\n");
     }
     let (_, reason) = with_range(Some("position"), "component = \"height\", from = 0.1").unwrap_err();
     assert!(reason.contains("`height`") && reason.contains("`x_m`"), "{reason}");
-    insta::assert_snapshot!(worded);
+    insta::assert_snapshot!(wording);
 }
 
 #[test]

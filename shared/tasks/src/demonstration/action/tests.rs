@@ -87,10 +87,10 @@ fn actors(script: Script, frames: u32) -> Vec<Vec<u16>> {
 #[test]
 fn inserting_a_carried_peg_is_one_act_of_its_carrier() {
     let frames = (0..400_u16).map(|step| {
-        let way = f64::from(step.clamp(100, 200) - 100) * 0.002;
+        let moved_m = f64::from(step.clamp(100, 200) - 100) * 0.002;
         let held_by = if (100..200).contains(&step) { 1 } else { NOBODY };
         let filled = if step >= 204 { 1.0 } else { 0.0 };
-        let (peg, block) = ([0.1 + way, 0.0, 0.0], [0.3, 0.0, 0.0]);
+        let (peg, block) = ([0.1 + moved_m, 0.0, 0.0], [0.3, 0.0, 0.0]);
         vec![belief(1, peg, None, held_by), belief(2, block, Some(filled), NOBODY)]
     });
     let acts = acts(frames);

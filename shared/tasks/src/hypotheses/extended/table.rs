@@ -197,12 +197,15 @@ fn log_random_choice(
 ) -> f64 {
     let all = changed + left_out;
     let mut sum = LogSum::default();
-    for meant in need.saturating_sub(left_out)..=need.min(changed) {
+    for selected in need.saturating_sub(left_out)..=need.min(changed) {
         // Chosen but not changed, plus changed but not chosen.
-        let label_errors = need - meant + changed - meant + strays;
-        let ways = log_choose(changed, meant) + log_choose(left_out, need - meant) - log_choose(all, need);
+        let label_errors = need - selected + changed - selected + strays;
+        let log_choices =
+            log_choose(changed, selected) + log_choose(left_out, need - selected) - log_choose(all, need);
         let right_ones = float_of_count(all + strays + others - label_errors);
-        sum.add(float_of_count(label_errors).mul_add(log_error, right_ones.mul_add(log_correct, ways)));
+        sum.add(
+            float_of_count(label_errors).mul_add(log_error, right_ones.mul_add(log_correct, log_choices)),
+        );
     }
     sum.value()
 }
