@@ -14,8 +14,8 @@ mod identity;
 mod recording;
 mod snapshot;
 
-pub use action::{Act, ActionParser};
-pub use action_effect::{ActContext, ActionEffect, action_effects};
+pub use action::{Action, ActionParser};
+pub use action_effect::{ActionContext, ActionEffect, action_effects};
 pub use change::{Change, Effect, Signature, changes, vanished};
 pub(crate) use change::{has_percepts, is_achieved};
 pub use counterpart::counterparts;

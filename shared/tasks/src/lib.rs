@@ -42,7 +42,7 @@ pub use decision::{
     part_positions,
 };
 pub use demonstration::{
-    Act, ActContext, ActionEffect, ActionParser, Change, Effect, Example, Executable, Identities,
+    Action, ActionContext, ActionEffect, ActionParser, Change, Effect, Example, Executable, Identities,
     NothingChangedError, Object, Recording, Signature, Snapshot, Task, View, WriterState, action_effects,
     changes, counterparts, describe_change, describe_object, vanished,
 };

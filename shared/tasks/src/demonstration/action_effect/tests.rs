@@ -29,7 +29,7 @@ fn peg(object: Object, inserted: bool) -> Object {
 fn done(before: &[Object], after: &[Object]) -> BTreeMap<u64, BTreeSet<ActionEffect>> {
     let snapshot = |objects: &[Object]| Snapshot { objects: objects.to_vec(), ..Snapshot::default() };
     let (before, after) = (snapshot(before), snapshot(after));
-    let course = ActContext { at_start: &before, before: &before, after: &after };
+    let course = ActionContext { at_start: &before, before: &before, after: &after };
     let action_effects = action_effects(1, &course, &changes(&before, &after, MOVED_M), MOVED_M);
     for (id, action_effects) in &action_effects {
         assert!(
@@ -147,7 +147,7 @@ fn a_territory_that_appears_during_a_demonstration_receives_no_object() {
     let before = Snapshot { objects: vec![mine, tower.clone()], ..Snapshot::default() };
     let put = owned(block(1, [0.07, 0.75, 0.03]), 0);
     let after = Snapshot { objects: vec![put, tower], ..Snapshot::default() };
-    let course = ActContext { at_start: &at_start, before: &before, after: &after };
+    let course = ActionContext { at_start: &at_start, before: &before, after: &after };
     assert!(action_effects(1, &course, &changes(&before, &after, MOVED_M), MOVED_M).is_empty());
 }
 
