@@ -28,7 +28,7 @@ use transport::{Domain, FramePublisher, FrameSubscriber, Node, RosterWriter, Top
 /// Size of the middleware's allocation for each loaned frame: the book-keeping of the loan.
 const LOAN_BYTES: usize = 48;
 /// Time-out of a wait.
-const PATIENCE: Duration = Duration::from_secs(120);
+const MAX_WAIT: Duration = Duration::from_secs(120);
 /// Period of the joint goals and of polling.
 const PERIOD: Duration = Duration::from_millis(20);
 /// Number of frames of every topic in the measured window.
@@ -226,7 +226,7 @@ impl Robots {
 
     /// Runs until a condition holds; panics on time-out.
     fn until(&mut self, what: &str, mut holds: impl FnMut(&Self) -> bool) {
-        let give_up = clock::now() + PATIENCE;
+        let give_up = clock::now() + MAX_WAIT;
         let mut release = clock::now();
         while !holds(self) {
             release += PERIOD;
@@ -359,7 +359,7 @@ impl Running {
     }
 
     fn after(&self, cycles: u64) -> [(u64, u64); 3] {
-        let give_up = clock::now() + PATIENCE;
+        let give_up = clock::now() + MAX_WAIT;
         loop {
             match self.look() {
                 Some(counts) if counts.iter().all(|(count, _)| *count >= cycles) => return counts,

@@ -118,7 +118,7 @@ fn layer_of(name: &str) -> Option<usize> {
 }
 
 #[test]
-fn an_arrow_only_goes_down() {
+fn crate_dependencies_only_go_down() {
     let dependencies = dependencies();
     let mut wrong = Vec::new();
     let mut edges = 0;

@@ -15,7 +15,7 @@ use tempfile::TempDir;
 /// UID of the other user; `nobody` on most machines.
 const OTHER: u32 = 65_534;
 /// Generous: the machine may be loaded.
-const PATIENCE: Duration = Duration::from_secs(60);
+const MAX_WAIT: Duration = Duration::from_secs(60);
 
 /// The message that a path belongs to a user.
 fn owned(path: &Path, owner: u32) -> String {
@@ -131,7 +131,7 @@ impl Place {
     /// As [`Self::start`], with a prepared command.
     fn start_with(&mut self, command: &mut Command) {
         self.robot = Some(command.spawn().expect("starts"));
-        let end = clock::now() + PATIENCE;
+        let end = clock::now() + MAX_WAIT;
         while !self.said().contains("all 65 joints follow") {
             let is_running =
                 self.robot.as_mut().is_some_and(|robot| robot.try_wait().is_ok_and(|end| end.is_none()));
@@ -177,7 +177,7 @@ impl Drop for Place {
 }
 
 fn until(mut holds: impl FnMut() -> bool) {
-    let end = clock::now() + PATIENCE;
+    let end = clock::now() + MAX_WAIT;
     while !holds() {
         assert!(clock::now() < end, "it does not come to that");
         clock::sleep_until(clock::now() + Duration::from_millis(10));

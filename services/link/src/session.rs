@@ -159,7 +159,7 @@ impl Session {
     /// connected until it times out: otherwise a second one with the same name would reset the session with
     /// every message.
     fn meet(&mut self, at: Instant, epoch: u64) -> bool {
-        let patience = self.patience();
+        let peer_timeout = self.peer_timeout();
         match &mut self.peer {
             Some(peer) if peer.epoch == epoch => {
                 peer.heard_at = at;
@@ -167,7 +167,7 @@ impl Session {
                 self.has_second_peer |= std::mem::take(&mut self.is_strange);
                 true
             }
-            Some(peer) if at.since(peer.heard_at) <= patience => {
+            Some(peer) if at.since(peer.heard_at) <= peer_timeout => {
                 self.is_strange = true;
                 self.foreign_messages += 1;
                 false
@@ -185,7 +185,7 @@ impl Session {
     }
 
     /// The current time-out of the peer.
-    fn patience(&self) -> Duration {
+    fn peer_timeout(&self) -> Duration {
         MIN_PEER_TIMEOUT.max(self.round_trip.min(MAX_PEER_TIMEOUT) * SILENT_BEYOND).min(MAX_PEER_TIMEOUT)
     }
 
@@ -196,8 +196,8 @@ impl Session {
 
     /// Checks the time-outs of the peer and of unacknowledged batches.
     pub fn listen(&mut self, now: Instant) {
-        let patience = self.patience();
-        if self.peer.is_some_and(|peer| now.since(peer.heard_at) > patience) {
+        let peer_timeout = self.peer_timeout();
+        if self.peer.is_some_and(|peer| now.since(peer.heard_at) > peer_timeout) {
             self.peer = None;
             self.part();
         }

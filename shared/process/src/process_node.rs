@@ -35,7 +35,7 @@ pub struct ProcessNode {
     process: Process,
     domain: Domain,
     node: Node,
-    pace: LoopTiming,
+    loop_timing: LoopTiming,
     stop: Arc<AtomicBool>,
     board: HealthWriter,
     health: Health,
@@ -93,7 +93,7 @@ impl ProcessNode {
         health.missing_rights = missing_rights;
         health.set_state(ProcessState::Starting);
         board.write(&health);
-        let pace = if launch.lockstep {
+        let loop_timing = if launch.lockstep {
             LoopTiming::Lockstep(Box::new(Lockstep::open(&node, process)?))
         } else {
             LoopTiming::Wall { schedule: None }
@@ -102,7 +102,7 @@ impl ProcessNode {
             process,
             domain,
             node,
-            pace,
+            loop_timing,
             stop,
             board,
             health,
@@ -166,7 +166,7 @@ impl ProcessNode {
         &self,
         number: Option<u32>,
     ) -> Result<FrameSubscriber<T>, ProcessError> {
-        match self.pace {
+        match self.loop_timing {
             LoopTiming::Wall { .. } => Ok(self.node.waking_subscriber(number)?),
             LoopTiming::Lockstep(_) => Ok(self.node.subscriber(number)?),
         }
@@ -184,7 +184,7 @@ impl ProcessNode {
     /// The current instant, of the clock or of simulated time.
     #[must_use]
     pub fn now(&self) -> Instant {
-        match &self.pace {
+        match &self.loop_timing {
             LoopTiming::Wall { .. } => clock::now(),
             LoopTiming::Lockstep(lockstep) => lockstep.now(),
         }
@@ -193,7 +193,7 @@ impl ProcessNode {
     /// Whether time is simulated.
     #[must_use]
     pub fn is_lockstep(&self) -> bool {
-        matches!(self.pace, LoopTiming::Lockstep(_))
+        matches!(self.loop_timing, LoopTiming::Lockstep(_))
     }
 
     /// The health counters, for the process's own counts.
@@ -222,7 +222,7 @@ impl ProcessNode {
     pub fn begin(&mut self, period: Option<Duration>) -> Result<(), ProcessError> {
         // It may take longer than a period, so the first release comes after it.
         self.reserve_memory()?;
-        if let LoopTiming::Wall { schedule } = &mut self.pace {
+        if let LoopTiming::Wall { schedule } = &mut self.loop_timing {
             *schedule = match period {
                 Some(period) => Some(Schedule::new(period, clock::now() + period)?),
                 None => None,
@@ -284,7 +284,7 @@ impl ProcessNode {
             if self.stop.load(Ordering::Relaxed) {
                 return Ok(self.stopped());
             }
-            let wait = match &mut self.pace {
+            let wait = match &mut self.loop_timing {
                 LoopTiming::Lockstep(lockstep) => lockstep.wait()?,
                 LoopTiming::Wall { schedule } => wall(schedule.as_ref())?,
             };
@@ -340,7 +340,7 @@ impl ProcessNode {
     pub fn end_cycle(&mut self, progress: Progress) -> Result<(), ProcessError> {
         let now = self.now();
         if let Some(account) = self.account.take() {
-            match &mut self.pace {
+            match &mut self.loop_timing {
                 LoopTiming::Wall { schedule: Some(schedule) } => {
                     account.close(&mut self.health, schedule.finish(now), now);
                 }
@@ -354,7 +354,7 @@ impl ProcessNode {
     }
 
     fn complete_turn(&mut self, progress: Progress) -> Result<(), ProcessError> {
-        match &mut self.pace {
+        match &mut self.loop_timing {
             LoopTiming::Lockstep(lockstep) => lockstep.done(progress == Progress::Finished),
             LoopTiming::Wall { .. } => Ok(()),
         }

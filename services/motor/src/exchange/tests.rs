@@ -360,7 +360,11 @@ fn a_slow_line_loses_nothing_once_the_reply_timeout_has_grown() {
         port.now += Duration::from_millis(10);
         master.exchange(&mut port, &request, &mut replies);
         let heard = replies.about(PartKind::PlainRead).count();
-        assert!(heard == 2 || exchange < 5, "{heard} in exchange {exchange}, {:?}", master.patience);
+        assert!(heard == 2 || exchange < 5, "{heard} in exchange {exchange}, {:?}", master.reply_timeout);
     }
-    assert!(master.patience.now >= TARDY && master.patience.now < 2 * TARDY, "{:?}", master.patience);
+    assert!(
+        master.reply_timeout.now >= TARDY && master.reply_timeout.now < 2 * TARDY,
+        "{:?}",
+        master.reply_timeout
+    );
 }

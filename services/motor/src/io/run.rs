@@ -36,7 +36,7 @@ pub fn run(launch: &Launch, robot: &Robot) -> Result<(), ProcessError> {
     let period = leo.motor.rate_hz.period();
     let step_timeout = leo.supervisor.step_timeout_ms.duration();
     // In lockstep a slow machine must not look like a silent servo.
-    let patience = if launch.lockstep {
+    let reply_timeout = if launch.lockstep {
         (step_timeout / 4, step_timeout / 4)
     } else {
         (leo.motor.reply_timeout_ms.duration(), 2 * period)
@@ -49,7 +49,7 @@ pub fn run(launch: &Launch, robot: &Robot) -> Result<(), ProcessError> {
     let emergency_flag = emergency.as_ref().map(Emergency::emergency_flag).unwrap_or_default();
     let buses = &robot.motor.buses;
     let mut threads =
-        BusThreads::start(buses, &launch.domain, patience, until, !launch.lockstep, &emergency_flag)
+        BusThreads::start(buses, &launch.domain, reply_timeout, until, !launch.lockstep, &emergency_flag)
             .map_err(ProcessError::own)?;
     let mut health_publisher = HealthPublisher::new(member.board()?, member.board()?, robot);
     let mut failed = None;

@@ -338,7 +338,7 @@ proptest! {
     #![proptest_config(ProptestConfig::with_cases(400))]
 
     #[test]
-    fn every_rule_has_the_posterior_that_enumerating_everything_gives(world in worlds()) {
+    fn the_posterior_of_every_rule_equals_a_full_enumeration(world in worlds()) {
         for settings in all_settings() {
             let mut learning = Learning::new(&language(), &settings);
             world.iter().for_each(|things| learning.add(&seen_as(things)));

@@ -28,7 +28,7 @@ impl Net {
 }
 
 /// Generous: the machine may be loaded.
-const PATIENCE: Duration = Duration::from_secs(60);
+const MAX_WAIT: Duration = Duration::from_secs(60);
 
 /// Two machines of one robot: the first listens on a port, the second connects to it.
 struct Pair {
@@ -84,7 +84,7 @@ fn pulse(epoch: u64) -> Vec<u8> {
 }
 
 fn wait<T>(mut what: impl FnMut() -> Option<T>) -> T {
-    let end = clock::now() + PATIENCE;
+    let end = clock::now() + MAX_WAIT;
     loop {
         if let Some(it) = what() {
             return it;
