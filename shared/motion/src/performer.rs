@@ -5,7 +5,7 @@ use kinematics::Body;
 use message::JointGoal;
 
 use crate::model::Model;
-use crate::parts::MissingJoint;
+use crate::parts::MissingJointError;
 use crate::plan::{Leg, Plan, WaitFor};
 use crate::plan_builder::PlanBuilder;
 use crate::{FailureReason, Progress, Skill, SkillError};

@@ -379,7 +379,7 @@ mod tests {
     }
 
     #[test]
-    fn in_task_2_shapes_and_colours_select_the_same_blocks() {
+    fn in_task_2_each_shape_is_marked_in_both_colours() {
         for seed in 0..200 {
             let design = TaskVariant::of(2, seed).unwrap();
             let blocks = design.lesson.demonstrations.iter().flat_map(|table| {
